@@ -1,0 +1,174 @@
+//! The one error of the mathematics crates: which rule was broken, by which argument, with the numbers.
+
+use core::fmt;
+
+/// What a numerical routine refuses, and why.
+///
+/// `Copy`, without allocation, shared by every mathematics crate so that `?` composes. Names are the ones a
+/// user of the called function sees. Crates that know files add the path, the line and the field.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Error {
+    /// An argument has the wrong number of elements.
+    Length {
+        /// Name of the argument.
+        name: &'static str,
+        /// Number of elements that was needed.
+        expected: usize,
+        /// Number of elements that came.
+        got: usize,
+    },
+    /// Fewer data than the method can work with.
+    TooFew {
+        /// What there is too little of.
+        name: &'static str,
+        /// The smallest number that would do.
+        needed: usize,
+        /// The number that came.
+        got: usize,
+    },
+    /// An argument is NaN or infinite.
+    NotFinite {
+        /// Name of the argument.
+        name: &'static str,
+        /// Index of the first offending element, zero for a scalar.
+        index: usize,
+    },
+    /// An argument lies outside the interval in which the method is defined.
+    OutOfRange {
+        /// Name of the argument.
+        name: &'static str,
+        /// The value that came.
+        value: f64,
+        /// Smallest admissible value.
+        min: f64,
+        /// Largest admissible value.
+        max: f64,
+    },
+    /// A matrix that must be positive (semi-)definite is not.
+    NotPositiveDefinite {
+        /// Name of the matrix.
+        name: &'static str,
+        /// First row of the offending element or pair.
+        row: usize,
+        /// Second row of the offending pair; equal to `row` for a diagonal element.
+        column: usize,
+        /// The offending value: an eigenvalue, a pivot or a correlation coefficient.
+        value: f64,
+    },
+    /// A matrix that must be invertible is singular to working precision.
+    Singular {
+        /// Name of the matrix.
+        name: &'static str,
+        /// Condition number that was found.
+        condition: f64,
+    },
+    /// The data do not determine a parameter.
+    Unobservable {
+        /// Dotted name of the parameter.
+        parameter: &'static str,
+        /// Condition number of the scaled problem.
+        condition: f64,
+    },
+    /// An iteration ended without meeting its criterion.
+    NotConverged {
+        /// Name of the iteration.
+        name: &'static str,
+        /// Number of iterations made.
+        iterations: usize,
+        /// Last relative step.
+        step: f64,
+    },
+}
+
+impl Error {
+    /// The caller passed an argument that no data could make right (length, range).
+    pub fn is_input(&self) -> bool {
+        matches!(self, Self::Length { .. } | Self::OutOfRange { .. })
+    }
+
+    /// The data are at fault: too few, not finite, or they do not determine what was asked.
+    pub fn is_data(&self) -> bool {
+        matches!(
+            self,
+            Self::TooFew { .. } | Self::NotFinite { .. } | Self::Unobservable { .. }
+        )
+    }
+
+    /// Arithmetic could not go on: a singular or indefinite matrix, an iteration without end.
+    pub fn is_numerical(&self) -> bool {
+        matches!(
+            self,
+            Self::NotPositiveDefinite { .. } | Self::Singular { .. } | Self::NotConverged { .. }
+        )
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Length {
+                name,
+                expected,
+                got,
+            } => {
+                write!(f, "{name} has {got} elements, {expected} are needed")
+            }
+            Self::TooFew { name, needed, got } => {
+                write!(
+                    f,
+                    "too few {name}: {got} given, at least {needed} are needed"
+                )
+            }
+            Self::NotFinite { name, index } => {
+                write!(f, "{name} is not a finite number (element {index})")
+            }
+            Self::OutOfRange {
+                name,
+                value,
+                min,
+                max,
+            } => {
+                write!(f, "{name} = {value} lies outside [{min}, {max}]")
+            }
+            Self::NotPositiveDefinite {
+                name,
+                row,
+                column,
+                value,
+            } => {
+                if row == column {
+                    write!(
+                        f,
+                        "{name} is not positive definite (row {row}: {value:.6e})"
+                    )
+                } else {
+                    write!(
+                        f,
+                        "{name} is not positive semi-definite (rows {row} and {column}: {value:.6})"
+                    )
+                }
+            }
+            Self::Singular { name, condition } => {
+                write!(f, "{name} is singular (condition number {condition:.3e})")
+            }
+            Self::Unobservable {
+                parameter,
+                condition,
+            } => write!(
+                f,
+                "the data do not determine {parameter} (condition number {condition:.3e})"
+            ),
+            Self::NotConverged {
+                name,
+                iterations,
+                step,
+            } => write!(
+                f,
+                "{name} did not converge in {iterations} iterations (last relative step {step:.1e})"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for Error {}

@@ -1,0 +1,116 @@
+//! Degrees of freedom and coverage factors.
+
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use statrs::distribution::{ContinuousCDF, StudentsT};
+use std::fmt;
+
+/// Degrees of freedom: how well a standard uncertainty is itself known. Positive, infinite allowed.
+///
+/// Serialised as a number, or as the word `"infinite"`.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+pub struct DegreesOfFreedom(f64);
+
+impl DegreesOfFreedom {
+    /// A standard uncertainty that is taken as exactly known (a certificate, a type B bound).
+    pub const INFINITE: Self = Self(f64::INFINITY);
+
+    /// Degrees of freedom from a positive number; `None` for zero, negative and NaN.
+    pub fn new(nu: f64) -> Option<Self> {
+        (nu > 0.0).then_some(Self(nu))
+    }
+
+    /// The number, `f64::INFINITY` when infinite.
+    pub fn get(self) -> f64 {
+        self.0
+    }
+
+    /// Whether they are infinite.
+    pub fn is_infinite(self) -> bool {
+        self.0.is_infinite()
+    }
+
+    /// Coverage factor k of the two-sided interval that holds the measurand with `probability`.
+    ///
+    /// k = t_{(1+p)/2}(ν); the normal quantile when ν is infinite. **Source** `[GUM] G.3.4`; unlike the GUM's
+    /// table, ν is not truncated to an integer.
+    ///
+    /// ```
+    /// use proofmass_uncertainty::DegreesOfFreedom;
+    /// let k = DegreesOfFreedom::new(4.0).unwrap().coverage_factor(0.95);
+    /// assert!((k - 2.776).abs() < 5e-4); // [GUM] table G.2
+    /// ```
+    pub fn coverage_factor(self, probability: f64) -> f64 {
+        let upper = 0.5 * (1.0 + probability);
+        // Beyond 1e8 Student and normal quantiles agree to every digit of a double that matters.
+        let nu = self.0.min(1e8);
+        match StudentsT::new(0.0, 1.0, nu) {
+            Ok(t) => t.inverse_cdf(upper),
+            Err(_) => f64::INFINITY,
+        }
+    }
+}
+
+impl fmt::Display for DegreesOfFreedom {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.is_infinite() {
+            f.write_str("∞")
+        } else if self.0 < 100.0 {
+            write!(f, "{:.1}", self.0)
+        } else {
+            write!(f, "{:.0}", self.0)
+        }
+    }
+}
+
+impl Serialize for DegreesOfFreedom {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        if self.is_infinite() {
+            serializer.serialize_str("infinite")
+        } else {
+            serializer.serialize_f64(self.0)
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for DegreesOfFreedom {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(untagged)]
+        enum Form {
+            Number(f64),
+            Word(String),
+        }
+        match Form::deserialize(deserializer)? {
+            Form::Number(nu) => Self::new(nu).ok_or_else(|| {
+                serde::de::Error::custom(format!("degrees of freedom {nu} are not positive"))
+            }),
+            Form::Word(word) if word == "infinite" => Ok(Self::INFINITE),
+            Form::Word(word) => Err(serde::de::Error::custom(format!(
+                "degrees of freedom {word:?}: a positive number or \"infinite\""
+            ))),
+        }
+    }
+}
+
+/// Effective degrees of freedom of a sum of independent contributions (u_i, ν_i): Welch–Satterthwaite.
+///
+/// ν_eff = (Σ u_i²)² / Σ u_i⁴/ν_i. **Source** `[GUM] G.2b`.
+///
+/// ```
+/// use proofmass_uncertainty::{DegreesOfFreedom, welch_satterthwaite};
+/// let nu = |n| DegreesOfFreedom::new(n).unwrap();
+/// let effective = welch_satterthwaite(&[(0.25, nu(9.0)), (0.57, nu(4.0)), (0.82, nu(14.0))]);
+/// assert!((effective.get() - 19.0).abs() < 0.05); // [GUM] G.4.1
+/// ```
+pub fn welch_satterthwaite(contributions: &[(f64, DegreesOfFreedom)]) -> DegreesOfFreedom {
+    let variance: f64 = contributions.iter().map(|(u, _)| u * u).sum();
+    let spread: f64 = contributions
+        .iter()
+        .map(|(u, nu)| u.powi(4) / nu.get())
+        .sum();
+    if spread > 0.0 {
+        DegreesOfFreedom(variance * variance / spread)
+    } else {
+        DegreesOfFreedom::INFINITE
+    }
+}
