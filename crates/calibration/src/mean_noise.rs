@@ -1,5 +1,6 @@
 //! Noise of standstill means when samples are correlated and quantised.
 
+use crate::multi_position::median;
 use crate::{Pose, Samples, Segment, Triple};
 use proofmass_core::Error;
 use proofmass_uncertainty::DegreesOfFreedom;
@@ -10,7 +11,10 @@ use proofmass_uncertainty::DegreesOfFreedom;
 /// pooled over the standstills and tapered with Parzen's lag window, whose positive spectral window keeps the
 /// result positive semi-definite; its width follows Andrews' rule for the measured lag-one correlation.
 ///
-/// **Assumes** that all standstills have the same noise spectrum and that correlation dies out within a
+/// Standstills with more than twice the median variance (a hand that trembles) are left out of the pool; their
+/// own means get the pooled covariance times their variance ratio.
+///
+/// **Assumes** that the other standstills have the same noise spectrum and that correlation dies out within a
 /// standstill. Slower wander (flicker, temperature) is not in the samples of one standstill: it shows as excess
 /// of the fit residuals.
 ///
@@ -21,7 +25,12 @@ pub struct MeanNoise {
     autocovariance: Vec<[Triple; 3]>,
     dof: DegreesOfFreedom,
     quantum: [Option<f64>; 3],
+    /// Median variance of the samples of a standstill per axis.
+    typical: Triple,
 }
+
+/// Variance in multiples of the median beyond which a standstill does not belong to the pool.
+const RESTLESS: f64 = 2.0;
 
 impl MeanNoise {
     /// Estimates the noise from the samples inside the segments.
@@ -40,7 +49,7 @@ impl MeanNoise {
                 max: samples.len() as f64,
             });
         }
-        let centred: Vec<[Vec<f64>; 3]> = segments
+        let mut centred: Vec<[Vec<f64>; 3]> = segments
             .iter()
             .map(|s| {
                 let mean = samples.mean(s.start, s.end);
@@ -53,8 +62,15 @@ impl MeanNoise {
                 })
             })
             .collect();
-        let total: usize = segments.iter().map(Segment::len).sum();
-        let count = segments.len();
+        let variances: Vec<Triple> = centred
+            .iter()
+            .map(|c| [0, 1, 2].map(|axis| variance(&c[axis])))
+            .collect();
+        let typical = [0, 1, 2].map(|axis| median(variances.iter().map(|v| v[axis]).collect()));
+        let mut variance = variances.iter();
+        centred.retain(|_| variance.next().is_some_and(|v| excess_ratio(v, &typical) <= RESTLESS));
+        let total: usize = centred.iter().map(|c| c[0].len()).sum();
+        let count = centred.len();
         if total < count + 2 {
             return Err(Error::TooFew {
                 name: "samples in the standstills",
@@ -84,6 +100,7 @@ impl MeanNoise {
             autocovariance,
             dof: DegreesOfFreedom::new(dof).unwrap_or(DegreesOfFreedom::INFINITE),
             quantum: samples.columns().map(quantum),
+            typical,
         })
     }
 
@@ -149,15 +166,30 @@ impl MeanNoise {
                         .sum();
                     (sum / (segment.len().max(2) - 1) as f64).sqrt()
                 });
+                let ratio = excess_ratio(&deviation.map(|d| d * d), &self.typical);
+                let factor = if ratio > RESTLESS { ratio } else { 1.0 };
                 Pose {
                     mean,
-                    covariance: self.of_mean(segment.len()),
+                    covariance: self.of_mean(segment.len()).map(|row| row.map(|v| v * factor)),
                     deviation,
                     segment: segment.clone(),
                 }
             })
             .collect()
     }
+}
+
+/// Largest ratio of the variances of one standstill to the typical ones.
+fn excess_ratio(variance: &Triple, typical: &Triple) -> f64 {
+    (0..3)
+        .filter(|axis| typical[*axis] > 0.0)
+        .map(|axis| variance[axis] / typical[axis])
+        .fold(0.0, f64::max)
+}
+
+/// Variance of centred samples.
+fn variance(centred: &[f64]) -> f64 {
+    centred.iter().map(|v| v * v).sum::<f64>() / (centred.len().max(2) - 1) as f64
 }
 
 /// Sum over all segments of x_i(t + lag) x_j(t).

@@ -128,20 +128,26 @@ impl MultiPosition {
         self.model.parameters()
     }
 
-    /// Sum of squared residuals of an unweighted fit and the mean squared sensitivity of its parameters, both
-    /// in natural units: what a threshold sweep compares.
-    pub(crate) fn unweighted_quality(&self, poses: &[Pose]) -> Result<(f64, f64), Error> {
+    /// Sum of squared residuals of a fit weighted by the number of samples, and the mean variance of its
+    /// parameters per unit of residual variance, both in natural units: what a threshold sweep compares.
+    pub(crate) fn relative_quality(&self, poses: &[Pose]) -> Result<(f64, f64), Error> {
         let mut problem = Problem::new(self, poses)?;
-        for covariance in &mut problem.covariances {
-            *covariance = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let samples: usize = poses.iter().map(|p| p.segment.len()).sum();
+        let typical = samples as f64 / poses.len() as f64;
+        for (covariance, pose) in problem.covariances.iter_mut().zip(poses) {
+            let v = typical / pose.segment.len() as f64;
+            *covariance = [[v, 0.0, 0.0], [0.0, v, 0.0], [0.0, 0.0, v]];
         }
         let adjustment = problem.adjust(0.0)?;
-        let p = self.model.parameters() as f64;
         let g = &adjustment.gain;
-        let spread: f64 = (0..g.nrows())
-            .flat_map(|i| (0..g.ncols()).map(move |j| g[(i, j)] * g[(i, j)]))
+        let rows_per_pose = g.ncols() / poses.len();
+        let spread: f64 = (0..g.ncols())
+            .map(|j| {
+                let v = problem.covariances[j / rows_per_pose][0][0];
+                (0..g.nrows()).map(|i| v * g[(i, j)] * g[(i, j)]).sum::<f64>()
+            })
             .sum();
-        Ok((adjustment.chi_square, spread / p))
+        Ok((adjustment.chi_square, spread / self.parameters() as f64))
     }
 
     /// Quantile of χ² beyond which residuals count as exceeding the noise.
@@ -355,7 +361,7 @@ pub(crate) fn quadratic_form(c: &[Triple; 3], v: Triple) -> f64 {
     proofmass_core::dot(v, Matrix3(*c).times(v))
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
+pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     if values.is_empty() {
         return 0.0;
     }

@@ -52,7 +52,6 @@ impl Standstill {
 pub struct WindowedVariance {
     statistic: Vec<f64>,
     floor: Triple,
-    half: usize,
     minimum_samples: usize,
     breaks: Vec<usize>,
 }
@@ -118,7 +117,6 @@ impl WindowedVariance {
         Ok(Self {
             statistic,
             floor,
-            half,
             minimum_samples,
             breaks: breaks.to_vec(),
         })
@@ -136,28 +134,23 @@ impl WindowedVariance {
 
     /// The standstills at one threshold.
     ///
-    /// A run of samples below the threshold is widened by a quarter of the window at both ends: the windows
-    /// centred there saw rest over half a window further, and a quarter stays as a margin for settling.
+    /// Runs of samples whose windows stay below it. A run ends half a window inside the rest: the margin in which
+    /// a hand lets go and the sensor settles.
     pub fn segments(&self, threshold: f64) -> Vec<Segment> {
         let n = self.statistic.len();
-        let widen = self.half / 2;
         let mut segments: Vec<Segment> = Vec::new();
-        let mut cuts = self.breaks.iter().copied().chain([n]).peekable();
         let mut lower = 0;
-        while let Some(upper) = cuts.next() {
+        for upper in self.breaks.iter().copied().chain([n]) {
             let mut start = None;
             for i in lower..=upper.min(n) {
                 let still = i < upper.min(n) && self.statistic[i] < threshold;
                 match (still, start) {
                     (true, None) => start = Some(i),
                     (false, Some(s)) => {
-                        let from = s.saturating_sub(widen).max(lower);
-                        let from = segments.last().map_or(from, |last| from.max(last.end));
-                        let to = (i + widen).min(upper.min(n));
-                        if to >= from + self.minimum_samples {
+                        if i >= s + self.minimum_samples {
                             segments.push(Segment {
-                                start: from,
-                                end: to,
+                                start: s,
+                                end: i,
                                 attitude: None,
                                 label: None,
                             });
@@ -251,9 +244,9 @@ mod tests {
         let found = windowed.segments(3.0);
         assert_eq!(found.len(), 3);
         for (segment, (start, end)) in found.iter().zip([(0, 1000), (1200, 2000), (2300, 3000)]) {
-            // Inside the true rest, and at most half a window (50 samples) short at either end.
-            assert!(segment.start >= start && segment.start <= start + 50, "{segment:?}");
-            assert!(segment.end <= end && segment.end + 50 >= end, "{segment:?}");
+            // Inside the true rest, and half a window (50 samples) short where it borders on motion.
+            assert!(segment.start >= start && segment.start <= start + 51, "{segment:?}");
+            assert!(segment.end <= end && segment.end + 51 >= end, "{segment:?}");
         }
     }
 

@@ -1,6 +1,6 @@
 //! The threshold of the standstill search, chosen by what the fit makes of it.
 
-use crate::{MultiPosition, Pose, Samples, Segment, Standstill, WindowedVariance};
+use crate::{Ellipsoid, MultiPosition, Pose, Samples, Segment, Standstill, WindowedVariance};
 use proofmass_core::Error;
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -12,20 +12,26 @@ pub struct Candidate {
     pub threshold: f64,
     /// Standstills found.
     pub standstills: usize,
+    /// Standstills in the same attitude as the one before (within 3 % of g): fragments of it.
+    pub fragments: usize,
     /// Samples in them.
     pub samples: usize,
     /// Root mean square residual per degree of freedom, in units of g; `None` where the fit failed.
     pub residual: Option<f64>,
-    /// Typical half-width of the parameters' 95 % intervals in natural units; the smallest wins.
+    /// Typical half-width of the parameters' 95 % intervals in natural units.
     pub figure: Option<f64>,
 }
 
 /// Standstills found at the threshold that determines the parameters best.
 ///
 /// A strict threshold breaks standstills up and loses them; a loose one lets motion in and the residual grows.
-/// Each threshold of the ladder is fitted, and the one with the narrowest parameter intervals is taken:
-/// t₀.₉₇₅(ν) · s · √(tr GGᵀ/p), with s the residual per degree of freedom. The residual alone would favour
-/// thresholds that leave few standstills.
+/// Each threshold of the ladder is fitted, weighted by the number of samples, and its figure is the typical
+/// half-width of the parameters' intervals: t₀.₉₇₅(ν) · s · √(tr C/p), with s² the residual variance per degree
+/// of freedom and C the cofactor matrix. (The residual alone would favour thresholds that leave few
+/// standstills.) The residual itself scatters by 1/√(2ν), so thresholds within twice that of the smallest
+/// figure are alike. Of those the one that breaks fewest standstills into fragments is taken (fragments of one standstill
+/// share its errors and would pose as independent attitudes), and among equals the strictest: it lets the least
+/// motion in.
 ///
 /// **Source** after `[Tedaldi2014]` III-C, with the figure above in place of the residual norm.
 #[derive(Clone, Debug)]
@@ -74,10 +80,20 @@ impl ThresholdSweep {
             .into_par_iter()
             .map(|threshold| try_threshold(samples, &windowed, threshold, fit))
             .collect();
-        let best = tried
+        let figures = || tried.iter().filter_map(|(c, ..)| Some((c, c.figure?)));
+        let limit = figures()
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+            .map(|(c, figure)| {
+                let freedom = c.standstills.saturating_sub(fit.parameters()).max(1) as f64;
+                figure * (1.0 + 2.0 / (2.0 * freedom).sqrt())
+            });
+        let alike = tried
             .iter()
-            .filter(|(c, ..)| c.figure.is_some())
-            .min_by(|a, b| a.0.figure.unwrap_or(f64::MAX).total_cmp(&b.0.figure.unwrap_or(f64::MAX)));
+            .filter(|(c, ..)| matches!((c.figure, limit), (Some(f), Some(l)) if f <= l));
+        let best = alike.min_by(|a, b| {
+            let by_fragments = a.0.fragments.cmp(&b.0.fragments);
+            by_fragments.then(a.0.threshold.total_cmp(&b.0.threshold))
+        });
         match best {
             Some((candidate, segments, _)) => Ok(Self {
                 segments: segments.clone(),
@@ -115,11 +131,12 @@ fn try_threshold(
     let mut candidate = Candidate {
         threshold,
         standstills: segments.len(),
+        fragments: fragments(&poses),
         samples: segments.iter().map(Segment::len).sum(),
         residual: None,
         figure: None,
     };
-    let error = match fit.unweighted_quality(&poses) {
+    let error = match fit.relative_quality(&poses) {
         Ok((sum_of_squares, spread)) => {
             let freedom = (poses.len() - fit.parameters()) as f64;
             // At least two degrees of freedom: one residual may vanish by chance.
@@ -140,4 +157,13 @@ fn try_threshold(
         Err(error) => Some(error),
     };
     (candidate, segments, error)
+}
+
+fn fragments(poses: &[Pose]) -> usize {
+    let means: Vec<_> = poses.iter().map(|p| p.mean).collect();
+    let near = Ellipsoid::sphere(&means).map_or(0.0, |sphere| 0.03 * sphere.radius());
+    means
+        .windows(2)
+        .filter(|pair| (0..3).map(|i| (pair[1][i] - pair[0][i]).powi(2)).sum::<f64>() < near * near)
+        .count()
 }
