@@ -33,7 +33,12 @@ impl Direction {
 
 impl fmt::Display for Direction {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}{}", if self.up { '+' } else { '-' }, ["x", "y", "z"][self.axis])
+        write!(
+            f,
+            "{}{}",
+            if self.up { '+' } else { '-' },
+            ["x", "y", "z"][self.axis]
+        )
     }
 }
 
@@ -129,9 +134,17 @@ mod tests {
             [0.0, -9.8, 0.3],
             [0.0, 0.0, 9.8],
         ]);
-        assert_eq!(coverage.to_string(), "5 of 6 directions present, -z missing");
+        assert_eq!(
+            coverage.to_string(),
+            "5 of 6 directions present, -z missing"
+        );
         assert_eq!(coverage.missing_axis(), None);
-        let flat = DirectionCoverage::of(&[[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]]);
+        let flat = DirectionCoverage::of(&[
+            [1.0, 0.0, 0.0],
+            [-1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.0, -1.0, 0.0],
+        ]);
         assert_eq!(flat.missing_axis(), Some(2));
     }
 }

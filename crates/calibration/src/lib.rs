@@ -15,7 +15,9 @@ mod validation;
 pub use direction_coverage::{Direction, DirectionCoverage};
 pub use ellipsoid::Ellipsoid;
 pub use mean_noise::MeanNoise;
-pub use multi_position::{AttitudeUncertainty, Model, MultiPosition, MultiPositionFit, PoseResidual};
+pub use multi_position::{
+    AttitudeUncertainty, Model, MultiPosition, MultiPositionFit, PoseResidual,
+};
 pub use pose::{Pose, Samples, Segment};
 pub use recording_quality::{clipping, suspected_clipping, temperature_drift};
 pub use six_position::Ferraris;

@@ -102,11 +102,13 @@ impl ThresholdSweep {
             }),
             None => {
                 let most = tried.iter().max_by_key(|(c, ..)| c.standstills);
-                Err(most.and_then(|(.., error)| *error).unwrap_or(Error::TooFew {
-                    name: "standstills",
-                    needed: 1,
-                    got: 0,
-                }))
+                Err(most
+                    .and_then(|(.., error)| *error)
+                    .unwrap_or(Error::TooFew {
+                        name: "standstills",
+                        needed: 1,
+                        got: 0,
+                    }))
             }
         }
     }
@@ -142,7 +144,8 @@ fn try_threshold(
             // At least two degrees of freedom: one residual may vanish by chance.
             if freedom >= 2.0 {
                 let residual = (sum_of_squares / freedom).sqrt();
-                let t = StudentsT::new(0.0, 1.0, freedom).map_or(f64::MAX, |d| d.inverse_cdf(0.975));
+                let t =
+                    StudentsT::new(0.0, 1.0, freedom).map_or(f64::MAX, |d| d.inverse_cdf(0.975));
                 candidate.residual = Some(residual);
                 candidate.figure = Some(t * residual * spread.sqrt());
                 None
@@ -164,6 +167,11 @@ fn fragments(poses: &[Pose]) -> usize {
     let near = Ellipsoid::sphere(&means).map_or(0.0, |sphere| 0.03 * sphere.radius());
     means
         .windows(2)
-        .filter(|pair| (0..3).map(|i| (pair[1][i] - pair[0][i]).powi(2)).sum::<f64>() < near * near)
+        .filter(|pair| {
+            (0..3)
+                .map(|i| (pair[1][i] - pair[0][i]).powi(2))
+                .sum::<f64>()
+                < near * near
+        })
         .count()
 }

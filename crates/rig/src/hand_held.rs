@@ -22,6 +22,9 @@ pub struct HandHeld {
     pub rest: f64,
     /// Duration of each turn between rests, s.
     pub turn: f64,
+    /// How far the attitudes are off the intended ones, largest component of a unit vector: 0.15 for a hand, 0
+    /// for a precise fixture.
+    pub askew: f64,
     /// Standard deviation of the noise of one sample.
     pub noise: f64,
     /// Correlation of the noise of neighbouring samples, first-order autoregression.
@@ -36,11 +39,7 @@ pub struct HandHeld {
 impl Default for HandHeld {
     /// A 16-bit sensor of 415 counts/(m/s²) with offsets at mid-scale, as motion trackers have.
     fn default() -> Self {
-        let k = Matrix3([
-            [415.2, 1.4, 3.9],
-            [0.0, 412.6, 8.7],
-            [0.0, 0.0, 414.1],
-        ]);
+        let k = Matrix3([[415.2, 1.4, 3.9], [0.0, 412.6, 8.7], [0.0, 0.0, 414.1]]);
         // The matrix above is invertible, so its model exists.
         let sensor = SensorModel::new(k, [33_120.0, 33_271.0, 32_366.0])
             .unwrap_or_else(|error| unreachable!("{error}"));
@@ -51,6 +50,7 @@ impl Default for HandHeld {
             rests: 24,
             rest: 4.0,
             turn: 2.0,
+            askew: 0.15,
             noise: 4.0,
             correlation: 0.0,
             wander: 0.0,
@@ -85,24 +85,25 @@ impl HandHeld {
     /// Makes the recording that belongs to a seed.
     pub fn simulate(&self, seed: u64) -> HandHeldRecording {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
-        let attitudes = attitudes(self.rests, &mut rng);
+        let attitudes = attitudes(self.rests, self.askew, &mut rng);
         let mut outputs: [Vec<f64>; 3] = Default::default();
         let mut rests = Vec::with_capacity(self.rests);
         let mut noise = [0.0; 3];
         let innovation = self.noise * (1.0 - self.correlation.powi(2)).max(0.0).sqrt();
-        let mut push = |force: [f64; 3], outputs: &mut [Vec<f64>; 3], rng: &mut Xoshiro256PlusPlus| {
-            let clean = self.sensor.invert(force);
-            for axis in 0..3 {
-                let w: f64 = StandardNormal.sample(rng);
-                noise[axis] = self.correlation * noise[axis] + innovation * w;
-                let value = clean[axis] + noise[axis];
-                outputs[axis].push(if self.resolution > 0.0 {
-                    (value / self.resolution).round() * self.resolution
-                } else {
-                    value
-                });
-            }
-        };
+        let mut push =
+            |force: [f64; 3], outputs: &mut [Vec<f64>; 3], rng: &mut Xoshiro256PlusPlus| {
+                let clean = self.sensor.invert(force);
+                for axis in 0..3 {
+                    let w: f64 = StandardNormal.sample(rng);
+                    noise[axis] = self.correlation * noise[axis] + innovation * w;
+                    let value = clean[axis] + noise[axis];
+                    outputs[axis].push(if self.resolution > 0.0 {
+                        (value / self.resolution).round() * self.resolution
+                    } else {
+                        value
+                    });
+                }
+            };
         for (index, attitude) in attitudes.iter().enumerate() {
             let start = outputs[0].len();
             let duration = self.rest * (0.8 + 0.4 * rng.random::<f64>());
@@ -145,8 +146,8 @@ impl HandHeld {
     }
 }
 
-/// Each axis up and down first, up to 15° askew as a hand lays it down; the rest evenly over the sphere.
-fn attitudes(count: usize, rng: &mut Xoshiro256PlusPlus) -> Vec<[f64; 3]> {
+/// Each axis up and down first, then evenly over the sphere; all as far askew as told.
+fn attitudes(count: usize, askew: f64, rng: &mut Xoshiro256PlusPlus) -> Vec<[f64; 3]> {
     let spread = count.saturating_sub(6).max(1);
     let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
     let turn = std::f64::consts::TAU * rng.random::<f64>();
@@ -162,8 +163,7 @@ fn attitudes(count: usize, rng: &mut Xoshiro256PlusPlus) -> Vec<[f64; 3]> {
                 let angle = golden * i as f64 + turn;
                 [r * angle.cos(), r * angle.sin(), z]
             };
-            let askew = target.map(|v| v + 0.15 * (2.0 * rng.random::<f64>() - 1.0));
-            unit(askew)
+            unit(target.map(|v| v + askew * (2.0 * rng.random::<f64>() - 1.0)))
         })
         .collect()
 }
@@ -206,7 +206,10 @@ mod tests {
             let expected = rig.sensor.invert(rest.attitude.map(|u| rig.gravity * u));
             let n = (rest.end - rest.start) as f64;
             for axis in 0..3 {
-                let mean = recording.outputs[axis][rest.start..rest.end].iter().sum::<f64>() / n;
+                let mean = recording.outputs[axis][rest.start..rest.end]
+                    .iter()
+                    .sum::<f64>()
+                    / n;
                 // 24 × 3 means of n samples: five standard deviations leave 4e-5 for a false alarm.
                 assert!((mean - expected[axis]).abs() < 5.0 * rig.noise / n.sqrt());
             }
