@@ -31,6 +31,7 @@ mod calibration_file;
 mod campaign;
 mod error;
 mod finite;
+mod inspection;
 mod layout;
 mod output;
 mod recording;
@@ -39,6 +40,7 @@ mod rows;
 mod segments;
 mod software;
 mod spelling;
+mod table;
 mod time_base;
 mod unit;
 
@@ -48,6 +50,7 @@ pub use campaign::{
     MultiPositionCampaign, Prefixes, RecordingTable, StandstillTable,
 };
 pub use error::{Error, ErrorKind, Result};
+pub use inspection::{BadEntry, ColumnSummary, Inspection, Statistics, TimeSummary, inspect};
 pub use layout::{ColumnRef, DecimalMark, Layout, LayoutOptions, Separator};
 pub use output::{AtomicFile, OutputFolder};
 pub use recording::{Column, Input, Recording, RecordingOptions, TimeUnit};
@@ -55,5 +58,6 @@ pub use result_document::{NamedCovariance, RESULT_SCHEMA, RESULT_VERSION, Result
 pub use rows::{Block, RowReader};
 pub use segments::Segment;
 pub use software::{Schema, Software};
+pub use table::{Cell, RowWriter, Table};
 pub use time_base::{Gap, TimeBase, TimeSource};
 pub use unit::{STANDARD_GRAVITY, Unit, split_heading};

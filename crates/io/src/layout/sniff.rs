@@ -60,7 +60,7 @@ pub(super) fn layout(head: &[u8], complete: bool, options: &LayoutOptions) -> Re
         let is_data = match options.header {
             Some(false) => true,
             Some(true) if headings.is_empty() => false,
-            _ => fields.iter().zip(&numeric).any(|(f, &n)| n && is_number(f, decimal)) || !numeric.contains(&true),
+            _ => fields.iter().zip(&numeric).any(|(f, &n)| n && is_number(f, decimal)),
         };
         if is_data {
             first_data = Some(*line);
