@@ -50,7 +50,11 @@ pub struct CalibrationFile {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gravity: Option<Quantity>,
     /// Smallest and largest temperature during calibration, °C.
-    #[serde(default, skip_serializing_if = "Option::is_none", rename = "temperature_range_degC")]
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        rename = "temperature_range_degC"
+    )]
     pub temperature_range: Option<[f64; 2]>,
     /// Range of acceleration per axis in which it was tested, output unit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -61,9 +65,18 @@ pub struct CalibrationFile {
 
 impl CalibrationFile {
     /// A calibration with what cannot be left out; the rest is set through the public fields.
-    pub fn new(model: impl Into<String>, input_unit: Unit, k: [[f64; 3]; 3], b: [f64; 3], estimate: Estimate) -> Self {
+    pub fn new(
+        model: impl Into<String>,
+        input_unit: Unit,
+        k: [[f64; 3]; 3],
+        b: [f64; 3],
+        estimate: Estimate,
+    ) -> Self {
         Self {
-            schema: Schema { name: CALIBRATION_SCHEMA.into(), version: CALIBRATION_VERSION },
+            schema: Schema {
+                name: CALIBRATION_SCHEMA.into(),
+                version: CALIBRATION_VERSION,
+            },
             kind: TRIAXIAL.into(),
             software: Software::default(),
             device: Device::default(),
@@ -105,11 +118,19 @@ impl CalibrationFile {
             Error::new(ErrorKind::Format, what)
                 .with_hint("name the calibration.json that `proofmass calibrate` wrote")
         };
-        let head: Head = serde_json::from_slice(bytes)
-            .map_err(|e| not_ours("is not a calibration file".into()).line(e.line() as u64).because(e))?;
-        let schema = head.schema.ok_or_else(|| not_ours("is not a calibration file: it names no schema".into()))?;
+        let head: Head = serde_json::from_slice(bytes).map_err(|e| {
+            not_ours("is not a calibration file".into())
+                .line(e.line() as u64)
+                .because(e)
+        })?;
+        let schema = head
+            .schema
+            .ok_or_else(|| not_ours("is not a calibration file: it names no schema".into()))?;
         if schema.name != CALIBRATION_SCHEMA {
-            return Err(not_ours(format!("is a {} file, not a {CALIBRATION_SCHEMA} file", schema.name)));
+            return Err(not_ours(format!(
+                "is a {} file, not a {CALIBRATION_SCHEMA} file",
+                schema.name
+            )));
         }
         if schema.version != CALIBRATION_VERSION {
             return Err(Error::new(
@@ -121,15 +142,21 @@ impl CalibrationFile {
         if head.kind.as_deref() != Some(TRIAXIAL) {
             return Err(Error::new(
                 ErrorKind::Format,
-                format!("is a calibration of kind \"{}\"; this version applies \"{TRIAXIAL}\"", head.kind.unwrap_or_default()),
+                format!(
+                    "is a calibration of kind \"{}\"; this version applies \"{TRIAXIAL}\"",
+                    head.kind.unwrap_or_default()
+                ),
             )
             .with_hint("use a calibration of a triaxial accelerometer from static positions"));
         }
         let file: Self = serde_json::from_slice(bytes).map_err(|e| {
-            Error::new(ErrorKind::Format, format!("the calibration is damaged: {e}"))
-                .line(e.line() as u64)
-                .with_hint("do not edit the file by hand; calibrate again")
-                .because(e)
+            Error::new(
+                ErrorKind::Format,
+                format!("the calibration is damaged: {e}"),
+            )
+            .line(e.line() as u64)
+            .with_hint("do not edit the file by hand; calibrate again")
+            .because(e)
         })?;
         file.check()?;
         Ok(file)
@@ -157,20 +184,26 @@ impl CalibrationFile {
 
     fn check(&self) -> Result<()> {
         let finite = |name: &str, values: &[f64]| match values.iter().find(|v| !v.is_finite()) {
-            Some(v) => Err(Error::new(ErrorKind::Format, format!("{name} holds {v}, which is not finite"))
-                .column(name)
-                .with_hint("calibrate again")),
+            Some(v) => Err(Error::new(
+                ErrorKind::Format,
+                format!("{name} holds {v}, which is not finite"),
+            )
+            .column(name)
+            .with_hint("calibrate again")),
             None => Ok(()),
         };
         finite("K", self.k.as_flattened())?;
         finite("b", &self.b)?;
-        for (name, range) in
-            [("temperature_range_degC", self.temperature_range), ("acceleration_range", self.acceleration_range)]
-        {
+        for (name, range) in [
+            ("temperature_range_degC", self.temperature_range),
+            ("acceleration_range", self.acceleration_range),
+        ] {
             if let Some(range) = range {
                 finite(name, &range)?;
                 if range[0] > range[1] {
-                    return Err(Error::new(ErrorKind::Format, format!("{name} is reversed")).column(name));
+                    return Err(
+                        Error::new(ErrorKind::Format, format!("{name} is reversed")).column(name)
+                    );
                 }
             }
         }
@@ -183,9 +216,12 @@ impl CalibrationFile {
             - k[0][1] * (k[1][0] * k[2][2] - k[1][2] * k[2][0])
             + k[0][2] * (k[1][0] * k[2][1] - k[1][1] * k[2][0]);
         if determinant.abs() <= 1e-9 * product {
-            return Err(Error::new(ErrorKind::Format, "the matrix K is singular, so it cannot be inverted")
-                .column("K")
-                .with_hint("calibrate again with attitudes that reach all three axes"));
+            return Err(Error::new(
+                ErrorKind::Format,
+                "the matrix K is singular, so it cannot be inverted",
+            )
+            .column("K")
+            .with_hint("calibrate again with attitudes that reach all three axes"));
         }
         Ok(())
     }

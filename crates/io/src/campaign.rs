@@ -3,8 +3,8 @@
 mod multi_position;
 
 pub use multi_position::{
-    Ambient, Attitude, Axes, Device, GravityInput, Method, MethodModel, MultiPositionCampaign, Prefixes, RecordingTable,
-    StandstillTable,
+    Ambient, Attitude, Axes, Device, GravityInput, Method, MethodModel, MultiPositionCampaign,
+    Prefixes, RecordingTable, StandstillTable,
 };
 
 use crate::{Error, ErrorKind, Input, Result};
@@ -48,20 +48,28 @@ impl Campaign {
         let kind: Kind = file.parse()?;
         let list = KINDS.join(", ");
         let Some(kind) = kind.kind else {
-            return Err(Error::new(ErrorKind::Configuration, "the campaign does not say of which kind it is")
-                .at(&file.path)
-                .with_hint(format!("begin the file with kind = \"…\"; known kinds: {list}")));
+            return Err(Error::new(
+                ErrorKind::Configuration,
+                "the campaign does not say of which kind it is",
+            )
+            .at(&file.path)
+            .with_hint(format!(
+                "begin the file with kind = \"…\"; known kinds: {list}"
+            )));
         };
         match kind.get_ref().as_str() {
             "multi-position" => MultiPositionCampaign::from_file(file).map(Self::MultiPosition),
             other => {
                 let near = crate::spelling::nearest(other, KINDS.iter().copied())
                     .map_or(String::new(), |k| format!("did you mean \"{k}\"? "));
-                Err(Error::new(ErrorKind::Configuration, format!("unknown kind \"{other}\""))
-                    .at(&file.path)
-                    .line(file.line_at(kind.span().start))
-                    .column("kind")
-                    .with_hint(format!("{near}known kinds: {list}")))
+                Err(Error::new(
+                    ErrorKind::Configuration,
+                    format!("unknown kind \"{other}\""),
+                )
+                .at(&file.path)
+                .line(file.line_at(kind.span().start))
+                .column("kind")
+                .with_hint(format!("{near}known kinds: {list}")))
             }
         }
     }
@@ -83,9 +91,13 @@ impl CampaignFile {
         let path = if path.is_dir() {
             let inside = path.join("campaign.toml");
             if !inside.is_file() {
-                return Err(Error::new(ErrorKind::NotFound, "the folder holds no campaign.toml")
-                    .at(path)
-                    .with_hint("name the folder of a campaign, or write a campaign.toml into it"));
+                return Err(
+                    Error::new(ErrorKind::NotFound, "the folder holds no campaign.toml")
+                        .at(path)
+                        .with_hint(
+                            "name the folder of a campaign, or write a campaign.toml into it",
+                        ),
+                );
             }
             inside
         } else {
@@ -100,9 +112,14 @@ impl CampaignFile {
                 .with_hint("a campaign is a TOML text in UTF-8; name the folder or its campaign.toml, not a recording")
         })?;
         if text.trim().is_empty() {
-            return Err(Error::new(ErrorKind::Configuration, "the campaign is empty")
-                .at(&path)
-                .with_hint(format!("begin the file with kind = \"…\"; known kinds: {}", KINDS.join(", "))));
+            return Err(
+                Error::new(ErrorKind::Configuration, "the campaign is empty")
+                    .at(&path)
+                    .with_hint(format!(
+                        "begin the file with kind = \"…\"; known kinds: {}",
+                        KINDS.join(", ")
+                    )),
+            );
         }
         let input = Input::of(&path)?;
         Ok(Self { path, input, text })
@@ -125,7 +142,11 @@ impl CampaignFile {
                 let valid = &words[1..];
                 let near = crate::spelling::nearest(unknown, valid.iter().copied())
                     .map_or(String::new(), |near| format!("did you mean `{near}`? "));
-                let what = if message.starts_with("unknown variant") { "value" } else { "key" };
+                let what = if message.starts_with("unknown variant") {
+                    "value"
+                } else {
+                    "key"
+                };
                 error = Error::new(ErrorKind::Configuration, format!("unknown {what}"))
                     .at(&self.path)
                     .column(*unknown)
@@ -140,7 +161,10 @@ impl CampaignFile {
 
     /// Line of a byte of the text, from one.
     pub fn line_at(&self, byte: usize) -> u64 {
-        1 + self.text.as_bytes()[..byte.min(self.text.len())].iter().filter(|b| **b == b'\n').count() as u64
+        1 + self.text.as_bytes()[..byte.min(self.text.len())]
+            .iter()
+            .filter(|b| **b == b'\n')
+            .count() as u64
     }
 
     /// A file named in the campaign, relative to its folder.
@@ -156,13 +180,19 @@ impl CampaignFile {
             if line.starts_with('[') {
                 inside = line.trim_matches(['[', ']']).trim() == table;
             }
-            inside && line.split(['=', '.']).next().is_some_and(|k| k.trim().trim_matches('"') == key)
+            inside
+                && line
+                    .split(['=', '.'])
+                    .next()
+                    .is_some_and(|k| k.trim().trim_matches('"') == key)
         });
-        let error = Error::new(ErrorKind::Configuration, what).at(&self.path).column(if table.is_empty() {
-            key.to_string()
-        } else {
-            format!("{table}.{key}")
-        });
+        let error = Error::new(ErrorKind::Configuration, what)
+            .at(&self.path)
+            .column(if table.is_empty() {
+                key.to_string()
+            } else {
+                format!("{table}.{key}")
+            });
         match line {
             Some(line) => error.line(line as u64 + 1),
             None => error,

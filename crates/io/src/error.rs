@@ -72,7 +72,9 @@ impl Error {
             std::io::ErrorKind::NotFound => (
                 ErrorKind::NotFound,
                 "there is no such file or folder".to_string(),
-                Some("check the path; it is taken relative to the current folder, or to the folder of campaign.toml when it stands there"),
+                Some(
+                    "check the path; it is taken relative to the current folder, or to the folder of campaign.toml when it stands there",
+                ),
             ),
             std::io::ErrorKind::PermissionDenied => (
                 ErrorKind::Access,

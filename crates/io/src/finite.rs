@@ -19,13 +19,21 @@ pub(crate) fn to_value(value: &impl Serialize) -> Result<serde_json::Value> {
 }
 
 fn write_error(e: serde_json::Error) -> Error {
-    Error::new(ErrorKind::Output, format!("the value has no form in JSON: {e}")).because(e)
+    Error::new(
+        ErrorKind::Output,
+        format!("the value has no form in JSON: {e}"),
+    )
+    .because(e)
 }
 
 fn check(value: &impl Serialize) -> Result<()> {
     value.serialize(&mut Walk::default()).map_err(|fault| {
         let error = Error::new(ErrorKind::Output, fault.what);
-        if fault.path.is_empty() { error } else { error.column(fault.path) }
+        if fault.path.is_empty() {
+            error
+        } else {
+            error.column(fault.path)
+        }
     })
 }
 
@@ -45,7 +53,10 @@ impl std::error::Error for Fault {}
 
 impl ser::Error for Fault {
     fn custom<T: fmt::Display>(what: T) -> Self {
-        Self { what: what.to_string(), path: String::new() }
+        Self {
+            what: what.to_string(),
+            path: String::new(),
+        }
     }
 }
 
@@ -61,7 +72,10 @@ impl Walk {
         if v.is_finite() {
             return Ok(());
         }
-        Err(Fault { what: format!("{v} may not be written; a missing value has to be left out"), path: self.path.concat() })
+        Err(Fault {
+            what: format!("{v} may not be written; a missing value has to be left out"),
+            path: self.path.concat(),
+        })
     }
 
     fn inside<T: Serialize + ?Sized>(&mut self, step: String, value: &T) -> Result<(), Fault> {
@@ -117,7 +131,11 @@ impl<'a> ser::Serializer for &'a mut Walk {
     fn serialize_unit_variant(self, _: &'static str, _: u32, _: &'static str) -> Result<(), Fault> {
         Ok(())
     }
-    fn serialize_newtype_struct<T: Serialize + ?Sized>(self, _: &'static str, value: &T) -> Result<(), Fault> {
+    fn serialize_newtype_struct<T: Serialize + ?Sized>(
+        self,
+        _: &'static str,
+        value: &T,
+    ) -> Result<(), Fault> {
         value.serialize(self)
     }
     fn serialize_newtype_variant<T: Serialize + ?Sized>(
@@ -139,7 +157,13 @@ impl<'a> ser::Serializer for &'a mut Walk {
     fn serialize_tuple_struct(self, _: &'static str, _: usize) -> Result<Self, Fault> {
         self.serialize_seq(None)
     }
-    fn serialize_tuple_variant(self, _: &'static str, _: u32, _: &'static str, _: usize) -> Result<Self, Fault> {
+    fn serialize_tuple_variant(
+        self,
+        _: &'static str,
+        _: u32,
+        _: &'static str,
+        _: usize,
+    ) -> Result<Self, Fault> {
         self.serialize_seq(None)
     }
     fn serialize_map(self, _: Option<usize>) -> Result<Self, Fault> {
@@ -148,7 +172,13 @@ impl<'a> ser::Serializer for &'a mut Walk {
     fn serialize_struct(self, _: &'static str, _: usize) -> Result<Self, Fault> {
         Ok(self)
     }
-    fn serialize_struct_variant(self, _: &'static str, _: u32, _: &'static str, _: usize) -> Result<Self, Fault> {
+    fn serialize_struct_variant(
+        self,
+        _: &'static str,
+        _: u32,
+        _: &'static str,
+        _: usize,
+    ) -> Result<Self, Fault> {
         Ok(self)
     }
 }

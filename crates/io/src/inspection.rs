@@ -121,10 +121,19 @@ fn inspect_inner(path: &Path) -> Result<Inspection> {
     let mut reader = RowReader::open(path, layout.clone(), &selected)?.locate_bad_fields();
     while let Some(block) = reader.next_block()? {
         for (i, sum) in sums.iter_mut().enumerate() {
-            block.column(i).iter().filter(|v| v.is_finite()).for_each(|&v| sum.add(v));
+            block
+                .column(i)
+                .iter()
+                .filter(|v| v.is_finite())
+                .for_each(|&v| sum.add(v));
         }
         if let Some(i) = time_at {
-            for (row, &t) in block.column(i).iter().enumerate().filter(|(_, t)| t.is_finite()) {
+            for (row, &t) in block
+                .column(i)
+                .iter()
+                .enumerate()
+                .filter(|(_, t)| t.is_finite())
+            {
                 time.add(rows as usize + row, block.line(row), t * scale);
             }
         }
@@ -143,11 +152,23 @@ fn inspect_inner(path: &Path) -> Result<Inspection> {
             name: layout.name(index),
             number: index + 1,
             unit: layout.unit(index),
-            statistics: selected.iter().position(|&i| i == index).and_then(|i| sums[i].statistics()),
+            statistics: selected
+                .iter()
+                .position(|&i| i == index)
+                .and_then(|i| sums[i].statistics()),
         })
         .collect();
     let time = time_at.and_then(|i| time.summary(layout.name(selected[i]), unit));
-    Ok(Inspection { path: path.to_path_buf(), sha256, layout, rows, columns, time, bad, bad_count })
+    Ok(Inspection {
+        path: path.to_path_buf(),
+        sha256,
+        layout,
+        rows,
+        columns,
+        time,
+        bad,
+        bad_count,
+    })
 }
 
 /// Running sums after Welford, so that a large mean does not swallow the scatter.
@@ -186,13 +207,17 @@ impl Sums {
     fn statistics(&self) -> Option<Statistics> {
         let mut values: Vec<f64> = self.distinct.iter().map(|&b| f64::from_bits(b)).collect();
         values.sort_by(f64::total_cmp);
-        let resolution = values.windows(2).map(|w| w[1] - w[0]).min_by(f64::total_cmp);
+        let resolution = values
+            .windows(2)
+            .map(|w| w[1] - w[0])
+            .min_by(f64::total_cmp);
         (self.count > 0).then(|| Statistics {
             count: self.count,
             min: self.min,
             max: self.max,
             mean: self.mean,
-            standard_deviation: (self.count > 1).then(|| (self.m2 / (self.count - 1) as f64).sqrt()),
+            standard_deviation: (self.count > 1)
+                .then(|| (self.m2 / (self.count - 1) as f64).sqrt()),
             distinct: (!self.continuous).then_some(values.len()),
             resolution,
         })
@@ -212,7 +237,15 @@ struct Times {
 
 impl Times {
     fn new() -> Self {
-        Self { waiting: Vec::new(), steps: None, first: 0.0, last: None, gaps: Vec::new(), gap_count: 0, backward: Vec::new() }
+        Self {
+            waiting: Vec::new(),
+            steps: None,
+            first: 0.0,
+            last: None,
+            gaps: Vec::new(),
+            gap_count: 0,
+            backward: Vec::new(),
+        }
     }
 
     fn add(&mut self, sample: usize, line: u64, t: f64) {
@@ -255,7 +288,12 @@ impl Times {
         {
             self.gap_count += 1;
             if self.gaps.len() < LISTED {
-                self.gaps.push(Gap { after_sample, line, at_s, step_s });
+                self.gaps.push(Gap {
+                    after_sample,
+                    line,
+                    at_s,
+                    step_s,
+                });
             }
         }
     }

@@ -144,7 +144,11 @@ impl Layout {
         match self.header.as_ref().and_then(|h| h.get(index)) {
             Some(heading) if !heading.trim().is_empty() => {
                 let (name, unit) = split_heading(heading);
-                if name.is_empty() || unit.is_none() { heading.trim().to_string() } else { name.to_string() }
+                if name.is_empty() || unit.is_none() {
+                    heading.trim().to_string()
+                } else {
+                    name.to_string()
+                }
             }
             _ => format!("column {}", index + 1),
         }
@@ -152,7 +156,10 @@ impl Layout {
 
     /// Unit of a column where the heading or the line below it says so.
     pub fn unit(&self, index: usize) -> Option<Unit> {
-        let line = self.unit_line.as_ref().and_then(|u| u.get(index).copied().flatten());
+        let line = self
+            .unit_line
+            .as_ref()
+            .and_then(|u| u.get(index).copied().flatten());
         line.or_else(|| {
             self.header
                 .as_ref()
@@ -182,23 +189,37 @@ impl Layout {
             ColumnRef::Index(i) if (1..=self.columns).contains(i) => Ok(i - 1),
             ColumnRef::Index(i) => Err(Error::new(
                 ErrorKind::Column,
-                format!("there is no column {i}; columns are counted from 1 to {}", self.columns),
+                format!(
+                    "there is no column {i}; columns are counted from 1 to {}",
+                    self.columns
+                ),
             )
             .with_hint(available())),
             ColumnRef::Name(name) => {
                 let Some(header) = &self.header else {
-                    return Err(Error::new(ErrorKind::Column, "the file has no header, so columns have no names")
-                        .column(name)
-                        .with_hint(format!(
-                            "give the number of the column (1 to {}) instead of its name",
-                            self.columns
-                        )));
+                    return Err(Error::new(
+                        ErrorKind::Column,
+                        "the file has no header, so columns have no names",
+                    )
+                    .column(name)
+                    .with_hint(format!(
+                        "give the number of the column (1 to {}) instead of its name",
+                        self.columns
+                    )));
                 };
                 let same = |exact: bool, whole: bool| -> Vec<usize> {
                     (0..header.len().min(self.columns))
                         .filter(|&i| {
-                            let heading = if whole { header[i].trim() } else { split_heading(&header[i]).0 };
-                            if exact { heading == name.trim() } else { heading.eq_ignore_ascii_case(name.trim()) }
+                            let heading = if whole {
+                                header[i].trim()
+                            } else {
+                                split_heading(&header[i]).0
+                            };
+                            if exact {
+                                heading == name.trim()
+                            } else {
+                                heading.eq_ignore_ascii_case(name.trim())
+                            }
                         })
                         .collect()
                 };
@@ -210,10 +231,14 @@ impl Layout {
                 match found[..] {
                     [one] => Ok(one),
                     [] => {
-                        let error = Error::new(ErrorKind::Column, "there is no such column").column(name);
-                        let nearest = crate::spelling::nearest(name, header.iter().map(|h| h.trim()));
+                        let error =
+                            Error::new(ErrorKind::Column, "there is no such column").column(name);
+                        let nearest =
+                            crate::spelling::nearest(name, header.iter().map(|h| h.trim()));
                         Err(match nearest {
-                            Some(near) => error.with_hint(format!("did you mean \"{near}\"? {}", available())),
+                            Some(near) => {
+                                error.with_hint(format!("did you mean \"{near}\"? {}", available()))
+                            }
                             None => error.with_hint(available()),
                         })
                     }
@@ -224,7 +249,11 @@ impl Layout {
                     .column(name)
                     .with_hint(format!(
                         "give the number of the column instead, one of {}",
-                        found.iter().map(|i| (i + 1).to_string()).collect::<Vec<_>>().join(", ")
+                        found
+                            .iter()
+                            .map(|i| (i + 1).to_string())
+                            .collect::<Vec<_>>()
+                            .join(", ")
                     ))),
                 }
             }
@@ -235,7 +264,9 @@ impl Layout {
 /// Opens a regular file for reading, with a clear word for a folder.
 pub(crate) fn open(path: &Path) -> Result<File> {
     let file = File::open(path).map_err(|e| Error::access(path, "open", e))?;
-    let meta = file.metadata().map_err(|e| Error::access(path, "open", e))?;
+    let meta = file
+        .metadata()
+        .map_err(|e| Error::access(path, "open", e))?;
     if meta.is_dir() {
         return Err(Error::new(ErrorKind::Format, "is a folder, not a file")
             .at(path)
@@ -257,7 +288,8 @@ pub enum ColumnRef {
 impl ColumnRef {
     /// From a command-line word: a whole number is an index, anything else a name.
     pub fn from_word(word: &str) -> Self {
-        word.parse().map_or_else(|_| Self::Name(word.to_string()), Self::Index)
+        word.parse()
+            .map_or_else(|_| Self::Name(word.to_string()), Self::Index)
     }
 }
 

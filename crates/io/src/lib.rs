@@ -46,15 +46,17 @@ mod unit;
 
 pub use calibration_file::{CALIBRATION_SCHEMA, CALIBRATION_VERSION, CalibrationFile, TRIAXIAL};
 pub use campaign::{
-    Ambient, Attitude, Axes, Campaign, CampaignFile, Device, GravityInput, KINDS, Method, MethodModel,
-    MultiPositionCampaign, Prefixes, RecordingTable, StandstillTable,
+    Ambient, Attitude, Axes, Campaign, CampaignFile, Device, GravityInput, KINDS, Method,
+    MethodModel, MultiPositionCampaign, Prefixes, RecordingTable, StandstillTable,
 };
 pub use error::{Error, ErrorKind, Result};
 pub use inspection::{BadEntry, ColumnSummary, Inspection, Statistics, TimeSummary, inspect};
 pub use layout::{ColumnRef, DecimalMark, Layout, LayoutOptions, Separator};
 pub use output::{AtomicFile, OutputFolder};
 pub use recording::{Column, Input, Recording, RecordingOptions, TimeUnit};
-pub use result_document::{NamedCovariance, RESULT_SCHEMA, RESULT_VERSION, ResultDocument, StatedQuantity};
+pub use result_document::{
+    NamedCovariance, RESULT_SCHEMA, RESULT_VERSION, ResultDocument, StatedQuantity,
+};
 pub use rows::{Block, RowReader};
 pub use segments::Segment;
 pub use software::{Schema, Software};

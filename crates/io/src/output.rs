@@ -15,7 +15,9 @@ pub struct OutputFolder {
 }
 
 /// What a folder of results may hold, so that replacing one destroys nothing else.
-const OURS: &[&str] = &["json", "html", "csv", "pdf", "xml", "svg", "rs", "h", "yaml", "toml"];
+const OURS: &[&str] = &[
+    "json", "html", "csv", "pdf", "xml", "svg", "rs", "h", "yaml", "toml",
+];
 
 impl OutputFolder {
     /// Begins a folder that will stand at `path`.
@@ -30,7 +32,10 @@ impl OutputFolder {
         may_replace(&target, overwrite)?;
         let parent = parent(&target);
         fs::create_dir_all(&parent).map_err(|e| Error::access(&parent, "create the folder", e))?;
-        let name = target.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        let name = target
+            .file_name()
+            .map(|n| n.to_string_lossy().into_owned())
+            .unwrap_or_default();
         let temporary = tempfile::Builder::new()
             .prefix(&format!(".{name}-"))
             .suffix(".unfinished")
@@ -80,7 +85,8 @@ impl OutputFolder {
                 let _ = fs::rename(&old, &self.target);
                 return Err(fail(e));
             }
-            fs::remove_dir_all(&old).map_err(|e| Error::access(&old, "remove the replaced results", e))?;
+            fs::remove_dir_all(&old)
+                .map_err(|e| Error::access(&old, "remove the replaced results", e))?;
         } else {
             fs::rename(&new, &self.target).map_err(fail)?;
         }
@@ -101,9 +107,16 @@ fn parent(path: &Path) -> PathBuf {
 }
 
 fn may_replace(target: &Path, overwrite: bool) -> Result<()> {
-    let taken = |what: &str, hint: &str| Err(Error::new(ErrorKind::Output, what).at(target).with_hint(hint));
+    let taken = |what: &str, hint: &str| {
+        Err(Error::new(ErrorKind::Output, what)
+            .at(target)
+            .with_hint(hint))
+    };
     if target.file_name().is_none() {
-        return taken("is no place for results", "name a new folder, such as `results`");
+        return taken(
+            "is no place for results",
+            "name a new folder, such as `results`",
+        );
     }
     let meta = match fs::symlink_metadata(target) {
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(()),
@@ -111,7 +124,10 @@ fn may_replace(target: &Path, overwrite: bool) -> Result<()> {
         Ok(meta) => meta,
     };
     if !meta.is_dir() {
-        return taken("is there already and is not a folder", "name another folder for the results");
+        return taken(
+            "is there already and is not a folder",
+            "name another folder for the results",
+        );
     }
     let entries = fs::read_dir(target)
         .and_then(|all| all.collect::<std::io::Result<Vec<_>>>())
@@ -120,7 +136,10 @@ fn may_replace(target: &Path, overwrite: bool) -> Result<()> {
         return Ok(());
     }
     if entries.iter().any(|e| e.file_name() == "campaign.toml") {
-        return taken("holds a campaign, which results may not replace", "name another folder, such as one inside it");
+        return taken(
+            "holds a campaign, which results may not replace",
+            "name another folder, such as one inside it",
+        );
     }
     if overwrite {
         return Ok(());
@@ -133,12 +152,18 @@ fn may_replace(target: &Path, overwrite: bool) -> Result<()> {
     }
     let foreign = entries.iter().find(|e| {
         let file = e.file_type().is_ok_and(|t| t.is_file());
-        let known = e.path().extension().is_some_and(|x| OURS.iter().any(|o| x == *o));
+        let known = e
+            .path()
+            .extension()
+            .is_some_and(|x| OURS.iter().any(|o| x == *o));
         !(file && known)
     });
     match foreign {
         Some(entry) => taken(
-            &format!("holds earlier results and also \"{}\", which would be lost", entry.file_name().to_string_lossy()),
+            &format!(
+                "holds earlier results and also \"{}\", which would be lost",
+                entry.file_name().to_string_lossy()
+            ),
             "move it away, name another folder, or allow overwriting",
         ),
         None => Ok(()),
@@ -177,18 +202,26 @@ impl AtomicFile {
         }
         // Links and dots resolved: the same file may have two names.
         if let Ok(there) = target.canonicalize()
-            && inputs.iter().any(|i| i.canonicalize().is_ok_and(|i| i == there))
+            && inputs
+                .iter()
+                .any(|i| i.canonicalize().is_ok_and(|i| i == there))
         {
-            return Err(Error::new(ErrorKind::Output, "is the input itself, which is never overwritten")
-                .at(&target)
-                .with_hint("name another file for the output"));
+            return Err(Error::new(
+                ErrorKind::Output,
+                "is the input itself, which is never overwritten",
+            )
+            .at(&target)
+            .with_hint("name another file for the output"));
         }
         let parent = parent(&target);
         let file = tempfile::Builder::new()
             .prefix(".unfinished-")
             .tempfile_in(&parent)
             .map_err(|e| Error::access(&parent, "write into the folder", e))?;
-        Ok(Self { target, file: BufWriter::with_capacity(1 << 18, file) })
+        Ok(Self {
+            target,
+            file: BufWriter::with_capacity(1 << 18, file),
+        })
     }
 
     /// Where the file will stand.
@@ -201,7 +234,9 @@ impl AtomicFile {
     /// # Errors
     /// The disk refuses.
     pub fn write_all(&mut self, bytes: &[u8]) -> Result<()> {
-        self.file.write_all(bytes).map_err(|e| Error::access(&self.target, "write", e))
+        self.file
+            .write_all(bytes)
+            .map_err(|e| Error::access(&self.target, "write", e))
     }
 
     /// Puts the file in its place.
@@ -210,7 +245,10 @@ impl AtomicFile {
     /// The disk refuses; what stood there before is then still there.
     pub fn commit(self) -> Result<()> {
         let target = self.target;
-        let file = self.file.into_inner().map_err(|e| Error::access(&target, "write", e.into_error()))?;
+        let file = self
+            .file
+            .into_inner()
+            .map_err(|e| Error::access(&target, "write", e.into_error()))?;
         #[cfg(unix)]
         {
             use std::os::unix::fs::PermissionsExt;
@@ -220,7 +258,8 @@ impl AtomicFile {
                 let _ = fs::set_permissions(file.path(), fs::Permissions::from_mode(mode));
             }
         }
-        file.persist(&target).map_err(|e| Error::access(&target, "put the file in place", e.error))?;
+        file.persist(&target)
+            .map_err(|e| Error::access(&target, "put the file in place", e.error))?;
         Ok(())
     }
 }

@@ -28,12 +28,18 @@ impl Input {
         let mut file = crate::layout::open(path)?;
         let mut buffer = vec![0; 1 << 16];
         loop {
-            match file.read(&mut buffer).map_err(|e| Error::access(path, "read", e))? {
+            match file
+                .read(&mut buffer)
+                .map_err(|e| Error::access(path, "read", e))?
+            {
                 0 => break,
                 n => hash.update(&buffer[..n]),
             }
         }
-        Ok(Self { path: path.display().to_string(), sha256: crate::rows::hexadecimal(&hash.finalize()) })
+        Ok(Self {
+            path: path.display().to_string(),
+            sha256: crate::rows::hexadecimal(&hash.finalize()),
+        })
     }
 }
 
@@ -144,10 +150,17 @@ impl Recording {
     fn read_inner(path: &Path, options: &RecordingOptions) -> Result<Self> {
         let layout = Layout::sniff_with(path, &options.layout)?;
         if options.columns.is_empty() {
-            return Err(Error::new(ErrorKind::Column, "no column was chosen")
-                .with_hint("name the columns of the axes, such as columns = { x = 2, y = 3, z = 4 }"));
+            return Err(
+                Error::new(ErrorKind::Column, "no column was chosen").with_hint(
+                    "name the columns of the axes, such as columns = { x = 2, y = 3, z = 4 }",
+                ),
+            );
         }
-        let mut selected = options.columns.iter().map(|c| layout.find(c)).collect::<Result<Vec<_>>>()?;
+        let mut selected = options
+            .columns
+            .iter()
+            .map(|c| layout.find(c))
+            .collect::<Result<Vec<_>>>()?;
         let signals = selected.len();
         let time = match (&options.time, options.sampling_rate_hz) {
             (Some(column), _) => Some(layout.find(column)?),
@@ -159,7 +172,11 @@ impl Recording {
                 .with_hint("add `time = \"name or number of the column\"` or `sampling_rate_Hz = 100` to [recording]"));
         }
         selected.extend(time);
-        let temperature = options.temperature.as_ref().map(|c| layout.find(c)).transpose()?;
+        let temperature = options
+            .temperature
+            .as_ref()
+            .map(|c| layout.find(c))
+            .transpose()?;
         selected.extend(temperature);
 
         let mut reader = RowReader::open(path, layout, &selected)?;
@@ -180,8 +197,11 @@ impl Recording {
         let layout = reader.layout().clone();
         let sha256 = reader.sha256()?;
         if rows < 2 {
-            return Err(Error::new(ErrorKind::Format, format!("the file holds {rows} row of data"))
-                .with_hint("a recording needs at least two rows, and a calibration some thousands"));
+            return Err(Error::new(
+                ErrorKind::Format,
+                format!("the file holds {rows} row of data"),
+            )
+            .with_hint("a recording needs at least two rows, and a calibration some thousands"));
         }
 
         let mut findings = Vec::new();
@@ -194,11 +214,20 @@ impl Recording {
             Some(index) => {
                 let ticks = data.pop().unwrap_or_default();
                 let (scale, finding) = time_scale(&layout, index, options)?;
-                let seconds = if scale == 1.0 { ticks } else { ticks.iter().map(|t| t / scale).collect() };
+                let seconds = if scale == 1.0 {
+                    ticks
+                } else {
+                    ticks.iter().map(|t| t / scale).collect()
+                };
                 let base = TimeBase::from_seconds(seconds, |i| line_of(&lines, i))
                     .map_err(|e| e.column(layout.name(index)))?;
                 findings.extend(finding.map(|f: Finding| {
-                    f.evidence(format!("{} samples in {:.6} s, {:.6} Hz", rows, base.duration_s(), base.rate_hz()))
+                    f.evidence(format!(
+                        "{} samples in {:.6} s, {:.6} Hz",
+                        rows,
+                        base.duration_s(),
+                        base.rate_hz()
+                    ))
                 }));
                 base
             }
@@ -210,10 +239,23 @@ impl Recording {
             .zip(&selected[..signals])
             .map(|(data, &index)| {
                 let unit = signal_unit(&layout, index, options.unit)?;
-                Ok(Column { name: layout.name(index), unit, data })
+                Ok(Column {
+                    name: layout.name(index),
+                    unit,
+                    data,
+                })
             })
             .collect::<Result<Vec<_>>>()?;
-        Ok(Self { path: path.to_path_buf(), sha256, layout, columns, temperature, time, lines, findings })
+        Ok(Self {
+            path: path.to_path_buf(),
+            sha256,
+            layout,
+            columns,
+            temperature,
+            time,
+            lines,
+            findings,
+        })
     }
 
     /// Number of samples.
@@ -238,7 +280,10 @@ impl Recording {
 
     /// Path and digest, for the list of inputs of a result.
     pub fn input(&self) -> Input {
-        Input { path: self.path.display().to_string(), sha256: self.sha256.clone() }
+        Input {
+            path: self.path.display().to_string(),
+            sha256: self.sha256.clone(),
+        }
     }
 
     /// The same recording with every column in SI where its unit has one; counts stay counts.
@@ -262,12 +307,18 @@ pub(crate) fn time_column(layout: &Layout) -> Option<usize> {
     (0..layout.columns.min(header.len())).find(|&i| {
         let name = split_heading(&header[i]).0.to_ascii_lowercase();
         layout.numeric[i]
-            && (matches!(name.as_str(), "t" | "time" | "timestamp" | "time_stamp" | "seconds" | "elapsed")
-                || layout.unit(i).is_some_and(Unit::is_time) && name.starts_with('t'))
+            && (matches!(
+                name.as_str(),
+                "t" | "time" | "timestamp" | "time_stamp" | "seconds" | "elapsed"
+            ) || layout.unit(i).is_some_and(Unit::is_time) && name.starts_with('t'))
     })
 }
 
-fn time_scale(layout: &Layout, index: usize, options: &RecordingOptions) -> Result<(f64, Option<Finding>)> {
+fn time_scale(
+    layout: &Layout,
+    index: usize,
+    options: &RecordingOptions,
+) -> Result<(f64, Option<Finding>)> {
     let stated = layout.unit(index).and_then(TimeUnit::of);
     let name = layout.name(index);
     let error = |what: &str| Error::new(ErrorKind::Time, what).column(name.clone());
@@ -285,9 +336,13 @@ fn time_scale(layout: &Layout, index: usize, options: &RecordingOptions) -> Resu
     match unit {
         Some(unit) => match unit.per_second(options.sampling_rate_hz) {
             Some(scale) if scale.is_finite() && scale > 0.0 => Ok((scale, None)),
-            Some(rate) => Err(error(&format!("a sampling rate of {rate} Hz is impossible"))),
-            None => Err(error("a column that counts samples needs the sampling rate")
-                .with_hint("add `sampling_rate_Hz`")),
+            Some(rate) => Err(error(&format!(
+                "a sampling rate of {rate} Hz is impossible"
+            ))),
+            None => Err(
+                error("a column that counts samples needs the sampling rate")
+                    .with_hint("add `sampling_rate_Hz`"),
+            ),
         },
         None => {
             let finding = Finding::new(
@@ -315,8 +370,15 @@ fn signal_unit(layout: &Layout, index: usize, given: Option<Unit>) -> Result<Opt
 }
 
 fn gap_finding(time: &TimeBase) -> Option<Finding> {
-    let longest = time.gaps().iter().max_by(|a, b| a.step_s.total_cmp(&b.step_s))?;
-    let missing: f64 = time.gaps().iter().map(|g| (g.step_s * time.rate_hz()).round() - 1.0).sum();
+    let longest = time
+        .gaps()
+        .iter()
+        .max_by(|a, b| a.step_s.total_cmp(&b.step_s))?;
+    let missing: f64 = time
+        .gaps()
+        .iter()
+        .map(|g| (g.step_s * time.rate_hz()).round() - 1.0)
+        .sum();
     Some(
         Finding::new(Severity::Warning, "time-gaps", "samples are missing in the recording")
             .evidence(format!(

@@ -97,7 +97,10 @@ impl ResultDocument {
     /// An empty result of a kind.
     pub fn new(kind: impl Into<String>) -> Self {
         Self {
-            schema: Schema { name: RESULT_SCHEMA.into(), version: RESULT_VERSION },
+            schema: Schema {
+                name: RESULT_SCHEMA.into(),
+                version: RESULT_VERSION,
+            },
             software: Software::default(),
             kind: kind.into(),
             title: None,
@@ -150,10 +153,23 @@ impl ResultDocument {
     /// States every component of the estimate with its interval and adds the joint covariance.
     #[must_use]
     pub fn estimate(mut self, estimate: &Estimate, probability: f64) -> Self {
-        self.quantities.extend(estimate.quantities().iter().map(|q| StatedQuantity::new(q, probability)));
+        self.quantities.extend(
+            estimate
+                .quantities()
+                .iter()
+                .map(|q| StatedQuantity::new(q, probability)),
+        );
         self.covariance = Some(NamedCovariance {
-            names: estimate.components().iter().map(|c| c.name.clone()).collect(),
-            units: estimate.components().iter().map(|c| c.unit.clone()).collect(),
+            names: estimate
+                .components()
+                .iter()
+                .map(|c| c.name.clone())
+                .collect(),
+            units: estimate
+                .components()
+                .iter()
+                .map(|c| c.unit.clone())
+                .collect(),
             matrix: estimate.covariance().clone(),
         });
         self.estimate = Some(estimate.clone());
@@ -163,7 +179,8 @@ impl ResultDocument {
     /// States a quantity outside the estimate, such as local gravity.
     #[must_use]
     pub fn quantity(mut self, quantity: &Quantity, probability: f64) -> Self {
-        self.quantities.push(StatedQuantity::new(quantity, probability));
+        self.quantities
+            .push(StatedQuantity::new(quantity, probability));
         self
     }
 
@@ -193,7 +210,9 @@ impl ResultDocument {
     pub fn to_json(&self) -> Result<Vec<u8>> {
         for (i, q) in self.quantities.iter().enumerate() {
             if self.quantities[..i].iter().any(|p| p.name == q.name) {
-                return Err(Error::new(ErrorKind::Output, "two quantities have this name").column(&q.name));
+                return Err(
+                    Error::new(ErrorKind::Output, "two quantities have this name").column(&q.name),
+                );
             }
         }
         crate::finite::to_json(self)
@@ -205,14 +224,20 @@ impl ResultDocument {
     /// Another form or version, or a damaged file.
     pub fn from_json(bytes: &[u8]) -> Result<Self> {
         let document: Self = serde_json::from_slice(bytes).map_err(|e| {
-            Error::new(ErrorKind::Format, format!("is not a result of proofmass: {e}"))
-                .line(e.line() as u64)
-                .because(e)
+            Error::new(
+                ErrorKind::Format,
+                format!("is not a result of proofmass: {e}"),
+            )
+            .line(e.line() as u64)
+            .because(e)
         })?;
         if document.schema.name != RESULT_SCHEMA || document.schema.version != RESULT_VERSION {
             return Err(Error::new(
                 ErrorKind::Format,
-                format!("is {} version {}; this program reads {RESULT_SCHEMA} version {RESULT_VERSION}", document.schema.name, document.schema.version),
+                format!(
+                    "is {} version {}; this program reads {RESULT_SCHEMA} version {RESULT_VERSION}",
+                    document.schema.name, document.schema.version
+                ),
             )
             .with_hint("use the version of proofmass that wrote it; it stands under `software`"));
         }

@@ -111,21 +111,30 @@ impl RowReader {
             if from >= layout.columns {
                 return Err(Error::new(
                     ErrorKind::Column,
-                    format!("there is no column {}; the file has {}", from + 1, layout.columns),
+                    format!(
+                        "there is no column {}; the file has {}",
+                        from + 1,
+                        layout.columns
+                    ),
                 )
                 .at(path));
             }
             if plan[from].replace(to).is_some() {
-                return Err(Error::new(ErrorKind::Column, "the same column is named twice")
-                    .at(path)
-                    .column(layout.name(from))
-                    .with_hint("every axis, the time and the temperature need a column of their own"));
+                return Err(
+                    Error::new(ErrorKind::Column, "the same column is named twice")
+                        .at(path)
+                        .column(layout.name(from))
+                        .with_hint(
+                            "every axis, the time and the temperature need a column of their own",
+                        ),
+                );
             }
         }
         // The preamble counts for the hash only.
         let mut hash = Sha256::new();
         let mut preamble = vec![0; layout.data_offset as usize];
-        file.read_exact(&mut preamble).map_err(|e| Error::access(path, "read", e))?;
+        file.read_exact(&mut preamble)
+            .map_err(|e| Error::access(path, "read", e))?;
         hash.update(&preamble);
         Ok(Self {
             path: path.to_path_buf(),
@@ -186,7 +195,10 @@ impl RowReader {
             if self.pending.len() - end > LONGEST_LINE {
                 return Err(Error::new(ErrorKind::Format, "a line is longer than 1 MiB")
                     .at(&self.path)
-                    .line(self.next_line + memchr::memchr_iter(b'\n', &self.pending[..end]).count() as u64)
+                    .line(
+                        self.next_line
+                            + memchr::memchr_iter(b'\n', &self.pending[..end]).count() as u64,
+                    )
                     .with_hint("a recording has one row per sample and a line end after each"));
             }
             let rest = self.pending.split_off(end);
@@ -206,7 +218,12 @@ impl RowReader {
                     hash.update(fresh);
                     hash.update(&rest_fresh[left_of_old.min(rest_fresh.len())..]);
                 },
-                || pieces(&chunk).into_par_iter().map(|p| scan.piece(p)).collect::<Vec<_>>(),
+                || {
+                    pieces(&chunk)
+                        .into_par_iter()
+                        .map(|p| scan.piece(p))
+                        .collect::<Vec<_>>()
+                },
             );
             let block = self.assemble(pieces, &chunk)?;
             if block.rows > 0 || !block.bad.is_empty() {
@@ -216,7 +233,10 @@ impl RowReader {
     }
 
     fn assemble(&mut self, pieces: Vec<Piece>, chunk: &[u8]) -> Result<Block> {
-        let mut block = Block { columns: vec![Vec::new(); self.selected.len()], ..Block::default() };
+        let mut block = Block {
+            columns: vec![Vec::new(); self.selected.len()],
+            ..Block::default()
+        };
         for piece in pieces {
             if let Some(fault) = piece.fault {
                 return Err(self.refusal(&fault));
@@ -227,12 +247,20 @@ impl RowReader {
                     block.lines.push(run);
                 }
             }
-            block.bad.extend(piece.bad.into_iter().map(|b| BadField { line: self.next_line + b.line, ..b }));
+            block.bad.extend(piece.bad.into_iter().map(|b| BadField {
+                line: self.next_line + b.line,
+                ..b
+            }));
             for (all, part) in block.columns.iter_mut().zip(&piece.columns) {
                 all.extend_from_slice(part);
             }
             block.rows += piece.rows;
-            block.ranges.extend(piece.ranges.into_iter().map(|r| r.start + piece.start..r.end + piece.start));
+            block.ranges.extend(
+                piece
+                    .ranges
+                    .into_iter()
+                    .map(|r| r.start + piece.start..r.end + piece.start),
+            );
             self.next_line += piece.lines;
         }
         if self.keep_text {
@@ -279,27 +307,50 @@ impl Error {
 }
 
 fn bad_field(text: &str, decimal: DecimalMark) -> Error {
-    let lower = text.trim().trim_start_matches(['+', '-']).to_ascii_lowercase();
+    let lower = text
+        .trim()
+        .trim_start_matches(['+', '-'])
+        .to_ascii_lowercase();
     let (what, hint) = if text.is_empty() {
-        ("the field is empty".to_string(), "a sample is missing: cut the recording before or after this line; nothing is filled in silently")
+        (
+            "the field is empty".to_string(),
+            "a sample is missing: cut the recording before or after this line; nothing is filled in silently",
+        )
     } else if lower.starts_with("nan") {
-        (format!("\"{text}\" is not a finite number"), "cut the recording before or after this line; missing samples are not filled in silently")
-    } else if lower.starts_with("inf") || text.bytes().any(|b| b.is_ascii_digit()) && parse_number(text.as_bytes(), decimal).is_some() {
-        (format!("\"{text}\" is not a finite number"), "the sensor or the converter overflowed here: cut this part out of the recording")
+        (
+            format!("\"{text}\" is not a finite number"),
+            "cut the recording before or after this line; missing samples are not filled in silently",
+        )
+    } else if lower.starts_with("inf")
+        || text.bytes().any(|b| b.is_ascii_digit())
+            && parse_number(text.as_bytes(), decimal).is_some()
+    {
+        (
+            format!("\"{text}\" is not a finite number"),
+            "the sensor or the converter overflowed here: cut this part out of the recording",
+        )
     } else if decimal == DecimalMark::Point && text.contains(',') {
-        (format!("\"{text}\" is not a number"), "if the comma is the decimal mark, say `decimal = \"comma\"`")
+        (
+            format!("\"{text}\" is not a number"),
+            "if the comma is the decimal mark, say `decimal = \"comma\"`",
+        )
     } else {
-        (format!("\"{text}\" is not a number"), "correct the field or cut the line out; a column of text cannot be used as a signal")
+        (
+            format!("\"{text}\" is not a number"),
+            "correct the field or cut the line out; a column of text cannot be used as a signal",
+        )
     };
     Error::new(ErrorKind::Field, what).with_hint(hint)
 }
 
 pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
     use std::fmt::Write;
-    bytes.iter().fold(String::with_capacity(2 * bytes.len()), |mut text, b| {
-        let _ = write!(text, "{b:02x}");
-        text
-    })
+    bytes
+        .iter()
+        .fold(String::with_capacity(2 * bytes.len()), |mut text, b| {
+            let _ = write!(text, "{b:02x}");
+            text
+        })
 }
 
 /// Cuts a chunk at line ends into pieces of about [`PIECE`] bytes: (offset, bytes).
@@ -351,7 +402,9 @@ impl Scan<'_> {
         let room = bytes.len() / (8 * self.layout.columns.max(1)) + 1;
         let mut piece = Piece {
             start,
-            columns: (0..self.selected).map(|_| Vec::with_capacity(room)).collect(),
+            columns: (0..self.selected)
+                .map(|_| Vec::with_capacity(room))
+                .collect(),
             ..Piece::default()
         };
         let mut numbers = vec![0.0; self.selected];
@@ -367,7 +420,12 @@ impl Scan<'_> {
             match line.iter().find(|b| !matches!(b, b' ' | b'\t')) {
                 None => continue,
                 // Data seldom start with these, so the full comparison is seldom made.
-                Some(b) if !matches!(b, b'0'..=b'9' | b'-' | b'+' | b'.') && sniff::is_comment(line, &self.layout.comment) => continue,
+                Some(b)
+                    if !matches!(b, b'0'..=b'9' | b'-' | b'+' | b'.')
+                        && sniff::is_comment(line, &self.layout.comment) =>
+                {
+                    continue;
+                }
                 // End-of-file mark of old programs.
                 Some(0x1A) if line.trim_ascii() == [0x1A] => continue,
                 Some(_) => {}
@@ -379,7 +437,10 @@ impl Scan<'_> {
                     self.locate(line, number, &mut numbers, &mut piece.bad);
                 }
                 Err(reason) => {
-                    piece.fault = Some(Fault { line: number, reason });
+                    piece.fault = Some(Fault {
+                        line: number,
+                        reason,
+                    });
                     return piece;
                 }
             }
@@ -416,7 +477,9 @@ impl Scan<'_> {
                 count += 1;
                 continue;
             }
-            let Some(field) = fields.next_field() else { break };
+            let Some(field) = fields.next_field() else {
+                break;
+            };
             last_empty = field.is_empty();
             if let Some(slot) = slot {
                 match parse_number(field, decimal) {
@@ -444,7 +507,11 @@ impl Scan<'_> {
             numbers[slot] = match parse_number(field, self.layout.decimal) {
                 Some(value) if value.is_finite() => value,
                 _ => {
-                    bad.push(BadField { line: number, selected: slot, text: shown(field) });
+                    bad.push(BadField {
+                        line: number,
+                        selected: slot,
+                        text: shown(field),
+                    });
                     f64::NAN
                 }
             };
@@ -456,7 +523,11 @@ impl Scan<'_> {
 fn shown(field: &[u8]) -> String {
     let text = sniff::decode(field);
     let short: String = text.chars().filter(|c| !c.is_control()).take(40).collect();
-    if short.chars().count() < text.chars().count() { format!("{short}…") } else { short }
+    if short.chars().count() < text.chars().count() {
+        format!("{short}…")
+    } else {
+        short
+    }
 }
 
 /// Walks over the fields of one line.
@@ -470,8 +541,18 @@ struct Fields<'a> {
 
 impl<'a> Fields<'a> {
     fn new(line: &'a [u8], separator: Separator) -> Self {
-        let line = if separator == Separator::Whitespace { line.trim_ascii() } else { line };
-        Self { line, at: 0, separator, byte: separator.byte(), done: false }
+        let line = if separator == Separator::Whitespace {
+            line.trim_ascii()
+        } else {
+            line
+        };
+        Self {
+            line,
+            at: 0,
+            separator,
+            byte: separator.byte(),
+            done: false,
+        }
     }
 
     /// The finite number at the present place when it fills its field; nothing is consumed otherwise.
@@ -484,7 +565,12 @@ impl<'a> Fields<'a> {
         while at < self.line.len() && self.line[at] == b' ' {
             at += 1;
         }
-        if self.line.get(at) == Some(&b'+') && self.line.get(at + 1).is_some_and(|b| b.is_ascii_digit() || *b == b'.') {
+        if self.line.get(at) == Some(&b'+')
+            && self
+                .line
+                .get(at + 1)
+                .is_some_and(|b| b.is_ascii_digit() || *b == b'.')
+        {
             at += 1;
         }
         let (value, used) = fast_float2::parse_partial::<f64, _>(&self.line[at..]).ok()?;
@@ -572,7 +658,11 @@ impl<'a> Fields<'a> {
 /// exponent.
 pub(crate) fn parse_number(field: &[u8], decimal: DecimalMark) -> Option<f64> {
     let field = field.trim_ascii();
-    let field = field.strip_prefix(b"\"").and_then(|f| f.strip_suffix(b"\"")).unwrap_or(field).trim_ascii();
+    let field = field
+        .strip_prefix(b"\"")
+        .and_then(|f| f.strip_suffix(b"\""))
+        .unwrap_or(field)
+        .trim_ascii();
     let field = match field.strip_prefix(b"+") {
         Some(rest) if rest.first().is_some_and(|b| *b != b'-' && *b != b'+') => rest,
         Some(_) => return None,

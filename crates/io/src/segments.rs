@@ -1,7 +1,7 @@
 //! `segments.csv`: standstills given by hand, with or without their attitude.
 
-use crate::rows::parse_number;
 use crate::layout::{DecimalMark, sniff};
+use crate::rows::parse_number;
 use crate::{Error, ErrorKind, Recording, Result};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -19,7 +19,17 @@ pub struct Segment {
     pub label: Option<String>,
 }
 
-const KEYS: &[&str] = &["start", "end", "start_s", "end_s", "up_x", "up_y", "up_z", "direction", "label"];
+const KEYS: &[&str] = &[
+    "start",
+    "end",
+    "start_s",
+    "end_s",
+    "up_x",
+    "up_y",
+    "up_z",
+    "direction",
+    "label",
+];
 
 impl Segment {
     /// Reads a table of segments and checks it against a recording.
@@ -41,12 +51,19 @@ impl Segment {
             std::fs::read(path).map_err(|e| Error::access(path, "read", e))?
         };
         let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&bytes);
-        let first = bytes.split(|b| *b == b'\n').find(|l| !l.trim_ascii().is_empty() && !l.starts_with(b"#"));
+        let first = bytes
+            .split(|b| *b == b'\n')
+            .find(|l| !l.trim_ascii().is_empty() && !l.starts_with(b"#"));
         let Some(first) = first else {
-            return Err(Error::new(ErrorKind::Format, "the table of segments is empty")
-                .with_hint("write a header `start,end` and one row per standstill"));
+            return Err(
+                Error::new(ErrorKind::Format, "the table of segments is empty")
+                    .with_hint("write a header `start,end` and one row per standstill"),
+            );
         };
-        let delimiter = [b',', b';', b'\t'].into_iter().find(|b| first.contains(b)).unwrap_or(b',');
+        let delimiter = [b',', b';', b'\t']
+            .into_iter()
+            .find(|b| first.contains(b))
+            .unwrap_or(b',');
         let mut reader = csv::ReaderBuilder::new()
             .delimiter(delimiter)
             .comment(Some(b'#'))
@@ -71,16 +88,27 @@ impl Segment {
             if fields.len() != header.len() {
                 return Err(Error::new(
                     ErrorKind::Row,
-                    format!("the row has {} fields, the header has {}", fields.len(), header.len()),
+                    format!(
+                        "the row has {} fields, the header has {}",
+                        fields.len(),
+                        header.len()
+                    ),
                 )
                 .line(line)
                 .with_hint("give every row as many fields as the header; fields may be empty"));
             }
-            segments.push((line, table.segment(&fields, recording).map_err(|e| e.line(line))?));
+            segments.push((
+                line,
+                table
+                    .segment(&fields, recording)
+                    .map_err(|e| e.line(line))?,
+            ));
         }
         if segments.is_empty() {
-            return Err(Error::new(ErrorKind::Format, "the table of segments holds no rows")
-                .with_hint("write one row per standstill below the header"));
+            return Err(
+                Error::new(ErrorKind::Format, "the table of segments holds no rows")
+                    .with_hint("write one row per standstill below the header"),
+            );
         }
         let mut order: Vec<&(u64, Self)> = segments.iter().collect();
         order.sort_by_key(|(_, s)| s.start);
@@ -123,7 +151,11 @@ impl Header {
                     .with_hint(format!("{near}valid here: {}", KEYS.join(", "))));
             }
             if header[..i].contains(name) {
-                return Err(Error::new(ErrorKind::Column, "the column stands twice in the header").line(1).column(name));
+                return Err(
+                    Error::new(ErrorKind::Column, "the column stands twice in the header")
+                        .line(1)
+                        .column(name),
+                );
             }
         }
         let at = |name: &str| header.iter().position(|h| h == name);
@@ -131,32 +163,56 @@ impl Header {
             (Some(start), Some(end), None, None) => (start, end, false),
             (None, None, Some(start), Some(end)) => (start, end, true),
             _ => {
-                return Err(Error::new(ErrorKind::Column, "the columns that say where a segment begins and ends are missing or mixed")
-                    .line(1)
-                    .with_hint("give `start` and `end` (sample indices) or `start_s` and `end_s` (seconds)"));
+                return Err(Error::new(
+                    ErrorKind::Column,
+                    "the columns that say where a segment begins and ends are missing or mixed",
+                )
+                .line(1)
+                .with_hint(
+                    "give `start` and `end` (sample indices) or `start_s` and `end_s` (seconds)",
+                ));
             }
         };
         let up = match (at("up_x"), at("up_y"), at("up_z")) {
             (Some(x), Some(y), Some(z)) => Some([x, y, z]),
             (None, None, None) => None,
             _ => {
-                return Err(Error::new(ErrorKind::Column, "of up_x, up_y, up_z some are missing")
-                    .line(1)
-                    .with_hint("give all three components, or `direction`"));
+                return Err(
+                    Error::new(ErrorKind::Column, "of up_x, up_y, up_z some are missing")
+                        .line(1)
+                        .with_hint("give all three components, or `direction`"),
+                );
             }
         };
         let direction = at("direction");
         if up.is_some() && direction.is_some() {
-            return Err(Error::new(ErrorKind::Column, "`direction` and `up_x` … exclude each other").line(1));
+            return Err(Error::new(
+                ErrorKind::Column,
+                "`direction` and `up_x` … exclude each other",
+            )
+            .line(1));
         }
-        Ok(Self { start, end, in_seconds, up, direction, label: at("label") })
+        Ok(Self {
+            start,
+            end,
+            in_seconds,
+            up,
+            direction,
+            label: at("label"),
+        })
     }
 
     fn segment(&self, fields: &[String], recording: &Recording) -> Result<Segment> {
         let number = |i: usize, name: &str| {
-            parse_number(fields[i].as_bytes(), DecimalMark::Point).filter(|v| v.is_finite()).ok_or_else(|| {
-                Error::new(ErrorKind::Field, format!("\"{}\" is not a finite number", fields[i])).column(name)
-            })
+            parse_number(fields[i].as_bytes(), DecimalMark::Point)
+                .filter(|v| v.is_finite())
+                .ok_or_else(|| {
+                    Error::new(
+                        ErrorKind::Field,
+                        format!("\"{}\" is not a finite number", fields[i]),
+                    )
+                    .column(name)
+                })
         };
         let samples = recording.samples();
         let [start, end] = if self.in_seconds {
@@ -198,7 +254,11 @@ impl Header {
         }
         let attitude = match (self.up, self.direction) {
             (Some(up), _) if up.iter().any(|&i| !fields[i].is_empty()) => {
-                let v = [number(up[0], "up_x")?, number(up[1], "up_y")?, number(up[2], "up_z")?];
+                let v = [
+                    number(up[0], "up_x")?,
+                    number(up[1], "up_y")?,
+                    number(up[2], "up_z")?,
+                ];
                 let length = v.iter().map(|c| c * c).sum::<f64>().sqrt();
                 // Directions are often typed with three digits; a length far from one is a mistake.
                 if (length - 1.0).abs() > 0.01 {
@@ -211,14 +271,25 @@ impl Header {
             (_, Some(i)) if !fields[i].is_empty() => Some(direction(&fields[i])?),
             _ => None,
         };
-        let label = self.label.map(|i| fields[i].clone()).filter(|l| !l.is_empty());
-        Ok(Segment { start, end, attitude, label })
+        let label = self
+            .label
+            .map(|i| fields[i].clone())
+            .filter(|l| !l.is_empty());
+        Ok(Segment {
+            start,
+            end,
+            attitude,
+            label,
+        })
     }
 }
 
 fn reversed(start: &str, end: &str) -> Error {
-    Error::new(ErrorKind::Row, format!("the segment ends at {end}, not after its start at {start}"))
-        .with_hint("the end is not included, so it must be larger than the start")
+    Error::new(
+        ErrorKind::Row,
+        format!("the segment ends at {end}, not after its start at {start}"),
+    )
+    .with_hint("the end is not included, so it must be larger than the start")
 }
 
 fn direction(word: &str) -> Result<[f64; 3]> {
@@ -233,9 +304,13 @@ fn direction(word: &str) -> Result<[f64; 3]> {
         "y" => v[1] = sign,
         "z" => v[2] = sign,
         _ => {
-            return Err(Error::new(ErrorKind::Field, format!("\"{word}\" is not a direction"))
-                .column("direction")
-                .with_hint("write +x, -x, +y, -y, +z or -z: the axis of the sensor that points up"));
+            return Err(
+                Error::new(ErrorKind::Field, format!("\"{word}\" is not a direction"))
+                    .column("direction")
+                    .with_hint(
+                        "write +x, -x, +y, -y, +z or -z: the axis of the sensor that points up",
+                    ),
+            );
         }
     }
     Ok(v)

@@ -13,7 +13,10 @@ pub struct Software {
 
 impl Default for Software {
     fn default() -> Self {
-        Self { name: "proofmass".into(), version: env!("CARGO_PKG_VERSION").into() }
+        Self {
+            name: "proofmass".into(),
+            version: env!("CARGO_PKG_VERSION").into(),
+        }
     }
 }
 

@@ -49,7 +49,10 @@ pub struct Table {
 impl Table {
     /// A table with these column names, units included (`bias_m/s2`).
     pub fn new(columns: impl IntoIterator<Item = impl Into<String>>) -> Self {
-        Self { columns: columns.into_iter().map(Into::into).collect(), rows: Vec::new() }
+        Self {
+            columns: columns.into_iter().map(Into::into).collect(),
+            rows: Vec::new(),
+        }
     }
 
     /// Adds a row.
@@ -61,7 +64,12 @@ impl Table {
         if row.len() != self.columns.len() {
             return Err(Error::new(
                 ErrorKind::Output,
-                format!("row {} of the table has {} fields, the table has {} columns", self.rows.len() + 1, row.len(), self.columns.len()),
+                format!(
+                    "row {} of the table has {} fields, the table has {} columns",
+                    self.rows.len() + 1,
+                    row.len(),
+                    self.columns.len()
+                ),
             ));
         }
         for (cell, name) in row.iter().zip(&self.columns) {
@@ -93,7 +101,9 @@ impl Table {
             }
             writer.write_record(None::<&[u8]>).map_err(fail)?;
         }
-        writer.into_inner().map_err(|e| Error::new(ErrorKind::Output, e.to_string()))
+        writer
+            .into_inner()
+            .map_err(|e| Error::new(ErrorKind::Output, e.to_string()))
     }
 }
 
@@ -101,7 +111,11 @@ fn finite(v: f64, name: &str) -> Result<()> {
     if v.is_finite() {
         return Ok(());
     }
-    Err(Error::new(ErrorKind::Output, format!("{v} may not be written; a missing value is an empty field")).column(name))
+    Err(Error::new(
+        ErrorKind::Output,
+        format!("{v} may not be written; a missing value is an empty field"),
+    )
+    .column(name))
 }
 
 /// Rows of numbers, with text in front, written to a file that appears whole or not at all.
@@ -121,9 +135,15 @@ impl RowWriter {
         let mut file = AtomicFile::create(path, inputs)?;
         let mut header = csv::Writer::from_writer(Vec::new());
         let fail = |e: String| Error::new(ErrorKind::Output, e);
-        header.write_record(columns).map_err(|e| fail(e.to_string()))?;
+        header
+            .write_record(columns)
+            .map_err(|e| fail(e.to_string()))?;
         file.write_all(&header.into_inner().map_err(|e| fail(e.to_string()))?)?;
-        Ok(Self { file, columns: columns.to_vec(), buffer: Vec::with_capacity(1 << 16) })
+        Ok(Self {
+            file,
+            columns: columns.to_vec(),
+            buffer: Vec::with_capacity(1 << 16),
+        })
     }
 
     /// Writes one row of finite numbers.
@@ -134,7 +154,11 @@ impl RowWriter {
         if numbers.len() != self.columns.len() {
             return Err(Error::new(
                 ErrorKind::Output,
-                format!("the row has {} fields, the file has {} columns", numbers.len(), self.columns.len()),
+                format!(
+                    "the row has {} fields, the file has {} columns",
+                    numbers.len(),
+                    self.columns.len()
+                ),
             )
             .at(self.file.target()));
         }
@@ -144,7 +168,8 @@ impl RowWriter {
             if i > 0 {
                 self.buffer.push(b',');
             }
-            self.buffer.extend_from_slice(digits.format_finite(v).as_bytes());
+            self.buffer
+                .extend_from_slice(digits.format_finite(v).as_bytes());
         }
         self.buffer.push(b'\n');
         if self.buffer.len() > (1 << 16) - 1024 {

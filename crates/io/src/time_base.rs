@@ -48,10 +48,19 @@ impl TimeBase {
     /// A rate that is not positive and finite.
     pub fn uniform(rate_hz: f64, samples: usize) -> Result<Self> {
         if !(rate_hz.is_finite() && rate_hz > 0.0) {
-            return Err(Error::new(ErrorKind::Time, format!("a sampling rate of {rate_hz} Hz is impossible"))
-                .with_hint("give the number of samples per second as `sampling_rate_Hz`"));
+            return Err(Error::new(
+                ErrorKind::Time,
+                format!("a sampling rate of {rate_hz} Hz is impossible"),
+            )
+            .with_hint("give the number of samples per second as `sampling_rate_Hz`"));
         }
-        Ok(Self { source: TimeSource::Uniform, samples, rate: rate_hz, jitter: None, gaps: Vec::new() })
+        Ok(Self {
+            source: TimeSource::Uniform,
+            samples,
+            rate: rate_hz,
+            jitter: None,
+            gaps: Vec::new(),
+        })
     }
 
     /// From times in seconds; `line` tells the line of a sample for messages.
@@ -63,8 +72,11 @@ impl TimeBase {
     /// Fewer than two times; a time that repeats or runs backwards.
     pub fn from_seconds(seconds: Vec<f64>, line: impl Fn(usize) -> u64) -> Result<Self> {
         if seconds.len() < 2 {
-            return Err(Error::new(ErrorKind::Time, format!("{} samples give no time step", seconds.len()))
-                .with_hint("a recording needs at least two rows"));
+            return Err(Error::new(
+                ErrorKind::Time,
+                format!("{} samples give no time step", seconds.len()),
+            )
+            .with_hint("a recording needs at least two rows"));
         }
         for (i, pair) in seconds.windows(2).enumerate() {
             check_step(pair[0], pair[1]).map_err(|e| e.line(line(i + 1)))?;
@@ -75,7 +87,12 @@ impl TimeBase {
         let mut gaps = Vec::new();
         for (i, pair) in seconds.windows(2).enumerate() {
             if jitter.is_gap(pair[1] - pair[0]) {
-                gaps.push(Gap { after_sample: i, line: line(i), at_s: pair[0], step_s: pair[1] - pair[0] });
+                gaps.push(Gap {
+                    after_sample: i,
+                    line: line(i),
+                    at_s: pair[0],
+                    step_s: pair[1] - pair[0],
+                });
             }
         }
         Ok(Self {
@@ -131,7 +148,9 @@ impl TimeBase {
         match &self.source {
             TimeSource::Column(t) => t.partition_point(|&x| x < seconds),
             // A billionth of a step: so that 0.3 s at 10 Hz is sample 3 in spite of rounding.
-            TimeSource::Uniform => ((seconds * self.rate - 1e-9).ceil().max(0.0) as usize).min(self.samples),
+            TimeSource::Uniform => {
+                ((seconds * self.rate - 1e-9).ceil().max(0.0) as usize).min(self.samples)
+            }
         }
     }
 }
@@ -179,7 +198,12 @@ pub(crate) struct Steps {
 
 impl Steps {
     pub(crate) fn new(median: f64) -> Self {
-        Self { median, sum: 0.0, sum2: 0.0, count: 0 }
+        Self {
+            median,
+            sum: 0.0,
+            sum2: 0.0,
+            count: 0,
+        }
     }
 
     /// Whether the step is a gap; other steps count for the jitter.
@@ -196,6 +220,7 @@ impl Steps {
 
     pub(crate) fn deviation(&self) -> Option<f64> {
         let n = self.count as f64;
-        (self.count > 1).then(|| ((self.sum2 - self.sum * self.sum / n).max(0.0) / (n - 1.0)).sqrt())
+        (self.count > 1)
+            .then(|| ((self.sum2 - self.sum * self.sum / n).max(0.0) / (n - 1.0)).sqrt())
     }
 }

@@ -81,27 +81,88 @@ use Unit::*;
 /// Unit, how it is printed, how it is written in plain ASCII column names, and what else is understood.
 /// Compared without blanks, with `²` as `2`, `^` dropped, `µ`/`μ` as `u`; case counts only where it must (`mV`, `MHz`).
 const SPELLINGS: &[(Unit, &str, &str, &[&str])] = &[
-    (MetrePerSecondSquared, "m/s²", "m/s2", &["m/s/s", "m/s**2", "mps2", "ms-2", "m.s-2", "m·s-2", "m*s-2", "m_s2", "m_per_s2", "meter/s2"]),
-    (MillimetrePerSecondSquared, "mm/s²", "mm/s2", &["mm/s/s", "mm/s**2", "mm_s2", "mm_per_s2"]),
+    (
+        MetrePerSecondSquared,
+        "m/s²",
+        "m/s2",
+        &[
+            "m/s/s", "m/s**2", "mps2", "ms-2", "m.s-2", "m·s-2", "m*s-2", "m_s2", "m_per_s2",
+            "meter/s2",
+        ],
+    ),
+    (
+        MillimetrePerSecondSquared,
+        "mm/s²",
+        "mm/s2",
+        &["mm/s/s", "mm/s**2", "mm_s2", "mm_per_s2"],
+    ),
     (StandardGravity, "g", "g", &["G", "g0", "gn", "g_n", "g_0"]),
-    (MilliGravity, "mg", "mg", &["milli-g", "millig", "mG", "mg0"]),
+    (
+        MilliGravity,
+        "mg",
+        "mg",
+        &["milli-g", "millig", "mG", "mg0"],
+    ),
     (MicroGravity, "µg", "ug", &["micro-g", "microg", "ug0"]),
     (Gal, "Gal", "Gal", &["gal", "cm/s2", "cm/s/s", "cm/s**2"]),
-    (Count, "count", "count", &["counts", "LSB", "lsb", "digit", "digits", "adc", "ADC", "raw", "Count", "Counts", "cts"]),
+    (
+        Count,
+        "count",
+        "count",
+        &[
+            "counts", "LSB", "lsb", "digit", "digits", "adc", "ADC", "raw", "Count", "Counts",
+            "cts",
+        ],
+    ),
     (Volt, "V", "V", &["volt", "volts", "Volt", "Volts"]),
     (Millivolt, "mV", "mV", &["millivolt", "millivolts"]),
     (Microvolt, "µV", "uV", &["microvolt", "microvolts"]),
-    (Second, "s", "s", &["sec", "secs", "second", "seconds", "Seconds", "Sec"]),
-    (Millisecond, "ms", "ms", &["msec", "millisecond", "milliseconds", "millis"]),
-    (Microsecond, "µs", "us", &["usec", "microsecond", "microseconds", "micros"]),
-    (Nanosecond, "ns", "ns", &["nsec", "nanosecond", "nanoseconds", "nanos"]),
+    (
+        Second,
+        "s",
+        "s",
+        &["sec", "secs", "second", "seconds", "Seconds", "Sec"],
+    ),
+    (
+        Millisecond,
+        "ms",
+        "ms",
+        &["msec", "millisecond", "milliseconds", "millis"],
+    ),
+    (
+        Microsecond,
+        "µs",
+        "us",
+        &["usec", "microsecond", "microseconds", "micros"],
+    ),
+    (
+        Nanosecond,
+        "ns",
+        "ns",
+        &["nsec", "nanosecond", "nanoseconds", "nanos"],
+    ),
     (Hertz, "Hz", "Hz", &["hz", "1/s"]),
-    (DegreeCelsius, "°C", "degC", &["C", "celsius", "Celsius", "deg_C", "degc", "oC"]),
+    (
+        DegreeCelsius,
+        "°C",
+        "degC",
+        &["C", "celsius", "Celsius", "deg_C", "degc", "oC"],
+    ),
     (Kelvin, "K", "K", &["kelvin", "Kelvin"]),
     (Degree, "°", "deg", &["degree", "degrees"]),
     (Radian, "rad", "rad", &["radian", "radians"]),
-    (RadianPerSecond, "rad/s", "rad/s", &["rad_s", "radps", "rad/sec"]),
-    (DegreePerSecond, "°/s", "deg/s", &["dps", "deg_s", "deg/sec"]),
+    (
+        RadianPerSecond,
+        "rad/s",
+        "rad/s",
+        &["rad_s", "radps", "rad/sec"],
+    ),
+    (
+        DegreePerSecond,
+        "°/s",
+        "deg/s",
+        &["dps", "deg_s", "deg/sec"],
+    ),
     (Metre, "m", "m", &["metre", "metres", "meter"]),
     (Millimetre, "mm", "mm", &["millimetre", "millimetres"]),
     (MetrePerSecond, "m/s", "m/s", &["mps", "m_s", "m_per_s"]),
@@ -140,7 +201,10 @@ impl Unit {
     /// that name axes or channels must not turn into units.
     fn recognise_suffix(text: &str) -> Option<Self> {
         let unit = Self::recognise(text)?;
-        let ambiguous = matches!(text, "1" | "-" | "none" | "C" | "G" | "raw" | "adc" | "m" | "N" | "K" | "gn" | "g0");
+        let ambiguous = matches!(
+            text,
+            "1" | "-" | "none" | "C" | "G" | "raw" | "adc" | "m" | "N" | "K" | "gn" | "g0"
+        );
         (!ambiguous).then_some(unit)
     }
 
@@ -206,7 +270,9 @@ impl FromStr for Unit {
     fn from_str(text: &str) -> Result<Self, crate::Error> {
         Self::recognise(text).ok_or_else(|| {
             crate::Error::new(crate::ErrorKind::Column, format!("unknown unit \"{text}\""))
-                .with_hint("known units of an output: m/s², mm/s², g, mg, µg, Gal, count, V, mV, µV")
+                .with_hint(
+                    "known units of an output: m/s², mm/s², g, mg, µg, Gal, count, V, mV, µV",
+                )
         })
     }
 }
@@ -250,7 +316,10 @@ pub fn split_heading(heading: &str) -> (&str, Option<Unit>) {
         }
     }
     // `_m_s2` before `_s2`: the longest suffix that is a unit wins.
-    for (at, mark) in heading.char_indices().filter(|(_, c)| matches!(c, '_' | ',' | ' ' | '/')) {
+    for (at, mark) in heading
+        .char_indices()
+        .filter(|(_, c)| matches!(c, '_' | ',' | ' ' | '/'))
+    {
         if at == 0 || mark == '/' {
             continue;
         }

@@ -88,7 +88,12 @@ fn refuses_bad_fields_by_line_and_column() {
         assert_eq!(error.line_number(), Some(70_001), "{error}");
         assert_eq!(error.field(), Some(column), "{error}");
         assert!(error.to_string().contains(word), "{error}");
-        assert!(error.to_string().contains(&format!("r.csv:70001: column \"{column}\": ")), "{error}");
+        assert!(
+            error
+                .to_string()
+                .contains(&format!("r.csv:70001: column \"{column}\": ")),
+            "{error}"
+        );
     }
 }
 
@@ -103,26 +108,41 @@ fn refuses_a_row_of_another_width() {
     let mut o = options(&["2", "3", "4"]);
     o.sampling_rate_hz = Some(10.0);
     let error = refused("1,2,3\n0,1,2,3\n1,1,2,3\n", &o);
-    assert_eq!((error.kind(), error.line_number()), (ErrorKind::Row, Some(1)));
+    assert_eq!(
+        (error.kind(), error.line_number()),
+        (ErrorKind::Row, Some(1))
+    );
 }
 
 #[test]
 fn refuses_time_that_does_not_run_forward() {
     let error = refused("t,x,y,z\n0,1,1,1\n0.1,1,1,1\n# note\n0.1,1,1,1\n", &xyz());
-    assert_eq!((error.kind(), error.line_number(), error.field()), (ErrorKind::Time, Some(5), Some("t")));
+    assert_eq!(
+        (error.kind(), error.line_number(), error.field()),
+        (ErrorKind::Time, Some(5), Some("t"))
+    );
     assert!(error.to_string().contains("repeats"), "{error}");
     let error = refused("t,x,y,z\n0,1,1,1\n0.1,1,1,1\n0.05,1,1,1\n", &xyz());
-    assert_eq!((error.kind(), error.line_number()), (ErrorKind::Time, Some(4)));
+    assert_eq!(
+        (error.kind(), error.line_number()),
+        (ErrorKind::Time, Some(4))
+    );
     assert!(error.to_string().contains("backwards"), "{error}");
     let error = refused("a,x,y,z\n0,1,1,1\n0.1,1,1,1\n", &xyz());
-    assert!(error.hint().unwrap().contains("sampling_rate_Hz"), "{error}");
+    assert!(
+        error.hint().unwrap().contains("sampling_rate_Hz"),
+        "{error}"
+    );
 }
 
 #[test]
 fn refuses_columns_that_are_not_there_or_twice() {
     let text = "t,acc_x,acc_y,acc_z\n0,1,1,1\n0.1,1,1,1\n";
     let error = refused(text, &options(&["acc_x", "ac_y", "acc_z"]));
-    assert!(error.hint().unwrap().contains("did you mean \"acc_y\""), "{error}");
+    assert!(
+        error.hint().unwrap().contains("did you mean \"acc_y\""),
+        "{error}"
+    );
     let error = refused(text, &options(&["2", "3", "9"]));
     assert!(error.to_string().contains("no column 9"), "{error}");
     let error = refused(text, &options(&["acc_x", "acc_x", "acc_z"]));
@@ -138,15 +158,27 @@ fn refuses_a_unit_against_the_heading() {
     let mut o = xyz();
     o.unit = Some(proofmass_io::Unit::MetrePerSecondSquared);
     let error = refused("t,x (g),y (g),z (g)\n0,1,1,1\n0.1,1,1,1\n", &o);
-    assert!(error.to_string().contains("the heading says g, the campaign says m/s²"), "{error}");
+    assert!(
+        error
+            .to_string()
+            .contains("the heading says g, the campaign says m/s²"),
+        "{error}"
+    );
 }
 
 #[test]
 fn refuses_text_in_the_first_row_with_the_remedy() {
     let mut o = options(&["1", "2"]);
     o.sampling_rate_hz = Some(10.0);
-    o.layout = LayoutOptions { header: Some(false), ..LayoutOptions::default() };
+    o.layout = LayoutOptions {
+        header: Some(false),
+        ..LayoutOptions::default()
+    };
     let error = refused("a,b\n1,2\n3,4\n", &o);
     assert_eq!(error.line_number(), Some(1));
-    assert!(error.hint().unwrap().contains("header = true"), "{:?}", error.hint());
+    assert!(
+        error.hint().unwrap().contains("header = true"),
+        "{:?}",
+        error.hint()
+    );
 }

@@ -251,7 +251,10 @@ pub struct Method {
 
 impl Default for Method {
     fn default() -> Self {
-        Self { model: MethodModel::default(), confidence: 0.95 }
+        Self {
+            model: MethodModel::default(),
+            confidence: 0.95,
+        }
     }
 }
 
@@ -268,7 +271,11 @@ pub struct Attitude {
 #[serde(deny_unknown_fields)]
 pub struct Ambient {
     /// Temperature, °C.
-    #[serde(rename = "temperature_degC", default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        rename = "temperature_degC",
+        default,
+        skip_serializing_if = "Option::is_none"
+    )]
     pub temperature_deg_c: Option<f64>,
     /// Anything else worth filing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -296,54 +303,93 @@ impl MultiPositionCampaign {
 
     fn check(&self) -> Result<()> {
         let table = &self.recording;
-        let refuse = |table: &str, key: &str, what: String| Err(self.source.refuse(table, key, what));
+        let refuse =
+            |table: &str, key: &str, what: String| Err(self.source.refuse(table, key, what));
         match (&table.file, &table.files) {
-            (Some(_), Some(_)) => return refuse("recording", "files", "`file` and `files` exclude each other".into()),
+            (Some(_), Some(_)) => {
+                return refuse(
+                    "recording",
+                    "files",
+                    "`file` and `files` exclude each other".into(),
+                );
+            }
             (None, None) => {
                 return Err(self
                     .source
                     .refuse("recording", "file", "no recording is named")
-                    .with_hint("add file = \"…\" to [recording], relative to the folder of the campaign"));
+                    .with_hint(
+                        "add file = \"…\" to [recording], relative to the folder of the campaign",
+                    ));
             }
             (None, Some(files)) if files.is_empty() => {
-                return refuse("recording", "files", "the list of recordings is empty".into());
+                return refuse(
+                    "recording",
+                    "files",
+                    "the list of recordings is empty".into(),
+                );
             }
             _ => {}
         }
         let positive = |table: &str, key: &str, value: Option<f64>| match value {
             Some(v) if !(v.is_finite() && v > 0.0) => {
-                Err(self.source.refuse(table, key, format!("{v} is not a positive number")))
+                Err(self
+                    .source
+                    .refuse(table, key, format!("{v} is not a positive number")))
             }
             _ => Ok(()),
         };
         positive("recording", "sampling_rate_Hz", table.sampling_rate_hz)?;
-        positive("standstill", "minimum_duration_s", self.standstill.minimum_duration_s)?;
+        positive(
+            "standstill",
+            "minimum_duration_s",
+            self.standstill.minimum_duration_s,
+        )?;
         positive("standstill", "window_s", self.standstill.window_s)?;
         positive("standstill", "threshold", self.standstill.threshold)?;
-        positive("attitude", "standard_uncertainty_deg", self.attitude.standard_uncertainty_deg)?;
+        positive(
+            "attitude",
+            "standard_uncertainty_deg",
+            self.attitude.standard_uncertainty_deg,
+        )?;
         if let Some(t) = self.ambient.temperature_deg_c
             && !(-273.15..=10_000.0).contains(&t)
         {
-            return refuse("ambient", "temperature_degC", format!("{t} °C is impossible"));
+            return refuse(
+                "ambient",
+                "temperature_degC",
+                format!("{t} °C is impossible"),
+            );
         }
         if let Some([lo, hi]) = table.range
             && !(lo.is_finite() && hi.is_finite() && lo < hi)
         {
-            return refuse("recording", "range", format!("[{lo}, {hi}] is not an interval"));
+            return refuse(
+                "recording",
+                "range",
+                format!("[{lo}, {hi}] is not an interval"),
+            );
         }
         if let Some(unit) = table.unit
             && !(unit.is_acceleration() || unit.is_raw())
         {
             return Err(self
                 .source
-                .refuse("recording", "unit", format!("{unit} is not a unit of an accelerometer's output"))
+                .refuse(
+                    "recording",
+                    "unit",
+                    format!("{unit} is not a unit of an accelerometer's output"),
+                )
                 .with_hint("known units: m/s², mm/s², g, mg, µg, Gal, count, V, mV, µV"));
         }
         let confidence = self.method.confidence;
         if !(confidence > 0.5 && confidence < 1.0) {
             return Err(self
                 .source
-                .refuse("method", "confidence", format!("a probability of {confidence} is out of place"))
+                .refuse(
+                    "method",
+                    "confidence",
+                    format!("a probability of {confidence} is out of place"),
+                )
                 .with_hint("give a number between 0.5 and 1, such as 0.95"));
         }
         Ok(())
@@ -373,7 +419,11 @@ impl MultiPositionCampaign {
                 decimal: t.decimal,
                 skip_lines: t.skip_lines,
             },
-            columns: vec![t.columns.x.clone(), t.columns.y.clone(), t.columns.z.clone()],
+            columns: vec![
+                t.columns.x.clone(),
+                t.columns.y.clone(),
+                t.columns.z.clone(),
+            ],
             time: t.time.clone(),
             time_unit: t.time_unit,
             sampling_rate_hz: t.sampling_rate_hz,
@@ -388,12 +438,18 @@ impl MultiPositionCampaign {
     /// As [`Recording::read`].
     pub fn read_recordings(&self) -> Result<Vec<Recording>> {
         let options = self.recording_options();
-        self.files().iter().map(|path| Recording::read(path, &options)).collect()
+        self.files()
+            .iter()
+            .map(|path| Recording::read(path, &options))
+            .collect()
     }
 
     /// The table of given segments, where there is one.
     pub fn segments_file(&self) -> Option<PathBuf> {
-        self.standstill.segments.as_ref().map(|name| self.source.resolve(name))
+        self.standstill
+            .segments
+            .as_ref()
+            .map(|name| self.source.resolve(name))
     }
 
     /// Reads the given segments against a recording; `None` where standstills are to be found.
@@ -401,47 +457,95 @@ impl MultiPositionCampaign {
     /// # Errors
     /// As [`Segment::read`].
     pub fn read_segments(&self, recording: &Recording) -> Result<Option<Vec<Segment>>> {
-        self.segments_file().map(|path| Segment::read(&path, recording)).transpose()
+        self.segments_file()
+            .map(|path| Segment::read(&path, recording))
+            .transpose()
     }
 }
 
 fn gravity(source: &CampaignFile, table: &GravityTable) -> Result<GravityInput> {
-    let refuse = |key: &str, what: String, hint: &str| Err(source.refuse("gravity", key, what).with_hint(hint));
+    let refuse = |key: &str, what: String, hint: &str| {
+        Err(source.refuse("gravity", key, what).with_hint(hint))
+    };
     for (key, u) in [
         ("standard_uncertainty", table.standard_uncertainty),
-        ("latitude_standard_uncertainty_deg", table.latitude_standard_uncertainty_deg),
-        ("height_standard_uncertainty_m", table.height_standard_uncertainty_m),
+        (
+            "latitude_standard_uncertainty_deg",
+            table.latitude_standard_uncertainty_deg,
+        ),
+        (
+            "height_standard_uncertainty_m",
+            table.height_standard_uncertainty_m,
+        ),
     ] {
         if let Some(u) = u
             && !(u.is_finite() && u >= 0.0)
         {
-            return refuse(key, format!("a standard uncertainty of {u} is impossible"), "give a number from zero up");
+            return refuse(
+                key,
+                format!("a standard uncertainty of {u} is impossible"),
+                "give a number from zero up",
+            );
         }
     }
     match (table.value, table.latitude_deg) {
-        (Some(_), Some(_)) => refuse("value", "`value` and `latitude_deg` exclude each other".into(), "keep the measured value"),
+        (Some(_), Some(_)) => refuse(
+            "value",
+            "`value` and `latitude_deg` exclude each other".into(),
+            "keep the measured value",
+        ),
         (Some(value), None) => {
-            if table.height_m.is_some() || table.latitude_standard_uncertainty_deg.is_some() || table.height_standard_uncertainty_m.is_some() {
-                return refuse("value", "a given value needs neither latitude nor height".into(), "keep `value` and `standard_uncertainty`");
+            if table.height_m.is_some()
+                || table.latitude_standard_uncertainty_deg.is_some()
+                || table.height_standard_uncertainty_m.is_some()
+            {
+                return refuse(
+                    "value",
+                    "a given value needs neither latitude nor height".into(),
+                    "keep `value` and `standard_uncertainty`",
+                );
             }
             // The Earth's surface spans 9.76 to 9.84; beyond 9.7 to 9.9 the unit or the digits are wrong.
             if !(9.7..=9.9).contains(&value) {
-                return refuse("value", format!("a local gravity of {value} m/s² is impossible on the ground"), "give it in m/s², such as 9.8127");
+                return refuse(
+                    "value",
+                    format!("a local gravity of {value} m/s² is impossible on the ground"),
+                    "give it in m/s², such as 9.8127",
+                );
             }
             let Some(standard_uncertainty) = table.standard_uncertainty else {
-                return refuse("standard_uncertainty", "the uncertainty of gravity is missing".into(), "add standard_uncertainty = … in m/s² (a surveyed value: 1e-5, a value from a map: 1e-3)");
+                return refuse(
+                    "standard_uncertainty",
+                    "the uncertainty of gravity is missing".into(),
+                    "add standard_uncertainty = … in m/s² (a surveyed value: 1e-5, a value from a map: 1e-3)",
+                );
             };
-            Ok(GravityInput::Given { value, standard_uncertainty })
+            Ok(GravityInput::Given {
+                value,
+                standard_uncertainty,
+            })
         }
         (None, Some(latitude_deg)) => {
             if !(-90.0..=90.0).contains(&latitude_deg) {
-                return refuse("latitude_deg", format!("a latitude of {latitude_deg}° is impossible"), "give degrees north, −90 to 90");
+                return refuse(
+                    "latitude_deg",
+                    format!("a latitude of {latitude_deg}° is impossible"),
+                    "give degrees north, −90 to 90",
+                );
             }
             let Some(height_m) = table.height_m else {
-                return refuse("height_m", "the height is missing".into(), "add height_m = …; 100 m change gravity by 0.3 mm/s²");
+                return refuse(
+                    "height_m",
+                    "the height is missing".into(),
+                    "add height_m = …; 100 m change gravity by 0.3 mm/s²",
+                );
             };
             if !(-500.0..=9_000.0).contains(&height_m) {
-                return refuse("height_m", format!("a height of {height_m} m is not on the ground"), "give metres above the sea");
+                return refuse(
+                    "height_m",
+                    format!("a height of {height_m} m is not on the ground"),
+                    "give metres above the sea",
+                );
             }
             Ok(GravityInput::Place {
                 latitude_deg,
@@ -451,6 +555,10 @@ fn gravity(source: &CampaignFile, table: &GravityTable) -> Result<GravityInput> 
                 standard_uncertainty: table.standard_uncertainty,
             })
         }
-        (None, None) => refuse("value", "local gravity is not given".into(), "add `value` and `standard_uncertainty`, or `latitude_deg` and `height_m`"),
+        (None, None) => refuse(
+            "value",
+            "local gravity is not given".into(),
+            "add `value` and `standard_uncertainty`, or `latitude_deg` and `height_m`",
+        ),
     }
 }

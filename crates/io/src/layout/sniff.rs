@@ -20,7 +20,10 @@ pub(super) fn layout(head: &[u8], complete: bool, options: &LayoutOptions) -> Re
         .clone()
         .unwrap_or_else(|| ["#", "%", "//"].map(String::from).to_vec());
     let lines = lines(head, complete)?;
-    let skip = options.skip_lines.unwrap_or(0).max(labview_preamble(&lines));
+    let skip = options
+        .skip_lines
+        .unwrap_or(0)
+        .max(labview_preamble(&lines));
     let is_comment = |line: &Line| is_comment(line.text, &comment);
     let content: Vec<&Line> = lines
         .iter()
@@ -28,9 +31,14 @@ pub(super) fn layout(head: &[u8], complete: bool, options: &LayoutOptions) -> Re
         .filter(|l| !is_comment(l) && !l.text.trim_ascii().is_empty())
         .collect();
     if content.is_empty() {
-        let what = if head.trim_ascii().is_empty() { "the file is empty" } else { "the file holds no rows of data" };
-        return Err(Error::new(ErrorKind::Format, what)
-            .with_hint("a recording is text with one row per sample; check that the export was finished"));
+        let what = if head.trim_ascii().is_empty() {
+            "the file is empty"
+        } else {
+            "the file holds no rows of data"
+        };
+        return Err(Error::new(ErrorKind::Format, what).with_hint(
+            "a recording is text with one row per sample; check that the export was finished",
+        ));
     }
     let voters = &content[content.len().saturating_sub(VOTERS)..];
     let (separator, decimal) = separator_and_decimal(voters, options);
@@ -49,7 +57,12 @@ pub(super) fn layout(head: &[u8], complete: bool, options: &LayoutOptions) -> Re
             // Numbers alone make a row of the wrong width, which the reader refuses by its line.
             if headings.is_empty() && (numbers == 0 || numbers < filled) {
                 // A header may be wider than the rows (a trailing `Comment` column without entries).
-                if numbers == 0 && fields.len() > columns && fields.len() <= columns + 2 && options.header != Some(false) && columns > 1 {
+                if numbers == 0
+                    && fields.len() > columns
+                    && fields.len() <= columns + 2
+                    && options.header != Some(false)
+                    && columns > 1
+                {
                     headings.push(line);
                 }
                 continue;
@@ -60,7 +73,10 @@ pub(super) fn layout(head: &[u8], complete: bool, options: &LayoutOptions) -> Re
         let is_data = match options.header {
             Some(false) => true,
             Some(true) if headings.is_empty() => false,
-            _ => fields.iter().zip(&numeric).any(|(f, &n)| n && is_number(f, decimal)),
+            _ => fields
+                .iter()
+                .zip(&numeric)
+                .any(|(f, &n)| n && is_number(f, decimal)),
         };
         if is_data {
             first_data = Some(*line);
@@ -69,17 +85,33 @@ pub(super) fn layout(head: &[u8], complete: bool, options: &LayoutOptions) -> Re
         headings.push(line);
     }
     let Some(first_data) = first_data else {
-        return Err(Error::new(ErrorKind::Format, "the file has a header but no row of numbers")
-            .with_hint("a recording is text with one row per sample; check that the export was finished"));
+        return Err(Error::new(
+            ErrorKind::Format,
+            "the file has a header but no row of numbers",
+        )
+        .with_hint(
+            "a recording is text with one row per sample; check that the export was finished",
+        ));
     };
 
-    let names = |line: &Line| -> Vec<String> { split(line.text, separator).iter().map(|f| decode(f)).collect() };
+    let names = |line: &Line| -> Vec<String> {
+        split(line.text, separator)
+            .iter()
+            .map(|f| decode(f))
+            .collect()
+    };
     let units = |line: &Line| -> Option<Vec<Option<Unit>>> {
-        let fields: Vec<String> =
-            names(line).iter().map(|f| f.trim_matches(['(', ')', '[', ']']).to_string()).collect();
+        let fields: Vec<String> = names(line)
+            .iter()
+            .map(|f| f.trim_matches(['(', ')', '[', ']']).to_string())
+            .collect();
         let known: Vec<Option<Unit>> = fields.iter().map(|f| Unit::recognise(f)).collect();
-        (known.iter().any(Option::is_some) && known.iter().zip(&fields).all(|(u, f)| u.is_some() || f.is_empty() || f == "-"))
-            .then_some(known)
+        (known.iter().any(Option::is_some)
+            && known
+                .iter()
+                .zip(&fields)
+                .all(|(u, f)| u.is_some() || f.is_empty() || f == "-"))
+        .then_some(known)
     };
     let mut unit_line = None;
     let mut header = None;
@@ -118,7 +150,10 @@ fn refuse_binary(head: &[u8]) -> Result<()> {
     match control {
         Some(at) => Err(Error::new(
             ErrorKind::Format,
-            format!("is a binary file, not text (byte {at} is 0x{:02X})", head[at]),
+            format!(
+                "is a binary file, not text (byte {at} is 0x{:02X})",
+                head[at]
+            ),
         )
         .with_hint("export the recording as delimited text (CSV)")),
         None => Ok(()),
@@ -127,29 +162,47 @@ fn refuse_binary(head: &[u8]) -> Result<()> {
 
 fn lines(head: &[u8], complete: bool) -> Result<Vec<Line<'_>>> {
     let mut lines = Vec::new();
-    let mut offset = if head.starts_with(b"\xEF\xBB\xBF") { 3 } else { 0 };
+    let mut offset = if head.starts_with(b"\xEF\xBB\xBF") {
+        3
+    } else {
+        0
+    };
     let mut number = 1;
     for end in memchr::memchr_iter(b'\n', head) {
         let text = &head[offset..end];
-        lines.push(Line { number, offset, text: text.strip_suffix(b"\r").unwrap_or(text) });
+        lines.push(Line {
+            number,
+            offset,
+            text: text.strip_suffix(b"\r").unwrap_or(text),
+        });
         offset = end + 1;
         number += 1;
     }
     // The last piece of a longer file may be half a line.
     if complete && offset < head.len() {
-        lines.push(Line { number, offset, text: &head[offset..] });
+        lines.push(Line {
+            number,
+            offset,
+            text: &head[offset..],
+        });
     }
     if lines.is_empty() && !complete {
-        return Err(Error::new(ErrorKind::Format, format!("the first line is longer than {} KiB", HEAD / 1024))
-            .line(1)
-            .with_hint("a recording is text with one row per sample and a line end after each"));
+        return Err(Error::new(
+            ErrorKind::Format,
+            format!("the first line is longer than {} KiB", HEAD / 1024),
+        )
+        .line(1)
+        .with_hint("a recording is text with one row per sample and a line end after each"));
     }
     Ok(lines)
 }
 
 /// Lines up to and including the last `***End_of_Header***` of a LabVIEW measurement file.
 fn labview_preamble(lines: &[Line]) -> usize {
-    if !lines.first().is_some_and(|l| l.text.starts_with(b"LabVIEW Measurement")) {
+    if !lines
+        .first()
+        .is_some_and(|l| l.text.starts_with(b"LabVIEW Measurement"))
+    {
         return 0;
     }
     lines
@@ -160,7 +213,9 @@ fn labview_preamble(lines: &[Line]) -> usize {
 
 pub(crate) fn is_comment(line: &[u8], prefixes: &[String]) -> bool {
     let text = line.trim_ascii_start();
-    prefixes.iter().any(|p| !p.is_empty() && text.starts_with(p.as_bytes()))
+    prefixes
+        .iter()
+        .any(|p| !p.is_empty() && text.starts_with(p.as_bytes()))
 }
 
 fn separator_and_decimal(voters: &[&Line], options: &LayoutOptions) -> (Separator, DecimalMark) {
@@ -180,7 +235,9 @@ fn separator_and_decimal(voters: &[&Line], options: &LayoutOptions) -> (Separato
     ];
     let mut best: Option<(f64, (S, D))> = None;
     for (separator, decimal) in candidates {
-        if options.separator.is_some_and(|s| s != separator) || options.decimal.is_some_and(|d| d != decimal) {
+        if options.separator.is_some_and(|s| s != separator)
+            || options.decimal.is_some_and(|d| d != decimal)
+        {
             continue;
         }
         let columns = width(voters, separator);
@@ -189,7 +246,8 @@ fn separator_and_decimal(voters: &[&Line], options: &LayoutOptions) -> (Separato
             .map(|line| {
                 let fields = split(line.text, separator);
                 if !fits(&fields, columns) {
-                    return 0.0;
+                    // As bad as a header of two words, which the true separator has to bear.
+                    return -1.0;
                 }
                 fields
                     .iter()
@@ -208,7 +266,10 @@ fn separator_and_decimal(voters: &[&Line], options: &LayoutOptions) -> (Separato
     }
     // Given separator "comma" with given decimal comma is no candidate: numbers in quotes.
     best.map_or(
-        (options.separator.unwrap_or(S::Comma), options.decimal.unwrap_or(D::Point)),
+        (
+            options.separator.unwrap_or(S::Comma),
+            options.decimal.unwrap_or(D::Point),
+        ),
         |(_, found)| found,
     )
 }
@@ -218,7 +279,8 @@ fn width(voters: &[&Line], separator: Separator) -> usize {
     let mut counts = std::collections::BTreeMap::<usize, usize>::new();
     for line in voters {
         let fields = split(line.text, separator);
-        let n = fields.len() - usize::from(fields.len() > 1 && fields.last().is_some_and(|f| f.is_empty()));
+        let n = fields.len()
+            - usize::from(fields.len() > 1 && fields.last().is_some_and(|f| f.is_empty()));
         *counts.entry(n).or_default() += 1;
     }
     // Where the last column is often empty the wider form is the true one.
@@ -228,10 +290,16 @@ fn width(voters: &[&Line], separator: Separator) -> usize {
         .filter(|f| f.last().is_some_and(|x| !x.is_empty()))
         .map(|f| f.len())
         .max();
-    let modal = counts.into_iter().max_by_key(|&(n, count)| (count, n)).map_or(1, |(n, _)| n);
+    let modal = counts
+        .into_iter()
+        .max_by_key(|&(n, count)| (count, n))
+        .map_or(1, |(n, _)| n);
     match full {
         Some(full) if full == modal + 1 => {
-            let wide = voters.iter().filter(|l| split(l.text, separator).len() == full).count();
+            let wide = voters
+                .iter()
+                .filter(|l| split(l.text, separator).len() == full)
+                .count();
             if wide == voters.len() { full } else { modal }
         }
         _ => modal,
@@ -239,10 +307,16 @@ fn width(voters: &[&Line], separator: Separator) -> usize {
 }
 
 fn fits(fields: &[&[u8]], columns: usize) -> bool {
-    fields.len() == columns || (fields.len() == columns + 1 && fields.last().is_some_and(|f| f.is_empty()))
+    fields.len() == columns
+        || (fields.len() == columns + 1 && fields.last().is_some_and(|f| f.is_empty()))
 }
 
-fn numeric_columns(voters: &[&Line], separator: Separator, decimal: DecimalMark, columns: usize) -> Vec<bool> {
+fn numeric_columns(
+    voters: &[&Line],
+    separator: Separator,
+    decimal: DecimalMark,
+    columns: usize,
+) -> Vec<bool> {
     let mut votes = vec![0_i64; columns];
     for line in voters {
         let fields = split(line.text, separator);
@@ -271,7 +345,9 @@ fn commented_header(
     let fields = split(text[prefix.len()..].trim_ascii_start(), separator);
     (columns > 1
         && fields.len() == columns
-        && fields.iter().all(|f| !f.is_empty() && !is_number(f, decimal)))
+        && fields
+            .iter()
+            .all(|f| !f.is_empty() && !is_number(f, decimal)))
     .then(|| fields.iter().map(|f| decode(f)).collect())
 }
 
@@ -312,7 +388,10 @@ fn is_number(field: &[u8], decimal: DecimalMark) -> bool {
 
 /// Text of a field without quotes; Latin-1 where it is not UTF-8.
 pub(crate) fn decode(field: &[u8]) -> String {
-    let field = field.strip_prefix(b"\"").and_then(|f| f.strip_suffix(b"\"")).unwrap_or(field);
+    let field = field
+        .strip_prefix(b"\"")
+        .and_then(|f| f.strip_suffix(b"\""))
+        .unwrap_or(field);
     match std::str::from_utf8(field) {
         Ok(text) => text.replace("\"\"", "\""),
         Err(_) => field.iter().map(|&b| char::from(b)).collect(),
