@@ -102,7 +102,7 @@ fn results() -> Section {
         "Parameters with standard uncertainty in parentheses",
         [
             Column::text("parameter"),
-            Column::number("estimate", "m/s²"),
+            Column::number("estimate", ""),
             Column::number("U (95 %)", ""),
             Column::number("ν", ""),
             Column::text("meaning"),
@@ -129,7 +129,7 @@ fn results() -> Section {
             KeyFigure::new("Bias x", "-0.0312(14)", "m/s²").note("k = 2.05 at 95 %"),
         ])
         .paragraph("Gravity seen by a resting sensor has the same magnitude in every attitude; what differs is the error of the sensor. Text with <, > & \"quotes\" stands as written.")
-        .table(table.note("Units are stated where they differ from that of the column."))
+        .table(table.note("Pure numbers carry no unit."))
         .block(Block::Code("f = K (y − b)\n    K upper triangular".into()))
 }
 

@@ -130,12 +130,17 @@ fn quantity_text(quantity: &Quantity, column: &Column, row: usize) -> Result<Str
         }
     }
     let text = concise(quantity.value, quantity.standard_uncertainty);
-    let stated = quantity.unit == column.unit || quantity.unit == "1" || quantity.unit.is_empty();
-    Ok(if stated {
-        text
-    } else {
-        format!("{text} {}", quantity.unit)
-    })
+    let plain = |unit: &str| unit.is_empty() || unit == "1";
+    // A pure number under a column with a unit must not be read in that unit.
+    Ok(
+        if quantity.unit == column.unit || (plain(&quantity.unit) && plain(&column.unit)) {
+            text
+        } else if plain(&quantity.unit) {
+            format!("{text} [1]")
+        } else {
+            format!("{text} {}", quantity.unit)
+        },
+    )
 }
 
 /// A printed number cut before its decimal point: what stands left of the alignment line, and the rest.
