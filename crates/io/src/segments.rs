@@ -1,7 +1,7 @@
 //! `segments.csv`: standstills given by hand, with or without their attitude.
 
+use crate::field::parse_number;
 use crate::layout::{DecimalMark, sniff};
-use crate::rows::parse_number;
 use crate::{Error, ErrorKind, Recording, Result};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
