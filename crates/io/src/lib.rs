@@ -65,4 +65,4 @@ pub use segments::Segment;
 pub use software::{Schema, Software};
 pub use table::{Cell, RowWriter, Table};
 pub use time_base::{Gap, TimeBase, TimeSource};
-pub use unit::{STANDARD_GRAVITY, Unit, split_heading};
+pub use unit::{Unit, split_heading};

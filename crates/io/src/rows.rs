@@ -194,13 +194,11 @@ impl RowReader {
                 memchr::memrchr(b'\n', &self.pending).map_or(0, |i| i + 1)
             };
             if self.pending.len() - end > LONGEST_LINE {
-                return Err(Error::new(ErrorKind::Format, "a line is longer than 1 MiB")
-                    .at(&self.path)
-                    .line(
-                        self.next_line
-                            + memchr::memchr_iter(b'\n', &self.pending[..end]).count() as u64,
-                    )
-                    .with_hint("a recording has one row per sample and a line end after each"));
+                let lines = memchr::memchr_iter(b'\n', &self.pending[..end]).count();
+                return Err(self.refusal(&Fault {
+                    line: lines as u64,
+                    reason: Reason::Long,
+                }));
             }
             let rest = self.pending.split_off(end);
             let chunk = std::mem::replace(&mut self.pending, rest);
@@ -282,6 +280,8 @@ impl RowReader {
                 "look at this line and the one before: a lost or doubled line, a separator inside a field, or a decimal \
                  comma; cut the damaged part out, or give `separator`, `decimal` or `skip_lines`",
             ),
+            Reason::Long => at(Error::new(ErrorKind::Format, "a line is longer than 1 MiB"))
+                .with_hint("a recording has one row per sample and a line end after each"),
             Reason::Field(column, text) => {
                 let error = at(bad_field(text, self.layout.decimal)).column(self.layout.name(*column));
                 let first = line == self.layout.first_data_line;
@@ -385,6 +385,7 @@ struct Fault {
 }
 
 enum Reason {
+    Long,
     Width(usize),
     Field(usize, String),
 }
@@ -433,8 +434,7 @@ impl Scan<'_> {
             }
             match self.row(line, &mut numbers) {
                 Ok(()) => {}
-                Err(Reason::Field(column, text)) if self.bad_fields == BadFields::Locate => {
-                    let _ = (column, text);
+                Err(Reason::Field(..)) if self.bad_fields == BadFields::Locate => {
                     self.locate(line, number, &mut numbers, &mut piece.bad);
                 }
                 Err(reason) => {
@@ -461,6 +461,9 @@ impl Scan<'_> {
 
     /// Converts one row. Fields are checked in order, then the width.
     fn row(&self, line: &[u8], numbers: &mut [f64]) -> Result<(), Reason> {
+        if line.len() > LONGEST_LINE {
+            return Err(Reason::Long);
+        }
         let separator = self.layout.separator;
         let decimal = self.layout.decimal;
         let mut fields = Fields::new(line, separator);
