@@ -116,7 +116,7 @@ pub(super) fn logarithmic(low: f64, high: f64, most: usize) -> Ticks {
         } else if m == 1 {
             power_of_ten(e)
         } else {
-            format!("{m}·{}", power_of_ten(e))
+            format!("{m}×{}", power_of_ten(e))
         }
     };
     let decades = (to - from + 1).max(0) as usize;
