@@ -95,7 +95,7 @@ pub enum Alignment {
     Centre,
     /// Right.
     Right,
-    /// On the decimal point.
+    /// On the decimal point, the block of numbers centred under its heading.
     Decimal,
 }
 

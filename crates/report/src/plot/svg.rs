@@ -43,7 +43,7 @@ pub(super) enum Anchor {
 }
 
 /// Estimated width of a text in pixels: the widths of Helvetica, which the usual substitutes share.
-pub(super) fn text_width(text: &str, size: f64) -> f64 {
+pub(crate) fn text_width(text: &str, size: f64) -> f64 {
     let mut raised = false;
     let mut width = 0.0;
     for c in text.chars() {
@@ -87,7 +87,7 @@ impl Svg {
         let (w, h) = (svg.number(width), svg.number(height));
         let _ = write!(
             svg.out,
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {w} {h}\" width=\"{w}\" height=\"{h}\" \
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {w} {h}\" width=\"{w}\" height=\"{h}\" preserveAspectRatio=\"xMinYMin meet\" \
              role=\"img\" aria-labelledby=\"{id}-title\" font-family=\"Helvetica, Arial, 'Liberation Sans', \
              'DejaVu Sans', sans-serif\" font-size=\"12\">\n<title id=\"{id}-title\">{}</title>\n",
             escape(title)
