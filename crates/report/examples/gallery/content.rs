@@ -174,6 +174,8 @@ fn recording() -> Result<Section, proofmass_report::Error> {
 fn attitudes() -> Section {
     let mut sphere = SpherePlot::new("residual", "m/s²");
     let mut labelled = SpherePlot::new("distance from gravity", "mg");
+    let mut crowded = SpherePlot::new("residual over its uncertainty, noise density", "(m/s²)/√Hz");
+    crowded.axes = ["east", "north", "up"].map(String::from);
     for i in 0..38 {
         // A golden-angle spiral, slightly disturbed.
         let z = 1.0 - 2.0 * (i as f64 + 0.5) / 38.0;
@@ -181,6 +183,7 @@ fn attitudes() -> Section {
         let r = (1.0 - z * z).sqrt();
         let d = [r * phi.cos(), r * phi.sin(), z];
         sphere = sphere.point(d, 1.5e-3 * jitter(i), (i + 1).to_string());
+        crowded = crowded.point(d, 3e-7 * jitter(i + 5), format!("pose {}", i + 1));
         if i % 6 == 0 {
             labelled = labelled.point(d, jitter(i).abs(), format!("pose {i}"));
         }
@@ -194,6 +197,7 @@ fn attitudes() -> Section {
             sphere,
         )
         .figure("Values without a sign.", labelled)
+        .figure("Long labels and names of axes.", crowded)
         .figure("No attitude at all.", SpherePlot::new("residual", "m/s²"))
         .figure(
             "One attitude, residual zero.",
