@@ -11,6 +11,8 @@ use std::fmt::Write;
 const STYLE: &str = include_str!("html/style.css");
 /// From this many sections on the page opens with a table of contents.
 const LONG: usize = 5;
+/// A table of at most this many rows is kept on one sheet of paper.
+const SHORT: usize = 15;
 
 /// The report as one HTML document.
 ///
@@ -198,7 +200,12 @@ impl Page {
         let narrowest = narrowest_width(table, &blocks)?;
         let _ = writeln!(
             self.out,
-            "<div class=\"table\" style=\"--ch:{narrowest:.0}\">\n<table>"
+            "<div class=\"table{}\" style=\"--ch:{narrowest:.0}\">\n<table>",
+            if table.rows.len() <= SHORT {
+                " short"
+            } else {
+                ""
+            }
         );
         if !table.caption.is_empty() {
             self.tables += 1;

@@ -104,7 +104,10 @@ const LARGEST: f64 = 1e300;
 
 /// Refuses what cannot be drawn, by name and index.
 fn check_finite(series: &str, values: &[f64]) -> Result<(), Error> {
-    match values.iter().position(|v| !(v.abs() <= LARGEST)) {
+    match values
+        .iter()
+        .position(|v| !v.is_finite() || v.abs() > LARGEST)
+    {
         Some(index) => Err(Error::NotFinite {
             series: series.into(),
             index,

@@ -224,7 +224,11 @@ fn correlation(names: &[&str]) -> MatrixPlot {
 }
 
 fn correlations() -> Section {
-    let mut unknown = correlation(&["a", "b", "exactly known"]);
+    let mut unknown = correlation(&[
+        "a",
+        "temperature coefficient of the misalignment of x to y",
+        "exactly known",
+    ]);
     for k in [2, 5, 6, 7, 8] {
         unknown.elements[k] = None;
     }
@@ -256,6 +260,7 @@ fn budget() -> Section {
     let bars = BarPlot::shares("share of the variance of bias.x")
         .bar("noise of the standstill means", 0.712, "A")
         .bar("local gravity from latitude and height, normal gravity formula with free-air correction", 0.221, "B")
+        .bar("a_name_without_any_space_that_is_longer_than_the_margin_left_of_the_bars.xy", 0.1, "B")
         .bar("temperature", 0.0667, "B")
         .bar("quantisation", 0.000_3, "B")
         .bar("nothing", 0.0, "");

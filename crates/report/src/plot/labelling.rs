@@ -6,7 +6,7 @@ use super::decimate;
 use super::drawing::{SHADES, marker, slope_points, stroke};
 use super::frame::{Frame, SMALL};
 use super::placing::{AID, Area, DATA, Ink, TEXT};
-use super::svg::{Anchor, Svg, text_width};
+use super::svg::{Anchor, Svg, shortened, text_width};
 use super::xy::{Panel, Series, Shade, Style};
 
 /// White behind a text that may cross a line.
@@ -107,7 +107,8 @@ pub(super) fn draw_legend(svg: &mut Svg, frame: &Frame, entries: &[Entry], top: 
             }
         }
         let ink = "fill=\"#111\"";
-        svg.text((x + 34.0, y + 4.0), Anchor::Start, entry.name(), ink);
+        let name = shortened(entry.name(), 12.0, frame.right - x - 34.0);
+        svg.text((x + 34.0, y + 4.0), Anchor::Start, &name, ink);
     }
 }
 
@@ -132,7 +133,7 @@ impl Panel {
     }
 
     /// Centre, label and row above the frame of each vertical reference.
-    fn vertical_labels(&self, x: &Mapping, (left, right): (f64, f64)) -> Vec<(f64, &str, usize)> {
+    fn vertical_labels(&self, x: &Mapping, (left, right): (f64, f64)) -> Vec<(f64, String, usize)> {
         let mut ends: Vec<f64> = Vec::new();
         let mut placed = Vec::new();
         let mut sorted: Vec<_> = self
@@ -142,7 +143,8 @@ impl Panel {
             .collect();
         sorted.sort_by(|a, b| a.at.total_cmp(&b.at));
         for reference in sorted {
-            let half = 0.5 * text_width(&reference.label, SMALL);
+            let label = shortened(&reference.label, SMALL, right - left);
+            let half = 0.5 * text_width(&label, SMALL);
             let centre = x
                 .at(reference.at)
                 .clamp(left + half, (right - half).max(left + half));
@@ -152,7 +154,7 @@ impl Panel {
                 ends.push(0.0);
             }
             ends[row] = centre + half;
-            placed.push((centre, reference.label.as_str(), row));
+            placed.push((centre, label, row));
         }
         placed
     }
@@ -161,7 +163,7 @@ impl Panel {
     pub(super) fn labels(&self, svg: &mut Svg, frame: &Frame) {
         for (centre, label, row) in self.vertical_labels(&frame.x, (frame.left, frame.right)) {
             let y = frame.top - 5.0 - LABEL_ROW * row as f64;
-            svg.text((centre, y), Anchor::Middle, label, INK);
+            svg.text((centre, y), Anchor::Middle, &label, INK);
         }
         self.margin_labels(svg, frame);
         if self.needs_places() {
@@ -207,12 +209,12 @@ impl Panel {
         let mut ink = Ink::new(frame.right + 10.0, frame.bottom + 10.0);
         for series in &self.series {
             let place = |(&x, &y): (&f64, &f64)| (frame.x.at(x), frame.y.at(y));
-            for (lower, upper) in &series.band {
+            if let Some((lower, upper)) = &series.band {
                 for edge in [lower, upper] {
                     ink.line(&decimate::line(series.x.iter().zip(edge).map(place)), AID);
                 }
             }
-            for (lower, upper) in &series.bars {
+            if let Some((lower, upper)) = &series.bars {
                 for ((x, a), b) in series.x.iter().zip(lower).zip(upper) {
                     ink.line(&[place((x, a)), place((x, b))], DATA);
                 }
@@ -248,7 +250,8 @@ impl Panel {
     fn notes(&self, svg: &mut Svg, frame: &Frame, ink: &mut Ink) {
         for (x, y, text) in &self.notes {
             let (x, y) = (frame.x.at(*x), frame.y.at(*y));
-            let width = text_width(text, SMALL);
+            let text = shortened(text, SMALL, frame.right - frame.left - 8.0);
+            let width = text_width(&text, SMALL);
             let mut places = Vec::new();
             for (n, d) in [7.0, 14.0, 24.0].into_iter().enumerate() {
                 for (left, base) in [
@@ -267,14 +270,15 @@ impl Panel {
                     places.push((text_area(left, base, width), 12.0 * n as f64));
                 }
             }
-            write_at_best(svg, ink, &places, text, "font-size=\"11\" fill=\"#111\"");
+            write_at_best(svg, ink, &places, &text, "font-size=\"11\" fill=\"#111\"");
         }
     }
 
     /// Names of power laws beside their lines, where these are clear of the data.
     fn slope_labels(&self, svg: &mut Svg, frame: &Frame, ink: &mut Ink) {
         for slope in self.slopes.iter().filter(|s| !s.label.is_empty()) {
-            let width = text_width(&slope.label, SMALL);
+            let label = shortened(&slope.label, SMALL, 0.6 * (frame.right - frame.left));
+            let width = text_width(&label, SMALL);
             let mut places = Vec::new();
             let middle = 0.5 * (frame.left + frame.right);
             for (x, y) in slope_points(slope, frame) {
@@ -290,17 +294,18 @@ impl Panel {
                 }
             }
             places.retain(|(area, _)| within(area, frame));
-            write_at_best(svg, ink, &places, &slope.label, INK);
+            write_at_best(svg, ink, &places, &label, INK);
         }
     }
 
     /// Labels of horizontal references that are too long for the margin, on or under their line.
     fn long_labels(&self, svg: &mut Svg, frame: &Frame, ink: &mut Ink) {
         for reference in self.horizontal.iter().filter(|r| frame.y.inside(r.at)) {
-            let width = text_width(&reference.label, SMALL);
-            if width <= MARGIN {
+            if text_width(&reference.label, SMALL) <= MARGIN {
                 continue;
             }
+            let label = shortened(&reference.label, SMALL, frame.right - frame.left - 12.0);
+            let width = text_width(&label, SMALL);
             let y = frame.y.at(reference.at);
             let free = (frame.right - frame.left - width - 12.0).max(0.0);
             let mut places = Vec::new();
@@ -311,7 +316,7 @@ impl Panel {
                 }
             }
             places.retain(|(area, _)| area[1] >= frame.top && area[3] <= frame.bottom);
-            write_at_best(svg, ink, &places, &reference.label, INK);
+            write_at_best(svg, ink, &places, &label, INK);
         }
     }
 }
@@ -333,5 +338,48 @@ fn write_at_best(svg: &mut Svg, ink: &mut Ink, places: &[(Area, f64)], text: &st
         let area = places[best].0;
         let at = (area[0], area[3] - 2.0);
         svg.text(at, Anchor::Start, text, &format!("{style} {HALO}"));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::axis::Scale;
+    use super::super::{Axis, XyPlot};
+    use super::*;
+
+    #[test]
+    fn law_one_legend_entry_for_what_looks_and_is_called_alike() {
+        let line = |name: &str| Series::line(name, &[0.0], &[0.0]);
+        let plot = XyPlot::new(Axis::default(), Axis::default())
+            .series(line("a"))
+            .series(line("b"))
+            .shade("still", &[])
+            .below(Axis::default())
+            .series(line("a"))
+            .series(line("a"))
+            .series(line("b").look(1).style(Style::Markers))
+            .shade("still", &[]);
+        let legends = legends(&plot.panels);
+        let names: Vec<Vec<&str>> = legends
+            .iter()
+            .map(|entries| entries.iter().map(Entry::name).collect())
+            .collect();
+        // The second "a" below has the look of the second series, the "b" is of markers.
+        assert_eq!(names, [vec!["a", "b", "still"], vec!["a", "b"]]);
+    }
+
+    #[test]
+    fn law_vertical_labels_take_the_rows_they_need() {
+        let x = Mapping::new(Scale::Linear, (0.0, 100.0), 0.0, 700.0);
+        let head = |at: &[f64]| {
+            let plot = XyPlot::new(Axis::default(), Axis::default());
+            let plot = at.iter().fold(plot, |p, &at| p.vertical(at, "a mark"));
+            plot.panels[0].head(&[], &x, (0.0, 700.0))
+        };
+        let rows = |n: f64| 6.0 + n * LABEL_ROW;
+        assert_eq!(head(&[]), rows(0.0));
+        assert_eq!(head(&[0.0, 20.0, 40.0, 60.0, 100.0]), rows(1.0));
+        assert_eq!(head(&[98.0, 99.0, 20.0]), rows(2.0));
+        assert_eq!(head(&[120.0]), rows(0.0));
     }
 }

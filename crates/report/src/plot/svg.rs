@@ -73,6 +73,26 @@ pub(crate) fn text_width(text: &str, size: f64) -> f64 {
     size * text.chars().map(em_width).sum::<f64>()
 }
 
+/// A text of at most this many pixels: one that is longer keeps its ends around an ellipsis, since names of a
+/// family differ at either.
+pub(super) fn shortened(text: &str, size: f64, width: f64) -> String {
+    if text_width(text, size) <= width {
+        return text.into();
+    }
+    let chars: Vec<char> = text.chars().collect();
+    let mut kept = chars.len();
+    loop {
+        kept = kept.saturating_sub(1);
+        let tail = kept / 2;
+        let head: String = chars[..kept - tail].iter().collect();
+        let tail: String = chars[chars.len() - tail..].iter().collect();
+        let short = format!("{}…{}", head.trim_end(), tail.trim_start());
+        if kept <= 2 || text_width(&short, size) <= width {
+            return short;
+        }
+    }
+}
+
 fn em_width(c: char) -> f64 {
     match c {
         'i' | 'j' | 'l' | '\'' | '|' => 0.23,
@@ -257,6 +277,16 @@ mod tests {
         assert_eq!(runs("τ⁻¹ᐟ²")[1], (true, "−1/2".into()));
         assert_eq!(runs(&power_of_ten(-305))[1], (true, "−305".into()));
         assert!(runs("").iter().all(|run| run.1.is_empty()));
+    }
+
+    #[test]
+    fn law_a_long_name_is_shortened_in_its_middle() {
+        assert_eq!(shortened("bias.x", 11.0, 100.0), "bias.x");
+        let name = "temperature coefficient of the misalignment.xy";
+        let short = shortened(name, 11.0, 120.0);
+        assert!(text_width(&short, 11.0) <= 120.0 && short.len() > 15);
+        assert!(short.starts_with("temp") && short.ends_with(".xy") && short.contains('…'));
+        assert_eq!(shortened("äöü", 11.0, 0.0), "ä…ü");
     }
 
     #[test]
