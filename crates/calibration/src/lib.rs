@@ -9,6 +9,7 @@ mod pose;
 mod recording_quality;
 mod six_position;
 mod standstill;
+mod standstill_calibration;
 mod threshold_sweep;
 mod validation;
 
@@ -22,6 +23,7 @@ pub use pose::{Pose, Samples, Segment};
 pub use recording_quality::{clipping, suspected_clipping, temperature_drift};
 pub use six_position::Ferraris;
 pub use standstill::{Standstill, WindowedVariance};
+pub use standstill_calibration::{Estimator, StandstillCalibration};
 pub use threshold_sweep::{Candidate, ThresholdSweep};
 pub use validation::{AttitudeCheck, Calibrated, Validation};
 

@@ -38,9 +38,9 @@ pub struct Candidate {
 pub struct ThresholdSweep {
     /// The standstills of the chosen threshold.
     pub segments: Vec<Segment>,
-    /// The chosen threshold, in multiples of the noise floor.
-    pub threshold: f64,
-    /// Everything that was tried; empty when the threshold was given.
+    /// The chosen threshold, in multiples of the noise floor; `None` when the standstills were given.
+    pub threshold: Option<f64>,
+    /// Everything that was tried; empty when the threshold or the standstills were given.
     pub candidates: Vec<Candidate>,
 }
 
@@ -71,7 +71,7 @@ impl ThresholdSweep {
             }
             return Ok(Self {
                 segments: windowed.segments(threshold),
-                threshold,
+                threshold: Some(threshold),
                 candidates: Vec::new(),
             });
         }
@@ -97,7 +97,7 @@ impl ThresholdSweep {
         match best {
             Some((candidate, segments, _)) => Ok(Self {
                 segments: segments.clone(),
-                threshold: candidate.threshold,
+                threshold: Some(candidate.threshold),
                 candidates: tried.iter().map(|(c, ..)| c.clone()).collect(),
             }),
             None => {

@@ -25,7 +25,7 @@ struct Variant {
     settings: MultiPosition,
     /// Standard uncertainty of given attitudes; `None`: they are not given.
     attitude: Option<AttitudeUncertainty>,
-    six_positions: bool,
+    estimator: Estimator,
 }
 
 impl Variant {
@@ -47,7 +47,7 @@ impl Variant {
             rig,
             settings,
             attitude: None,
-            six_positions: false,
+            estimator: Estimator::LeastSquares,
         }
     }
 
@@ -62,19 +62,16 @@ impl Variant {
         let mut recording = rig.simulate(seed);
         let [x, y, z] = &recording.outputs;
         let samples = Samples::new(x, y, z).unwrap();
-        let segments = match self.attitude {
+        let calibration = match self.attitude {
             None => {
                 let search = Standstill::default();
-                ThresholdSweep::run(&samples, rig.rate, &[], &search, &self.settings)
-                    .unwrap()
-                    .segments
+                StandstillCalibration::run(&samples, rig.rate, &[], &search, &self.settings)
             }
             Some(uncertainty) => {
                 let frame: [f64; 3] = std::array::from_fn(|_| uncertainty.common * normal());
                 for rest in &mut recording.rests {
                     // What is declared differs from what was: each by itself, all by the frame.
-                    let turn =
-                        std::array::from_fn(|i| frame[i] + uncertainty.independent * normal());
+                    let turn = std::array::from_fn(|i| frame[i] + uncertainty.independent * normal());
                     rest.attitude = turned(rest.attitude, turn);
                 }
                 let given = recording.rests.iter().map(|r| Segment {
@@ -83,18 +80,10 @@ impl Variant {
                     attitude: Some(r.attitude),
                     label: None,
                 });
-                given.collect()
+                StandstillCalibration::of_segments(&samples, given.collect(), &self.settings, self.estimator)
             }
         };
-        let noise = MeanNoise::estimate(&samples, &segments).unwrap();
-        let poses = noise.poses(&samples, &segments);
-        let settings = self.settings.clone().noise_dof(noise.dof());
-        let fit = if self.six_positions {
-            settings.fit_six_positions(&poses)
-        } else {
-            settings.fit(&poses)
-        };
-        (fit.unwrap(), rig.sensor)
+        (calibration.unwrap().fit, rig.sensor)
     }
 
     /// Share of recordings in which the interval of each quantity holds the truth.
@@ -227,7 +216,7 @@ fn coverage_six_positions() {
     variant.rig.rests = 6;
     variant.rig.askew = 0.0;
     variant.attitude = Some(attitude);
-    variant.six_positions = true;
+    variant.estimator = Estimator::SixPositions;
     variant.settings = variant.settings.attitude_uncertainty(attitude);
     variant.check("six");
 }
