@@ -95,7 +95,7 @@ pub enum Alignment {
     Centre,
     /// Right.
     Right,
-    /// On the decimal point.
+    /// On the decimal point, the block of numbers centred under its heading.
     Decimal,
 }
 
@@ -104,13 +104,13 @@ pub enum Alignment {
 pub enum Cell {
     /// Text.
     Text(String),
-    /// A number as printed by the caller; a leading hyphen becomes a minus sign.
+    /// A number as printed by the caller; a leading hyphen becomes a minus sign, `e-5` a power of ten.
     Number {
         /// The digits.
         text: String,
     },
-    /// A quantity, printed as `value(u)` with two digits of standard uncertainty; its unit follows where the
-    /// column does not state the same one.
+    /// A quantity, printed as it prints itself, `value(u)` with two digits of standard uncertainty; its unit
+    /// follows where the column does not state the same one.
     Quantity(Quantity),
     /// Nothing known; shown as an empty place.
     #[default]

@@ -3,7 +3,7 @@
 use crate::Error;
 use crate::document::{Alignment, Block, Cell, Column, KeyFigure, Report, Table};
 use crate::number::{cell_text, minus, split_at_point};
-use crate::plot::escape;
+use crate::plot::{escape, text_width};
 use crate::terminal::check_shape;
 use proofmass_uncertainty::{Finding, Severity};
 use std::fmt::Write;
@@ -11,6 +11,8 @@ use std::fmt::Write;
 const STYLE: &str = include_str!("html/style.css");
 /// From this many sections on the page opens with a table of contents.
 const LONG: usize = 5;
+/// A table of at most this many rows is kept on one sheet of paper.
+const SHORT: usize = 15;
 
 /// The report as one HTML document.
 ///
@@ -26,8 +28,8 @@ pub fn render(report: &Report) -> Result<String, Error> {
     };
     let _ = write!(
         page.out,
-        "<!DOCTYPE html>\n<html lang=\"{}\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+        "<!DOCTYPE html>\n<html lang=\"{}\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
          <title>{}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n<header>\n<h1>{}</h1>\n",
         escape(language),
         escape(&report.title),
@@ -116,7 +118,12 @@ impl Page {
                     .svg(&figure.caption, &format!("figure-{}", self.figures))?;
                 let _ = writeln!(
                     self.out,
-                    "<figure>\n<div class=\"plot\">{svg}</div>\n<figcaption><b>Figure {}.</b> {}</figcaption>\n</figure>",
+                    "<figure{}>\n<div class=\"plot\">{svg}</div>\n<figcaption><b>Figure {}.</b> {}</figcaption>\n</figure>",
+                    if figure.plot.is_tall() {
+                        " class=\"tall\""
+                    } else {
+                        ""
+                    },
                     self.figures,
                     escape(&figure.caption)
                 );
@@ -189,7 +196,17 @@ impl Page {
 
     fn table(&mut self, table: &Table) -> Result<(), Error> {
         check_shape(table)?;
-        self.out.push_str("<div class=\"table\">\n<table>\n");
+        let blocks = number_blocks(table)?;
+        let narrowest = narrowest_width(table, &blocks)?;
+        let _ = writeln!(
+            self.out,
+            "<div class=\"table{}\" style=\"--ch:{narrowest:.0}\">\n<table>",
+            if table.rows.len() <= SHORT {
+                " short"
+            } else {
+                ""
+            }
+        );
         if !table.caption.is_empty() {
             self.tables += 1;
             let _ = writeln!(
@@ -208,16 +225,19 @@ impl Page {
                 escape(&column.heading)
             );
             if let Some(unit) = column.printed_unit() {
-                let _ = write!(self.out, "<br><span class=\"unit\">{}</span>", escape(unit));
+                let _ = write!(
+                    self.out,
+                    "<br/><span class=\"unit\">{}</span>",
+                    escape(unit)
+                );
             }
             self.out.push_str("</th>");
         }
         self.out.push_str("</tr></thead>\n<tbody>\n");
-        let tails = decimal_tails(table)?;
         for (i, row) in table.rows.iter().enumerate() {
             self.out.push_str("<tr>");
-            for ((cell, column), tail) in row.iter().zip(&table.columns).zip(&tails) {
-                self.cell(cell, column, *tail, i)?;
+            for ((cell, column), block) in row.iter().zip(&table.columns).zip(&blocks) {
+                self.cell(cell, column, *block, i)?;
             }
             self.out.push_str("</tr>\n");
         }
@@ -229,16 +249,23 @@ impl Page {
         Ok(())
     }
 
-    fn cell(&mut self, cell: &Cell, column: &Column, tail: usize, row: usize) -> Result<(), Error> {
+    fn cell(
+        &mut self,
+        cell: &Cell,
+        column: &Column,
+        (left, right): (f64, f64),
+        row: usize,
+    ) -> Result<(), Error> {
         let text = cell_text(cell, column, row)?;
         let is_text = matches!(cell, Cell::Text(_));
-        if column.alignment == Alignment::Decimal && !is_text {
+        if column.alignment == Alignment::Decimal && !is_text && !text.is_empty() {
+            // Two boxes of the same width in every row meet at the decimal point.
             let (whole, rest) = split_at_point(&text);
             let _ = write!(
                 self.out,
-                "<td class=\"decimal\">{}<span class=\"tail\" style=\"min-width:{}ch\">{}</span></td>",
+                "<td class=\"decimal\"><span class=\"whole\" style=\"min-width:{left:.1}ch\">{}</span>\
+                 <span class=\"tail\" style=\"min-width:{right:.1}ch\">{}</span></td>",
                 escape(whole),
-                tail,
                 escape(rest)
             );
         } else {
@@ -253,18 +280,52 @@ impl Page {
     }
 }
 
-/// For each column the longest part right of the alignment line, in characters.
-fn decimal_tails(table: &Table) -> Result<Vec<usize>, Error> {
-    let mut tails = vec![0; table.columns.len()];
+/// Width of a text in widths of the digit 0.
+fn in_digits(text: &str) -> f64 {
+    text_width(text, 1.0) / text_width("0", 1.0)
+}
+
+/// For each column the widest part left and right of the decimal point, in widths of a digit.
+fn number_blocks(table: &Table) -> Result<Vec<(f64, f64)>, Error> {
+    let mut blocks = vec![(0.0_f64, 0.0_f64); table.columns.len()];
     for (i, row) in table.rows.iter().enumerate() {
-        for ((cell, column), tail) in row.iter().zip(&table.columns).zip(&mut tails) {
+        for ((cell, column), block) in row.iter().zip(&table.columns).zip(&mut blocks) {
             if !matches!(cell, Cell::Text(_)) {
                 let text = cell_text(cell, column, i)?;
-                *tail = (*tail).max(split_at_point(&text).1.chars().count());
+                let (whole, tail) = split_at_point(&text);
+                *block = (
+                    block.0.max(in_digits(whole) + 0.1),
+                    block.1.max(in_digits(tail) + 0.1),
+                );
             }
         }
     }
-    Ok(tails)
+    Ok(blocks)
+}
+
+/// Width of the table with every text broken wherever it may be, in widths of a digit.
+fn narrowest_width(table: &Table, blocks: &[(f64, f64)]) -> Result<f64, Error> {
+    let padding = 2.0;
+    let longest_word = |text: &str| {
+        let words = text.split_whitespace().map(in_digits);
+        words.fold(0.0, f64::max).min(24.0)
+    };
+    let mut sum = 10.0;
+    for (c, column) in table.columns.iter().enumerate() {
+        let unit = column.printed_unit().unwrap_or("");
+        // Headings are set bold, a little wider.
+        let mut widest = 1.1 * longest_word(&column.heading).max(in_digits(unit));
+        for (i, row) in table.rows.iter().enumerate() {
+            let text = cell_text(&row[c], column, i)?;
+            widest = widest.max(match column.alignment {
+                Alignment::Decimal if !matches!(row[c], Cell::Text(_)) => blocks[c].0 + blocks[c].1,
+                Alignment::Decimal | Alignment::Right => in_digits(&text),
+                Alignment::Left | Alignment::Centre => longest_word(&text).max(8.0),
+            });
+        }
+        sum += widest + padding;
+    }
+    Ok(sum)
 }
 
 fn class(alignment: Alignment) -> &'static str {

@@ -1,13 +1,13 @@
 //! Numbers as text: minus signs, decimal points, exponents, uncertainty in parentheses.
 
 use crate::{Cell, Column, Error};
-use proofmass_uncertainty::Quantity;
+use proofmass_uncertainty::{DegreesOfFreedom, Format, Quantity};
 
 /// A number with `digits` significant digits; in powers of ten outside 0.001 to 100 000.
 ///
 /// ```
 /// use proofmass_report::scientific;
-/// assert_eq!(scientific(0.000_031_24, 3), "3.12·10⁻⁵");
+/// assert_eq!(scientific(0.000_031_24, 3), "3.12×10⁻⁵");
 /// assert_eq!(scientific(-12.345, 4), "−12.35");
 /// ```
 pub fn scientific(value: f64, digits: usize) -> String {
@@ -26,72 +26,58 @@ pub fn scientific(value: f64, digits: usize) -> String {
         let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
         minus(&format!("{value:.decimals$}"))
     } else {
-        format!("{}·10{}", minus(mantissa), superscript(exponent))
+        format!("{}×10{}", minus(mantissa), superscript(exponent))
     }
 }
 
-/// A value with its standard uncertainty in parentheses, two significant digits of it: `0.0312(14)`.
+/// A value with its standard uncertainty in parentheses, as `proofmass_uncertainty` rounds it: `0.0312(14)`.
 ///
-/// The digits in parentheses are those of the last digits of the value. Powers of ten are used where the value
-/// would otherwise show digits it does not have or a long row of zeros. An uncertainty of zero prints the value
-/// alone. **Source** `[GUM] 7.2.2`.
+/// The rule is that of [`Format::concise`]; only the hyphen becomes a minus sign. An uncertainty of zero prints
+/// the value as exact.
 ///
 /// ```
 /// use proofmass_report::concise;
 /// assert_eq!(concise(0.031_24, 0.001_38), "0.0312(14)");
-/// assert_eq!(concise(45_678.0, 1_234.0), "4.57(12)·10⁴");
+/// assert_eq!(concise(-45_678.0, 1_234.0), "−4.57(12)×10⁴");
 /// assert_eq!(concise(-1e-9, 0.5), "0.00(50)");
+/// assert_eq!(concise(9.80665, 0.0), "9.80665 (exact)");
 /// ```
 pub fn concise(value: f64, standard_uncertainty: f64) -> String {
-    let u = standard_uncertainty;
-    if u == 0.0 || !u.is_finite() || !value.is_finite() {
-        return scientific(value, 10);
-    }
-    let exponent_of = |v: f64| -> i32 {
-        format!("{v:.1e}")
-            .split_once('e')
-            .and_then(|(_, e)| e.parse().ok())
-            .unwrap_or(0)
+    let bare = Quantity {
+        name: String::new(),
+        unit: String::new(),
+        value,
+        standard_uncertainty,
+        dof: DegreesOfFreedom::INFINITE,
     };
-    let last = exponent_of(u) - 1; // place of the last printed digit
-    let leading = if value == 0.0 {
-        last + 1
-    } else {
-        exponent_of(value.abs()).max(last + 1)
-    };
-    let digits = format!("{u:.1e}")
-        .split_once('e')
-        .map(|(m, _)| m.replace('.', ""))
-        .unwrap_or_default();
-    if last <= 0 && (-4..6).contains(&leading) {
-        return format!(
-            "{}({digits})",
-            minus(&format!("{value:.*}", (-last) as usize))
-        );
-    }
-    // Dividing by a power of ten beyond the range of a double would lose the value: done in two steps.
-    let half = leading / 2;
-    let mantissa = value / 10f64.powi(half) / 10f64.powi(leading - half);
-    format!(
-        "{}({digits})·10{}",
-        minus(&format!("{mantissa:.*}", (leading - last) as usize)),
-        superscript(leading)
-    )
+    minus(&bare.display(&Format::concise()).to_string())
 }
 
-/// A printed number with a true minus sign, and no sign where only zeros are printed.
+/// A printed number with a true minus sign, no sign where only zeros are printed, and `e-5` as a power of ten.
 pub(crate) fn minus(text: &str) -> String {
-    match text.strip_prefix('-') {
-        Some(rest) if rest.starts_with(|c: char| c.is_ascii_digit() || c == '.') => {
-            let digits = rest.split(['e', '·', '(']).next().unwrap_or(rest);
-            if digits.chars().all(|c| matches!(c, '0' | '.')) {
-                rest.to_string()
-            } else {
-                format!("−{rest}")
-            }
-        }
-        _ => text.to_string(),
+    let size = text.strip_prefix('-').unwrap_or(text);
+    if !size.starts_with(|c: char| c.is_ascii_digit() || c == '.') {
+        return text.to_string();
     }
+    let mantissa = size.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.');
+    let (digits, rest) = size.split_at(size.len() - mantissa.len());
+    let zero = digits.chars().all(|c| matches!(c, '0' | '.'));
+    let sign = if size.len() < text.len() && !zero {
+        "−"
+    } else {
+        ""
+    };
+    let power = rest.strip_prefix('e').and_then(|after| {
+        let end = after
+            .find(|c: char| !(c.is_ascii_digit() || c == '-'))
+            .unwrap_or(after.len());
+        let exponent: i32 = after[..end].parse().ok()?;
+        Some(match exponent {
+            0 => after[end..].to_string(),
+            e => format!("×10{}{}", superscript(e), &after[end..]),
+        })
+    });
+    format!("{sign}{digits}{}", power.unwrap_or_else(|| rest.into()))
 }
 
 /// An exponent in superscript characters.
@@ -129,18 +115,17 @@ fn quantity_text(quantity: &Quantity, column: &Column, row: usize) -> Result<Str
             });
         }
     }
-    let text = concise(quantity.value, quantity.standard_uncertainty);
     let plain = |unit: &str| unit.is_empty() || unit == "1";
+    if quantity.unit == column.unit {
+        return Ok(concise(quantity.value, quantity.standard_uncertainty));
+    }
+    let text = minus(&quantity.to_string());
     // A pure number under a column with a unit must not be read in that unit.
-    Ok(
-        if quantity.unit == column.unit || (plain(&quantity.unit) && plain(&column.unit)) {
-            text
-        } else if plain(&quantity.unit) {
-            format!("{text} [1]")
-        } else {
-            format!("{text} {}", quantity.unit)
-        },
-    )
+    Ok(if plain(&quantity.unit) && !plain(&column.unit) {
+        format!("{text} [1]")
+    } else {
+        text
+    })
 }
 
 /// A printed number cut before its decimal point: what stands left of the alignment line, and the rest.
@@ -168,7 +153,7 @@ mod tests {
             ("45678(12)", "45678"),
             ("", ""),
             ("n/a", ""),
-            ("4.57(12)·10⁴", "4"),
+            ("4.57(12)×10⁴", "4"),
         ] {
             let (a, b) = split_at_point(text);
             assert_eq!(a, head);
@@ -177,20 +162,37 @@ mod tests {
     }
 
     #[test]
-    fn law_negative_zero_has_no_sign() {
+    fn law_signs_and_powers_are_printed_as_such() {
         assert_eq!(minus("-0.00"), "0.00");
         assert_eq!(minus("-0.01"), "−0.01");
         assert_eq!(minus("-x"), "-x");
+        assert_eq!(minus("-0.00(50) m"), "0.00(50) m");
+        assert_eq!(minus("-2.50e-5"), "−2.50×10⁻⁵");
+        assert_eq!(minus("3.1e0 m"), "3.1 m");
+        assert_eq!(minus("3 e"), "3 e");
         assert_eq!(scientific(-0.0, 3), "0");
     }
 
     #[test]
-    fn published_concise_examples_of_the_gum() {
-        // [GUM] 7.2.2: m_S = 100,021 47(35) g.
-        assert_eq!(concise(100.021_47, 0.000_35), "100.02147(35)");
-        assert_eq!(concise(0.0, 0.0), "0");
-        assert_eq!(concise(9.81, 0.0996), "9.81(10)");
-        assert_eq!(concise(1.234e-9, 5.6e-11), "1.234(56)·10⁻⁹");
-        assert_eq!(concise(3.0, 1200.0), "0.0(1.2)·10³".replace("1.2", "12"));
+    fn law_a_cell_shows_what_the_quantity_prints() {
+        for (value, u, unit) in [
+            (100.021_47, 0.000_35, "g"),
+            (-9.81, 0.0996, "m/s²"),
+            (1.234e-9, 5.6e-11, "(m/s²)/√Hz"),
+            (3.0, 1200.0, "count/(m/s²)"),
+            (6.626_070_15e-34, 0.0, "J·s"),
+            (1.0, 0.0, "1"),
+        ] {
+            let quantity = Quantity {
+                name: "q".into(),
+                unit: unit.into(),
+                value,
+                standard_uncertainty: u,
+                dof: DegreesOfFreedom::INFINITE,
+            };
+            let printed = minus(&quantity.to_string());
+            let cell = cell_text(&Cell::Quantity(quantity), &Column::number("", ""), 0);
+            assert_eq!(cell, Ok(printed));
+        }
     }
 }

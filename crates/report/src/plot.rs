@@ -10,7 +10,9 @@ mod decimate;
 mod drawing;
 mod frame;
 mod histogram;
+mod labelling;
 mod matrix;
+mod placing;
 mod sphere;
 mod svg;
 mod ticks;
@@ -25,7 +27,7 @@ pub use xy::{Panel, Reference, Series, Shade, Slope, Style, XyPlot};
 
 use crate::Error;
 
-pub(crate) use svg::escape;
+pub(crate) use svg::{escape, text_width};
 
 /// Any plot.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,6 +59,16 @@ impl Plot {
             Self::Matrix(plot) => plot.draw(title, id),
             Self::Histogram(plot) => plot.draw(title, id),
             Self::Bar(plot) => plot.draw(title, id),
+        }
+    }
+
+    /// Whether the drawing is so high that its words would be too small at the height of others on paper.
+    pub(crate) fn is_tall(&self) -> bool {
+        match self {
+            Self::Xy(plot) => plot.panels.iter().map(|panel| panel.height).sum::<f64>() > 360.0,
+            Self::Matrix(plot) => plot.names.len() > 8,
+            Self::Bar(plot) => plot.bars.len() > 15,
+            Self::Sphere(_) | Self::Histogram(_) => false,
         }
     }
 }
@@ -92,7 +104,10 @@ const LARGEST: f64 = 1e300;
 
 /// Refuses what cannot be drawn, by name and index.
 fn check_finite(series: &str, values: &[f64]) -> Result<(), Error> {
-    match values.iter().position(|v| !(v.abs() <= LARGEST)) {
+    match values
+        .iter()
+        .position(|v| !v.is_finite() || v.abs() > LARGEST)
+    {
         Some(index) => Err(Error::NotFinite {
             series: series.into(),
             index,

@@ -1,7 +1,7 @@
 //! Text for a terminal or a file: Unicode tables within a given width, colour only where it is asked for.
 
 use crate::Error;
-use crate::document::{Alignment, Block, Cell, Column, KeyFigure, Report, Table};
+use crate::document::{Alignment, Block, Cell, KeyFigure, Report, Table};
 use crate::number::{cell_text, minus, split_at_point};
 use proofmass_uncertainty::{Finding, Severity};
 
@@ -219,9 +219,9 @@ impl Text {
                 let space = width.saturating_sub(width_of(text));
                 let left = match column.alignment {
                     Alignment::Left => 0,
-                    Alignment::Centre => space / 2,
-                    // Decimal cells come padded to one length; text and headings stand right.
-                    Alignment::Right | Alignment::Decimal => space,
+                    // Decimal cells come padded to one length, a block under the middle of its heading.
+                    Alignment::Centre | Alignment::Decimal => space / 2,
+                    Alignment::Right => space,
                 };
                 let shown = if head {
                     self.bold(text)
@@ -300,7 +300,7 @@ impl Grid {
         }
         for (c, column) in table.columns.iter().enumerate() {
             if column.alignment == Alignment::Decimal {
-                align(&mut rows, c, column, table);
+                align(&mut rows, c, table);
             }
         }
         Ok(Self { heads, rows })
@@ -316,7 +316,7 @@ impl Grid {
 }
 
 /// Pads the numbers of a column on both sides, so that the decimal points stand under each other.
-fn align(rows: &mut [Vec<String>], c: usize, _column: &Column, table: &Table) {
+fn align(rows: &mut [Vec<String>], c: usize, table: &Table) {
     let number = |r: usize| !matches!(table.rows[r][c], Cell::Text(_) | Cell::Empty);
     let parts: Vec<Option<(usize, usize)>> = (0..rows.len())
         .map(|r| {

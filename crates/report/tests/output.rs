@@ -5,9 +5,14 @@ use proofmass_report::{
     Table, XyPlot, html, terminal,
 };
 
-/// Refuses markup whose tags do not balance or whose text carries a bare `<` or `&`.
+#[path = "../examples/gallery/content.rs"]
+mod gallery;
+
+/// Refuses markup whose tags do not balance, whose text carries a bare `<` or `&`, whose identifiers repeat or
+/// whose coordinates are no numbers.
 fn assert_well_formed(xml: &str) {
     let mut open = Vec::new();
+    let mut names = std::collections::HashSet::new();
     for piece in xml.split('<').skip(1) {
         let (tag, text) = piece.split_once('>').expect("a tag ends");
         for part in [tag, text] {
@@ -19,6 +24,11 @@ fn assert_well_formed(xml: &str) {
                 );
             }
         }
+        assert!(!tag.contains("NaN") && !tag.contains("\"inf") && !tag.contains("\"-inf"));
+        if let Some((_, id)) = tag.split_once(" id=\"") {
+            let id = id.split('"').next().unwrap_or("");
+            assert!(names.insert(id.to_string()), "id {id} repeats");
+        }
         if let Some(name) = tag.strip_prefix('/') {
             assert_eq!(open.pop().as_deref(), Some(name));
         } else if !tag.ends_with('/') {
@@ -26,7 +36,6 @@ fn assert_well_formed(xml: &str) {
         }
     }
     assert!(open.is_empty(), "left open: {open:?}");
-    assert!(!xml.contains("NaN") && !xml.contains("inf"));
 }
 
 fn axes() -> (Axis, Axis) {
@@ -57,6 +66,47 @@ fn law_every_svg_is_well_formed() {
     for plot in plots {
         assert_well_formed(&plot.svg("title <&>", "f").unwrap());
     }
+}
+
+#[test]
+fn law_the_gallery_is_one_well_formed_page() {
+    let page = html::render(&gallery::report().unwrap()).unwrap();
+    let body = page.strip_prefix("<!DOCTYPE html>").unwrap();
+    assert_well_formed(body);
+    // Every link has its target, and nothing is referred to outside but the name space of the drawings.
+    for link in body.split("href=\"#").skip(1) {
+        let id = link.split('"').next().unwrap_or("");
+        assert!(body.contains(&format!(" id=\"{id}\"")), "{id}");
+    }
+    assert_eq!(
+        body.matches("http").count(),
+        body.matches("xmlns=\"http://www.w3.org/2000/svg\"").count()
+    );
+}
+
+#[test]
+fn regress_small_drawing() {
+    let plot = Plot::from(
+        XyPlot::new(
+            Axis::linear("time", "s"),
+            Axis::log("noise", "(m/s²)/√Hz").range(1e-5, 1e-2),
+        )
+        .height(80.0)
+        .series(Series::line("x", &[0.0, 1.0], &[1e-4, 1e-3])),
+    );
+    insta::assert_snapshot!(plot.svg("A line", "f").unwrap());
+}
+
+#[test]
+fn law_widths_of_tables_are_known_to_the_page() {
+    let table = (0..30).fold(
+        Table::new("t", [Column::text("n"), Column::number("v", "m")]),
+        |table, i| table.row([Cell::text("a"), Cell::number(format!("{i}.5"))]),
+    );
+    let page = html::render(&Report::new("T").section(Section::new("S").table(table))).unwrap();
+    // Two digits before the point and two characters after it, plus a tenth each for rounding.
+    assert!(page.contains("class=\"whole\" style=\"min-width:2.1ch\">29<"));
+    assert!(page.contains("class=\"table\" style=\"--ch:"));
 }
 
 #[test]
@@ -106,6 +156,6 @@ fn regress_terminal_table() {
     .unwrap();
     assert_eq!(
         text,
-        "T\n\nS\nCaption\n name │ value / m\n──────┼───────────\n a    │  −1.5\n b    │  10.25(3)\n c    │\n"
+        "T\n\nS\nCaption\n name │ value / m\n──────┼───────────\n a    │ −1.5\n b    │ 10.25(3)\n c    │\n"
     );
 }

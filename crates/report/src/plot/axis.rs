@@ -67,13 +67,21 @@ impl Axis {
         } else {
             self.unit.as_str()
         };
-        let compound = unit.contains(['/', '·', ' ']);
-        match (ticks.exponent, unit.is_empty()) {
-            (0, true) => quantity,
-            (0, false) if compound => format!("{quantity} / ({unit})"),
-            (0, false) => format!("{quantity} / {unit}"),
-            (e, true) => format!("{quantity} / {}", power_of_ten(e)),
-            (e, false) => format!("{quantity} / ({} {unit})", power_of_ten(e)),
+        let power = match (ticks.exponent, unit.is_empty()) {
+            (0, _) => String::new(),
+            (e, true) => power_of_ten(e),
+            (e, false) => format!("{} ", power_of_ten(e)),
+        };
+        let divisor = format!("{power}{unit}");
+        // A quotient needs brackets around a compound divisor, square ones around round ones.
+        if divisor.is_empty() {
+            quantity
+        } else if divisor.contains('(') {
+            format!("{quantity} / [{divisor}]")
+        } else if divisor.contains(['/', '·', ' ']) {
+            format!("{quantity} / ({divisor})")
+        } else {
+            format!("{quantity} / {divisor}")
         }
     }
 
@@ -166,5 +174,25 @@ impl Mapping {
     pub(super) fn inside(&self, value: f64) -> bool {
         let p = self.at(value);
         p >= self.start.min(self.end) - 0.01 && p <= self.start.max(self.end) + 0.01
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_titles_are_quotients_of_quantity_and_unit() {
+        let title = |unit: &str, high: f64| {
+            let axis = Axis::linear("q", unit);
+            axis.title(&axis.ticks((0.0, high), 5))
+        };
+        assert_eq!(title("", 1.0), "q");
+        assert_eq!(title("1", 1e-6), "q / 10⁻⁶");
+        assert_eq!(title("s", 1.0), "q / s");
+        assert_eq!(title("m/s²", 1.0), "q / (m/s²)");
+        assert_eq!(title("m/s²", 1e-6), "q / (10⁻⁶ m/s²)");
+        assert_eq!(title("(m/s²)/√Hz", 1.0), "q / [(m/s²)/√Hz]");
+        assert_eq!(title("count/(m/s²)", 1e6), "q / [10⁶ count/(m/s²)]");
     }
 }

@@ -1,6 +1,6 @@
 //! Horizontal bars: an uncertainty budget, largest first.
 
-use super::svg::{Anchor, Svg, text_width};
+use super::svg::{Anchor, Svg, shortened, text_width};
 use super::{check_finite, colour};
 use crate::Error;
 use crate::number::{minus, scientific};
@@ -136,7 +136,7 @@ impl BarPlot {
     }
 }
 
-/// A text broken at spaces into lines of at most this many pixels; a long word stays whole.
+/// A text broken at spaces into lines of at most this many pixels; a longer word is shortened.
 fn wrapped(text: &str, width: f64) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in text.split_whitespace() {
@@ -150,5 +150,6 @@ fn wrapped(text: &str, width: f64) -> Vec<String> {
             lines.push(word.into());
         }
     }
-    lines
+    let fitted = lines.iter().map(|line| shortened(line, 12.0, width));
+    fitted.collect()
 }

@@ -1,19 +1,16 @@
-//! Drawing of an [`XyPlot`]: layout of the panels, series, references, legend.
+//! Drawing of an [`XyPlot`]: layout of the panels, series, references; its words are in `labelling`.
 
 use super::axis::{Mapping, Scale};
-use super::frame::{Frame, SMALL, left_margin, room_across, room_upwards};
-use super::svg::{Anchor, Svg, text_width};
+use super::frame::{Frame, left_margin, room_across, room_upwards};
+use super::svg::Svg;
 use super::ticks::Ticks;
-use super::xy::{Panel, Series, Style, XyPlot};
-use super::{check_finite, check_length, check_positive, colour, decimate};
+use super::xy::{Panel, Series, Slope, Style, XyPlot};
+use super::{check_finite, check_length, check_positive, colour, decimate, labelling};
 use crate::Error;
 
 const GAP: f64 = 16.0;
 const FOOT: f64 = 46.0;
-/// White behind a text that may cross a line.
-const HALO: &str =
-    "paint-order=\"stroke\" stroke=\"#fff\" stroke-width=\"3\" stroke-linejoin=\"round\"";
-const SHADES: [&str; 3] = ["#dfe8ee", "#f3e6d3", "#e3eee0"];
+pub(super) const SHADES: [&str; 3] = ["#dfe8ee", "#f3e6d3", "#e3eee0"];
 
 impl XyPlot {
     pub(super) fn draw(&self, title: &str, id: &str) -> Result<String, Error> {
@@ -32,9 +29,17 @@ impl XyPlot {
             .map(|(panel, range)| panel.y.ticks(*range, room_upwards(panel.height)))
             .collect();
         let left = y_ticks.iter().map(left_margin).fold(50.0, f64::max);
-        let right = self.width - self.right_margin();
+        let margins = self.panels.iter().map(|p| p.right_margin() + 12.0);
+        let right = self.width - margins.fold(16.0, f64::max);
+        let x = Mapping::new(self.x.scale, x_range, left, right);
         let x_ticks = self.x.ticks(x_range, room_across(right - left));
-        let heads: Vec<f64> = self.panels.iter().map(|p| p.head(left, right)).collect();
+        let legends = labelling::legends(&self.panels);
+        let heads: Vec<f64> = self
+            .panels
+            .iter()
+            .zip(&legends)
+            .map(|(panel, entries)| panel.head(entries, &x, (left, right)))
+            .collect();
         let total = 6.0
             + FOOT
             + self.panels.iter().map(|p| p.height).sum::<f64>()
@@ -50,7 +55,7 @@ impl XyPlot {
                 right,
                 top,
                 bottom,
-                x: Mapping::new(self.x.scale, x_range, left, right),
+                x,
                 y: Mapping::new(panel.y.scale, ranges[i], bottom, top),
             };
             frame.grid(
@@ -65,7 +70,7 @@ impl XyPlot {
             let last = i + 1 == self.panels.len();
             frame.axes(&mut svg, (&self.x, &x_ticks), (&panel.y, &y_ticks[i]), last);
             panel.labels(&mut svg, &frame);
-            panel.legend(&mut svg, &frame, top - heads[i]);
+            labelling::draw_legend(&mut svg, &frame, &legends[i], top - heads[i]);
             top = bottom + GAP;
         }
         svg.finish(title)
@@ -83,23 +88,6 @@ impl XyPlot {
                 .chain(p.vertical.iter().map(|r| r.at))
                 .chain(shades)
         }))
-    }
-
-    /// Labels of horizontal references and slopes stand right of the panels.
-    fn right_margin(&self) -> f64 {
-        let widest = self
-            .panels
-            .iter()
-            .flat_map(|p| {
-                p.horizontal
-                    .iter()
-                    .map(|r| &r.label)
-                    .chain(p.slopes.iter().map(|s| &s.label))
-            })
-            .map(|label| text_width(label, SMALL))
-            .fold(0.0, f64::max);
-        let half_label = 16.0;
-        (widest + 12.0).max(half_label).min(0.35 * self.width)
     }
 }
 
@@ -238,7 +226,7 @@ impl Panel {
         }
         for slope in &self.slopes {
             svg.path(
-                &slope.points(frame),
+                &slope_points(slope, frame),
                 false,
                 "fill=\"none\" stroke=\"#777\" stroke-dasharray=\"2 4\"",
             );
@@ -247,203 +235,24 @@ impl Panel {
             draw_series(svg, frame, series, series.look.unwrap_or(i));
         }
     }
-
-    /// Labels of references, in the right margin and over the frame, none over another.
-    fn labels(&self, svg: &mut Svg, frame: &Frame) {
-        let mut wanted: Vec<(f64, &str)> = self
-            .horizontal
-            .iter()
-            .filter(|r| !r.label.is_empty() && frame.y.inside(r.at))
-            .map(|r| (frame.y.at(r.at), r.label.as_str()))
-            .collect();
-        let small = "font-size=\"11\" fill=\"#444\"";
-        for slope in self.slopes.iter().filter(|s| !s.label.is_empty()) {
-            let y = slope.points(frame).last().map_or(frame.top, |p| p.1);
-            if y >= frame.top && y <= frame.bottom {
-                wanted.push((y, slope.label.as_str()));
-            } else if let Some((x, y, anchor)) = slope.leaves(frame) {
-                svg.text((x, y), anchor, &slope.label, &format!("{small} {HALO}"));
-            }
-        }
-        wanted.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut lowest = f64::NEG_INFINITY;
-        for (y, label) in wanted {
-            let y = y.max(lowest + 13.0);
-            svg.text((frame.right + 6.0, y + 4.0), Anchor::Start, label, small);
-            lowest = y;
-        }
-        for (at, label, row) in self.vertical_labels(frame) {
-            let width = text_width(label, SMALL);
-            let x = at.clamp(
-                frame.left + 0.5 * width,
-                (frame.right - 0.5 * width).max(frame.left + 0.5 * width),
-            );
-            svg.text(
-                (x, frame.top - 5.0 - 13.0 * row as f64),
-                Anchor::Middle,
-                label,
-                small,
-            );
-        }
-        for (x, y, text) in &self.notes {
-            let (x, y) = (frame.x.at(*x), frame.y.at(*y));
-            let width = text_width(text, SMALL);
-            let (x, anchor) = if x + 6.0 + width > frame.right {
-                (x - 6.0, Anchor::End)
-            } else {
-                (x + 6.0, Anchor::Start)
-            };
-            let y = (y - 6.0).clamp(frame.top + 12.0, frame.bottom - 4.0);
-            svg.text(
-                (x, y),
-                anchor,
-                text,
-                &format!("font-size=\"11\" fill=\"#111\" {HALO}"),
-            );
-        }
-    }
-
-    /// Position, label and row above the frame of each vertical reference.
-    fn vertical_labels(&self, frame: &Frame) -> Vec<(f64, &str, usize)> {
-        let mut ends: Vec<f64> = Vec::new();
-        let mut placed = Vec::new();
-        let mut sorted: Vec<_> = self
-            .vertical
-            .iter()
-            .filter(|r| !r.label.is_empty() && frame.x.inside(r.at))
-            .collect();
-        sorted.sort_by(|a, b| a.at.total_cmp(&b.at));
-        for reference in sorted {
-            let x = frame.x.at(reference.at);
-            let half = 0.5 * text_width(&reference.label, SMALL) + 4.0;
-            let row = ends
-                .iter()
-                .position(|&end| end <= x - half)
-                .unwrap_or(ends.len());
-            if row == ends.len() {
-                ends.push(0.0);
-            }
-            ends[row] = x + half;
-            placed.push((x, reference.label.as_str(), row));
-        }
-        placed
-    }
-
-    /// Entries of the legend with their place: (column position, row).
-    fn legend_places(&self, left: f64, right: f64) -> Vec<(f64, usize)> {
-        let mut places = Vec::new();
-        let (mut x, mut row) = (left, 0);
-        for name in self.legend_names() {
-            let width = 34.0 + text_width(name, 12.0) + 18.0;
-            if x + width - 18.0 > right && x > left {
-                x = left;
-                row += 1;
-            }
-            places.push((x, row));
-            x += width;
-        }
-        places
-    }
-
-    fn legend_names(&self) -> impl Iterator<Item = &str> {
-        let series = self.series.iter().map(|s| s.name.as_str());
-        let shades = self.shades.iter().map(|s| s.name.as_str());
-        series.chain(shades).filter(|name| !name.is_empty())
-    }
-
-    /// Height above the frame for legend and labels of vertical references.
-    fn head(&self, left: f64, right: f64) -> f64 {
-        let rows = self
-            .legend_places(left, right)
-            .last()
-            .map_or(0, |p| p.1 + 1);
-        let labelled = self.vertical.iter().filter(|r| !r.label.is_empty()).count();
-        // As many rows as labels could need at worst would be wasteful; they stagger over three at most.
-        18.0 * rows as f64 + 13.0 * labelled.min(3) as f64 + 6.0
-    }
-
-    fn legend(&self, svg: &mut Svg, frame: &Frame, top: f64) {
-        let places = self.legend_places(frame.left, frame.right);
-        let mut places = places.into_iter();
-        for (i, series) in self.series.iter().enumerate() {
-            if series.name.is_empty() {
-                continue;
-            }
-            let Some((x, row)) = places.next() else {
-                return;
-            };
-            let y = top + 9.0 + 18.0 * row as f64;
-            let look = series.look.unwrap_or(i);
-            if series.band.is_some() {
-                let style = format!("fill=\"{}\" fill-opacity=\"0.18\"", colour::series(look));
-                svg.rect((x, y - 6.0), (28.0, 12.0), &style);
-            }
-            if series.style != Style::Markers {
-                svg.line((x, y), (x + 28.0, y), &stroke(look));
-            }
-            if matches!(series.style, Style::Markers | Style::LineAndMarkers) {
-                marker(svg, (x + 14.0, y), look);
-            }
-            svg.text(
-                (x + 34.0, y + 4.0),
-                Anchor::Start,
-                &series.name,
-                "fill=\"#111\"",
-            );
-        }
-        for (i, shade) in self.shades.iter().enumerate() {
-            if shade.name.is_empty() {
-                continue;
-            }
-            let Some((x, row)) = places.next() else {
-                return;
-            };
-            let y = top + 9.0 + 18.0 * row as f64;
-            let fill = format!("fill=\"{}\" stroke=\"#bbb\"", SHADES[i % SHADES.len()]);
-            svg.rect((x, y - 6.0), (28.0, 12.0), &fill);
-            svg.text(
-                (x + 34.0, y + 4.0),
-                Anchor::Start,
-                &shade.name,
-                "fill=\"#111\"",
-            );
-        }
-    }
 }
 
-impl super::xy::Slope {
-    /// The law at 65 abscissae across the panel: straight in log–log, a curve elsewhere.
-    fn points(&self, frame: &Frame) -> Vec<(f64, f64)> {
-        (0..=64)
-            .filter_map(|i| {
-                let pixel = frame.left + (frame.right - frame.left) * f64::from(i) / 64.0;
-                let x = frame.x.value(pixel);
-                (x > 0.0).then(|| {
-                    let log = self.through.1.log10()
-                        + self.exponent * (x.log10() - self.through.0.log10());
-                    (pixel, frame.y.at(10f64.powf(log.clamp(-300.0, 300.0))))
-                })
+/// A power law at 65 abscissae across the panel: straight in log–log, a curve elsewhere.
+pub(super) fn slope_points(slope: &Slope, frame: &Frame) -> Vec<(f64, f64)> {
+    (0..=64)
+        .filter_map(|i| {
+            let pixel = frame.left + (frame.right - frame.left) * f64::from(i) / 64.0;
+            let x = frame.x.value(pixel);
+            (x > 0.0).then(|| {
+                let log = slope.through.1.log10()
+                    + slope.exponent * (x.log10() - slope.through.0.log10());
+                (pixel, frame.y.at(10f64.powf(log.clamp(-300.0, 300.0))))
             })
-            .collect()
-    }
-
-    /// Where a line that does not reach the right edge leaves the panel, for its label.
-    fn leaves(&self, frame: &Frame) -> Option<(f64, f64, Anchor)> {
-        let points = self.points(frame);
-        let (x, y) = *points
-            .iter()
-            .rev()
-            .find(|p| p.1 >= frame.top + 14.0 && p.1 <= frame.bottom - 8.0)?;
-        let width = text_width(&self.label, SMALL);
-        Some(if x + 4.0 + width > frame.right {
-            (x - 4.0, y, Anchor::End)
-        } else {
-            (x + 4.0, y, Anchor::Start)
         })
-    }
+        .collect()
 }
 
-fn stroke(look: usize) -> String {
+pub(super) fn stroke(look: usize) -> String {
     let dash = colour::dash(look);
     let dash = if dash.is_empty() {
         String::new()

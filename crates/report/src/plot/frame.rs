@@ -93,11 +93,13 @@ impl Frame {
         }
         let (width, height) = self.size();
         if label_x {
+            let title = x.0.title(x.1);
+            let size = (12.0 * width / text_width(&title, 12.0).max(1.0)).clamp(7.0, 12.0);
             svg.text(
                 (self.left + 0.5 * width, self.bottom + 34.0),
                 Anchor::Middle,
-                &x.0.title(x.1),
-                "fill=\"#111\"",
+                &title,
+                &format!("fill=\"#111\" font-size=\"{size:.1}\""),
             );
         }
         let title = y.0.title(y.1);
@@ -119,5 +121,5 @@ pub(super) fn room_across(width: f64) -> usize {
 
 /// As [`room_across`], for a vertical axis.
 pub(super) fn room_upwards(height: f64) -> usize {
-    ((height / 38.0) as usize).clamp(2, 10)
+    ((height / 34.0) as usize).clamp(2, 10)
 }

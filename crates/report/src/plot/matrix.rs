@@ -1,6 +1,6 @@
 //! A correlation matrix as a map of coloured cells with their numbers.
 
-use super::svg::{Anchor, Svg, text_width};
+use super::svg::{Anchor, Svg, shortened, text_width};
 use super::{check_finite, check_length, colour};
 use crate::Error;
 use crate::number::minus;
@@ -39,25 +39,22 @@ impl MatrixPlot {
                 })?;
             }
         }
-        let widest = self
-            .names
+        let names = self.names.iter().map(|name| shortened(name, 11.0, 180.0));
+        let names: Vec<String> = names.collect();
+        let widest = names
             .iter()
             .map(|s| text_width(s, 11.0))
             .fold(0.0, f64::max);
-        let left = (widest + 16.0).min(300.0);
+        let left = widest + 16.0;
         let cell = ((760.0 - left - 90.0) / n.max(1) as f64).clamp(12.0, 46.0);
         let side = cell * n as f64;
         // Column names stand upright where they fit across a cell, else turned.
         let turned = widest + 6.0 > cell;
-        let top = if turned {
-            widest.min(300.0) + 16.0
-        } else {
-            24.0
-        };
+        let top = if turned { widest + 16.0 } else { 24.0 };
         let width = (left + side + 80.0).max(200.0);
         let mut svg = Svg::new(width, (top + side + 8.0).max(60.0), title, id);
         let ink = "font-size=\"11\" fill=\"#222\"";
-        for (i, name) in self.names.iter().enumerate() {
+        for (i, name) in names.iter().enumerate() {
             let middle = (i as f64 + 0.5) * cell;
             svg.text((left - 6.0, top + middle + 4.0), Anchor::End, name, ink);
             if turned {
@@ -94,7 +91,7 @@ impl MatrixPlot {
                 );
             }
         }
-        let (x, height) = (left + side + 24.0, side.clamp(30.0, 240.0));
+        let (x, height) = (left + side + 24.0, side.clamp(30.0, 180.0));
         for i in 0..40 {
             let value = 1.0 - (f64::from(i) + 0.5) / 20.0;
             let style = format!("fill=\"{}\"", colour::diverging(value));

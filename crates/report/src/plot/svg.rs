@@ -3,17 +3,43 @@
 use crate::Error;
 use std::fmt::Write;
 
-/// Opens a superscript inside a text; a control character that no input text can carry past [`escape`].
-const SUPER: char = '\u{1}';
-/// Closes it.
-const NORMAL: char = '\u{2}';
-
-/// 10 to a power, with a real superscript.
+/// 10 to a power.
 pub(super) fn power_of_ten(exponent: i32) -> String {
-    format!(
-        "10{SUPER}{}{NORMAL}",
-        crate::number::minus(&exponent.to_string())
-    )
+    format!("10{}", crate::number::superscript(exponent))
+}
+
+/// The character that a superscript character raises.
+fn lowered(c: char) -> Option<char> {
+    Some(match c {
+        '¹' => '1',
+        '²' => '2',
+        '³' => '3',
+        '⁺' => '+',
+        '⁻' => '−',
+        'ᐟ' => '/',
+        '⁰' | '⁴'..='⁹' => char::from_digit(c as u32 - '⁰' as u32, 10)?,
+        _ => return None,
+    })
+}
+
+/// Runs of a text that stand on the line or, lowered, above it.
+///
+/// Superscript characters beyond ¹, ² and ³ are missing in many fonts and come out uneven from a substitute; a
+/// text with one of them is drawn with raised common characters instead.
+fn runs(text: &str) -> Vec<(bool, String)> {
+    let common = |c: char| matches!(c, '¹' | '²' | '³') || lowered(c).is_none();
+    if text.chars().all(common) {
+        return vec![(false, text.into())];
+    }
+    let mut runs: Vec<(bool, String)> = Vec::new();
+    for c in text.chars() {
+        let (raised, c) = lowered(c).map_or((false, c), |plain| (true, plain));
+        match runs.last_mut() {
+            Some((above, run)) if *above == raised => run.push(c),
+            _ => runs.push((raised, c.to_string())),
+        }
+    }
+    runs
 }
 
 /// Text made safe for XML: the five special characters escaped, control characters dropped.
@@ -43,32 +69,42 @@ pub(super) enum Anchor {
 }
 
 /// Estimated width of a text in pixels: the widths of Helvetica, which the usual substitutes share.
-pub(super) fn text_width(text: &str, size: f64) -> f64 {
-    let mut raised = false;
-    let mut width = 0.0;
-    for c in text.chars() {
-        let em = match c {
-            SUPER => {
-                raised = true;
-                0.0
-            }
-            NORMAL => {
-                raised = false;
-                0.0
-            }
-            'i' | 'j' | 'l' | '\'' | '|' => 0.23,
-            ' ' | '.' | ',' | ':' | ';' | 'f' | 't' | 'I' | '!' | '/' | '·' => 0.28,
-            '(' | ')' | '[' | ']' | 'r' | '-' | '²' | '³' | '¹' => 0.34,
-            'm' | 'M' | 'W' | '%' => 0.87,
-            'w' | 'A'..='L' | 'N'..='V' | 'X'..='Z' => 0.70,
-            '−' | '+' | '=' | '±' | '<' | '>' | '≤' | '≥' => 0.58,
-            'c' | 's' | 'k' | 'v' | 'x' | 'y' | 'z' => 0.50,
-            c if (c as u32) >= 0x2e80 => 1.0,
-            _ => 0.556,
-        };
-        width += if raised { 0.72 * em } else { em };
+pub(crate) fn text_width(text: &str, size: f64) -> f64 {
+    size * text.chars().map(em_width).sum::<f64>()
+}
+
+/// A text of at most this many pixels: one that is longer keeps its ends around an ellipsis, since names of a
+/// family differ at either.
+pub(super) fn shortened(text: &str, size: f64, width: f64) -> String {
+    if text_width(text, size) <= width {
+        return text.into();
     }
-    width * size
+    let chars: Vec<char> = text.chars().collect();
+    let mut kept = chars.len();
+    loop {
+        kept = kept.saturating_sub(1);
+        let tail = kept / 2;
+        let head: String = chars[..kept - tail].iter().collect();
+        let tail: String = chars[chars.len() - tail..].iter().collect();
+        let short = format!("{}…{}", head.trim_end(), tail.trim_start());
+        if kept <= 2 || text_width(&short, size) <= width {
+            return short;
+        }
+    }
+}
+
+fn em_width(c: char) -> f64 {
+    match c {
+        'i' | 'j' | 'l' | '\'' | '|' => 0.23,
+        ' ' | '.' | ',' | ':' | ';' | 'f' | 't' | 'I' | '!' | '/' | '·' => 0.28,
+        '(' | ')' | '[' | ']' | 'r' | '-' => 0.34,
+        'm' | 'M' | 'W' | '%' => 0.87,
+        'w' | 'A'..='L' | 'N'..='V' | 'X'..='Z' => 0.70,
+        '−' | '+' | '=' | '±' | '×' | '<' | '>' | '≤' | '≥' => 0.58,
+        'c' | 's' | 'k' | 'v' | 'x' | 'y' | 'z' => 0.50,
+        c if (c as u32) >= 0x2e80 => 1.0,
+        c => lowered(c).map_or(0.556, |plain| 0.75 * em_width(plain)),
+    }
 }
 
 /// A drawing under construction.
@@ -87,7 +123,7 @@ impl Svg {
         let (w, h) = (svg.number(width), svg.number(height));
         let _ = write!(
             svg.out,
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {w} {h}\" width=\"{w}\" height=\"{h}\" \
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {w} {h}\" width=\"{w}\" height=\"{h}\" preserveAspectRatio=\"xMinYMin meet\" \
              role=\"img\" aria-labelledby=\"{id}-title\" font-family=\"Helvetica, Arial, 'Liberation Sans', \
              'DejaVu Sans', sans-serif\" font-size=\"12\">\n<title id=\"{id}-title\">{}</title>\n",
             escape(title)
@@ -149,7 +185,7 @@ impl Svg {
         let _ = writeln!(self.out, "<path d=\"{d}\" {attributes}/>");
     }
 
-    /// A text; superscripts marked by [`power_of_ten`] are raised.
+    /// A text; superscripts are raised.
     pub(super) fn text(&mut self, at: (f64, f64), anchor: Anchor, text: &str, attributes: &str) {
         let (x, y) = (self.number(at.0), self.number(at.1));
         let held = match anchor {
@@ -158,28 +194,17 @@ impl Svg {
             Anchor::End => "end",
         };
         let mut body = String::new();
-        let mut rest = text;
-        while let Some((before, after)) = rest.split_once(SUPER) {
-            let (raised, tail) = after.split_once(NORMAL).unwrap_or((after, ""));
-            let _ = write!(
-                body,
-                "{}<tspan dy=\"-4.5\" font-size=\"75%\">{}</tspan>",
-                escape(before),
-                escape(raised)
-            );
-            if !tail.is_empty() {
-                // The shift lasts until it is taken back.
-                let (next, more) = match tail.find(SUPER) {
-                    Some(i) => tail.split_at(i),
-                    None => (tail, ""),
-                };
-                let _ = write!(body, "<tspan dy=\"4.5\">{}</tspan>", escape(next));
-                rest = more;
-            } else {
-                rest = "";
-            }
+        let mut above = false;
+        for (raised, run) in runs(text) {
+            let run = escape(&run);
+            // A shift lasts until it is taken back.
+            let _ = match (raised, above) {
+                (true, _) => write!(body, "<tspan dy=\"-0.4em\" font-size=\"78%\">{run}</tspan>"),
+                (false, true) => write!(body, "<tspan dy=\"0.31em\">{run}</tspan>"),
+                (false, false) => write!(body, "{run}"),
+            };
+            above = raised;
         }
-        body.push_str(&escape(rest));
         let _ = writeln!(
             self.out,
             "<text x=\"{x}\" y=\"{y}\" text-anchor=\"{held}\" {attributes}>{body}</text>"
@@ -235,6 +260,33 @@ mod tests {
             escape("<a href=\"x\">&'\u{1}\u{2}"),
             "&lt;a href=&quot;x&quot;&gt;&amp;&#39;"
         );
+    }
+
+    #[test]
+    fn law_rare_superscripts_become_raised_common_characters() {
+        assert_eq!(runs("m/s²"), [(false, "m/s²".into())]);
+        assert_eq!(
+            runs("kg·m²·s⁻²"),
+            [
+                (false, "kg·m".into()),
+                (true, "2".into()),
+                (false, "·s".into()),
+                (true, "−2".into())
+            ]
+        );
+        assert_eq!(runs("τ⁻¹ᐟ²")[1], (true, "−1/2".into()));
+        assert_eq!(runs(&power_of_ten(-305))[1], (true, "−305".into()));
+        assert!(runs("").iter().all(|run| run.1.is_empty()));
+    }
+
+    #[test]
+    fn law_a_long_name_is_shortened_in_its_middle() {
+        assert_eq!(shortened("bias.x", 11.0, 100.0), "bias.x");
+        let name = "temperature coefficient of the misalignment.xy";
+        let short = shortened(name, 11.0, 120.0);
+        assert!(text_width(&short, 11.0) <= 120.0 && short.len() > 15);
+        assert!(short.starts_with("temp") && short.ends_with(".xy") && short.contains('…'));
+        assert_eq!(shortened("äöü", 11.0, 0.0), "ä…ü");
     }
 
     #[test]

@@ -42,11 +42,28 @@ pub(super) fn widened(low: f64, high: f64) -> (f64, f64) {
 /// Multiples of a step of 1, 2 or 5 × 10ⁿ inside the range, between 3 and `most` + 1 of them.
 pub(super) fn linear(low: f64, high: f64, most: usize) -> Ticks {
     let (low, high) = widened(low, high);
-    let (mantissa, step_exponent) = round_step((high - low) / most.max(2) as f64);
-    let step = mantissa * 10f64.powi(step_exponent);
     let slack = 1e-6;
-    let first = (low / step - slack).ceil();
-    let last = (high / step + slack).floor();
+    let ends = |(mantissa, exponent): (f64, i32)| {
+        let step = mantissa * 10f64.powi(exponent);
+        (
+            (low / step - slack).ceil(),
+            (high / step + slack).floor(),
+            step,
+        )
+    };
+    let mut round = round_step((high - low) / most.max(2) as f64);
+    // The next finer step, where its multiples happen to be few enough as well.
+    let finer = match round {
+        (5.0, exponent) => (2.0, exponent),
+        (2.0, exponent) => (1.0, exponent),
+        (_, exponent) => (5.0, exponent - 1),
+    };
+    let (first, last, _) = ends(finer);
+    if last - first <= most as f64 {
+        round = finer;
+    }
+    let (mantissa, step_exponent) = round;
+    let (first, last, step) = ends(round);
     let count = (last - first).clamp(0.0, 1000.0) as usize;
     let values: Vec<f64> = (0..=count).map(|i| (first + i as f64) * step).collect();
     let largest = low.abs().max(high.abs());
@@ -116,7 +133,7 @@ pub(super) fn logarithmic(low: f64, high: f64, most: usize) -> Ticks {
         } else if m == 1 {
             power_of_ten(e)
         } else {
-            format!("{m}·{}", power_of_ten(e))
+            format!("{m}×{}", power_of_ten(e))
         }
     };
     let decades = (to - from + 1).max(0) as usize;
@@ -180,7 +197,7 @@ mod tests {
             let ticks = linear(low, high, most);
             let n = ticks.major.len();
             // Steps grow by at most 2.5, so at least most/2.5 − 1 and at most `most` + 1 multiples fit.
-            prop_assert!(n >= 1.max((most as f64 / 2.5).floor() as usize - 0).saturating_sub(1));
+            prop_assert!(n >= 1.max((most as f64 / 2.5).floor() as usize).saturating_sub(1));
             prop_assert!(n <= most + 1, "{n} ticks");
             let span = high - low;
             for w in ticks.major.windows(2) {

@@ -1,43 +1,33 @@
-//! Every kind of block and plot, with invented numbers and the edge cases that break layouts.
-//!
-//! `cargo run -p proofmass-report --example gallery [FILE]` writes the page (`gallery.html` if no name is given)
-//! and prints the terminal form.
+//! What the gallery shows; the tests of the crate read the same report.
 
 use proofmass_report::{
     Axis, BarPlot, Block, Cell, Column, HistogramPlot, KeyFigure, MatrixPlot, Report, Section,
-    Series, SpherePlot, Table, XyPlot, html, plot::Style, terminal,
+    Series, SpherePlot, Table, XyPlot, plot::Style,
 };
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity, Severity};
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let report = Report::new("Multi-position calibration of a triaxial accelerometer")
-        .subtitle("Invented numbers that exercise every block and plot")
-        .meta("Device", "EXAMPLE-3 <no. 0042> & \"friends\"")
-        .meta("Recorded", "2000-01-01T12:00:00Z")
-        .meta("Local gravity", "9.807 25(10) m/s²")
-        .meta(
-            "SHA-256",
-            "9f86d081884c7d659a2feaa0c55ad015a3bf4f1b2b0b822cd15d6c15b0f00a08",
-        )
-        .findings(findings())
-        .section(results())
-        .section(recording()?)
-        .section(attitudes())
-        .section(correlations())
-        .section(budget())
-        .section(noise())
-        .section(edges())
-        .footer("proofmass 0.1.0, schema 1");
-    let file = std::env::args()
-        .nth(1)
-        .unwrap_or_else(|| "gallery.html".into());
-    std::fs::write(&file, html::render(&report)?)?;
-    let options = terminal::Options {
-        width: 100,
-        colour: false,
-    };
-    print!("{}", terminal::render(&report, &options)?);
-    Ok(())
+/// The whole report.
+pub fn report() -> Result<Report, proofmass_report::Error> {
+    Ok(
+        Report::new("Multi-position calibration of a triaxial accelerometer")
+            .subtitle("Invented numbers that exercise every block and plot")
+            .meta("Device", "EXAMPLE-3 <no. 0042> & \"friends\"")
+            .meta("Recorded", "2000-01-01T12:00:00Z")
+            .meta("Local gravity", "9.807 25(10) m/s²")
+            .meta(
+                "SHA-256",
+                "9f86d081884c7d659a2feaa0c55ad015a3bf4f1b2b0b822cd15d6c15b0f00a08",
+            )
+            .findings(findings())
+            .section(results())
+            .section(recording()?)
+            .section(attitudes())
+            .section(correlations())
+            .section(budget())
+            .section(noise())
+            .section(edges())
+            .footer("proofmass 0.1.0, schema 1"),
+    )
 }
 
 /// A reproducible number between −1 and 1 that looks random.
@@ -113,7 +103,7 @@ fn results() -> Section {
             Cell::text(name),
             Cell::Quantity(quantity(name, unit, value, u)),
             if u > 0.0 {
-                Cell::number(format!("{:.2e}", 2.05 * u))
+                Cell::number(proofmass_report::scientific(2.05 * u, 2))
             } else {
                 Cell::Empty
             },
@@ -184,6 +174,8 @@ fn recording() -> Result<Section, proofmass_report::Error> {
 fn attitudes() -> Section {
     let mut sphere = SpherePlot::new("residual", "m/s²");
     let mut labelled = SpherePlot::new("distance from gravity", "mg");
+    let mut crowded = SpherePlot::new("residual over its uncertainty, noise density", "(m/s²)/√Hz");
+    crowded.axes = ["east", "north", "up"].map(String::from);
     for i in 0..38 {
         // A golden-angle spiral, slightly disturbed.
         let z = 1.0 - 2.0 * (i as f64 + 0.5) / 38.0;
@@ -191,6 +183,7 @@ fn attitudes() -> Section {
         let r = (1.0 - z * z).sqrt();
         let d = [r * phi.cos(), r * phi.sin(), z];
         sphere = sphere.point(d, 1.5e-3 * jitter(i), (i + 1).to_string());
+        crowded = crowded.point(d, 3e-7 * jitter(i + 5), format!("pose {}", i + 1));
         if i % 6 == 0 {
             labelled = labelled.point(d, jitter(i).abs(), format!("pose {i}"));
         }
@@ -204,6 +197,7 @@ fn attitudes() -> Section {
             sphere,
         )
         .figure("Values without a sign.", labelled)
+        .figure("Long labels and names of axes.", crowded)
         .figure("No attitude at all.", SpherePlot::new("residual", "m/s²"))
         .figure(
             "One attitude, residual zero.",
@@ -230,7 +224,11 @@ fn correlation(names: &[&str]) -> MatrixPlot {
 }
 
 fn correlations() -> Section {
-    let mut unknown = correlation(&["a", "b", "exactly known"]);
+    let mut unknown = correlation(&[
+        "a",
+        "temperature coefficient of the misalignment of x to y",
+        "exactly known",
+    ]);
     for k in [2, 5, 6, 7, 8] {
         unknown.elements[k] = None;
     }
@@ -262,6 +260,7 @@ fn budget() -> Section {
     let bars = BarPlot::shares("share of the variance of bias.x")
         .bar("noise of the standstill means", 0.712, "A")
         .bar("local gravity from latitude and height, normal gravity formula with free-air correction", 0.221, "B")
+        .bar("a_name_without_any_space_that_is_longer_than_the_margin_left_of_the_bars.xy", 0.1, "B")
         .bar("temperature", 0.0667, "B")
         .bar("quantisation", 0.000_3, "B")
         .bar("nothing", 0.0, "");
@@ -427,11 +426,48 @@ fn edges() -> Section {
             .row([
                 Cell::text("text"),
                 Cell::text("not determined"),
-                Cell::text("stands right"),
+                Cell::text("under the heading"),
             ]),
         )
+        .table(wide_table())
         .table(Table::new(
             "A table without rows",
             [Column::text("a"), Column::number("b", "m")],
         ))
+}
+
+/// More columns and rows than a sheet of paper holds at the usual size.
+fn wide_table() -> Table {
+    let mut columns = vec![Column::text("standstill"), Column::text("remark")];
+    for axis in ["x", "y", "z"] {
+        columns.push(Column::number(format!("mean {axis}"), "m/s²"));
+        columns.push(Column::number(format!("noise {axis}"), "(m/s²)/√Hz"));
+        columns.push(Column::number(format!("scale {axis}"), "count/(m/s²)"));
+    }
+    columns.push(Column::number("a heading of several words", "kg·m²·s⁻²"));
+    let mut table = Table::new("A long table of many columns", columns);
+    for i in 0..60 {
+        let mut row = vec![
+            Cell::text(format!("{}", i + 1)),
+            Cell::text(if i % 9 == 0 {
+                "moved by hand while the sensor warmed up"
+            } else {
+                ""
+            }),
+        ];
+        for axis in 0..3 {
+            let k = 3 * i + axis;
+            row.push(Cell::Quantity(quantity("f", "m/s²", 9.8 * jitter(k), 3e-4)));
+            row.push(Cell::number(format!("{:.2e}", 1e-4 + 5e-5 * jitter(k + 7))));
+            row.push(Cell::Quantity(quantity(
+                "K",
+                "count/(m/s²)",
+                1671.0 + jitter(k),
+                1.25,
+            )));
+        }
+        row.push(Cell::number(format!("{:.3}", 100.0 * jitter(i + 99))));
+        table = table.row(row);
+    }
+    table.note("A note that must stay with its table.")
 }
