@@ -1,11 +1,14 @@
 //! Measurement uncertainty after the GUM and its supplements, with correlation kept.
 
 mod agreement;
+mod budget_file;
 mod covariance;
 mod coverage;
 mod distribution;
 mod effective_dof;
 mod estimate;
+mod evaluation;
+mod expression;
 mod finding;
 mod format;
 mod implicit;
@@ -18,6 +21,10 @@ mod sampler;
 mod student;
 
 pub use agreement::En;
+pub use budget_file::{
+    Budget, CorrelationEntry, Equations, InputEntry, IntermediateEntry, OutputEntry,
+    UncertaintyModel,
+};
 pub use covariance::Covariance;
 pub use coverage::DegreesOfFreedom;
 pub use distribution::Distribution;
@@ -25,6 +32,8 @@ pub use effective_dof::{CorrelatedGroup, GroupDof, welch_satterthwaite, willink,
 pub use estimate::{
     BudgetInput, BudgetLine, Component, Effect, Estimate, Evaluation, Influence, Quantity,
 };
+pub use evaluation::{Evaluate, ModelResult, OutputResult};
+pub use expression::Expression;
 pub use finding::{Finding, Severity};
 pub use format::{Alphabet, DecimalMark, Format, Formatted, Notation, Rounded, ShowDof};
 pub use implicit::{Implicit, LeastSquares, propagate_implicit, propagate_least_squares};

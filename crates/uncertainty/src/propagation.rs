@@ -169,10 +169,6 @@ impl Linear {
     pub fn findings(&self) -> &[Finding] {
         &self.findings
     }
-
-    pub(crate) fn findings_mut(&mut self) -> &mut Vec<Finding> {
-        &mut self.findings
-    }
 }
 
 /// Propagates the inputs through a model, first order.
