@@ -125,6 +125,15 @@
 //! - Sensitivity coefficients from Monte Carlo (`[S1] annex B`), and Monte Carlo of implicit models.
 //! - Conformity decisions (JCGM 106).
 
+#![allow(
+    clippy::needless_range_loop,
+    reason = "indices stand as in the equations"
+)]
+#![allow(
+    clippy::neg_cmp_op_on_partial_ord,
+    reason = "!(x < bound) refuses NaN as well"
+)]
+
 mod agreement;
 mod budget_file;
 mod covariance;

@@ -239,6 +239,10 @@ impl<T: Number, const N: usize> Sub for Dual<T, N> {
     }
 }
 
+#[allow(
+    clippy::suspicious_arithmetic_impl,
+    reason = "the product rule is a sum"
+)]
 impl<T: Number, const N: usize> Mul for Dual<T, N> {
     type Output = Self;
     #[inline(always)]

@@ -143,18 +143,22 @@ pub fn propagate_jacobian<const N: usize, const M: usize>(
     jacobian: &[[f64; N]; M],
     u: &[f64; N],
 ) -> [[f64; M]; M] {
-    // Contributions by input, so that the sum over inputs runs along whole rows of outputs.
-    let mut result = [[0.0; M]; M];
-    for l in 0..N {
-        let mut row = [0.0; M];
-        for i in 0..M {
-            row[i] = jacobian[i][l] * u[l];
+    let contributions = jacobian.map(|mut row| {
+        for (c, u) in row.iter_mut().zip(u) {
+            *c *= u;
         }
-        for i in 0..M {
-            let c = row[i];
-            for (r, other) in result[i].iter_mut().zip(&row) {
-                *r += c * other;
+        row
+    });
+    // One short sum per element of the triangle: they do not depend on each other and run side by side.
+    let mut result = [[0.0; M]; M];
+    for i in 0..M {
+        for j in 0..=i {
+            let mut sum = 0.0;
+            for (a, b) in contributions[i].iter().zip(&contributions[j]) {
+                sum += a * b;
             }
+            result[i][j] = sum;
+            result[j][i] = sum;
         }
     }
     result
