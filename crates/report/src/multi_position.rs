@@ -89,7 +89,10 @@ impl MultiPositionReport<'_> {
     fn parameters(&self, fit: &MultiPositionFit) -> Table {
         let percent = 100.0 * self.probability;
         let mut table = Table::new(
-            format!("Parameters with their {percent:.4} % intervals, value ± U"),
+            format!(
+                "Parameters with their {} % intervals, value ± U",
+                significant(percent)
+            ),
             [
                 Column::text("quantity"),
                 Column::number("value", ""),
@@ -200,7 +203,7 @@ impl MultiPositionReport<'_> {
                     Cell::text(format!("{:?}", line.evaluation)),
                     Cell::text(line.distribution.clone()),
                     Cell::number(line.dof.to_string()),
-                    Cell::number(two_digits(line.contribution)),
+                    Cell::number(contribution(line.contribution, line.share)),
                     Cell::text(component.unit.clone()),
                     Cell::number(format!("{:.1}", 100.0 * line.share)),
                 ]);
@@ -446,6 +449,21 @@ fn rounded(quantity: &Quantity, probability: f64) -> (String, String) {
         format!("{:.places$}", quantity.value),
         format!("{expanded:.places$}"),
     )
+}
+
+/// Two digits; what is below a millionth of the uncertainty is rounding, not a contribution.
+fn contribution(value: f64, share: f64) -> String {
+    if share < 1e-12 {
+        "0".to_owned()
+    } else {
+        two_digits(value)
+    }
+}
+
+/// A percentage without trailing zeros.
+fn significant(percent: f64) -> String {
+    let text = format!("{percent:.4}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 fn two_digits(value: f64) -> String {
