@@ -1,6 +1,6 @@
 //! The fields of one line, and the number in a field.
 
-use crate::layout::{DecimalMark, Separator};
+use crate::layout::{DecimalMark, Separator, sniff};
 
 /// Walks over the fields of one line.
 pub(crate) struct Fields<'a> {
@@ -161,4 +161,15 @@ pub(crate) fn parse_number(field: &[u8], decimal: DecimalMark) -> Option<f64> {
         };
     }
     fast_float2::parse(&buffer[..field.len()]).ok()
+}
+
+/// The field as a message shows it: decoded, on one line, not longer than forty characters.
+pub(crate) fn shown(field: &[u8]) -> String {
+    let text = sniff::decode(field);
+    let short: String = text.chars().filter(|c| !c.is_control()).take(40).collect();
+    if short.chars().count() < text.chars().count() {
+        format!("{short}…")
+    } else {
+        short
+    }
 }

@@ -3,6 +3,7 @@
 pub(crate) mod sniff;
 
 use crate::{Error, ErrorKind, Result, Unit, split_heading};
+use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::fs::File;
@@ -102,6 +103,8 @@ pub struct Layout {
     pub header: Option<Vec<String>>,
     /// Units, where a second header line carries them.
     pub(crate) unit_line: Option<Vec<Option<Unit>>>,
+    /// Lines above the data that are neither comment, nor heading, nor skipped by request: number and beginning.
+    pub passed_over: Vec<(u64, String)>,
     /// Number of columns of a row.
     pub columns: usize,
     /// Whether each column holds numbers, judged on the head of the file.
@@ -137,6 +140,33 @@ impl Layout {
         let complete = head.len() <= HEAD;
         head.truncate(HEAD);
         sniff::layout(&head, complete, options).map_err(|e| e.at(path))
+    }
+
+    /// What is doubtful about the shape: lines that were passed over though nothing marks them as comments.
+    ///
+    /// A row that lost a part of itself at the top of a file looks like such a line.
+    pub fn findings(&self) -> Vec<Finding> {
+        let Some((line, text)) = self.passed_over.first() else {
+            return Vec::new();
+        };
+        let n = self.passed_over.len();
+        let more = match n {
+            1 => String::new(),
+            _ => format!(
+                ", and {} more up to line {}",
+                n - 1,
+                self.passed_over[n - 1].0
+            ),
+        };
+        vec![
+            Finding::new(
+                Severity::Note,
+                "preamble-skipped",
+                "lines above the data were passed over that are not marked as comments",
+            )
+            .evidence(format!("line {line}, \"{text}\"{more}"))
+            .advice("if one of them is a damaged row of data, correct or remove it; otherwise say `skip_lines`"),
+        ]
     }
 
     /// Name of a column without its unit; `column 3` without a header.

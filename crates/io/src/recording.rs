@@ -204,7 +204,7 @@ impl Recording {
             .with_hint("a recording needs at least two rows, and a calibration some thousands"));
         }
 
-        let mut findings = Vec::new();
+        let mut findings = layout.findings();
         let temperature = temperature.map(|index| Column {
             name: layout.name(index),
             unit: layout.unit(index),
@@ -273,7 +273,7 @@ impl Recording {
         line_of(&self.lines, sample)
     }
 
-    /// What is doubtful about the recording: gaps in time, an assumed time unit.
+    /// What is doubtful about the recording: lines passed over, gaps in time, an assumed time unit.
     pub fn findings(&self) -> &[Finding] {
         &self.findings
     }

@@ -1,6 +1,6 @@
 //! Reading the rows of a delimited text as numbers, block by block, in bounded memory.
 
-use crate::field::{Fields, parse_number};
+use crate::field::{Fields, parse_number, shown};
 use crate::layout::{DecimalMark, Layout, open, sniff};
 use crate::{Error, ErrorKind, Result};
 use rayon::prelude::*;
@@ -520,16 +520,5 @@ impl Scan<'_> {
                 }
             };
         }
-    }
-}
-
-/// The field as a message shows it: decoded, on one line, not longer than forty characters.
-fn shown(field: &[u8]) -> String {
-    let text = sniff::decode(field);
-    let short: String = text.chars().filter(|c| !c.is_control()).take(40).collect();
-    if short.chars().count() < text.chars().count() {
-        format!("{short}…")
-    } else {
-        short
     }
 }

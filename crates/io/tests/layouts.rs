@@ -111,6 +111,50 @@ fn gaps_are_found_and_told() {
     assert!((r.duration_s() - 0.07).abs() < 1e-12);
 }
 
+#[test]
+fn lines_that_were_passed_over_are_told() {
+    // The first row lost its beginning; with its text it looks like a preamble.
+    let r = read(b"2.5,still\n0.1,1,2,still\n0.2,1,2,still\n", &[1, 2]);
+    assert_eq!(r.samples(), 2);
+    let finding = &r.findings()[0];
+    assert_eq!(finding.code(), "preamble-skipped");
+    assert!(
+        finding.to_string().contains("line 1, \"2.5,still\""),
+        "{finding}"
+    );
+    assert_eq!(r.layout.passed_over, [(1, "2.5,still".to_string())]);
+    // Several, among them a heading above the heading.
+    let r = read(
+        b"Logger 7\n# note\nleft,right\na,b\ng,g\n1,2\n3,4\n5,6\n7,8\n",
+        &[1, 2],
+    );
+    assert_eq!(
+        r.layout.passed_over,
+        [(1, "Logger 7".to_string()), (3, "left,right".to_string())]
+    );
+    assert!(r.findings()[0].to_string().contains("1 more up to line 3"));
+    // Comments, headings and units are no such lines, nor is what the user skips.
+    for text in [
+        "# note\n1,2\n3,4\n",
+        "a,b\ns,g\n1,2\n3,4\n",
+        "a,b,\n1,2,\n3,4,\n",
+    ] {
+        assert!(
+            read(text.as_bytes(), &[1, 2]).findings().is_empty(),
+            "{text}"
+        );
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("r.csv");
+    std::fs::write(&path, "Logger 7\n1,2\n3,4\n").unwrap();
+    let options = proofmass_io::LayoutOptions {
+        skip_lines: Some(1),
+        ..Default::default()
+    };
+    let layout = Layout::sniff_with(&path, &options).unwrap();
+    assert!(layout.findings().is_empty());
+}
+
 /// FIPS 180-4, the examples "abc" and the one of 448 bits as published by NIST; a million times "a" likewise.
 #[test]
 fn published_sha256_of_files() {

@@ -46,6 +46,8 @@ pub(super) fn layout(head: &[u8], complete: bool, options: &LayoutOptions) -> Re
     let columns = width(voters, separator);
     let numeric = numeric_columns(voters, separator, decimal, columns);
 
+    // What LabVIEW marks as its header, or the user skips, is no longer among the content here.
+    let mut preamble: Vec<&Line> = Vec::new();
     // From the top: what is not of full width and not all numbers is preamble, then come headings, then data.
     let mut headings: Vec<&Line> = Vec::new();
     let mut first_data = None;
@@ -65,6 +67,8 @@ pub(super) fn layout(head: &[u8], complete: bool, options: &LayoutOptions) -> Re
                     && columns > 1
                 {
                     headings.push(line);
+                } else {
+                    preamble.push(line);
                 }
                 continue;
             }
@@ -127,12 +131,21 @@ pub(super) fn layout(head: &[u8], complete: bool, options: &LayoutOptions) -> Re
     } else if options.header != Some(false) {
         header = commented_header(&lines, first_data, &comment, separator, decimal, columns);
     }
+    // Full rows above the one or two that were taken as headings are passed over as well.
+    let taken = usize::from(!headings.is_empty()) + usize::from(unit_line.is_some());
+    preamble.extend(&headings[..headings.len() - taken]);
+    preamble.sort_by_key(|l| l.number);
+    let passed_over = preamble
+        .iter()
+        .map(|l| (l.number, crate::field::shown(l.text.trim_ascii())))
+        .collect();
     Ok(Layout {
         separator,
         decimal,
         comment,
         header,
         unit_line,
+        passed_over,
         columns,
         numeric,
         first_data_line: first_data.number,
