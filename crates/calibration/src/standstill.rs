@@ -64,7 +64,7 @@ impl WindowedVariance {
     ///
     /// # Errors
     /// [`Error::OutOfRange`] for a rate, window or duration that is not positive; [`Error::TooFew`] for a
-    /// recording shorter than a window; [`Error::Unobservable`] naming the first output that never changes.
+    /// recording shorter than a window; [`Error::Constant`] naming the first output that never changes.
     pub fn new(
         samples: &Samples<'_>,
         rate: f64,
@@ -104,9 +104,9 @@ impl WindowedVariance {
         for (axis, column) in samples.columns().into_iter().enumerate() {
             let first = column[0];
             if column.iter().all(|v| *v == first) {
-                return Err(Error::Unobservable {
-                    parameter: NAMES[axis],
-                    condition: f64::INFINITY,
+                return Err(Error::Constant {
+                    name: NAMES[axis],
+                    value: first,
                 });
             }
             let variance = windowed_variance(column, half);
@@ -298,9 +298,9 @@ mod tests {
         let search = Standstill::default();
         assert!(matches!(
             WindowedVariance::new(&samples, 100.0, &[], &search),
-            Err(Error::Unobservable {
-                parameter: "output x",
-                ..
+            Err(Error::Constant {
+                name: "output x",
+                value: 0.0
             })
         ));
         let short: Vec<f64> = (0..50).map(triangle).collect();

@@ -70,9 +70,15 @@ impl Variant {
             Some(uncertainty) => {
                 let frame: [f64; 3] = std::array::from_fn(|_| uncertainty.common * normal());
                 for rest in &mut recording.rests {
-                    // What is declared differs from what was: each by itself, all by the frame.
-                    let turn = std::array::from_fn(|i| frame[i] + uncertainty.independent * normal());
-                    rest.attitude = turned(rest.attitude, turn);
+                    rest.attitude = match self.estimator {
+                        // The closed form takes the principal directions; the sensor was laid down askew.
+                        Estimator::SixPositions => rest.attitude.map(f64::round),
+                        // What is declared differs from what was: each by itself, all by the frame.
+                        Estimator::LeastSquares => {
+                            let own = |i| frame[i] + uncertainty.independent * normal();
+                            turned(rest.attitude, std::array::from_fn(own))
+                        }
+                    };
                 }
                 let given = recording.rests.iter().map(|r| Segment {
                     start: r.start,
@@ -80,7 +86,12 @@ impl Variant {
                     attitude: Some(r.attitude),
                     label: None,
                 });
-                StandstillCalibration::of_segments(&samples, given.collect(), &self.settings, self.estimator)
+                StandstillCalibration::of_segments(
+                    &samples,
+                    given.collect(),
+                    &self.settings,
+                    self.estimator,
+                )
             }
         };
         (calibration.unwrap().fit, rig.sensor)
@@ -211,10 +222,11 @@ fn coverage_six_positions() {
     let mut variant = Variant::new(FULL, Model::Full);
     let attitude = AttitudeUncertainty {
         independent: 1e-3,
-        common: 5e-4,
+        common: 0.0,
     };
     variant.rig.rests = 6;
-    variant.rig.askew = 0.0;
+    // Uniform in ±√3 mrad: a standard deviation of 1 mrad about each axis.
+    variant.rig.askew = 1e-3 * 3f64.sqrt();
     variant.attitude = Some(attitude);
     variant.estimator = Estimator::SixPositions;
     variant.settings = variant.settings.attitude_uncertainty(attitude);

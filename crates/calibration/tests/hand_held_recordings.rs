@@ -91,13 +91,22 @@ fn published_mikov_mpu9150() {
         let get = |quantity: String| fit.estimate().get(&quantity).unwrap().value;
         for (i, axis) in ["x", "y", "z"].iter().enumerate() {
             let got = 100.0 * (get(format!("scale.{axis}")) - 1.0);
-            assert!((got - scale[i]).abs() < 0.02, "{name} scale.{axis}: {got} %");
+            assert!(
+                (got - scale[i]).abs() < 0.02,
+                "{name} scale.{axis}: {got} %"
+            );
             let got = get(format!("bias.{axis}"));
-            assert!((got - bias[i]).abs() < 3e-3, "{name} bias.{axis}: {got} m/s²");
+            assert!(
+                (got - bias[i]).abs() < 3e-3,
+                "{name} bias.{axis}: {got} m/s²"
+            );
         }
         for (i, pair) in ["xy", "xz", "yz"].iter().enumerate() {
             let got = get(format!("misalignment.{pair}")).to_degrees();
-            assert!((got - angle[i]).abs() < 0.02, "{name} misalignment.{pair}: {got}°");
+            assert!(
+                (got - angle[i]).abs() < 0.02,
+                "{name} misalignment.{pair}: {got}°"
+            );
         }
     }
 }

@@ -63,6 +63,13 @@ pub enum Error {
         /// Condition number that was found.
         condition: f64,
     },
+    /// A signal never changes.
+    Constant {
+        /// Name of the signal.
+        name: &'static str,
+        /// The one value it has.
+        value: f64,
+    },
     /// The data do not determine a parameter.
     Unobservable {
         /// Dotted name of the parameter.
@@ -104,6 +111,7 @@ impl Error {
                 | Self::NotFinite { .. }
                 | Self::Unobservable { .. }
                 | Self::TooUncertain { .. }
+                | Self::Constant { .. }
         )
     }
 
@@ -163,6 +171,15 @@ impl fmt::Display for Error {
             }
             Self::Singular { name, condition } => {
                 write!(f, "{name} is singular (condition number {condition:.3e})")
+            }
+            Self::Constant { name, value } => {
+                write!(f, "{name} never changes: every sample is {value}")
+            }
+            Self::Unobservable {
+                parameter,
+                condition,
+            } if condition.is_infinite() => {
+                write!(f, "the data do not determine {parameter}")
             }
             Self::Unobservable {
                 parameter,

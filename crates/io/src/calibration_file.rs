@@ -49,6 +49,10 @@ pub struct CalibrationFile {
     /// Local gravity of the calibration.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gravity: Option<Quantity>,
+    /// Standard deviation of one standstill about the model beyond its noise, output unit; zero where the noise
+    /// explained the residuals.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub repeatability: Option<f64>,
     /// Smallest and largest temperature during calibration, °C.
     #[serde(
         default,
@@ -88,6 +92,7 @@ impl CalibrationFile {
             b,
             estimate,
             gravity: None,
+            repeatability: None,
             temperature_range: None,
             acceleration_range: None,
             inputs: Vec::new(),

@@ -16,7 +16,7 @@ const FIRST_STEPS: usize = 1 << 16;
 const LISTED: usize = 100;
 
 /// A field that is not a finite number.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct BadEntry {
     /// Line, from one.
     pub line: u64,
@@ -27,7 +27,7 @@ pub struct BadEntry {
 }
 
 /// One column.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct ColumnSummary {
     /// Name without unit.
     pub name: String,
@@ -40,7 +40,7 @@ pub struct ColumnSummary {
 }
 
 /// Statistics of the finite numbers of a column, in its unit.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Statistics {
     /// How many.
     pub count: u64,
@@ -59,7 +59,7 @@ pub struct Statistics {
 }
 
 /// Times of a recording as far as a single pass shows them.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct TimeSummary {
     /// Name of the column.
     pub column: String,
@@ -80,7 +80,7 @@ pub struct TimeSummary {
 }
 
 /// What is in a file.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Inspection {
     /// The file.
     pub path: PathBuf,

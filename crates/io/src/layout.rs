@@ -90,7 +90,7 @@ pub struct LayoutOptions {
 }
 
 /// The shape of one delimited text.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Layout {
     /// Separator of fields.
     pub separator: Separator,

@@ -30,12 +30,14 @@
 mod calibration_file;
 mod campaign;
 mod error;
+mod field;
 mod finite;
 mod inspection;
 mod layout;
 mod output;
 mod recording;
 mod result_document;
+mod rewriter;
 mod rows;
 mod segments;
 mod software;
@@ -57,9 +59,10 @@ pub use recording::{Column, Input, Recording, RecordingOptions, TimeUnit};
 pub use result_document::{
     NamedCovariance, RESULT_SCHEMA, RESULT_VERSION, ResultDocument, StatedQuantity,
 };
+pub use rewriter::Rewriter;
 pub use rows::{Block, RowReader};
 pub use segments::Segment;
 pub use software::{Schema, Software};
 pub use table::{Cell, RowWriter, Table};
 pub use time_base::{Gap, TimeBase, TimeSource};
-pub use unit::{STANDARD_GRAVITY, Unit, split_heading};
+pub use unit::{Unit, split_heading};

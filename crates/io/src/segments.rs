@@ -1,7 +1,7 @@
 //! `segments.csv`: standstills given by hand, with or without their attitude.
 
+use crate::field::parse_number;
 use crate::layout::{DecimalMark, sniff};
-use crate::rows::parse_number;
 use crate::{Error, ErrorKind, Recording, Result};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -51,10 +51,10 @@ impl Segment {
             std::fs::read(path).map_err(|e| Error::access(path, "read", e))?
         };
         let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&bytes);
-        let first = bytes
-            .split(|b| *b == b'\n')
-            .find(|l| !l.trim_ascii().is_empty() && !l.starts_with(b"#"));
-        let Some(first) = first else {
+        let first = (1..)
+            .zip(bytes.split(|b| *b == b'\n'))
+            .find(|(_, l)| !passed_over(l));
+        let Some((header_line, first)) = first else {
             return Err(
                 Error::new(ErrorKind::Format, "the table of segments is empty")
                     .with_hint("write a header `start,end` and one row per standstill"),
@@ -76,11 +76,15 @@ impl Segment {
             .iter()
             .map(sniff::decode)
             .collect();
-        let table = Header::new(&header)?;
+        let table = Header::new(&header).map_err(|e| e.line(header_line))?;
         let mut segments: Vec<(u64, Self)> = Vec::new();
         for record in reader.byte_records() {
             let record = record.map_err(|e| Error::new(ErrorKind::Row, e.to_string()))?;
-            let line = record.position().map_or(0, |p| p.line());
+            let line = record.position().map_or(0, |p| {
+                // The position is that before the comments above the record.
+                let rest = &bytes[(p.byte() as usize).min(bytes.len())..];
+                p.line() + rest.split(|b| *b == b'\n').take_while(passed_over).count() as u64
+            });
             let fields: Vec<String> = record.iter().map(sniff::decode).collect();
             if fields.iter().all(String::is_empty) {
                 continue;
@@ -130,6 +134,11 @@ impl Segment {
     }
 }
 
+/// Whether a line is blank or a comment.
+fn passed_over(line: &&[u8]) -> bool {
+    line.trim_ascii().is_empty() || line.starts_with(b"#")
+}
+
 struct Header {
     start: usize,
     end: usize,
@@ -146,15 +155,14 @@ impl Header {
                 let near = crate::spelling::nearest(name, KEYS.iter().copied())
                     .map_or(String::new(), |k| format!("did you mean `{k}`? "));
                 return Err(Error::new(ErrorKind::Column, "unknown column")
-                    .line(1)
                     .column(name)
                     .with_hint(format!("{near}valid here: {}", KEYS.join(", "))));
             }
             if header[..i].contains(name) {
                 return Err(
                     Error::new(ErrorKind::Column, "the column stands twice in the header")
-                        .line(1)
-                        .column(name),
+                        .column(name)
+                        .with_hint("keep one of the two"),
                 );
             }
         }
@@ -167,7 +175,6 @@ impl Header {
                     ErrorKind::Column,
                     "the columns that say where a segment begins and ends are missing or mixed",
                 )
-                .line(1)
                 .with_hint(
                     "give `start` and `end` (sample indices) or `start_s` and `end_s` (seconds)",
                 ));
@@ -179,7 +186,6 @@ impl Header {
             _ => {
                 return Err(
                     Error::new(ErrorKind::Column, "of up_x, up_y, up_z some are missing")
-                        .line(1)
                         .with_hint("give all three components, or `direction`"),
                 );
             }
@@ -190,7 +196,7 @@ impl Header {
                 ErrorKind::Column,
                 "`direction` and `up_x` … exclude each other",
             )
-            .line(1));
+            .with_hint("keep one of the two forms; their fields may stay empty in a row"));
         }
         Ok(Self {
             start,
@@ -212,6 +218,7 @@ impl Header {
                         format!("\"{}\" is not a finite number", fields[i]),
                     )
                     .column(name)
+                    .with_hint("write a number with a decimal point; only an attitude and a label may be left out")
                 })
         };
         let samples = recording.samples();
@@ -227,7 +234,8 @@ impl Header {
                         ErrorKind::Row,
                         format!("{t} s lies outside the recording, which lasts from {first} s to {last} s"),
                     )
-                    .column(name));
+                    .column(name)
+                    .with_hint("times are in the scale of the recording's own time, in seconds"));
                 }
             }
             if b <= a {

@@ -1,11 +1,9 @@
 //! Units of recorded columns and their conversion to SI.
 
+use proofmass_core::STANDARD_GRAVITY;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 use std::str::FromStr;
-
-/// Standard gravity, m/s², exact by definition. **Source** `[SI9]` (3rd CGPM 1901).
-pub const STANDARD_GRAVITY: f64 = 9.806_65;
 
 /// Unit of a column of a recording.
 ///

@@ -182,3 +182,29 @@ fn refuses_text_in_the_first_row_with_the_remedy() {
         error.hint()
     );
 }
+
+#[test]
+fn refuses_a_line_of_more_than_a_mebibyte_wherever_it_stands() {
+    let good = "0,1,2,3\n1,1,2,3\n";
+    // Of one long line: within a block, across two blocks, at the end of the file; wide or only padded.
+    for before in [2, 100_000, 260_000] {
+        for long in [
+            format!("2,{}3\n", "1,".repeat(700_000)),
+            format!("2,1,2,{}3\n", " ".repeat(3 << 19)),
+            format!("2,1,2,{}3", " ".repeat(5 << 20)),
+        ] {
+            let mut text = String::from("t,x,y,z\n");
+            for i in 0..before {
+                let _ = writeln!(text, "{i},1,2,3");
+            }
+            let mut o = xyz();
+            o.sampling_rate_hz = Some(10.0);
+            let error = refused(text + &long + good, &o);
+            assert!(
+                error.to_string().contains("longer than 1 MiB"),
+                "{before}: {error}"
+            );
+            assert_eq!(error.line_number(), Some(before + 2));
+        }
+    }
+}

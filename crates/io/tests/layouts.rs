@@ -111,23 +111,43 @@ fn gaps_are_found_and_told() {
     assert!((r.duration_s() - 0.07).abs() < 1e-12);
 }
 
+/// FIPS 180-4, the examples "abc" and the one of 448 bits as published by NIST; a million times "a" likewise.
 #[test]
-fn known_sha256_in_the_same_pass() {
-    // FIPS 180 example "abc" does not read as a recording; this digest is from coreutils' sha256sum.
-    let text: String = (0..300_000).map(|i| format!("{i},{}\n", i % 7)).collect();
+fn published_sha256_of_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("message");
+    for (message, digest) in [
+        (
+            "abc".to_string(),
+            "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad",
+        ),
+        (
+            "abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq".to_string(),
+            "248d6a61d20638b8e5c026930c3e6039a33ce45964ff2167f6ecedd419db06c1",
+        ),
+        (
+            "a".repeat(1_000_000),
+            "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0",
+        ),
+    ] {
+        std::fs::write(&path, message).unwrap();
+        assert_eq!(proofmass_io::Input::of(&path).unwrap().sha256, digest);
+    }
+}
+
+/// The digest of the pass that reads the numbers covers preamble, several blocks and a last line without an end.
+#[test]
+fn crosscheck_sha256_of_the_reading_pass() {
+    let rows: String = (0..300_000).map(|i| format!("{i},{}\n", i % 7)).collect();
+    let text = format!("# note\na,b\n{}", rows.trim_end());
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("h.csv");
     std::fs::write(&path, &text).unwrap();
     let r = read(text.as_bytes(), &[1, 2]);
     assert_eq!(r.samples(), 300_000);
     assert_eq!(r.sha256, proofmass_io::Input::of(&path).unwrap().sha256);
-    assert_eq!(r.line(299_999), 300_000);
-    assert!(
-        r.columns[0]
-            .data
-            .iter()
-            .enumerate()
-            .all(|(i, &v)| v == i as f64)
-    );
-    assert_eq!(Layout::sniff(&path).unwrap().first_data_line, 1);
+    assert_eq!(r.line(299_999), 300_002);
+    let counts = r.columns[0].data.iter().enumerate();
+    assert!(counts.into_iter().all(|(i, &v)| v == i as f64));
+    assert_eq!(Layout::sniff(&path).unwrap().first_data_line, 3);
 }

@@ -26,14 +26,18 @@
 mod document;
 mod error;
 pub mod html;
+mod multi_position;
 mod number;
 pub mod plot;
 pub mod terminal;
+mod validation;
 
 pub use document::{Alignment, Block, Cell, Column, Figure, KeyFigure, Report, Section, Table};
 pub use error::Error;
+pub use multi_position::MultiPositionReport;
 pub use number::{concise, scientific};
 pub use plot::{
     Axis, BarPlot, HistogramPlot, MatrixPlot, Panel, Plot, Scale, Series, SpherePlot, SpherePoint,
     XyPlot,
 };
+pub use validation::ValidationReport;

@@ -164,40 +164,51 @@ impl Inputs {
     /// [`Error::TooFew`] below two observations, [`Error::Length`] when the columns differ, [`Error::NotFinite`].
     pub fn observed(mut self, columns: &[(&str, &str, &[f64])]) -> Result<Self, Error> {
         let start = self.inputs.len();
-        let n = columns.first().map_or(0, |(_, _, c)| c.len());
         for (name, unit, values) in columns {
-            if values.len() != n {
-                return Err(Error::Length {
-                    name: "column of observations",
-                    expected: n,
-                    got: values.len(),
-                });
-            }
             let distribution = Distribution::from_observations(values)?;
             self.inputs.push(Input::new(*name, *unit, distribution));
         }
+        let set: Vec<usize> = (start..start + columns.len()).collect();
+        let values: Vec<&[f64]> = columns.iter().map(|(_, _, values)| *values).collect();
+        self.observe_together(&set, &values)
+    }
+
+    /// Joins inputs that are already here by the correlation of their observations.
+    pub(crate) fn observe_together(
+        mut self,
+        set: &[usize],
+        columns: &[&[f64]],
+    ) -> Result<Self, Error> {
+        let n = columns.first().map_or(0, |c| c.len());
+        if let Some(other) = columns.iter().find(|c| c.len() != n) {
+            return Err(Error::Length {
+                name: "column of observations",
+                expected: n,
+                got: other.len(),
+            });
+        }
         let deviations: Vec<Vec<f64>> = columns
             .iter()
-            .map(|(_, _, values)| {
+            .map(|values| {
                 let mean = values.iter().sum::<f64>() / n as f64;
                 values.iter().map(|v| v - mean).collect()
             })
             .collect();
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        for i in 0..columns.len() {
+        for i in 0..set.len() {
             for j in 0..i {
                 let (a, b) = (&deviations[i], &deviations[j]);
                 let scale = (dot(a, a) * dot(b, b)).sqrt();
                 if scale > 0.0 {
                     self.correlations.push((
-                        columns[i].0.into(),
-                        columns[j].0.into(),
+                        self.inputs[set[i]].name.clone(),
+                        self.inputs[set[j]].name.clone(),
                         (dot(a, b) / scale).clamp(-1.0, 1.0),
                     ));
                 }
             }
         }
-        self.together.push((start..start + columns.len()).collect());
+        self.together.push(set.to_vec());
         Ok(self)
     }
 

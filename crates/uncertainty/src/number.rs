@@ -25,66 +25,35 @@ pub trait Number:
     /// The plain value, for comparisons.
     fn value(self) -> f64;
 
-    /// A function of one variable, from its value and derivative: g(x) and g′(x) at this number.
-    ///
-    /// `derivative` is given as a number so that derivatives of derivatives come out right.
-    fn chain(self, value: fn(f64) -> f64, derivative: impl Fn(Self) -> Self) -> Self;
-
     /// eˣ
-    fn exp(self) -> Self {
-        self.chain(f64::exp, Self::exp)
-    }
+    fn exp(self) -> Self;
     /// Natural logarithm.
-    fn ln(self) -> Self {
-        self.chain(f64::ln, |x| Self::from(1.0) / x)
-    }
+    fn ln(self) -> Self;
+    /// Square root.
+    fn sqrt(self) -> Self;
+    /// Sine, radians.
+    fn sin(self) -> Self;
+    /// Cosine, radians.
+    fn cos(self) -> Self;
+    /// Arc sine.
+    fn asin(self) -> Self;
+    /// Arc cosine.
+    fn acos(self) -> Self;
+    /// Arc tangent.
+    fn atan(self) -> Self;
+    /// Hyperbolic sine.
+    fn sinh(self) -> Self;
+    /// Hyperbolic cosine.
+    fn cosh(self) -> Self;
+    /// Hyperbolic tangent.
+    fn tanh(self) -> Self;
     /// Decimal logarithm.
     fn log10(self) -> Self {
         self.ln() / Self::from(std::f64::consts::LN_10)
     }
-    /// Square root.
-    fn sqrt(self) -> Self {
-        self.chain(f64::sqrt, |x| Self::from(0.5) / x.sqrt())
-    }
-    /// Sine, radians.
-    fn sin(self) -> Self {
-        self.chain(f64::sin, Self::cos)
-    }
-    /// Cosine, radians.
-    fn cos(self) -> Self {
-        self.chain(f64::cos, |x| -x.sin())
-    }
     /// Tangent, radians.
     fn tan(self) -> Self {
         self.sin() / self.cos()
-    }
-    /// Arc sine.
-    fn asin(self) -> Self {
-        self.chain(f64::asin, |x| {
-            Self::from(1.0) / (Self::from(1.0) - x * x).sqrt()
-        })
-    }
-    /// Arc cosine.
-    fn acos(self) -> Self {
-        self.chain(f64::acos, |x| {
-            -Self::from(1.0) / (Self::from(1.0) - x * x).sqrt()
-        })
-    }
-    /// Arc tangent.
-    fn atan(self) -> Self {
-        self.chain(f64::atan, |x| Self::from(1.0) / (Self::from(1.0) + x * x))
-    }
-    /// Hyperbolic sine.
-    fn sinh(self) -> Self {
-        self.chain(f64::sinh, Self::cosh)
-    }
-    /// Hyperbolic cosine.
-    fn cosh(self) -> Self {
-        self.chain(f64::cosh, Self::sinh)
-    }
-    /// Hyperbolic tangent.
-    fn tanh(self) -> Self {
-        self.chain(f64::tanh, |x| Self::from(1.0) - x.tanh() * x.tanh())
     }
     /// Angle of the vector (x, y) = (`other`, `self`), in all four quadrants.
     fn atan2(self, other: Self) -> Self {
@@ -133,8 +102,48 @@ impl Number for f64 {
         self
     }
     #[inline]
-    fn chain(self, value: fn(f64) -> f64, _: impl Fn(Self) -> Self) -> Self {
-        value(self)
+    fn exp(self) -> Self {
+        f64::exp(self)
+    }
+    #[inline]
+    fn ln(self) -> Self {
+        f64::ln(self)
+    }
+    #[inline]
+    fn sqrt(self) -> Self {
+        f64::sqrt(self)
+    }
+    #[inline]
+    fn sin(self) -> Self {
+        f64::sin(self)
+    }
+    #[inline]
+    fn cos(self) -> Self {
+        f64::cos(self)
+    }
+    #[inline]
+    fn asin(self) -> Self {
+        f64::asin(self)
+    }
+    #[inline]
+    fn acos(self) -> Self {
+        f64::acos(self)
+    }
+    #[inline]
+    fn atan(self) -> Self {
+        f64::atan(self)
+    }
+    #[inline]
+    fn sinh(self) -> Self {
+        f64::sinh(self)
+    }
+    #[inline]
+    fn cosh(self) -> Self {
+        f64::cosh(self)
+    }
+    #[inline]
+    fn tanh(self) -> Self {
+        f64::tanh(self)
     }
     fn atan2(self, other: Self) -> Self {
         f64::atan2(self, other)
@@ -178,8 +187,17 @@ impl<T: Number, const N: usize> Dual<T, N> {
     }
 }
 
+/// Element by element, in place: a loop over a copied array is what the compiler vectorises best.
+#[inline(always)]
+fn zip<T: Copy, const N: usize>(mut a: [T; N], b: &[T; N], f: impl Fn(T, T) -> T) -> [T; N] {
+    for (a, b) in a.iter_mut().zip(b) {
+        *a = f(*a, *b);
+    }
+    a
+}
+
 impl<T: Number, const N: usize> From<f64> for Dual<T, N> {
-    #[inline]
+    #[inline(always)]
     fn from(x: f64) -> Self {
         Self {
             real: T::from(x),
@@ -190,7 +208,7 @@ impl<T: Number, const N: usize> From<f64> for Dual<T, N> {
 
 impl<T: Number, const N: usize> Neg for Dual<T, N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn neg(self) -> Self {
         Self {
             real: -self.real,
@@ -201,34 +219,38 @@ impl<T: Number, const N: usize> Neg for Dual<T, N> {
 
 impl<T: Number, const N: usize> Add for Dual<T, N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn add(self, other: Self) -> Self {
         Self {
             real: self.real + other.real,
-            partials: std::array::from_fn(|i| self.partials[i] + other.partials[i]),
+            partials: zip(self.partials, &other.partials, |a, b| a + b),
         }
     }
 }
 
 impl<T: Number, const N: usize> Sub for Dual<T, N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn sub(self, other: Self) -> Self {
         Self {
             real: self.real - other.real,
-            partials: std::array::from_fn(|i| self.partials[i] - other.partials[i]),
+            partials: zip(self.partials, &other.partials, |a, b| a - b),
         }
     }
 }
 
+#[allow(
+    clippy::suspicious_arithmetic_impl,
+    reason = "the product rule is a sum"
+)]
 impl<T: Number, const N: usize> Mul for Dual<T, N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn mul(self, other: Self) -> Self {
         Self {
             real: self.real * other.real,
-            partials: std::array::from_fn(|i| {
-                self.partials[i] * other.real + self.real * other.partials[i]
+            partials: zip(self.partials, &other.partials, |a, b| {
+                a * other.real + self.real * b
             }),
         }
     }
@@ -236,35 +258,64 @@ impl<T: Number, const N: usize> Mul for Dual<T, N> {
 
 impl<T: Number, const N: usize> Div for Dual<T, N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn div(self, other: Self) -> Self {
         let inverse = T::from(1.0) / other.real;
         let real = self.real * inverse;
         Self {
             real,
-            partials: std::array::from_fn(|i| {
-                (self.partials[i] - real * other.partials[i]) * inverse
+            partials: zip(self.partials, &other.partials, |a, b| {
+                (a - real * b) * inverse
             }),
         }
     }
 }
 
 impl<T: Number, const N: usize> Number for Dual<T, N> {
-    #[inline]
+    #[inline(always)]
     fn value(self) -> f64 {
         self.real.value()
     }
-    fn chain(self, value: fn(f64) -> f64, derivative: impl Fn(Self) -> Self) -> Self {
-        // The derivative is asked of the constant part only: its own partials are not needed at this level.
-        let inner = |x: T| {
-            derivative(Self {
-                real: x,
-                partials: [T::from(0.0); N],
-            })
-            .real
-        };
-        let slope = inner(self.real);
-        self.map(self.real.chain(value, inner), slope)
+    fn exp(self) -> Self {
+        let e = self.real.exp();
+        self.map(e, e)
+    }
+    fn ln(self) -> Self {
+        self.map(self.real.ln(), T::from(1.0) / self.real)
+    }
+    fn sqrt(self) -> Self {
+        let root = self.real.sqrt();
+        self.map(root, T::from(0.5) / root)
+    }
+    fn sin(self) -> Self {
+        self.map(self.real.sin(), self.real.cos())
+    }
+    fn cos(self) -> Self {
+        self.map(self.real.cos(), -self.real.sin())
+    }
+    fn asin(self) -> Self {
+        let slope = T::from(1.0) / (T::from(1.0) - self.real * self.real).sqrt();
+        self.map(self.real.asin(), slope)
+    }
+    fn acos(self) -> Self {
+        let slope = T::from(1.0) / (T::from(1.0) - self.real * self.real).sqrt();
+        self.map(self.real.acos(), -slope)
+    }
+    fn atan(self) -> Self {
+        self.map(
+            self.real.atan(),
+            T::from(1.0) / (T::from(1.0) + self.real * self.real),
+        )
+    }
+    fn sinh(self) -> Self {
+        self.map(self.real.sinh(), self.real.cosh())
+    }
+    fn cosh(self) -> Self {
+        self.map(self.real.cosh(), self.real.sinh())
+    }
+    fn tanh(self) -> Self {
+        let t = self.real.tanh();
+        self.map(t, T::from(1.0) - t * t)
     }
     fn powi(self, n: i32) -> Self {
         if n == 0 {

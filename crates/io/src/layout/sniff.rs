@@ -1,6 +1,7 @@
 //! Finding the shape of a text from its head.
 
 use super::{DecimalMark, HEAD, Layout, LayoutOptions, Separator};
+use crate::field::{Fields, parse_number};
 use crate::{Error, ErrorKind, Result, Unit};
 
 /// One line of the head: number from one, offset of its first byte, text without its end.
@@ -351,49 +352,28 @@ fn commented_header(
     .then(|| fields.iter().map(|f| decode(f)).collect())
 }
 
-/// Fields of a line, trimmed, quotes kept. Separators inside quotes do not split.
+/// Fields of a line, trimmed, quotes kept.
 pub(crate) fn split(line: &[u8], separator: Separator) -> Vec<&[u8]> {
-    let mut fields = Vec::new();
-    let is_separator = |b: u8| match separator.byte() {
-        Some(s) => b == s,
-        None => b == b' ' || b == b'\t',
-    };
-    let line = match separator {
-        Separator::Whitespace => line.trim_ascii(),
-        _ => line.strip_suffix(b"\r").unwrap_or(line),
-    };
-    let (mut start, mut i, mut quoted) = (0, 0, false);
-    while i < line.len() {
-        if line[i] == b'"' {
-            quoted = !quoted;
-        } else if !quoted && is_separator(line[i]) {
-            fields.push(line[start..i].trim_ascii());
-            if separator == Separator::Whitespace {
-                while i + 1 < line.len() && is_separator(line[i + 1]) {
-                    i += 1;
-                }
-            }
-            start = i + 1;
-        }
-        i += 1;
-    }
-    fields.push(line[start..].trim_ascii());
-    fields
+    let mut fields = Fields::new(line, separator);
+    std::iter::from_fn(|| fields.next_field()).collect()
 }
 
 /// Whether a field reads as a number; NaN and infinity count, so that they are found as bad data and not as text.
 fn is_number(field: &[u8], decimal: DecimalMark) -> bool {
-    crate::rows::parse_number(field, decimal).is_some()
+    parse_number(field, decimal).is_some()
 }
 
 /// Text of a field without quotes; Latin-1 where it is not UTF-8.
 pub(crate) fn decode(field: &[u8]) -> String {
-    let field = field
+    let text = |bytes: &[u8]| match std::str::from_utf8(bytes) {
+        Ok(text) => text.to_string(),
+        Err(_) => bytes.iter().map(|&b| char::from(b)).collect(),
+    };
+    match field
         .strip_prefix(b"\"")
         .and_then(|f| f.strip_suffix(b"\""))
-        .unwrap_or(field);
-    match std::str::from_utf8(field) {
-        Ok(text) => text.replace("\"\"", "\""),
-        Err(_) => field.iter().map(|&b| char::from(b)).collect(),
+    {
+        Some(inside) => text(inside).replace("\"\"", "\""),
+        None => text(field),
     }
 }

@@ -15,6 +15,7 @@ pub fn normal(name: &str, mean: f64, u: f64) -> Input {
 #[macro_export]
 macro_rules! model {
     ($type:ident, [$($name:literal $unit:literal),+], |$x:ident, $y:ident, $T:ident| $body:block) => {
+        /// A worked example.
         pub struct $type;
         impl Model for $type {
             fn outputs(&self) -> Vec<(String, String)> {
