@@ -12,7 +12,7 @@ const STYLE: &str = include_str!("html/style.css");
 /// From this many sections on the page opens with a table of contents.
 const LONG: usize = 5;
 /// A table of at most this many rows is kept on one sheet of paper.
-const SHORT: usize = 15;
+const SHORT: usize = 8;
 
 /// The report as one HTML document.
 ///

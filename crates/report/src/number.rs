@@ -95,6 +95,20 @@ pub(crate) fn superscript(exponent: i32) -> String {
         .collect()
 }
 
+/// Quantity over unit, as headings and axes state it: brackets around a compound unit, square ones around round
+/// ones, nothing over an empty unit. **Source** `[SIBrochure] 5.4.1`.
+pub(crate) fn quotient(quantity: &str, unit: &str) -> String {
+    if unit.is_empty() {
+        quantity.into()
+    } else if unit.contains('(') {
+        format!("{quantity} / [{unit}]")
+    } else if unit.contains(['/', '·', ' ']) {
+        format!("{quantity} / ({unit})")
+    } else {
+        format!("{quantity} / {unit}")
+    }
+}
+
 /// The text of a cell under its column.
 pub(crate) fn cell_text(cell: &Cell, column: &Column, row: usize) -> Result<String, Error> {
     Ok(match cell {

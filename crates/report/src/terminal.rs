@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::document::{Alignment, Block, Cell, KeyFigure, Report, Table};
-use crate::number::{cell_text, minus, split_at_point};
+use crate::number::{cell_text, minus, quotient, split_at_point};
 use proofmass_uncertainty::{Finding, Severity};
 
 /// How wide, and whether in colour.
@@ -285,10 +285,7 @@ impl Grid {
         let heads = table
             .columns
             .iter()
-            .map(|column| match column.printed_unit() {
-                Some(unit) => format!("{} / {unit}", column.heading),
-                None => column.heading.clone(),
-            })
+            .map(|column| quotient(&column.heading, column.printed_unit().unwrap_or("")))
             .collect();
         let mut rows = Vec::new();
         for (i, row) in table.rows.iter().enumerate() {

@@ -362,6 +362,29 @@ fn edges() -> Section {
             .collect();
         plot.series(Series::line(format!("series {k}"), &x, &y).style(Style::LineAndMarkers))
     });
+    let f: Vec<f64> = (0..=40).map(|i| 10f64.powf(0.1 * f64::from(i))).collect();
+    let density: Vec<f64> = f.iter().map(|f| (1e-10 / f + 1e-12).sqrt()).collect();
+    let crowded = XyPlot::new(
+        Axis::log("frequency", "Hz"),
+        Axis::log("noise density", "(m/s²)/√Hz"),
+    )
+    .series(Series::line("density", &f, &density))
+    .slope("f⁻¹ᐟ²  flicker", (1.0, 1e-5), -0.5)
+    .slope("f⁻¹  red", (1.0, 2e-5), -1.0)
+    .slope("f⁰  white", (1.0, 1e-6), 0.0)
+    .horizontal(1e-6, "data sheet")
+    .horizontal(1.05e-6, "earlier sample")
+    .horizontal(0.95e-6, "later sample")
+    .horizontal(
+        8e-6,
+        "largest density at which six minutes of standstill are enough for the aim",
+    )
+    .note(100.0, 1.4e-6, "corner at 100 Hz")
+    .vertical(50.0, "mains")
+    .vertical(60.0, "mains elsewhere")
+    .vertical(70.0, "fan")
+    .vertical(1000.0, "anti-alias filter")
+    .vertical(9999.0, "Nyquist frequency");
     Section::new("Edge cases")
         .figure(
             "One point.",
@@ -398,6 +421,7 @@ fn edges() -> Section {
                 .series(Series::markers(long, &[0.5, 1.5], &[1.0, -0.0])),
         )
         .figure("Nine series.", many)
+        .figure("Many labels.", crowded)
         .table(
             Table::new(
                 "Numbers in all forms",

@@ -3,6 +3,7 @@
 use super::svg::power_of_ten;
 use super::ticks::{self, Ticks, widened};
 use crate::Error;
+use crate::number::quotient;
 
 /// Division of an axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -72,17 +73,7 @@ impl Axis {
             (e, true) => power_of_ten(e),
             (e, false) => format!("{} ", power_of_ten(e)),
         };
-        let divisor = format!("{power}{unit}");
-        // A quotient needs brackets around a compound divisor, square ones around round ones.
-        if divisor.is_empty() {
-            quantity
-        } else if divisor.contains('(') {
-            format!("{quantity} / [{divisor}]")
-        } else if divisor.contains(['/', '·', ' ']) {
-            format!("{quantity} / ({divisor})")
-        } else {
-            format!("{quantity} / {divisor}")
-        }
+        quotient(&quantity, &format!("{power}{unit}"))
     }
 
     /// The range shown for data between `low` and `high`, with a margin; (0, 1) or (1, 10) without data.

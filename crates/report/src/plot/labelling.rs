@@ -9,9 +9,6 @@ use super::placing::{AID, Area, DATA, Ink, TEXT};
 use super::svg::{Anchor, Svg, shortened, text_width};
 use super::xy::{Panel, Series, Shade, Style};
 
-/// White behind a text that may cross a line.
-const HALO: &str =
-    "paint-order=\"stroke\" stroke=\"#fff\" stroke-width=\"3\" stroke-linejoin=\"round\"";
 const INK: &str = "font-size=\"11\" fill=\"#444\"";
 /// A label of a horizontal reference up to this long stands in the right margin, a longer one on its line.
 const MARGIN: f64 = 150.0;
@@ -337,7 +334,7 @@ fn write_at_best(svg: &mut Svg, ink: &mut Ink, places: &[(Area, f64)], text: &st
     if let Some(best) = ink.place(places) {
         let area = places[best].0;
         let at = (area[0], area[3] - 2.0);
-        svg.text(at, Anchor::Start, text, &format!("{style} {HALO}"));
+        svg.text_over(at, Anchor::Start, text, style);
     }
 }
 

@@ -331,12 +331,8 @@ fn write_label(svg: &mut Svg, ink: &mut Ink, layout: &Layout, (x, y): (f64, f64)
     }
     if let Some(best) = ink.place(&places) {
         let area = places[best].0;
-        svg.text(
-            (area[0], area[3] - 0.5),
-            Anchor::Start,
-            label,
-            "font-size=\"9.5\" fill=\"#222\" paint-order=\"stroke\" stroke=\"#fff\" stroke-width=\"2.5\" stroke-linejoin=\"round\"",
-        );
+        let style = "font-size=\"9.5\" fill=\"#222\"";
+        svg.text_over((area[0], area[3] - 0.5), Anchor::Start, label, style);
     }
 }
 

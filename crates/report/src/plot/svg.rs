@@ -211,6 +211,22 @@ impl Svg {
         );
     }
 
+    /// A text on a white border of its own, for places where it may cross a line.
+    ///
+    /// The border is a text of its own below: one painted with each run would eat into the run before it.
+    pub(super) fn text_over(
+        &mut self,
+        at: (f64, f64),
+        anchor: Anchor,
+        text: &str,
+        attributes: &str,
+    ) {
+        let border =
+            "aria-hidden=\"true\" stroke=\"#fff\" stroke-width=\"3\" stroke-linejoin=\"round\"";
+        self.text(at, anchor, text, &format!("{attributes} {border}"));
+        self.text(at, anchor, text, attributes);
+    }
+
     /// A text turned a quarter to the left about its anchor.
     pub(super) fn text_upwards(
         &mut self,
