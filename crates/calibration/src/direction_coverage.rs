@@ -64,10 +64,7 @@ impl DirectionCoverage {
                 .map(|u| proofmass_core::dot(*u, v))
                 .fold(-1.0f64, f64::max)
         };
-        let missing = Direction::ALL
-            .into_iter()
-            .filter(|d| nearest(d.unit()) < std::f64::consts::FRAC_1_SQRT_2)
-            .collect();
+        let missing = missing(&units);
         let (hole_centre, cosine) = spiral(2000)
             .map(|v| (v, nearest(v)))
             .min_by(|a, b| a.1.total_cmp(&b.1))
@@ -111,6 +108,18 @@ impl fmt::Display for DirectionCoverage {
         }
         Ok(())
     }
+}
+
+/// Principal directions without any of these unit vectors within 45°.
+pub(crate) fn missing(units: &[Triple]) -> Vec<Direction> {
+    Direction::ALL
+        .into_iter()
+        .filter(|d| {
+            let near =
+                |u: &Triple| proofmass_core::dot(*u, d.unit()) >= std::f64::consts::FRAC_1_SQRT_2;
+            !units.iter().any(near)
+        })
+        .collect()
 }
 
 /// The vector at unit length; `None` for zero and for what is not finite.

@@ -9,7 +9,7 @@ pub use model::Model;
 pub(crate) use model::{BIAS, ELEMENT};
 
 use crate::adjustment::{Adjustment, Equations, adjust, excess_variance};
-use crate::direction_coverage::unit;
+use crate::direction_coverage::{missing, unit};
 use crate::{Ellipsoid, Pose, Triple};
 use faer::Mat;
 use proofmass_core::{Error, Gravity, Matrix3};
@@ -114,7 +114,8 @@ impl MultiPosition {
     /// Attitudes are used when every pose has one, else ignored.
     ///
     /// # Errors
-    /// [`Error::Unobservable`] naming the parameter that the attitudes do not determine, [`Error::TooFew`] for
+    /// [`Error::Unobservable`] naming the parameter that the attitudes do not determine (two of the six principal
+    /// directions without an attitude within 45° count as such), [`Error::TooFew`] for
     /// fewer equations than parameters, [`Error::OutOfRange`] when outputs that should be accelerations are not
     /// near gravity, [`Error::NotConverged`].
     pub fn fit(&self, poses: &[Pose]) -> Result<MultiPositionFit, Error> {
@@ -220,7 +221,7 @@ impl<'a> Problem<'a> {
                 (sphere.centre, sphere.radius())
             }
         };
-        let points = means
+        let points: Vec<Triple> = means
             .iter()
             .map(|m| std::array::from_fn(|i| (m[i] - centre[i]) / radius))
             .collect();
@@ -228,6 +229,7 @@ impl<'a> Problem<'a> {
             .iter()
             .map(|p| p.covariance.map(|row| row.map(|v| v / radius / radius)))
             .collect();
+        check_directions(model, attitudes.as_ref().unwrap_or(&points))?;
         Ok(Self {
             poses,
             model,
@@ -371,6 +373,25 @@ impl<'a> Problem<'a> {
             .0
             .map(|row| row.map(|v| v * variance))
     }
+}
+
+/// Refuses a scale factor that would be extrapolated: two or more of the six principal directions without an
+/// attitude within 45°. A linear model might still be fitted, but nothing would check it where it is used.
+fn check_directions(model: Model, directions: &[Triple]) -> Result<(), Error> {
+    if model == Model::Bias {
+        return Ok(());
+    }
+    let units: Vec<Triple> = directions.iter().filter_map(|d| unit(*d)).collect();
+    let missing = missing(&units);
+    if missing.len() < 2 {
+        return Ok(());
+    }
+    let both_ends = missing.windows(2).find(|pair| pair[0].axis == pair[1].axis);
+    let axis = both_ends.map_or(missing[0].axis, |pair| pair[0].axis);
+    Err(Error::Unobservable {
+        parameter: ELEMENT[axis][axis],
+        condition: f64::INFINITY,
+    })
 }
 
 /// vᵀ C v.

@@ -75,6 +75,7 @@ fn spread(fit: &MultiPositionFit) -> Option<Finding> {
     let severity = match coverage.missing.len() {
         0 if coverage.largest_hole_deg < WIDE_HOLE_DEG => return None,
         0 | 1 => Severity::Warning,
+        // Only the bias model comes here: the others refuse.
         _ => Severity::Decision,
     };
     let [x, y, z] = coverage.hole_centre;
