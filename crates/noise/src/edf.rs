@@ -139,11 +139,31 @@ fn theo1(alpha: i32, m: usize, points: usize) -> Option<f64> {
     })
 }
 
+/// Degrees of freedom of the Allan variance with `per_tau` starts in every τ.
+pub(crate) fn partly_overlapping(
+    noise: NoiseType,
+    m: usize,
+    phase_points: usize,
+    per_tau: usize,
+) -> Option<f64> {
+    greenhall_riley(
+        noise.alpha(),
+        2,
+        m,
+        phase_points,
+        Stride::Share(per_tau.min(m)),
+        Filter::Plain,
+    )
+    .filter(|edf| edf.is_finite() && *edf > 0.0)
+}
+
 /// Distance between the starts of neighbouring terms.
 #[derive(Clone, Copy, PartialEq)]
 enum Stride {
     Sample,
     Tau,
+    /// So many starts in every τ.
+    Share(usize),
 }
 
 /// Whether phases are averaged over τ before differencing.
@@ -171,7 +191,11 @@ fn greenhall_riley(
         return None;
     }
     let mf = m as f64;
-    let s = if stride == Stride::Sample { mf } else { 1.0 };
+    let s = match stride {
+        Stride::Sample => mf,
+        Stride::Tau => 1.0,
+        Stride::Share(per_tau) => per_tau as f64,
+    };
     let f = if filter == Filter::Modified { 1.0 } else { mf };
     let df = f64::from(d);
     let span = mf / f + mf * df;

@@ -74,6 +74,8 @@ pub enum NoiseBasis {
     Identified,
     /// Fewer than 30 averages are left at this τ: the type of the longest τ that had them.
     CarriedOver,
+    /// From the slope between neighbouring averaging times (streams, where no phase is kept).
+    Slope,
     /// Nowhere 30 averages, or the data are constant: white noise is assumed.
     Assumed,
 }
