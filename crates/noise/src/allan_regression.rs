@@ -59,44 +59,72 @@ pub fn allan_regression(
 ///
 /// **Errors** [`Error::TooFew`] below four usable points (τ up to a sixth of the record).
 pub fn fit_curve(curve: &DeviationCurve, options: &FitOptions) -> Result<CoefficientFit, Error> {
-    let problem = Regression::new(curve, options)?;
+    let mut problem = Regression::new(curve, options)?;
     let needed = options.needed_gain();
-    let candidates = problem.terms.len();
-    let mut fits: Vec<Fit> = (1_usize..1 << candidates)
-        .filter_map(|subset| {
-            problem.fit((0..candidates).filter(|i| subset >> i & 1 == 1).collect())
-        })
-        .collect();
-    let floor = fits.iter().min_by(|a, b| a.deviance.total_cmp(&b.deviance));
-    let Some(floor) = floor else {
+    let mut fits = problem.combinations();
+    let Some(floor) = fits
+        .iter()
+        .map(|f| f.residual_square)
+        .min_by(f64::total_cmp)
+    else {
         return Err(Error::NotConverged {
             name: "Allan regression",
             iterations: 0,
             step: f64::NAN,
         });
     };
-    let dispersion = problem.excess(floor);
+    // A model that cannot describe the curve is wrong by a relative amount δ at every τ, as in the spectral fit.
+    let expected = (problem.roots.len() as f64 - 3.0).max(1.0);
+    let limit = crate::edf::chi_square_quantile(0.999, expected).unwrap_or(f64::INFINITY);
+    if floor > limit {
+        let (mut low, mut high) = (1e-4_f64, 3.0_f64);
+        for _ in 0..9 {
+            problem.discrepancy = (low * high).sqrt();
+            let best = problem
+                .combinations()
+                .iter()
+                .map(|f| f.residual_square)
+                .fold(f64::INFINITY, f64::min);
+            if best > expected {
+                low = problem.discrepancy;
+            } else {
+                high = problem.discrepancy;
+            }
+        }
+        problem.discrepancy = high;
+        fits = problem.combinations();
+    }
     fits.sort_by(|a, b| {
-        let cost = |f: &Fit| f.deviance / dispersion + needed * f.chosen.len() as f64;
+        let cost = |f: &Fit| f.deviance + needed * f.chosen.len() as f64;
         cost(a).total_cmp(&cost(b))
     });
+    if fits.is_empty() {
+        return Err(Error::NotConverged {
+            name: "Allan regression",
+            iterations: 60,
+            step: problem.discrepancy,
+        });
+    }
     let best = &fits[0];
     let gain_of = |chosen: &[usize]| {
         fits.iter()
             .find(|f| f.chosen == chosen)
-            .map_or(0.0, |f| (best.deviance - f.deviance).max(0.0) / dispersion)
+            .map_or(0.0, |f| (best.deviance - f.deviance).max(0.0))
     };
 
     let mut findings = Vec::new();
-    if dispersion > 1.0 {
+    if problem.discrepancy > 0.0 {
         findings.push(
             Finding::new(
                 Severity::Warning,
                 "allan-curve-misfit",
                 "the Allan curve departs from every combination of the noise terms",
             )
-            .evidence(format!("squared residuals are {dispersion:.1} times their degrees of freedom"))
-            .advice("look at the curve for a bump (Gauss–Markov process, sinusoid, filter); intervals were widened accordingly"),
+            .evidence(format!(
+                "it departs by {:.1} % beyond its scatter",
+                50.0 * problem.discrepancy
+            ))
+            .advice("look at the curve for a bump (Gauss–Markov process, sinusoid, filter); the departure was taken as an uncertainty at every τ, which widens the intervals"),
         );
     }
     let mut model = NoiseModel::default();
@@ -105,14 +133,18 @@ pub fn fit_curve(curve: &DeviationCurve, options: &FitOptions) -> Result<Coeffic
         let verdict = match best.chosen.iter().position(|c| *c == index) {
             Some(p) => {
                 let v = best.squares[p];
-                let u2 = v * v * best.covariance[(p, p)] * dispersion;
+                let u2 = v * v * best.covariance[(p, p)];
                 model.set(term, v.sqrt());
-                let without: Vec<usize> =
-                    best.chosen.iter().copied().filter(|c| *c != index).collect();
+                let without: Vec<usize> = best
+                    .chosen
+                    .iter()
+                    .copied()
+                    .filter(|c| *c != index)
+                    .collect();
                 let gain = fits
                     .iter()
                     .find(|f| f.chosen == without)
-                    .map_or(f64::MAX, |f| (f.deviance - best.deviance).max(0.0) / dispersion);
+                    .map_or(f64::MAX, |f| (f.deviance - best.deviance).max(0.0));
                 identified(v, u2, gain, options.probability)
             }
             None => {
@@ -126,7 +158,7 @@ pub fn fit_curve(curve: &DeviationCurve, options: &FitOptions) -> Result<Coeffic
                     } else {
                         Reason::NoSupport { gain, needed }
                     },
-                    upper_limit: problem.upper_limit(best, index, options.probability, dispersion),
+                    upper_limit: problem.upper_limit(best, index, options.probability),
                 }
             }
         };
@@ -143,7 +175,7 @@ pub fn fit_curve(curve: &DeviationCurve, options: &FitOptions) -> Result<Coeffic
         .map(|k| {
             let (i, j) = (k / p, k % p);
             let root = (best.squares[i] * best.squares[j]).sqrt();
-            0.125 * root * dispersion * (best.covariance[(i, j)] + best.covariance[(j, i)])
+            0.125 * root * (best.covariance[(i, j)] + best.covariance[(j, i)])
         })
         .collect();
     Ok(CoefficientFit {
@@ -153,7 +185,7 @@ pub fn fit_curve(curve: &DeviationCurve, options: &FitOptions) -> Result<Coeffic
         coefficients,
         model,
         covariance: Covariance::try_from_rows(p, &rows)?,
-        dispersion,
+        discrepancy: problem.discrepancy,
         findings,
     })
 }
@@ -167,6 +199,8 @@ struct Regression {
     variances: Vec<f64>,
     /// Spectral integrals of each pair of terms, (i, j) of the points.
     integrals: Vec<Vec<Mat<f64>>>,
+    /// Relative standard departure of the variances from every model, zero unless one is needed.
+    discrepancy: f64,
 }
 
 struct Fit {
@@ -208,12 +242,29 @@ impl Regression {
             terms,
             basis,
             variances,
+            discrepancy: 0.0,
         })
+    }
+
+    /// Every combination of terms with positive squares.
+    fn combinations(&self) -> Vec<Fit> {
+        let candidates = self.terms.len();
+        (1_usize..1 << candidates)
+            .filter_map(|subset| {
+                self.fit((0..candidates).filter(|i| subset >> i & 1 == 1).collect())
+            })
+            .collect()
     }
 
     fn mean(&self, chosen: &[usize], squares: &[f64]) -> Vec<f64> {
         (0..self.roots.len())
-            .map(|i| chosen.iter().zip(squares).map(|(&t, c)| c * self.basis[t][i]).sum())
+            .map(|i| {
+                chosen
+                    .iter()
+                    .zip(squares)
+                    .map(|(&t, c)| c * self.basis[t][i])
+                    .sum()
+            })
             .collect()
     }
 
@@ -246,8 +297,9 @@ impl Regression {
         let n = mean.len();
         // A ramp alone has no scatter of its own: a floor of 1e-6 keeps the matrix regular.
         let v = Mat::from_fn(n, n, |i, j| {
-            let floor = if i == j { 1e-12 * mean[i] * mean[i] } else { 0.0 };
-            slope[i] * slope[j] * (c[(i, j)] + floor)
+            let own = 1e-12 + self.discrepancy * self.discrepancy;
+            let own = if i == j { own * mean[i] * mean[i] } else { 0.0 };
+            slope[i] * slope[j] * (c[(i, j)] + own)
         });
         let residual = (0..n)
             .map(|i| {
@@ -289,8 +341,9 @@ impl Regression {
         for _ in 0..60 {
             let squares = squares_of(&theta);
             let (r, slope, llt, _) = self.roots_at(&chosen, &squares)?;
-            let jacobian =
-                Mat::from_fn(n, p, |i, k| slope[i] * squares[k] * self.basis[chosen[k]][i]);
+            let jacobian = Mat::from_fn(n, p, |i, k| {
+                slope[i] * squares[k] * self.basis[chosen[k]][i]
+            });
             let weighted = llt.solve(&jacobian);
             let r = Mat::from_fn(n, 1, |i, _| r[i]);
             information = jacobian.transpose() * &weighted;
@@ -298,11 +351,17 @@ impl Regression {
             let mut moved = false;
             for _ in 0..12 {
                 let damped = Mat::from_fn(p, p, |i, j| {
-                    information[(i, j)] + if i == j { damping * (information[(i, i)] + 1e-9) } else { 0.0 }
+                    information[(i, j)]
+                        + if i == j {
+                            damping * (information[(i, i)] + 1e-9)
+                        } else {
+                            0.0
+                        }
                 });
                 let step = damped.llt(Side::Lower).ok()?.solve(&right);
-                let trial: Vec<f64> =
-                    (0..p).map(|k| theta[k] + step[(k, 0)].clamp(-2.0, 2.0)).collect();
+                let trial: Vec<f64> = (0..p)
+                    .map(|k| theta[k] + step[(k, 0)].clamp(-2.0, 2.0))
+                    .collect();
                 match objective(&trial) {
                     Some((v, s)) if v < value => {
                         moved = value - v > 1e-9;
@@ -323,14 +382,17 @@ impl Regression {
         let mean = self.mean(&chosen, &squares);
         // A term that vanished everywhere has left the combination.
         for (k, &t) in chosen.iter().enumerate() {
-            let share =
-                (0..n).map(|i| squares[k] * self.basis[t][i] / mean[i]).fold(0.0, f64::max);
+            let share = (0..n)
+                .map(|i| squares[k] * self.basis[t][i] / mean[i])
+                .fold(0.0, f64::max);
             if share < 1e-3 {
                 return None;
             }
         }
-        let covariance =
-            information.llt(Side::Lower).ok()?.solve(&Mat::<f64>::identity(p, p));
+        let covariance = information
+            .llt(Side::Lower)
+            .ok()?
+            .solve(&Mat::<f64>::identity(p, p));
         Some(Fit {
             chosen,
             squares,
@@ -340,15 +402,8 @@ impl Regression {
         })
     }
 
-    /// Squared residuals over degrees of freedom if that is improbable (1 in 1000), one otherwise.
-    fn excess(&self, fit: &Fit) -> f64 {
-        let dof = self.roots.len() as f64 - fit.chosen.len() as f64;
-        let limit = crate::edf::chi_square_quantile(0.999, dof.max(1.0)).unwrap_or(f64::INFINITY);
-        if dof >= 1.0 && fit.residual_square > limit { fit.residual_square / dof } else { 1.0 }
-    }
-
     /// One linear step with the term added at zero: its square, and so what it cannot exceed.
-    fn upper_limit(&self, best: &Fit, index: usize, probability: f64, dispersion: f64) -> Option<f64> {
+    fn upper_limit(&self, best: &Fit, index: usize, probability: f64) -> Option<f64> {
         let (r, slope, llt, _) = self.roots_at(&best.chosen, &best.squares)?;
         let n = r.len();
         let p = best.chosen.len();
@@ -366,7 +421,7 @@ impl Regression {
         let right = weighted.transpose() * &r;
         let factor = information.llt(Side::Lower).ok()?;
         let step = factor.solve(&right);
-        let variance = factor.solve(&Mat::<f64>::identity(p + 1, p + 1))[(p, p)] * dispersion;
+        let variance = factor.solve(&Mat::<f64>::identity(p + 1, p + 1))[(p, p)];
         let unit = self.variances[0] / self.basis[index][0];
         let square =
             unit * (step[(p, 0)].max(0.0) + normal_quantile(probability) * variance.sqrt());
@@ -414,32 +469,54 @@ fn integrals(terms: &[Term], factors: &[usize], n: usize, sample_rate: f64) -> V
     let record = n as f64 / sample_rate;
     let (low, high) = ((0.02 / record).ln(), (0.5 * sample_rate).ln());
     let width = (high - low) / GRID as f64;
-    let mut sums: Vec<Vec<Mat<f64>>> =
-        (0..terms.len()).map(|t| vec![Mat::zeros(k, k); t + 1]).collect();
+    let pairs: Vec<(usize, usize)> = (0..terms.len())
+        .flat_map(|t| (0..=t).map(move |u| (t, u)))
+        .collect();
+    // Lower triangles by rows; the products of responses are shared by all pairs of terms.
+    let size = k * (k + 1) / 2;
+    let mut triangles = vec![vec![0.0; size]; pairs.len()];
     let mut response = vec![0.0; k];
+    let mut products = vec![0.0; size];
     for g in 0..GRID {
         let jitter = (g as f64 * 0.618_033_988_749_895).fract();
         let f = (low + (g as f64 + jitter) * width).exp();
         for (h, &m) in response.iter_mut().zip(factors) {
             *h = allan_response(m, f, sample_rate);
         }
-        let s: Vec<f64> = terms.iter().map(|&t| term_density(t, f, sample_rate)).collect();
-        for (t, row) in sums.iter_mut().enumerate() {
-            for (u, sum) in row.iter_mut().enumerate() {
-                let weight = s[t] * s[u] * f * width;
-                if weight == 0.0 {
-                    continue;
-                }
-                for i in 0..k {
-                    for j in 0..=i {
-                        sum[(i, j)] += weight * response[i] * response[j];
-                    }
+        let mut start = 0;
+        for i in 0..k {
+            for (product, h) in products[start..=start + i].iter_mut().zip(&response) {
+                *product = response[i] * h;
+            }
+            start += i + 1;
+        }
+        let s: Vec<f64> = terms
+            .iter()
+            .map(|&t| term_density(t, f, sample_rate))
+            .collect();
+        for (triangle, &(t, u)) in triangles.iter_mut().zip(&pairs) {
+            let weight = s[t] * s[u] * f * width;
+            if weight > 0.0 {
+                for (sum, product) in triangle.iter_mut().zip(&products) {
+                    *sum += weight * product;
                 }
             }
         }
     }
-    let length: Vec<f64> =
-        factors.iter().map(|&m| (n as f64 - 1.5 * m as f64) / sample_rate).collect();
+    let mut sums: Vec<Vec<Mat<f64>>> = (0..terms.len())
+        .map(|t| vec![Mat::zeros(k, k); t + 1])
+        .collect();
+    for (triangle, &(t, u)) in triangles.iter().zip(&pairs) {
+        for i in 0..k {
+            for j in 0..=i {
+                sums[t][u][(i, j)] = triangle[i * (i + 1) / 2 + j];
+            }
+        }
+    }
+    let length: Vec<f64> = factors
+        .iter()
+        .map(|&m| (n as f64 - 1.5 * m as f64) / sample_rate)
+        .collect();
     for row in &mut sums {
         for sum in row {
             for i in 0..k {

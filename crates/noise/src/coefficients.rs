@@ -127,8 +127,8 @@ pub struct CoefficientFit {
     pub model: NoiseModel,
     /// Covariance of the identified coefficients, in their order.
     pub covariance: Covariance,
-    /// Squared residuals over degrees of freedom: near one when the model describes the data.
-    pub dispersion: f64,
+    /// Relative standard departure of the data from the model beyond their scatter, zero when the model describes them.
+    pub discrepancy: f64,
     /// What to doubt.
     pub findings: Vec<Finding>,
 }

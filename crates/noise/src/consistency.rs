@@ -32,7 +32,10 @@ impl ConsistencyPoint {
 ///
 /// Empty for a curve of another statistic.
 pub fn consistency(density: &Density, curve: &DeviationCurve) -> Vec<ConsistencyPoint> {
-    if !matches!(curve.statistic, Statistic::Allan | Statistic::OverlappingAllan) {
+    if !matches!(
+        curve.statistic,
+        Statistic::Allan | Statistic::OverlappingAllan
+    ) {
         return Vec::new();
     }
     let rate = curve.sample_rate;

@@ -1,6 +1,7 @@
 //! Disturbances of a standing record: steps, bursts and spikes that are not noise.
 
-use crate::record::{check_count, check_finite, check_sample_rate};
+use crate::allan;
+use crate::record::{Record, check_count, check_finite, check_sample_rate};
 use crate::whittle::refuse_constant;
 use proofmass_core::Error;
 use serde::{Deserialize, Serialize};
@@ -33,6 +34,10 @@ pub struct Disturbance {
     pub strength: f64,
     /// What would have been needed.
     pub threshold: f64,
+    /// Largest share by which it raises the Allan variance at any octave τ up to 16 times its own length.
+    pub influence: f64,
+    /// The same in standard uncertainties of that Allan variance: above three the curve shows the disturbance.
+    pub displacement: f64,
 }
 
 /// Blocks below which a length is not tested: the robust scale would be too uncertain.
@@ -73,15 +78,51 @@ pub fn disturbances(
     let mut found = spikes(rate, share);
     for &l in &lengths {
         let blocks: Vec<&[f64]> = rate.chunks_exact(l).collect();
-        let means: Vec<f64> = blocks.iter().map(|b| b.iter().sum::<f64>() / l as f64).collect();
+        let means: Vec<f64> = blocks
+            .iter()
+            .map(|b| b.iter().sum::<f64>() / l as f64)
+            .collect();
         found.extend(steps(&means, l, share));
         found.extend(bursts(&blocks, &means, l, share));
     }
     let mut merged = merge(found);
+    let phase = Record::Rate(rate).phase(sample_rate)?;
+    let factors: Vec<usize> = (0..)
+        .map(|k| 1 << k)
+        .take_while(|m| 10 * m < rate.len())
+        .collect();
+    let whole = allan::overlapping_family(&phase, &factors);
     for d in &mut merged {
-        d.seconds = (d.samples.0 as f64 / sample_rate, d.samples.1 as f64 / sample_rate);
+        weigh(d, &phase, &factors, &whole);
+        d.seconds = (
+            d.samples.0 as f64 / sample_rate,
+            d.samples.1 as f64 / sample_rate,
+        );
     }
     Ok(merged)
+}
+
+/// How much a disturbance adds to the Allan variance: the squares of all differences that touch it, beyond their
+/// share in number.
+fn weigh(d: &mut Disturbance, phase: &[f64], factors: &[usize], whole: &[allan::MeanSquare]) {
+    let length = d.samples.1 - d.samples.0;
+    for (&m, &(variance, terms)) in factors.iter().zip(whole) {
+        if m > 16 * length || variance <= 0.0 {
+            break;
+        }
+        let first = d.samples.0.saturating_sub(2 * m);
+        let last = d.samples.1.min(terms);
+        let touching: f64 = (first..last)
+            .map(|i| (phase[i + 2 * m] - 2.0 * phase[i + m] + phase[i]).powi(2))
+            .sum();
+        let m = m as f64;
+        let total = 2.0 * m * m * variance * terms as f64;
+        let share = touching / total - (last - first) as f64 / terms as f64;
+        // White noise: ν = 3/2 of the number of τ in the record.
+        let uncertainty = (2.0 / (1.5 * terms as f64 / m)).sqrt();
+        d.influence = d.influence.max(share);
+        d.displacement = d.displacement.max(share / uncertainty);
+    }
 }
 
 fn disturbance(
@@ -96,6 +137,8 @@ fn disturbance(
         seconds: (0.0, 0.0),
         strength,
         threshold,
+        influence: 0.0,
+        displacement: 0.0,
     }
 }
 
@@ -112,7 +155,12 @@ fn steps(means: &[f64], l: usize, share: f64) -> Vec<Disturbance> {
         .filter_map(|(i, c)| {
             let strength = (c - centre).abs() / scale;
             (strength > threshold).then(|| {
-                disturbance(DisturbanceKind::Step, (i * l, (i + 2) * l), strength, threshold)
+                disturbance(
+                    DisturbanceKind::Step,
+                    (i * l, (i + 2) * l),
+                    strength,
+                    threshold,
+                )
             })
         })
         .collect()
@@ -138,7 +186,11 @@ fn bursts(blocks: &[&[f64]], means: &[f64], l: usize, share: f64) -> Vec<Disturb
         .enumerate()
         .filter_map(|(i, s)| {
             let z = (s - centre) / scale;
-            let kind = if z > 0.0 { DisturbanceKind::Burst } else { DisturbanceKind::Lull };
+            let kind = if z > 0.0 {
+                DisturbanceKind::Burst
+            } else {
+                DisturbanceKind::Lull
+            };
             (z.abs() > threshold)
                 .then(|| disturbance(kind, (i * l, (i + 1) * l), z.abs(), threshold))
         })
@@ -147,8 +199,10 @@ fn bursts(blocks: &[&[f64]], means: &[f64], l: usize, share: f64) -> Vec<Disturb
 
 /// Second differences of samples: a single sample off by a stands out by 2a against √6 σ.
 fn spikes(rate: &[f64], share: f64) -> Vec<Disturbance> {
-    let curvature: Vec<f64> =
-        rate.windows(3).map(|w| w[1] - 0.5 * (w[0] + w[2])).collect();
+    let curvature: Vec<f64> = rate
+        .windows(3)
+        .map(|w| w[1] - 0.5 * (w[0] + w[2]))
+        .collect();
     let Some((centre, scale)) = robust_scale(&curvature) else {
         return Vec::new();
     };
@@ -158,42 +212,34 @@ fn spikes(rate: &[f64], share: f64) -> Vec<Disturbance> {
         .enumerate()
         .filter_map(|(i, c)| {
             let strength = (c - centre).abs() / scale;
-            (strength > threshold).then(|| {
-                disturbance(DisturbanceKind::Spike, (i + 1, i + 2), strength, threshold)
-            })
+            (strength > threshold)
+                .then(|| disturbance(DisturbanceKind::Spike, (i + 1, i + 2), strength, threshold))
         })
         .collect()
 }
 
-/// Median and scaled median absolute deviation. `None` when more than half of the values agree and nothing
-/// else spreads them (coarse quantisation falls back on the standard deviation).
+/// Median, and the larger of the scaled median absolute deviation and the scaled 95th percentile.
+///
+/// The second holds for counts: when most values sit on two or three steps of the converter the median deviation says
+/// little. Both are untouched by a disturbance of less than a twentieth of the record. `None` when there is no scatter.
 fn robust_scale(values: &[f64]) -> Option<(f64, f64)> {
     let mut sorted = values.to_vec();
-    let centre = median(&mut sorted)?;
+    let centre = quantile(&mut sorted, 0.5)?;
     let mut deviations: Vec<f64> = values.iter().map(|v| (v - centre).abs()).collect();
-    let mad = 1.4826 * median(&mut deviations)?;
-    let n = values.len() as f64;
-    let mean_square = values.iter().map(|v| (v - centre) * (v - centre)).sum::<f64>() / n;
-    // Counts: when the median deviation is a single step of the converter it is known to half a step only.
-    let mut distinct: Vec<f64> = Vec::new();
-    for d in deviations.iter().step_by(1 + deviations.len() / 1000) {
-        if distinct.len() < 12 && !distinct.contains(d) {
-            distinct.push(*d);
-        }
-    }
-    let coarse = distinct.len() < 12;
-    let scale = if coarse { mad.max(mean_square.sqrt()) } else { mad };
+    let middle = 1.4826 * quantile(&mut deviations, 0.5)?;
+    let outer = quantile(&mut deviations, 0.95)? / 1.96;
+    let scale = middle.max(outer);
     (scale > 0.0).then_some((centre, scale))
 }
 
-fn median(values: &mut [f64]) -> Option<f64> {
+fn quantile(values: &mut [f64], p: f64) -> Option<f64> {
     if values.is_empty() {
         return None;
     }
-    // The upper of the two middle values: with the numbers compared here half a place does not matter.
-    let middle = values.len() / 2;
-    let (_, median, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
-    Some(*median)
+    // With the numbers compared here a fraction of a place does not matter.
+    let place = ((values.len() - 1) as f64 * p).round() as usize;
+    let (_, value, _) = values.select_nth_unstable_by(place, f64::total_cmp);
+    Some(*value)
 }
 
 fn normal_threshold(n: usize, share: f64) -> f64 {

@@ -3,12 +3,14 @@
 
 mod allan;
 mod allan_regression;
+mod analysis;
 mod bias;
 mod coefficients;
 mod consistency;
 mod deviation;
 mod disturbance;
 mod edf;
+mod gaps;
 mod hadamard;
 mod model;
 mod noise_type;
@@ -24,12 +26,16 @@ mod units;
 mod whittle;
 
 pub use allan_regression::{allan_regression, fit_curve};
+pub use analysis::{
+    Analysis, AnalysisOptions, Channel, ChannelAnalysis, SpectrumPoint, TermUnits, analyse,
+};
 pub use bias::Bias;
 pub use coefficients::{Coefficient, CoefficientFit, FitOptions, Method, Reason, Verdict};
 pub use consistency::{ConsistencyPoint, consistency};
 pub use deviation::{DeviationCurve, DeviationOptions, DeviationPoint, deviation};
 pub use disturbance::{Disturbance, DisturbanceKind, disturbances};
 pub use edf::{EdfFormula, chi_square_interval, equivalent_dof};
+pub use gaps::{Gap, GapKind, Gaps, stretches};
 pub use model::{GaussMarkov, NoiseModel, Sinusoid, Term};
 pub use noise_type::{NoiseBasis, NoiseType};
 pub use record::Record;

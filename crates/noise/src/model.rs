@@ -258,6 +258,10 @@ pub(crate) fn markov_density(correlation_time: f64, frequency: f64, sample_rate:
 pub(crate) fn allan_response(m: usize, frequency: f64, sample_rate: f64) -> f64 {
     let x = PI * frequency / sample_rate;
     let m = m as f64;
-    let ratio = if x == 0.0 { 0.0 } else { (m * x).sin().powi(2) / (m * x.sin()) };
+    let ratio = if x == 0.0 {
+        0.0
+    } else {
+        (m * x).sin().powi(2) / (m * x.sin())
+    };
     2.0 * ratio * ratio
 }

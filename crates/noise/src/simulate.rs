@@ -77,7 +77,9 @@ pub fn simulate<R: Rng + ?Sized>(
     }
     if model.flicker > 0.0 && n > 0 {
         let noise = flicker(n, &mut normal);
-        rate.iter_mut().zip(noise).for_each(|(y, v)| *y += model.flicker * v);
+        rate.iter_mut()
+            .zip(noise)
+            .for_each(|(y, v)| *y += model.flicker * v);
     }
     for (k, y) in rate.iter_mut().enumerate() {
         let t = k as f64 / sample_rate;

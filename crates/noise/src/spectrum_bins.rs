@@ -140,7 +140,11 @@ impl SpectrumBins {
             let median = sorted[sorted.len() / 2] / 0.891;
             for k in bin.range.0..bin.range.1 {
                 let expected = model.density(self.frequency(k as f64), self.sample_rate);
-                let local = if sorted.len() >= 32 { median.max(expected) } else { 2.0 * expected };
+                let local = if sorted.len() >= 32 {
+                    median.max(expected)
+                } else {
+                    2.0 * expected
+                };
                 let ratio = self.density[k] / local;
                 if ratio > threshold {
                     above.push((k, ratio));

@@ -3,7 +3,9 @@
 use crate::deviation::check_probability;
 use crate::edf::partly_overlapping;
 use crate::record::check_sample_rate;
-use crate::{DeviationCurve, DeviationPoint, NoiseBasis, NoiseType, Statistic, chi_square_interval};
+use crate::{
+    DeviationCurve, DeviationPoint, NoiseBasis, NoiseType, Statistic, chi_square_interval,
+};
 use proofmass_core::Error;
 
 /// Starts per averaging time beyond the first octaves.

@@ -64,44 +64,96 @@ pub fn in_units(term: Term, value: f64, sensor: Sensor, sample_rate: f64) -> Vec
     let degrees = 180.0 / std::f64::consts::PI;
     let root_two = std::f64::consts::SQRT_2;
     let floor = (2.0 * std::f64::consts::LN_2 / std::f64::consts::PI).sqrt();
-    let mut units = vec![entry(value, &term.unit(sensor.unit()), "coefficient of the model")];
+    let mut units = vec![entry(
+        value,
+        &term.unit(sensor.unit()),
+        "coefficient of the model",
+    )];
     let discrete = (value * sample_rate.sqrt(), sensor.unit());
     match (term, sensor) {
         (Term::White, Sensor::Accelerometer) => units.extend([
-            entry(value * micro_g, "µg/√Hz", "two-sided root density, Allan deviation at 1 s"),
-            entry(root_two * value * micro_g, "µg/√Hz", "one-sided amplitude density"),
-            entry(root_two * value, "(m/s²)/√Hz", "one-sided amplitude density"),
+            entry(
+                value * micro_g,
+                "µg/√Hz",
+                "two-sided root density, Allan deviation at 1 s",
+            ),
+            entry(
+                root_two * value * micro_g,
+                "µg/√Hz",
+                "one-sided amplitude density",
+            ),
+            entry(
+                root_two * value,
+                "(m/s²)/√Hz",
+                "one-sided amplitude density",
+            ),
             entry(value * 60.0, "m/s/√h", "velocity random walk"),
             entry(discrete.0, discrete.1, "standard deviation of one sample"),
         ]),
         (Term::White, Sensor::Gyroscope) => units.extend([
-            entry(value * degrees, "(°/s)/√Hz", "two-sided root density, Allan deviation at 1 s"),
-            entry(root_two * value * degrees, "(°/s)/√Hz", "one-sided amplitude density"),
+            entry(
+                value * degrees,
+                "(°/s)/√Hz",
+                "two-sided root density, Allan deviation at 1 s",
+            ),
+            entry(
+                root_two * value * degrees,
+                "(°/s)/√Hz",
+                "one-sided amplitude density",
+            ),
             entry(value * degrees * 60.0, "°/√h", "angle random walk"),
             entry(discrete.0, discrete.1, "standard deviation of one sample"),
         ]),
         (Term::Flicker, Sensor::Accelerometer) => units.extend([
             entry(value * micro_g, "µg", "coefficient B"),
-            entry(floor * value * micro_g, "µg", "floor of the Allan deviation, 0.664 B"),
+            entry(
+                floor * value * micro_g,
+                "µg",
+                "floor of the Allan deviation, 0.664 B",
+            ),
         ]),
         (Term::Flicker, Sensor::Gyroscope) => units.extend([
             entry(value * degrees * 3600.0, "°/h", "coefficient B"),
-            entry(floor * value * degrees * 3600.0, "°/h", "floor of the Allan deviation, 0.664 B"),
+            entry(
+                floor * value * degrees * 3600.0,
+                "°/h",
+                "floor of the Allan deviation, 0.664 B",
+            ),
         ]),
         (Term::RandomWalk, Sensor::Accelerometer) => units.extend([
             entry(value * micro_g, "µg/√s", "growth of the bias"),
-            entry(value * 3600.0_f64.powf(1.5), "m/s/h^(3/2)", "rate random walk"),
-            entry(value / sample_rate.sqrt(), sensor.unit(), "step of the bias per sample"),
+            entry(
+                value * 3600.0_f64.powf(1.5),
+                "m/s/h^(3/2)",
+                "rate random walk",
+            ),
+            entry(
+                value / sample_rate.sqrt(),
+                sensor.unit(),
+                "step of the bias per sample",
+            ),
         ]),
         (Term::RandomWalk, Sensor::Gyroscope) => units.extend([
-            entry(value * degrees * 3600.0 * 60.0, "°/h/√h", "rate random walk"),
-            entry(value / sample_rate.sqrt(), sensor.unit(), "step of the bias per sample"),
+            entry(
+                value * degrees * 3600.0 * 60.0,
+                "°/h/√h",
+                "rate random walk",
+            ),
+            entry(
+                value / sample_rate.sqrt(),
+                sensor.unit(),
+                "step of the bias per sample",
+            ),
         ]),
         (Term::Quantisation, Sensor::Accelerometer) => {
             units.push(entry(value, "m/s", "velocity error of one sample"));
         }
         (Term::Quantisation, Sensor::Gyroscope) => {
-            units.push(entry(value * degrees * 3600.0, "″", "angle error of one sample"));
+            units.push(entry(
+                value * degrees * 3600.0,
+                "″",
+                "angle error of one sample",
+            ));
         }
         (Term::Ramp, Sensor::Accelerometer) => {
             units.push(entry(value * micro_g * 3600.0, "µg/h", "drift"));
@@ -110,10 +162,18 @@ pub fn in_units(term: Term, value: f64, sensor: Sensor, sample_rate: f64) -> Vec
             units.push(entry(value * degrees * 3600.0 * 3600.0, "°/h²", "drift"));
         }
         (Term::GaussMarkov | Term::Sinusoid, Sensor::Accelerometer) => {
-            units.push(entry(value * micro_g, "µg", "standard deviation or amplitude"));
+            units.push(entry(
+                value * micro_g,
+                "µg",
+                "standard deviation or amplitude",
+            ));
         }
         (Term::GaussMarkov | Term::Sinusoid, Sensor::Gyroscope) => {
-            units.push(entry(value * degrees * 3600.0, "°/h", "standard deviation or amplitude"));
+            units.push(entry(
+                value * degrees * 3600.0,
+                "°/h",
+                "standard deviation or amplitude",
+            ));
         }
     }
     units
@@ -138,7 +198,10 @@ pub struct KalmanNoise {
 pub fn kalman_noise(model: &NoiseModel, sample_rate: f64) -> Result<KalmanNoise, Error> {
     crate::record::check_sample_rate(sample_rate)?;
     let dt = 1.0 / sample_rate;
-    let (n2, k2) = (model.white * model.white, model.random_walk * model.random_walk);
+    let (n2, k2) = (
+        model.white * model.white,
+        model.random_walk * model.random_walk,
+    );
     let cross = -0.5 * k2 * dt * dt;
     Ok(KalmanNoise {
         measurement_variance: n2 * sample_rate,
@@ -169,18 +232,24 @@ pub fn imu_yaml(parts: &[ImuPart<'_>], sample_rate: f64) -> String {
             Sensor::Accelerometer => ("accelerometer", "m/s^2/sqrt(Hz)", "m/s^3/sqrt(Hz)"),
             Sensor::Gyroscope => ("gyroscope", "rad/s/sqrt(Hz)", "rad/s^2/sqrt(Hz)"),
         };
-        for (term, name, unit) in
-            [(Term::White, "noise_density", density), (Term::RandomWalk, "random_walk", walk)]
-        {
+        for (term, name, unit) in [
+            (Term::White, "noise_density", density),
+            (Term::RandomWalk, "random_walk", walk),
+        ] {
             let identified: Vec<(f64, (f64, f64))> = part
                 .axes
                 .iter()
                 .filter_map(|fit| match fit.get(term)?.verdict {
-                    Verdict::Identified { value, interval, .. } => Some((value, interval)),
+                    Verdict::Identified {
+                        value, interval, ..
+                    } => Some((value, interval)),
                     Verdict::NotIdentifiable { .. } => None,
                 })
                 .collect();
-            let largest = identified.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0));
+            let largest = identified
+                .iter()
+                .copied()
+                .max_by(|a, b| a.0.total_cmp(&b.0));
             match largest {
                 Some((value, (low, high))) => {
                     let probability = part.axes.first().map_or(0.95, |f| f.probability);
@@ -202,7 +271,10 @@ pub fn imu_yaml(parts: &[ImuPart<'_>], sample_rate: f64) -> String {
                         })
                         .fold(None, |a: Option<f64>, b| Some(a.map_or(b, |a| a.max(b))));
                     let bound = limit.map_or(String::new(), |l| format!("; below {l:.3e} {unit}"));
-                    let _ = writeln!(text, "# {key}_{name}: not identifiable from this record{bound}");
+                    let _ = writeln!(
+                        text,
+                        "# {key}_{name}: not identifiable from this record{bound}"
+                    );
                 }
             }
         }

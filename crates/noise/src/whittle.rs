@@ -29,7 +29,7 @@ const TIMES_PER_DECADE: f64 = 4.0;
 /// **Units** `rate` in U = `options.unit`, `sample_rate` in Hz; coefficients as [`NoiseModel`].
 ///
 /// **Assumes** even sampling, Gaussian noise, stationary increments. When the spectrum departs from every
-/// combination of terms (finding `noise-model-misfit`), thresholds and intervals are widened by the excess.
+/// combination of terms (finding `noise-model-misfit`), the departure is taken as an uncertainty of every bin.
 ///
 /// **Errors** [`Error::NotFinite`], [`Error::TooFew`] below 64 samples, [`Error::OutOfRange`] for a constant channel
 /// (its standard deviation), a sample rate or a probability.
@@ -69,7 +69,7 @@ pub fn whittle(
 
     let information = likelihood.information(&best.columns, &best.mean);
     let variance = inverse(&information)?;
-    if likelihood.dispersion > 1.0 {
+    if likelihood.discrepancy > 0.0 {
         findings.push(
             Finding::new(
                 Severity::Warning,
@@ -77,11 +77,11 @@ pub fn whittle(
                 "the spectrum departs from every combination of the noise terms",
             )
             .evidence(format!(
-                "the deviance is {:.1} times its degrees of freedom over {} bins",
-                likelihood.dispersion,
+                "it departs by {:.1} % (root mean square over {} bins) beyond its scatter",
+                100.0 * likelihood.discrepancy,
                 bins.bins.len()
             ))
-            .advice("look at the density plot; restrict the highest frequency or seek further terms; intervals were widened accordingly"),
+            .advice("look at the density plot for a filter or a resonance; the departure was taken as an uncertainty of every bin, which widens the intervals"),
         );
     }
 
@@ -101,7 +101,7 @@ pub fn whittle(
             Term::GaussMarkov => match best.markov_position() {
                 Some((position, time)) => {
                     let v = best.squares[position];
-                    let u2 = variance[(position, position)] * likelihood.dispersion;
+                    let u2 = variance[(position, position)];
                     let gain = likelihood.loss_without(&best, position);
                     let verdict = identified(v, u2, gain, options.probability);
                     model.push_markov(v.sqrt(), time);
@@ -121,7 +121,7 @@ pub fn whittle(
                 let verdict = match best.columns.iter().position(|c| Some(*c) == column) {
                     Some(position) => {
                         let v = best.squares[position];
-                        let u2 = variance[(position, position)] * likelihood.dispersion;
+                        let u2 = variance[(position, position)];
                         model.set(term, v.sqrt());
                         kept.push((position, v));
                         let gain = likelihood.loss_without(&best, position);
@@ -134,7 +134,7 @@ pub fn whittle(
         }
     }
 
-    let mut variances = scale_to_coefficients(&variance, &kept, likelihood.dispersion);
+    let mut variances = scale_to_coefficients(&variance, &kept);
     if options.seeks(Term::Ramp) {
         let u = slope_uncertainty(&model, rate.len(), sample_rate);
         let slope = trend.slope.abs();
@@ -185,7 +185,7 @@ pub fn whittle(
             parameter: Some(frequency),
         });
     }
-    let covariance = covariance(&variance, &kept, &variances, likelihood.dispersion)?;
+    let covariance = covariance(&variance, &kept, &variances)?;
     Ok(CoefficientFit {
         method: Method::Whittle,
         probability: options.probability,
@@ -193,7 +193,7 @@ pub fn whittle(
         coefficients,
         model,
         covariance,
-        dispersion: likelihood.dispersion,
+        discrepancy: likelihood.discrepancy,
         findings,
     })
 }
@@ -234,8 +234,10 @@ struct Column {
 struct Likelihood<'a> {
     bins: &'a SpectrumBins,
     columns: Vec<Column>,
-    /// Deviance over degrees of freedom of the richest model, one unless that is improbable.
-    dispersion: f64,
+    /// Degrees of freedom of each bin, with the discrepancy.
+    dof: Vec<f64>,
+    /// Relative standard departure of the bins from every model, zero unless one is needed.
+    discrepancy: f64,
 }
 
 /// A combination of terms at its maximum.
@@ -288,7 +290,8 @@ impl<'a> Likelihood<'a> {
         Self {
             bins,
             columns,
-            dispersion: 1.0,
+            dof: bins.bins.iter().map(|b| b.dof).collect(),
+            discrepancy: 0.0,
         }
     }
 
@@ -296,8 +299,54 @@ impl<'a> Likelihood<'a> {
         self.columns.iter().position(|c| c.term == term)
     }
 
-    /// The combination of least penalised deviance; sets the dispersion on the way.
+    /// The combination of least penalised deviance.
+    ///
+    /// When even the richest combination leaves a deviance that chance exceeds once in a thousand, the model is wrong by some
+    /// relative amount δ in every bin: the degrees of freedom become 1/(1/ν + δ²/2), with the δ that brings the deviance
+    /// to its expectation. High frequencies with their thousands of degrees of freedom then no longer outvote the
+    /// low ones that hold the random walk.
     fn best(&mut self, options: &FitOptions) -> Combination {
+        let fits = self.combinations();
+        let floor = self.floor(&fits);
+        let expected = (self.bins.bins.len() as f64 - 4.0).max(1.0);
+        let limit = crate::edf::chi_square_quantile(0.999, expected).unwrap_or(f64::INFINITY);
+        if floor <= limit {
+            return self.choose(fits, options);
+        }
+        let (mut low, mut high) = (1e-4_f64, 3.0_f64);
+        for _ in 0..12 {
+            let middle = (low * high).sqrt();
+            self.set_discrepancy(middle);
+            let fits = self.combinations();
+            if self.floor(&fits) > expected {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        self.set_discrepancy(high);
+        let fits = self.combinations();
+        self.choose(fits, options)
+    }
+
+    fn set_discrepancy(&mut self, discrepancy: f64) {
+        self.discrepancy = discrepancy;
+        self.dof = self
+            .bins
+            .bins
+            .iter()
+            .map(|b| 1.0 / (1.0 / b.dof + 0.5 * discrepancy * discrepancy))
+            .collect();
+    }
+
+    fn floor(&self, fits: &[Combination]) -> f64 {
+        fits.iter()
+            .map(|f| f.deviance)
+            .fold(self.mean_only().deviance, f64::min)
+    }
+
+    /// Every combination of terms that has positive squares.
+    fn combinations(&self) -> Vec<Combination> {
         let powers: Vec<usize> = (0..self.columns.len())
             .filter(|&c| self.columns[c].correlation_time.is_none())
             .collect();
@@ -321,25 +370,42 @@ impl<'a> Likelihood<'a> {
                 self.fit(&with)
             }));
         }
-        let flat = self.mean_only();
-        let floor = fits.iter().map(|f| f.deviance).fold(flat.deviance, f64::min);
-        self.dispersion = self.excess(floor);
+        fits
+    }
+
+    fn choose(&self, fits: Vec<Combination>, options: &FitOptions) -> Combination {
         let needed = options.needed_gain();
         // A correlation time is a further parameter found by search over some dozens of independent places.
-        let search = 2.0 * (markov.len().max(1) as f64).ln() + 2.0;
+        let times = self
+            .columns
+            .iter()
+            .filter(|c| c.correlation_time.is_some())
+            .count();
+        let search = 2.0 * (times.max(1) as f64).ln() + 2.0;
         let cost = |f: &Combination| {
-            let penalty = needed * f.columns.len() as f64
-                + if f.correlation_time.is_some() { search } else { 0.0 };
-            f.deviance / self.dispersion + penalty
+            let searched = if f.correlation_time.is_some() {
+                search
+            } else {
+                0.0
+            };
+            f.deviance + needed * f.columns.len() as f64 + searched
         };
-        fits.into_iter().min_by(|a, b| cost(a).total_cmp(&cost(b))).unwrap_or(flat)
+        fits.into_iter()
+            .min_by(|a, b| cost(a).total_cmp(&cost(b)))
+            .unwrap_or_else(|| self.mean_only())
     }
 
     /// White noise as it stands: used only if no combination could be fitted.
     fn mean_only(&self) -> Combination {
-        let total: f64 = self.bins.bins.iter().map(|b| b.dof).sum();
-        let mean =
-            self.bins.bins.iter().map(|b| b.dof * b.mean).sum::<f64>() / total.max(1.0);
+        let total: f64 = self.dof.iter().sum();
+        let mean = self
+            .bins
+            .bins
+            .iter()
+            .zip(&self.dof)
+            .map(|(b, nu)| nu * b.mean)
+            .sum::<f64>()
+            / total.max(1e-9);
         let means = vec![mean; self.bins.bins.len()];
         let column = self.column_of(Term::White).unwrap_or(0);
         let unit = self.columns.get(column).map_or(2.0, |c| c.values[0]);
@@ -357,19 +423,13 @@ impl<'a> Likelihood<'a> {
         self.bins
             .bins
             .iter()
+            .zip(&self.dof)
             .zip(mean)
-            .map(|(bin, s)| {
+            .map(|((bin, nu), s)| {
                 let ratio = bin.mean / s;
-                bin.dof * (ratio - 1.0 - ratio.ln())
+                nu * (ratio - 1.0 - ratio.ln())
             })
             .sum()
-    }
-
-    /// Deviance over degrees of freedom if that is improbably large (1 in 1000), one otherwise.
-    fn excess(&self, deviance: f64) -> f64 {
-        let dof = self.bins.bins.len() as f64 - 4.0;
-        let limit = crate::edf::chi_square_quantile(0.999, dof.max(1.0)).unwrap_or(f64::INFINITY);
-        if dof >= 1.0 && deviance > limit { deviance / dof } else { 1.0 }
     }
 
     /// Maximum likelihood of one combination by Fisher scoring; `None` when a square would be negative.
@@ -416,7 +476,13 @@ impl<'a> Likelihood<'a> {
 
     fn mean(&self, chosen: &[usize], squares: &[f64]) -> Vec<f64> {
         (0..self.bins.bins.len())
-            .map(|b| chosen.iter().zip(squares).map(|(&c, v)| v * self.columns[c].values[b]).sum())
+            .map(|b| {
+                chosen
+                    .iter()
+                    .zip(squares)
+                    .map(|(&c, v)| v * self.columns[c].values[b])
+                    .sum()
+            })
             .collect()
     }
 
@@ -424,12 +490,14 @@ impl<'a> Likelihood<'a> {
     fn information(&self, chosen: &[usize], mean: &[f64]) -> Mat<f64> {
         let p = chosen.len();
         Mat::from_fn(p, p, |i, j| {
-            let (a, b) = (&self.columns[chosen[i]].values, &self.columns[chosen[j]].values);
-            self.bins
-                .bins
+            let (a, b) = (
+                &self.columns[chosen[i]].values,
+                &self.columns[chosen[j]].values,
+            );
+            self.dof
                 .iter()
                 .enumerate()
-                .map(|(k, bin)| 0.5 * bin.dof * (a[k] / mean[k]) * (b[k] / mean[k]))
+                .map(|(k, nu)| 0.5 * nu * (a[k] / mean[k]) * (b[k] / mean[k]))
                 .sum::<f64>()
         })
     }
@@ -444,7 +512,7 @@ impl<'a> Likelihood<'a> {
                 .bins
                 .iter()
                 .enumerate()
-                .map(|(k, bin)| 0.5 * bin.dof * (a[k] / mean[k]) * (bin.mean / mean[k]))
+                .map(|(k, bin)| 0.5 * self.dof[k] * (a[k] / mean[k]) * (bin.mean / mean[k]))
                 .sum::<f64>()
         });
         // Columns of very different size are brought to unit diagonal.
@@ -471,7 +539,7 @@ impl<'a> Likelihood<'a> {
         } else {
             self.fit(&others).map_or(f64::INFINITY, |f| f.deviance)
         };
-        ((without - best.deviance) / self.dispersion).clamp(0.0, f64::MAX)
+        (without - best.deviance).clamp(0.0, f64::MAX)
     }
 
     /// Verdict on a term that was not kept: the gain it would bring, and what it cannot exceed.
@@ -486,7 +554,7 @@ impl<'a> Likelihood<'a> {
         with.extend(column);
         let gain = self
             .fit(&with)
-            .map_or(0.0, |f| (best.deviance - f.deviance).max(0.0) / self.dispersion);
+            .map_or(0.0, |f| (best.deviance - f.deviance).max(0.0));
         let reason = if gain > needed {
             Reason::OtherTermsSuffice
         } else {
@@ -496,7 +564,7 @@ impl<'a> Likelihood<'a> {
         let upper_limit = self.scoring_step(&with, &best.mean).and_then(|squares| {
             let variance = inverse(&self.information(&with, &best.mean)).ok()?;
             let last = with.len() - 1;
-            let u = (variance[(last, last)] * self.dispersion).sqrt();
+            let u = variance[(last, last)].sqrt();
             let limit = squares[last].max(0.0) + normal_quantile(options.probability) * u;
             limit.is_finite().then_some(limit.sqrt())
         });
@@ -531,12 +599,10 @@ fn inverse(information: &Mat<f64>) -> Result<Mat<f64>, Error> {
 }
 
 /// Positions with the variances of the coefficients themselves, from those of their squares.
-fn scale_to_coefficients(
-    variance: &Mat<f64>,
-    kept: &[(usize, f64)],
-    dispersion: f64,
-) -> Vec<(usize, f64)> {
-    kept.iter().map(|&(i, v)| (i, dispersion * variance[(i, i)] / (4.0 * v))).collect()
+fn scale_to_coefficients(variance: &Mat<f64>, kept: &[(usize, f64)]) -> Vec<(usize, f64)> {
+    kept.iter()
+        .map(|&(i, v)| (i, variance[(i, i)] / (4.0 * v)))
+        .collect()
 }
 
 /// Covariance of the identified coefficients: joint for those of the spectrum, independent for ramp and lines.
@@ -544,7 +610,6 @@ fn covariance(
     variance: &Mat<f64>,
     kept: &[(usize, f64)],
     variances: &[(usize, f64)],
-    dispersion: f64,
 ) -> Result<Covariance, Error> {
     let n = variances.len();
     let mut rows = vec![0.0; n * n];
@@ -553,7 +618,7 @@ fn covariance(
         for j in 0..i.min(kept.len()) {
             if i < kept.len() {
                 let ((a, va), (b, vb)) = (kept[i], kept[j]);
-                let value = dispersion * variance[(a, b)] / (4.0 * (va * vb).sqrt());
+                let value = variance[(a, b)] / (4.0 * (va * vb).sqrt());
                 rows[i * n + j] = value;
                 rows[j * n + i] = value;
             }
@@ -579,7 +644,11 @@ fn slope_uncertainty(model: &NoiseModel, n: usize, sample_rate: f64) -> f64 {
             let cycles = (low + (i as f64 + jitter) * width).exp();
             let f = cycles / t;
             let x = std::f64::consts::PI * cycles;
-            let shape = if x < 1e-2 { x * x / 3.0 } else { x.sin() / x - x.cos() };
+            let shape = if x < 1e-2 {
+                x * x / 3.0
+            } else {
+                x.sin() / x - x.cos()
+            };
             let w = 6.0 / (x * t) * shape;
             model.density(f, sample_rate) * w * w * f * width
         })

@@ -36,10 +36,21 @@ fn identified(fit: &CoefficientFit, term: Term) -> bool {
 /// Bound: √(0.95·0.05/500) = 0.0097; three of them below 0.95 is 0.921, above 0.979.
 #[test]
 fn coverage_white_and_random_walk() {
-    let model = NoiseModel { white: N, random_walk: K, ..Default::default() };
+    let model = NoiseModel {
+        white: N,
+        random_walk: K,
+        ..Default::default()
+    };
     let fits: Vec<CoefficientFit> = (0..500)
         .into_par_iter()
-        .map(|seed| whittle(&record(&model, SAMPLES, RATE, seed), RATE, &FitOptions::default()).unwrap())
+        .map(|seed| {
+            whittle(
+                &record(&model, SAMPLES, RATE, seed),
+                RATE,
+                &FitOptions::default(),
+            )
+            .unwrap()
+        })
         .collect();
     let share = |f: &dyn Fn(&CoefficientFit) -> bool| {
         fits.iter().filter(|fit| f(fit)).count() as f64 / fits.len() as f64
@@ -64,15 +75,30 @@ fn coverage_white_and_random_walk() {
 /// among 500 records one false alarm has probability 0.05 and two 0.0012.
 #[test]
 fn law_white_noise_is_white() {
-    let model = NoiseModel { white: 1.0, ..Default::default() };
+    let model = NoiseModel {
+        white: 1.0,
+        ..Default::default()
+    };
     let mut alarms = 0;
     let fits: Vec<CoefficientFit> = (0..500)
         .into_par_iter()
-        .map(|seed| whittle(&record(&model, 20_000, 100.0, 9000 + seed), 100.0, &FitOptions::default()).unwrap())
+        .map(|seed| {
+            whittle(
+                &record(&model, 20_000, 100.0, 9000 + seed),
+                100.0,
+                &FitOptions::default(),
+            )
+            .unwrap()
+        })
         .collect();
     for fit in &fits {
         assert!(identified(fit, Term::White));
-        for term in [Term::Quantisation, Term::Flicker, Term::RandomWalk, Term::Ramp] {
+        for term in [
+            Term::Quantisation,
+            Term::Flicker,
+            Term::RandomWalk,
+            Term::Ramp,
+        ] {
             alarms += usize::from(identified(fit, term));
         }
     }
@@ -86,7 +112,11 @@ fn law_white_noise_is_white() {
 /// covariance integrals are good to 2 %, for which another 0.01 is granted below.
 #[test]
 fn coverage_allan_regression() {
-    let model = NoiseModel { white: N, random_walk: K, ..Default::default() };
+    let model = NoiseModel {
+        white: N,
+        random_walk: K,
+        ..Default::default()
+    };
     let fits: Vec<CoefficientFit> = (0..300)
         .into_par_iter()
         .map(|seed| {
@@ -99,7 +129,9 @@ fn coverage_allan_regression() {
     let walk = count(&|f| inside(f, Term::RandomWalk, K));
     let missed = count(&|f| !identified(f, Term::RandomWalk));
     let extra = count(&|f| {
-        identified(f, Term::Flicker) || identified(f, Term::Quantisation) || identified(f, Term::Ramp)
+        identified(f, Term::Flicker)
+            || identified(f, Term::Quantisation)
+            || identified(f, Term::Ramp)
     });
     println!("regression: N {white} K {walk} of 300; K missed {missed}, extra terms {extra}");
     assert!(white as f64 / 300.0 >= 0.902, "{white}");
