@@ -77,12 +77,15 @@ pub fn fit_curve(curve: &DeviationCurve, options: &FitOptions) -> Result<Coeffic
     let expected = (problem.roots.len() as f64 - 3.0).max(1.0);
     let limit = crate::edf::chi_square_quantile(0.999, expected).unwrap_or(f64::INFINITY);
     if floor > limit {
-        let (mut low, mut high) = (1e-4_f64, 3.0_f64);
-        for _ in 0..9 {
+        // The combinations nearest to the curve stay so: δ is sought with them alone.
+        fits.sort_by(|a, b| a.residual_square.total_cmp(&b.residual_square));
+        let nearest: Vec<Vec<usize>> = fits.iter().take(4).map(|f| f.chosen.clone()).collect();
+        let (mut low, mut high) = (1e-3_f64, 3.0_f64);
+        for _ in 0..8 {
             problem.discrepancy = (low * high).sqrt();
-            let best = problem
-                .combinations()
+            let best = nearest
                 .iter()
+                .filter_map(|chosen| problem.fit(chosen.clone()))
                 .map(|f| f.residual_square)
                 .fold(f64::INFINITY, f64::min);
             if best > expected {

@@ -57,7 +57,7 @@ impl Record<'_> {
 
 /// Phase x_0 = 0, x_{k+1} = x_k + (y_k − ȳ).
 fn accumulate(y: &[f64]) -> Vec<f64> {
-    let mean = y.iter().sum::<f64>() / y.len() as f64;
+    let mean = mean(y);
     let mut phase = Vec::with_capacity(y.len() + 1);
     let mut x = 0.0;
     phase.push(x);
@@ -66,6 +66,18 @@ fn accumulate(y: &[f64]) -> Vec<f64> {
         x
     }));
     phase
+}
+
+/// Mean in eight interleaved sums: one running sum would wait for every addition.
+fn mean(y: &[f64]) -> f64 {
+    let (chunks, rest) = y.as_chunks::<8>();
+    let mut lanes = [0.0; 8];
+    for chunk in chunks {
+        for (lane, v) in lanes.iter_mut().zip(chunk) {
+            *lane += v;
+        }
+    }
+    (lanes.iter().sum::<f64>() + rest.iter().sum::<f64>()) / y.len() as f64
 }
 
 pub(crate) fn check_sample_rate(sample_rate: f64) -> Result<(), Error> {
@@ -82,6 +94,17 @@ pub(crate) fn check_sample_rate(sample_rate: f64) -> Result<(), Error> {
 }
 
 pub(crate) fn check_finite(name: &'static str, values: &[f64]) -> Result<(), Error> {
+    // x − x is zero for a finite x and NaN otherwise; without a branch the sum runs in vectors.
+    let (chunks, rest) = values.as_chunks::<8>();
+    let mut lanes = [0.0; 8];
+    for chunk in chunks {
+        for (lane, v) in lanes.iter_mut().zip(chunk) {
+            *lane += v - v;
+        }
+    }
+    if lanes.iter().all(|lane| *lane == 0.0) && rest.iter().all(|v| v.is_finite()) {
+        return Ok(());
+    }
     match values.iter().position(|v| !v.is_finite()) {
         Some(index) => Err(Error::NotFinite { name, index }),
         None => Ok(()),

@@ -1,7 +1,7 @@
 //! Coefficients of simulated records: coverage of the intervals, false alarms, refusals.
 
 use proofmass_noise::{
-    CoefficientFit, FitOptions, GaussMarkov, NoiseModel, Sinusoid, Term, Verdict, simulate, whittle,
+    CoefficientFit, FitOptions, NoiseModel, Term, Verdict, simulate, whittle,
 };
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -108,16 +108,15 @@ fn law_white_noise_is_white() {
     assert!((461..=489).contains(&covered), "{covered}");
 }
 
-/// The regression on the curve: same truth, its own intervals. Bound as above, for 300 records: 0.95 ± 0.038; the
-/// covariance integrals are good to 2 %, for which another 0.01 is granted below.
+/// The regression on the curve: a quarter of the record, its own intervals.
+///
+/// Bound for 160 records: √(0.95·0.05/160) = 0.0172, three of them below 0.95 is 0.898; the covariance integrals are good
+/// to 2 %, for which another 0.01 is granted. K needs the longest τ of this short record: where chance bends the curve
+/// another way it is refused or replaced (not more than one record in ten).
 #[test]
 fn coverage_allan_regression() {
-    let model = NoiseModel {
-        white: N,
-        random_walk: K,
-        ..Default::default()
-    };
-    let fits: Vec<CoefficientFit> = (0..300)
+    let model = NoiseModel { white: N, random_walk: K, ..Default::default() };
+    let fits: Vec<CoefficientFit> = (0..160)
         .into_par_iter()
         .map(|seed| {
             let rate = record(&model, SAMPLES / 4, RATE, 5000 + seed);
@@ -126,13 +125,29 @@ fn coverage_allan_regression() {
         .collect();
     let count = |f: &dyn Fn(&CoefficientFit) -> bool| fits.iter().filter(|x| f(x)).count();
     let white = count(&|f| inside(f, Term::White, N));
+    let found = count(&|f| identified(f, Term::RandomWalk));
     let walk = count(&|f| inside(f, Term::RandomWalk, K));
-    let missed = count(&|f| !identified(f, Term::RandomWalk));
-    let extra = count(&|f| {
-        identified(f, Term::Flicker)
-            || identified(f, Term::Quantisation)
-            || identified(f, Term::Ramp)
-    });
-    println!("regression: N {white} K {walk} of 300; K missed {missed}, extra terms {extra}");
-    assert!(white as f64 / 300.0 >= 0.902, "{white}");
+    println!("regression: N {white} of 160; K inside {walk} of {found}");
+    assert!(white as f64 / 160.0 >= 0.888, "{white}");
+    assert!(found >= 144, "{found}");
+    assert!(walk as f64 / found as f64 >= 0.888, "{walk} of {found}");
+}
+
+/// White noise alone in the regression: 1e-4 is asked for; the covariance of the longest τ is approximate, so 2 of 160
+/// are allowed.
+#[test]
+fn law_white_curve_is_white() {
+    let model = NoiseModel { white: 1.0, ..Default::default() };
+    let alarms: usize = (0..160_u64)
+        .into_par_iter()
+        .map(|seed| {
+            let rate = record(&model, 10_000, 100.0, 20_000 + seed);
+            let fit =
+                proofmass_noise::allan_regression(&rate, 100.0, &FitOptions::default()).unwrap();
+            let others = [Term::Quantisation, Term::Flicker, Term::RandomWalk, Term::Ramp];
+            usize::from(others.iter().any(|t| identified(&fit, *t)))
+        })
+        .sum();
+    println!("regression: {alarms} false alarms of 160");
+    assert!(alarms <= 2, "{alarms}");
 }

@@ -23,7 +23,7 @@ pub enum Window {
 impl Window {
     /// Coefficients a_j of w(z) = Σ (−1)^j a_j cos(2π j z).
     ///
-    /// **Source** `[Heinzel2002] appendix C`; flat top as `[Diethorn]`/SciPy `flattop`.
+    /// **Source** `[Heinzel2002] appendix C`; flat top with the five coefficients of SciPy and Matlab.
     fn cosines(self) -> &'static [f64] {
         match self {
             Self::Rectangular => &[1.0],
