@@ -70,6 +70,15 @@ pub enum Error {
         /// Condition number of the scaled problem.
         condition: f64,
     },
+    /// The data determine a parameter so badly that the linear theory of its uncertainty fails.
+    TooUncertain {
+        /// Dotted name of the parameter.
+        parameter: &'static str,
+        /// Relative standard uncertainty (angles in rad, biases in units of g).
+        uncertainty: f64,
+        /// Largest value at which a result is given.
+        limit: f64,
+    },
     /// An iteration ended without meeting its criterion.
     NotConverged {
         /// Name of the iteration.
@@ -91,7 +100,10 @@ impl Error {
     pub fn is_data(&self) -> bool {
         matches!(
             self,
-            Self::TooFew { .. } | Self::NotFinite { .. } | Self::Unobservable { .. }
+            Self::TooFew { .. }
+                | Self::NotFinite { .. }
+                | Self::Unobservable { .. }
+                | Self::TooUncertain { .. }
         )
     }
 
@@ -158,6 +170,16 @@ impl fmt::Display for Error {
             } => write!(
                 f,
                 "the data do not determine {parameter} (condition number {condition:.3e})"
+            ),
+            Self::TooUncertain {
+                parameter,
+                uncertainty,
+                limit,
+            } => write!(
+                f,
+                "the data leave {parameter} too uncertain to be a result ({:.1} %, at most {:.1} %)",
+                1e2 * uncertainty,
+                1e2 * limit
             ),
             Self::NotConverged {
                 name,
