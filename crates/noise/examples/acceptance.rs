@@ -7,17 +7,25 @@ use proofmass_noise::{FitOptions, NoiseModel, Term, simulate, whittle};
 use rand::SeedableRng;
 
 fn main() {
-    let records: u64 = std::env::args().nth(1).and_then(|a| a.parse().ok()).unwrap_or(500);
+    let records: u64 = std::env::args()
+        .nth(1)
+        .and_then(|a| a.parse().ok())
+        .unwrap_or(500);
     let (n, k) = (0.00250199, 6.97244e-5);
-    let model = NoiseModel { white: n, random_walk: k, ..Default::default() };
+    let model = NoiseModel {
+        white: n,
+        random_walk: k,
+        ..Default::default()
+    };
     let mut inside = [0_u64; 2];
     let mut refused = [0_u64; 2];
     for seed in 0..records {
         let mut rng = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(seed);
         let rate = simulate(&model, 4_400_000, 400.0, &mut rng).expect("the model is legal");
         let fit = whittle(&rate, 400.0, &FitOptions::default()).expect("the record is long enough");
-        for (count, (term, truth)) in
-            inside.iter_mut().zip([(Term::White, n), (Term::RandomWalk, k)])
+        for (count, (term, truth)) in inside
+            .iter_mut()
+            .zip([(Term::White, n), (Term::RandomWalk, k)])
         {
             let interval = fit.get(term).and_then(|c| c.verdict.interval());
             *count += u64::from(interval.is_some_and(|(low, high)| low <= truth && truth <= high));

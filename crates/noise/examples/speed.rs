@@ -2,7 +2,8 @@
 
 use proofmass_noise::{
     AnalysisOptions, Channel, DeviationOptions, FitOptions, NoiseModel, NoiseType, Record, Sensor,
-    Statistic, StreamingAllan, allan_regression, analyse, deviation, disturbances, simulate, whittle,
+    Statistic, StreamingAllan, allan_regression, analyse, deviation, disturbances, simulate,
+    whittle,
 };
 use proofmass_signal::Welch;
 use rand::SeedableRng;
@@ -22,22 +23,47 @@ fn best<T>(runs: usize, mut f: impl FnMut() -> T) -> f64 {
 
 fn main() {
     let mut rng = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(1);
-    let white = NoiseModel { white: 0.1, ..Default::default() };
+    let white = NoiseModel {
+        white: 0.1,
+        ..Default::default()
+    };
     let rate = simulate(&white, 10_000_000, 100.0, &mut rng).unwrap();
 
-    let options = DeviationOptions { noise: Some(NoiseType::White), ..Default::default() };
-    let oadev = best(7, || deviation(Record::Rate(&rate), 100.0, Statistic::OverlappingAllan, &options));
+    let options = DeviationOptions {
+        noise: Some(NoiseType::White),
+        ..Default::default()
+    };
+    let oadev = best(7, || {
+        deviation(
+            Record::Rate(&rate),
+            100.0,
+            Statistic::OverlappingAllan,
+            &options,
+        )
+    });
     let with_identification = best(3, || {
-        deviation(Record::Rate(&rate), 100.0, Statistic::OverlappingAllan, &Default::default())
+        deviation(
+            Record::Rate(&rate),
+            100.0,
+            Statistic::OverlappingAllan,
+            &Default::default(),
+        )
     });
     // What the memory alone costs: one pass of reading, one of writing.
     let mut copy = vec![0.0; rate.len()];
     let pass = best(5, || copy.copy_from_slice(&rate));
-    println!("OADEV, octave taus, 1e7 samples: {oadev:.4} s ({with_identification:.4} s with noise types); copying the samples once: {pass:.4} s");
+    println!(
+        "OADEV, octave taus, 1e7 samples: {oadev:.4} s ({with_identification:.4} s with noise types); copying the samples once: {pass:.4} s"
+    );
 
     let short = &rate[..2000];
     let mtot = best(20, || {
-        deviation(Record::Rate(short), 1.0, Statistic::ModifiedTotal, &Default::default())
+        deviation(
+            Record::Rate(short),
+            1.0,
+            Statistic::ModifiedTotal,
+            &Default::default(),
+        )
     });
     println!("MTOTDEV, octave taus, 2000 samples: {:.6} s", mtot);
 
@@ -55,18 +81,40 @@ fn main() {
     });
     println!("stream, 1e7 samples: {stream:.4} s");
 
-    let model = NoiseModel { white: 3e-4, random_walk: 1e-5, ..Default::default() };
+    let model = NoiseModel {
+        white: 3e-4,
+        random_walk: 1e-5,
+        ..Default::default()
+    };
     let three_hours = simulate(&model, 1_080_000, 100.0, &mut rng).unwrap();
     let fit = FitOptions::default();
     println!("100 Hz for 3 h:");
-    println!("  Whittle {:.4} s", best(3, || whittle(&three_hours, 100.0, &fit)));
-    println!("  regression {:.4} s", best(3, || allan_regression(&three_hours, 100.0, &fit)));
-    println!("  disturbances {:.4} s", best(3, || disturbances(&three_hours, 100.0, 1e-4)));
-    let channel =
-        Channel { name: "x", sensor: Some(Sensor::Accelerometer), unit: "m/s²", rate: &three_hours };
+    println!(
+        "  Whittle {:.4} s",
+        best(3, || whittle(&three_hours, 100.0, &fit))
+    );
+    println!(
+        "  regression {:.4} s",
+        best(3, || allan_regression(&three_hours, 100.0, &fit))
+    );
+    println!(
+        "  disturbances {:.4} s",
+        best(3, || disturbances(&three_hours, 100.0, 1e-4))
+    );
+    let channel = Channel {
+        name: "x",
+        sensor: Some(Sensor::Accelerometer),
+        unit: "m/s²",
+        rate: &three_hours,
+    };
     let three = [channel; 3];
     println!(
         "  whole analysis, three channels {:.4} s",
-        best(3, || analyse(&three, None, 100.0, &AnalysisOptions::default()))
+        best(3, || analyse(
+            &three,
+            None,
+            100.0,
+            &AnalysisOptions::default()
+        ))
     );
 }

@@ -51,7 +51,11 @@ pub(crate) fn overlapping_family(x: &[f64], factors: &[usize]) -> Vec<MeanSquare
                         .iter()
                         .map(|&m| {
                             let end = (start + BLOCK).min(x.len() - 2 * m);
-                            if start >= end { 0.0 } else { squares(x, m, start, end) }
+                            if start >= end {
+                                0.0
+                            } else {
+                                squares(x, m, start, end)
+                            }
                         })
                         .collect()
                 },

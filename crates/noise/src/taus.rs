@@ -14,7 +14,7 @@ pub enum Taus {
     Decade,
     /// Every m. The work grows with the square of the record.
     All,
-    /// Logarithmically even, this many per decade, rounded to whole m.
+    /// Logarithmically even, this many per decade (one for zero), rounded to whole m.
     PerDecade(usize),
     /// These times in seconds; each must be a whole number of sample intervals to 1e-6.
     Chosen(Vec<f64>),

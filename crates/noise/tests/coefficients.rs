@@ -1,8 +1,6 @@
 //! Coefficients of simulated records: coverage of the intervals, false alarms, refusals.
 
-use proofmass_noise::{
-    CoefficientFit, FitOptions, NoiseModel, Term, Verdict, simulate, whittle,
-};
+use proofmass_noise::{CoefficientFit, FitOptions, NoiseModel, Term, Verdict, simulate, whittle};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
@@ -115,7 +113,11 @@ fn law_white_noise_is_white() {
 /// another way it is refused or replaced (not more than one record in ten).
 #[test]
 fn coverage_allan_regression() {
-    let model = NoiseModel { white: N, random_walk: K, ..Default::default() };
+    let model = NoiseModel {
+        white: N,
+        random_walk: K,
+        ..Default::default()
+    };
     let fits: Vec<CoefficientFit> = (0..160)
         .into_par_iter()
         .map(|seed| {
@@ -137,14 +139,22 @@ fn coverage_allan_regression() {
 /// are allowed.
 #[test]
 fn law_white_curve_is_white() {
-    let model = NoiseModel { white: 1.0, ..Default::default() };
+    let model = NoiseModel {
+        white: 1.0,
+        ..Default::default()
+    };
     let alarms: usize = (0..160_u64)
         .into_par_iter()
         .map(|seed| {
             let rate = record(&model, 10_000, 100.0, 20_000 + seed);
             let fit =
                 proofmass_noise::allan_regression(&rate, 100.0, &FitOptions::default()).unwrap();
-            let others = [Term::Quantisation, Term::Flicker, Term::RandomWalk, Term::Ramp];
+            let others = [
+                Term::Quantisation,
+                Term::Flicker,
+                Term::RandomWalk,
+                Term::Ramp,
+            ];
             usize::from(others.iter().any(|t| identified(&fit, *t)))
         })
         .sum();
