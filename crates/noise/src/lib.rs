@@ -1,1 +1,89 @@
-//! proofmass noise.
+//! Stability and noise of sensors at rest: the Allan family, noise identification, and coefficients that come with
+//! intervals or not at all.
+//!
+//! [`analyse`] does everything for the channels of a recording. The parts stand on their own: [`deviation`] for a
+//! curve of any [`Statistic`], [`StreamingAllan`] for recordings larger than memory, [`whittle()`] and
+//! [`allan_regression()`] for coefficients, [`disturbances`] for what is not noise, [`simulate()`] for records with known
+//! coefficients.
+//!
+//! ```
+//! use proofmass_noise::{FitOptions, NoiseModel, Term, Verdict, simulate, whittle};
+//! use rand::SeedableRng;
+//!
+//! let truth = NoiseModel { white: 2.5e-3, random_walk: 5.0e-4, ..Default::default() };
+//! let mut rng = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(7);
+//! let rate = simulate(&truth, 50_000, 50.0, &mut rng).unwrap();
+//! let fit = whittle(&rate, 50.0, &FitOptions::default()).unwrap();
+//! let (low, high) = fit.get(Term::White).unwrap().verdict.interval().unwrap();
+//! assert!(low < 2.5e-3 && 2.5e-3 < high);
+//! let (low, high) = fit.get(Term::RandomWalk).unwrap().verdict.interval().unwrap();
+//! assert!(low < 5.0e-4 && 5.0e-4 < high);
+//! // There is no flicker in this record, and none is reported.
+//! assert!(matches!(fit.get(Term::Flicker).unwrap().verdict, Verdict::NotIdentifiable { .. }));
+//! ```
+//!
+//! # Conventions
+//!
+//! - A *rate* is what the sensor gives (acceleration, angular rate), a *phase* its integral. SI inside.
+//! - N, the coefficient of white noise, is the Allan deviation at 1 s: a **two-sided** root density. Densities of
+//!   [`proofmass_signal`] are **one-sided**; the amplitude density of a data sheet is √2 N. [`in_units`] gives both, named.
+//! - B is the coefficient; the floor of the Allan deviation is √(2 ln 2/π) B = 0.664 B.
+//! - A term enters a fit only if it gains more likelihood than chance allows at a stated false-alarm rate (1e-4 for all
+//!   terms of a record together); otherwise the verdict is `NotIdentifiable`, with the reason and an upper limit.
+//! - Bias corrections ([`Bias`]) and formulas for degrees of freedom ([`EdfFormula`]) are named where programs differ.
+//! - Gaps are never bridged. Random sources are arguments; results do not depend on the number of threads.
+//!
+//! # Not covered
+//!
+//! - Gap-aware statistics over several stretches at once: the longest stretch is analysed.
+//! - Degrees of freedom of MTOTDEV and HTOTDEV for flicker phase noise beyond what `[SP1065]` publishes.
+//! - Gauss–Markov processes and sinusoids in the regression on the Allan curve: they are sought in the spectrum only,
+//!   and only when named in [`FitOptions::terms`].
+//! - Cross-spectra and correlation between channels; temperature as a cause of drift.
+
+mod allan;
+mod allan_regression;
+mod analysis;
+mod bias;
+mod coefficients;
+mod consistency;
+mod deviation;
+mod disturbance;
+mod edf;
+mod gaps;
+mod hadamard;
+mod likelihood;
+mod model;
+mod noise_type;
+mod record;
+mod simulate;
+mod slope;
+mod spectrum_bins;
+mod statistic;
+mod streaming;
+mod taus;
+mod theo;
+mod total;
+mod units;
+mod whittle;
+
+pub use allan_regression::{allan_regression, fit_curve};
+pub use analysis::{
+    Analysis, AnalysisOptions, Channel, ChannelAnalysis, SpectrumPoint, TermUnits, analyse,
+};
+pub use bias::Bias;
+pub use coefficients::{Coefficient, CoefficientFit, FitOptions, Method, Reason, Verdict};
+pub use consistency::{ConsistencyPoint, consistency};
+pub use deviation::{DeviationCurve, DeviationOptions, DeviationPoint, deviation};
+pub use disturbance::{Disturbance, DisturbanceKind, disturbances};
+pub use edf::{EdfFormula, chi_square_interval, equivalent_dof};
+pub use gaps::{Gap, GapKind, Gaps, stretches};
+pub use model::{GaussMarkov, NoiseModel, Sinusoid, Term};
+pub use noise_type::{NoiseBasis, NoiseType};
+pub use record::Record;
+pub use simulate::simulate;
+pub use statistic::Statistic;
+pub use streaming::StreamingAllan;
+pub use taus::Taus;
+pub use units::{ImuPart, InUnit, KalmanNoise, Sensor, imu_yaml, in_units, kalman_noise};
+pub use whittle::whittle;

@@ -1,1 +1,21 @@
-//! proofmass signal.
+//! Spectra, transforms and the analysis of recorded signals.
+//!
+//! # Conventions
+//!
+//! Densities are **one-sided**, in U²/Hz for a signal in U, from 0 to half the sample rate: their sum times the bin
+//! width is the mean square. Amplitude densities are their square roots, U/√Hz. Windows are periodic. A trend is
+//! removed only when it is named ([`Detrend`]).
+
+pub mod fourier;
+
+mod density;
+mod detrend;
+mod multitaper;
+mod welch;
+mod window;
+
+pub use density::Density;
+pub use detrend::{Detrend, Trend};
+pub use multitaper::{Multitaper, Tapers, slepian};
+pub use welch::Welch;
+pub use window::{Window, equivalent_noise_bandwidth};

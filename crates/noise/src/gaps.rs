@@ -1,0 +1,161 @@
+//! Missing rows and time stamps that jump.
+
+use crate::record::check_sample_rate;
+use proofmass_core::Error;
+use serde::{Deserialize, Serialize};
+
+/// What is done about gaps. Nothing here bridges them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Gaps {
+    /// A gap is an error.
+    Refuse,
+    /// The longest stretch without a gap is analysed, and a finding says what was left out.
+    #[default]
+    LongestStretch,
+}
+
+/// Why the record is interrupted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum GapKind {
+    /// A value is missing (NaN) in at least one channel.
+    Missing,
+    /// Two time stamps are further apart than one and a half sample intervals.
+    Jump,
+    /// A time stamp does not advance by at least half a sample interval, or is itself missing.
+    Backwards,
+}
+
+/// One interruption of the record.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Gap {
+    /// Why.
+    pub kind: GapKind,
+    /// First row of missing values, or the first row behind the jump.
+    pub row: usize,
+    /// Rows that are missing: counted for missing values, estimated from the stamps for a jump.
+    pub rows: usize,
+}
+
+/// Stretches of rows without interruption, and what lies between them.
+///
+/// **Shapes** `channels` of equal length, `stamps` (s) of that length when given.
+///
+/// **Errors** [`Error::Length`] for lengths that differ, [`Error::OutOfRange`] for the sample rate.
+pub fn stretches(
+    channels: &[&[f64]],
+    stamps: Option<&[f64]>,
+    sample_rate: f64,
+) -> Result<(Vec<(usize, usize)>, Vec<Gap>), Error> {
+    check_sample_rate(sample_rate)?;
+    let n = channels.first().map_or(0, |c| c.len());
+    for c in channels {
+        if c.len() != n {
+            return Err(Error::Length {
+                name: "channel",
+                expected: n,
+                got: c.len(),
+            });
+        }
+    }
+    if let Some(stamps) = stamps
+        && stamps.len() != n
+    {
+        return Err(Error::Length {
+            name: "time stamps",
+            expected: n,
+            got: stamps.len(),
+        });
+    }
+    let mut runs = Vec::new();
+    let mut gaps: Vec<Gap> = Vec::new();
+    let mut start = 0;
+    let mut missing_from: Option<usize> = None;
+    for row in 0..n {
+        if channels.iter().any(|c| !c[row].is_finite()) {
+            if missing_from.is_none() {
+                missing_from = Some(row);
+                if row > start {
+                    runs.push((start, row));
+                }
+            }
+            start = row + 1;
+            continue;
+        }
+        if let Some(first) = missing_from.take() {
+            gaps.push(Gap {
+                kind: GapKind::Missing,
+                row: first,
+                rows: row - first,
+            });
+        } else if let Some(stamps) = stamps
+            && row > 0
+        {
+            let step = (stamps[row] - stamps[row - 1]) * sample_rate;
+            if !(0.5..=1.5).contains(&step) {
+                let kind = if step > 1.5 {
+                    GapKind::Jump
+                } else {
+                    GapKind::Backwards
+                };
+                gaps.push(Gap {
+                    kind,
+                    row,
+                    rows: if step > 1.5 {
+                        (step.round() as usize).saturating_sub(1)
+                    } else {
+                        0
+                    },
+                });
+                if row > start {
+                    runs.push((start, row));
+                }
+                start = row;
+            }
+        }
+    }
+    if let Some(first) = missing_from {
+        gaps.push(Gap {
+            kind: GapKind::Missing,
+            row: first,
+            rows: n - first,
+        });
+    }
+    if start < n {
+        runs.push((start, n));
+    }
+    Ok((runs, gaps))
+}
+
+/// The stretch to analyse under a policy.
+///
+/// **Errors** under [`Gaps::Refuse`]: [`Error::NotFinite`] at a missing row, [`Error::OutOfRange`] with the row of
+/// a stamp that jumps.
+pub(crate) fn choose(
+    policy: Gaps,
+    runs: &[(usize, usize)],
+    gaps: &[Gap],
+) -> Result<(usize, usize), Error> {
+    if policy == Gaps::Refuse
+        && let Some(gap) = gaps.first()
+    {
+        return Err(match gap.kind {
+            GapKind::Missing => Error::NotFinite {
+                name: "rate",
+                index: gap.row,
+            },
+            GapKind::Jump | GapKind::Backwards => Error::OutOfRange {
+                name: "row whose time stamp jumps",
+                value: gap.row as f64,
+                min: f64::INFINITY,
+                max: f64::INFINITY,
+            },
+        });
+    }
+    Ok(runs
+        .iter()
+        .copied()
+        .max_by_key(|(a, b)| (b - a, usize::MAX - a))
+        .unwrap_or((0, 0)))
+}

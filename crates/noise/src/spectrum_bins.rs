@@ -1,0 +1,190 @@
+//! The spectrum of a whole record in few bins: what the Whittle likelihood sees.
+
+use crate::model::{markov_density, term_density};
+use crate::{NoiseModel, Term};
+use proofmass_signal::fourier;
+use rayon::prelude::*;
+use statrs::distribution::{ContinuousCDF, Gamma};
+
+/// Sine tapers averaged per frequency.
+const TAPERS: usize = 3;
+
+/// Variance of an average over many frequencies relative to independent periodograms: 1 + 1/(2K).
+const INEFFICIENCY: f64 = 1.0 + 0.5 / TAPERS as f64;
+
+/// Multitaper spectrum at the Fourier frequencies, and its averages over bins of growing width.
+pub(crate) struct SpectrumBins {
+    /// Multitaper density at k/T.
+    pub(crate) density: Vec<f64>,
+    /// Samples.
+    pub(crate) n: usize,
+    /// Samples per second.
+    pub(crate) sample_rate: f64,
+    /// The bins, lowest frequency first.
+    pub(crate) bins: Vec<Bin>,
+}
+
+pub(crate) struct Bin {
+    /// First and one past the last Fourier index.
+    pub(crate) range: (usize, usize),
+    /// Mean density over the indices used.
+    pub(crate) mean: f64,
+    /// Equivalent degrees of freedom.
+    pub(crate) dof: f64,
+}
+
+impl SpectrumBins {
+    /// From a record freed from its straight line, in place of which nothing below three cycles per record is used.
+    ///
+    /// With the record padded to twice its length the k-th sine taper's spectrum at f is
+    /// |X(f + k/2T) − X(f − k/2T)|²/(2N): one transform serves all tapers. **Source** `[Riedel1995]`.
+    pub(crate) fn new(detrended: Vec<f64>, sample_rate: f64, highest: f64) -> Self {
+        let n = detrended.len();
+        let mut padded = detrended;
+        padded.resize(2 * n, 0.0);
+        let x = fourier::forward_owned(padded);
+        let scale = 2.0 / (2.0 * n as f64 * sample_rate * TAPERS as f64);
+        let half = n / 2;
+        let density: Vec<f64> = (0..half + 1)
+            .into_par_iter()
+            .with_min_len(4096)
+            .map(|j| {
+                if j < TAPERS || 2 * j + TAPERS > n {
+                    return 0.0;
+                }
+                (1..=TAPERS)
+                    .map(|k| (x[2 * j + k] - x[2 * j - k]).norm_sqr())
+                    .sum::<f64>()
+                    * scale
+            })
+            .collect();
+        let last = ((half - TAPERS.min(half)) as f64 * highest.clamp(0.0, 1.0)) as usize;
+        let mut bins = Vec::new();
+        let mut start = TAPERS;
+        while start < last {
+            // Bins narrower than the tapers' bandwidth would repeat one another.
+            let width = (TAPERS + 1).max(start / 10);
+            let mut end = (start + width).min(last);
+            if last - end < width / 2 {
+                end = last;
+            }
+            bins.push(bin(&density, start, end, &[]));
+            start = end;
+        }
+        Self {
+            density,
+            n,
+            sample_rate,
+            bins,
+        }
+    }
+
+    pub(crate) fn frequency(&self, index: f64) -> f64 {
+        index * self.sample_rate / self.n as f64
+    }
+
+    /// Mean of a density over each bin and over the tapers' spectral windows.
+    pub(crate) fn average(&self, density: impl Fn(f64) -> f64 + Sync) -> Vec<f64> {
+        self.bins
+            .iter()
+            .map(|bin| {
+                let (start, end) = bin.range;
+                let points = (end - start).min(24);
+                let step = (end - start) as f64 / points as f64;
+                let mut sum = 0.0;
+                for p in 0..points {
+                    // The centre of each cell of indices.
+                    let index = start as f64 + (p as f64 + 0.5) * step - 0.5;
+                    if end - start > 8 * TAPERS {
+                        sum += density(self.frequency(index));
+                    } else {
+                        let window: f64 = (1..=TAPERS)
+                            .map(|k| {
+                                let shift = 0.5 * k as f64;
+                                density(self.frequency(index + shift))
+                                    + density(self.frequency(index - shift))
+                            })
+                            .sum();
+                        sum += window / (2 * TAPERS) as f64;
+                    }
+                }
+                sum / points as f64
+            })
+            .collect()
+    }
+
+    /// Unit densities of a power law over the bins.
+    pub(crate) fn term(&self, term: Term) -> Vec<f64> {
+        self.average(|f| term_density(term, f, self.sample_rate))
+    }
+
+    /// Unit densities of a Gauss–Markov process over the bins.
+    pub(crate) fn markov(&self, correlation_time: f64) -> Vec<f64> {
+        self.average(|f| markov_density(correlation_time, f, self.sample_rate))
+    }
+
+    /// Fourier indices of lines: maxima of density over model that chance exceeds with `false_alarm_rate` in the
+    /// whole spectrum. At most eight, strongest first.
+    pub(crate) fn lines(&self, model: &NoiseModel, false_alarm_rate: f64) -> Vec<usize> {
+        let shape = TAPERS as f64;
+        let Ok(gamma) = Gamma::new(shape, shape) else {
+            return Vec::new();
+        };
+        let threshold = gamma.inverse_cdf(1.0 - false_alarm_rate / self.density.len() as f64);
+        let mut above: Vec<(usize, f64)> = Vec::new();
+        for bin in &self.bins {
+            // A line in a bin must also stand out from its own neighbourhood, where the model may be wrong.
+            let mut sorted: Vec<f64> = self.density[bin.range.0..bin.range.1].to_vec();
+            sorted.sort_by(f64::total_cmp);
+            // The median of a gamma of shape 3 lies at 0.891 of its mean.
+            let median = sorted[sorted.len() / 2] / 0.891;
+            for k in bin.range.0..bin.range.1 {
+                let expected = model.density(self.frequency(k as f64), self.sample_rate);
+                let local = if sorted.len() >= 32 {
+                    median.max(expected)
+                } else {
+                    2.0 * expected
+                };
+                let ratio = self.density[k] / local;
+                if ratio > threshold {
+                    above.push((k, ratio));
+                }
+            }
+        }
+        above.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let mut lines: Vec<usize> = Vec::new();
+        for (k, _) in above {
+            if lines.len() < 8 && lines.iter().all(|l| l.abs_diff(k) > 2 * (TAPERS + 1)) {
+                lines.push(k);
+            }
+        }
+        lines
+    }
+
+    /// The bins again without the neighbourhood of lines.
+    pub(crate) fn exclude(&mut self, lines: &[usize]) {
+        let density = &self.density;
+        self.bins = self
+            .bins
+            .iter()
+            .filter_map(|b| {
+                let kept = bin(density, b.range.0, b.range.1, lines);
+                (kept.dof > 0.0).then_some(kept)
+            })
+            .collect();
+    }
+}
+
+fn bin(density: &[f64], start: usize, end: usize, lines: &[usize]) -> Bin {
+    let clear = |k: &usize| lines.iter().all(|l| l.abs_diff(*k) > TAPERS + 1);
+    let (mut sum, mut count) = (0.0, 0_usize);
+    for k in (start..end).filter(clear) {
+        sum += density[k];
+        count += 1;
+    }
+    Bin {
+        range: (start, end),
+        mean: if count > 0 { sum / count as f64 } else { 0.0 },
+        dof: 2.0 * count as f64 / INEFFICIENCY,
+    }
+}

@@ -1,0 +1,50 @@
+//! THEO1, the theoretical variance that reaches three quarters of the record.
+
+use crate::allan::{self, MeanSquare};
+use rayon::prelude::*;
+
+/// THEO1: σ²(0.75 m τ0) = 1/(0.75 (N − m) m²) Σ_i Σ_{δ=0}^{m/2−1} 1/(m/2 − δ)
+/// ((x_i − x_{i−δ+m/2}) + (x_{i+m} − x_{i+δ+m/2}))², m even.
+///
+/// **Source** `[SP1065] eq. 30`.
+pub(crate) fn theo1(x: &[f64], m: usize) -> MeanSquare {
+    let half = m / 2;
+    let starts = x.len() - m;
+    let sum: f64 = (0..half)
+        .into_par_iter()
+        .map(|delta| {
+            let near = &x[half - delta..half - delta + starts];
+            let far = &x[half + delta..half + delta + starts];
+            let sum: f64 = x[..starts]
+                .iter()
+                .zip(&x[m..])
+                .zip(near.iter().zip(far))
+                .map(|((first, last), (near, far))| {
+                    let d = (first - near) + (last - far);
+                    d * d
+                })
+                .sum();
+            sum / (half - delta) as f64
+        })
+        .collect::<Vec<_>>()
+        .iter()
+        .sum();
+    let m = m as f64;
+    (sum / (0.75 * starts as f64 * m * m), starts * half)
+}
+
+/// Ratio by which THEO1 of this record must be multiplied to join its Allan variance: the mean over
+/// k = 0 … n of AVAR(9 + 3k)/THEO1(12 + 4k), n = ⌊N/6 − 3⌋ (ThêoBR).
+///
+/// `None` for records too short for one ratio. **Source** `[SP1065] eq. 33`.
+pub(crate) fn record_bias(x: &[f64]) -> Option<f64> {
+    let last = (x.len() / 6).checked_sub(3)?;
+    if x.len() < 30 {
+        return None;
+    }
+    let sum: f64 = (0..=last)
+        .map(|k| allan::overlapping(x, 9 + 3 * k).0 / theo1(x, 12 + 4 * k).0)
+        .sum();
+    let ratio = sum / (last + 1) as f64;
+    ratio.is_finite().then_some(ratio)
+}

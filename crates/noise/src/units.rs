@@ -1,0 +1,284 @@
+//! Coefficients in the units that data sheets, filters and other programs use.
+
+use crate::{CoefficientFit, NoiseModel, Term, Verdict};
+use proofmass_core::Error;
+use serde::{Deserialize, Serialize};
+use std::fmt::Write;
+
+/// Standard acceleration of free fall, m/s² (exact by definition).
+const STANDARD_GRAVITY: f64 = 9.80665;
+
+/// What the rate is, in SI.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Sensor {
+    /// Acceleration in m/s².
+    Accelerometer,
+    /// Angular rate in rad/s.
+    Gyroscope,
+}
+
+impl Sensor {
+    /// SI unit of the rate.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Accelerometer => "m/s²",
+            Self::Gyroscope => "rad/s",
+        }
+    }
+}
+
+/// A value with its unit and, where it matters, its definition.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct InUnit {
+    /// Number in that unit.
+    pub value: f64,
+    /// The unit.
+    pub unit: String,
+    /// What exactly is meant.
+    pub meaning: String,
+}
+
+/// A coefficient in every unit in use.
+///
+/// N appears both as the Allan (two-sided) density and as the one-sided amplitude density √2 N of data sheets; B as
+/// coefficient and as floor of the curve, √(2 ln 2/π) B = 0.664 B.
+///
+/// ```
+/// use proofmass_noise::{Sensor, Term, in_units};
+/// // 25 µg/√Hz of a data sheet is one-sided.
+/// let n = 25e-6 * 9.80665 / 2.0_f64.sqrt();
+/// let units = in_units(Term::White, n, Sensor::Accelerometer, 100.0);
+/// let sheet = units.iter().find(|u| u.meaning.contains("one-sided") && u.unit == "µg/√Hz").unwrap();
+/// assert!((sheet.value - 25.0).abs() < 1e-12);
+/// let walk = units.iter().find(|u| u.unit == "m/s/√h").unwrap();
+/// assert!((walk.value - n * 60.0).abs() < 1e-15);
+/// ```
+pub fn in_units(term: Term, value: f64, sensor: Sensor, sample_rate: f64) -> Vec<InUnit> {
+    let entry = |value: f64, unit: &str, meaning: &str| InUnit {
+        value,
+        unit: unit.to_owned(),
+        meaning: meaning.to_owned(),
+    };
+    let micro_g = 1e6 / STANDARD_GRAVITY;
+    let degrees = 180.0 / std::f64::consts::PI;
+    let root_two = std::f64::consts::SQRT_2;
+    let floor = (2.0 * std::f64::consts::LN_2 / std::f64::consts::PI).sqrt();
+    let mut units = vec![entry(
+        value,
+        &term.unit(sensor.unit()),
+        "coefficient of the model",
+    )];
+    let discrete = (value * sample_rate.sqrt(), sensor.unit());
+    match (term, sensor) {
+        (Term::White, Sensor::Accelerometer) => units.extend([
+            entry(
+                value * micro_g,
+                "µg/√Hz",
+                "two-sided root density, Allan deviation at 1 s",
+            ),
+            entry(
+                root_two * value * micro_g,
+                "µg/√Hz",
+                "one-sided amplitude density",
+            ),
+            entry(
+                root_two * value,
+                "(m/s²)/√Hz",
+                "one-sided amplitude density",
+            ),
+            entry(value * 60.0, "m/s/√h", "velocity random walk"),
+            entry(discrete.0, discrete.1, "standard deviation of one sample"),
+        ]),
+        (Term::White, Sensor::Gyroscope) => units.extend([
+            entry(
+                value * degrees,
+                "(°/s)/√Hz",
+                "two-sided root density, Allan deviation at 1 s",
+            ),
+            entry(
+                root_two * value * degrees,
+                "(°/s)/√Hz",
+                "one-sided amplitude density",
+            ),
+            entry(value * degrees * 60.0, "°/√h", "angle random walk"),
+            entry(discrete.0, discrete.1, "standard deviation of one sample"),
+        ]),
+        (Term::Flicker, Sensor::Accelerometer) => units.extend([
+            entry(value * micro_g, "µg", "coefficient B"),
+            entry(
+                floor * value * micro_g,
+                "µg",
+                "floor of the Allan deviation, 0.664 B",
+            ),
+        ]),
+        (Term::Flicker, Sensor::Gyroscope) => units.extend([
+            entry(value * degrees * 3600.0, "°/h", "coefficient B"),
+            entry(
+                floor * value * degrees * 3600.0,
+                "°/h",
+                "floor of the Allan deviation, 0.664 B",
+            ),
+        ]),
+        (Term::RandomWalk, Sensor::Accelerometer) => units.extend([
+            entry(value * micro_g, "µg/√s", "growth of the bias"),
+            entry(
+                value * 3600.0_f64.powf(1.5),
+                "m/s/h^(3/2)",
+                "rate random walk",
+            ),
+            entry(
+                value / sample_rate.sqrt(),
+                sensor.unit(),
+                "step of the bias per sample",
+            ),
+        ]),
+        (Term::RandomWalk, Sensor::Gyroscope) => units.extend([
+            entry(
+                value * degrees * 3600.0 * 60.0,
+                "°/h/√h",
+                "rate random walk",
+            ),
+            entry(
+                value / sample_rate.sqrt(),
+                sensor.unit(),
+                "step of the bias per sample",
+            ),
+        ]),
+        (Term::Quantisation, Sensor::Accelerometer) => {
+            units.push(entry(value, "m/s", "velocity error of one sample"));
+        }
+        (Term::Quantisation, Sensor::Gyroscope) => {
+            units.push(entry(
+                value * degrees * 3600.0,
+                "″",
+                "angle error of one sample",
+            ));
+        }
+        (Term::Ramp, Sensor::Accelerometer) => {
+            units.push(entry(value * micro_g * 3600.0, "µg/h", "drift"));
+        }
+        (Term::Ramp, Sensor::Gyroscope) => {
+            units.push(entry(value * degrees * 3600.0 * 3600.0, "°/h²", "drift"));
+        }
+        (Term::GaussMarkov | Term::Sinusoid, Sensor::Accelerometer) => {
+            units.push(entry(
+                value * micro_g,
+                "µg",
+                "standard deviation or amplitude",
+            ));
+        }
+        (Term::GaussMarkov | Term::Sinusoid, Sensor::Gyroscope) => {
+            units.push(entry(
+                value * degrees * 3600.0,
+                "°/h",
+                "standard deviation or amplitude",
+            ));
+        }
+    }
+    units
+}
+
+/// Noise matrices of a Kalman filter that integrates the rate once and carries its bias.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct KalmanNoise {
+    /// R: variance of one rate sample used as a measurement, N²·rate, U².
+    pub measurement_variance: f64,
+    /// Q for the state (integral of the rate, bias) over one step:
+    /// [[N² Δt + K² Δt³/3, −K² Δt²/2], [−K² Δt²/2, K² Δt]], in (U·s)², U²·s, U².
+    pub process: [[f64; 2]; 2],
+}
+
+/// Kalman noise of a model at a sample rate.
+///
+/// The bias is subtracted from the rate, hence the negative covariance. Flicker, quantisation and ramp have no exact
+/// counterpart in this filter and are left out; a Gauss–Markov process needs a state of its own.
+///
+/// **Errors** [`Error::OutOfRange`] for a sample rate that is not positive.
+pub fn kalman_noise(model: &NoiseModel, sample_rate: f64) -> Result<KalmanNoise, Error> {
+    crate::record::check_sample_rate(sample_rate)?;
+    let dt = 1.0 / sample_rate;
+    let (n2, k2) = (
+        model.white * model.white,
+        model.random_walk * model.random_walk,
+    );
+    let cross = -0.5 * k2 * dt * dt;
+    Ok(KalmanNoise {
+        measurement_variance: n2 * sample_rate,
+        process: [[n2 * dt + k2 * dt.powi(3) / 3.0, cross], [cross, k2 * dt]],
+    })
+}
+
+/// One sensor of an inertial unit for [`imu_yaml`].
+#[derive(Clone, Copy, Debug)]
+pub struct ImuPart<'a> {
+    /// Accelerometer or gyroscope.
+    pub sensor: Sensor,
+    /// One fit per axis.
+    pub axes: &'a [&'a CoefficientFit],
+}
+
+/// Text of the `imu.yaml` that visual–inertial programs of the ROS world read.
+///
+/// Densities are continuous-time and two-sided (σ of a sample = density·√rate), the convention of Kalibr. Of several
+/// axes the largest value is taken, as a bound. A coefficient that no axis identifies is left out, with a
+/// comment that says why: nothing is filled in.
+pub fn imu_yaml(parts: &[ImuPart<'_>], sample_rate: f64) -> String {
+    let mut text = String::from(
+        "# Continuous-time noise densities; standard deviation of one sample = density * sqrt(update_rate).\n",
+    );
+    for part in parts {
+        let (key, density, walk) = match part.sensor {
+            Sensor::Accelerometer => ("accelerometer", "m/s^2/sqrt(Hz)", "m/s^3/sqrt(Hz)"),
+            Sensor::Gyroscope => ("gyroscope", "rad/s/sqrt(Hz)", "rad/s^2/sqrt(Hz)"),
+        };
+        for (term, name, unit) in [
+            (Term::White, "noise_density", density),
+            (Term::RandomWalk, "random_walk", walk),
+        ] {
+            let identified: Vec<(f64, (f64, f64))> = part
+                .axes
+                .iter()
+                .filter_map(|fit| match fit.get(term)?.verdict {
+                    Verdict::Identified {
+                        value, interval, ..
+                    } => Some((value, interval)),
+                    Verdict::NotIdentifiable { .. } => None,
+                })
+                .collect();
+            let largest = identified
+                .iter()
+                .copied()
+                .max_by(|a, b| a.0.total_cmp(&b.0));
+            match largest {
+                Some((value, (low, high))) => {
+                    let probability = part.axes.first().map_or(0.95, |f| f.probability);
+                    let _ = writeln!(
+                        text,
+                        "{key}_{name}: {value:.6e}  # {unit}; {:.0} % interval {low:.3e} to {high:.3e}; largest of {} of {} axes",
+                        100.0 * probability,
+                        identified.len(),
+                        part.axes.len()
+                    );
+                }
+                None => {
+                    let limit = part
+                        .axes
+                        .iter()
+                        .filter_map(|fit| match fit.get(term)?.verdict {
+                            Verdict::NotIdentifiable { upper_limit, .. } => upper_limit,
+                            Verdict::Identified { .. } => None,
+                        })
+                        .fold(None, |a: Option<f64>, b| Some(a.map_or(b, |a| a.max(b))));
+                    let bound = limit.map_or(String::new(), |l| format!("; below {l:.3e} {unit}"));
+                    let _ = writeln!(
+                        text,
+                        "# {key}_{name}: not identifiable from this record{bound}"
+                    );
+                }
+            }
+        }
+    }
+    let _ = writeln!(text, "update_rate: {sample_rate}  # Hz");
+    text
+}

@@ -1,0 +1,572 @@
+//! The whole analysis: simulators against theory, streams against records, disturbances, refusals.
+
+use proofmass_core::Error;
+use proofmass_noise::{
+    AnalysisOptions, Channel, DeviationOptions, DisturbanceKind, Gaps, GaussMarkov, NoiseModel,
+    Record, Sensor, Sinusoid, Statistic, StreamingAllan, Taus, Term, Verdict, analyse, consistency,
+    deviation, disturbances, imu_yaml, simulate,
+};
+use proofmass_signal::Welch;
+use rand::SeedableRng;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rayon::prelude::*;
+use std::path::PathBuf;
+
+fn record(model: &NoiseModel, samples: usize, rate: f64, seed: u64) -> Vec<f64> {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+    simulate(model, samples, rate, &mut rng).unwrap()
+}
+
+fn channel<'a>(rate: &'a [f64]) -> Channel<'a> {
+    Channel {
+        name: "x",
+        sensor: Some(Sensor::Accelerometer),
+        unit: "m/s²",
+        rate,
+    }
+}
+
+/// Every simulated process has the Allan variance of the model. The mean over 40 records is compared; its standard
+/// error follows from the records themselves and five of them are allowed, 12 τ × 7 processes.
+#[test]
+fn law_simulated_allan_variances() {
+    let processes = [
+        NoiseModel {
+            white: 0.3,
+            ..Default::default()
+        },
+        NoiseModel {
+            random_walk: 0.2,
+            ..Default::default()
+        },
+        NoiseModel {
+            quantisation: 0.01,
+            ..Default::default()
+        },
+        NoiseModel {
+            flicker: 0.5,
+            ..Default::default()
+        },
+        NoiseModel {
+            ramp: 0.02,
+            white: 0.01,
+            ..Default::default()
+        },
+        NoiseModel {
+            gauss_markov: vec![GaussMarkov {
+                standard_deviation: 0.4,
+                correlation_time: 2.0,
+            }],
+            ..Default::default()
+        },
+        NoiseModel {
+            sinusoids: vec![Sinusoid {
+                amplitude: 0.7,
+                frequency: 0.31,
+                phase: 0.4,
+            }],
+            white: 0.01,
+            ..Default::default()
+        },
+    ];
+    let rate = 10.0;
+    for (index, model) in processes.iter().enumerate() {
+        let options = DeviationOptions {
+            // From eight samples on: below, sampled processes differ from continuous ones.
+            taus: Taus::Factors((4..10).map(|k| 1 << k).collect()),
+            ..Default::default()
+        };
+        let curves: Vec<Vec<f64>> = (0..40)
+            .map(|seed| {
+                let y = record(model, 8192, rate, 100 * index as u64 + seed);
+                let curve = deviation(
+                    Record::Rate(&y),
+                    rate,
+                    Statistic::OverlappingAllan,
+                    &options,
+                )
+                .unwrap();
+                curve
+                    .points
+                    .iter()
+                    .map(|p| p.deviation * p.deviation)
+                    .collect()
+            })
+            .collect();
+        for (k, m) in (4..10).map(|k| 1 << k).enumerate() {
+            let values: Vec<f64> = curves.iter().map(|c| c[k]).collect();
+            let mean = values.iter().sum::<f64>() / 40.0;
+            let spread = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / 39.0;
+            let error = (spread / 40.0).sqrt();
+            let expected = model.allan_variance(f64::from(m) / rate);
+            // Sampled walks and Gauss–Markov processes exceed continuous ones by 1/(2m²) ≤ 0.2 %, flicker and
+            // sinusoids by (π f τ0)²/6; a finite record cuts the sinusoid's mean by less than 1 %.
+            assert!(
+                (mean - expected).abs() < 5.0 * error + 0.01 * expected,
+                "process {index}, m = {m}: {mean:e}, expected {expected:e} ± {error:e}"
+            );
+        }
+    }
+}
+
+/// The stream agrees with the record to rounding up to m = 8, and within a small share of its uncertainty beyond.
+#[test]
+fn law_stream_is_the_record() {
+    let model = NoiseModel {
+        white: 1.0,
+        random_walk: 0.05,
+        ..Default::default()
+    };
+    let y: Vec<f64> = record(&model, 50_000, 100.0, 5)
+        .iter()
+        .map(|v| v + 9.8)
+        .collect();
+    let whole = deviation(
+        Record::Rate(&y),
+        100.0,
+        Statistic::OverlappingAllan,
+        &DeviationOptions::default(),
+    )
+    .unwrap();
+    let mut stream = StreamingAllan::new(100.0).unwrap();
+    let mut rest = &y[..];
+    for size in [1, 2, 3, 17, 4096, 2047, 2049, 1000].iter().cycle() {
+        let (piece, tail) = rest.split_at((*size).min(rest.len()));
+        stream.push(piece).unwrap();
+        rest = tail;
+        if rest.is_empty() {
+            break;
+        }
+    }
+    let curve = stream.curve(0.95).unwrap();
+    assert!(curve.points.len() >= whole.points.len() - 1);
+    for (a, b) in curve.points.iter().zip(&whole.points) {
+        assert_eq!(a.factor, b.factor);
+        let relative = (a.deviation / b.deviation - 1.0).abs();
+        if a.factor <= 8 {
+            assert_eq!(a.terms, b.terms);
+            assert!(relative < 1e-10, "m = {}: {relative:e}", a.factor);
+        } else {
+            // A quarter of the standard uncertainty 1/√(2ν).
+            let u = 1.0 / (2.0 * b.edf.unwrap()).sqrt();
+            assert!(
+                relative < 0.25 * u,
+                "m = {}: {relative:e} against {u:e}",
+                a.factor
+            );
+        }
+    }
+}
+
+/// Nothing reaches across a gap: two halves at different levels look like one noise.
+#[test]
+fn law_stream_does_not_bridge_gaps() {
+    let y = record(
+        &NoiseModel {
+            white: 1.0,
+            ..Default::default()
+        },
+        20_000,
+        1.0,
+        6,
+    );
+    let mut stream = StreamingAllan::new(1.0).unwrap();
+    stream.push(&y[..10_000]).unwrap();
+    stream.gap();
+    let shifted: Vec<f64> = y[10_000..].iter().map(|v| v + 1000.0).collect();
+    stream.push(&shifted).unwrap();
+    for p in stream.curve(0.95).unwrap().points {
+        let expected = 1.0 / p.tau.sqrt();
+        assert!(
+            p.deviation < 3.0 * expected,
+            "m = {}: {}",
+            p.factor,
+            p.deviation
+        );
+    }
+}
+
+/// The stated rate of false alarms: 1 % asked for, 300 records of white noise, flicker and random walk; a binomial of mean
+/// 3 exceeds 10 with probability 3e-4.
+#[test]
+fn law_disturbance_false_alarms() {
+    let model = NoiseModel {
+        white: 1e-3,
+        flicker: 2e-4,
+        random_walk: 1e-5,
+        ..Default::default()
+    };
+    let alarms: usize = (0..300_u64)
+        .into_par_iter()
+        .map(|seed| {
+            let y = record(&model, 30_000, 100.0, 700 + seed);
+            usize::from(!disturbances(&y, 100.0, 0.01).unwrap().is_empty())
+        })
+        .sum();
+    println!("{alarms} of 300");
+    assert!(alarms <= 10, "{alarms} of 300");
+}
+
+/// Knocks, steps, spikes and frozen stretches of a few standard deviations are found where they are.
+#[test]
+fn law_disturbances_are_found() {
+    let model = NoiseModel {
+        white: 1e-3,
+        random_walk: 1e-6,
+        ..Default::default()
+    };
+    let clean = record(&model, 200_000, 100.0, 77);
+    let sigma = 1e-2;
+    type Damage = (DisturbanceKind, fn(&mut [f64], f64));
+    let damages: [Damage; 4] = [
+        (DisturbanceKind::Step, |y, s| {
+            y[123_456..].iter_mut().for_each(|v| *v += 0.5 * s)
+        }),
+        (DisturbanceKind::Burst, |y, s| {
+            for (k, v) in y[123_400..123_600].iter_mut().enumerate() {
+                *v += 2.0 * s * (k as f64).sin();
+            }
+        }),
+        (DisturbanceKind::Spike, |y, s| y[123_456] += 12.0 * s),
+        (DisturbanceKind::Lull, |y, _| {
+            let frozen = y[123_400];
+            y[123_400..123_600].iter_mut().for_each(|v| *v = frozen);
+        }),
+    ];
+    for (kind, damage) in damages {
+        let mut y = clean.clone();
+        damage(&mut y, sigma);
+        let found = disturbances(&y, 100.0, 1e-4).unwrap();
+        assert!(
+            found
+                .iter()
+                .any(|d| d.samples.0 <= 123_600 && 123_400 <= d.samples.1),
+            "{kind:?}: {found:?}"
+        );
+    }
+    assert!(disturbances(&clean, 100.0, 1e-4).unwrap().is_empty());
+}
+
+/// [IEEE952] annex C: the Allan variance is an integral of the density.
+#[test]
+fn law_density_gives_the_allan_curve() {
+    let model = NoiseModel {
+        white: 1.0,
+        gauss_markov: vec![GaussMarkov {
+            standard_deviation: 3.0,
+            correlation_time: 0.5,
+        }],
+        ..Default::default()
+    };
+    let y = record(&model, 400_000, 100.0, 12);
+    let curve = deviation(
+        Record::Rate(&y),
+        100.0,
+        Statistic::OverlappingAllan,
+        &DeviationOptions::default(),
+    )
+    .unwrap();
+    let density = Welch::new(8192).density(&y, 100.0).unwrap();
+    let points = consistency(&density, &curve);
+    assert!(points.len() > 8);
+    for p in points {
+        // Both come from the same record: they agree far better than either with the truth.
+        let bound = 0.01 + 0.5 * p.relative_uncertainty;
+        assert!(
+            (p.ratio() - 1.0).abs() < bound,
+            "τ = {}: {}",
+            p.tau,
+            p.ratio()
+        );
+    }
+}
+
+/// A line and a Gauss–Markov process, sought by name, are identified with their truth inside the interval.
+#[test]
+fn law_line_and_markov_are_identified() {
+    let model = NoiseModel {
+        white: 1e-3,
+        gauss_markov: vec![GaussMarkov {
+            standard_deviation: 2e-3,
+            correlation_time: 3.0,
+        }],
+        sinusoids: vec![Sinusoid {
+            amplitude: 1e-3,
+            frequency: 12.34,
+            phase: 1.0,
+        }],
+        ..Default::default()
+    };
+    let y = record(&model, 200_000, 100.0, 21);
+    let mut options = proofmass_noise::FitOptions::default();
+    options.terms.extend([Term::GaussMarkov, Term::Sinusoid]);
+    let fit = proofmass_noise::whittle(&y, 100.0, &options).unwrap();
+    let line = fit.get(Term::Sinusoid).expect("a line");
+    assert!((line.parameter.unwrap() - 12.34).abs() < 1e-4);
+    assert!((line.verdict.value().unwrap() / 1e-3 - 1.0).abs() < 0.05);
+    let markov = fit.get(Term::GaussMarkov).unwrap();
+    assert!(
+        (markov.verdict.value().unwrap() / 2e-3 - 1.0).abs() < 0.15,
+        "{markov:?}"
+    );
+    assert!(
+        (markov.parameter.unwrap() / 3.0 - 1.0).abs() < 0.5,
+        "{markov:?}"
+    );
+    assert!((fit.value(Term::White).unwrap() / 1e-3 - 1.0).abs() < 0.02);
+    assert_eq!(fit.value(Term::RandomWalk), None);
+}
+
+/// A drift is a ramp when it exceeds the noise, in both estimators' words.
+#[test]
+fn law_ramp_is_identified() {
+    let model = NoiseModel {
+        white: 1e-3,
+        ramp: 1e-5,
+        ..Default::default()
+    };
+    let y = record(&model, 100_000, 100.0, 31);
+    let fit = proofmass_noise::whittle(&y, 100.0, &Default::default()).unwrap();
+    let (low, high) = fit.get(Term::Ramp).unwrap().verdict.interval().unwrap();
+    assert!(low < 1e-5 && 1e-5 < high);
+    assert_eq!(fit.value(Term::RandomWalk), None);
+}
+
+#[test]
+fn refuses_or_explains_bad_records() {
+    let y = record(
+        &NoiseModel {
+            white: 1.0,
+            ..Default::default()
+        },
+        4000,
+        100.0,
+        41,
+    );
+    let options = AnalysisOptions::default();
+    // Fewer than ten samples.
+    assert_eq!(
+        analyse(&[channel(&y[..9])], None, 100.0, &options),
+        Err(Error::TooFew {
+            name: "rate samples without a gap",
+            needed: 10,
+            got: 9
+        })
+    );
+    assert!(analyse(&[channel(&y[..10])], None, 100.0, &options).is_ok());
+    assert!(analyse(&[], None, 100.0, &options).is_err());
+    // τ beyond the record.
+    let mut long = options.clone();
+    long.deviation.taus = Taus::Chosen(vec![1.0, 1000.0]);
+    assert!(matches!(
+        analyse(&[channel(&y)], None, 100.0, &long),
+        Err(Error::OutOfRange {
+            name: "tau",
+            value: 1000.0,
+            ..
+        })
+    ));
+    // A constant channel beside a good one.
+    let constant = vec![1.0; y.len()];
+    let both = analyse(&[channel(&constant), channel(&y)], None, 100.0, &options).unwrap();
+    assert_eq!(both.channels[0].findings[0].code(), "constant-channel");
+    assert!(both.channels[0].curve.is_none() && both.channels[1].whittle.is_some());
+    // A missing row: refused, or the longest stretch with a finding.
+    let mut holes = y.clone();
+    holes[1000] = f64::NAN;
+    let refuse = AnalysisOptions {
+        gaps: Gaps::Refuse,
+        ..options.clone()
+    };
+    assert_eq!(
+        analyse(&[channel(&holes)], None, 100.0, &refuse),
+        Err(Error::NotFinite {
+            name: "rate",
+            index: 1000
+        })
+    );
+    let longest = analyse(&[channel(&holes)], None, 100.0, &options).unwrap();
+    assert_eq!(longest.rows, (1001, 4000));
+    assert_eq!(longest.findings[0].code(), "gaps-in-record");
+    // Stamps that jump.
+    let stamps: Vec<f64> = (0..4000)
+        .map(|k| f64::from(k) * 0.01 + if k >= 500 { 3.0 } else { 0.0 })
+        .collect();
+    let jumped = analyse(&[channel(&y)], Some(&stamps), 100.0, &options).unwrap();
+    assert_eq!(jumped.rows, (500, 4000));
+    assert_eq!(jumped.gaps[0].rows, 300);
+    // A rate that is not the stated one.
+    let slow: Vec<f64> = (0..4000).map(|k| f64::from(k) * 0.0102).collect();
+    let uneven = analyse(&[channel(&y)], Some(&slow), 100.0, &options).unwrap();
+    assert_eq!(uneven.findings[0].code(), "uneven-time-stamps");
+    // All missing.
+    assert!(analyse(&[channel(&[f64::NAN; 100])], None, 100.0, &options).is_err());
+    // Nonsense rates.
+    for rate in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(analyse(&[channel(&y)], None, rate, &options).is_err());
+    }
+}
+
+/// Everything that leaves is finite, for awkward but legal records.
+#[test]
+fn law_results_are_finite() {
+    let mut records: Vec<Vec<f64>> = vec![
+        (0..200).map(|k| f64::from(k % 2)).collect(),
+        (0..200).map(|k| f64::from(k)).collect(),
+        (0..200).map(|k| if k == 100 { 1.0 } else { 0.0 }).collect(),
+        (0..5000).map(|k| (f64::from(k) * 0.1).sin()).collect(),
+        (0..5000)
+            .map(|k| 1e12 + (f64::from(k) * 0.7).sin().round())
+            .collect(),
+        (0..2000)
+            .map(|k| 1e-200 * f64::from((k * 7919) % 1009))
+            .collect(),
+    ];
+    records.push((0..5000).map(|k| f64::from(k).powi(2)).collect());
+    for (index, y) in records.iter().enumerate() {
+        let result = analyse(&[channel(y)], None, 100.0, &AnalysisOptions::default());
+        let Ok(analysis) = result else {
+            println!("{index}: {}", result.unwrap_err());
+            continue;
+        };
+        // serde_json writes NaN and infinities as null.
+        let text = serde_json::to_value(&analysis).unwrap();
+        let c = &text["channels"][0];
+        for key in [
+            "curve",
+            "whittle",
+            "regression",
+            "spectrum",
+            "consistency",
+            "disturbances",
+        ] {
+            let part = serde_json::to_string(&c[key]["points"]).unwrap()
+                + &serde_json::to_string(&c[key]["model"]).unwrap();
+            if c[key].is_object() && c[key].get("points").is_some() {
+                assert!(
+                    !serde_json::to_string(&c[key]["points"][0]["deviation"])
+                        .unwrap()
+                        .contains("null"),
+                    "{index} {key} {part}"
+                );
+            }
+        }
+    }
+}
+
+/// A real inertial unit at rest: the analysis runs, its gyroscopes are white with a floor, and no disturbance is seen.
+#[test]
+fn adis16405_analysis() {
+    let root = std::env::var_os("PROOFMASS_REFERENCE_DATA").map_or_else(
+        || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"),
+        PathBuf::from,
+    );
+    let path = root.join("adis16405/imu1_counts_int16.npy.gz");
+    let Ok(file) = std::fs::File::open(&path) else {
+        println!("skipped: {} is absent", path.display());
+        return;
+    };
+    let mut bytes = Vec::new();
+    std::io::Read::read_to_end(&mut flate2::read::GzDecoder::new(file), &mut bytes).unwrap();
+    let header = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
+    let counts: Vec<i16> = bytes[header..]
+        .as_chunks::<2>()
+        .0
+        .iter()
+        .map(|b| i16::from_le_bytes(*b))
+        .collect();
+    let names = ["gyro x", "gyro y", "gyro z", "acc x", "acc y", "acc z"];
+    let rates: Vec<Vec<f64>> = counts
+        .chunks(1_000_000)
+        .enumerate()
+        .map(|(c, counts)| {
+            let scale = if c < 3 {
+                0.05 * std::f64::consts::PI / 180.0
+            } else {
+                0.00333 * 9.80665
+            };
+            counts.iter().map(|&v| f64::from(v) * scale).collect()
+        })
+        .collect();
+    let channels: Vec<Channel> = rates
+        .iter()
+        .enumerate()
+        .map(|(c, rate)| Channel {
+            name: names[c],
+            sensor: Some(if c < 3 {
+                Sensor::Gyroscope
+            } else {
+                Sensor::Accelerometer
+            }),
+            unit: if c < 3 { "rad/s" } else { "m/s²" },
+            rate,
+        })
+        .collect();
+    let start = std::time::Instant::now();
+    let analysis = analyse(&channels, None, 100.0, &AnalysisOptions::default()).unwrap();
+    println!("{:?}", start.elapsed());
+    for c in &analysis.channels {
+        println!(
+            "{} mean {:.4} sd {:.5}",
+            c.name, c.mean, c.standard_deviation
+        );
+        for fit in [c.whittle.as_ref().unwrap(), c.regression.as_ref().unwrap()] {
+            print!("  {:?} discrepancy {:.3}:", fit.method, fit.discrepancy);
+            for k in &fit.coefficients {
+                match k.verdict {
+                    Verdict::Identified {
+                        value, interval, ..
+                    } => {
+                        print!(
+                            " {}={value:.3e} [{:.3e},{:.3e}]",
+                            k.term.symbol(),
+                            interval.0,
+                            interval.1
+                        )
+                    }
+                    Verdict::NotIdentifiable { upper_limit, .. } => {
+                        print!(
+                            " {}:none(<{:.2e})",
+                            k.term.symbol(),
+                            upper_limit.unwrap_or(0.0)
+                        )
+                    }
+                }
+            }
+            println!();
+        }
+        println!("  {:?}", c.disturbances.iter().take(4).collect::<Vec<_>>());
+        for f in &c.findings {
+            println!("  {f}");
+        }
+        println!(
+            "  {:?}",
+            c.consistency
+                .iter()
+                .map(|p| (p.ratio() * 1e4).round() / 1e4)
+                .collect::<Vec<_>>()
+        );
+    }
+    let gyros: Vec<&_> = analysis.channels[..3]
+        .iter()
+        .filter_map(|c| c.whittle.as_ref())
+        .collect();
+    let accs: Vec<&_> = analysis.channels[3..]
+        .iter()
+        .filter_map(|c| c.whittle.as_ref())
+        .collect();
+    let text = imu_yaml(
+        &[
+            proofmass_noise::ImuPart {
+                sensor: Sensor::Accelerometer,
+                axes: &accs,
+            },
+            proofmass_noise::ImuPart {
+                sensor: Sensor::Gyroscope,
+                axes: &gyros,
+            },
+        ],
+        100.0,
+    );
+    println!("{text}");
+}
