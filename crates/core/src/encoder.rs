@@ -98,8 +98,8 @@ impl Quadrature {
     fn counted(&self, from: u8) -> i32 {
         i32::from(match self.decoding {
             Decoding::Quadruple => true,
-            Decoding::Double => from % 2 == 0, // A changes
-            Decoding::Single => from == 0,     // A rises going forward
+            Decoding::Double => from.is_multiple_of(2), // A changes
+            Decoding::Single => from == 0,              // A rises going forward
         })
     }
 

@@ -36,11 +36,7 @@ pub struct HandHeld {
 impl Default for HandHeld {
     /// A 16-bit sensor of 415 counts/(m/s²) with offsets at mid-scale, as motion trackers have.
     fn default() -> Self {
-        let k = Matrix3([
-            [415.2, 1.4, 3.9],
-            [0.0, 412.6, 8.7],
-            [0.0, 0.0, 414.1],
-        ]);
+        let k = Matrix3([[415.2, 1.4, 3.9], [0.0, 412.6, 8.7], [0.0, 0.0, 414.1]]);
         // The matrix above is invertible, so its model exists.
         let sensor = SensorModel::new(k, [33_120.0, 33_271.0, 32_366.0])
             .unwrap_or_else(|error| unreachable!("{error}"));
@@ -90,19 +86,20 @@ impl HandHeld {
         let mut rests = Vec::with_capacity(self.rests);
         let mut noise = [0.0; 3];
         let innovation = self.noise * (1.0 - self.correlation.powi(2)).max(0.0).sqrt();
-        let mut push = |force: [f64; 3], outputs: &mut [Vec<f64>; 3], rng: &mut Xoshiro256PlusPlus| {
-            let clean = self.sensor.invert(force);
-            for axis in 0..3 {
-                let w: f64 = StandardNormal.sample(rng);
-                noise[axis] = self.correlation * noise[axis] + innovation * w;
-                let value = clean[axis] + noise[axis];
-                outputs[axis].push(if self.resolution > 0.0 {
-                    (value / self.resolution).round() * self.resolution
-                } else {
-                    value
-                });
-            }
-        };
+        let mut push =
+            |force: [f64; 3], outputs: &mut [Vec<f64>; 3], rng: &mut Xoshiro256PlusPlus| {
+                let clean = self.sensor.invert(force);
+                for axis in 0..3 {
+                    let w: f64 = StandardNormal.sample(rng);
+                    noise[axis] = self.correlation * noise[axis] + innovation * w;
+                    let value = clean[axis] + noise[axis];
+                    outputs[axis].push(if self.resolution > 0.0 {
+                        (value / self.resolution).round() * self.resolution
+                    } else {
+                        value
+                    });
+                }
+            };
         for (index, attitude) in attitudes.iter().enumerate() {
             let start = outputs[0].len();
             let duration = self.rest * (0.8 + 0.4 * rng.random::<f64>());
@@ -206,7 +203,10 @@ mod tests {
             let expected = rig.sensor.invert(rest.attitude.map(|u| rig.gravity * u));
             let n = (rest.end - rest.start) as f64;
             for axis in 0..3 {
-                let mean = recording.outputs[axis][rest.start..rest.end].iter().sum::<f64>() / n;
+                let mean = recording.outputs[axis][rest.start..rest.end]
+                    .iter()
+                    .sum::<f64>()
+                    / n;
                 // 24 × 3 means of n samples: five standard deviations leave 4e-5 for a false alarm.
                 assert!((mean - expected[axis]).abs() < 5.0 * rig.noise / n.sqrt());
             }

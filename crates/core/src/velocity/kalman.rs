@@ -1,5 +1,8 @@
 //! The Kalman filter of position and acceleration, with an optional offset of the accelerometer as third state.
 
+// Matrix algebra reads by its indices.
+#![allow(clippy::needless_range_loop)]
+
 use super::{not_negative, positive};
 use crate::{Error, Float};
 
@@ -123,12 +126,11 @@ impl<T: Float, const N: usize> KalmanState<T, N> {
     }
 }
 
-/// F, G and Q of [x, v] in double precision.
-fn motion(
-    noise: &MotionNoise,
-    hold: Hold,
-    t: f64,
-) -> Result<([[f64; 2]; 2], [[f64; 2]; 2]), Error> {
+/// Two rows of two.
+type Square = [[f64; 2]; 2];
+
+/// G₀ and G₁, and Q, of [x, v] in double precision.
+fn motion(noise: &MotionNoise, hold: Hold, t: f64) -> Result<(Square, Square), Error> {
     positive("sample time", t)?;
     let q = not_negative("acceleration noise", noise.acceleration)?;
     positive("position noise", noise.position)?;
