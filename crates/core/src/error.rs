@@ -34,6 +34,13 @@ pub enum Error {
         /// Index of the first offending element, zero for a scalar.
         index: usize,
     },
+    /// A sequence that must increase, time above all, does not.
+    NotIncreasing {
+        /// Name of the sequence.
+        name: &'static str,
+        /// Index of the first element that is not larger than the one before.
+        index: usize,
+    },
     /// An argument lies outside the interval in which the method is defined.
     OutOfRange {
         /// Name of the argument.
@@ -91,7 +98,10 @@ impl Error {
     pub fn is_data(&self) -> bool {
         matches!(
             self,
-            Self::TooFew { .. } | Self::NotFinite { .. } | Self::Unobservable { .. }
+            Self::TooFew { .. }
+                | Self::NotFinite { .. }
+                | Self::NotIncreasing { .. }
+                | Self::Unobservable { .. }
         )
     }
 
@@ -122,6 +132,12 @@ impl fmt::Display for Error {
             }
             Self::NotFinite { name, index } => {
                 write!(f, "{name} is not a finite number (element {index})")
+            }
+            Self::NotIncreasing { name, index } => {
+                write!(
+                    f,
+                    "{name} does not increase (element {index} is not larger than the one before)"
+                )
             }
             Self::OutOfRange {
                 name,

@@ -1,1 +1,20 @@
-//! proofmass motion.
+//! Velocity from encoder and accelerometer.
+mod comparison;
+mod crossover;
+mod decode;
+mod filtering;
+mod integration;
+mod method;
+mod record;
+mod smoother;
+mod tuning;
+mod whiteness;
+pub use comparison::*;
+pub use crossover::*;
+pub use decode::*;
+pub use filtering::{Bias, Interpolation, KalmanModel, KalmanRun, NoiseForm};
+pub use integration::*;
+pub use method::*;
+pub use record::*;
+pub use tuning::*;
+pub use whiteness::*;

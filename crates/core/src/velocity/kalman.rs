@@ -262,14 +262,28 @@ impl<T: Float, const N: usize> Kalman<T, N> {
 
     /// Measurement update with a position reading.
     pub fn update(&self, state: &mut KalmanState<T, N>, position: T) -> Innovation<T> {
+        Self::observe(state, 0, position, self.r)
+    }
+
+    /// Measurement update with any state read directly, H the unit vector of `component`: 0 for a position, 1 for
+    /// a wheel speed or a tachometer.
+    ///
+    /// # Panics
+    /// When `component` is not below N.
+    pub fn observe(
+        state: &mut KalmanState<T, N>,
+        component: usize,
+        reading: T,
+        variance: T,
+    ) -> Innovation<T> {
         let innovation = Innovation {
-            value: position - state.x[0],
-            variance: state.p[0][0] + self.r,
+            value: reading - state.x[component],
+            variance: state.p[component][component] + variance,
         };
         let inverse = T::ONE / innovation.variance;
-        let row = state.p[0];
+        let row = state.p[component];
         let k = row.map(|p| p * inverse);
-        // Joseph: (I − K H) P (I − K H)ᵀ + K R Kᵀ, with H the first unit vector.
+        // Joseph: (I − K H) P (I − K H)ᵀ + K R Kᵀ.
         for i in 0..N {
             state.x[i] += k[i] * innovation.value;
         }
@@ -281,7 +295,7 @@ impl<T: Float, const N: usize> Kalman<T, N> {
         }
         for i in 0..N {
             for j in 0..=i {
-                let p = half[i][j] - half[i][0] * k[j] + k[i] * self.r * k[j];
+                let p = half[i][j] - half[i][component] * k[j] + k[i] * variance * k[j];
                 state.p[i][j] = p;
                 state.p[j][i] = p;
             }
