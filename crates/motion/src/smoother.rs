@@ -159,7 +159,12 @@ mod tests {
             // P⁻ − P⁻ Λ P⁻ and the explicit inverses both cancel where P⁻ is still 10⁶ times the final variance.
             let u = ours.velocity_uncertainty[k];
             let rounding = 1e-8 * pass.prior[k].p[1][1] + 1e-9 * p[1][1];
-            assert!((u * u - p[1][1]).abs() < rounding, "{k}: {} {}", u * u, p[1][1]);
+            assert!(
+                (u * u - p[1][1]).abs() < rounding,
+                "{k}: {} {}",
+                u * u,
+                p[1][1]
+            );
         }
     }
 
