@@ -1,0 +1,203 @@
+//! The reference experiment in simulation: damped oscillation and DC motor, encoder of 500 lines, 16-bit converter,
+//! at 1000, 100 and 20 Hz.
+
+use proofmass_motion::{
+    Criterion, Family, Filter, KalmanModel, Method, MotionRecord, Rule, Source, Tuning, agreement,
+    compare, crossover, tune,
+};
+use proofmass_rig::{Axis, AxisMotion, AxisRecording};
+
+fn record(recording: &AxisRecording) -> (MotionRecord, Vec<f64>) {
+    let truth: Vec<f64> = recording.truth.iter().map(|p| p.velocity).collect();
+    let mut record = MotionRecord::new(
+        recording.sample_time,
+        Source::Position,
+        recording.position(),
+        recording.acceleration.clone(),
+    )
+    .unwrap();
+    record.increment = Some(recording.increment);
+    record.initial_velocity = Some(truth[0]);
+    (record, truth)
+}
+
+#[test]
+fn law_fused_methods_beat_both_sensors_at_every_rate() {
+    let mut axis = Axis::new(AxisMotion::damped_oscillation());
+    axis.accelerometer.offset = 0.0005;
+    let (record, truth) = record(&axis.simulate(31).unwrap());
+    let result = compare(&record, Some(&truth), &[], &[1, 10, 50], 0.5).unwrap();
+    for row in &result.rows {
+        println!(
+            "{:6.0} Hz {:12} {:48} rms {:.5} max {:.5} delay {:?} floor {:.5} drift {:.5}",
+            row.rate,
+            format!("{:?}", row.family),
+            row.label,
+            row.agreement.rms,
+            row.agreement.max,
+            row.agreement.delay.map(|d| (d * 1e5).round() / 1e5),
+            row.agreement.noise_floor,
+            row.agreement.drift
+        );
+    }
+    for rate in [1000.0, 100.0, 20.0] {
+        let at = |family| {
+            result
+                .rows
+                .iter()
+                .filter(move |r| (r.rate - rate).abs() < 1e-6 && r.family == family)
+        };
+        let best = |family| {
+            at(family)
+                .map(|r| r.agreement.rms)
+                .fold(f64::INFINITY, f64::min)
+        };
+        let single = best(Family::Position).min(best(Family::Acceleration));
+        // The tuned methods stand last: Kalman, two channels, observer.
+        let fused: Vec<_> = at(Family::Fused).collect();
+        for row in &fused[fused.len() - 3..] {
+            assert!(
+                row.agreement.rms < single,
+                "{rate} Hz: {} {} > {single}",
+                row.label,
+                row.agreement.rms
+            );
+        }
+    }
+}
+
+#[test]
+fn law_likelihood_tuning_comes_within_ten_per_cent_of_the_best_with_truth() {
+    for (motion, seed) in [
+        (AxisMotion::damped_oscillation(), 41),
+        (AxisMotion::servo(5.0), 42),
+        (AxisMotion::servo(15.0), 43),
+    ] {
+        let (full, truth_full) = record(&Axis::new(motion).simulate(seed).unwrap());
+        for n in [1, 10] {
+            let slow = full.decimated(n).unwrap();
+            let truth: Vec<f64> = truth_full.iter().step_by(n).copied().collect();
+            let dt = slow.sample_time;
+            let skip = (0.5 / dt) as usize;
+            let tuned = tune(&slow, &Tuning::default()).unwrap();
+            let rms = |m: &Method| {
+                agreement(&m.run(&slow).unwrap().velocity, &truth, dt, skip)
+                    .unwrap()
+                    .rms
+            };
+            // Kalman: only q/R shapes it; every ratio in steps of a sixteenth of a decade.
+            let r = tuned.tuned.model.reading_noise;
+            let best = (-160..=64)
+                .map(|k| 10f64.powf(f64::from(k) / 16.0))
+                .map(|ratio| KalmanModel::new(ratio * r / dt.powi(4), r))
+                .map(|model| rms(&Method::Kalman { model }))
+                .fold(f64::INFINITY, f64::min);
+            let found = rms(&Method::Kalman {
+                model: tuned.tuned.model,
+            });
+            println!(
+                "{motion:?} {:.0} Hz: Kalman {found:.6} best {best:.6} ({:.3})",
+                1.0 / dt,
+                found / best
+            );
+            assert!(found < 1.1 * best, "Kalman {found} {best}");
+            for (filter, gains) in [
+                (Filter::TwoChannel, tuned.two_channel),
+                (Filter::Observer, tuned.observer),
+            ] {
+                let with_truth = Criterion::Reference {
+                    velocity: &truth,
+                    skip,
+                };
+                let best = crossover(filter, with_truth, &slow).unwrap().rms;
+                let found = rms(&gains.method);
+                println!(
+                    "   {filter:?} {found:.6} best {best:.6} ({:.3}) {:?}",
+                    found / best,
+                    gains.method
+                );
+                assert!(found < 1.1 * best, "{filter:?} {found} {best}");
+            }
+        }
+    }
+}
+
+#[test]
+fn law_offset_drifts_alone_and_not_fused() {
+    let mut axis = Axis::new(AxisMotion::damped_oscillation());
+    axis.accelerometer.offset = 0.0005;
+    axis.duration = 10.0;
+    let recording = axis.simulate(51).unwrap();
+    let (with, truth) = record(&recording);
+    let dt = with.sample_time;
+    let error = |m: &Method, r: &MotionRecord| {
+        agreement(&m.run(r).unwrap().velocity, &truth, dt, 500).unwrap()
+    };
+    let alone = Method::Integration {
+        rule: Rule::Trapezoid,
+        offset: 0.0,
+    };
+    // Random walk of the noise over 10 s: 0.02 √(0.001 · 10) = 2e-3 m/s; its slope is below 4e-4 with 95 %.
+    // The trapezoid's own error, (ωT)²/12 = 5e-5 of the velocity, does not drift.
+    let drift = error(&alone, &with).drift;
+    assert!(
+        (drift - recording.offset).abs() < 8e-4,
+        "{drift} {}",
+        recording.offset
+    );
+    assert!(recording.offset > 0.015);
+    axis.accelerometer.offset = 0.0;
+    let (without, _) = record(&axis.simulate(51).unwrap());
+    for method in tune(&with, &Tuning::default()).unwrap().methods() {
+        let (a, b) = (error(&method, &with), error(&method, &without));
+        println!(
+            "{}: {:.6} with, {:.6} without, drift {:.2e}",
+            method.label(),
+            a.rms,
+            b.rms,
+            a.drift
+        );
+        assert!(a.drift.abs() < 2e-4, "{}", method.label());
+        assert!(
+            a.rms < 1.5 * b.rms + 1e-4,
+            "{}: {} {}",
+            method.label(),
+            a.rms,
+            b.rms
+        );
+    }
+}
+
+#[test]
+fn law_missing_samples_and_a_slow_encoder_are_carried() {
+    let mut axis = Axis::new(AxisMotion::servo(5.0));
+    axis.encoder.every = 5;
+    axis.encoder.missing = 0.1;
+    let (r, truth) = record(&axis.simulate(61).unwrap());
+    let tuned = tune(&r, &Tuning::default()).unwrap();
+    for method in tuned.methods() {
+        let v = method.run(&r).unwrap().velocity;
+        let rms = agreement(&v, &truth, r.sample_time, 500).unwrap().rms;
+        println!("{} {rms}", method.label());
+        assert!(rms < 0.02, "{} {rms}", method.label()); // of a velocity of 0.65 m/s amplitude
+    }
+}
+
+#[test]
+fn law_a_stationary_start_stays_stationary() {
+    let (r, _) = record(&Axis::new(AxisMotion::Standstill).simulate(71).unwrap());
+    for method in [
+        Method::TwoChannel { k1: 0.1, k2: 10.0 },
+        Method::Observer {
+            k_x: 10.0,
+            k_v: 50.0,
+        },
+        Method::Kalman {
+            model: KalmanModel::new(4e-4, r.increment.unwrap().powi(2) / 12.0),
+        },
+    ] {
+        let v = method.run(&r).unwrap().velocity;
+        // White noise of 0.02 m/s² through a filter of some 0.1 s memory: 0.02 √(0.001 · 0.1) = 2e-4.
+        assert!(v.iter().all(|v| v.abs() < 2e-3), "{method:?}");
+    }
+}
