@@ -74,7 +74,8 @@ pub fn agreement(
     })
 }
 
-/// Lag in samples at the maximum of the normalised cross-correlation, refined by a parabola.
+/// Lag in samples at the maximum of the normalised cross-correlation, refined by a parabola: the maximum nearest
+/// to no delay.
 fn delay(v: &[f64], r: &[f64]) -> Option<f64> {
     let n = v.len();
     let reach = (n / 4).min(200);
@@ -101,9 +102,19 @@ fn delay(v: &[f64], r: &[f64]) -> Option<f64> {
             f64::NEG_INFINITY
         }
     };
+    // Uphill from no delay: a periodic motion has other maxima a period away.
     let reach = reach as i64;
-    let best = (-reach..=reach).max_by(|a, b| score(*a).total_cmp(&score(*b)))?;
-    if best.abs() == reach {
+    let mut best = 0i64;
+    let mut height = score(0);
+    let step = if score(1) > height { 1 } else { -1 };
+    while best.abs() < reach {
+        let next = score(best + step);
+        if next <= height {
+            break;
+        }
+        (best, height) = (best + step, next);
+    }
+    if best.abs() >= reach {
         return None;
     }
     let (a, b, c) = (score(best - 1), score(best), score(best + 1));

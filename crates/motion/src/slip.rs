@@ -166,7 +166,7 @@ impl SlipSearch {
         })
     }
 
-    /// Mean acceleration over the blow's duration, against the motion, far outside the quiet part.
+    /// Jumps of the mean acceleration over the blow's duration, against the motion, far outside the quiet part.
     fn collisions(&self, record: &MotionRecord, dt: f64) -> Vec<Episode> {
         let b = ((self.blow / dt).round() as usize).max(2);
         let n = record.acceleration.len();
@@ -178,7 +178,9 @@ impl SlipSearch {
             .windows(b)
             .map(|a| a.iter().sum::<f64>() / b as f64)
             .collect();
-        let (centre, deviation) = quiet(&mean);
+        // The mean after a sample minus that before it: braking is slow against it, and an offset drops out.
+        let jump: Vec<f64> = (b..mean.len()).map(|k| mean[k] - mean[k - b]).collect();
+        let (centre, deviation) = quiet(&jump);
         let positions = held(&record.positions());
         let velocity: Vec<f64> = (0..n)
             .map(|k| {
@@ -187,11 +189,11 @@ impl SlipSearch {
             })
             .collect();
         let span = b as f64 * dt;
-        let z: Vec<f64> = mean
+        let z: Vec<f64> = jump
             .iter()
             .enumerate()
             .map(|(k, a)| {
-                let against = (a - centre) * velocity[k] < 0.0;
+                let against = (a - centre) * velocity[k + b] < 0.0;
                 if against {
                     (a - centre) / deviation
                 } else {
@@ -199,10 +201,10 @@ impl SlipSearch {
                 }
             })
             .collect();
-        // A blow changes the velocity by a good part of itself; braking does not within milliseconds.
+        // Where nothing is noisy everything stands out: a blow also changes the velocity by a part of itself.
         let typical = velocity.iter().fold(0.0f64, |m, v| m.max(v.abs()));
-        let hard = |z: f64| z.abs() > self.threshold && z.abs() * deviation * span > 0.05 * typical;
-        episodes(&z, hard, 0, b, n, |z| (z * deviation * span, z))
+        let hard = |z: f64| z.abs() > self.threshold && z.abs() * deviation * span > 0.02 * typical;
+        episodes(&z, hard, b, 2 * b, n, |z| (z * deviation * span, z))
     }
 }
 

@@ -27,7 +27,7 @@ pub enum BiasChoice {
     None,
     /// A random walk whose density is found too.
     RandomWalk,
-    /// The one with the smaller Akaike criterion, 2 (number of parameters) − 2 ln L.
+    /// The one with the smaller Bayesian criterion, (number of parameters) ln n − 2 ln L.
     Automatic,
 }
 
@@ -126,9 +126,10 @@ impl Tuning {
             _ => Some(search.best_walk()?),
         };
         let without = plain.map(|p| p.value);
-        // One more parameter (the density) has to earn its place.
+        // The offset and its walk are two parameters more, ½ ln n each.
+        let price = (readings as f64).ln();
         let (ratio, density, best) = match (plain, walk) {
-            (Some(p), Some((w, s))) if w.value > p.value + 1.0 => (w, Some(s), w.value),
+            (Some(p), Some((w, s))) if w.value > p.value + price => (w, Some(s), w.value),
             (Some(p), _) => (p, None, p.value),
             (None, Some((w, s))) => (w, Some(s), w.value),
             (None, None) => {
@@ -162,6 +163,21 @@ impl Tuning {
                 .advice("check that both sensors move and share unit and sense"),
             );
         }
+        let resting = resting_share(record);
+        if resting > 0.3 {
+            findings.push(
+                Finding::new(
+                    Severity::Warning,
+                    "slow-quantised-readings",
+                    "the readings rest on one value for long stretches: quantisation is not noise there",
+                )
+                .evidence(format!(
+                    "{:.0} % of the readings lie in runs of {LONG_RUN} and more equal ones",
+                    100.0 * resting
+                ))
+                .advice("tune on a stretch in motion, give the reading noise as increment squared over twelve, or time the edges (M/T)"),
+            );
+        }
         if whiteness.p_white < 1e-3 {
             let (lag, rho) = whiteness.largest_correlation;
             findings.push(
@@ -187,6 +203,20 @@ impl Tuning {
             findings,
         })
     }
+}
+
+/// Equal readings in a row that count as resting.
+const LONG_RUN: usize = 20;
+
+/// Share of the readings in long runs of equal ones.
+fn resting_share(record: &MotionRecord) -> f64 {
+    let readings: Vec<f64> = record.reading.iter().flatten().copied().collect();
+    let resting: usize = readings
+        .chunk_by(|a, b| a == b)
+        .map(<[f64]>::len)
+        .filter(|&n| n >= LONG_RUN)
+        .sum();
+    resting as f64 / readings.len().max(1) as f64
 }
 
 /// Mean square of the acceleration: what an offset may be at most.
@@ -286,19 +316,18 @@ impl Search<'_> {
 
     /// Best ratio and walk density. The density is searched over q: 10⁻¹²…10² (1/s).
     fn best_walk(&mut self) -> Result<(Maximum, f64), Error> {
-        // The ratio hardly moves with the density: coarse in both, then one after the other.
-        let start = self.best_ratio(None)?.at;
+        // Without an offset state q may have swallowed the offset, so that its maximum lies decades away: coarse
+        // over the whole plane, then one after the other.
         let mut best = (
             Maximum {
-                at: start,
+                at: RATIO.0,
                 value: f64::NEG_INFINITY,
             },
             -6.0,
         );
-        for d in -6..=2 {
-            let d = 2.0 * f64::from(d);
-            for shift in [-2.0, -1.0, 0.0] {
-                let at = (start + shift).max(RATIO.0);
+        for d in [-12.0, -9.0, -6.0, -3.0, 0.0, 3.0] {
+            for step in 0..=(RATIO.1 - RATIO.0) as i32 {
+                let at = RATIO.0 + f64::from(step);
                 let value = self.value(at, Some(d))?;
                 if value > best.0.value {
                     best = (Maximum { at, value }, d);
@@ -312,7 +341,7 @@ impl Search<'_> {
                 (best.0.at + 1.5).min(RATIO.1),
             );
             let ratio = self.maximise(low, high, 0.75, 0.01, |s, at| s.value(at, Some(d)))?;
-            let density = self.maximise(d - 2.0, d + 2.0, 1.0, 0.02, |s, d| {
+            let density = self.maximise(d - 3.0, d + 3.0, 1.0, 0.02, |s, d| {
                 s.value(ratio.at, Some(d))
             })?;
             best = (

@@ -43,6 +43,7 @@ fn crosscheck_clean_run_agrees_and_has_no_slip() {
     };
     let slip = result.slip.unwrap();
     assert!(slip.slip.is_empty(), "{:?}", slip.slip);
+    assert!(slip.collisions.is_empty(), "{:?}", slip.collisions);
     // 95 % are expected of a matched model; this one is fitted to quantised, slightly coloured readings.
     assert!(result.agreement.unwrap() > 0.9, "{:?}", result.agreement);
 }
