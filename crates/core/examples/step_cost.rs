@@ -48,10 +48,14 @@ fn main() -> Result<(), proofmass_core::Error> {
     measure("two channels", |x, a| two.update(&mut s, x, a));
     let observer = Observer::<f64>::new(5.0, 25.0, dt)?;
     let mut s = ObserverState::new(0.0, 0.0, 0.0);
-    measure("observer, second order", |x, a| observer.update(&mut s, x, a));
+    measure("observer, second order", |x, a| {
+        observer.update(&mut s, x, a)
+    });
     let adaptive = AdaptiveObserver::<f64>::new(5.0, 25.0, 1.0, 1e-3, dt)?;
     let mut s = AdaptiveObserverState::new(0.0, 0.0, 0.0);
-    measure("observer, adaptive gain", |x, a| adaptive.update(&mut s, x, a));
+    measure("observer, adaptive gain", |x, a| {
+        adaptive.update(&mut s, x, a)
+    });
     let kalman = Kalman::<f64, 2>::new(&noise, Hold::First, dt)?;
     let mut s = KalmanState::new([0.0; 2], [1.0; 2], 0.0);
     measure("Kalman, two states", |x, a| {
@@ -66,6 +70,8 @@ fn main() -> Result<(), proofmass_core::Error> {
         s3.x[1]
     });
     let steady = kalman.steady()?;
-    measure("Kalman, steady gain", |x, a| steady.step(&mut s, Some(x), a));
+    measure("Kalman, steady gain", |x, a| {
+        steady.step(&mut s, Some(x), a)
+    });
     Ok(())
 }
