@@ -64,7 +64,11 @@ pub(crate) fn adjust(
         // The weights stay as they are while the step is shortened, so that costs compare.
         let mut factor = 1.0;
         let (next, next_blocks) = loop {
-            let trial: Vec<f64> = parameters.iter().zip(&step).map(|(x, s)| x + factor * s).collect();
+            let trial: Vec<f64> = parameters
+                .iter()
+                .zip(&step)
+                .map(|(x, s)| x + factor * s)
+                .collect();
             let trial_blocks = equations(&trial);
             if let Ok(trial_blocks) = trial_blocks {
                 let accepted = system.cost_of(&trial_blocks) <= cost * (1.0 + 1e-9) + 1e-18;
@@ -191,7 +195,9 @@ impl System {
     }
 
     fn cost(&self) -> f64 {
-        (0..self.residual.nrows()).map(|i| self.residual[(i, 0)].powi(2)).sum()
+        (0..self.residual.nrows())
+            .map(|i| self.residual[(i, 0)].powi(2))
+            .sum()
     }
 
     /// Cost of other residuals under the weights of this system.
@@ -206,7 +212,12 @@ impl System {
         cost
     }
 
-    fn finish(self, parameters: Vec<f64>, condition: f64, iterations: usize) -> Result<Adjustment, Error> {
+    fn finish(
+        self,
+        parameters: Vec<f64>,
+        condition: f64,
+        iterations: usize,
+    ) -> Result<Adjustment, Error> {
         let p = parameters.len();
         let rows = self.jacobian.nrows();
         // With J = QR: G = R⁻¹Qᵀ in whitened rows, leverage the squared rows of Q.
@@ -302,7 +313,11 @@ fn observability(
     };
     if !(condition < MAX_CONDITION) {
         let weakest = (0..p)
-            .max_by(|&a, &b| svd.V()[(a, p - 1)].abs().total_cmp(&svd.V()[(b, p - 1)].abs()))
+            .max_by(|&a, &b| {
+                svd.V()[(a, p - 1)]
+                    .abs()
+                    .total_cmp(&svd.V()[(b, p - 1)].abs())
+            })
             .unwrap_or(0);
         return Err(Error::Unobservable {
             parameter: name(weakest),

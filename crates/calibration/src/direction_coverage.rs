@@ -1,6 +1,7 @@
 //! Which of the six principal directions a set of attitudes reaches, and the largest hole it leaves.
 
-use crate::Triple;
+use crate::{Ellipsoid, Triple};
+use proofmass_core::Error;
 use std::fmt;
 
 /// One of the six directions a sensor axis can point along or against the specific force.
@@ -33,7 +34,12 @@ impl Direction {
 
 impl fmt::Display for Direction {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}{}", if self.up { '+' } else { '-' }, ["x", "y", "z"][self.axis])
+        write!(
+            f,
+            "{}{}",
+            if self.up { '+' } else { '-' },
+            ["x", "y", "z"][self.axis]
+        )
     }
 }
 
@@ -71,6 +77,23 @@ impl DirectionCoverage {
             largest_hole_deg: cosine.clamp(-1.0, 1.0).acos().to_degrees(),
             hole_centre,
         }
+    }
+
+    /// Of mean outputs: as they are where they are accelerations, about the centre of their sphere where they are
+    /// raw. Good enough to tell which directions are there when a fit could not be made.
+    ///
+    /// # Errors
+    /// Those of [`Ellipsoid::sphere`].
+    pub fn of_outputs(means: &[Triple], are_accelerations: bool) -> Result<Self, Error> {
+        if are_accelerations {
+            return Ok(Self::of(means));
+        }
+        let centre = Ellipsoid::sphere(means)?.centre;
+        let directions: Vec<Triple> = means
+            .iter()
+            .map(|m| std::array::from_fn(|i| m[i] - centre[i]))
+            .collect();
+        Ok(Self::of(&directions))
     }
 
     /// The two ends of an axis that both have no attitude, where there is one.
@@ -129,9 +152,17 @@ mod tests {
             [0.0, -9.8, 0.3],
             [0.0, 0.0, 9.8],
         ]);
-        assert_eq!(coverage.to_string(), "5 of 6 directions present, -z missing");
+        assert_eq!(
+            coverage.to_string(),
+            "5 of 6 directions present, -z missing"
+        );
         assert_eq!(coverage.missing_axis(), None);
-        let flat = DirectionCoverage::of(&[[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]]);
+        let flat = DirectionCoverage::of(&[
+            [1.0, 0.0, 0.0],
+            [-1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.0, -1.0, 0.0],
+        ]);
         assert_eq!(flat.missing_axis(), Some(2));
     }
 }

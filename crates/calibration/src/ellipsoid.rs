@@ -82,12 +82,17 @@ impl Ellipsoid {
             return Err(no_ellipsoid(level));
         }
         // A/level = P²; P⁻¹ by eigenvalues.
-        let eigen = a.self_adjoint_eigen(Side::Lower).map_err(|_| no_ellipsoid(0.0))?;
+        let eigen = a
+            .self_adjoint_eigen(Side::Lower)
+            .map_err(|_| no_ellipsoid(0.0))?;
         let shape = std::array::from_fn(|i| {
             std::array::from_fn(|j| {
                 (0..3)
                     .map(|k| {
-                        eigen.U()[(i, k)] * eigen.U()[(j, k)] * (level / eigen.S()[k]).sqrt() * scale
+                        eigen.U()[(i, k)]
+                            * eigen.U()[(j, k)]
+                            * (level / eigen.S()[k]).sqrt()
+                            * scale
                     })
                     .sum()
             })
@@ -189,11 +194,17 @@ mod tests {
 
     #[test]
     fn law_algebraic_fit_is_exact_on_an_exact_ellipsoid() {
-        let shape = [[4070.0, 12.0, -8.0], [12.0, 4040.0, 5.0], [-8.0, 5.0, 4075.0]];
+        let shape = [
+            [4070.0, 12.0, -8.0],
+            [12.0, 4040.0, 5.0],
+            [-8.0, 5.0, 4075.0],
+        ];
         let centre = [33123.0, 33276.0, 32360.0];
         let points: Vec<Triple> = directions()
             .iter()
-            .map(|d| std::array::from_fn(|i| centre[i] + (0..3).map(|j| shape[i][j] * d[j]).sum::<f64>()))
+            .map(|d| {
+                std::array::from_fn(|i| centre[i] + (0..3).map(|j| shape[i][j] * d[j]).sum::<f64>())
+            })
             .collect();
         let fit = Ellipsoid::algebraic(&points).unwrap();
         for i in 0..3 {
@@ -207,7 +218,12 @@ mod tests {
 
     #[test]
     fn law_sphere_of_a_plane_keeps_the_plane() {
-        let points = [[5.0, 1.0, 2.0], [3.0, 1.0, 2.0], [4.0, 2.0, 2.0], [4.0, 0.0, 2.0]];
+        let points = [
+            [5.0, 1.0, 2.0],
+            [3.0, 1.0, 2.0],
+            [4.0, 2.0, 2.0],
+            [4.0, 0.0, 2.0],
+        ];
         let sphere = Ellipsoid::sphere(&points).unwrap();
         assert!((sphere.radius() - 1.0).abs() < 1e-12);
         for (got, expected) in sphere.centre.iter().zip([4.0, 1.0, 2.0]) {
@@ -217,7 +233,13 @@ mod tests {
 
     #[test]
     fn refuses_few_points_and_one_point() {
-        assert!(matches!(Ellipsoid::algebraic(&[[1.0; 3]; 8]), Err(Error::TooFew { .. })));
-        assert!(matches!(Ellipsoid::sphere(&[[1.0; 3]; 5]), Err(Error::TooFew { .. })));
+        assert!(matches!(
+            Ellipsoid::algebraic(&[[1.0; 3]; 8]),
+            Err(Error::TooFew { .. })
+        ));
+        assert!(matches!(
+            Ellipsoid::sphere(&[[1.0; 3]; 5]),
+            Err(Error::TooFew { .. })
+        ));
     }
 }

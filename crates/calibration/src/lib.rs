@@ -9,17 +9,21 @@ mod pose;
 mod recording_quality;
 mod six_position;
 mod standstill;
+mod standstill_calibration;
 mod threshold_sweep;
 mod validation;
 
 pub use direction_coverage::{Direction, DirectionCoverage};
 pub use ellipsoid::Ellipsoid;
 pub use mean_noise::MeanNoise;
-pub use multi_position::{AttitudeUncertainty, Model, MultiPosition, MultiPositionFit, PoseResidual};
+pub use multi_position::{
+    AttitudeUncertainty, Model, MultiPosition, MultiPositionFit, PoseResidual,
+};
 pub use pose::{Pose, Samples, Segment};
 pub use recording_quality::{clipping, suspected_clipping, temperature_drift};
 pub use six_position::Ferraris;
 pub use standstill::{Standstill, WindowedVariance};
+pub use standstill_calibration::{Estimator, StandstillCalibration};
 pub use threshold_sweep::{Candidate, ThresholdSweep};
 pub use validation::{AttitudeCheck, Calibrated, Validation};
 

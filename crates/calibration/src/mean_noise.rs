@@ -68,7 +68,11 @@ impl MeanNoise {
             .collect();
         let typical = [0, 1, 2].map(|axis| median(variances.iter().map(|v| v[axis]).collect()));
         let mut variance = variances.iter();
-        centred.retain(|_| variance.next().is_some_and(|v| excess_ratio(v, &typical) <= RESTLESS));
+        centred.retain(|_| {
+            variance
+                .next()
+                .is_some_and(|v| excess_ratio(v, &typical) <= RESTLESS)
+        });
         let total: usize = centred.iter().map(|c| c[0].len()).sum();
         let count = centred.len();
         if total < count + 2 {
@@ -118,7 +122,10 @@ impl MeanNoise {
     pub fn variance_inflation(&self) -> Triple {
         [0, 1, 2].map(|axis| {
             let white = self.autocovariance[0][axis][axis];
-            let all: f64 = self.autocovariance[1..].iter().map(|g| 2.0 * g[axis][axis]).sum();
+            let all: f64 = self.autocovariance[1..]
+                .iter()
+                .map(|g| 2.0 * g[axis][axis])
+                .sum();
             if white > 0.0 { 1.0 + all / white } else { 1.0 }
         })
     }
@@ -170,7 +177,9 @@ impl MeanNoise {
                 let factor = if ratio > RESTLESS { ratio } else { 1.0 };
                 Pose {
                     mean,
-                    covariance: self.of_mean(segment.len()).map(|row| row.map(|v| v * factor)),
+                    covariance: self
+                        .of_mean(segment.len())
+                        .map(|row| row.map(|v| v * factor)),
                     deviation,
                     segment: segment.clone(),
                 }
@@ -264,8 +273,14 @@ fn quantum(column: &[f64]) -> Option<f64> {
     }
     // Only small multiples can tell: decimal text leaves some 0.2 % of rounding on a step, so the twentieth
     // multiple may be off by 0.04 of a step, while changes of a smooth column fall anywhere.
-    let near = || changes().map(|change| change / smallest).filter(|steps| *steps < 20.5);
-    let off = near().filter(|steps| (steps - steps.round()).abs() > 0.1).count();
+    let near = || {
+        changes()
+            .map(|change| change / smallest)
+            .filter(|steps| *steps < 20.5)
+    };
+    let off = near()
+        .filter(|steps| (steps - steps.round()).abs() > 0.1)
+        .count();
     let multiples = near().filter(|steps| *steps > 1.5).count();
     (multiples > 10 && off == 0).then_some(smallest)
 }
@@ -319,13 +334,17 @@ mod tests {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
         for rho in [0.0, 0.3, 0.7] {
             let (count, length) = (40, 400);
-            let data: [Vec<f64>; 3] = std::array::from_fn(|_| autoregression(rho, count * length, &mut rng));
+            let data: [Vec<f64>; 3] =
+                std::array::from_fn(|_| autoregression(rho, count * length, &mut rng));
             let samples = Samples::new(&data[0], &data[1], &data[2]).unwrap();
             let noise = MeanNoise::estimate(&samples, &segments(count, length)).unwrap();
             let expected = (1.0 + rho) / (1.0 - rho) / length as f64;
             let got = noise.of_mean(length)[0][0];
             let bound = 4.0 * (2.0 / noise.dof().get()).sqrt() + 0.04;
-            assert!((got / expected - 1.0).abs() < bound, "ρ = {rho}: {got} against {expected}");
+            assert!(
+                (got / expected - 1.0).abs() < bound,
+                "ρ = {rho}: {got} against {expected}"
+            );
         }
     }
 
@@ -337,7 +356,9 @@ mod tests {
 
     #[test]
     fn known_step_is_found_and_none_is_invented() {
-        let counts: Vec<f64> = (0..500).map(|i| f64::from((i * i * 7 + i) % 23) * 0.06).collect();
+        let counts: Vec<f64> = (0..500)
+            .map(|i| f64::from((i * i * 7 + i) % 23) * 0.06)
+            .collect();
         assert!((quantum(&counts).unwrap() - 0.06).abs() < 1e-12);
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
         let smooth = autoregression(0.0, 500, &mut rng);

@@ -144,7 +144,9 @@ impl MultiPosition {
         let spread: f64 = (0..g.ncols())
             .map(|j| {
                 let v = problem.covariances[j / rows_per_pose][0][0];
-                (0..g.nrows()).map(|i| v * g[(i, j)] * g[(i, j)]).sum::<f64>()
+                (0..g.nrows())
+                    .map(|i| v * g[(i, j)] * g[(i, j)])
+                    .sum::<f64>()
             })
             .sum();
         Ok((adjustment.chi_square, spread / self.parameters() as f64))
@@ -243,11 +245,19 @@ impl<'a> Problem<'a> {
         let first = self.adjust(0.0)?;
         let (chi_square, dof) = (first.chi_square, first.degrees_of_freedom);
         let quantile = MultiPosition::excess_quantile(dof);
-        let typical = self.covariances.iter().map(|c| (c[0][0] + c[1][1] + c[2][2]) / 3.0).sum::<f64>()
+        let typical = self
+            .covariances
+            .iter()
+            .map(|c| (c[0][0] + c[1][1] + c[2][2]) / 3.0)
+            .sum::<f64>()
             / self.covariances.len() as f64;
         let at = |excess| self.adjust(excess).map(|a| a.chi_square);
         let excess = excess_variance(chi_square, dof, quantile, at, typical)?;
-        let last = if excess > 0.0 { self.adjust(excess)? } else { first };
+        let last = if excess > 0.0 {
+            self.adjust(excess)?
+        } else {
+            first
+        };
         Ok((last, excess, chi_square))
     }
 
@@ -258,7 +268,9 @@ impl<'a> Problem<'a> {
 
     fn adjust(&self, excess: f64) -> Result<Adjustment, Error> {
         let name = |i| self.model.parameter_name(i);
-        adjust(&self.start(), excess, name, |parameters| self.equations(parameters))
+        adjust(&self.start(), excess, name, |parameters| {
+            self.equations(parameters)
+        })
     }
 
     /// The parameters of the identity; the algebraic ellipsoid where it exists and is near.
@@ -315,7 +327,12 @@ impl<'a> Problem<'a> {
     }
 
     /// r = y − β − κ u, three equations each.
-    fn known_attitudes(&self, k: &Matrix3<f64>, beta: Triple, attitudes: &[Triple]) -> Vec<Equations> {
+    fn known_attitudes(
+        &self,
+        k: &Matrix3<f64>,
+        beta: Triple,
+        attitudes: &[Triple],
+    ) -> Vec<Equations> {
         let p = self.model.parameters();
         self.points
             .iter()

@@ -53,7 +53,8 @@ impl<'a> Samples<'a> {
         self.columns.map(|column| {
             let segment = &column[start..end];
             let pedestal = segment.first().copied().unwrap_or(0.0);
-            pedestal + segment.iter().map(|v| v - pedestal).sum::<f64>() / segment.len().max(1) as f64
+            pedestal
+                + segment.iter().map(|v| v - pedestal).sum::<f64>() / segment.len().max(1) as f64
         })
     }
 }

@@ -20,7 +20,11 @@ pub fn clipping(samples: &Samples<'_>, range: (f64, f64), segments: &[Segment]) 
                 .iter()
                 .any(|s| column[s.start..s.end].iter().any(|v| clipped(*v)));
             let finding = Finding::new(
-                if used { Severity::Decision } else { Severity::Note },
+                if used {
+                    Severity::Decision
+                } else {
+                    Severity::Note
+                },
                 "clipped-samples",
                 if used {
                     format!("output {axis} is clipped inside a standstill")
@@ -32,7 +36,9 @@ pub fn clipping(samples: &Samples<'_>, range: (f64, f64), segments: &[Segment]) 
                 "{count} samples at the limits {low} and {high}, the first is sample {first}"
             ));
             Some(if used {
-                finding.advice("choose a larger range, or leave that standstill out: its mean is wrong")
+                finding.advice(
+                    "choose a larger range, or leave that standstill out: its mean is wrong",
+                )
             } else {
                 finding
             })
@@ -63,8 +69,12 @@ pub fn suspected_clipping(samples: &Samples<'_>) -> Vec<Finding> {
                         "suspected-clipping",
                         format!("output {axis} stays at its extreme value"),
                     )
-                    .evidence(format!("{extreme} for at least {RUN} samples from sample {start}"))
-                    .advice("declare `range` of the recording if this is the limit of the converter"),
+                    .evidence(format!(
+                        "{extreme} for at least {RUN} samples from sample {start}"
+                    ))
+                    .advice(
+                        "declare `range` of the recording if this is the limit of the converter",
+                    ),
                 )
             })
         })
@@ -74,7 +84,11 @@ pub fn suspected_clipping(samples: &Samples<'_>) -> Vec<Finding> {
 /// Temperature that changes across the standstills, with the slope of the residuals against it.
 ///
 /// `temperature` in °C per sample. Nothing is said below 2 K, where 200 ppm/K and 0.1 mg/K stay under 1 mg.
-pub fn temperature_drift(temperature: &[f64], segments: &[Segment], residuals: &[PoseResidual]) -> Option<Finding> {
+pub fn temperature_drift(
+    temperature: &[f64],
+    segments: &[Segment],
+    residuals: &[PoseResidual],
+) -> Option<Finding> {
     const NEGLIGIBLE: f64 = 2.0;
     let means: Vec<f64> = segments
         .iter()

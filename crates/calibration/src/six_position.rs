@@ -43,7 +43,9 @@ impl MultiPosition {
             })
             .collect();
         // Residuals are y − β − κu, so the gain from residuals to parameters has the opposite sign.
-        adjustment.gain = Mat::from_fn(estimator.nrows(), estimator.ncols(), |i, j| -estimator[(i, j)]);
+        adjustment.gain = Mat::from_fn(estimator.nrows(), estimator.ncols(), |i, j| {
+            -estimator[(i, j)]
+        });
         MultiPositionFit::assemble(&settings, &problem, adjustment, excess, chi_square)
     }
 }

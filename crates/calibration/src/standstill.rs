@@ -64,7 +64,7 @@ impl WindowedVariance {
     ///
     /// # Errors
     /// [`Error::OutOfRange`] for a rate, window or duration that is not positive; [`Error::TooFew`] for a
-    /// recording shorter than a window; [`Error::Unobservable`] naming the first output that never changes.
+    /// recording shorter than a window; [`Error::Constant`] naming the first output that never changes.
     pub fn new(
         samples: &Samples<'_>,
         rate: f64,
@@ -85,7 +85,8 @@ impl WindowedVariance {
                 });
             }
         }
-        let half = ((0.5 * search.window * rate).round() as usize).max(Standstill::MINIMUM_WINDOW / 2);
+        let half =
+            ((0.5 * search.window * rate).round() as usize).max(Standstill::MINIMUM_WINDOW / 2);
         let minimum_samples =
             ((search.minimum_duration * rate).round() as usize).max(Standstill::MINIMUM_SAMPLES);
         let n = samples.len();
@@ -103,9 +104,9 @@ impl WindowedVariance {
         for (axis, column) in samples.columns().into_iter().enumerate() {
             let first = column[0];
             if column.iter().all(|v| *v == first) {
-                return Err(Error::Unobservable {
-                    parameter: NAMES[axis],
-                    condition: f64::INFINITY,
+                return Err(Error::Constant {
+                    name: NAMES[axis],
+                    value: first,
                 });
             }
             let variance = windowed_variance(column, half);
@@ -198,7 +199,10 @@ fn windowed_variance(column: &[f64], half: usize) -> Vec<f64> {
         }
         if i % 4096 == 0 {
             sum = column[lower..upper].iter().map(|v| v - pedestal).sum();
-            square = column[lower..upper].iter().map(|v| (v - pedestal).powi(2)).sum();
+            square = column[lower..upper]
+                .iter()
+                .map(|v| (v - pedestal).powi(2))
+                .sum();
         }
         let count = (upper - lower) as f64;
         variance.push(((square - sum * sum / count) / (count - 1.0)).max(0.0));
@@ -237,7 +241,14 @@ mod tests {
         let n = 3000;
         let moving = |i: usize| (1000..1200).contains(&i) || (2000..2300).contains(&i);
         let x: Vec<f64> = (0..n)
-            .map(|i| triangle(i) + if moving(i) { 50.0 * (i as f64 * 0.05).sin() } else { 0.0 })
+            .map(|i| {
+                triangle(i)
+                    + if moving(i) {
+                        50.0 * (i as f64 * 0.05).sin()
+                    } else {
+                        0.0
+                    }
+            })
             .collect();
         let samples = Samples::new(&x, &x, &x).unwrap();
         let windowed = WindowedVariance::new(&samples, 100.0, &[], &Standstill::default()).unwrap();
@@ -245,7 +256,10 @@ mod tests {
         assert_eq!(found.len(), 3);
         for (segment, (start, end)) in found.iter().zip([(0, 1000), (1200, 2000), (2300, 3000)]) {
             // Inside the true rest, and half a window (50 samples) short where it borders on motion.
-            assert!(segment.start >= start && segment.start <= start + 51, "{segment:?}");
+            assert!(
+                segment.start >= start && segment.start <= start + 51,
+                "{segment:?}"
+            );
             assert!(segment.end <= end && segment.end + 51 >= end, "{segment:?}");
         }
     }
@@ -254,7 +268,8 @@ mod tests {
     fn law_no_standstill_reaches_across_a_gap_in_time() {
         let x: Vec<f64> = (0..1000).map(triangle).collect();
         let samples = Samples::new(&x, &x, &x).unwrap();
-        let windowed = WindowedVariance::new(&samples, 100.0, &[400], &Standstill::default()).unwrap();
+        let windowed =
+            WindowedVariance::new(&samples, 100.0, &[400], &Standstill::default()).unwrap();
         let found = windowed.segments(3.0);
         assert_eq!(found.len(), 2);
         assert_eq!((found[0].end, found[1].start), (400, 400));
@@ -262,12 +277,15 @@ mod tests {
 
     #[test]
     fn law_sliding_sums_agree_with_the_definition() {
-        let x: Vec<f64> = (0..5000).map(|i| 33000.0 + triangle(i) + (i as f64 * 0.01).sin()).collect();
+        let x: Vec<f64> = (0..5000)
+            .map(|i| 33000.0 + triangle(i) + (i as f64 * 0.01).sin())
+            .collect();
         let fast = windowed_variance(&x, 25);
         for i in (0..5000usize).step_by(37) {
             let window = &x[i.saturating_sub(25)..(i + 26).min(5000)];
             let mean = window.iter().sum::<f64>() / window.len() as f64;
-            let slow = window.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (window.len() - 1) as f64;
+            let slow =
+                window.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (window.len() - 1) as f64;
             // Squares of about 1 summed at most 4096 + 51 times.
             assert!((fast[i] - slow).abs() < 1e-11);
         }
@@ -280,7 +298,10 @@ mod tests {
         let search = Standstill::default();
         assert!(matches!(
             WindowedVariance::new(&samples, 100.0, &[], &search),
-            Err(Error::Unobservable { parameter: "output x", .. })
+            Err(Error::Constant {
+                name: "output x",
+                value: 0.0
+            })
         ));
         let short: Vec<f64> = (0..50).map(triangle).collect();
         let samples = Samples::new(&short, &short, &short).unwrap();

@@ -38,9 +38,9 @@ pub struct Candidate {
 pub struct ThresholdSweep {
     /// The standstills of the chosen threshold.
     pub segments: Vec<Segment>,
-    /// The chosen threshold, in multiples of the noise floor.
-    pub threshold: f64,
-    /// Everything that was tried; empty when the threshold was given.
+    /// The chosen threshold, in multiples of the noise floor; `None` when the standstills were given.
+    pub threshold: Option<f64>,
+    /// Everything that was tried; empty when the threshold or the standstills were given.
     pub candidates: Vec<Candidate>,
 }
 
@@ -71,7 +71,7 @@ impl ThresholdSweep {
             }
             return Ok(Self {
                 segments: windowed.segments(threshold),
-                threshold,
+                threshold: Some(threshold),
                 candidates: Vec::new(),
             });
         }
@@ -97,16 +97,18 @@ impl ThresholdSweep {
         match best {
             Some((candidate, segments, _)) => Ok(Self {
                 segments: segments.clone(),
-                threshold: candidate.threshold,
+                threshold: Some(candidate.threshold),
                 candidates: tried.iter().map(|(c, ..)| c.clone()).collect(),
             }),
             None => {
                 let most = tried.iter().max_by_key(|(c, ..)| c.standstills);
-                Err(most.and_then(|(.., error)| *error).unwrap_or(Error::TooFew {
-                    name: "standstills",
-                    needed: 1,
-                    got: 0,
-                }))
+                Err(most
+                    .and_then(|(.., error)| *error)
+                    .unwrap_or(Error::TooFew {
+                        name: "standstills",
+                        needed: 1,
+                        got: 0,
+                    }))
             }
         }
     }
@@ -142,7 +144,8 @@ fn try_threshold(
             // At least two degrees of freedom: one residual may vanish by chance.
             if freedom >= 2.0 {
                 let residual = (sum_of_squares / freedom).sqrt();
-                let t = StudentsT::new(0.0, 1.0, freedom).map_or(f64::MAX, |d| d.inverse_cdf(0.975));
+                let t =
+                    StudentsT::new(0.0, 1.0, freedom).map_or(f64::MAX, |d| d.inverse_cdf(0.975));
                 candidate.residual = Some(residual);
                 candidate.figure = Some(t * residual * spread.sqrt());
                 None
@@ -164,6 +167,11 @@ fn fragments(poses: &[Pose]) -> usize {
     let near = Ellipsoid::sphere(&means).map_or(0.0, |sphere| 0.03 * sphere.radius());
     means
         .windows(2)
-        .filter(|pair| (0..3).map(|i| (pair[1][i] - pair[0][i]).powi(2)).sum::<f64>() < near * near)
+        .filter(|pair| {
+            (0..3)
+                .map(|i| (pair[1][i] - pair[0][i]).powi(2))
+                .sum::<f64>()
+                < near * near
+        })
         .count()
 }

@@ -76,7 +76,11 @@ impl Validation {
     ///
     /// # Errors
     /// [`Error::TooFew`] without a standstill; [`Error::NotFinite`] for an output that is not a number.
-    pub fn run(calibration: &Calibrated<'_>, gravity: Option<Gravity>, poses: &[Pose]) -> Result<Self, Error> {
+    pub fn run(
+        calibration: &Calibrated<'_>,
+        gravity: Option<Gravity>,
+        poses: &[Pose],
+    ) -> Result<Self, Error> {
         if poses.is_empty() {
             return Err(Error::TooFew {
                 name: "standstills",
@@ -87,7 +91,10 @@ impl Validation {
         let here = gravity.unwrap_or(calibration.gravity);
         let g = here.value();
         let n = poses.len();
-        let accelerations: Vec<Triple> = poses.iter().map(|p| calibration.sensor.apply(p.mean)).collect();
+        let accelerations: Vec<Triple> = poses
+            .iter()
+            .map(|p| calibration.sensor.apply(p.mean))
+            .collect();
         let residuals: Vec<f64> = accelerations.iter().map(|a| norm(*a) - g).collect();
         if let Some(index) = residuals.iter().position(|r| !r.is_finite()) {
             return Err(Error::NotFinite {
@@ -138,8 +145,12 @@ impl Validation {
 
     fn doubts(&self, g: f64) -> Vec<Finding> {
         let mut findings = Vec::new();
-        let beyond: Vec<&AttitudeCheck> = self.attitudes.iter().filter(|a| !a.within_rule).collect();
-        if let Some(worst) = beyond.iter().max_by(|a, b| a.relative.total_cmp(&b.relative)) {
+        let beyond: Vec<&AttitudeCheck> =
+            self.attitudes.iter().filter(|a| !a.within_rule).collect();
+        if let Some(worst) = beyond
+            .iter()
+            .max_by(|a, b| a.relative.total_cmp(&b.relative))
+        {
             findings.push(
                 Finding::new(
                     Severity::Decision,

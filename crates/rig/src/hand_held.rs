@@ -22,6 +22,9 @@ pub struct HandHeld {
     pub rest: f64,
     /// Duration of each turn between rests, s.
     pub turn: f64,
+    /// How far the attitudes are off the intended ones, largest component of a unit vector: 0.15 for a hand, 0
+    /// for a precise fixture.
+    pub askew: f64,
     /// Standard deviation of the noise of one sample.
     pub noise: f64,
     /// Correlation of the noise of neighbouring samples, first-order autoregression.
@@ -47,6 +50,7 @@ impl Default for HandHeld {
             rests: 24,
             rest: 4.0,
             turn: 2.0,
+            askew: 0.15,
             noise: 4.0,
             correlation: 0.0,
             wander: 0.0,
@@ -81,7 +85,7 @@ impl HandHeld {
     /// Makes the recording that belongs to a seed.
     pub fn simulate(&self, seed: u64) -> HandHeldRecording {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
-        let attitudes = attitudes(self.rests, &mut rng);
+        let attitudes = attitudes(self.rests, self.askew, &mut rng);
         let mut outputs: [Vec<f64>; 3] = Default::default();
         let mut rests = Vec::with_capacity(self.rests);
         let mut noise = [0.0; 3];
@@ -142,8 +146,8 @@ impl HandHeld {
     }
 }
 
-/// Each axis up and down first, up to 15° askew as a hand lays it down; the rest evenly over the sphere.
-fn attitudes(count: usize, rng: &mut Xoshiro256PlusPlus) -> Vec<[f64; 3]> {
+/// Each axis up and down first, then evenly over the sphere; all as far askew as told.
+fn attitudes(count: usize, askew: f64, rng: &mut Xoshiro256PlusPlus) -> Vec<[f64; 3]> {
     let spread = count.saturating_sub(6).max(1);
     let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
     let turn = std::f64::consts::TAU * rng.random::<f64>();
@@ -159,8 +163,7 @@ fn attitudes(count: usize, rng: &mut Xoshiro256PlusPlus) -> Vec<[f64; 3]> {
                 let angle = golden * i as f64 + turn;
                 [r * angle.cos(), r * angle.sin(), z]
             };
-            let askew = target.map(|v| v + 0.15 * (2.0 * rng.random::<f64>() - 1.0));
-            unit(askew)
+            unit(target.map(|v| v + askew * (2.0 * rng.random::<f64>() - 1.0)))
         })
         .collect()
 }

@@ -62,7 +62,10 @@ fn few_attitudes(fit: &MultiPositionFit) -> Option<Finding> {
     let known = fit.residuals().iter().any(|r| r.vector_residual.is_some());
     (n < FEW && !known).then(|| {
         Finding::new(Severity::Warning, "few-attitudes", "few attitudes")
-            .evidence(format!("{n} standstills for {} parameters", fit.form().parameters()))
+            .evidence(format!(
+                "{n} standstills for {} parameters",
+                fit.form().parameters()
+            ))
             .advice(format!("record at least {FEW} well-spread attitudes"))
     })
 }
@@ -94,7 +97,9 @@ fn restless(fit: &MultiPositionFit) -> Option<Finding> {
             .map(|axis| poses[i].deviation[axis] / medians[axis].max(f64::MIN_POSITIVE))
             .fold(0.0, f64::max)
     };
-    let (worst, ratio) = (0..poses.len()).map(|i| (i, ratio(i))).max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let (worst, ratio) = (0..poses.len())
+        .map(|i| (i, ratio(i)))
+        .max_by(|a, b| a.1.total_cmp(&b.1))?;
     (ratio > RESTLESS && medians.iter().all(|m| *m > 0.0)).then(|| {
         let segment = &poses[worst].segment;
         Finding::new(

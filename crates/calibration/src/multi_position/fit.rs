@@ -90,7 +90,11 @@ impl MultiPositionFit {
 
     /// Root mean square of ‖a‖ − g over the standstills, m/s².
     pub fn residual_rms(&self) -> f64 {
-        let sum: f64 = self.residuals.iter().map(|r| r.magnitude_residual.powi(2)).sum();
+        let sum: f64 = self
+            .residuals
+            .iter()
+            .map(|r| r.magnitude_residual.powi(2))
+            .sum();
         (sum / self.residuals.len().max(1) as f64).sqrt()
     }
 
@@ -149,7 +153,8 @@ impl MultiPositionFit {
         let kappa = model.matrix(&adjustment.parameters);
         let scale = problem.radius / g;
         let k = kappa.map(|row| row.map(|v| v * scale));
-        let bias = std::array::from_fn(|i| problem.centre[i] + problem.radius * adjustment.parameters[i]);
+        let bias =
+            std::array::from_fn(|i| problem.centre[i] + problem.radius * adjustment.parameters[i]);
         let sensor = SensorModel::new(Matrix3(k), bias)?;
 
         let causes = causes(settings, problem, &adjustment, excess)?;
@@ -263,7 +268,12 @@ fn causes(
                 distribution: "normal".to_owned(),
                 dof: DegreesOfFreedom::INFINITE,
                 effect: Effect::Joint {
-                    covariance: joint(&frame_rotation(gain, &kappa, attitudes, settings.attitude.common))?,
+                    covariance: joint(&frame_rotation(
+                        gain,
+                        &kappa,
+                        attitudes,
+                        settings.attitude.common,
+                    ))?,
                 },
             });
         }
@@ -272,7 +282,12 @@ fn causes(
 }
 
 /// Gravity: ∂r/∂g = −1/g per equation (unknown attitudes), −κu/g (known), carried through the gain.
-fn gravity(settings: &MultiPosition, problem: &Problem<'_>, gain: &Mat<f64>, kappa: &Matrix3<f64>) -> Influence {
+fn gravity(
+    settings: &MultiPosition,
+    problem: &Problem<'_>,
+    gain: &Mat<f64>,
+    kappa: &Matrix3<f64>,
+) -> Influence {
     let g = settings.gravity.value();
     let by_gravity: Vec<f64> = match &problem.attitudes {
         None => vec![-1.0 / g; gain.ncols()],
@@ -299,7 +314,13 @@ fn gravity(settings: &MultiPosition, problem: &Problem<'_>, gain: &Mat<f64>, kap
 /// −G ∂r/∂x: how an input x appears in the parameters.
 fn through(gain: &Mat<f64>, derivative: &[f64]) -> Vec<f64> {
     (0..gain.nrows())
-        .map(|i| -derivative.iter().enumerate().map(|(j, v)| gain[(i, j)] * v).sum::<f64>())
+        .map(|i| {
+            -derivative
+                .iter()
+                .enumerate()
+                .map(|(j, v)| gain[(i, j)] * v)
+                .sum::<f64>()
+        })
         .collect()
 }
 
@@ -343,12 +364,15 @@ fn check_determined(model: Model, causes: &[Influence]) -> Result<(), Error> {
             *v += covariance[(i, i)];
         }
     }
-    let worst = (0..p).max_by(|&a, &b| variance[a].total_cmp(&variance[b])).unwrap_or(0);
+    let worst = (0..p)
+        .max_by(|&a, &b| variance[a].total_cmp(&variance[b]))
+        .unwrap_or(0);
     let u = variance[worst].sqrt();
     if u > UNDETERMINED {
-        return Err(Error::Unobservable {
+        return Err(Error::TooUncertain {
             parameter: model.parameter_name(worst),
-            condition: u / UNDETERMINED,
+            uncertainty: u,
+            limit: UNDETERMINED,
         });
     }
     Ok(())
@@ -364,7 +388,11 @@ fn quantities(
     unit: &str,
 ) -> (Vec<Component>, Vec<f64>) {
     let p = model.parameters();
-    let scale_unit = if unit == "m/s²" { "1".to_owned() } else { format!("{unit}/(m/s²)") };
+    let scale_unit = if unit == "m/s²" {
+        "1".to_owned()
+    } else {
+        format!("{unit}/(m/s²)")
+    };
     let mut components = Vec::new();
     let mut jacobian = Vec::new();
     let element_row = |i: usize, j: usize| {
@@ -391,7 +419,11 @@ fn quantities(
             components.push(Component::new(ELEMENT[i][j], "rad", k[i][j] / k[i][i]));
             let (off, diagonal) = (element_row(i, j), element_row(i, i));
             let ratio = k[i][j] / k[i][i];
-            jacobian.extend(off.iter().zip(&diagonal).map(|(o, d)| (o - ratio * d) / k[i][i]));
+            jacobian.extend(
+                off.iter()
+                    .zip(&diagonal)
+                    .map(|(o, d)| (o - ratio * d) / k[i][i]),
+            );
         }
     }
     (components, jacobian)
