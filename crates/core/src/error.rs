@@ -34,6 +34,13 @@ pub enum Error {
         /// Index of the first offending element, zero for a scalar.
         index: usize,
     },
+    /// A sequence that must increase, time above all, does not.
+    NotIncreasing {
+        /// Name of the sequence.
+        name: &'static str,
+        /// Index of the first element that is not larger than the one before.
+        index: usize,
+    },
     /// An argument lies outside the interval in which the method is defined.
     OutOfRange {
         /// Name of the argument.
@@ -109,6 +116,7 @@ impl Error {
             self,
             Self::TooFew { .. }
                 | Self::NotFinite { .. }
+                | Self::NotIncreasing { .. }
                 | Self::Unobservable { .. }
                 | Self::TooUncertain { .. }
                 | Self::Constant { .. }
@@ -142,6 +150,12 @@ impl fmt::Display for Error {
             }
             Self::NotFinite { name, index } => {
                 write!(f, "{name} is not a finite number (element {index})")
+            }
+            Self::NotIncreasing { name, index } => {
+                write!(
+                    f,
+                    "{name} does not increase (element {index} is not larger than the one before)"
+                )
             }
             Self::OutOfRange {
                 name,

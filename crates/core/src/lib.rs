@@ -18,11 +18,13 @@
 //! - Column vectors: ã = K a + b.
 #![cfg_attr(not(test), no_std)]
 
+pub mod encoder;
 mod error;
 mod float;
 mod gravity;
 mod matrix3;
 mod sensor_model;
+pub mod velocity;
 
 pub use error::Error;
 pub use float::Float;

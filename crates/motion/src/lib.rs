@@ -1,1 +1,64 @@
-//! proofmass motion.
+//! Velocity from an encoder and an accelerometer: decoding, estimation, smoothing, tuning and comparison.
+//!
+//! The estimators themselves live in [`proofmass_core::velocity`] and run unchanged on a chip; this crate runs
+//! them over records, finds their gains, and says what they are worth.
+//!
+//! ```
+//! use proofmass_motion::{MotionRecord, Source, estimate};
+//!
+//! let dt = 0.001;
+//! let t = |k: usize| dt * k as f64;
+//! let encoder = (0..2000).map(|k| Some(((0.1 * (9.0 * t(k)).sin()) / 1e-4).round() * 1e-4)).collect();
+//! let accelerometer = (0..2000).map(|k| -8.1 * (9.0 * t(k)).sin()).collect();
+//! let record = MotionRecord::new(dt, Source::Position, encoder, accelerometer)?;
+//! let result = estimate(&record, None, None)?;
+//! let v = result.trace.velocity[1500];
+//! assert!((v - 0.9 * (9.0 * t(1500)).cos()).abs() < 2e-3);
+//! # Ok::<(), proofmass_core::Error>(())
+//! ```
+//!
+//! # Conventions
+//! - One length unit (or rad) for position, velocity and acceleration; seconds.
+//! - Both sensors positive in the same sense. A record is on one uniform time base; [`align`] makes it.
+//! - q is the variance of an acceleration sample unless the model says it is a density; R the variance of a reading.
+//! - Standard uncertainties are those of the model: the whiteness test and the findings say whether to trust it.
+//!
+//! # Not covered
+//! Motion in a plane (a robot's yaw enters through two wheels that the caller averages), flexible couplings,
+//! estimation of a latency between the sensors, and quantisation as anything but noise: with an axis slower than
+//! an increment per several samples use the M/T reading of `core` as a speed record.
+
+mod comparison;
+mod crossover;
+mod decode;
+mod filtering;
+mod integration;
+mod method;
+mod record;
+mod ripple;
+mod slip;
+mod smoother;
+mod tuning;
+mod velocity;
+mod whiteness;
+
+pub use comparison::{Agreement, ComparisonRow, agreement, compare_methods};
+pub use crossover::{
+    ChannelGain, Criterion, Crossover, Filter, SensorNoise, channels, crossover,
+    crossover_by_smoother, noise_of, predicted_error, spectrum_error,
+};
+pub use decode::{
+    AbsoluteCode, Decoded, TimedEdge, absolute, quadrature, quadrature_edges, resolver,
+};
+pub use filtering::{Bias, Interpolation, KalmanModel, KalmanRun, NoiseForm};
+pub use integration::{DriftBudget, DriftSources, HighPass, OffLineIntegration, integrate};
+pub use method::{Family, Method, Rule, Trace, WINDOWS};
+pub use record::{MotionRecord, Source, Stamped, align, out_of_order};
+pub use ripple::{Ripple, RippleLine, ripple};
+pub use slip::{Episode, SlipReport, SlipSearch};
+pub use tuning::{BiasChoice, ReadingNoise, Tuned, Tuning};
+pub use velocity::{
+    CompareResult, EstimateResult, TuneResult, compare, estimate, published_sweep,
+    single_sensor_methods, tune,
+};
+pub use whiteness::Whiteness;

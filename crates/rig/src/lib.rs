@@ -11,6 +11,8 @@
 //! - Every simulation is a function of its settings and a seed: the same on every machine.
 //! - Truth is in SI; outputs are in the unit of the simulated sensor.
 
+mod axis;
 mod hand_held;
 
+pub use axis::{Axis, AxisAccelerometer, AxisEncoder, AxisMotion, AxisRecording, MotionPoint};
 pub use hand_held::{HandHeld, HandHeldRecording, Rest};

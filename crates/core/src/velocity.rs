@@ -1,0 +1,79 @@
+//! Velocity from position, from acceleration, and from both: streaming estimators in constant time and memory.
+//!
+//! Every estimator is two values: coefficients, designed once in double precision, and a state of a few
+//! numbers. The desk program and the chip run the same functions, in `f32` or `f64`.
+//!
+//! | from | estimator | delay at low frequency | steady-state error |
+//! |---|---|---|---|
+//! | position | [`FixedTime`] (M) | T/2 | none; quantised to δ/T |
+//! | position | [`FixedPosition`] (T) | half the interval | none; quantised to v/M |
+//! | position | [`MixedTime`] (M/T) | half the interval of whole increments | none |
+//! | position | [`PositionDifference`] of degree 1 | (N−1)T/2 | a · delay under constant acceleration |
+//! | position | [`PositionDifference`] of degree ≥ 2 | 0 | 0 under constant acceleration |
+//! | position | [`TrackingLoop`] of bandwidth b | 2/b | 2a/b under constant acceleration |
+//! | acceleration | [`Integrator`], [`Newmark`] | 0 | grows as offset · t |
+//! | both | [`TwoChannel`] | 0 | 0 for k₁ > 0, offset/k₂ for k₁ = 0 |
+//! | both | [`Observer`] | 0 | offset · k_x/k_v; 0 with the offset state |
+//! | both | [`AdaptiveObserver`] | 0 | as the observer, with the gain learnt |
+//! | both | [`Kalman`], [`SteadyKalman`] | 0 | as the observer; 0 with a bias state |
+//!
+//! # Conventions
+//! - Position, velocity and acceleration share one length (or angle) unit and one sense.
+//! - Delay is that of the velocity of a slow motion: minus the slope of the phase at zero frequency.
+//! - In `f32` feed a position counted from nearby (subtract integer counts first): a position of 10⁷ increments
+//!   leaves no fraction.
+//!
+//! # Not covered
+//! Sensors that share no axis (a rotating accelerometer feels the centripetal term), flexible couplings, and
+//! latency between the sensors, which the caller removes by delaying the faster one.
+
+mod adaptive_observer;
+mod integrator;
+mod kalman;
+mod observer;
+mod position_difference;
+mod pulse;
+mod two_channel;
+
+pub use adaptive_observer::{AdaptiveObserver, AdaptiveObserverState};
+pub use integrator::{Integrator, IntegratorRule, IntegratorState, Newmark, NewmarkState};
+pub use kalman::{
+    BiasModel, Hold, Innovation, Kalman, KalmanState, MotionNoise, ProcessNoise, SteadyKalman,
+};
+pub use observer::{Observer, ObserverState, TrackingLoop};
+pub use position_difference::{PositionDifference, PositionDifferenceState};
+pub use pulse::{
+    Edge, FixedPosition, FixedTime, FixedTimeState, MixedTime, MixedTimeState, PulseReading,
+    ReadingKind,
+};
+pub use two_channel::{TwoChannel, TwoChannelState};
+
+use crate::Error;
+
+/// A design value that must be finite and greater than zero.
+fn positive(name: &'static str, value: f64) -> Result<f64, Error> {
+    if value.is_finite() && value > 0.0 {
+        Ok(value)
+    } else {
+        Err(Error::OutOfRange {
+            name,
+            value,
+            min: f64::MIN_POSITIVE,
+            max: f64::MAX,
+        })
+    }
+}
+
+/// A design value that must be finite and not negative.
+fn not_negative(name: &'static str, value: f64) -> Result<f64, Error> {
+    if value.is_finite() && value >= 0.0 {
+        Ok(value)
+    } else {
+        Err(Error::OutOfRange {
+            name,
+            value,
+            min: 0.0,
+            max: f64::MAX,
+        })
+    }
+}

@@ -1,0 +1,317 @@
+//! The Kalman filter of `core` over a whole record, with everything a smoother and a likelihood need.
+
+use crate::{MotionRecord, Source};
+use proofmass_core::Error;
+use proofmass_core::velocity::{
+    BiasModel, Hold, Innovation, Kalman, KalmanState, MotionNoise, ProcessNoise,
+};
+use serde::{Deserialize, Serialize};
+
+/// Form of the acceleration noise q.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum NoiseForm {
+    /// q is the variance of one sample, constant over it.
+    SampleConstant,
+    /// q is a two-sided density in continuous time.
+    Continuous,
+}
+
+/// How the accelerometer's offset is modelled.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "model")]
+pub enum Bias {
+    /// No offset: it has been removed, or is part of the noise.
+    None,
+    /// Random walk from an unknown start.
+    RandomWalk {
+        /// Two-sided density of the driving noise; 0 for a constant.
+        density: f64,
+        /// Standard deviation of the offset at the start.
+        initial: f64,
+    },
+    /// Stationary first-order Gauss–Markov process.
+    GaussMarkov {
+        /// Standard deviation.
+        deviation: f64,
+        /// Correlation time, s.
+        time: f64,
+    },
+}
+
+/// Between-sample course of the acceleration.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Interpolation {
+    /// The older sample holds.
+    Constant,
+    /// A straight line.
+    #[default]
+    Linear,
+}
+
+/// A Kalman filter of an axis, as data.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct KalmanModel {
+    /// q, after `noise_form`.
+    pub acceleration_noise: f64,
+    /// What q means.
+    pub noise_form: NoiseForm,
+    /// R: variance of a reading; δ²/12 for quantisation alone.
+    pub reading_noise: f64,
+    /// The accelerometer's offset.
+    pub bias: Bias,
+    /// Acceleration between samples.
+    pub interpolation: Interpolation,
+}
+
+impl KalmanModel {
+    /// No offset, straight lines, q as a sample variance.
+    pub fn new(acceleration_noise: f64, reading_noise: f64) -> Self {
+        Self {
+            acceleration_noise,
+            noise_form: NoiseForm::SampleConstant,
+            reading_noise,
+            bias: Bias::None,
+            interpolation: Interpolation::Linear,
+        }
+    }
+
+    fn noise(&self) -> (MotionNoise, Hold) {
+        let form = match self.noise_form {
+            NoiseForm::SampleConstant => ProcessNoise::SampleConstant,
+            NoiseForm::Continuous => ProcessNoise::Continuous,
+        };
+        let hold = match self.interpolation {
+            Interpolation::Constant => Hold::Zero,
+            Interpolation::Linear => Hold::First,
+        };
+        (
+            MotionNoise {
+                acceleration: self.acceleration_noise,
+                form,
+                position: self.reading_noise,
+            },
+            hold,
+        )
+    }
+
+    /// The filter without offset state.
+    pub(crate) fn two(&self, dt: f64) -> Result<Kalman<f64, 2>, Error> {
+        let (noise, hold) = self.noise();
+        Kalman::<f64, 2>::new(&noise, hold, dt)
+    }
+
+    /// The filter with offset state, and the variance the offset starts with.
+    pub(crate) fn three(&self, dt: f64) -> Result<(Kalman<f64, 3>, f64), Error> {
+        let (noise, hold) = self.noise();
+        let (bias, initial) = match self.bias {
+            Bias::None => (BiasModel::RandomWalk { density: 0.0 }, 0.0),
+            Bias::RandomWalk { density, initial } => (BiasModel::RandomWalk { density }, initial),
+            Bias::GaussMarkov { deviation, time } => {
+                (BiasModel::GaussMarkov { deviation, time }, deviation)
+            }
+        };
+        let kalman = Kalman::<f64, 3>::with_bias(&noise, bias, hold, dt)?;
+        Ok((kalman, initial * initial))
+    }
+}
+
+/// Every step of a filter over a record.
+pub(crate) struct Pass<const N: usize> {
+    pub prior: Vec<KalmanState<f64, N>>,
+    pub posterior: Vec<KalmanState<f64, N>>,
+    pub innovations: Vec<Option<Innovation<f64>>>,
+}
+
+/// State component the readings show.
+pub(crate) fn component(source: Source) -> usize {
+    match source {
+        Source::Position => 0,
+        Source::Speed => 1,
+    }
+}
+
+/// Start of the filter at the first sample, before its reading.
+///
+/// An unknown velocity gets three times the fastest step of the readings as its standard deviation; an unknown
+/// position the same over the time to the first reading, and a large multiple of the reading's own noise.
+pub(crate) fn start<const N: usize>(
+    record: &MotionRecord,
+    r: f64,
+    bias_variance: f64,
+) -> KalmanState<f64, N> {
+    let mut known = record
+        .reading
+        .iter()
+        .enumerate()
+        .filter_map(|(k, r)| r.map(|r| (k, r)));
+    let (first_at, first) = known.next().unwrap_or((0, 0.0));
+    let mut last = (first_at, first);
+    let mut fastest = first.abs() * f64::from(u8::from(record.source == Source::Speed));
+    for (k, x) in known {
+        let speed = match record.source {
+            Source::Position => (x - last.1).abs() / ((k - last.0) as f64 * record.sample_time),
+            Source::Speed => x.abs(),
+        };
+        fastest = fastest.max(speed);
+        last = (k, x);
+    }
+    let unknown = 9.0 * fastest * fastest + r;
+    let (v, v_variance) = record.initial_velocity.map_or((0.0, unknown), |v| (v, 0.0));
+    let wait = first_at as f64 * record.sample_time;
+    let (x, x_variance) = match record.source {
+        Source::Position => (first, 1e6 * r + unknown * wait * wait),
+        Source::Speed => (0.0, 0.0),
+    };
+    let (mut state, mut variances) = ([0.0; N], [0.0; N]);
+    state[0] = x;
+    state[1] = v;
+    variances[0] = x_variance;
+    variances[1] = v_variance;
+    if N > 2 {
+        variances[2] = bias_variance;
+    }
+    KalmanState::new(state, variances, record.acceleration[0])
+}
+
+/// The filter over the record, all steps kept.
+pub(crate) fn pass<const N: usize>(
+    kalman: &Kalman<f64, N>,
+    record: &MotionRecord,
+    bias_variance: f64,
+) -> Pass<N> {
+    let n = record.reading.len();
+    let at = component(record.source);
+    let mut state = start::<N>(record, kalman.r, bias_variance);
+    let mut pass = Pass {
+        prior: Vec::with_capacity(n),
+        posterior: Vec::with_capacity(n),
+        innovations: Vec::with_capacity(n),
+    };
+    for (k, (reading, a)) in record.reading.iter().zip(&record.acceleration).enumerate() {
+        if k > 0 {
+            kalman.predict(&mut state, *a);
+        }
+        pass.prior.push(state);
+        pass.innovations
+            .push(reading.map(|r| Kalman::observe(&mut state, at, r, kalman.r)));
+        pass.posterior.push(state);
+    }
+    pass
+}
+
+/// Sums over the innovations after the start: count, Σ ln S, Σ ν²/S.
+///
+/// The first `skip` innovations belong to the unknown start and say nothing about the noise.
+pub(crate) fn innovation_sums<const N: usize>(
+    kalman: &Kalman<f64, N>,
+    record: &MotionRecord,
+    bias_variance: f64,
+    skip: usize,
+) -> (usize, f64, f64) {
+    let at = component(record.source);
+    let mut state = start::<N>(record, kalman.r, bias_variance);
+    let (mut seen, mut logs, mut squares) = (0usize, 0.0, 0.0);
+    for (k, (reading, a)) in record.reading.iter().zip(&record.acceleration).enumerate() {
+        if k > 0 {
+            kalman.predict(&mut state, *a);
+        }
+        if let Some(r) = reading {
+            let innovation = Kalman::observe(&mut state, at, *r, kalman.r);
+            seen += 1;
+            if seen > skip {
+                logs += innovation.variance.ln();
+                squares += innovation.normalised_squared();
+            }
+        }
+    }
+    (seen.saturating_sub(skip), logs, squares)
+}
+
+/// A filter or smoother over a record.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct KalmanRun {
+    /// Velocity per sample.
+    pub velocity: Vec<f64>,
+    /// Its standard uncertainty from the covariance.
+    pub velocity_uncertainty: Vec<f64>,
+    /// Position per sample.
+    pub position: Vec<f64>,
+    /// Offset of the accelerometer per sample and its standard uncertainty, when it is a state.
+    pub offset: Option<(Vec<f64>, Vec<f64>)>,
+    /// Innovation over its predicted standard deviation, per sample with a reading.
+    pub innovations: Vec<Option<f64>>,
+    /// ln L of the readings: −½ Σ (ln 2πS + ν²/S).
+    pub log_likelihood: f64,
+}
+
+impl KalmanModel {
+    /// Filters the record: every estimate uses the readings up to its own time.
+    ///
+    /// # Errors
+    /// Of the record ([`MotionRecord::check`]) and of the noise ([`Kalman::new`]); [`Error::NotFinite`] when the
+    /// arithmetic overflowed.
+    pub fn filter(&self, record: &MotionRecord) -> Result<KalmanRun, Error> {
+        record.check()?;
+        match self.bias {
+            Bias::None => {
+                let kalman = self.two(record.sample_time)?;
+                let pass = pass(&kalman, record, 0.0);
+                KalmanRun::of(&pass.posterior, &pass.innovations)
+            }
+            _ => {
+                let (kalman, variance) = self.three(record.sample_time)?;
+                let pass = pass(&kalman, record, variance);
+                KalmanRun::of(&pass.posterior, &pass.innovations)
+            }
+        }
+    }
+}
+
+impl KalmanRun {
+    pub(crate) fn of<const N: usize>(
+        states: &[KalmanState<f64, N>],
+        innovations: &[Option<Innovation<f64>>],
+    ) -> Result<Self, Error> {
+        let ok = |s: &KalmanState<f64, N>| {
+            s.x.iter().all(|x| x.is_finite()) && s.p.iter().flatten().all(|p| p.is_finite())
+        };
+        if let Some(index) = states.iter().position(|s| !ok(s)) {
+            return Err(Error::NotFinite {
+                name: "filter state",
+                index,
+            });
+        }
+        let bad = |s: &KalmanState<f64, N>| s.p[1][1] < 0.0 || s.p[N - 1][N - 1] < 0.0;
+        if let Some(s) = states.iter().find(|s| bad(s)) {
+            return Err(Error::NotPositiveDefinite {
+                name: "covariance of the state",
+                row: 1,
+                column: 1,
+                value: s.p[1][1].min(s.p[N - 1][N - 1]),
+            });
+        }
+        let log_likelihood = innovations
+            .iter()
+            .flatten()
+            .map(|i| -0.5 * ((std::f64::consts::TAU * i.variance).ln() + i.normalised_squared()))
+            .sum();
+        Ok(Self {
+            velocity: states.iter().map(|s| s.x[1]).collect(),
+            velocity_uncertainty: states.iter().map(|s| s.p[1][1].sqrt()).collect(),
+            position: states.iter().map(|s| s.x[0]).collect(),
+            offset: (N > 2).then(|| {
+                (
+                    states.iter().map(|s| s.x[N - 1]).collect(),
+                    states.iter().map(|s| s.p[N - 1][N - 1].sqrt()).collect(),
+                )
+            }),
+            innovations: innovations
+                .iter()
+                .map(|i| i.map(|i| i.value / i.variance.sqrt()))
+                .collect(),
+            log_likelihood,
+        })
+    }
+}

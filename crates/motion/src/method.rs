@@ -1,0 +1,426 @@
+//! Every way to a velocity under one name, run over a record by the streaming estimators of `core`.
+
+use crate::{KalmanModel, MotionRecord};
+use proofmass_core::Error;
+use proofmass_core::velocity::{
+    AdaptiveObserver, AdaptiveObserverState, Integrator, IntegratorRule, IntegratorState, Observer,
+    ObserverState, PositionDifference, PositionDifferenceState, TrackingLoop, TwoChannel,
+    TwoChannelState,
+};
+use serde::{Deserialize, Serialize};
+
+/// Quadrature rule of [`Method::Integration`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Rule {
+    /// Trapezoid.
+    Trapezoid,
+    /// Simpson.
+    Simpson,
+    /// Tick.
+    Tick,
+    /// Adams–Moulton of third order.
+    AdamsMoulton3,
+}
+
+impl From<Rule> for IntegratorRule {
+    fn from(rule: Rule) -> Self {
+        match rule {
+            Rule::Trapezoid => Self::Trapezoid,
+            Rule::Simpson => Self::Simpson,
+            Rule::Tick => Self::Tick,
+            Rule::AdamsMoulton3 => Self::AdamsMoulton3,
+        }
+    }
+}
+
+/// Windows for which the one-sided fits are built.
+pub const WINDOWS: [usize; 10] = [2, 3, 4, 5, 7, 9, 11, 15, 21, 31];
+
+/// A method with its settings.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "method")]
+pub enum Method {
+    /// ΔN δ/T.
+    FixedTime,
+    /// Polynomial through the last order + 1 positions.
+    BackwardDifference {
+        /// 1, 2 or 3.
+        order: usize,
+    },
+    /// One-sided least-squares polynomial.
+    SavitzkyGolay {
+        /// One of [`WINDOWS`].
+        window: usize,
+        /// Below the window.
+        degree: usize,
+    },
+    /// K_p = 2b, K_i = b².
+    TrackingLoop {
+        /// b, rad/s.
+        bandwidth: f64,
+    },
+    /// Acceleration alone.
+    Integration {
+        /// Rule.
+        rule: Rule,
+        /// Offset to subtract before: from a still period, or zero.
+        offset: f64,
+    },
+    /// Zhu and Lamarche's two channels.
+    TwoChannel {
+        /// rad/s
+        k1: f64,
+        /// rad/s
+        k2: f64,
+    },
+    /// Second-order observer.
+    Observer {
+        /// 1/s
+        k_x: f64,
+        /// 1/s²
+        k_v: f64,
+    },
+    /// Third-order observer with offset.
+    OffsetObserver {
+        /// 1/s
+        k_x: f64,
+        /// 1/s²
+        k_v: f64,
+        /// 1/s³
+        k_b: f64,
+    },
+    /// Observer that learns the accelerometer's gain.
+    AdaptiveObserver {
+        /// 1/s
+        k_x: f64,
+        /// 1/s²
+        k_v: f64,
+        /// Adaptation, 1/s.
+        rate: f64,
+        /// Position below which a sensitivity does not count.
+        floor: f64,
+    },
+    /// Kalman filter.
+    Kalman {
+        /// Its model.
+        model: KalmanModel,
+    },
+    /// Kalman filter with its constant gain, as firmware runs it.
+    SteadyKalman {
+        /// Its model.
+        model: KalmanModel,
+    },
+    /// Fixed-interval smoother; off line only.
+    Smoother {
+        /// Its model.
+        model: KalmanModel,
+    },
+}
+
+/// Which sensors a method uses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Family {
+    /// Position (or speed) only.
+    Position,
+    /// Acceleration only.
+    Acceleration,
+    /// Both, sample by sample.
+    Fused,
+    /// Both, with the whole recording at hand.
+    OffLine,
+}
+
+/// Velocity by one method.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Trace {
+    /// Method with its settings.
+    pub method: Method,
+    /// Short text with the settings, for legends and tables.
+    pub label: String,
+    /// Velocity per sample of the record.
+    pub velocity: Vec<f64>,
+    /// Standard uncertainty per sample, where the method knows one.
+    pub standard_uncertainty: Option<Vec<f64>>,
+    /// Delay the method states for slow motion, s.
+    pub stated_delay: f64,
+}
+
+impl Method {
+    /// Sensors it uses.
+    pub fn family(&self) -> Family {
+        match self {
+            Self::FixedTime
+            | Self::BackwardDifference { .. }
+            | Self::SavitzkyGolay { .. }
+            | Self::TrackingLoop { .. } => Family::Position,
+            Self::Integration { .. } => Family::Acceleration,
+            Self::Smoother { .. } => Family::OffLine,
+            _ => Family::Fused,
+        }
+    }
+
+    /// Short text with the settings.
+    pub fn label(&self) -> String {
+        match self {
+            Self::FixedTime => "fixed time (M)".into(),
+            Self::BackwardDifference { order } => format!("backward difference, order {order}"),
+            Self::SavitzkyGolay { window, degree } => {
+                format!("Savitzky-Golay, {window} points, degree {degree}")
+            }
+            Self::TrackingLoop { bandwidth } => format!("tracking loop, b = {bandwidth:.4} rad/s"),
+            Self::Integration { rule, offset } => {
+                let name = IntegratorRule::from(*rule).name();
+                if *offset == 0.0 {
+                    format!("integration, {name}")
+                } else {
+                    format!("integration, {name}, offset {offset:.4} removed")
+                }
+            }
+            Self::TwoChannel { k1, k2 } => format!("two channels, k1 = {k1:.4}, k2 = {k2:.4}"),
+            Self::Observer { k_x, k_v } => format!("observer, kx = {k_x:.4}, kv = {k_v:.4}"),
+            Self::OffsetObserver { k_x, k_v, k_b } => {
+                format!("observer with offset, kx = {k_x:.4}, kv = {k_v:.4}, kb = {k_b:.4}")
+            }
+            Self::AdaptiveObserver { k_x, k_v, rate, .. } => {
+                format!("adaptive observer, kx = {k_x:.4}, kv = {k_v:.4}, rate {rate:.3}")
+            }
+            Self::Kalman { model } => format!("Kalman, {}", settings(model)),
+            Self::SteadyKalman { model } => format!("Kalman, steady gain, {}", settings(model)),
+            Self::Smoother { model } => format!("smoother, {}", settings(model)),
+        }
+    }
+
+    /// Runs over a record.
+    ///
+    /// Position methods run at the stride of the readings and hold between; a missing reading is bridged with the
+    /// last velocity. Fused methods run at every sample and coast on the acceleration where no reading is.
+    ///
+    /// # Errors
+    /// Of the record and of the settings; [`Error::NotFinite`] with the first sample that overflowed.
+    pub fn run(&self, record: &MotionRecord) -> Result<Trace, Error> {
+        record.check()?;
+        let dt = record.sample_time;
+        let slow = record.reading_stride() as f64 * dt;
+        let mut uncertainty = None;
+        let (velocity, stated_delay) = match *self {
+            Self::FixedTime => window::<2>(record, 1, slow)?,
+            Self::BackwardDifference { order } => match order {
+                1 => window::<2>(record, 1, slow)?,
+                2 => window::<3>(record, 2, slow)?,
+                3 => window::<4>(record, 3, slow)?,
+                _ => return Err(range("order", order as f64, 1.0, 3.0)),
+            },
+            Self::SavitzkyGolay { window: n, degree } => match n {
+                2 => window::<2>(record, degree, slow)?,
+                3 => window::<3>(record, degree, slow)?,
+                4 => window::<4>(record, degree, slow)?,
+                5 => window::<5>(record, degree, slow)?,
+                7 => window::<7>(record, degree, slow)?,
+                9 => window::<9>(record, degree, slow)?,
+                11 => window::<11>(record, degree, slow)?,
+                15 => window::<15>(record, degree, slow)?,
+                21 => window::<21>(record, degree, slow)?,
+                31 => window::<31>(record, degree, slow)?,
+                _ => return Err(range("window", n as f64, 2.0, 31.0)),
+            },
+            Self::TrackingLoop { bandwidth } => {
+                let pll = TrackingLoop::<f64>::new(bandwidth, slow)?;
+                let mut state: Option<ObserverState<f64>> = None;
+                let v0 = record.initial_velocity.unwrap_or(0.0);
+                let v = at_readings(record, |x, _| match &mut state {
+                    None => {
+                        state = Some(ObserverState::new(x, v0, 0.0));
+                        v0
+                    }
+                    Some(state) => pll.update(state, x),
+                });
+                (v, pll.delay())
+            }
+            Self::Integration { rule, offset } => {
+                let integrator = Integrator::<f64>::new(rule.into(), dt)?;
+                let mut state = IntegratorState::new(record.initial_velocity.unwrap_or(0.0));
+                let v = record
+                    .acceleration
+                    .iter()
+                    .map(|a| integrator.update(&mut state, a - offset));
+                (v.collect(), 0.0)
+            }
+            Self::TwoChannel { k1, k2 } => {
+                let filter = TwoChannel::<f64>::new(k1, k2, dt)?;
+                let mut state: Option<TwoChannelState<f64>> = None;
+                let v = at_samples(record, |x, a, v| match &mut state {
+                    None => {
+                        state = Some(TwoChannelState::new(x, v, a));
+                        v
+                    }
+                    Some(state) => filter.update(state, x, a),
+                });
+                (v, 0.0)
+            }
+            Self::Observer { k_x, k_v } => (observe(record, &Observer::new(k_x, k_v, dt)?), 0.0),
+            Self::OffsetObserver { k_x, k_v, k_b } => {
+                let observer = Observer::with_offset(k_x, k_v, k_b, dt)?;
+                (observe(record, &observer), 0.0)
+            }
+            Self::AdaptiveObserver {
+                k_x,
+                k_v,
+                rate,
+                floor,
+            } => {
+                let observer = AdaptiveObserver::<f64>::new(k_x, k_v, rate, floor, dt)?;
+                let mut state: Option<AdaptiveObserverState<f64>> = None;
+                let v = at_samples(record, |x, a, v| match &mut state {
+                    None => {
+                        state = Some(AdaptiveObserverState::new(x, v, a));
+                        v
+                    }
+                    Some(state) => observer.update(state, x, a),
+                });
+                (v, 0.0)
+            }
+            Self::Kalman { model } => {
+                let run = model.filter(record)?;
+                uncertainty = Some(run.velocity_uncertainty);
+                (run.velocity, 0.0)
+            }
+            Self::SteadyKalman { model } => (steady(record, &model)?, 0.0),
+            Self::Smoother { model } => {
+                let run = model.smooth(record)?;
+                uncertainty = Some(run.velocity_uncertainty);
+                (run.velocity, 0.0)
+            }
+        };
+        if let Some(index) = velocity.iter().position(|v| !v.is_finite()) {
+            return Err(Error::NotFinite {
+                name: "velocity",
+                index,
+            });
+        }
+        Ok(Trace {
+            method: *self,
+            label: self.label(),
+            velocity,
+            standard_uncertainty: uncertainty,
+            stated_delay,
+        })
+    }
+}
+
+fn settings(model: &KalmanModel) -> String {
+    let bias = match model.bias {
+        crate::Bias::None => "",
+        crate::Bias::RandomWalk { .. } => ", offset random walk",
+        crate::Bias::GaussMarkov { .. } => ", offset Gauss-Markov",
+    };
+    format!(
+        "q = {:.3e}, R = {:.3e}{bias}",
+        model.acceleration_noise, model.reading_noise
+    )
+}
+
+fn range(name: &'static str, value: f64, min: f64, max: f64) -> Error {
+    Error::OutOfRange {
+        name,
+        value,
+        min,
+        max,
+    }
+}
+
+/// One-sided fit over the last N readings.
+fn window<const N: usize>(
+    record: &MotionRecord,
+    degree: usize,
+    dt: f64,
+) -> Result<(Vec<f64>, f64), Error> {
+    let filter = PositionDifference::<f64, N>::savitzky_golay(degree, dt)?;
+    let mut state: Option<PositionDifferenceState<f64, N>> = None;
+    let v = at_readings(record, |x, _| {
+        let state = state.get_or_insert_with(|| PositionDifferenceState::new(x));
+        filter.update(state, x)
+    });
+    Ok((v, filter.delay()))
+}
+
+/// Runs a position method at the stride of the readings and holds its velocity between.
+fn at_readings(record: &MotionRecord, mut update: impl FnMut(f64, f64) -> f64) -> Vec<f64> {
+    let positions = record.positions();
+    let stride = record.reading_stride();
+    let step = stride as f64 * record.sample_time;
+    let first = positions.iter().position(Option::is_some).unwrap_or(0);
+    let mut v = record.initial_velocity.unwrap_or(0.0);
+    let mut x = 0.0;
+    let mut velocity = Vec::with_capacity(positions.len());
+    for (k, p) in positions.iter().enumerate() {
+        if k >= first && (k - first).is_multiple_of(stride) {
+            x = p.unwrap_or(x + v * step);
+            v = update(x, v);
+        }
+        velocity.push(v);
+    }
+    velocity
+}
+
+/// Runs a fused method at every sample; without a reading the position moves on with velocity and acceleration.
+fn at_samples(record: &MotionRecord, mut update: impl FnMut(f64, f64, f64) -> f64) -> Vec<f64> {
+    let positions = record.positions();
+    let dt = record.sample_time;
+    let mut v = record.initial_velocity.unwrap_or(0.0);
+    let mut x = positions.iter().flatten().next().copied().unwrap_or(0.0);
+    let mut before = record.acceleration[0];
+    let mut velocity = Vec::with_capacity(positions.len());
+    for (k, (p, a)) in positions.iter().zip(&record.acceleration).enumerate() {
+        let coast = if k == 0 {
+            x
+        } else {
+            x + dt * v + dt * dt * (before / 3.0 + a / 6.0)
+        };
+        x = p.unwrap_or(coast);
+        v = update(x, *a, v);
+        before = *a;
+        velocity.push(v);
+    }
+    velocity
+}
+
+fn observe(record: &MotionRecord, observer: &Observer<f64>) -> Vec<f64> {
+    let positions = record.positions();
+    let dt = record.sample_time;
+    let x0 = positions.iter().flatten().next().copied().unwrap_or(0.0);
+    let v0 = record.initial_velocity.unwrap_or(0.0);
+    let mut state = ObserverState::new(x0, v0, record.acceleration[0]);
+    let mut velocity = vec![v0];
+    let mut before = record.acceleration[0];
+    for (p, a) in positions.iter().zip(&record.acceleration).skip(1) {
+        let coast = state.position + dt * state.velocity + dt * dt * (before / 3.0 + a / 6.0);
+        velocity.push(observer.update(&mut state, p.unwrap_or(coast), *a));
+        before = *a;
+    }
+    velocity
+}
+
+fn steady(record: &MotionRecord, model: &KalmanModel) -> Result<Vec<f64>, Error> {
+    use crate::filtering::start;
+    let positions = record.positions();
+    let dt = record.sample_time;
+    let mut velocity = Vec::with_capacity(positions.len());
+    macro_rules! run {
+        ($kalman:expr, $n:literal) => {{
+            let gain = $kalman.steady()?;
+            let mut state = start::<$n>(record, $kalman.r, 0.0);
+            state.x[0] = positions.iter().flatten().next().copied().unwrap_or(0.0);
+            velocity.push(state.x[1]);
+            for (p, a) in positions.iter().zip(&record.acceleration).skip(1) {
+                velocity.push(gain.step(&mut state, *p, *a));
+            }
+        }};
+    }
+    match model.bias {
+        crate::Bias::None => run!(model.two(dt)?, 2),
+        _ => run!(model.three(dt)?.0, 3),
+    }
+    Ok(velocity)
+}

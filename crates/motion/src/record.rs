@@ -1,0 +1,396 @@
+//! One axis with its two sensors on one time base.
+
+use proofmass_core::Error;
+use serde::{Deserialize, Serialize};
+
+/// What the slow, drift-free sensor reads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Source {
+    /// Position: encoder, resolver, laser distance.
+    Position,
+    /// Velocity: wheel speed, tachogenerator, laser Doppler.
+    Speed,
+}
+
+/// Readings of both sensors at equal steps of time.
+///
+/// **Units** one length unit throughout: position, position/s, position/s² (or rad).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MotionRecord {
+    /// Sample time, s.
+    pub sample_time: f64,
+    /// What `reading` is.
+    pub source: Source,
+    /// Position or speed; `None` where there is none.
+    pub reading: Vec<Option<f64>>,
+    /// Acceleration; same length.
+    pub acceleration: Vec<f64>,
+    /// Increment δ of the reading, when it is quantised: gives R = δ²/12.
+    pub increment: Option<f64>,
+    /// Velocity at the first sample; `None` when unknown, zero for a start from rest.
+    pub initial_velocity: Option<f64>,
+}
+
+impl MotionRecord {
+    /// A position record that starts at an unknown velocity.
+    ///
+    /// # Errors
+    /// As [`check`](Self::check).
+    pub fn new(
+        sample_time: f64,
+        source: Source,
+        reading: Vec<Option<f64>>,
+        acceleration: Vec<f64>,
+    ) -> Result<Self, Error> {
+        let record = Self {
+            sample_time,
+            source,
+            reading,
+            acceleration,
+            increment: None,
+            initial_velocity: None,
+        };
+        record.check()?;
+        Ok(record)
+    }
+
+    /// Lengths, finiteness, sample time, and that there is something to work on.
+    ///
+    /// # Errors
+    /// [`Error::Length`], [`Error::NotFinite`] with the index, [`Error::OutOfRange`], or [`Error::TooFew`] below
+    /// four samples or two readings.
+    pub fn check(&self) -> Result<(), Error> {
+        let n = self.reading.len();
+        if !(self.sample_time.is_finite() && self.sample_time > 0.0) {
+            return Err(Error::OutOfRange {
+                name: "sample time",
+                value: self.sample_time,
+                min: f64::MIN_POSITIVE,
+                max: f64::MAX,
+            });
+        }
+        if self.acceleration.len() != n {
+            return Err(Error::Length {
+                name: "acceleration",
+                expected: n,
+                got: self.acceleration.len(),
+            });
+        }
+        let bad = |r: &Option<f64>| r.is_some_and(|r| !r.is_finite());
+        if let Some(index) = self.reading.iter().position(bad) {
+            return Err(Error::NotFinite {
+                name: "reading",
+                index,
+            });
+        }
+        if let Some(index) = self.acceleration.iter().position(|a| !a.is_finite()) {
+            return Err(Error::NotFinite {
+                name: "acceleration",
+                index,
+            });
+        }
+        for (name, value) in [
+            ("increment", self.increment),
+            ("initial velocity", self.initial_velocity),
+        ] {
+            if value.is_some_and(|v| !v.is_finite()) {
+                return Err(Error::NotFinite { name, index: 0 });
+            }
+        }
+        if self.increment.is_some_and(|d| d <= 0.0) {
+            return Err(Error::OutOfRange {
+                name: "increment",
+                value: self.increment.unwrap_or(0.0),
+                min: f64::MIN_POSITIVE,
+                max: f64::MAX,
+            });
+        }
+        if n < 4 {
+            return Err(Error::TooFew {
+                name: "samples",
+                needed: 4,
+                got: n,
+            });
+        }
+        let readings = self.reading.iter().flatten().count();
+        if readings < 2 {
+            return Err(Error::TooFew {
+                name: "readings",
+                needed: 2,
+                got: readings,
+            });
+        }
+        Ok(())
+    }
+
+    /// Every n-th sample, as a slower bench would have taken it: no filter before.
+    ///
+    /// # Errors
+    /// As [`check`](Self::check) when too little is left, [`Error::OutOfRange`] for n = 0.
+    pub fn decimated(&self, n: usize) -> Result<Self, Error> {
+        if n == 0 {
+            return Err(Error::OutOfRange {
+                name: "decimation",
+                value: 0.0,
+                min: 1.0,
+                max: f64::MAX,
+            });
+        }
+        let record = Self {
+            sample_time: self.sample_time * n as f64,
+            reading: self.reading.iter().step_by(n).copied().collect(),
+            acceleration: self.acceleration.iter().step_by(n).copied().collect(),
+            ..*self
+        };
+        record.check()?;
+        Ok(record)
+    }
+
+    /// Largest n such that all readings stand at multiples of n samples after the first one.
+    pub fn reading_stride(&self) -> usize {
+        let mut at = self
+            .reading
+            .iter()
+            .enumerate()
+            .filter_map(|(k, r)| r.map(|_| k));
+        let Some(first) = at.next() else { return 1 };
+        at.fold(0, |stride, k| gcd(stride, k - first)).max(1)
+    }
+
+    /// The readings as positions: themselves, or the integral of the speed by the trapezoid (over gaps too).
+    pub fn positions(&self) -> Vec<Option<f64>> {
+        match self.source {
+            Source::Position => self.reading.clone(),
+            Source::Speed => {
+                let mut last: Option<(usize, f64)> = None;
+                let mut x = 0.0;
+                self.reading
+                    .iter()
+                    .enumerate()
+                    .map(|(k, speed)| {
+                        let speed = (*speed)?;
+                        if let Some((j, before)) = last {
+                            x += 0.5 * (k - j) as f64 * self.sample_time * (before + speed);
+                        }
+                        last = Some((k, speed));
+                        Some(x)
+                    })
+                    .collect()
+            }
+        }
+    }
+
+    /// Times of the samples from zero, s.
+    pub fn times(&self) -> Vec<f64> {
+        (0..self.reading.len())
+            .map(|k| k as f64 * self.sample_time)
+            .collect()
+    }
+}
+
+fn gcd(a: usize, b: usize) -> usize {
+    if b == 0 { a } else { gcd(b, a % b) }
+}
+
+/// Samples of one sensor with its own time stamps.
+#[derive(Clone, Copy, Debug)]
+pub struct Stamped<'a> {
+    /// Times, s, strictly increasing.
+    pub time: &'a [f64],
+    /// Values at them.
+    pub value: &'a [f64],
+}
+
+impl Stamped<'_> {
+    /// Equal lengths, finite, and in order of time.
+    ///
+    /// # Errors
+    /// [`Error::Length`], [`Error::NotFinite`]; [`Error::OutOfRange`] with the first time that is not later than
+    /// the one before. Its index is [`out_of_order`].
+    pub fn check(&self, name: &'static str) -> Result<(), Error> {
+        if self.time.len() != self.value.len() {
+            return Err(Error::Length {
+                name,
+                expected: self.time.len(),
+                got: self.value.len(),
+            });
+        }
+        for values in [self.time, self.value] {
+            if let Some(index) = values.iter().position(|v| !v.is_finite()) {
+                return Err(Error::NotFinite { name, index });
+            }
+        }
+        match out_of_order(self.time) {
+            Some(index) => Err(Error::NotIncreasing {
+                name: "time stamp",
+                index,
+            }),
+            None => Ok(()),
+        }
+    }
+
+    /// Straight line between the neighbours of a time; `None` outside or over a gap longer than `gap`.
+    fn at(&self, t: f64, gap: f64) -> Option<f64> {
+        let after = self.time.partition_point(|&s| s < t);
+        if after < self.time.len() && self.time[after] == t {
+            return Some(self.value[after]);
+        }
+        if after == 0 || after == self.time.len() {
+            return None;
+        }
+        let (a, b) = (self.time[after - 1], self.time[after]);
+        let share = (t - a) / (b - a);
+        (b - a <= gap).then(|| self.value[after - 1] * (1.0 - share) + self.value[after] * share)
+    }
+}
+
+/// Index of the first time that is not later than the one before it.
+pub fn out_of_order(time: &[f64]) -> Option<usize> {
+    time.windows(2).position(|w| w[1] <= w[0]).map(|k| k + 1)
+}
+
+/// Puts two sensors with their own time stamps on one time base.
+///
+/// The grid starts with the later sensor and steps by `sample_time`, or by the median interval of the
+/// accelerometer. Accelerations are interpolated over gaps up to three intervals; over longer ones the common
+/// span would hold invented data and is refused. A reading appears at the grid time nearest to its own,
+/// interpolated to it between its neighbours: the error of that, a Δ²/8 for readings Δ apart, is of the order
+/// of the sensors' own and stays out of every grid time that has no reading of its own.
+///
+/// # Errors
+/// Time stamps out of order ([`Error::NotIncreasing`] with the index), unequal lengths, values that are not
+/// finite, no common span ([`Error::TooFew`]), a gap of the accelerometer ([`Error::OutOfRange`]).
+pub fn align(
+    source: Source,
+    reading: Stamped<'_>,
+    acceleration: Stamped<'_>,
+    sample_time: Option<f64>,
+) -> Result<MotionRecord, Error> {
+    reading.check("reading")?;
+    acceleration.check("acceleration")?;
+    let few = |got| Error::TooFew {
+        name: "samples common to both sensors",
+        needed: 4,
+        got,
+    };
+    if reading.time.len() < 2 || acceleration.time.len() < 4 {
+        return Err(few(reading.time.len().min(acceleration.time.len())));
+    }
+    let median = |time: &[f64]| {
+        let mut steps: Vec<f64> = time.windows(2).map(|w| w[1] - w[0]).collect();
+        steps.sort_by(f64::total_cmp);
+        steps[steps.len() / 2]
+    };
+    let own = median(acceleration.time);
+    let dt = sample_time.unwrap_or(own);
+    if !(dt.is_finite() && dt > 0.0) {
+        return Err(Error::OutOfRange {
+            name: "sample time",
+            value: dt,
+            min: f64::MIN_POSITIVE,
+            max: f64::MAX,
+        });
+    }
+    let start = reading.time[0].max(acceleration.time[0]);
+    let end =
+        reading.time[reading.time.len() - 1].min(acceleration.time[acceleration.time.len() - 1]);
+    if end - start < 3.0 * dt {
+        return Err(few(0));
+    }
+    // A rounding of the stamps must not cost the last sample.
+    let n = ((end - start) / dt + 1e-6).floor() as usize + 1;
+    let gap = 3.0 * own.max(dt);
+    let reading_gap = 3.0 * median(reading.time);
+    let mut a = Vec::with_capacity(n);
+    let mut r = vec![None; n];
+    for (k, r) in r.iter_mut().enumerate() {
+        let t = (start + k as f64 * dt).min(end);
+        let Some(value) = acceleration.at(t, gap) else {
+            let after = acceleration.time.partition_point(|&s| s < t).max(1);
+            return Err(Error::OutOfRange {
+                name: "gap of the accelerometer",
+                value: acceleration.time[after] - acceleration.time[after - 1],
+                min: 0.0,
+                max: gap,
+            });
+        };
+        a.push(value);
+        let near = reading.time.partition_point(|&s| s < t - 0.5 * dt);
+        let own = reading.time.get(near).is_some_and(|&s| s < t + 0.5 * dt);
+        if own {
+            *r = reading.at(t, reading_gap);
+        }
+    }
+    MotionRecord::new(dt, source, r, a)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_alignment_puts_two_rates_on_one_base() {
+        let fast: Vec<f64> = (0..1000).map(|k| 0.0503 + 0.001 * k as f64).collect();
+        let slow: Vec<f64> = (0..200).map(|k| 0.007 * k as f64).collect();
+        let a: Vec<f64> = fast.iter().map(|t| 2.0 + 0.0 * t).collect();
+        let x: Vec<f64> = slow.iter().map(|t| t * t).collect();
+        let record = align(
+            Source::Position,
+            Stamped {
+                time: &slow,
+                value: &x,
+            },
+            Stamped {
+                time: &fast,
+                value: &a,
+            },
+            None,
+        )
+        .unwrap();
+        assert_eq!(record.reading.len(), 1000);
+        let own = record.reading.iter().flatten().count();
+        assert!((142..=143).contains(&own), "{own}");
+        for (k, r) in record.reading.iter().enumerate() {
+            if let Some(r) = r {
+                let t = 0.0503 + record.sample_time * k as f64;
+                assert!((r - t * t).abs() <= 2.0 * 0.007f64.powi(2) / 8.0 + 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn refuses_time_that_runs_backward_with_its_index() {
+        let time = [0.0, 0.1, 0.3, 0.2, 0.4];
+        let value = [0.0; 5];
+        let good = [0.0, 0.1, 0.2, 0.3, 0.4];
+        let error = align(
+            Source::Position,
+            Stamped {
+                time: &time,
+                value: &value,
+            },
+            Stamped {
+                time: &good,
+                value: &value,
+            },
+            None,
+        );
+        assert!(
+            matches!(error, Err(Error::NotIncreasing { index: 3, .. })),
+            "{error:?}"
+        );
+        assert_eq!(out_of_order(&time), Some(3));
+        assert_eq!(out_of_order(&[0.0, 0.0]), Some(1));
+    }
+
+    #[test]
+    fn refuses_records_without_substance() {
+        let bad = MotionRecord::new(0.1, Source::Position, vec![Some(1.0); 5], vec![0.0; 4]);
+        assert!(matches!(bad, Err(Error::Length { .. })));
+        let bad = MotionRecord::new(0.1, Source::Position, vec![None; 5], vec![0.0; 5]);
+        assert!(matches!(bad, Err(Error::TooFew { .. })));
+        let bad = MotionRecord::new(0.1, Source::Speed, vec![Some(f64::NAN); 5], vec![0.0; 5]);
+        assert!(matches!(bad, Err(Error::NotFinite { .. })));
+    }
+}

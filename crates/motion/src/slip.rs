@@ -1,0 +1,369 @@
+//! Where encoder and accelerometer do not see the same motion: slip, and collisions.
+
+use crate::MotionRecord;
+use proofmass_core::Error;
+use proofmass_uncertainty::{Finding, Severity};
+use serde::Serialize;
+
+/// A stretch of the record that is not one common motion.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Episode {
+    /// First sample.
+    pub from: usize,
+    /// Sample after the last.
+    pub to: usize,
+    /// Largest velocity change the reading has beyond the accelerometer's over one window, signed.
+    pub velocity: f64,
+    /// The same in standard deviations of the quiet part.
+    pub deviations: f64,
+}
+
+/// Settings of the search.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SlipSearch {
+    /// Window over which velocity changes are compared, s.
+    pub window: f64,
+    /// Threshold in standard deviations of the quiet part.
+    pub threshold: f64,
+    /// Duration over which a collision's acceleration is averaged, s.
+    pub blow: f64,
+}
+
+impl Default for SlipSearch {
+    /// 50 ms, eight standard deviations, 20 ms.
+    fn default() -> Self {
+        Self {
+            window: 0.05,
+            threshold: 8.0,
+            blow: 0.02,
+        }
+    }
+}
+
+/// Slip and collisions of a record, with the standard deviation of the quiet part.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SlipReport {
+    /// Encoder and accelerometer disagree.
+    pub slip: Vec<Episode>,
+    /// Short strong decelerations against the motion; `velocity` is the change of velocity.
+    pub collisions: Vec<Episode>,
+    /// Standard deviation of the quiet part's disagreement over one window, velocity units.
+    pub quiet_deviation: f64,
+    /// Share of the record in slip.
+    pub slip_share: f64,
+    /// In words.
+    pub findings: Vec<Finding>,
+}
+
+impl SlipReport {
+    /// Whether a sample lies in slip, or within `margin` samples of it.
+    pub fn slips(&self, sample: usize, margin: usize) -> bool {
+        self.slip
+            .iter()
+            .any(|e| sample + margin >= e.from && sample < e.to + margin)
+    }
+}
+
+impl SlipSearch {
+    /// Compares velocity changes over adjacent windows.
+    ///
+    /// The slope of a line through the readings of the window after a sample minus that before it is a velocity
+    /// change; the same functional of the doubly integrated acceleration is another. Their difference is free of
+    /// the unknown start and, up to a constant, of an offset. Centre and width of the quiet part come from the
+    /// shortest interval that holds 30 % of the differences: up to 70 % of the record may slip.
+    ///
+    /// # Errors
+    /// Of the record; [`Error::TooFew`] when it is shorter than eight windows; [`Error::OutOfRange`] for windows
+    /// below four samples.
+    pub fn run(&self, record: &MotionRecord) -> Result<SlipReport, Error> {
+        record.check()?;
+        let dt = record.sample_time;
+        let w = (self.window / dt).round() as usize;
+        // NaN of a setting lands at zero samples and is refused here.
+        if w < 4 {
+            return Err(Error::OutOfRange {
+                name: "window in samples",
+                value: w as f64,
+                min: 4.0,
+                max: f64::MAX,
+            });
+        }
+        let n = record.reading.len();
+        if n < 8 * w {
+            return Err(Error::TooFew {
+                name: "samples",
+                needed: 8 * w,
+                got: n,
+            });
+        }
+        let residual = residual(record);
+        let slopes: Vec<f64> = (0..=n - w)
+            .map(|k| slope(&residual[k..k + w], dt))
+            .collect();
+        // Difference k compares the windows that meet at sample k + w.
+        let difference: Vec<f64> = (0..slopes.len() - w)
+            .map(|k| slopes[k + w] - slopes[k])
+            .collect();
+        let (centre, deviation) = quiet(&difference);
+        let z = |d: f64| (d - centre) / deviation;
+        let slip = episodes(
+            &difference,
+            |d| z(d).abs() > self.threshold,
+            w,
+            w,
+            n,
+            |d| (d - centre, z(d)),
+        );
+        let collisions = self.collisions(record, dt);
+        let share = (0..n)
+            .filter(|&k| slip.iter().any(|e| (e.from..e.to).contains(&k)))
+            .count() as f64
+            / n as f64;
+        let mut findings = Vec::new();
+        for e in &slip {
+            findings.push(
+                Finding::new(
+                    Severity::Warning,
+                    "slip",
+                    "encoder and accelerometer do not see the same motion",
+                )
+                .evidence(format!(
+                    "{:.3} s to {:.3} s: velocity change over {:.0} ms differs by {:.4} ({:.1} standard deviations of the quiet part, {:.4})",
+                    e.from as f64 * dt,
+                    e.to as f64 * dt,
+                    1e3 * self.window,
+                    e.velocity,
+                    e.deviations,
+                    deviation
+                ))
+                .advice("the wheel slips, the coupling yields, or the accelerometer feels a rotation; the fused velocity is not valid there"),
+            );
+        }
+        for e in &collisions {
+            findings.push(
+                Finding::new(
+                    Severity::Warning,
+                    "collision",
+                    "a short strong deceleration against the motion",
+                )
+                .evidence(format!(
+                    "{:.3} s to {:.3} s: velocity change {:.4} within {:.0} ms ({:.1} standard deviations)",
+                    e.from as f64 * dt,
+                    e.to as f64 * dt,
+                    e.velocity,
+                    1e3 * self.blow,
+                    e.deviations
+                ))
+                .advice("check the range and bandwidth of the accelerometer; start a new estimate after it"),
+            );
+        }
+        Ok(SlipReport {
+            slip,
+            collisions,
+            quiet_deviation: deviation,
+            slip_share: share,
+            findings,
+        })
+    }
+
+    /// Jumps of the mean acceleration over the blow's duration, against the motion, far outside the quiet part.
+    fn collisions(&self, record: &MotionRecord, dt: f64) -> Vec<Episode> {
+        let b = ((self.blow / dt).round() as usize).max(2);
+        let n = record.acceleration.len();
+        if n < 8 * b {
+            return Vec::new();
+        }
+        let mean: Vec<f64> = record
+            .acceleration
+            .windows(b)
+            .map(|a| a.iter().sum::<f64>() / b as f64)
+            .collect();
+        // The mean after a sample minus that before it: braking is slow against it, and an offset drops out.
+        let jump: Vec<f64> = (b..mean.len()).map(|k| mean[k] - mean[k - b]).collect();
+        let (centre, deviation) = quiet(&jump);
+        let positions = held(&record.positions());
+        let velocity: Vec<f64> = (0..n)
+            .map(|k| {
+                let (a, c) = (k.saturating_sub(2 * b), k.max(1));
+                (positions[c] - positions[a]) / ((c - a).max(1) as f64 * dt)
+            })
+            .collect();
+        let span = b as f64 * dt;
+        let z: Vec<f64> = jump
+            .iter()
+            .enumerate()
+            .map(|(k, a)| {
+                let against = (a - centre) * velocity[k + b] < 0.0;
+                if against {
+                    (a - centre) / deviation
+                } else {
+                    0.0
+                }
+            })
+            .collect();
+        // Where nothing is noisy everything stands out: a blow also changes the velocity by a part of itself.
+        let typical = velocity.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        let hard = |z: f64| z.abs() > self.threshold && z.abs() * deviation * span > 0.02 * typical;
+        episodes(&z, hard, b, 2 * b, n, |z| (z * deviation * span, z))
+    }
+}
+
+/// Reading minus doubly integrated acceleration; missing readings on a line between their neighbours.
+fn residual(record: &MotionRecord) -> Vec<f64> {
+    let dt = record.sample_time;
+    let positions = held(&record.positions());
+    let (mut x, mut v) = (0.0, 0.0);
+    let mut before = record.acceleration[0];
+    positions
+        .iter()
+        .zip(&record.acceleration)
+        .map(|(p, a)| {
+            x += dt * v + dt * dt * (before / 3.0 + a / 6.0);
+            v += 0.5 * dt * (before + a);
+            before = *a;
+            p - x
+        })
+        .collect()
+}
+
+/// Missing positions filled by straight lines, the ends held.
+pub(crate) fn held(positions: &[Option<f64>]) -> Vec<f64> {
+    let known: Vec<(usize, f64)> = positions
+        .iter()
+        .enumerate()
+        .filter_map(|(k, p)| p.map(|p| (k, p)))
+        .collect();
+    (0..positions.len())
+        .map(|k| {
+            let after = known.partition_point(|&(j, _)| j < k);
+            match (after.checked_sub(1).map(|i| known[i]), known.get(after)) {
+                (_, Some(&(j, p))) if j == k => p,
+                (Some((i, a)), Some(&(j, b))) => a + (b - a) * (k - i) as f64 / (j - i) as f64,
+                (Some((_, a)), None) => a,
+                (None, Some(&(_, b))) => b,
+                (None, None) => 0.0,
+            }
+        })
+        .collect()
+}
+
+/// Slope of the least-squares line.
+fn slope(x: &[f64], dt: f64) -> f64 {
+    let n = x.len() as f64;
+    let middle = 0.5 * (n - 1.0);
+    let top: f64 = x
+        .iter()
+        .enumerate()
+        .map(|(k, v)| (k as f64 - middle) * (v - x[0]))
+        .sum();
+    top / (n * (n * n - 1.0) / 12.0) / dt
+}
+
+/// Centre and standard deviation from the shortest interval that holds 30 % of the values.
+///
+/// The central 30 % of a normal distribution are 2 · 0.38532 σ wide.
+fn quiet(values: &[f64]) -> (f64, f64) {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let h = (0.3 * sorted.len() as f64) as usize;
+    let best = (0..sorted.len() - h)
+        .min_by(|&i, &j| (sorted[i + h] - sorted[i]).total_cmp(&(sorted[j + h] - sorted[j])))
+        .unwrap_or(0);
+    let (a, b) = (sorted[best], sorted[best + h]);
+    // Identical values (a simulated standstill) have no width: then anything else stands out.
+    (
+        0.5 * (a + b),
+        ((b - a) / (2.0 * 0.385_320_466)).max(f64::MIN_POSITIVE),
+    )
+}
+
+/// Runs of values that are out; runs closer than `merge` are one. `shift` is the sample of value zero.
+fn episodes(
+    values: &[f64],
+    out: impl Fn(f64) -> bool,
+    shift: usize,
+    merge: usize,
+    n: usize,
+    size: impl Fn(f64) -> (f64, f64),
+) -> Vec<Episode> {
+    let mut found: Vec<Episode> = Vec::new();
+    for (k, &d) in values.iter().enumerate() {
+        if !out(d) {
+            continue;
+        }
+        let (velocity, deviations) = size(d);
+        let sample = k + shift;
+        match found.last_mut() {
+            Some(e) if sample < e.to + merge => {
+                e.to = sample + 1;
+                if deviations.abs() > e.deviations.abs() {
+                    (e.velocity, e.deviations) = (velocity, deviations);
+                }
+            }
+            _ => found.push(Episode {
+                from: sample,
+                to: (sample + 1).min(n),
+                velocity,
+                deviations,
+            }),
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Source;
+    use proofmass_rig::{Axis, AxisMotion};
+
+    #[test]
+    fn law_slip_is_found_where_it_is_and_nowhere_else() {
+        let recording = Axis::new(AxisMotion::servo(5.0)).simulate(11).unwrap();
+        let mut position = recording.position();
+        let clean = MotionRecord::new(
+            1e-3,
+            Source::Position,
+            position.clone(),
+            recording.acceleration.clone(),
+        )
+        .unwrap();
+        let report = SlipSearch::default().run(&clean).unwrap();
+        assert!(report.slip.is_empty(), "{report:?}");
+        // The wheel spins 0.3 m/s faster from 2.0 s to 2.2 s.
+        for (k, p) in position.iter_mut().enumerate() {
+            let t = 1e-3 * k as f64;
+            *p = p.map(|p| p + 0.3 * (t - 2.0).clamp(0.0, 0.2));
+        }
+        let slipping =
+            MotionRecord::new(1e-3, Source::Position, position, recording.acceleration).unwrap();
+        let report = SlipSearch::default().run(&slipping).unwrap();
+        assert!(!report.slip.is_empty());
+        for e in &report.slip {
+            assert!(e.from > 1950 && e.to < 2250, "{e:?}");
+        }
+        assert!(report.slips(2000, 0) && report.slips(2200, 0) && !report.slips(1000, 50));
+        let largest = report
+            .slip
+            .iter()
+            .fold(0.0f64, |m, e| m.max(e.velocity.abs()));
+        assert!((largest - 0.3).abs() < 0.06, "{largest}");
+        assert!(report.findings.iter().any(|f| f.code() == "slip"));
+    }
+
+    #[test]
+    fn law_a_collision_is_found() {
+        let recording = Axis::new(AxisMotion::impact()).simulate(12).unwrap();
+        let record = MotionRecord::new(
+            1e-3,
+            Source::Position,
+            recording.position(),
+            recording.acceleration,
+        )
+        .unwrap();
+        let report = SlipSearch::default().run(&record).unwrap();
+        let e = report.collisions.first().expect("the impact at 1 s");
+        assert!(e.from.abs_diff(1000) < 30, "{e:?}");
+        assert!(e.velocity < -0.4, "{e:?}");
+    }
+}

@@ -1,0 +1,121 @@
+//! Are the innovations what the model promised: white, with unit variance?
+
+use proofmass_core::Error;
+use serde::Serialize;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+/// Ljung–Box test of the autocorrelation and chi-square test of the size of normalised innovations.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Whiteness {
+    /// Number of innovations.
+    pub samples: usize,
+    /// Number of lags m.
+    pub lags: usize,
+    /// n(n + 2) Σ ρ_k²/(n − k).
+    pub ljung_box: f64,
+    /// Probability of a value as large when the innovations are white.
+    pub p_white: f64,
+    /// Largest |ρ_k| and its lag.
+    pub largest_correlation: (usize, f64),
+    /// Mean of ν²/S; one when q and R are right.
+    pub mean_square: f64,
+    /// Two-sided probability of a mean square as far from one.
+    pub p_size: f64,
+}
+
+impl Whiteness {
+    /// Tests normalised innovations, over m = min(40, n/5) lags.
+    ///
+    /// Q ~ χ²(m) and n · mean square ~ χ²(n) for a matched model: the parameters were found from the same data,
+    /// which takes one or two degrees of freedom off a number of 40 and is neglected.
+    ///
+    /// # Errors
+    /// [`Error::TooFew`] below 20 innovations, [`Error::NotFinite`].
+    ///
+    /// **Source** [LjungBox78].
+    pub fn test(innovations: &[f64]) -> Result<Self, Error> {
+        let n = innovations.len();
+        if n < 20 {
+            return Err(Error::TooFew {
+                name: "innovations",
+                needed: 20,
+                got: n,
+            });
+        }
+        if let Some(index) = innovations.iter().position(|v| !v.is_finite()) {
+            return Err(Error::NotFinite {
+                name: "innovations",
+                index,
+            });
+        }
+        let lags = (n / 5).min(40);
+        let square: f64 = innovations.iter().map(|v| v * v).sum();
+        let mean = innovations.iter().sum::<f64>() / n as f64;
+        let power = square - n as f64 * mean * mean;
+        let (mut q, mut largest) = (0.0, (0usize, 0.0f64));
+        for k in 1..=lags {
+            let sum: f64 = innovations[k..]
+                .iter()
+                .zip(innovations)
+                .map(|(a, b)| (a - mean) * (b - mean))
+                .sum();
+            let rho = if power > 0.0 { sum / power } else { 1.0 };
+            q += rho * rho / (n - k) as f64;
+            if rho.abs() > largest.1.abs() {
+                largest = (k, rho);
+            }
+        }
+        let q = q * n as f64 * (n + 2) as f64;
+        let upper = |x: f64, dof: usize| ChiSquared::new(dof as f64).map_or(0.0, |chi| chi.sf(x));
+        let above = upper(square, n);
+        Ok(Self {
+            samples: n,
+            lags,
+            ljung_box: q,
+            p_white: upper(q, lags),
+            largest_correlation: largest,
+            mean_square: square / n as f64,
+            p_size: (2.0 * above.min(1.0 - above)).min(1.0),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    #[test]
+    fn coverage_white_noise_is_refused_at_the_stated_rate() {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(20);
+        let (mut white, mut size) = (0, 0);
+        for _ in 0..1000 {
+            let v: Vec<f64> = (0..500).map(|_| StandardNormal.sample(&mut rng)).collect();
+            let test = Whiteness::test(&v).unwrap();
+            white += usize::from(test.p_white < 0.05);
+            size += usize::from(test.p_size < 0.05);
+        }
+        // Binomial(1000, 0.05): σ = 6.9; four σ either way. Ljung–Box is slightly liberal at n = 500.
+        assert!((23..=90).contains(&white), "{white}");
+        assert!((23..=78).contains(&size), "{size}");
+    }
+
+    #[test]
+    fn law_coloured_noise_is_refused() {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(21);
+        let mut x = 0.0;
+        let v: Vec<f64> = (0..1000)
+            .map(|_| {
+                let e: f64 = StandardNormal.sample(&mut rng);
+                x = 0.4 * x + e;
+                x
+            })
+            .collect();
+        let test = Whiteness::test(&v).unwrap();
+        assert!(test.p_white < 1e-10);
+        assert_eq!(test.largest_correlation.0, 1);
+        assert!(Whiteness::test(&v[..10]).is_err());
+    }
+}

@@ -1,0 +1,123 @@
+//! Whether the stated uncertainty of the velocity is the true one.
+
+use proofmass_motion::{KalmanModel, Method, MotionRecord, Source, Whiteness};
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+const DT: f64 = 0.01;
+
+/// A run of the model itself: an acceleration that holds over each sample, read with white noise, and positions
+/// with white noise. `factor` multiplies the noise of the accelerometer.
+fn run(
+    rng: &mut Xoshiro256PlusPlus,
+    n: usize,
+    q: f64,
+    r: f64,
+    factor: f64,
+) -> (MotionRecord, Vec<f64>) {
+    let mut normal = || -> f64 { StandardNormal.sample(rng) };
+    let (mut x, mut v) = (0.0, 0.0);
+    let (mut reading, mut acceleration, mut truth) = (Vec::new(), Vec::new(), Vec::new());
+    for k in 0..n {
+        let a = 3.0 * (0.05 * k as f64).sin();
+        reading.push(Some(x + r.sqrt() * normal()));
+        acceleration.push(a + factor * q.sqrt() * normal());
+        truth.push(v);
+        x += DT * v + 0.5 * DT * DT * a;
+        v += DT * a;
+    }
+    let mut record = MotionRecord::new(DT, Source::Position, reading, acceleration).unwrap();
+    record.initial_velocity = Some(0.0);
+    (record, truth)
+}
+
+fn model(q: f64, r: f64) -> KalmanModel {
+    KalmanModel {
+        interpolation: proofmass_motion::Interpolation::Constant,
+        ..KalmanModel::new(q, r)
+    }
+}
+
+#[test]
+fn coverage_of_the_velocity_interval_is_95_per_cent() {
+    let (q, r) = (0.04, 1e-6);
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(101);
+    for smoother in [false, true] {
+        let (mut inside, mut nees) = (0usize, 0.0);
+        for _ in 0..1000 {
+            let (record, truth) = run(&mut rng, 120, q, r, 1.0);
+            let model = model(q, r);
+            let method = if smoother {
+                Method::Smoother { model }
+            } else {
+                Method::Kalman { model }
+            };
+            let trace = method.run(&record).unwrap();
+            let u = trace.standard_uncertainty.unwrap();
+            let k = 100; // one sample a run: runs are independent, samples are not
+            let z = (trace.velocity[k] - truth[k]) / u[k];
+            nees += z * z;
+            inside += usize::from(z.abs() < 1.959964);
+        }
+        // Binomial(1000, 0.95): mean 950, σ = 6.89; three σ: 929…971.
+        assert!((929..=971).contains(&inside), "{smoother} {inside}");
+        // Σ z² ~ χ²(1000): mean 1000, σ = 44.7; three σ.
+        println!(
+            "smoother {smoother}: {inside} inside, NEES {:.4}",
+            nees / 1000.0
+        );
+        assert!((nees - 1000.0).abs() < 134.0, "{smoother} {nees}");
+    }
+}
+
+#[test]
+fn coverage_whiteness_flags_the_mismatched_model_only() {
+    let (q, r) = (0.04, 1e-6);
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(102);
+    let (mut matched, mut mismatched) = (0, 0);
+    for _ in 0..100 {
+        for (factor, count) in [(1.0, &mut matched), (10.0, &mut mismatched)] {
+            let (record, _) = run(&mut rng, 1000, q, r, factor);
+            let run = model(q, r).filter(&record).unwrap();
+            let innovations: Vec<f64> =
+                run.innovations.iter().flatten().skip(20).copied().collect();
+            let test = Whiteness::test(&innovations).unwrap();
+            *count += usize::from(test.p_white < 0.01);
+        }
+    }
+    // Binomial(100, 0.01): 6 or more has probability 5e-4. A noise ten times too small is seen every time.
+    println!("flagged: matched {matched}, mismatched {mismatched} of 100");
+    assert!(matched <= 6, "{matched}");
+    assert_eq!(mismatched, 100);
+}
+
+#[test]
+fn law_tuning_recovers_the_parameters_it_was_made_of() {
+    use proofmass_motion::{BiasChoice, Interpolation, Tuning};
+    let (q, r) = (0.04, 1e-6);
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(103);
+    let tuning = Tuning {
+        bias: BiasChoice::None,
+        interpolation: Interpolation::Constant,
+        ..Tuning::default()
+    };
+    let mut inside = 0;
+    for _ in 0..60 {
+        let (record, _) = run(&mut rng, 1500, q, r, 1.0);
+        let tuned = tuning.run(&record).unwrap();
+        // R from 1500 readings, most of them innovation: 1/√750 = 3.7 %; four of it.
+        assert!(
+            (tuned.model.reading_noise / r - 1.0).abs() < 0.15,
+            "{:?}",
+            tuned.model
+        );
+        let (below, above) = tuned.log_q_interval.unwrap();
+        // The interval is of the ratio q/R.
+        let error = (q / r / (tuned.model.acceleration_noise / tuned.model.reading_noise)).ln();
+        inside += usize::from(error > -below && error < above);
+        assert!(tuned.whiteness.p_white > 1e-5);
+    }
+    // Binomial(60, 0.95): mean 57, σ = 1.7; below 51 has probability 3e-3.
+    assert!(inside >= 51, "{inside}");
+}
