@@ -1,1 +1,3 @@
 //! proofmass signal.
+
+pub mod sine;
