@@ -9,7 +9,7 @@ pub use spectrum::dominant_frequency;
 
 use basis::{Basis, Term};
 use faer::{Mat, Side, c64, linalg::solvers::Solve};
-use pass::{Moments, Residue, Tables};
+use pass::{Residue, Tables};
 use proofmass_core::Error;
 use std::f64::consts::TAU;
 
@@ -292,7 +292,6 @@ impl SineApproximation {
             inverse,
             fitted,
             residues,
-            moments,
             residuals: self.residuals,
         })
     }
@@ -305,7 +304,6 @@ struct State {
     inverse: Mat<f64>,
     fitted: Vec<Coefficients>,
     residues: Vec<Residue>,
-    moments: Vec<Moments>,
     residuals: Residuals,
 }
 
@@ -320,8 +318,10 @@ pub(crate) struct Coefficients {
 impl State {
     fn variance(&self, channel: usize) -> f64 {
         let n = self.tables.samples as f64;
-        let floor =
-            (f64::EPSILON * f64::EPSILON * self.moments[channel].power / n).max(f64::MIN_POSITIVE);
+        let fit = &self.fitted[channel];
+        let size = fit.offset.abs() + fit.amplitudes[0].norm();
+        // Rounding of the samples themselves: an exact record is not infinitely sure.
+        let floor = (f64::EPSILON * size).powi(2).max(f64::MIN_POSITIVE);
         (self.residues[channel].power / (n - self.basis.terms().len() as f64)).max(floor)
     }
 

@@ -89,36 +89,72 @@ impl Tables {
     }
 }
 
-/// Σ a b over a block, in eight lanes that the compiler can keep in vector registers.
+/// Samples that are summed side by side, so that the compiler can keep the sums in vector registers.
+const LANES: usize = 8;
+
+/// Σ a b over the length of `a`.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     // The last block of a record is shorter than the tables.
     let b = &b[..a.len()];
-    let mut lanes = [0.0; 8];
-    let (a8, b8) = (a.chunks_exact(8), b.chunks_exact(8));
-    let tail: f64 = a8
-        .remainder()
-        .iter()
-        .zip(b8.remainder())
-        .map(|(a, b)| a * b)
-        .sum();
-    for (a, b) in a8.zip(b8) {
-        for i in 0..8 {
+    let mut lanes = [0.0; LANES];
+    let ((a8, a_rest), (b8, b_rest)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
+    for (a, b) in a8.iter().zip(b8) {
+        for i in 0..LANES {
             lanes[i] += a[i] * b[i];
         }
     }
-    lanes.iter().sum::<f64>() + tail
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
+    lanes.iter().sum::<f64>() + rest
 }
 
-fn sum(a: &[f64]) -> f64 {
-    let mut lanes = [0.0; 8];
-    let a8 = a.chunks_exact(8);
-    let tail: f64 = a8.remainder().iter().sum();
-    for a in a8 {
-        for i in 0..8 {
-            lanes[i] += a[i];
+/// Σ x, Σ x c, Σ x s in one reading of the block.
+fn sums(x: &[f64], c: &[f64], s: &[f64]) -> [f64; 3] {
+    let (c, s) = (&c[..x.len()], &s[..x.len()]);
+    let mut lanes = [[0.0; LANES]; 3];
+    let (x8, x_rest) = x.as_chunks::<LANES>();
+    let (c8, c_rest) = c.as_chunks::<LANES>();
+    let (s8, s_rest) = s.as_chunks::<LANES>();
+    for ((x, c), s) in x8.iter().zip(c8).zip(s8) {
+        for i in 0..LANES {
+            lanes[0][i] += x[i];
+            lanes[1][i] += x[i] * c[i];
+            lanes[2][i] += x[i] * s[i];
         }
     }
-    lanes.iter().sum::<f64>() + tail
+    let mut total = lanes.map(|l| l.iter().sum::<f64>());
+    for ((x, c), s) in x_rest.iter().zip(c_rest).zip(s_rest) {
+        total[0] += x;
+        total[1] += x * c;
+        total[2] += x * s;
+    }
+    total
+}
+
+/// r = x − (trend + re c − im s): residuals without drift, with Σ r², Σ r c, Σ r s.
+fn subtract(x: &[f64], c: &[f64], s: &[f64], trend: f64, a: c64, r: &mut [f64]) -> [f64; 3] {
+    let (c, s, r) = (&c[..x.len()], &s[..x.len()], &mut r[..x.len()]);
+    let mut lanes = [[0.0; LANES]; 3];
+    let (x8, x_rest) = x.as_chunks::<LANES>();
+    let (c8, c_rest) = c.as_chunks::<LANES>();
+    let (s8, s_rest) = s.as_chunks::<LANES>();
+    let (r8, r_rest) = r.as_chunks_mut::<LANES>();
+    for (((x, c), s), r) in x8.iter().zip(c8).zip(s8).zip(r8) {
+        for i in 0..LANES {
+            let residual = x[i] - trend - (a.re * c[i] - a.im * s[i]);
+            r[i] = residual;
+            lanes[0][i] += residual * residual;
+            lanes[1][i] += residual * c[i];
+            lanes[2][i] += residual * s[i];
+        }
+    }
+    let mut total = lanes.map(|l| l.iter().sum::<f64>());
+    for (((x, c), s), r) in x_rest.iter().zip(c_rest).zip(s_rest).zip(r_rest) {
+        *r = x - trend - (a.re * c - a.im * s);
+        total[0] += *r * *r;
+        total[1] += *r * c;
+        total[2] += *r * s;
+    }
+    total
 }
 
 /// What the first pass knows of a channel.
@@ -126,7 +162,6 @@ fn sum(a: &[f64]) -> f64 {
 pub(crate) struct Moments {
     pub(crate) sum: f64,
     pub(crate) slope: f64,
-    pub(crate) power: f64,
     pub(crate) demodulated: Vec<c64>,
 }
 
@@ -169,21 +204,20 @@ pub(crate) fn moments(tables: &Tables, channels: &[&[f64]], drift: bool) -> Vec<
     let empty = || Moments {
         sum: 0.0,
         slope: 0.0,
-        power: 0.0,
         demodulated: vec![c64::new(0.0, 0.0); harmonics],
     };
     let parts = tasks(tables, channels, |_, first, x| {
         let mut total = empty();
         for (b, x) in x.chunks(tables.block).enumerate() {
             let start = first + b * tables.block;
-            let s = sum(x);
+            let [s, c, q] = sums(x, &tables.cosine[0], &tables.sine[0]);
             total.sum += s;
-            total.power += dot(x, x);
+            total.demodulated[0] += c64::new(c, -q) * tables.anchor(1, start).conj();
             if drift {
                 let scale = 2.0 / tables.samples as f64;
                 total.slope += tables.tau(start as f64) * s + scale * dot(x, &tables.ramp);
             }
-            for h in 0..harmonics {
+            for h in 1..harmonics {
                 let z = c64::new(dot(x, &tables.cosine[h]), -dot(x, &tables.sine[h]));
                 total.demodulated[h] += z * tables.anchor(h + 1, start).conj();
             }
@@ -196,7 +230,6 @@ pub(crate) fn moments(tables: &Tables, channels: &[&[f64]], drift: bool) -> Vec<
             parts.into_iter().fold(empty(), |mut total, part| {
                 total.sum += part.sum;
                 total.slope += part.slope;
-                total.power += part.power;
                 for (t, p) in total.demodulated.iter_mut().zip(part.demodulated) {
                     *t += p;
                 }
@@ -226,27 +259,24 @@ pub(crate) fn residues(
             let tau = tables.tau(start as f64);
             let r = &mut r[..x.len()];
             let trend = fit.offset + fit.drift * tau;
-            if fit.drift == 0.0 {
-                for (r, x) in r.iter_mut().zip(x) {
-                    *r = x - trend;
+            let (c, s) = (&tables.cosine[0], &tables.sine[0]);
+            let anchored = |h: usize| fit.amplitudes[h] * tables.anchor(h + 1, start);
+            let mut totals = subtract(x, c, s, trend, anchored(0), r);
+            if fit.drift != 0.0 || fit.amplitudes.len() > 1 {
+                let slope = fit.drift * scale;
+                for (r, l) in r.iter_mut().zip(&tables.ramp) {
+                    *r -= slope * l;
                 }
-            } else {
-                for ((r, x), l) in r.iter_mut().zip(x).zip(&tables.ramp) {
-                    *r = x - trend - fit.drift * scale * l;
+                for h in 1..fit.amplitudes.len() {
+                    let a = anchored(h);
+                    for ((r, c), s) in r.iter_mut().zip(&tables.cosine[h]).zip(&tables.sine[h]) {
+                        *r -= a.re * c - a.im * s;
+                    }
                 }
+                totals = [dot(r, r), dot(r, c), dot(r, s)];
             }
-            for (h, amplitude) in fit.amplitudes.iter().enumerate() {
-                let a = amplitude * tables.anchor(h + 1, start);
-                for ((r, c), s) in r.iter_mut().zip(&tables.cosine[h]).zip(&tables.sine[h]) {
-                    *r -= a.re * c - a.im * s;
-                }
-            }
-            part.power += dot(r, r);
-            let demodulate = |r: &[f64], h: usize| {
-                c64::new(dot(r, &tables.cosine[h]), -dot(r, &tables.sine[h]))
-                    * tables.anchor(h + 1, start).conj()
-            };
-            let z = demodulate(r, 0);
+            part.power += totals[0];
+            let z = c64::new(totals[1], -totals[2]) * tables.anchor(1, start).conj();
             if x.len() == tables.block {
                 part.series.push(z);
             }
@@ -256,7 +286,11 @@ pub(crate) fn residues(
                     *p = r * (tau + scale * l);
                 }
                 for (h, w) in part.weighted.iter_mut().enumerate() {
-                    *w += demodulate(product, h);
+                    let z = c64::new(
+                        dot(product, &tables.cosine[h]),
+                        -dot(product, &tables.sine[h]),
+                    );
+                    *w += z * tables.anchor(h + 1, start).conj();
                 }
             }
         }
