@@ -1,1 +1,3 @@
 //! proofmass calibration.
+
+pub mod shaker;

@@ -1,0 +1,20 @@
+//! Calibration of a triaxial accelerometer on a single-axis shaker, by wedges and rotations.
+//!
+//! The device is glued on a wedge of inclination α, turned by ω about its own z, and shaken along the vertical
+//! z′. Rows are observations: o = a S and a = o A, with a (n × 3) the acceleration the device sees, o (n × 3) its
+//! outputs, S the sensitivity and A = S⁻¹ the exploitation matrix. `S[i][j]` is the output j per unit
+//! acceleration along i.
+//!
+//! Three methods stand side by side:
+//!
+//! - [`published`]: ordinary least squares on magnitudes with element-wise uncertainties, as the method was
+//!   published; for comparison only.
+//! - `complex`: generalised least squares on signed phasors with the joint covariance of everything.
+//! - `joint`: the same for all frequencies at once, with the mounting angles estimated as what they are:
+//!   the same at every frequency.
+
+pub mod geometry;
+pub mod matrix;
+pub mod published;
+
+pub use geometry::Configuration;
