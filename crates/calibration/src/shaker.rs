@@ -9,12 +9,19 @@
 //!
 //! - [`published`]: ordinary least squares on magnitudes with element-wise uncertainties, as the method was
 //!   published; for comparison only.
-//! - `complex`: generalised least squares on signed phasors with the joint covariance of everything.
-//! - `joint`: the same for all frequencies at once, with the mounting angles estimated as what they are:
+//! - [`complex`]: generalised least squares on signed phasors with the joint covariance of everything.
+//! - [`joint`]: the same for all frequencies at once, with the mounting angles estimated as what they are:
 //!   the same at every frequency.
 
+mod adjustment;
+pub mod budget;
+pub mod fit;
 pub mod geometry;
 pub mod matrix;
+pub mod observation;
 pub mod published;
 
+pub use budget::{Acts, Budget, Input, Key};
+pub use fit::{Fit, FrequencyFit, complex, joint};
 pub use geometry::Configuration;
+pub use observation::{PhasorRow, Spurious, SpuriousTable};

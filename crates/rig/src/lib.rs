@@ -1,1 +1,3 @@
 //! proofmass rig.
+
+pub mod bench;
