@@ -15,12 +15,17 @@
 
 mod adjustment;
 pub mod budget;
+pub mod derived;
+pub mod diagnosis;
 pub mod fit;
 pub mod geometry;
 pub mod matrix;
 pub mod observation;
+pub mod plan;
 pub mod published;
+pub mod spurious;
 
+pub use diagnosis::{Suspicion, Suspect, diagnose};
 pub use budget::{Acts, Budget, Input, Key};
 pub use fit::{Fit, FrequencyFit, complex, joint};
 pub use geometry::Configuration;

@@ -42,7 +42,8 @@ pub(crate) struct Adjustment {
     /// Unit of y, V/(m/s²).
     pub(crate) scale: f64,
     pub(crate) parameters: Vec<f64>,
-    pub(crate) covariance: Mat<f64>,
+    /// Covariance of the parameters, row-major.
+    covariance: Vec<f64>,
     pub(crate) draws: Vec<Draw>,
     pub(crate) chi_squared: f64,
     rows: Vec<Linear>,
@@ -116,24 +117,25 @@ impl Adjustment {
                 .map(|i| model.linear(i, &links[i], &parameters))
                 .collect();
             let weights = weights(&linear)?;
-            let mut normal = Mat::<f64>::zeros(count, count);
-            let mut right = Mat::<f64>::zeros(count, 1);
+            let mut normal = vec![0.0; count * count];
+            let mut right = vec![0.0; count];
             for (row, w) in linear.iter().zip(&weights) {
                 let weighted: Vec<[f64; 6]> =
                     row.columns.iter().map(|(_, c)| times(w, c)).collect();
                 for (a, (i, _)) in row.columns.iter().enumerate() {
-                    right[(*i, 0)] += dot(&weighted[a], &row.residual);
+                    right[*i] += dot(&weighted[a], &row.residual);
                     for (j, column) in &row.columns {
                         if j <= i {
-                            normal[(*i, *j)] += dot(&weighted[a], column);
+                            normal[i * count + j] += dot(&weighted[a], column);
                         }
                     }
                 }
             }
             for i in model.offset..count {
-                normal[(i, i)] += 1.0;
-                right[(i, 0)] -= parameters[i];
+                normal[i * count + i] += 1.0;
+                right[i] -= parameters[i];
             }
+            let normal = Mat::from_fn(count, count, |i, j| normal[i.max(j) * count + i.min(j)]);
             let llt = normal.llt(Side::Lower).map_err(|_| Error::Unobservable {
                 parameter: "sensitivity",
                 condition: f64::INFINITY,
@@ -146,7 +148,10 @@ impl Adjustment {
                     .map(|(l, w)| dot(&times(w, &l.residual), &l.residual))
                     .sum::<f64>()
                     + parameters[model.offset..].iter().map(|z| z * z).sum::<f64>();
-                let covariance = llt.solve(Mat::<f64>::identity(count, count));
+                let inverse = llt.solve(Mat::<f64>::identity(count, count));
+                let covariance = (0..count * count)
+                    .map(|k| 0.5 * (inverse[(k / count, k % count)] + inverse[(k % count, k / count)]))
+                    .collect();
                 return Ok(Self {
                     frequencies,
                     of_row,
@@ -159,7 +164,7 @@ impl Adjustment {
                     weights,
                 });
             }
-            let delta = llt.solve(&right);
+            let delta = llt.solve(Mat::from_fn(count, 1, |i, _| right[i]));
             step = 0.0;
             for (i, p) in parameters.iter_mut().enumerate() {
                 *p += delta[(i, 0)];
@@ -183,6 +188,11 @@ impl Adjustment {
         from_real(&self.parameters[18 * f..18 * f + 18]).map(|row| row.map(|s| s * self.scale))
     }
 
+    /// Covariance of two parameters.
+    pub(crate) fn covariance(&self, i: usize, j: usize) -> f64 {
+        self.covariance[i * self.parameters.len() + j]
+    }
+
     /// Degrees of freedom of χ²: 6 per run less 18 per frequency.
     pub(crate) fn dof(&self) -> usize {
         6 * self.rows.len() - 18 * self.frequencies.len()
@@ -194,7 +204,7 @@ impl Adjustment {
         for (j, column) in &self.rows[row].columns {
             let w = times(&self.weights[row], column);
             for (p, g) in gain.iter_mut().enumerate() {
-                let c = self.covariance[(18 * f + p, *j)];
+                let c = self.covariance(18 * f + p, *j);
                 for k in 0..6 {
                     g[k] += c * w[k];
                 }
@@ -269,17 +279,22 @@ impl Adjustment {
                 // Q = N⁻¹ − N⁻¹ X C Xᵀ N⁻¹; its inverse is the covariance of the prediction error.
                 let weighted: Vec<(usize, [f64; 6])> =
                     linear.columns.iter().map(|(j, c)| (*j, times(w, c))).collect();
-                let mut q = Mat::from_fn(6, 6, |a, b| w[a][b]);
+                let mut q = *w;
                 for (i, u) in &weighted {
+                    let mut half = [0.0; 6];
                     for (j, v) in &weighted {
-                        let c = self.covariance[(*i, *j)];
-                        for a in 0..6 {
-                            for b in 0..6 {
-                                q[(a, b)] -= u[a] * c * v[b];
-                            }
+                        let c = self.covariance(*i, *j);
+                        for b in 0..6 {
+                            half[b] += c * v[b];
+                        }
+                    }
+                    for a in 0..6 {
+                        for b in 0..6 {
+                            q[a][b] -= u[a] * half[b];
                         }
                     }
                 }
+                let q = Mat::from_fn(6, 6, |a, b| q[a][b]);
                 let right = times(w, &linear.residual);
                 let right = Mat::from_fn(6, 1, |a, _| right[a]);
                 let llt = q.llt(Side::Lower).map_err(|_| Error::Unobservable {

@@ -352,7 +352,7 @@ fn angles(
                 key: input.key.clone(),
                 configuration: rows[adjustment.draws[d].row].configuration,
                 value: adjustment.parameters[p] * prior,
-                standard_uncertainty: adjustment.covariance[(p, p)].sqrt() * prior,
+                standard_uncertainty: adjustment.covariance(p, p).sqrt() * prior,
                 prior,
             });
         }
@@ -362,7 +362,7 @@ fn angles(
             continue;
         }
         let spread = Mat::from_fn(m, m, |a, b| {
-            let c = adjustment.covariance[(offset + draws[a], offset + draws[b])];
+            let c = adjustment.covariance(offset + draws[a], offset + draws[b]);
             f64::from(a == b) - c
         });
         let eigen = spread
