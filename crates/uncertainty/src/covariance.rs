@@ -225,6 +225,11 @@ impl Covariance {
         Mat::from_fn(self.n, self.n, |i, j| self[(i, j)])
     }
 
+    /// One element, written by callers that build a matrix known to be semi-definite; they set its mirror too.
+    pub(crate) fn set(&mut self, i: usize, j: usize, value: f64) {
+        self.elements[i * self.n + j] = value;
+    }
+
     fn check_semidefinite(&self) -> Result<(), Error> {
         // Judged on the correlation matrix, so that components of very different units weigh alike.
         let active: Vec<usize> = (0..self.n).filter(|&i| self[(i, i)] > 0.0).collect();

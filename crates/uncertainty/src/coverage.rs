@@ -1,7 +1,7 @@
 //! Degrees of freedom and coverage factors.
 
+use crate::student;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use statrs::distribution::{ContinuousCDF, StudentsT};
 use std::fmt;
 
 /// Degrees of freedom: how well a standard uncertainty is itself known. Positive, infinite allowed.
@@ -40,13 +40,7 @@ impl DegreesOfFreedom {
     /// assert!((k - 2.776).abs() < 5e-4); // [GUM] table G.2
     /// ```
     pub fn coverage_factor(self, probability: f64) -> f64 {
-        let upper = 0.5 * (1.0 + probability);
-        // Beyond 1e8 Student and normal quantiles agree to every digit of a double that matters.
-        let nu = self.0.min(1e8);
-        match StudentsT::new(0.0, 1.0, nu) {
-            Ok(t) => t.inverse_cdf(upper),
-            Err(_) => f64::INFINITY,
-        }
+        student::two_sided_quantile(probability, self.0)
     }
 }
 
@@ -89,28 +83,5 @@ impl<'de> Deserialize<'de> for DegreesOfFreedom {
                 "degrees of freedom {word:?}: a positive number or \"infinite\""
             ))),
         }
-    }
-}
-
-/// Effective degrees of freedom of a sum of independent contributions (u_i, ν_i): Welch–Satterthwaite.
-///
-/// ν_eff = (Σ u_i²)² / Σ u_i⁴/ν_i. **Source** `[GUM] G.2b`.
-///
-/// ```
-/// use proofmass_uncertainty::{DegreesOfFreedom, welch_satterthwaite};
-/// let nu = |n| DegreesOfFreedom::new(n).unwrap();
-/// let effective = welch_satterthwaite(&[(0.25, nu(9.0)), (0.57, nu(4.0)), (0.82, nu(14.0))]);
-/// assert!((effective.get() - 19.0).abs() < 0.05); // [GUM] G.4.1
-/// ```
-pub fn welch_satterthwaite(contributions: &[(f64, DegreesOfFreedom)]) -> DegreesOfFreedom {
-    let variance: f64 = contributions.iter().map(|(u, _)| u * u).sum();
-    let spread: f64 = contributions
-        .iter()
-        .map(|(u, nu)| u.powi(4) / nu.get())
-        .sum();
-    if spread > 0.0 {
-        DegreesOfFreedom(variance * variance / spread)
-    } else {
-        DegreesOfFreedom::INFINITE
     }
 }

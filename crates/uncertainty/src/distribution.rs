@@ -1,0 +1,495 @@
+//! What is known about one input, as a probability distribution.
+
+use crate::{DegreesOfFreedom, student};
+use proofmass_core::Error;
+use serde::{Deserialize, Serialize};
+use statrs::distribution::{ContinuousCDF, Normal};
+use std::f64::consts::PI;
+
+/// The state of knowledge of an input. **Source** `[S1] 6.4`, table 1.
+///
+/// ```
+/// use proofmass_uncertainty::Distribution;
+/// let resolution = Distribution::Rectangular { lower: -0.5, upper: 0.5 };
+/// assert!((resolution.standard_uncertainty() - 0.288_675).abs() < 1e-6); // a/√3, [GUM] 4.3.7
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Distribution {
+    /// A value with a standard uncertainty, known well.
+    Normal {
+        /// Estimate.
+        mean: f64,
+        /// Standard uncertainty.
+        u: f64,
+    },
+    /// A mean of observations: location, s/√n, n − 1. The standard uncertainty is the scale, as in the GUM; the
+    /// standard deviation of the distribution is larger by √(ν/(ν − 2)), which Monte Carlo shows.
+    StudentT {
+        /// Estimate.
+        location: f64,
+        /// Scale: experimental standard deviation of the mean.
+        scale: f64,
+        /// Degrees of freedom.
+        dof: f64,
+    },
+    /// Anywhere between two limits alike.
+    Rectangular {
+        /// Lower limit.
+        lower: f64,
+        /// Upper limit.
+        upper: f64,
+    },
+    /// Sum of two rectangular ones of equal width.
+    Triangular {
+        /// Lower limit.
+        lower: f64,
+        /// Upper limit.
+        upper: f64,
+    },
+    /// Sum of two rectangular ones; β is top over base width.
+    Trapezoidal {
+        /// Lower limit.
+        lower: f64,
+        /// Upper limit.
+        upper: f64,
+        /// Top width over base width, 0 (triangular) to 1 (rectangular).
+        beta: f64,
+    },
+    /// Rectangular whose limits are themselves known only to ± `inexactness`.
+    CurvilinearTrapezoid {
+        /// Lower limit.
+        lower: f64,
+        /// Upper limit.
+        upper: f64,
+        /// Half-width of the doubt about each limit.
+        inexactness: f64,
+    },
+    /// A sinusoid of unknown phase between two limits.
+    Arcsine {
+        /// Lower limit.
+        lower: f64,
+        /// Upper limit.
+        upper: f64,
+    },
+    /// Normal, known to lie between two limits.
+    TruncatedNormal {
+        /// Mean before truncation.
+        mean: f64,
+        /// Standard deviation before truncation.
+        sd: f64,
+        /// Lower limit.
+        lower: f64,
+        /// Upper limit.
+        upper: f64,
+    },
+    /// Samples of another Monte Carlo calculation, drawn with replacement.
+    Samples {
+        /// The samples.
+        values: Vec<f64>,
+    },
+}
+
+impl Distribution {
+    /// From observations repeated under the same conditions: Student t of their mean.
+    ///
+    /// # Errors
+    /// [`Error::TooFew`] below two observations, [`Error::NotFinite`].
+    ///
+    /// **Source** `[GUM] 4.2`, `[S1] 6.4.9.2`.
+    pub fn from_observations(observations: &[f64]) -> Result<Self, Error> {
+        let (mean, variance) = mean_and_variance("observations", observations)?;
+        let n = observations.len() as f64;
+        Ok(Self::StudentT {
+            location: mean,
+            scale: (variance / n).sqrt(),
+            dof: n - 1.0,
+        })
+    }
+
+    /// The word a budget prints.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Normal { .. } => "normal",
+            Self::StudentT { .. } => "Student t",
+            Self::Rectangular { .. } => "rectangular",
+            Self::Triangular { .. } => "triangular",
+            Self::Trapezoidal { .. } => "trapezoidal",
+            Self::CurvilinearTrapezoid { .. } => "curvilinear trapezoid",
+            Self::Arcsine { .. } => "arcsine",
+            Self::TruncatedNormal { .. } => "truncated normal",
+            Self::Samples { .. } => "samples",
+        }
+    }
+
+    /// The estimate: the mean of the distribution.
+    pub fn estimate(&self) -> f64 {
+        match self {
+            Self::Normal { mean, .. } => *mean,
+            Self::StudentT { location, .. } => *location,
+            Self::Rectangular { lower, upper }
+            | Self::Triangular { lower, upper }
+            | Self::Trapezoidal { lower, upper, .. }
+            | Self::CurvilinearTrapezoid { lower, upper, .. }
+            | Self::Arcsine { lower, upper } => 0.5 * (lower + upper),
+            Self::TruncatedNormal { .. } => self.truncated_moments().0,
+            Self::Samples { values } => {
+                mean_and_variance("samples", values).map_or(0.0, |(mean, _)| mean)
+            }
+        }
+    }
+
+    /// The standard uncertainty.
+    pub fn standard_uncertainty(&self) -> f64 {
+        match self {
+            Self::Normal { u, .. } => *u,
+            Self::StudentT { scale, .. } => *scale,
+            Self::Rectangular { lower, upper } => 0.5 * (upper - lower) / 3f64.sqrt(),
+            Self::Triangular { lower, upper } => 0.5 * (upper - lower) / 6f64.sqrt(),
+            Self::Trapezoidal { lower, upper, beta } => {
+                0.5 * (upper - lower) * ((1.0 + beta * beta) / 6.0).sqrt()
+            }
+            Self::CurvilinearTrapezoid {
+                lower,
+                upper,
+                inexactness,
+            } => ((upper - lower).powi(2) / 12.0 + inexactness * inexactness / 9.0).sqrt(),
+            Self::Arcsine { lower, upper } => 0.5 * (upper - lower) / 2f64.sqrt(),
+            Self::TruncatedNormal { .. } => self.truncated_moments().1,
+            Self::Samples { values } => {
+                mean_and_variance("samples", values).map_or(0.0, |(_, variance)| variance.sqrt())
+            }
+        }
+    }
+
+    /// Degrees of freedom: finite for Student t, infinite otherwise.
+    pub fn dof(&self) -> DegreesOfFreedom {
+        match self {
+            Self::StudentT { dof, .. } => {
+                DegreesOfFreedom::new(*dof).unwrap_or(DegreesOfFreedom::INFINITE)
+            }
+            _ => DegreesOfFreedom::INFINITE,
+        }
+    }
+
+    /// The value that is exceeded with probability 1 − `p`; for the curvilinear trapezoid by its own integral.
+    pub fn quantile(&self, p: f64) -> f64 {
+        match self {
+            Self::Normal { mean, u } => mean + u * student::standard_normal_quantile(p),
+            Self::StudentT {
+                location,
+                scale,
+                dof,
+            } => location + scale * student::quantile(p, *dof),
+            Self::Rectangular { lower, upper } => lower + (upper - lower) * p,
+            Self::Triangular { lower, upper } => trapezoid_quantile(*lower, *upper, 0.0, p),
+            Self::Trapezoidal { lower, upper, beta } => {
+                trapezoid_quantile(*lower, *upper, *beta, p)
+            }
+            Self::CurvilinearTrapezoid {
+                lower,
+                upper,
+                inexactness,
+            } => curvilinear_quantile(*lower, *upper, *inexactness, p),
+            Self::Arcsine { lower, upper } => {
+                0.5 * (lower + upper) - 0.5 * (upper - lower) * (PI * p).cos()
+            }
+            Self::TruncatedNormal {
+                mean,
+                sd,
+                lower,
+                upper,
+            } => {
+                let normal = Normal::standard();
+                let (a, b) = ((lower - mean) / sd, (upper - mean) / sd);
+                // In the upper half the complement keeps the digits that 1 − small would lose.
+                let z = if a > 0.0 {
+                    let (qa, qb) = (normal.sf(a), normal.sf(b));
+                    -normal.inverse_cdf(qa + (qb - qa) * p)
+                } else {
+                    let (pa, pb) = (normal.cdf(a), normal.cdf(b));
+                    normal.inverse_cdf(pa + (pb - pa) * p)
+                };
+                (mean + sd * z).clamp(*lower, *upper)
+            }
+            Self::Samples { values } => {
+                let mut sorted = values.clone();
+                sorted.sort_by(f64::total_cmp);
+                let place =
+                    ((p * sorted.len() as f64) as usize).min(sorted.len().saturating_sub(1));
+                sorted.get(place).copied().unwrap_or(0.0)
+            }
+        }
+    }
+
+    /// Whether the parameters name a distribution.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`], [`Error::OutOfRange`], [`Error::TooFew`] for the first rule broken.
+    pub fn check(&self) -> Result<(), Error> {
+        let finite = |values: &[f64]| match values.iter().position(|v| !v.is_finite()) {
+            Some(index) => Err(Error::NotFinite {
+                name: "parameter of a distribution",
+                index,
+            }),
+            None => Ok(()),
+        };
+        let within = |name, value: f64, min: f64, max: f64| {
+            if value >= min && value <= max {
+                Ok(())
+            } else {
+                Err(Error::OutOfRange {
+                    name,
+                    value,
+                    min,
+                    max,
+                })
+            }
+        };
+        match self {
+            Self::Normal { mean, u } => {
+                finite(&[*mean, *u])?;
+                within("standard uncertainty", *u, 0.0, f64::MAX)
+            }
+            Self::StudentT {
+                location,
+                scale,
+                dof,
+            } => {
+                finite(&[*location, *scale, *dof])?;
+                within("scale", *scale, 0.0, f64::MAX)?;
+                within("degrees of freedom", *dof, f64::MIN_POSITIVE, f64::MAX)
+            }
+            Self::Rectangular { lower, upper }
+            | Self::Triangular { lower, upper }
+            | Self::Arcsine { lower, upper } => {
+                finite(&[*lower, *upper])?;
+                within("upper limit", *upper, *lower, f64::MAX)
+            }
+            Self::Trapezoidal { lower, upper, beta } => {
+                finite(&[*lower, *upper, *beta])?;
+                within("upper limit", *upper, *lower, f64::MAX)?;
+                within("beta", *beta, 0.0, 1.0)
+            }
+            Self::CurvilinearTrapezoid {
+                lower,
+                upper,
+                inexactness,
+            } => {
+                finite(&[*lower, *upper, *inexactness])?;
+                within("upper limit", *upper, *lower, f64::MAX)?;
+                within("inexactness", *inexactness, 0.0, 0.5 * (upper - lower))
+            }
+            Self::TruncatedNormal {
+                mean,
+                sd,
+                lower,
+                upper,
+            } => {
+                finite(&[*mean, *sd, *lower, *upper])?;
+                within("standard deviation", *sd, f64::MIN_POSITIVE, f64::MAX)?;
+                within("upper limit", *upper, *lower, f64::MAX)?;
+                // Farther out than 30 standard deviations the normal has no double left to truncate.
+                within("lower limit", *lower, f64::MIN, mean + 30.0 * sd)?;
+                within("upper limit", *upper, mean - 30.0 * sd, f64::MAX)
+            }
+            Self::Samples { values } => mean_and_variance("samples", values).map(|_| ()),
+        }
+    }
+
+    /// Mean and standard deviation of the truncated normal.
+    fn truncated_moments(&self) -> (f64, f64) {
+        let Self::TruncatedNormal {
+            mean,
+            sd,
+            lower,
+            upper,
+        } = self
+        else {
+            return (0.0, 0.0);
+        };
+        // Gauss–Legendre would do; midpoints of 2000 equal shares of probability are exact enough for the mean
+        // only, so integrate the density instead: Simpson over the part within 9 standard deviations.
+        let (a, b) = ((lower - mean) / sd, (upper - mean) / sd);
+        let near = if a > 0.0 {
+            a
+        } else if b < 0.0 {
+            b
+        } else {
+            0.0
+        };
+        let (low, high) = (a.max(near - 9.0), b.min(near + 9.0));
+        let n = 2000;
+        let h = (high - low) / f64::from(n);
+        let (mut s0, mut s1, mut s2) = (0.0, 0.0, 0.0);
+        for i in 0..=n {
+            let weight = if i == 0 || i == n {
+                1.0
+            } else if i % 2 == 1 {
+                4.0
+            } else {
+                2.0
+            };
+            let z = low + h * f64::from(i);
+            let f = weight * (-0.5 * (z * z - near * near)).exp();
+            let d = z - near;
+            s0 += f;
+            s1 += f * d;
+            s2 += f * d * d;
+        }
+        let m = s1 / s0;
+        (
+            mean + sd * (near + m),
+            sd * (s2 / s0 - m * m).max(0.0).sqrt(),
+        )
+    }
+}
+
+fn mean_and_variance(name: &'static str, values: &[f64]) -> Result<(f64, f64), Error> {
+    if values.len() < 2 {
+        return Err(Error::TooFew {
+            name,
+            needed: 2,
+            got: values.len(),
+        });
+    }
+    if let Some(index) = values.iter().position(|v| !v.is_finite()) {
+        return Err(Error::NotFinite { name, index });
+    }
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    Ok((mean, variance))
+}
+
+/// Inverse of the distribution function of a symmetric trapezoid.
+fn trapezoid_quantile(lower: f64, upper: f64, beta: f64, p: f64) -> f64 {
+    let width = upper - lower;
+    let slope = 0.5 * (1.0 - beta) * width; // horizontal extent of one flank
+    let height = 2.0 / (width * (1.0 + beta));
+    let flank = 0.5 * height * slope;
+    if width == 0.0 {
+        lower
+    } else if p < flank {
+        lower + (2.0 * p * slope / height).sqrt()
+    } else if p > 1.0 - flank {
+        upper - (2.0 * (1.0 - p) * slope / height).sqrt()
+    } else {
+        lower + slope + (p - flank) / height
+    }
+}
+
+/// Bisection of P(X ≤ x) = mean over the half-width w of clamp((x − m + w)/2w), w uniform in a ± d.
+fn curvilinear_quantile(lower: f64, upper: f64, d: f64, p: f64) -> f64 {
+    let (m, a) = (0.5 * (lower + upper), 0.5 * (upper - lower));
+    if d == 0.0 {
+        return lower + (upper - lower) * p;
+    }
+    let above = |y: f64| -> f64 {
+        // P(X > m + y), y ≥ 0: ∫ max(0, w − y)/(2w) dw / 2d from a − d to a + d.
+        let low = y.max(a - d);
+        let high = a + d;
+        if low >= high {
+            0.0
+        } else {
+            (high - low - y * (high / low).ln()) / (4.0 * d)
+        }
+    };
+    let q = p.min(1.0 - p);
+    let (mut low, mut high) = (0.0, a + d);
+    for _ in 0..80 {
+        let y = 0.5 * (low + high);
+        if above(y) > q { low = y } else { high = y }
+    }
+    let y = 0.5 * (low + high);
+    if p < 0.5 { m - y } else { m + y }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Mean and standard deviation from the quantile function, ∫₀¹ Q(p) dp by midpoints.
+    #[test]
+    fn law_quantiles_have_the_stated_moments() {
+        let n = 100_000;
+        for d in [
+            Distribution::Normal { mean: 2.0, u: 0.5 },
+            Distribution::Rectangular {
+                lower: 1.0,
+                upper: 4.0,
+            },
+            Distribution::Triangular {
+                lower: 1.0,
+                upper: 4.0,
+            },
+            Distribution::Trapezoidal {
+                lower: 1.0,
+                upper: 4.0,
+                beta: 0.3,
+            },
+            Distribution::CurvilinearTrapezoid {
+                lower: 1.0,
+                upper: 4.0,
+                inexactness: 0.6,
+            },
+            Distribution::Arcsine {
+                lower: 1.0,
+                upper: 4.0,
+            },
+            Distribution::TruncatedNormal {
+                mean: 0.0,
+                sd: 1.0,
+                lower: -0.5,
+                upper: 3.0,
+            },
+            Distribution::TruncatedNormal {
+                mean: 0.0,
+                sd: 1.0,
+                lower: 5.0,
+                upper: 9.0,
+            },
+        ] {
+            d.check().unwrap();
+            let (mean, u) = (d.estimate(), d.standard_uncertainty());
+            let (mut s1, mut s2) = (0.0, 0.0);
+            for i in 0..n {
+                let x = d.quantile((i as f64 + 0.5) / n as f64) - mean;
+                s1 += x;
+                s2 += x * x;
+            }
+            assert!((s1 / n as f64).abs() < 1e-4 * u, "{d:?}");
+            assert!(((s2 / n as f64).sqrt() / u - 1.0).abs() < 3e-4, "{d:?}");
+        }
+    }
+
+    #[test]
+    fn refuses_impossible_parameters() {
+        assert!(
+            Distribution::Rectangular {
+                lower: 2.0,
+                upper: 1.0
+            }
+            .check()
+            .is_err()
+        );
+        assert!(
+            Distribution::Normal {
+                mean: f64::NAN,
+                u: 1.0
+            }
+            .check()
+            .is_err()
+        );
+        assert!(
+            Distribution::StudentT {
+                location: 0.0,
+                scale: 1.0,
+                dof: 0.0
+            }
+            .check()
+            .is_err()
+        );
+        assert!(Distribution::from_observations(&[1.0]).is_err());
+    }
+}

@@ -1,0 +1,156 @@
+//! Everything a person expects of an uncertainty machine, from one model file.
+
+use crate::{
+    BudgetLine, Covariance, Estimate, Finding, MonteCarlo, Progress, Quantity, Refusal, Region,
+    SampledOutput, SecondOrder, Severity, Trials, UncertaintyModel, Validation, Verdict,
+    propagate_second_order,
+};
+use serde::{Deserialize, Serialize};
+use std::ops::ControlFlow;
+
+/// What to compute.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Evaluate {
+    /// Coverage probability.
+    pub probability: f64,
+    /// Significant digits of u that are printed, and that the validation asks for.
+    pub digits: u32,
+    /// Seed of the Monte Carlo check.
+    pub seed: u64,
+    /// Trials of the Monte Carlo check.
+    pub trials: Trials,
+}
+
+impl Default for Evaluate {
+    fn default() -> Self {
+        Self {
+            probability: 0.95,
+            digits: 2,
+            seed: 1,
+            trials: Trials::Adaptive {
+                digits: 2,
+                max: 2_000_000,
+            },
+        }
+    }
+}
+
+/// Result for one output.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OutputResult {
+    /// Value, standard uncertainty and degrees of freedom by the law of propagation.
+    pub quantity: Quantity,
+    /// Formula, as in the file.
+    pub expression: String,
+    /// Coverage factor.
+    pub coverage_factor: f64,
+    /// Expanded uncertainty.
+    pub expanded_uncertainty: f64,
+    /// Budget, largest contribution first.
+    pub budget: Vec<BudgetLine>,
+    /// Terms of second order.
+    pub second_order: SecondOrder,
+    /// Monte Carlo mean, u, intervals and histogram.
+    pub monte_carlo: SampledOutput,
+    /// Whether the linear result stands.
+    pub validation: Validation,
+}
+
+/// Result of a model file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ModelResult {
+    /// Title of the model.
+    pub title: String,
+    /// What was asked.
+    pub options: Evaluate,
+    /// One result per output.
+    pub outputs: Vec<OutputResult>,
+    /// All outputs with their joint covariance, by the law of propagation.
+    pub estimate: Estimate,
+    /// Trials made.
+    pub trials: usize,
+    /// Joint covariance by Monte Carlo.
+    pub monte_carlo_covariance: Covariance,
+    /// Joint coverage region by Monte Carlo.
+    pub region: Option<Region>,
+    /// What to doubt.
+    pub findings: Vec<Finding>,
+}
+
+impl UncertaintyModel {
+    /// Budget, linear result, terms of second order, Monte Carlo check and verdict, in one call.
+    ///
+    /// `progress` is told how far the trials have come and may stop them.
+    ///
+    /// # Errors
+    /// [`Refusal`] for inputs or expressions that do not do, for a model that is not finite, or when cancelled.
+    pub fn evaluate(
+        &self,
+        options: &Evaluate,
+        progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    ) -> Result<ModelResult, Refusal> {
+        let joint = self.inputs()?.single()?;
+        let equations = self.equations()?;
+        let linear = propagate_second_order(&equations, &joint)?;
+        let monte_carlo = MonteCarlo::new(options.seed)
+            .probability(options.probability)
+            .trials(options.trials)
+            .run_with(&equations, &joint, progress)?;
+        let validations = monte_carlo.validate(&linear, options.digits);
+        let mut findings = linear.findings().to_vec();
+        findings.extend(monte_carlo.findings);
+        let mut outputs = Vec::new();
+        let sampled = monte_carlo
+            .outputs
+            .into_iter()
+            .zip(validations)
+            .zip(&self.output);
+        for (k, ((sampled, validation), entry)) in sampled.enumerate() {
+            let (Some(quantity), Some(budget)) =
+                (linear.get(&entry.name), linear.budget(&entry.name))
+            else {
+                return Err(Refusal::Unknown {
+                    what: "output",
+                    name: entry.name.clone(),
+                });
+            };
+            if validation.verdict == Verdict::NotValidated {
+                findings.push(
+                    Finding::new(
+                        Severity::Warning,
+                        "linear-result-not-validated",
+                        format!(
+                            "the linear and the Monte Carlo interval of {} differ",
+                            entry.name
+                        ),
+                    )
+                    .evidence(format!(
+                        "by {:.2e} and {:.2e} at the ends; {:.2e} is allowed for {} digits of u",
+                        validation.lower, validation.upper, validation.tolerance, options.digits
+                    ))
+                    .advice("report the Monte Carlo interval"),
+                );
+            }
+            outputs.push(OutputResult {
+                coverage_factor: quantity.coverage_factor(options.probability),
+                expanded_uncertainty: quantity.expanded(options.probability),
+                quantity,
+                expression: entry.expression.clone(),
+                budget: budget.to_vec(),
+                second_order: linear.second_order()[k],
+                monte_carlo: sampled,
+                validation,
+            });
+        }
+        Ok(ModelResult {
+            title: self.title.clone(),
+            options: *options,
+            outputs,
+            estimate: linear.estimate().clone(),
+            trials: monte_carlo.trials,
+            monte_carlo_covariance: monte_carlo.covariance,
+            region: monte_carlo.region,
+            findings,
+        })
+    }
+}

@@ -1,0 +1,452 @@
+//! Measurement equations as text: `V / I * cos(phi)`.
+
+use crate::{Number, Refusal};
+
+/// A formula over named variables, ready to be evaluated on any [`Number`].
+///
+/// Numbers, names, `+ − * / ^` (also `**`), parentheses, `pi`, and the functions sin cos tan asin acos atan atan2
+/// sinh cosh tanh exp ln log10 sqrt abs. `^` binds tighter than a sign and groups from the right, as on paper.
+/// Angles are radians. An integer exponent keeps negative bases allowed.
+///
+/// ```
+/// use proofmass_uncertainty::Expression;
+/// let z = Expression::parse("V / I * cos(phi)", &["V", "I", "phi"])?;
+/// let r: f64 = z.evaluate(&[4.999, 19.661e-3, 1.04446]);
+/// assert!((r - 127.73).abs() < 0.01); // [GUM] H.2
+/// assert_eq!(
+///     Expression::parse("V / J", &["V", "I"]).unwrap_err().to_string(),
+///     "expression `V / J`, character 5: no variable is called J"
+/// );
+/// # Ok::<(), proofmass_uncertainty::Refusal>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Expression {
+    text: String,
+    code: Vec<Step>,
+}
+
+/// One step of the formula in reverse Polish order.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Step {
+    Constant(f64),
+    Variable(usize),
+    Negate,
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+    Power,
+    IntegerPower(i32),
+    Call(Function),
+    Atan2,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Function {
+    Sin,
+    Cos,
+    Tan,
+    Asin,
+    Acos,
+    Atan,
+    Sinh,
+    Cosh,
+    Tanh,
+    Exp,
+    Ln,
+    Log10,
+    Sqrt,
+    Abs,
+}
+
+const FUNCTIONS: [(&str, Function); 15] = [
+    ("sin", Function::Sin),
+    ("cos", Function::Cos),
+    ("tan", Function::Tan),
+    ("asin", Function::Asin),
+    ("acos", Function::Acos),
+    ("atan", Function::Atan),
+    ("sinh", Function::Sinh),
+    ("cosh", Function::Cosh),
+    ("tanh", Function::Tanh),
+    ("exp", Function::Exp),
+    ("ln", Function::Ln),
+    ("log", Function::Ln),
+    ("log10", Function::Log10),
+    ("sqrt", Function::Sqrt),
+    ("abs", Function::Abs),
+];
+
+/// Operands that may wait at once; a formula on paper stays far below.
+const DEPTH: usize = 32;
+/// Nesting of parentheses, signs and powers.
+const NESTING: usize = 64;
+
+impl Expression {
+    /// Reads a formula; `variables` are looked up by name and later given by position.
+    ///
+    /// # Errors
+    /// [`Refusal::Expression`] with the character at which reading stopped.
+    pub fn parse<S: AsRef<str>>(text: &str, variables: &[S]) -> Result<Self, Refusal> {
+        let mut parser = Parser {
+            text,
+            place: 0,
+            variables: variables.iter().map(AsRef::as_ref).collect(),
+            code: Vec::new(),
+            nesting: 0,
+        };
+        parser.sum()?;
+        parser.space();
+        if parser.place < text.len() {
+            return Err(parser.refuse("an operator or the end was expected"));
+        }
+        let code = parser.code;
+        let (mut depth, mut deepest) = (0usize, 0);
+        for step in &code {
+            match step {
+                Step::Constant(_) | Step::Variable(_) => depth += 1,
+                Step::Negate | Step::IntegerPower(_) | Step::Call(_) => {}
+                _ => depth -= 1,
+            }
+            deepest = deepest.max(depth);
+        }
+        if deepest > DEPTH {
+            return Err(Refusal::Expression {
+                text: text.into(),
+                column: 1,
+                expected: "the formula is nested too deeply; split it with intermediate quantities"
+                    .into(),
+            });
+        }
+        Ok(Self {
+            text: text.into(),
+            code,
+        })
+    }
+
+    /// The text it was read from.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The value, with variables in the order of [`Expression::parse`]; a variable that is not given counts as NaN.
+    pub fn evaluate<T: Number>(&self, variables: &[T]) -> T {
+        let mut stack = [T::from(0.0); DEPTH];
+        let mut top = 0;
+        for step in &self.code {
+            match *step {
+                Step::Constant(c) => {
+                    stack[top] = T::from(c);
+                    top += 1;
+                }
+                Step::Variable(i) => {
+                    stack[top] = variables.get(i).copied().unwrap_or(T::from(f64::NAN));
+                    top += 1;
+                }
+                Step::Negate => stack[top - 1] = -stack[top - 1],
+                Step::IntegerPower(n) => stack[top - 1] = stack[top - 1].powi(n),
+                Step::Call(function) => stack[top - 1] = function.apply(stack[top - 1]),
+                binary => {
+                    let (a, b) = (stack[top - 2], stack[top - 1]);
+                    top -= 1;
+                    stack[top - 1] = match binary {
+                        Step::Add => a + b,
+                        Step::Subtract => a - b,
+                        Step::Multiply => a * b,
+                        Step::Divide => a / b,
+                        Step::Power => a.powf(b),
+                        _ => a.atan2(b),
+                    };
+                }
+            }
+        }
+        stack[0]
+    }
+}
+
+impl Function {
+    fn apply<T: Number>(self, x: T) -> T {
+        match self {
+            Self::Sin => x.sin(),
+            Self::Cos => x.cos(),
+            Self::Tan => x.tan(),
+            Self::Asin => x.asin(),
+            Self::Acos => x.acos(),
+            Self::Atan => x.atan(),
+            Self::Sinh => x.sinh(),
+            Self::Cosh => x.cosh(),
+            Self::Tanh => x.tanh(),
+            Self::Exp => x.exp(),
+            Self::Ln => x.ln(),
+            Self::Log10 => x.log10(),
+            Self::Sqrt => x.sqrt(),
+            Self::Abs => x.abs(),
+        }
+    }
+}
+
+/// Recursive descent: sum → product → sign → power → atom.
+struct Parser<'a> {
+    text: &'a str,
+    place: usize,
+    variables: Vec<&'a str>,
+    code: Vec<Step>,
+    nesting: usize,
+}
+
+impl Parser<'_> {
+    fn rest(&self) -> &str {
+        &self.text[self.place..]
+    }
+
+    fn space(&mut self) {
+        self.place = self.text.len() - self.rest().trim_start().len();
+    }
+
+    fn take(&mut self, token: &str) -> bool {
+        self.space();
+        let found = self.rest().starts_with(token);
+        if found {
+            self.place += token.len();
+        }
+        found
+    }
+
+    fn refuse(&self, expected: impl Into<String>) -> Refusal {
+        Refusal::Expression {
+            text: self.text.into(),
+            column: self.text[..self.place].chars().count() + 1,
+            expected: expected.into(),
+        }
+    }
+
+    fn sum(&mut self) -> Result<(), Refusal> {
+        self.nesting += 1;
+        if self.nesting > NESTING {
+            return Err(self.refuse("parentheses are nested too deeply"));
+        }
+        self.product()?;
+        loop {
+            if self.take("+") {
+                self.product()?;
+                self.code.push(Step::Add);
+            } else if self.take("-") || self.take("−") {
+                self.product()?;
+                self.code.push(Step::Subtract);
+            } else {
+                self.nesting -= 1;
+                return Ok(());
+            }
+        }
+    }
+
+    fn product(&mut self) -> Result<(), Refusal> {
+        self.sign()?;
+        loop {
+            if self.take("*") || self.take("·") || self.take("×") {
+                self.sign()?;
+                self.code.push(Step::Multiply);
+            } else if self.take("/") {
+                self.sign()?;
+                self.code.push(Step::Divide);
+            } else {
+                return Ok(());
+            }
+        }
+    }
+
+    fn sign(&mut self) -> Result<(), Refusal> {
+        let mut negative = false;
+        loop {
+            if self.take("-") || self.take("−") {
+                negative = !negative;
+            } else if !self.take("+") {
+                break;
+            }
+        }
+        self.power()?;
+        if negative {
+            self.code.push(Step::Negate);
+        }
+        Ok(())
+    }
+
+    fn power(&mut self) -> Result<(), Refusal> {
+        self.nesting += 1;
+        if self.nesting > NESTING {
+            return Err(self.refuse("powers are nested too deeply"));
+        }
+        self.atom()?;
+        if self.take("**") || self.take("^") {
+            let start = self.code.len();
+            self.sign()?;
+            match self.code[start..] {
+                [Step::Constant(n)] if is_small_integer(n) => {
+                    self.code.truncate(start);
+                    self.code.push(Step::IntegerPower(n as i32));
+                }
+                [Step::Constant(n), Step::Negate] if is_small_integer(n) => {
+                    self.code.truncate(start);
+                    self.code.push(Step::IntegerPower(-(n as i32)));
+                }
+                _ => self.code.push(Step::Power),
+            }
+        }
+        self.nesting -= 1;
+        Ok(())
+    }
+
+    fn atom(&mut self) -> Result<(), Refusal> {
+        self.space();
+        let start = self.place;
+        match self.rest().chars().next() {
+            Some('(') => {
+                self.place += 1;
+                self.sum()?;
+                self.close()
+            }
+            Some(c) if c.is_ascii_digit() || c == '.' => {
+                let length = number_length(self.rest());
+                match self.rest()[..length].parse::<f64>() {
+                    Ok(value) if value.is_finite() => {
+                        self.place += length;
+                        self.code.push(Step::Constant(value));
+                        Ok(())
+                    }
+                    _ => Err(self.refuse("a number was expected")),
+                }
+            }
+            Some(c) if c.is_alphabetic() || c == '_' => {
+                let length = self
+                    .rest()
+                    .find(|c: char| !(c.is_alphanumeric() || c == '_'))
+                    .unwrap_or(self.rest().len());
+                let name = self.rest()[..length].to_owned();
+                self.place += length;
+                if self.take("(") {
+                    return self.call(&name, start);
+                }
+                if let Some(i) = self.variables.iter().position(|v| *v == name) {
+                    self.code.push(Step::Variable(i));
+                } else if name == "pi" || name == "π" {
+                    self.code.push(Step::Constant(std::f64::consts::PI));
+                } else {
+                    self.place = start;
+                    return Err(self.refuse(format!("no variable is called {name}")));
+                }
+                Ok(())
+            }
+            _ => Err(self.refuse("a number, a name or a parenthesis was expected")),
+        }
+    }
+
+    fn call(&mut self, name: &str, start: usize) -> Result<(), Refusal> {
+        if let Some((_, function)) = FUNCTIONS.iter().find(|(known, _)| *known == name) {
+            self.sum()?;
+            self.close()?;
+            self.code.push(Step::Call(*function));
+            return Ok(());
+        }
+        if name != "atan2" {
+            self.place = start;
+            return Err(self.refuse(format!("no function is called {name}")));
+        }
+        self.sum()?;
+        if !self.take(",") {
+            return Err(self.refuse("a comma was expected: atan2(y, x)"));
+        }
+        self.sum()?;
+        self.close()?;
+        self.code.push(Step::Atan2);
+        Ok(())
+    }
+
+    fn close(&mut self) -> Result<(), Refusal> {
+        if self.take(")") {
+            Ok(())
+        } else {
+            Err(self.refuse("a closing parenthesis was expected"))
+        }
+    }
+}
+
+fn is_small_integer(x: f64) -> bool {
+    x.fract() == 0.0 && x.abs() <= 64.0
+}
+
+/// Digits, point, and an exponent only where digits follow the e.
+fn number_length(text: &str) -> usize {
+    let bytes = text.as_bytes();
+    let run = |mut i: usize| {
+        while bytes.get(i).is_some_and(u8::is_ascii_digit) {
+            i += 1;
+        }
+        i
+    };
+    let mut end = run(0);
+    if bytes.get(end) == Some(&b'.') {
+        end = run(end + 1);
+    }
+    if matches!(bytes.get(end), Some(b'e' | b'E')) {
+        let digits = end + 1 + usize::from(matches!(bytes.get(end + 1), Some(b'+' | b'-')));
+        let stop = run(digits);
+        if stop > digits {
+            end = stop;
+        }
+    }
+    end
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn known_values() {
+        let x: [f64; 2] = [3.0, -2.0];
+        for (text, expected) in [
+            ("1 + 2 * 3", 7.0),
+            ("-2^2", -4.0),
+            ("2^3^2", 512.0),
+            ("2^-1", 0.5),
+            ("(1 - 2) - 3", -4.0),
+            ("8 / 4 / 2", 1.0),
+            ("a ** 2 - b", 11.0),
+            ("b^3", -8.0),
+            ("--a", 3.0),
+            ("1.5e1 + .5", 15.5),
+            ("2e", f64::NAN),
+            ("atan2(b, -a)", (-2f64).atan2(-3.0)),
+            ("sqrt(abs(b) * 2) + exp(0) + ln(1) + log10(100)", 5.0),
+            ("a^0.5 · a^0.5", 3.0),
+            ("cos(pi)", -1.0),
+        ] {
+            match Expression::parse(text, &["a", "b"]) {
+                Ok(e) => assert!((e.evaluate(&x) - expected).abs() < 1e-14, "{text}"),
+                Err(_) => assert!(expected.is_nan(), "{text}"),
+            }
+        }
+    }
+
+    #[test]
+    fn refuses_with_the_place() {
+        for (text, column) in [
+            ("1 +", 4),
+            ("(1", 3),
+            ("a b", 3),
+            ("f(a)", 1),
+            ("1 + x", 5),
+            ("atan2(a)", 8),
+            ("", 1),
+            ("a ^", 4),
+            ("µ + a", 1),
+        ] {
+            match Expression::parse(text, &["a"]) {
+                Err(Refusal::Expression { column: c, .. }) => assert_eq!(c, column, "{text}"),
+                other => panic!("{text}: {other:?}"),
+            }
+        }
+        assert!(Expression::parse(&"(".repeat(10_000), &["a"]).is_err());
+        assert!(Expression::parse(&"2^".repeat(10_000), &["a"]).is_err());
+    }
+}

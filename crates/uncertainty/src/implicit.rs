@@ -1,0 +1,212 @@
+//! Models that are given as an equation to be solved: h(y, x) = 0.
+
+use crate::propagation::{jacobian_of, linear};
+use crate::{Dual, JointInputs, Linear, Number};
+use faer::Mat;
+use faer::prelude::Solve;
+use proofmass_core::Error;
+
+/// A measurement model h(y, x) = 0 with as many equations as outputs.
+pub trait Implicit {
+    /// Names and units of the outputs y.
+    fn outputs(&self) -> Vec<(String, String)>;
+    /// Computes h from outputs y and inputs x.
+    fn residual<T: Number>(&self, y: &[T], x: &[T], h: &mut [T]);
+}
+
+/// A fit: y minimises Σ r_i(y, x)². Every input that enters the residuals (readings, references, positions,
+/// temperatures) propagates, whether it is in a "dependent" or an "independent" variable.
+pub trait LeastSquares {
+    /// Names and units of the parameters y.
+    fn outputs(&self) -> Vec<(String, String)>;
+    /// Number of residuals.
+    fn residuals(&self) -> usize;
+    /// Computes the weighted residuals from parameters y and inputs x.
+    fn residual<T: Number>(&self, y: &[T], x: &[T], r: &mut [T]);
+}
+
+/// Solves h(y, x) = 0 from a starting point and propagates the inputs: J = −(∂h/∂y)⁻¹ ∂h/∂x.
+///
+/// **Errors** [`Error::NotConverged`] when Newton's iteration does not settle in 50 steps, [`Error::Singular`]
+/// when the equations do not determine y, [`Error::Length`].
+/// **Source** `[S2] 6.2.3`, `[S2] 6.3`.
+pub fn propagate_implicit<M: Implicit>(
+    model: &M,
+    start: &[f64],
+    inputs: &JointInputs,
+) -> Result<Linear, Error> {
+    let m = model.outputs().len();
+    solve(model.outputs(), start, inputs, m, |y, x, h| {
+        model.residual(y, x, h)
+    })
+}
+
+/// Refines a fit from a starting point (the fit a caller already made will do) and propagates all inputs
+/// through it, by the implicit function theorem on the normal equations Σ r_i ∂r_i/∂y = 0.
+///
+/// Second derivatives of the residuals are included, so the covariance is right also where residuals are not
+/// small. **Errors** as [`propagate_implicit`].
+///
+/// ```
+/// use proofmass_uncertainty::*;
+/// /// A straight line through (0, a), (1, b), (2, c), unweighted.
+/// struct Line;
+/// impl LeastSquares for Line {
+///     fn outputs(&self) -> Vec<(String, String)> { vec![("intercept".into(), "1".into()), ("slope".into(), "1".into())] }
+///     fn residuals(&self) -> usize { 3 }
+///     fn residual<T: Number>(&self, y: &[T], x: &[T], r: &mut [T]) {
+///         for i in 0..3 { r[i] = x[i] - y[0] - y[1] * T::from(i as f64); }
+///     }
+/// }
+/// let point = |name: &str, mean| Input::new(name, "1", Distribution::Normal { mean, u: 0.1 });
+/// let inputs = Inputs::new().add(point("a", 0.1)).add(point("b", 1.0)).add(point("c", 2.2)).single()?;
+/// let fit = propagate_least_squares(&Line, &[0.0, 1.0], &inputs)?;
+/// let slope = fit.get("slope").unwrap();
+/// assert!((slope.value - 1.05).abs() < 1e-12);
+/// assert!((slope.standard_uncertainty - 0.1 / 2f64.sqrt()).abs() < 1e-12);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn propagate_least_squares<M: LeastSquares>(
+    model: &M,
+    start: &[f64],
+    inputs: &JointInputs,
+) -> Result<Linear, Error> {
+    let m = model.outputs().len();
+    solve(model.outputs(), start, inputs, m, |y, x, h| {
+        gradient(model, y, x, h)
+    })
+}
+
+/// Σ r_i ∂r_i/∂y_k over numbers that may themselves carry derivatives.
+fn gradient<M: LeastSquares, T: Number>(model: &M, y: &[T], x: &[T], h: &mut [T]) {
+    let constant: Vec<Dual<T, 1>> = x.iter().map(|&x| Dual::variable(x, usize::MAX)).collect();
+    let mut r = vec![Dual::<T, 1>::from(0.0); model.residuals()];
+    for k in 0..y.len() {
+        let seeded: Vec<Dual<T, 1>> = y
+            .iter()
+            .enumerate()
+            .map(|(i, &y)| Dual::variable(y, if i == k { 0 } else { usize::MAX }))
+            .collect();
+        model.residual(&seeded, &constant, &mut r);
+        h[k] = r
+            .iter()
+            .fold(T::from(0.0), |sum, r| sum + r.real * r.partials[0]);
+    }
+}
+
+type Partial = Dual<f64, 8>;
+
+fn solve(
+    outputs: Vec<(String, String)>,
+    start: &[f64],
+    inputs: &JointInputs,
+    m: usize,
+    h: impl Fn(&[Partial], &[Partial], &mut [Partial]),
+) -> Result<Linear, Error> {
+    if start.len() != m {
+        return Err(Error::Length {
+            name: "starting point",
+            expected: m,
+            got: start.len(),
+        });
+    }
+    let x = inputs.estimates();
+    let constants = |v: &[f64]| v.iter().map(|&v| Partial::from(v)).collect::<Vec<_>>();
+    let fixed_x = constants(&x);
+    let mut y = start.to_vec();
+    let mut scale: Vec<f64> = y.iter().map(|y| y.abs()).collect();
+    let mut last = vec![f64::INFINITY; m];
+    let mut previous = f64::INFINITY;
+    for _ in 0..50 {
+        let (value, slope) = jacobian_of(&y, m, |y, out| h(y, &fixed_x, out))?;
+        last = scaled(&slope, m).solve(&value)?;
+        let mut relative: f64 = 0.0;
+        for k in 0..m {
+            y[k] -= last[k];
+            scale[k] = scale[k].max(y[k].abs()).max(last[k].abs());
+            if last[k] != 0.0 {
+                relative = relative.max(last[k].abs() / scale[k]);
+            }
+        }
+        // Quadratic convergence ends in rounding noise: settled when a small step no longer shrinks.
+        if relative < 1e-15 || (relative < 1e-8 && relative >= 0.5 * previous) {
+            break;
+        }
+        previous = relative;
+    }
+    let fixed_y = constants(&y);
+    let (_, slope) = jacobian_of(&y, m, |y, out| h(y, &fixed_x, out))?;
+    let (_, hx) = jacobian_of(&x, m, |x, out| h(&fixed_y, x, out))?;
+    let hy = scaled(&slope, m);
+    let n = x.len();
+    let mut jacobian = vec![0.0; m * n];
+    for l in 0..n {
+        let column: Vec<f64> = (0..m).map(|k| hx[k * n + l]).collect();
+        for (k, v) in hy.solve(&column)?.into_iter().enumerate() {
+            jacobian[k * n + l] = -v;
+        }
+    }
+    let result = linear(outputs, &y, &jacobian, inputs)?;
+    // A step is judged against the value or, for a value near zero, against its uncertainty.
+    for (k, step) in last.iter().enumerate() {
+        let u = result.estimate().covariance().standard_uncertainty(k);
+        if !(step.abs() <= (1e-8 * scale[k]).max(1e-6 * u)) {
+            return Err(Error::NotConverged {
+                name: "implicit model",
+                iterations: 50,
+                step: step.abs() / scale[k],
+            });
+        }
+    }
+    Ok(result)
+}
+
+/// ∂h/∂y with rows and columns brought to size 1 before it is factorised, so that units do not spoil it.
+struct Scaled {
+    lu: faer::linalg::solvers::FullPivLu<f64>,
+    row: Vec<f64>,
+    column: Vec<f64>,
+    condition: f64,
+}
+
+fn scaled(slope: &[f64], m: usize) -> Scaled {
+    let inverse = |s: f64| if s > 0.0 { 1.0 / s } else { 1.0 };
+    let row: Vec<f64> = (0..m)
+        .map(|i| inverse((0..m).map(|j| slope[i * m + j].abs()).fold(0.0, f64::max)))
+        .collect();
+    let column: Vec<f64> = (0..m)
+        .map(|j| {
+            inverse(
+                (0..m)
+                    .map(|i| row[i] * slope[i * m + j].abs())
+                    .fold(0.0, f64::max),
+            )
+        })
+        .collect();
+    let matrix = Mat::from_fn(m, m, |i, j| row[i] * slope[i * m + j] * column[j]);
+    let condition = match matrix.singular_values() {
+        Ok(s) if !s.is_empty() => s[0] / s[s.len() - 1],
+        _ => f64::INFINITY,
+    };
+    Scaled {
+        lu: matrix.full_piv_lu(),
+        row,
+        column,
+        condition,
+    }
+}
+
+impl Scaled {
+    fn solve(&self, b: &[f64]) -> Result<Vec<f64>, Error> {
+        // Beyond 1e14 not one digit of the solution is left.
+        if !(self.condition < 1e14) {
+            return Err(Error::Singular {
+                name: "derivative of the equations by the outputs",
+                condition: self.condition,
+            });
+        }
+        let rhs = Mat::from_fn(b.len(), 1, |i, _| self.row[i] * b[i]);
+        let x = self.lu.solve(&rhs);
+        Ok((0..b.len()).map(|j| self.column[j] * x[(j, 0)]).collect())
+    }
+}

@@ -1,0 +1,542 @@
+//! Inputs, the keys they vary with, and the joint covariance that follows from them.
+
+use crate::{Covariance, DegreesOfFreedom, Distribution, Evaluation, Refusal};
+use proofmass_core::Error;
+use std::collections::{BTreeMap, HashMap};
+
+/// One input quantity: what is known about it and what it varies with.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Input {
+    pub(crate) name: String,
+    pub(crate) unit: String,
+    pub(crate) description: String,
+    pub(crate) evaluation: Evaluation,
+    pub(crate) distribution: Distribution,
+    pub(crate) dof: DegreesOfFreedom,
+    pub(crate) varies_with: Vec<String>,
+}
+
+impl Input {
+    /// An input that varies with nothing: one draw for the whole campaign.
+    pub fn new(
+        name: impl Into<String>,
+        unit: impl Into<String>,
+        distribution: Distribution,
+    ) -> Self {
+        let evaluation = match distribution {
+            Distribution::StudentT { .. } => Evaluation::A,
+            _ => Evaluation::B,
+        };
+        let name = name.into();
+        Self {
+            description: name.clone(),
+            name,
+            unit: unit.into(),
+            evaluation,
+            dof: distribution.dof(),
+            distribution,
+            varies_with: Vec::new(),
+        }
+    }
+
+    /// One independent draw per distinct value of these keys.
+    #[must_use]
+    pub fn varies_with<K: Into<String>>(mut self, keys: impl IntoIterator<Item = K>) -> Self {
+        self.varies_with = keys.into_iter().map(Into::into).collect();
+        self
+    }
+
+    /// Degrees of freedom of the standard uncertainty, when they are not those of the distribution (a
+    /// rectangular width that is itself doubtful: `[GUM] G.4.2`).
+    #[must_use]
+    pub fn dof(mut self, dof: DegreesOfFreedom) -> Self {
+        self.dof = dof;
+        self
+    }
+
+    /// What it is, for a reader of the budget.
+    #[must_use]
+    pub fn description(mut self, description: impl Into<String>) -> Self {
+        self.description = description.into();
+        self
+    }
+
+    /// Type A or type B; by default A for Student t, B otherwise.
+    #[must_use]
+    pub fn evaluation(mut self, evaluation: Evaluation) -> Self {
+        self.evaluation = evaluation;
+        self
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+}
+
+/// The values of the keys for one observation: frequency, channel, run, …
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Labels(BTreeMap<String, String>);
+
+impl Labels {
+    /// No key has a value.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds the value of one key.
+    #[must_use]
+    pub fn with(mut self, key: impl Into<String>, value: impl ToString) -> Self {
+        self.0.insert(key.into(), value.to_string());
+        self
+    }
+}
+
+/// The inputs of a campaign and the correlations between them.
+///
+/// One independent draw exists per distinct value of the keys an input varies with; observations that share the
+/// values share the draw. Everything about correlation follows from that.
+///
+/// ```
+/// use proofmass_uncertainty::{Distribution, Input, Inputs, Labels};
+///
+/// let inputs = Inputs::new()
+///     .add(Input::new("reference", "1", Distribution::Normal { mean: 1.0, u: 0.003 }).varies_with(["frequency"]))
+///     .add(Input::new("reading", "1", Distribution::Normal { mean: 0.0, u: 0.004 }).varies_with(["frequency", "run"]));
+/// let runs = [
+///     Labels::new().with("frequency", 10).with("run", 1),
+///     Labels::new().with("frequency", 10).with("run", 2),
+///     Labels::new().with("frequency", 20).with("run", 1),
+/// ];
+/// let joint = inputs.joint(&runs)?;
+/// assert_eq!(joint.draws().len(), 2 + 3);
+///
+/// // Each observation is reference + reading: the reference is common to the two runs at 10 Hz.
+/// let c = joint.observation_covariance(&[1.0; 6])?;
+/// assert!((c[(0, 1)] - 9e-6).abs() < 1e-18);
+/// assert!((c[(0, 0)] - 25e-6).abs() < 1e-18);
+/// assert_eq!(c[(0, 2)], 0.0);
+/// # Ok::<(), proofmass_uncertainty::Refusal>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Inputs {
+    inputs: Vec<Input>,
+    correlations: Vec<(String, String, f64)>,
+    /// Inputs whose covariance was observed as a whole; positions in `inputs`.
+    together: Vec<Vec<usize>>,
+}
+
+impl Inputs {
+    /// No inputs yet.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds one input.
+    #[allow(clippy::should_implement_trait)] // a builder verb, not arithmetic
+    #[must_use]
+    pub fn add(mut self, input: Input) -> Self {
+        self.inputs.push(input);
+        self
+    }
+
+    /// A correlation coefficient between two inputs, or between two of their draws.
+    ///
+    /// A bare input name (`V`) stands for every draw of it, paired with the draws of the other input that have
+    /// the same labels; a draw is named with its labels in the order of `varies_with`:
+    /// `reference[frequency=10]`.
+    #[must_use]
+    pub fn correlate(
+        mut self,
+        first: impl Into<String>,
+        second: impl Into<String>,
+        coefficient: f64,
+    ) -> Self {
+        self.correlations
+            .push((first.into(), second.into(), coefficient));
+        self
+    }
+
+    /// Adds quantities that were read together n times: means, their covariance s_ij/n, and ν = n − 1 for the
+    /// covariance as a whole. **Source** `[GUM] H.2.2`, `[S2] 5.3.2`.
+    ///
+    /// # Errors
+    /// [`Error::TooFew`] below two observations, [`Error::Length`] when the columns differ, [`Error::NotFinite`].
+    pub fn observed(mut self, columns: &[(&str, &str, &[f64])]) -> Result<Self, Error> {
+        let start = self.inputs.len();
+        for (name, unit, values) in columns {
+            let distribution = Distribution::from_observations(values)?;
+            self.inputs.push(Input::new(*name, *unit, distribution));
+        }
+        let set: Vec<usize> = (start..start + columns.len()).collect();
+        let values: Vec<&[f64]> = columns.iter().map(|(_, _, values)| *values).collect();
+        self.observe_together(&set, &values)
+    }
+
+    /// Joins inputs that are already here by the correlation of their observations.
+    pub(crate) fn observe_together(
+        mut self,
+        set: &[usize],
+        columns: &[&[f64]],
+    ) -> Result<Self, Error> {
+        let n = columns.first().map_or(0, |c| c.len());
+        if let Some(other) = columns.iter().find(|c| c.len() != n) {
+            return Err(Error::Length {
+                name: "column of observations",
+                expected: n,
+                got: other.len(),
+            });
+        }
+        let deviations: Vec<Vec<f64>> = columns
+            .iter()
+            .map(|values| {
+                let mean = values.iter().sum::<f64>() / n as f64;
+                values.iter().map(|v| v - mean).collect()
+            })
+            .collect();
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        for i in 0..set.len() {
+            for j in 0..i {
+                let (a, b) = (&deviations[i], &deviations[j]);
+                let scale = (dot(a, a) * dot(b, b)).sqrt();
+                if scale > 0.0 {
+                    self.correlations.push((
+                        self.inputs[set[i]].name.clone(),
+                        self.inputs[set[j]].name.clone(),
+                        (dot(a, b) / scale).clamp(-1.0, 1.0),
+                    ));
+                }
+            }
+        }
+        self.together.push(set.to_vec());
+        Ok(self)
+    }
+
+    /// The inputs in order.
+    pub fn inputs(&self) -> &[Input] {
+        &self.inputs
+    }
+
+    /// The joint inputs of one single measurement: one draw per input.
+    ///
+    /// # Errors
+    /// As [`Inputs::joint`].
+    pub fn single(&self) -> Result<JointInputs, Refusal> {
+        let mut labels = Labels::new();
+        for key in self.inputs.iter().flat_map(|i| &i.varies_with) {
+            labels = labels.with(key.clone(), "");
+        }
+        let mut joint = self.joint(&[labels])?;
+        for draw in &mut joint.draws {
+            draw.name.clone_from(&self.inputs[draw.input].name);
+        }
+        Ok(joint)
+    }
+
+    /// The draws that these observations need, with their joint covariance.
+    ///
+    /// # Errors
+    /// [`Refusal::Duplicate`] and [`Refusal::Unknown`] for names and keys, [`Refusal::Input`] for an impossible
+    /// distribution, [`Refusal::Correlation`] when the coefficients contradict each other.
+    pub fn joint(&self, observations: &[Labels]) -> Result<JointInputs, Refusal> {
+        for (i, input) in self.inputs.iter().enumerate() {
+            if self.inputs[..i]
+                .iter()
+                .any(|other| other.name == input.name)
+            {
+                return Err(Refusal::Duplicate {
+                    name: input.name.clone(),
+                });
+            }
+            input
+                .distribution
+                .check()
+                .map_err(|source| Refusal::Input {
+                    name: input.name.clone(),
+                    source,
+                })?;
+        }
+        let mut draws: Vec<Draw> = Vec::new();
+        let mut known: HashMap<(usize, Vec<&str>), usize> = HashMap::new();
+        let mut index = Vec::with_capacity(observations.len() * self.inputs.len());
+        let mut columns: Vec<Vec<usize>> = Vec::new();
+        for (i, input) in self.inputs.iter().enumerate() {
+            let estimate = input.distribution.estimate();
+            let u = input.distribution.standard_uncertainty();
+            let mut column = Vec::with_capacity(observations.len());
+            for observation in observations {
+                let values =
+                    input
+                        .varies_with
+                        .iter()
+                        .map(|key| {
+                            observation.0.get(key).map(String::as_str).ok_or_else(|| {
+                                Refusal::Unknown {
+                                    what: "key of an observation",
+                                    name: key.clone(),
+                                }
+                            })
+                        })
+                        .collect::<Result<Vec<&str>, _>>()?;
+                let draw = *known.entry((i, values)).or_insert_with_key(|(_, values)| {
+                    let labels: Vec<(String, String)> = input
+                        .varies_with
+                        .iter()
+                        .cloned()
+                        .zip(values.iter().map(|v| (*v).to_owned()))
+                        .collect();
+                    draws.push(Draw {
+                        name: draw_name(&input.name, &labels),
+                        input: i,
+                        labels,
+                        estimate,
+                        standard_uncertainty: u,
+                    });
+                    draws.len() - 1
+                });
+                column.push(draw);
+            }
+            columns.push(column);
+        }
+        for k in 0..observations.len() {
+            index.extend(columns.iter().map(|column| column[k]));
+        }
+        let correlations = self.resolve(&draws)?;
+        JointInputs::new(self, draws, index, correlations)
+    }
+
+    /// Coefficients by draw; a bare input name pairs the draws with equal labels.
+    fn resolve(&self, draws: &[Draw]) -> Result<Vec<(usize, usize, f64)>, Refusal> {
+        let mut resolved = Vec::new();
+        for (first, second, r) in &self.correlations {
+            if !(-1.0..=1.0).contains(r) {
+                return Err(Refusal::Correlation {
+                    first: first.clone(),
+                    second: second.clone(),
+                    coefficient: *r,
+                });
+            }
+            let matching = |name: &str| -> Result<Vec<usize>, Refusal> {
+                let found: Vec<usize> = (0..draws.len())
+                    .filter(|&d| draws[d].name == name || self.inputs[draws[d].input].name == name)
+                    .collect();
+                let absent = found.is_empty()
+                    && !self.inputs.iter().any(|i| {
+                        name == i.name
+                            || name
+                                .strip_prefix(&i.name)
+                                .is_some_and(|rest| rest.starts_with('['))
+                    });
+                if absent {
+                    return Err(Refusal::Unknown {
+                        what: "input",
+                        name: name.to_owned(),
+                    });
+                }
+                Ok(found)
+            };
+            let (a, b) = (matching(first)?, matching(second)?);
+            let named_draws = first.contains('[') || second.contains('[');
+            for &i in &a {
+                for &j in &b {
+                    if i != j && (named_draws || draws[i].labels == draws[j].labels) {
+                        resolved.push((i, j, *r));
+                    }
+                }
+            }
+        }
+        Ok(resolved)
+    }
+}
+
+fn draw_name(input: &str, labels: &[(String, String)]) -> String {
+    if labels.is_empty() {
+        return input.to_owned();
+    }
+    let inside: Vec<String> = labels.iter().map(|(k, v)| format!("{k}={v}")).collect();
+    format!("{input}[{}]", inside.join(","))
+}
+
+/// One random draw: an input at one combination of the values of its keys.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Draw {
+    /// `reference[frequency=10]`, or the bare name of an input that varies with nothing.
+    pub name: String,
+    /// Position of the input.
+    pub input: usize,
+    /// Keys and their values.
+    pub labels: Vec<(String, String)>,
+    /// Estimate.
+    pub estimate: f64,
+    /// Standard uncertainty.
+    pub standard_uncertainty: f64,
+}
+
+/// Inputs connected by correlation, with what connects them.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Cluster {
+    /// Draws, ascending.
+    pub draws: Vec<usize>,
+    /// Inputs, ascending.
+    pub inputs: Vec<usize>,
+    /// Correlation matrix of the draws; `None` when they are independent of each other.
+    pub correlation: Option<Covariance>,
+}
+
+/// All draws of a set of observations, with their joint covariance.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointInputs {
+    pub(crate) inputs: Vec<Input>,
+    pub(crate) together: Vec<Vec<usize>>,
+    pub(crate) draws: Vec<Draw>,
+    pub(crate) clusters: Vec<Cluster>,
+    index: Vec<usize>,
+}
+
+impl JointInputs {
+    fn new(
+        inputs: &Inputs,
+        draws: Vec<Draw>,
+        index: Vec<usize>,
+        correlations: Vec<(usize, usize, f64)>,
+    ) -> Result<Self, Refusal> {
+        // Connected components of inputs: a small union-find without ranks.
+        let mut parent: Vec<usize> = (0..inputs.inputs.len()).collect();
+        fn root(parent: &mut [usize], mut i: usize) -> usize {
+            while parent[i] != i {
+                parent[i] = parent[parent[i]];
+                i = parent[i];
+            }
+            i
+        }
+        let edges = correlations
+            .iter()
+            .map(|&(i, j, _)| (draws[i].input, draws[j].input))
+            .chain(
+                inputs
+                    .together
+                    .iter()
+                    .flat_map(|set| set.windows(2).map(|w| (w[0], w[1]))),
+            );
+        for (a, b) in edges {
+            let (a, b) = (root(&mut parent, a), root(&mut parent, b));
+            parent[a.max(b)] = a.min(b);
+        }
+        let mut clusters: Vec<Cluster> = Vec::new();
+        let mut of_root: HashMap<usize, usize> = HashMap::new();
+        for i in 0..inputs.inputs.len() {
+            let r = root(&mut parent, i);
+            let k = *of_root.entry(r).or_insert_with(|| {
+                clusters.push(Cluster {
+                    draws: vec![],
+                    inputs: vec![],
+                    correlation: None,
+                });
+                clusters.len() - 1
+            });
+            clusters[k].inputs.push(i);
+        }
+        let mut place = vec![0; draws.len()];
+        for (d, draw) in draws.iter().enumerate() {
+            let k = of_root[&root(&mut parent, draw.input)];
+            place[d] = clusters[k].draws.len();
+            clusters[k].draws.push(d);
+        }
+        for (k, cluster) in clusters.iter_mut().enumerate() {
+            let own: Vec<_> = correlations
+                .iter()
+                .filter(|(i, _, _)| of_root[&root(&mut parent, draws[*i].input)] == k)
+                .collect();
+            if own.is_empty() {
+                continue;
+            }
+            let n = cluster.draws.len();
+            let mut r = vec![0.0; n * n];
+            (0..n).for_each(|i| r[i * n + i] = 1.0);
+            for &&(i, j, coefficient) in &own {
+                let (a, b) = (place[i], place[j]);
+                r[a * n + b] = coefficient;
+                r[b * n + a] = coefficient;
+            }
+            let named = |error| match error {
+                Error::NotPositiveDefinite {
+                    row, column, value, ..
+                } => Refusal::Correlation {
+                    first: draws[cluster.draws[row]].name.clone(),
+                    second: draws[cluster.draws[column]].name.clone(),
+                    coefficient: value,
+                },
+                other => Refusal::Core(other),
+            };
+            cluster.correlation = Some(Covariance::try_from_rows(n, &r).map_err(named)?);
+        }
+        Ok(Self {
+            inputs: inputs.inputs.clone(),
+            together: inputs.together.clone(),
+            draws,
+            clusters,
+            index,
+        })
+    }
+
+    /// The draws in order.
+    pub fn draws(&self) -> &[Draw] {
+        &self.draws
+    }
+
+    /// Position of the draw that one observation uses for one input.
+    ///
+    /// `None` when either does not exist.
+    pub fn index_of(&self, observation: usize, input: &str) -> Option<usize> {
+        let i = self.inputs.iter().position(|x| x.name == input)?;
+        self.index.get(observation * self.inputs.len() + i).copied()
+    }
+
+    /// Estimates of the draws.
+    pub fn estimates(&self) -> Vec<f64> {
+        self.draws.iter().map(|d| d.estimate).collect()
+    }
+
+    /// Joint covariance of all draws, n × n.
+    pub fn covariance(&self) -> Covariance {
+        let u: Vec<f64> = self.draws.iter().map(|d| d.standard_uncertainty).collect();
+        let n = u.len();
+        let mut c = Covariance::from_standard_uncertainties(&u).unwrap_or(Covariance::zeros(n));
+        for cluster in &self.clusters {
+            if let Some(r) = &cluster.correlation {
+                for (a, &i) in cluster.draws.iter().enumerate() {
+                    for (b, &j) in cluster.draws.iter().enumerate() {
+                        if a != b {
+                            c.set(i, j, r[(a, b)] * u[i] * u[j]);
+                        }
+                    }
+                }
+            }
+        }
+        c
+    }
+
+    /// Covariance of one quantity per observation, each the linear combination of its inputs with these
+    /// sensitivity coefficients.
+    ///
+    /// **Shapes** `sensitivities.len() == observations × inputs`, observations outer.
+    ///
+    /// # Errors
+    /// [`Error::Length`].
+    pub fn observation_covariance(&self, sensitivities: &[f64]) -> Result<Covariance, Refusal> {
+        if sensitivities.len() != self.index.len() {
+            return Err(Error::Length {
+                name: "sensitivities",
+                expected: self.index.len(),
+                got: sensitivities.len(),
+            }
+            .into());
+        }
+        let (m, n) = (self.inputs.len().max(1), self.draws.len());
+        let mut jacobian = vec![0.0; self.index.len() / m * n];
+        for (k, (&draw, &c)) in self.index.iter().zip(sensitivities).enumerate() {
+            jacobian[k / m * n + draw] += c;
+        }
+        Ok(self.covariance().propagate(&jacobian)?)
+    }
+}

@@ -1,0 +1,593 @@
+//! The law of propagation of uncertainty: from a model and its inputs to an estimate with its budget.
+
+use crate::{
+    BudgetInput, BudgetLine, Component, Covariance, DegreesOfFreedom, Dual, Effect, Estimate,
+    Evaluation, Finding, Influence, JointInputs, Number, Quantity, Severity,
+};
+use proofmass_core::Error;
+use serde::{Deserialize, Serialize};
+
+/// A measurement model y = f(x), written once over any [`Number`].
+///
+/// ```
+/// use proofmass_uncertainty::{Model, Number};
+/// struct Resistance;
+/// impl Model for Resistance {
+///     fn outputs(&self) -> Vec<(String, String)> { vec![("R".into(), "Ω".into())] }
+///     fn evaluate<T: Number>(&self, x: &[T], y: &mut [T]) { y[0] = x[0] / x[1]; }
+/// }
+/// ```
+pub trait Model {
+    /// Names and units of the outputs.
+    fn outputs(&self) -> Vec<(String, String)>;
+    /// Computes the outputs: one input per draw, in the order of [`JointInputs::draws`].
+    fn evaluate<T: Number>(&self, x: &[T], y: &mut [T]);
+}
+
+/// How many derivatives travel together; one evaluation of the model per this many inputs.
+const CHUNK: usize = 8;
+
+/// Values and Jacobian (by rows, m × n) of a model by forward automatic differentiation.
+///
+/// # Errors
+/// [`Error::NotFinite`] for a value or derivative that is not.
+pub fn jacobian<M: Model>(model: &M, x: &[f64]) -> Result<(Vec<f64>, Vec<f64>), Error> {
+    let m = model.outputs().len();
+    jacobian_of(x, m, |x, y| model.evaluate(x, y))
+}
+
+pub(crate) fn jacobian_of(
+    x: &[f64],
+    m: usize,
+    f: impl Fn(&[Dual<f64, CHUNK>], &mut [Dual<f64, CHUNK>]),
+) -> Result<(Vec<f64>, Vec<f64>), Error> {
+    let n = x.len();
+    let mut jacobian = vec![0.0; m * n];
+    let mut value = vec![0.0; m];
+    let mut y = vec![Dual::from(0.0); m];
+    let mut start = 0;
+    loop {
+        let seeded: Vec<Dual<f64, CHUNK>> = x
+            .iter()
+            .enumerate()
+            .map(|(i, &x)| Dual::variable(x, i.wrapping_sub(start)))
+            .collect();
+        f(&seeded, &mut y);
+        for (k, y) in y.iter().enumerate() {
+            value[k] = y.real;
+            let width = CHUNK.min(n - start);
+            jacobian[k * n + start..k * n + start + width].copy_from_slice(&y.partials[..width]);
+        }
+        start += CHUNK;
+        if start >= n {
+            break;
+        }
+    }
+    for (name, values) in [
+        ("model output", &value),
+        ("derivative of the model", &jacobian),
+    ] {
+        if let Some(index) = values.iter().position(|v| !v.is_finite()) {
+            return Err(Error::NotFinite { name, index });
+        }
+    }
+    Ok((value, jacobian))
+}
+
+/// Values and covariance of a fixed-size function of n inputs, without a single allocation: for models in an
+/// inner loop, such as the inverse of a 3 × 3 matrix.
+///
+/// **Shapes** `covariance` is n × n, the result m × m.
+///
+/// ```
+/// use proofmass_uncertainty::propagate_fixed;
+/// let (y, u2) = propagate_fixed(|[a, b]| [a * b], [2.0, 3.0], [[0.01, 0.0], [0.0, 0.04]]);
+/// assert_eq!(y, [6.0]);
+/// assert!((u2[0][0] - (9.0 * 0.01 + 4.0 * 0.04)).abs() < 1e-15);
+/// ```
+#[inline]
+pub fn propagate_fixed<const N: usize, const M: usize>(
+    f: impl Fn([Dual<f64, N>; N]) -> [Dual<f64, N>; M],
+    x: [f64; N],
+    covariance: [[f64; N]; N],
+) -> ([f64; M], [[f64; M]; M]) {
+    let y = f(std::array::from_fn(|i| Dual::variable(x[i], i)));
+    // J C, then each element of the symmetric product once.
+    let half: [[f64; N]; M] = std::array::from_fn(|i| {
+        let mut row = [0.0; N];
+        for k in 0..N {
+            let j = y[i].partials[k];
+            for l in 0..N {
+                row[l] += j * covariance[k][l];
+            }
+        }
+        row
+    });
+    let mut result = [[0.0; M]; M];
+    for i in 0..M {
+        for j in 0..=i {
+            let mut sum = 0.0;
+            for l in 0..N {
+                sum += half[i][l] * y[j].partials[l];
+            }
+            result[i][j] = sum;
+            result[j][i] = sum;
+        }
+    }
+    (y.map(|y| y.real), result)
+}
+
+/// Result of the law of propagation.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Linear {
+    estimate: Estimate,
+    dof: Vec<DegreesOfFreedom>,
+    budgets: Vec<Vec<BudgetLine>>,
+    second_order: Vec<SecondOrder>,
+    findings: Vec<Finding>,
+}
+
+/// What the curvature of the model adds to one output, for jointly normal inputs.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SecondOrder {
+    /// ½ tr(H U): how far the mean of y lies from f(mean of x).
+    pub shift: f64,
+    /// Standard uncertainty with the second-order terms.
+    pub standard_uncertainty: f64,
+}
+
+impl Linear {
+    /// The outputs with their joint covariance.
+    pub fn estimate(&self) -> &Estimate {
+        &self.estimate
+    }
+
+    /// One output with effective degrees of freedom after Willink.
+    pub fn get(&self, name: &str) -> Option<Quantity> {
+        let i = self.estimate.index_of(name)?;
+        self.estimate.get(name).map(|q| Quantity {
+            dof: self.dof[i],
+            ..q
+        })
+    }
+
+    /// Budget of one output, a line per input, largest contribution first.
+    ///
+    /// The share of a correlated input is c_i Σ_j c_j u(x_i, x_j) / u², which may be negative; shares sum to 1.
+    pub fn budget(&self, name: &str) -> Option<&[BudgetLine]> {
+        self.estimate
+            .index_of(name)
+            .map(|i| self.budgets[i].as_slice())
+    }
+
+    /// Second-order terms, one per output; empty unless asked for.
+    pub fn second_order(&self) -> &[SecondOrder] {
+        &self.second_order
+    }
+
+    /// What to doubt.
+    pub fn findings(&self) -> &[Finding] {
+        &self.findings
+    }
+}
+
+/// Propagates the inputs through a model, first order.
+///
+/// U_y = J U_x Jᵀ with the full joint covariance.
+///
+/// **Errors** [`Error::NotFinite`] when the model or a derivative is not finite at the estimates.
+/// **Source** `[GUM] 5.1, 5.2`, `[S2] 6.2`.
+pub fn propagate<M: Model>(model: &M, inputs: &JointInputs) -> Result<Linear, Error> {
+    let (y, j) = jacobian(model, &inputs.estimates())?;
+    linear(model.outputs(), &y, &j, inputs)
+}
+
+/// Propagates with the terms of second order as well, for jointly normal inputs:
+///
+/// ```text
+/// u² = gᵀUg + ½ tr(HUHU) + gᵀU t,   t_l = Σ_jk U_jk ∂³f/∂x_j∂x_k∂x_l
+/// ```
+///
+/// A finding says where the first order alone would be wrong in the printed digits.
+/// **Source** `[GUM] 5.1.2 note`, extended to correlated inputs.
+pub fn propagate_second_order<M: Model>(model: &M, inputs: &JointInputs) -> Result<Linear, Error> {
+    type First = Dual<f64, CHUNK>;
+    type Third = Dual<Dual<First, 1>, 1>;
+    let mut result = propagate(model, inputs)?;
+    let x = inputs.estimates();
+    let (n, m) = (x.len(), result.dof.len());
+    let covariance = inputs.covariance();
+    let root = square_root(&covariance)?;
+    let gradient = jacobian(model, &x)?.1;
+    let mut shift = vec![0.0; m];
+    let mut extra = vec![0.0; m];
+    // Along each column s of the square root of U: s·H·e_l gives half of LᵀHL, ∂_l(sᵀHs) gives t.
+    let mut y = vec![Third::from(0.0); m];
+    for a in 0..n {
+        let direction: Vec<f64> = (0..n).map(|i| root[i * n + a]).collect();
+        if direction.iter().all(|s| *s == 0.0) {
+            continue;
+        }
+        let mut hessian_row = vec![0.0; m * n];
+        let mut third_row = vec![0.0; m * n];
+        for start in (0..n).step_by(CHUNK) {
+            let seeded: Vec<Third> = (0..n)
+                .map(|i| {
+                    let inner = First::variable(x[i], i.wrapping_sub(start));
+                    let s = First::from(direction[i]);
+                    let middle = Dual {
+                        real: inner,
+                        partials: [s],
+                    };
+                    Dual {
+                        real: middle,
+                        partials: [Dual {
+                            real: s,
+                            partials: [First::from(0.0)],
+                        }],
+                    }
+                })
+                .collect();
+            model.evaluate(&seeded, &mut y);
+            for k in 0..m {
+                let slope = y[k].real.partials[0]; // ∂_s f with its gradient
+                let bend = y[k].partials[0].partials[0]; // sᵀHs with its gradient
+                if start == 0 {
+                    shift[k] += 0.5 * bend.real;
+                }
+                for l in start..n.min(start + CHUNK) {
+                    hessian_row[k * n + l] = slope.partials[l - start];
+                    third_row[k * n + l] = bend.partials[l - start];
+                }
+            }
+        }
+        for k in 0..m {
+            for b in 0..n {
+                let h: f64 = (0..n)
+                    .map(|l| hessian_row[k * n + l] * root[l * n + b])
+                    .sum();
+                extra[k] += 0.5 * h * h;
+            }
+            for i in 0..n {
+                for l in 0..n {
+                    extra[k] += gradient[k * n + i] * covariance[(i, l)] * third_row[k * n + l];
+                }
+            }
+        }
+    }
+    for (k, component) in result.estimate.components().iter().enumerate() {
+        let first = result.estimate.covariance()[(k, k)];
+        let variance = first + extra[k];
+        if !(variance >= 0.0 && variance.is_finite() && shift[k].is_finite()) {
+            return Err(Error::OutOfRange {
+                name: "variance to second order",
+                value: variance,
+                min: 0.0,
+                max: f64::MAX,
+            });
+        }
+        let (u1, u2) = (first.sqrt(), variance.sqrt());
+        result.second_order.push(SecondOrder {
+            shift: shift[k],
+            standard_uncertainty: u2,
+        });
+        // One per cent of two digits of u is 0.5 in 10 to 99: 5 % is where the first printed digit moves.
+        if (u2 - u1).abs() > 0.05 * u2 || shift[k].abs() > 0.25 * u2 {
+            result.findings.push(
+                Finding::new(
+                    Severity::Warning,
+                    "second-order-matters",
+                    format!(
+                        "the model bends within the uncertainty of its inputs: {}",
+                        component.name
+                    ),
+                )
+                .evidence(format!(
+                    "u = {u1:.3e} to first order, {u2:.3e} to second; the mean shifts by {:.1e}",
+                    shift[k]
+                ))
+                .advice("use the Monte Carlo result"),
+            );
+        }
+    }
+    Ok(result)
+}
+
+/// Propagates with a Jacobian the caller knows (analytic, or from an implicit model): m rows of n derivatives.
+///
+/// # Errors
+/// [`Error::Length`], [`Error::NotFinite`].
+pub fn linear(
+    outputs: Vec<(String, String)>,
+    y: &[f64],
+    jacobian: &[f64],
+    inputs: &JointInputs,
+) -> Result<Linear, Error> {
+    let (m, n) = (outputs.len(), inputs.draws.len());
+    for (name, expected, got) in [("outputs", m, y.len()), ("Jacobian", m * n, jacobian.len())] {
+        if expected != got {
+            return Err(Error::Length {
+                name,
+                expected,
+                got,
+            });
+        }
+    }
+    let components: Vec<Component> = outputs
+        .into_iter()
+        .zip(y)
+        .map(|((name, unit), &value)| Component { name, unit, value })
+        .collect();
+    let influences = inputs
+        .clusters
+        .iter()
+        .map(|cluster| influence(inputs, cluster, jacobian, m))
+        .collect::<Result<Vec<_>, Error>>()?;
+    let estimate = Estimate::new(components, influences)?;
+    let mut result = Linear {
+        estimate,
+        dof: Vec::with_capacity(m),
+        budgets: Vec::with_capacity(m),
+        second_order: Vec::new(),
+        findings: Vec::new(),
+    };
+    for k in 0..m {
+        let shares = shares(inputs, &jacobian[k * n..(k + 1) * n]);
+        let variance = result.estimate.covariance()[(k, k)];
+        result.dof.push(effective_dof(inputs, &shares, variance));
+        result.budgets.push(budget(
+            inputs,
+            &shares,
+            &jacobian[k * n..(k + 1) * n],
+            variance,
+        ));
+        let name = &result.estimate.components()[k].name;
+        let nu = result.dof[k].get();
+        if variance > 0.0 && nu < 3.0 {
+            result.findings.push(
+                Finding::new(
+                    Severity::Warning,
+                    "few-effective-degrees-of-freedom",
+                    format!("the uncertainty of {name} is itself poorly known"),
+                )
+                .evidence(format!("ν_eff = {nu:.1}"))
+                .advice("repeat the dominant type A observation, or use the Monte Carlo interval"),
+            );
+        }
+        if variance > 0.0 {
+            result
+                .findings
+                .extend(dominant_non_normal(inputs, &shares, variance, name));
+        }
+    }
+    Ok(result)
+}
+
+/// Per input: own variance Σ_d Σ_d′ within the input, and variance with its correlations to others.
+struct Share {
+    own: f64,
+    total: f64,
+}
+
+fn shares(inputs: &JointInputs, c: &[f64]) -> Vec<Share> {
+    let mut shares: Vec<Share> = inputs
+        .inputs
+        .iter()
+        .map(|_| Share {
+            own: 0.0,
+            total: 0.0,
+        })
+        .collect();
+    for cluster in &inputs.clusters {
+        for (a, &i) in cluster.draws.iter().enumerate() {
+            let (d, ci) = (
+                &inputs.draws[i],
+                c[i] * inputs.draws[i].standard_uncertainty,
+            );
+            match &cluster.correlation {
+                None => {
+                    shares[d.input].own += ci * ci;
+                    shares[d.input].total += ci * ci;
+                }
+                Some(r) => {
+                    for (b, &j) in cluster.draws.iter().enumerate() {
+                        let other = &inputs.draws[j];
+                        let v = ci * r[(a, b)] * c[j] * other.standard_uncertainty;
+                        shares[d.input].total += v;
+                        if other.input == d.input {
+                            shares[d.input].own += v;
+                        }
+                    }
+                }
+            }
+        }
+    }
+    shares
+}
+
+/// Willink's formula. The draws of one input share one estimate of σ, and inputs observed together one
+/// covariance, so the variance of each such set counts as one estimate with its degrees of freedom.
+fn effective_dof(inputs: &JointInputs, shares: &[Share], variance: f64) -> DegreesOfFreedom {
+    let mut spread = 0.0;
+    for (i, input) in inputs.inputs.iter().enumerate() {
+        let set = inputs.together.iter().find(|set| set.contains(&i));
+        let v = match set {
+            Some(set) if set[0] != i => continue,
+            Some(set) => set.iter().map(|&j| shares[j].total).sum(),
+            None => shares[i].total,
+        };
+        spread += (v / variance).powi(2) / input.dof.get();
+    }
+    DegreesOfFreedom::new(1.0 / spread).unwrap_or(DegreesOfFreedom::INFINITE)
+}
+
+fn budget(inputs: &JointInputs, shares: &[Share], c: &[f64], variance: f64) -> Vec<BudgetLine> {
+    let mut lines: Vec<BudgetLine> = inputs
+        .inputs
+        .iter()
+        .enumerate()
+        .map(|(i, input)| {
+            let mut own = inputs
+                .draws
+                .iter()
+                .enumerate()
+                .filter(|(_, d)| d.input == i);
+            let single = match (own.next(), own.next()) {
+                (Some((d, draw)), None) => Some(BudgetInput {
+                    value: draw.estimate,
+                    unit: input.unit.clone(),
+                    standard_uncertainty: draw.standard_uncertainty,
+                    sensitivity: c[d],
+                }),
+                _ => None,
+            };
+            BudgetLine {
+                key: input.name.clone(),
+                description: input.description.clone(),
+                evaluation: input.evaluation,
+                distribution: input.distribution.name().into(),
+                dof: input.dof,
+                input: single,
+                contribution: shares[i].own.max(0.0).sqrt(),
+                share: if variance > 0.0 {
+                    shares[i].total / variance
+                } else {
+                    0.0
+                },
+            }
+        })
+        .collect();
+    lines.sort_by(|a, b| b.contribution.total_cmp(&a.contribution));
+    lines
+}
+
+/// The central limit theorem needs many comparable contributions; one broad flat one is not that.
+fn dominant_non_normal(
+    inputs: &JointInputs,
+    shares: &[Share],
+    variance: f64,
+    name: &str,
+) -> Option<Finding> {
+    let (i, share) = shares
+        .iter()
+        .enumerate()
+        .max_by(|a, b| a.1.total.total_cmp(&b.1.total))?;
+    let word = inputs.inputs[i].distribution.name();
+    let draws = inputs.draws.iter().filter(|d| d.input == i).count();
+    let flat = !matches!(word, "normal" | "Student t" | "truncated normal");
+    (flat && draws == 1 && share.total > 0.5 * variance).then(|| {
+        Finding::new(
+            Severity::Note,
+            "dominant-non-normal-input",
+            format!("one {word} input dominates {name}: the result is not normal"),
+        )
+        .evidence(format!(
+            "{} has {:.0} % of the variance",
+            inputs.inputs[i].name,
+            100.0 * share.total / variance
+        ))
+        .advice("a coverage factor from Student's t overstates the interval; use the Monte Carlo interval")
+    })
+}
+
+fn influence(
+    inputs: &JointInputs,
+    cluster: &crate::input::Cluster,
+    jacobian: &[f64],
+    m: usize,
+) -> Result<Influence, Error> {
+    let n = inputs.draws.len();
+    let members: Vec<_> = cluster.inputs.iter().map(|&i| &inputs.inputs[i]).collect();
+    let join = |f: fn(&crate::Input) -> &str| {
+        let mut words: Vec<&str> = members.iter().map(|i| f(i)).collect();
+        words.dedup();
+        words.join(", ")
+    };
+    let (dof, effect) = if let [d] = cluster.draws[..] {
+        let draw = &inputs.draws[d];
+        let effect = Effect::Scalar {
+            value: draw.estimate,
+            unit: members[0].unit.clone(),
+            standard_uncertainty: draw.standard_uncertainty,
+            sensitivity: (0..m).map(|k| jacobian[k * n + d]).collect(),
+        };
+        (members[0].dof, effect)
+    } else {
+        let u: Vec<f64> = cluster
+            .draws
+            .iter()
+            .map(|&d| inputs.draws[d].standard_uncertainty)
+            .collect();
+        let c = match &cluster.correlation {
+            None => Covariance::from_standard_uncertainties(&u)?,
+            Some(r) => {
+                let mut c = r.clone();
+                for (a, ua) in u.iter().enumerate() {
+                    for (b, ub) in u.iter().enumerate() {
+                        c.set(a, b, r[(a, b)] * ua * ub);
+                    }
+                }
+                c
+            }
+        };
+        let rows: Vec<f64> = (0..m)
+            .flat_map(|k| cluster.draws.iter().map(move |&d| jacobian[k * n + d]))
+            .collect();
+        let covariance = if cluster.draws.is_empty() {
+            Covariance::zeros(m)
+        } else {
+            c.propagate(&rows)?
+        };
+        // An influence has one number of degrees of freedom: the least of its members is on the safe side.
+        let dof = members
+            .iter()
+            .map(|i| i.dof)
+            .fold(DegreesOfFreedom::INFINITE, |a, b| {
+                if b.get() < a.get() { b } else { a }
+            });
+        (dof, Effect::Joint { covariance })
+    };
+    let evaluation = if members.iter().all(|i| i.evaluation == Evaluation::A) {
+        Evaluation::A
+    } else {
+        Evaluation::B
+    };
+    Ok(Influence {
+        key: join(|i| &i.name),
+        description: join(|i| &i.description),
+        evaluation,
+        distribution: join(|i| i.distribution.name()),
+        dof,
+        effect,
+    })
+}
+
+/// S with S Sᵀ = C for a semi-definite C, row-major: eigenvectors times root eigenvalues.
+pub(crate) fn square_root(c: &Covariance) -> Result<Vec<f64>, Error> {
+    let n = c.dimension();
+    let u: Vec<f64> = (0..n).map(|i| c.standard_uncertainty(i)).collect();
+    let diagonal = (0..n).all(|i| (0..i).all(|j| c[(i, j)] == 0.0));
+    let mut root = vec![0.0; n * n];
+    if diagonal {
+        (0..n).for_each(|i| root[i * n + i] = u[i]);
+        return Ok(root);
+    }
+    // Of the correlation matrix, so that units do not matter; rounding leaves tiny negatives at zero.
+    let r = faer::Mat::from_fn(n, n, |i, j| {
+        c.correlation(i, j)
+            .unwrap_or(if i == j { 1.0 } else { 0.0 })
+    });
+    let eigen = r
+        .self_adjoint_eigen(faer::Side::Lower)
+        .map_err(|_| Error::NotConverged {
+            name: "eigenvalues of the covariance",
+            iterations: 0,
+            step: f64::INFINITY,
+        })?;
+    for i in 0..n {
+        for k in 0..n {
+            root[i * n + k] = u[i] * eigen.U()[(i, k)] * eigen.S()[k].max(0.0).sqrt();
+        }
+    }
+    Ok(root)
+}

@@ -1,0 +1,104 @@
+//! Why a set of inputs, an expression or a budget file is refused, with the names its author gave.
+
+use proofmass_core::Error;
+use std::fmt;
+
+/// What cannot be evaluated, by name.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Refusal {
+    /// A rule of the mathematics was broken.
+    Core(Error),
+    /// One input breaks a rule.
+    Input {
+        /// Name of the input.
+        name: String,
+        /// Which rule.
+        source: Error,
+    },
+    /// A name that is not defined.
+    Unknown {
+        /// What kind of thing was looked for: an input, a key, a function.
+        what: &'static str,
+        /// The name.
+        name: String,
+    },
+    /// The same name twice.
+    Duplicate {
+        /// The name.
+        name: String,
+    },
+    /// The correlation coefficients contradict each other: no joint distribution has them.
+    Correlation {
+        /// First of the two groups that weigh most in the contradiction.
+        first: String,
+        /// Second of them.
+        second: String,
+        /// The coefficient between them.
+        coefficient: f64,
+    },
+    /// An expression cannot be read.
+    Expression {
+        /// The expression.
+        text: String,
+        /// Character at which reading stopped, from 1.
+        column: usize,
+        /// What was expected.
+        expected: String,
+    },
+    /// A budget file cannot be read; the text names line and field.
+    File {
+        /// Line, from 1, when known.
+        line: Option<usize>,
+        /// What is wrong with which field.
+        reason: String,
+    },
+    /// The caller asked to stop.
+    Cancelled,
+}
+
+impl From<Error> for Refusal {
+    fn from(error: Error) -> Self {
+        Self::Core(error)
+    }
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Core(error) => error.fmt(f),
+            Self::Input { name, source } => write!(f, "input {name}: {source}"),
+            Self::Unknown { what, name } => write!(f, "no {what} is called {name}"),
+            Self::Duplicate { name } => write!(f, "{name} is defined twice"),
+            Self::Correlation {
+                first,
+                second,
+                coefficient,
+            } => write!(
+                f,
+                "no joint distribution has these correlations: {coefficient} between {first} and {second} \
+                 contradicts the others"
+            ),
+            Self::Expression {
+                text,
+                column,
+                expected,
+            } => write!(f, "expression `{text}`, character {column}: {expected}"),
+            Self::File {
+                line: Some(line),
+                reason,
+            } => write!(f, "line {line}: {reason}"),
+            Self::File { line: None, reason } => f.write_str(reason),
+            Self::Cancelled => f.write_str("cancelled"),
+        }
+    }
+}
+
+impl std::error::Error for Refusal {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::Core(error) | Self::Input { source: error, .. } => Some(error),
+            _ => None,
+        }
+    }
+}

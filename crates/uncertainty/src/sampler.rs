@@ -1,0 +1,305 @@
+//! Random draws for Monte Carlo: every input of a trial, with its correlations.
+
+use crate::propagation::square_root;
+use crate::{Distribution, JointInputs};
+use proofmass_core::Error;
+use rand::{Rng, RngExt};
+use rand_distr::{ChiSquared, Distribution as _, StandardNormal, StudentT};
+use std::f64::consts::PI;
+
+/// How the draws of one set of inputs are made.
+enum Plan {
+    /// Draws that depend on nothing else.
+    Alone { draw: usize, source: Source },
+    /// Draws of a Student t that share the one estimate of σ.
+    SharedScale {
+        draws: Vec<usize>,
+        location: f64,
+        scale: f64,
+        chi_squared: ChiSquared<f64>,
+        dof: f64,
+    },
+    /// Multivariate normal or t (one chi-square for all), or a normal copula for other marginals.
+    Correlated {
+        draws: Vec<usize>,
+        root: Vec<f64>,
+        marginals: Vec<Distribution>,
+        shared: Option<(ChiSquared<f64>, f64)>,
+    },
+}
+
+enum Source {
+    Constant(f64),
+    Normal {
+        mean: f64,
+        u: f64,
+    },
+    StudentT {
+        location: f64,
+        scale: f64,
+        t: StudentT<f64>,
+    },
+    Rectangular {
+        lower: f64,
+        width: f64,
+    },
+    Trapezoidal {
+        lower: f64,
+        top: f64,
+        slope: f64,
+    },
+    Curvilinear {
+        lower: f64,
+        span: f64,
+        d: f64,
+    },
+    Arcsine {
+        middle: f64,
+        half: f64,
+    },
+    Truncated(Distribution),
+    Samples(Vec<f64>),
+}
+
+/// Draws all inputs of a trial.
+pub(crate) struct Sampler {
+    plans: Vec<Plan>,
+    size: usize,
+    /// Names of correlated inputs whose marginals are not normal: their joint distribution is a choice.
+    pub copula: Vec<String>,
+}
+
+impl Sampler {
+    pub fn new(inputs: &JointInputs) -> Result<Self, Error> {
+        let mut plans = Vec::new();
+        let mut copula = Vec::new();
+        for cluster in &inputs.clusters {
+            let distribution = |d: usize| &inputs.inputs[inputs.draws[d].input].distribution;
+            if let Some(r) = &cluster.correlation {
+                let marginals: Vec<Distribution> = cluster
+                    .draws
+                    .iter()
+                    .map(|&d| distribution(d).clone())
+                    .collect();
+                let common = common_dof(&marginals);
+                let normal = marginals
+                    .iter()
+                    .all(|m| matches!(m, Distribution::Normal { .. }));
+                if common.is_none() && !normal {
+                    copula.extend(cluster.draws.iter().map(|&d| inputs.draws[d].name.clone()));
+                }
+                plans.push(Plan::Correlated {
+                    draws: cluster.draws.clone(),
+                    root: square_root(r)?,
+                    marginals,
+                    shared: match common {
+                        Some(dof) => Some((chi_squared(dof)?, dof)),
+                        None => None,
+                    },
+                });
+                continue;
+            }
+            match (
+                &cluster.draws[..],
+                cluster.draws.first().map(|&d| distribution(d)),
+            ) {
+                (
+                    draws,
+                    Some(Distribution::StudentT {
+                        location,
+                        scale,
+                        dof,
+                    }),
+                ) if draws.len() > 1 => {
+                    plans.push(Plan::SharedScale {
+                        draws: draws.to_vec(),
+                        location: *location,
+                        scale: *scale,
+                        chi_squared: chi_squared(*dof)?,
+                        dof: *dof,
+                    });
+                }
+                (draws, _) => {
+                    for &draw in draws {
+                        plans.push(Plan::Alone {
+                            draw,
+                            source: Source::new(distribution(draw))?,
+                        });
+                    }
+                }
+            }
+        }
+        Ok(Self {
+            plans,
+            size: inputs.draws.len(),
+            copula,
+        })
+    }
+
+    /// Fills `count` trials, each a row of n draws.
+    pub fn fill<R: Rng>(&self, rows: &mut [f64], rng: &mut R) {
+        let n = self.size;
+        let mut z = Vec::new();
+        for plan in &self.plans {
+            match plan {
+                Plan::Alone { draw, source } => source.fill(rows, n, *draw, rng),
+                Plan::SharedScale {
+                    draws,
+                    location,
+                    scale,
+                    chi_squared,
+                    dof,
+                } => {
+                    for row in rows.chunks_exact_mut(n) {
+                        let s = scale * (dof / chi_squared.sample(rng)).sqrt();
+                        for &d in draws {
+                            row[d] = location + s * rng.sample::<f64, _>(StandardNormal);
+                        }
+                    }
+                }
+                Plan::Correlated {
+                    draws,
+                    root,
+                    marginals,
+                    shared,
+                } => {
+                    let m = draws.len();
+                    for row in rows.chunks_exact_mut(n) {
+                        z.clear();
+                        z.extend((0..m).map(|_| rng.sample::<f64, _>(StandardNormal)));
+                        let stretch = shared.as_ref().map_or(1.0, |(chi_squared, dof)| {
+                            (dof / chi_squared.sample(rng)).sqrt()
+                        });
+                        for (a, &d) in draws.iter().enumerate() {
+                            let g: f64 = root[a * m..(a + 1) * m]
+                                .iter()
+                                .zip(&z)
+                                .map(|(r, z)| r * z)
+                                .sum();
+                            row[d] = match &marginals[a] {
+                                Distribution::Normal { mean, u } => mean + u * g,
+                                Distribution::StudentT {
+                                    location, scale, ..
+                                } if shared.is_some() => location + scale * stretch * g,
+                                other => other.quantile(normal_probability(g)),
+                            };
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn chi_squared(dof: f64) -> Result<ChiSquared<f64>, Error> {
+    ChiSquared::new(dof).map_err(|_| Error::OutOfRange {
+        name: "degrees of freedom",
+        value: dof,
+        min: f64::MIN_POSITIVE,
+        max: f64::MAX,
+    })
+}
+
+fn common_dof(marginals: &[Distribution]) -> Option<f64> {
+    let mut common = None;
+    for marginal in marginals {
+        match (marginal, common) {
+            (Distribution::StudentT { dof, .. }, None) => common = Some(*dof),
+            (Distribution::StudentT { dof, .. }, Some(nu)) if *dof == nu => {}
+            _ => return None,
+        }
+    }
+    common
+}
+
+/// Φ(z) kept strictly inside (0, 1), so that quantiles stay finite.
+fn normal_probability(z: f64) -> f64 {
+    use statrs::function::erf::erfc;
+    (0.5 * erfc(-z / 2f64.sqrt())).clamp(1e-300, 1.0 - 1e-16)
+}
+
+impl Source {
+    fn new(distribution: &Distribution) -> Result<Self, Error> {
+        if distribution.standard_uncertainty() == 0.0 {
+            return Ok(Self::Constant(distribution.estimate()));
+        }
+        let trapezoid = |lower: f64, upper: f64, beta: f64| Self::Trapezoidal {
+            lower,
+            top: 0.5 * (upper - lower) * (1.0 + beta),
+            slope: 0.5 * (upper - lower) * (1.0 - beta),
+        };
+        Ok(match distribution {
+            Distribution::Normal { mean, u } => Self::Normal { mean: *mean, u: *u },
+            Distribution::StudentT {
+                location,
+                scale,
+                dof,
+            } => Self::StudentT {
+                location: *location,
+                scale: *scale,
+                t: StudentT::new(*dof).map_err(|_| Error::OutOfRange {
+                    name: "degrees of freedom",
+                    value: *dof,
+                    min: f64::MIN_POSITIVE,
+                    max: f64::MAX,
+                })?,
+            },
+            Distribution::Rectangular { lower, upper } => Self::Rectangular {
+                lower: *lower,
+                width: upper - lower,
+            },
+            Distribution::Triangular { lower, upper } => trapezoid(*lower, *upper, 0.0),
+            Distribution::Trapezoidal { lower, upper, beta } => trapezoid(*lower, *upper, *beta),
+            Distribution::CurvilinearTrapezoid {
+                lower,
+                upper,
+                inexactness,
+            } => Self::Curvilinear {
+                lower: lower - inexactness,
+                span: lower + upper,
+                d: *inexactness,
+            },
+            Distribution::Arcsine { lower, upper } => Self::Arcsine {
+                middle: 0.5 * (lower + upper),
+                half: 0.5 * (upper - lower),
+            },
+            truncated @ Distribution::TruncatedNormal { .. } => Self::Truncated(truncated.clone()),
+            Distribution::Samples { values } => Self::Samples(values.clone()),
+        })
+    }
+
+    /// One column of the trials; the distribution is chosen once per block, not once per draw.
+    fn fill<R: Rng>(&self, rows: &mut [f64], n: usize, column: usize, rng: &mut R) {
+        let places = rows.iter_mut().skip(column).step_by(n);
+        match self {
+            Self::Constant(value) => places.for_each(|x| *x = *value),
+            Self::Normal { mean, u } => {
+                places.for_each(|x| *x = mean + u * rng.sample::<f64, _>(StandardNormal));
+            }
+            Self::StudentT { location, scale, t } => {
+                places.for_each(|x| *x = location + scale * t.sample(rng));
+            }
+            Self::Rectangular { lower, width } => {
+                places.for_each(|x| *x = lower + width * rng.random::<f64>());
+            }
+            // Sum of two rectangular variables. [S1] 6.4.4.3
+            Self::Trapezoidal { lower, top, slope } => places.for_each(|x| {
+                *x = lower + top * rng.random::<f64>() + slope * rng.random::<f64>();
+            }),
+            // The lower limit is drawn first and mirrored about the middle. [S1] 6.4.3.4
+            Self::Curvilinear { lower, span, d } => places.for_each(|x| {
+                let a = lower + 2.0 * d * rng.random::<f64>();
+                *x = a + (span - 2.0 * a) * rng.random::<f64>();
+            }),
+            Self::Arcsine { middle, half } => {
+                places.for_each(|x| *x = middle + half * (2.0 * PI * rng.random::<f64>()).sin());
+            }
+            Self::Truncated(distribution) => {
+                places.for_each(|x| *x = distribution.quantile(rng.random::<f64>()));
+            }
+            Self::Samples(values) => {
+                places.for_each(|x| *x = values[rng.random_range(0..values.len())]);
+            }
+        }
+    }
+}
