@@ -15,6 +15,7 @@
 
 mod adjustment;
 pub mod budget;
+pub mod campaign;
 pub mod derived;
 pub mod diagnosis;
 pub mod fit;
@@ -23,10 +24,14 @@ pub mod matrix;
 pub mod observation;
 pub mod plan;
 pub mod published;
+pub mod recording;
+pub mod reference;
+pub mod single_axis;
 pub mod spurious;
 
-pub use diagnosis::{Suspicion, Suspect, diagnose};
 pub use budget::{Acts, Budget, Input, Key};
+pub use campaign::{Correction, Method, ShakerCalibration, ShakerCampaign, calibrate};
+pub use diagnosis::{Suspect, Suspicion, diagnose};
 pub use fit::{Fit, FrequencyFit, complex, joint};
 pub use geometry::Configuration;
 pub use observation::{PhasorRow, Spurious, SpuriousTable};

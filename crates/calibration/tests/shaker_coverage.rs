@@ -1,8 +1,8 @@
 //! Do the stated uncertainties hold the truth? Simulated campaigns with known sensitivities.
 
 use proofmass_calibration::shaker::{
-    Acts, Budget, Configuration, Fit, Input, Key, PhasorRow, Spurious, SpuriousTable, complex, joint,
-    published,
+    Acts, Budget, Configuration, Fit, Input, Key, PhasorRow, Spurious, SpuriousTable, complex,
+    joint, published,
 };
 use proofmass_rig::bench::{Bench, Campaign, Spread, Wedge, published_plan};
 use rand::SeedableRng;
@@ -16,14 +16,54 @@ const REGION: f64 = 5.991;
 fn budget(bench: &Bench) -> Budget {
     let r3 = 3f64.sqrt();
     Budget::new(vec![
-        Input::new("reference.calibration", Acts::ReferenceModulus, bench.reference_modulus, &[Key::Frequency]),
-        Input::new("reference.phase", Acts::ReferencePhase, bench.reference_phase, &[Key::Frequency]),
-        Input::new("wedge.angle", Acts::Inclination, bench.wedge_angle / r3, &[Key::Inclination]),
-        Input::new("gluing.angle", Acts::Rotation, bench.gluing_angle / r3, &[Key::Inclination, Key::Rotation]),
-        Input::new("conditioner.gain", Acts::OutputModulus, bench.gain / r3, &[Key::Channel]),
-        Input::new("reading", Acts::OutputModulus, bench.reading, &[Key::Run, Key::Channel]),
-        Input::new("reading.phase", Acts::OutputPhase, bench.reading_phase, &[Key::Run, Key::Channel]),
-        Input::new("noise", Acts::OutputAdditive, bench.floor, &[Key::Run, Key::Channel]),
+        Input::new(
+            "reference.calibration",
+            Acts::ReferenceModulus,
+            bench.reference_modulus,
+            &[Key::Frequency],
+        ),
+        Input::new(
+            "reference.phase",
+            Acts::ReferencePhase,
+            bench.reference_phase,
+            &[Key::Frequency],
+        ),
+        Input::new(
+            "wedge.angle",
+            Acts::Inclination,
+            bench.wedge_angle / r3,
+            &[Key::Inclination],
+        ),
+        Input::new(
+            "gluing.angle",
+            Acts::Rotation,
+            bench.gluing_angle / r3,
+            &[Key::Inclination, Key::Rotation],
+        ),
+        Input::new(
+            "conditioner.gain",
+            Acts::OutputModulus,
+            bench.gain / r3,
+            &[Key::Channel],
+        ),
+        Input::new(
+            "reading",
+            Acts::OutputModulus,
+            bench.reading,
+            &[Key::Run, Key::Channel],
+        ),
+        Input::new(
+            "reading.phase",
+            Acts::OutputPhase,
+            bench.reading_phase,
+            &[Key::Run, Key::Channel],
+        ),
+        Input::new(
+            "noise",
+            Acts::OutputAdditive,
+            bench.floor,
+            &[Key::Run, Key::Channel],
+        ),
     ])
     .unwrap()
 }
@@ -34,7 +74,10 @@ fn rows(campaign: &Campaign) -> Vec<PhasorRow> {
         .iter()
         .map(|r| {
             PhasorRow::new(
-                format!("{} Hz, {}°, {}°", r.frequency, r.inclination_deg, r.rotation_deg),
+                format!(
+                    "{} Hz, {}°, {}°",
+                    r.frequency, r.inclination_deg, r.rotation_deg
+                ),
                 r.frequency,
                 Configuration::degrees(r.inclination_deg, r.rotation_deg),
                 r.reference,
@@ -69,8 +112,13 @@ fn hits(fit: &Fit, campaign: &Campaign) -> Vec<bool> {
         for k in 0..9 {
             let e = f.sensitivity[k / 3][k % 3] - truth[k / 3][k % 3];
             let c = f.estimate.covariance();
-            let (rr, ri, ii) = (c[(2 * k, 2 * k)], c[(2 * k, 2 * k + 1)], c[(2 * k + 1, 2 * k + 1)]);
-            let q = (e.re * e.re * ii - 2.0 * e.re * e.im * ri + e.im * e.im * rr) / (rr * ii - ri * ri);
+            let (rr, ri, ii) = (
+                c[(2 * k, 2 * k)],
+                c[(2 * k, 2 * k + 1)],
+                c[(2 * k + 1, 2 * k + 1)],
+            );
+            let q = (e.re * e.re * ii - 2.0 * e.re * e.im * ri + e.im * e.im * rr)
+                / (rr * ii - ri * ri);
             hits.push(q < REGION);
         }
     }
@@ -147,7 +195,10 @@ fn coverage_of_the_published_method_fails() {
     // (u_S = 0.35 %) and with the 4.1 % behind the printed tables.
     let bench = bench(false);
     let plan = published_plan();
-    for (u_s, label) in [(0.0035, "printed contributions"), (0.041, "u_S behind the tables")] {
+    for (u_s, label) in [
+        (0.0035, "printed contributions"),
+        (0.041, "u_S behind the tables"),
+    ] {
         let mut inside = [0; 9];
         for seed in 0..200 {
             let mut rng = Xoshiro256PlusPlus::seed_from_u64(7_000 + seed);
@@ -164,7 +215,10 @@ fn coverage_of_the_published_method_fails() {
             let fit = published::fit(&rows, &published::MagnitudeBudget::published(u_s)).unwrap();
             for (k, inside) in inside.iter_mut().enumerate() {
                 // The sign is lost; the kindest reading compares with the modulus and with either sign.
-                let (s, truth) = (fit.sensitivity[k / 3][k % 3].abs(), campaign.truth[0][k / 3][k % 3].norm());
+                let (s, truth) = (
+                    fit.sensitivity[k / 3][k % 3].abs(),
+                    campaign.truth[0][k / 3][k % 3].norm(),
+                );
                 *inside += usize::from((s - truth).abs() < fit.sensitivity_expanded[k / 3][k % 3]);
             }
         }
@@ -193,11 +247,16 @@ fn coverage_joint_and_its_gain() {
     let (rows, spurious) = (rows(&campaign), spurious(&campaign));
     let start = std::time::Instant::now();
     let together = joint(&rows, &spurious, &budget).unwrap();
-    println!("joint fit of nine frequencies: {:.0} ms", 1e3 * start.elapsed().as_secs_f64());
+    println!(
+        "joint fit of nine frequencies: {:.0} ms",
+        1e3 * start.elapsed().as_secs_f64()
+    );
     let apart = complex(&rows, &spurious, &budget).unwrap();
     let (a, b) = (apart.at(160.0).unwrap(), together.at(160.0).unwrap());
     for k in 0..9 {
-        let u = |f: &proofmass_calibration::shaker::FrequencyFit, p| f.estimate.covariance().standard_uncertainty(p);
+        let u = |f: &proofmass_calibration::shaker::FrequencyFit, p| {
+            f.estimate.covariance().standard_uncertainty(p)
+        };
         // Fixed angles: what is left when the mounting is taken as exact.
         println!(
             "term {k}: u complex {:.3e}, joint {:.3e}, factor re {:.2} im {:.2}",
@@ -221,9 +280,22 @@ fn coverage_joint_and_its_gain() {
             println!("{name} {label}: {}", lines.join(", "));
         }
     }
-    let gluing: Vec<_> = together.angles.iter().filter(|a| a.key == "gluing.angle").collect();
-    let after = (gluing.iter().map(|a| a.standard_uncertainty.powi(2)).sum::<f64>() / gluing.len() as f64).sqrt();
-    println!("gluing: {:.3}° before, {:.3}° after", gluing[0].prior.to_degrees(), after.to_degrees());
+    let gluing: Vec<_> = together
+        .angles
+        .iter()
+        .filter(|a| a.key == "gluing.angle")
+        .collect();
+    let after = (gluing
+        .iter()
+        .map(|a| a.standard_uncertainty.powi(2))
+        .sum::<f64>()
+        / gluing.len() as f64)
+        .sqrt();
+    println!(
+        "gluing: {:.3}° before, {:.3}° after",
+        gluing[0].prior.to_degrees(),
+        after.to_degrees()
+    );
 }
 
 #[test]
@@ -238,7 +310,9 @@ fn refuses_a_prior_three_times_too_small() {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
         let campaign = bench.campaign(&published_plan(), &[10.0, 160.0, 1000.0], &mut rng);
         let fit = joint(&rows(&campaign), &spurious(&campaign), &budget).unwrap();
-        fit.findings.iter().any(|f| f.code() == "angle-prior-too-small")
+        fit.findings
+            .iter()
+            .any(|f| f.code() == "angle-prior-too-small")
     };
     assert!((0..10).all(|seed| noticed(&wrong, seed)));
     assert!((0..10).all(|seed| !noticed(&truth, seed)));
@@ -260,6 +334,9 @@ fn speed_of_one_frequency() {
         for _ in 0..50 {
             complex(&rows, &spurious, &budget).unwrap();
         }
-        println!("{sequential}: {:.2} ms", start.elapsed().as_secs_f64() * 20.0);
+        println!(
+            "{sequential}: {:.2} ms",
+            start.elapsed().as_secs_f64() * 20.0
+        );
     }
 }

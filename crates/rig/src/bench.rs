@@ -124,9 +124,7 @@ pub(crate) fn seen_from_device(inclination: f64, rotation: f64) -> [[f64; 3]; 3]
     let ((sa, ca), (sw, cw)) = (inclination.sin_cos(), rotation.sin_cos());
     let tip = [[ca, 0.0, sa], [0.0, 1.0, 0.0], [-sa, 0.0, ca]];
     let turn = [[cw, -sw, 0.0], [sw, cw, 0.0], [0.0, 0.0, 1.0]];
-    std::array::from_fn(|i| {
-        std::array::from_fn(|j| (0..3).map(|k| turn[i][k] * tip[k][j]).sum())
-    })
+    std::array::from_fn(|i| std::array::from_fn(|j| (0..3).map(|k| turn[i][k] * tip[k][j]).sum()))
 }
 
 impl Bench {

@@ -64,7 +64,9 @@ pub(crate) struct Deletion {
     pub(crate) influence: Vec<f64>,
 }
 
-const ITERATIONS: usize = 20;
+const ITERATIONS: usize = 60;
+/// Iterations in which the noise of the runs is evaluated anew.
+const REWEIGHTED: usize = 5;
 
 impl Adjustment {
     pub(crate) fn new(
@@ -98,7 +100,11 @@ impl Adjustment {
             .map(|y| y.norm_sqr())
             .sum::<f64>()
             / rows.len() as f64;
-        let scale = if mean_square > 0.0 { mean_square.sqrt() } else { 1.0 };
+        let scale = if mean_square > 0.0 {
+            mean_square.sqrt()
+        } else {
+            1.0
+        };
         let model = Model {
             rows,
             of_row: &of_row,
@@ -111,12 +117,28 @@ impl Adjustment {
         let count = model.offset + draws.len();
         let mut parameters = vec![0.0; count];
         model.start(&mut parameters, frequencies.len())?;
+        let objective = |linear: &[Linear], weights: &[[[f64; 6]; 6]], z: &[f64]| -> f64 {
+            let rows: f64 = linear
+                .iter()
+                .zip(weights)
+                .map(|(l, w)| dot(&times(w, &l.residual), &l.residual))
+                .sum();
+            rows + z.iter().map(|z| z * z).sum::<f64>()
+        };
+        let linearise = |parameters: &[f64]| -> Vec<Linear> {
+            (0..rows.len())
+                .map(|i| model.linear(i, &links[i], parameters))
+                .collect()
+        };
         let mut step = f64::INFINITY;
-        for _ in 0..ITERATIONS {
-            let linear: Vec<Linear> = (0..rows.len())
-                .map(|i| model.linear(i, &links[i], &parameters))
-                .collect();
-            let weights = weights(&linear)?;
+        let mut linear = linearise(&parameters);
+        let mut weights = weights_of(&linear)?;
+        for iteration in 0..ITERATIONS {
+            if iteration > 0 && iteration < REWEIGHTED {
+                // Relative noise follows the prediction; once it is near, it stays, so that the end is a minimum.
+                weights = weights_of(&linear)?;
+            }
+            let before = objective(&linear, &weights, &parameters[model.offset..]);
             let mut normal = vec![0.0; count * count];
             let mut right = vec![0.0; count];
             for (row, w) in linear.iter().zip(&weights) {
@@ -142,15 +164,12 @@ impl Adjustment {
             })?;
             if step < 1e-6 {
                 // The last step was rounding: this is the point at which everything is reported.
-                let chi_squared = linear
-                    .iter()
-                    .zip(&weights)
-                    .map(|(l, w)| dot(&times(w, &l.residual), &l.residual))
-                    .sum::<f64>()
-                    + parameters[model.offset..].iter().map(|z| z * z).sum::<f64>();
+                let chi_squared = before;
                 let inverse = llt.solve(Mat::<f64>::identity(count, count));
                 let covariance = (0..count * count)
-                    .map(|k| 0.5 * (inverse[(k / count, k % count)] + inverse[(k % count, k / count)]))
+                    .map(|k| {
+                        0.5 * (inverse[(k / count, k % count)] + inverse[(k % count, k / count)])
+                    })
                     .collect();
                 return Ok(Self {
                     frequencies,
@@ -165,13 +184,27 @@ impl Adjustment {
                 });
             }
             let delta = llt.solve(Mat::from_fn(count, 1, |i, _| right[i]));
-            step = 0.0;
-            for (i, p) in parameters.iter_mut().enumerate() {
-                *p += delta[(i, 0)];
-                // Sensitivities against the unit of y, draws against a thousandth of their prior.
-                let unit = if i < model.offset { 1.0 } else { 1e3 };
-                step = step.max(delta[(i, 0)].abs() / unit);
-            }
+            // Shorter steps while the sum of squares rises: runs that contradict each other turn the angles far.
+            let mut length = 1.0;
+            let (next, trial) = loop {
+                let trial: Vec<f64> = (0..count)
+                    .map(|i| parameters[i] + length * delta[(i, 0)])
+                    .collect();
+                let next = linearise(&trial);
+                let after = objective(&next, &weights, &trial[model.offset..]);
+                if after <= before * (1.0 + 1e-9) + 1e-9 || length < 1e-3 {
+                    break (next, trial);
+                }
+                length *= 0.5;
+            };
+            step = (0..count)
+                .map(|i| {
+                    // Sensitivities against the unit of y, draws against a thousand of their priors.
+                    let unit = if i < model.offset { 1.0 } else { 1e3 };
+                    length * delta[(i, 0)].abs() / unit
+                })
+                .fold(0.0, f64::max);
+            (linear, parameters) = (next, trial);
             if !step.is_finite() {
                 break;
             }
@@ -277,8 +310,11 @@ impl Adjustment {
             .map(|row| {
                 let (linear, w) = (&self.rows[row], &self.weights[row]);
                 // Q = N⁻¹ − N⁻¹ X C Xᵀ N⁻¹; its inverse is the covariance of the prediction error.
-                let weighted: Vec<(usize, [f64; 6])> =
-                    linear.columns.iter().map(|(j, c)| (*j, times(w, c))).collect();
+                let weighted: Vec<(usize, [f64; 6])> = linear
+                    .columns
+                    .iter()
+                    .map(|(j, c)| (*j, times(w, c)))
+                    .collect();
                 let mut q = *w;
                 for (i, u) in &weighted {
                     let mut half = [0.0; 6];
@@ -315,9 +351,7 @@ impl Adjustment {
                     }),
                     influence: gain
                         .iter()
-                        .map(|g| {
-                            -self.scale * (0..6).map(|a| g[a] * error[(a, 0)]).sum::<f64>()
-                        })
+                        .map(|g| -self.scale * (0..6).map(|a| g[a] * error[(a, 0)]).sum::<f64>())
                         .collect(),
                 })
             })
@@ -349,17 +383,18 @@ impl Model<'_> {
         let mut links: Vec<Vec<Link>> = vec![vec![]; self.rows.len()];
         let mut draws: Vec<Draw> = vec![];
         let mut known: std::collections::HashMap<Vec<i64>, usize> = Default::default();
-        let mut link = |row: usize, input: Option<usize>, part: usize, frequency, value: Vec<i64>| {
-            let draw = *known.entry(value).or_insert_with(|| {
-                draws.push(Draw {
-                    input,
-                    row,
-                    frequency,
+        let mut link =
+            |row: usize, input: Option<usize>, part: usize, frequency, value: Vec<i64>| {
+                let draw = *known.entry(value).or_insert_with(|| {
+                    draws.push(Draw {
+                        input,
+                        row,
+                        frequency,
+                    });
+                    draws.len() - 1
                 });
-                draws.len() - 1
-            });
-            links[row].push(Link { draw, input, part });
-        };
+                links[row].push(Link { draw, input, part });
+            };
         // Angles to a microradian, rotations modulo a turn: what a plan calls the same.
         let angle = |a: f64| (a.rem_euclid(std::f64::consts::TAU) * 1e6).round() as i64 % 6_283_185;
         for (i, row) in self.rows.iter().enumerate() {
@@ -389,11 +424,18 @@ impl Model<'_> {
                     }
                 }
             }
-            if let Some(s) = self.spurious.get(row.configuration.inclination, row.frequency) {
+            if let Some(s) = self
+                .spurious
+                .get(row.configuration.inclination, row.frequency)
+            {
                 for part in 0..6 {
                     if s.covariance[part / 2] != [0.0; 3] {
-                        let value =
-                            vec![-1, f as i64, angle(row.configuration.inclination), part as i64];
+                        let value = vec![
+                            -1,
+                            f as i64,
+                            angle(row.configuration.inclination),
+                            part as i64,
+                        ];
                         link(i, None, part, Some(f), value);
                     }
                 }
@@ -405,8 +447,13 @@ impl Model<'_> {
     /// Ordinary least squares at the drawn angles.
     fn start(&self, parameters: &mut [f64], frequencies: usize) -> Result<(), Error> {
         for f in 0..frequencies {
-            let rows: Vec<usize> = (0..self.rows.len()).filter(|&i| self.of_row[i] == f).collect();
-            let d: Vec<[c64; 3]> = rows.iter().map(|&i| self.direction(i, &self.rows[i].configuration.matrix())).collect();
+            let rows: Vec<usize> = (0..self.rows.len())
+                .filter(|&i| self.of_row[i] == f)
+                .collect();
+            let d: Vec<[c64; 3]> = rows
+                .iter()
+                .map(|&i| self.direction(i, &self.rows[i].configuration.matrix()))
+                .collect();
             let mut gram = Mat::<c64>::zeros(3, 3);
             let mut right = Mat::<c64>::zeros(3, 3);
             for (d, &i) in d.iter().zip(&rows) {
@@ -418,13 +465,13 @@ impl Model<'_> {
                     }
                 }
             }
-            let eigen = gram
-                .self_adjoint_eigenvalues(Side::Lower)
-                .map_err(|_| Error::NotConverged {
-                    name: "eigenvalues of the plan",
-                    iterations: 0,
-                    step: f64::INFINITY,
-                })?;
+            let eigen =
+                gram.self_adjoint_eigenvalues(Side::Lower)
+                    .map_err(|_| Error::NotConverged {
+                        name: "eigenvalues of the plan",
+                        iterations: 0,
+                        step: f64::INFINITY,
+                    })?;
             let condition = (eigen[2] / eigen[0]).abs().sqrt();
             if !(condition < 1e6) {
                 return Err(Error::Unobservable {
@@ -543,7 +590,10 @@ impl Model<'_> {
     /// Derivative of a row by one component of its spurious ratios, through the Cholesky factor of each ratio.
     fn spurious_column(&self, i: usize, part: usize, r: &[[f64; 3]; 3], s: &Matrix) -> [f64; 6] {
         let row = &self.rows[i];
-        let Some(entry) = self.spurious.get(row.configuration.inclination, row.frequency) else {
+        let Some(entry) = self
+            .spurious
+            .get(row.configuration.inclination, row.frequency)
+        else {
             return [0.0; 6];
         };
         let (k, second) = (part / 2, part % 2 == 1);
@@ -590,7 +640,9 @@ fn run_columns(input: &Input, row: &PhasorRow, y: &[c64; 3], scale: f64) -> Vec<
         (true, _) => 3,
         (false, _) => 1,
     };
-    let columns: Vec<[f64; 6]> = (0..parts).map(|p| column(input, p, row, y, scale)).collect();
+    let columns: Vec<[f64; 6]> = (0..parts)
+        .map(|p| column(input, p, row, y, scale))
+        .collect();
     if per_output && !input.varies_with.contains(&Key::Channel) {
         // One draw for the three outputs together (and one for each part).
         return columns
@@ -610,7 +662,8 @@ fn phasor_noise(row: &PhasorRow, y: &[c64; 3], scale: f64) -> [[f64; 6]; 6] {
         let (a, b) = (real(g, 1.0), real(g.map(|g| g * c64::new(0.0, 1.0)), 1.0));
         for p in 0..6 {
             for q in 0..6 {
-                noise[p][q] += rr * a[p] * a[q] + ri * (a[p] * b[q] + b[p] * a[q]) + ii * b[p] * b[q];
+                noise[p][q] +=
+                    rr * a[p] * a[q] + ri * (a[p] * b[q] + b[p] * a[q]) + ii * b[p] * b[q];
             }
         }
     };
@@ -626,7 +679,7 @@ fn real(v: [c64; 3], u: f64) -> [f64; 6] {
     std::array::from_fn(|k| u * if k % 2 == 0 { v[k / 2].re } else { v[k / 2].im })
 }
 
-fn weights(rows: &[Linear]) -> Result<Vec<[[f64; 6]; 6]>, Error> {
+fn weights_of(rows: &[Linear]) -> Result<Vec<[[f64; 6]; 6]>, Error> {
     rows.iter()
         .enumerate()
         .map(|(index, row)| {

@@ -162,10 +162,20 @@ impl Budget {
         let run_channel = [Key::Run, Key::Channel];
         Self {
             inputs: vec![
-                Input::new("reference.calibration", ReferenceModulus, 0.002, &[Key::Frequency])
-                    .described("calibration of the reference standard"),
-                Input::rectangular("wedge.angle", Inclination, 0.1f64.to_radians(), &[Key::Inclination])
-                    .described("machining tolerance of the wedge faces"),
+                Input::new(
+                    "reference.calibration",
+                    ReferenceModulus,
+                    0.002,
+                    &[Key::Frequency],
+                )
+                .described("calibration of the reference standard"),
+                Input::rectangular(
+                    "wedge.angle",
+                    Inclination,
+                    0.1f64.to_radians(),
+                    &[Key::Inclination],
+                )
+                .described("machining tolerance of the wedge faces"),
                 Input::rectangular(
                     "gluing.angle",
                     Rotation,
@@ -197,7 +207,12 @@ impl Budget {
     #[must_use]
     pub fn without(&self, key: &str) -> Self {
         Self {
-            inputs: self.inputs.iter().filter(|i| i.key != key).cloned().collect(),
+            inputs: self
+                .inputs
+                .iter()
+                .filter(|i| i.key != key)
+                .cloned()
+                .collect(),
         }
     }
 

@@ -64,7 +64,10 @@ pub fn propagate(
 ) -> Result<Estimate, Error> {
     let x: Vec<f64> = estimate.components().iter().map(|c| c.value).collect();
     let n = x.len();
-    let step = 1e-5 * x.iter().fold(0.0f64, |m, v| m.max(v.abs())).max(f64::MIN_POSITIVE);
+    let step = 1e-5
+        * x.iter()
+            .fold(0.0f64, |m, v| m.max(v.abs()))
+            .max(f64::MIN_POSITIVE);
     let values = f(&x);
     let mut jacobian = vec![0.0; names.len() * n];
     for k in 0..n {
@@ -177,7 +180,9 @@ pub fn normalised(symbol: &str, estimate: &Estimate) -> Result<Estimate, Error> 
     let names = named((0..9).map(|k| (format!("{symbol}*.{}{}", AXES[k / 3], AXES[k % 3]), "1")));
     propagate(estimate, &names, |x| {
         let m = from_real(x);
-        (0..9).map(|k| (m[k / 3][k % 3] / m[k / 3][k / 3]).re).collect()
+        (0..9)
+            .map(|k| (m[k / 3][k % 3] / m[k / 3][k / 3]).re)
+            .collect()
     })
 }
 
@@ -225,12 +230,20 @@ pub fn transverse(estimate: &Estimate) -> Result<Estimate, Error> {
 /// Misalignment of each sensitive axis: `tilt.x.y` is the angle by which the axis of output x leans towards y,
 /// radians, after the common phase of the output is taken out.
 pub fn misalignment(estimate: &Estimate) -> Result<Estimate, Error> {
-    let pairs: Vec<(usize, usize)> =
-        (0..3).flat_map(|j| [(j, (j + 1) % 3), (j, (j + 2) % 3)]).collect();
-    let names = named(pairs.iter().map(|&(j, i)| (format!("tilt.{}.{}", AXES[j], AXES[i]), "rad")));
+    let pairs: Vec<(usize, usize)> = (0..3)
+        .flat_map(|j| [(j, (j + 1) % 3), (j, (j + 2) % 3)])
+        .collect();
+    let names = named(
+        pairs
+            .iter()
+            .map(|&(j, i)| (format!("tilt.{}.{}", AXES[j], AXES[i]), "rad")),
+    );
     propagate(estimate, &names, |x| {
         let s = from_real(x);
-        pairs.iter().map(|&(j, i)| (s[i][j] / s[j][j]).re.atan()).collect()
+        pairs
+            .iter()
+            .map(|&(j, i)| (s[i][j] / s[j][j]).re.atan())
+            .collect()
     })
 }
 
@@ -253,7 +266,11 @@ pub fn intrinsic(estimate: &Estimate) -> Result<Estimate, Error> {
         for (j, k) in pairs {
             let turn = (s[j][j] / s[j][j].norm()) * (s[k][k] / s[k][k].norm()).conj();
             let dot: c64 = (0..3).map(|i| s[i][j].conj() * s[i][k]).sum();
-            v.push(((dot * turn).re / (lengths[j] * lengths[k])).clamp(-1.0, 1.0).acos());
+            v.push(
+                ((dot * turn).re / (lengths[j] * lengths[k]))
+                    .clamp(-1.0, 1.0)
+                    .acos(),
+            );
         }
         v
     })
@@ -271,7 +288,11 @@ pub struct DatasheetDeviation {
 }
 
 /// |S_jj| against a datasheet value with its expanded uncertainty, both in V/(m/s²).
-pub fn against_datasheet(fit: &FrequencyFit, value: f64, expanded_uncertainty: f64) -> Result<Vec<DatasheetDeviation>, Error> {
+pub fn against_datasheet(
+    fit: &FrequencyFit,
+    value: f64,
+    expanded_uncertainty: f64,
+) -> Result<Vec<DatasheetDeviation>, Error> {
     Ok(terms("S", "V/(m/s²)", &fit.sensitivity, &fit.estimate)?
         .into_iter()
         .filter(|t| t.name.as_bytes()[0] == t.name.as_bytes()[1])
@@ -306,7 +327,11 @@ mod tests {
             .enumerate()
             .map(|(p, &v)| {
                 let part = if p % 2 == 0 { "re" } else { "im" };
-                Component::new(format!("S.{}{}.{part}", AXES[p / 6], AXES[p / 2 % 3]), "V/(m/s²)", v)
+                Component::new(
+                    format!("S.{}{}.{part}", AXES[p / 6], AXES[p / 2 % 3]),
+                    "V/(m/s²)",
+                    v,
+                )
             })
             .collect();
         let influence = Influence {

@@ -71,15 +71,18 @@ pub fn suspects(
     frequencies.dedup();
     let mut result = vec![];
     for frequency in frequencies {
-        let mut kept: Vec<usize> =
-            (0..rows.len()).filter(|&i| rows[i].frequency == frequency).collect();
+        let mut kept: Vec<usize> = (0..rows.len())
+            .filter(|&i| rows[i].frequency == frequency)
+            .collect();
         let most = kept.len() / 4;
         let alarm = FALSE_ALARM / kept.len() as f64;
         for _ in 0..=most {
             let subset: Vec<PhasorRow> = kept.iter().map(|&i| rows[i].clone()).collect();
             let adjustment = match Adjustment::new(&subset, spurious, budget) {
                 // After a removal the rest may no longer span; what was found so far stands.
-                Err(Error::TooFew { .. } | Error::Unobservable { .. }) if !result.is_empty() => break,
+                Err(Error::TooFew { .. } | Error::Unobservable { .. }) if !result.is_empty() => {
+                    break;
+                }
                 other => other?,
             };
             let deletions = match adjustment.deletions() {
@@ -132,8 +135,14 @@ fn sensitivity_without(adjustment: &Adjustment, row: usize) -> Result<Matrix, Er
     Ok(super::matrix::from_real(&s))
 }
 
-const ORDERS: [[usize; 3]; 6] =
-    [[0, 1, 2], [1, 0, 2], [2, 1, 0], [0, 2, 1], [1, 2, 0], [2, 0, 1]];
+const ORDERS: [[usize; 3]; 6] = [
+    [0, 1, 2],
+    [1, 0, 2],
+    [2, 1, 0],
+    [0, 2, 1],
+    [1, 2, 0],
+    [2, 0, 1],
+];
 
 fn explain(
     row: &PhasorRow,
@@ -145,12 +154,14 @@ fn explain(
     statistic: f64,
 ) -> Result<(Suspicion, f64), Error> {
     let matrix = Mat::from_fn(6, 6, |a, b| covariance[a][b]);
-    let llt = matrix.llt(Side::Lower).map_err(|_| Error::NotPositiveDefinite {
-        name: "covariance of a prediction error",
-        row: 0,
-        column: 0,
-        value: 0.0,
-    })?;
+    let llt = matrix
+        .llt(Side::Lower)
+        .map_err(|_| Error::NotPositiveDefinite {
+            name: "covariance of a prediction error",
+            row: 0,
+            column: 0,
+            value: 0.0,
+        })?;
     let distance = |e: [c64; 3]| -> f64 {
         let v = Mat::from_fn(6, 1, |a, _| {
             let z = e[a / 2] / scale;
@@ -229,20 +240,29 @@ fn degrees(c: &Configuration) -> String {
 }
 
 fn describe(s: &Suspect, row: &PhasorRow) -> Finding {
-    let (run, place) = (&s.run, format!("{}, {} Hz", degrees(&row.configuration), row.frequency));
+    let (run, place) = (
+        &s.run,
+        format!("{}, {} Hz", degrees(&row.configuration), row.frequency),
+    );
     let evidence = format!(
         "{place}: χ² = {:.0} against the other runs with 6 degrees of freedom; {:.0} under this explanation",
         s.statistic, s.explained
     );
     match &s.suspicion {
         Suspicion::Channels { channel, sign } => {
-            let swapped: Vec<&str> = (0..3).filter(|&j| channel[j] != j).map(|j| AXES[j]).collect();
+            let swapped: Vec<&str> = (0..3)
+                .filter(|&j| channel[j] != j)
+                .map(|j| AXES[j])
+                .collect();
             let inverted: Vec<&str> = (0..3).filter(|&j| sign[j] < 0).map(|j| AXES[j]).collect();
             if swapped.is_empty() {
                 Finding::new(
                     Severity::Decision,
                     "inverted-channel",
-                    format!("run {run} looks as if channel {} were inverted", inverted.join(" and ")),
+                    format!(
+                        "run {run} looks as if channel {} were inverted",
+                        inverted.join(" and ")
+                    ),
                 )
             } else {
                 let inverted = if inverted.is_empty() {
@@ -253,7 +273,10 @@ fn describe(s: &Suspect, row: &PhasorRow) -> Finding {
                 Finding::new(
                     Severity::Decision,
                     "swapped-channels",
-                    format!("run {run} looks as if the cables of {} were swapped{inverted}", swapped.join(" and ")),
+                    format!(
+                        "run {run} looks as if the cables of {} were swapped{inverted}",
+                        swapped.join(" and ")
+                    ),
                 )
             }
             .evidence(evidence)
@@ -262,7 +285,10 @@ fn describe(s: &Suspect, row: &PhasorRow) -> Finding {
         Suspicion::Mounting { configuration } => Finding::new(
             Severity::Decision,
             "wrong-configuration",
-            format!("run {run} looks as if it were mounted at {}", degrees(configuration)),
+            format!(
+                "run {run} looks as if it were mounted at {}",
+                degrees(configuration)
+            ),
         )
         .evidence(evidence)
         .advice("check the plan against the record of the run"),
@@ -312,7 +338,11 @@ fn completeness(rows: &[PhasorRow], plan: Option<&[Configuration]>) -> Vec<Findi
                         "missing-configuration",
                         format!("there is no run at {}, {f} Hz", degrees(c)),
                     )
-                    .evidence(format!("{} runs at {f} Hz, {} in the plan", here.len(), plan.len()))
+                    .evidence(format!(
+                        "{} runs at {f} Hz, {} in the plan",
+                        here.len(),
+                        plan.len()
+                    ))
                     .advice("the uncertainty already tells what it costs; measure it if it can be"),
                 );
             } else if same.len() > 1 {
@@ -350,7 +380,10 @@ fn phase_unit(
     spurious: &SpuriousTable,
     budget: &Budget,
 ) -> Result<Option<Finding>, Error> {
-    let phasors = || rows.iter().flat_map(|r| r.outputs.iter().chain([&r.reference]));
+    let phasors = || {
+        rows.iter()
+            .flat_map(|r| r.outputs.iter().chain([&r.reference]))
+    };
     let largest = phasors().map(|z| z.arg().abs()).fold(0.0, f64::max);
     let limit = std::f64::consts::PI.to_radians() * 1.01;
     if largest > limit || largest < 0.3 * limit {
@@ -437,11 +470,20 @@ fn throughout(
                 Finding::new(
                     Severity::Decision,
                     "swapped-channels",
-                    format!("channel {} follows the {} axis in every run", AXES[j], AXES[largest]),
+                    format!(
+                        "channel {} follows the {} axis in every run",
+                        AXES[j], AXES[largest]
+                    ),
                 )
                 .evidence(format!(
                     "at {} Hz: |S_{}{}| = {:.4e}, |S_{}{}| = {:.4e} V/(m/s²)",
-                    lowest.frequency, AXES[largest], AXES[j], s[largest][j].norm(), AXES[j], AXES[j], s[j][j].norm()
+                    lowest.frequency,
+                    AXES[largest],
+                    AXES[j],
+                    s[largest][j].norm(),
+                    AXES[j],
+                    AXES[j],
+                    s[j][j].norm()
                 ))
                 .advice("check the cables against the axes marked on the device"),
             );
@@ -454,7 +496,10 @@ fn throughout(
                 )
                 .evidence(format!(
                     "at {} Hz: phase of S_{}{} {:.1}°",
-                    lowest.frequency, AXES[j], AXES[j], s[j][j].arg().to_degrees()
+                    lowest.frequency,
+                    AXES[j],
+                    AXES[j],
+                    s[j][j].arg().to_degrees()
                 ))
                 .advice("right for an inverting amplifier; otherwise check the polarity"),
             );

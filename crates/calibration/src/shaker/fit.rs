@@ -126,7 +126,9 @@ pub fn complex(
     let fits: Vec<Fit> = frequencies
         .par_iter()
         .map(|&f| {
-            let index: Vec<usize> = (0..rows.len()).filter(|&i| rows[i].frequency == f).collect();
+            let index: Vec<usize> = (0..rows.len())
+                .filter(|&i| rows[i].frequency == f)
+                .collect();
             let subset: Vec<PhasorRow> = index.iter().map(|&i| rows[i].clone()).collect();
             let mut fit = adjust(&subset, spurious, budget)?;
             for run in &mut fit.runs {
@@ -162,11 +164,7 @@ pub fn complex(
 ///
 /// # Errors
 /// As [`complex`].
-pub fn joint(
-    rows: &[PhasorRow],
-    spurious: &SpuriousTable,
-    budget: &Budget,
-) -> Result<Fit, Error> {
+pub fn joint(rows: &[PhasorRow], spurious: &SpuriousTable, budget: &Budget) -> Result<Fit, Error> {
     adjust(rows, spurious, budget)
 }
 
@@ -258,30 +256,29 @@ fn frequency_fit(
         if elements.iter().all(|&v| v == 0.0) {
             continue;
         }
-        let (key, description, evaluation, distribution, dof) =
-            match budget.inputs.get(index) {
-                Some(i) => (
-                    i.key.clone(),
-                    i.description.clone(),
-                    i.evaluation,
-                    i.distribution.clone(),
-                    i.dof,
-                ),
-                None if index == budget.inputs.len() => (
-                    "phasor.noise".to_owned(),
-                    "noise of the sine approximations".to_owned(),
-                    Evaluation::A,
-                    "normal".to_owned(),
-                    DegreesOfFreedom::INFINITE,
-                ),
-                None => (
-                    "spurious.motion".to_owned(),
-                    "measurement of the spurious motion".to_owned(),
-                    Evaluation::A,
-                    "normal".to_owned(),
-                    DegreesOfFreedom::INFINITE,
-                ),
-            };
+        let (key, description, evaluation, distribution, dof) = match budget.inputs.get(index) {
+            Some(i) => (
+                i.key.clone(),
+                i.description.clone(),
+                i.evaluation,
+                i.distribution.clone(),
+                i.dof,
+            ),
+            None if index == budget.inputs.len() => (
+                "phasor.noise".to_owned(),
+                "noise of the sine approximations".to_owned(),
+                Evaluation::A,
+                "normal".to_owned(),
+                DegreesOfFreedom::INFINITE,
+            ),
+            None => (
+                "spurious.motion".to_owned(),
+                "measurement of the spurious motion".to_owned(),
+                Evaluation::A,
+                "normal".to_owned(),
+                DegreesOfFreedom::INFINITE,
+            ),
+        };
         influences.push(Influence {
             key,
             description,
@@ -407,7 +404,10 @@ fn angles(
                 Finding::new(
                     Severity::Note,
                     "angle-prior-too-large",
-                    format!("the mounting angles of {} scatter less than declared", input.key),
+                    format!(
+                        "the mounting angles of {} scatter less than declared",
+                        input.key
+                    ),
                 )
                 .evidence(evidence)
                 .advice("a smaller declared uncertainty would be defensible"),

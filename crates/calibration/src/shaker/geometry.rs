@@ -74,8 +74,7 @@ impl Configuration {
     pub fn same_as(&self, other: &Self) -> bool {
         let turn = std::f64::consts::TAU;
         let rotation = (self.rotation - other.rotation).rem_euclid(turn);
-        (self.inclination - other.inclination).abs() < 1e-6
-            && rotation.min(turn - rotation) < 1e-6
+        (self.inclination - other.inclination).abs() < 1e-6 && rotation.min(turn - rotation) < 1e-6
     }
 }
 

@@ -93,7 +93,10 @@ mod tests {
         std::array::from_fn(|i| {
             std::array::from_fn(|j| {
                 let d = if i == j { 10.0 } else { 0.0 };
-                c64::new(d + 0.3 * i as f64 - 0.2 * j as f64, 0.1 * (i * j) as f64 - 0.05)
+                c64::new(
+                    d + 0.3 * i as f64 - 0.2 * j as f64,
+                    0.1 * (i * j) as f64 - 0.05,
+                )
             })
         })
     }
@@ -133,6 +136,9 @@ mod tests {
     #[test]
     fn refuses_a_singular_matrix() {
         let row = [c64::new(1.0, 0.0), c64::new(2.0, 1.0), c64::new(0.0, 0.0)];
-        assert!(matches!(inverse(&[row, row, row]), Err(Error::Singular { .. })));
+        assert!(matches!(
+            inverse(&[row, row, row]),
+            Err(Error::Singular { .. })
+        ));
     }
 }

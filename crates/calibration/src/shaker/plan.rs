@@ -107,8 +107,16 @@ pub fn predict(
     let rows: Vec<PhasorRow> = plan
         .iter()
         .map(|&configuration| {
-            let a = configuration.direction().map(|d| c64::new(amplitude * d, 0.0));
-            PhasorRow::new("", 1.0, configuration, c64::new(amplitude, 0.0), row_times(a, sensitivity))
+            let a = configuration
+                .direction()
+                .map(|d| c64::new(amplitude * d, 0.0));
+            PhasorRow::new(
+                "",
+                1.0,
+                configuration,
+                c64::new(amplitude, 0.0),
+                row_times(a, sensitivity),
+            )
         })
         .collect();
     let fit = complex(&rows, &SpuriousTable::default(), budget)?;
@@ -275,8 +283,12 @@ mod tests {
     #[test]
     fn crosscheck_exchange_against_every_subset() {
         // Ten candidates, four of them: 210 subsets, all tried.
-        let candidates: Vec<Configuration> =
-            published_plan().into_iter().skip(4).step_by(3).take(10).collect();
+        let candidates: Vec<Configuration> = published_plan()
+            .into_iter()
+            .skip(4)
+            .step_by(3)
+            .take(10)
+            .collect();
         let m = candidates.len();
         assert_eq!(m, 10);
         let value = |s: &[usize]| {
@@ -315,14 +327,23 @@ mod tests {
         // The reference calibration, 0.2 % common to all, is the floor of the main terms.
         assert!(costs[3].main > 0.002 && costs[3].main < 0.0026, "{costs:?}");
         for c in &costs {
-            println!("{} configurations: main {:.2e}, cross {:.2e}", c.conditioning.count, c.main, c.cross);
+            println!(
+                "{} configurations: main {:.2e}, cross {:.2e}",
+                c.conditioning.count, c.main, c.cross
+            );
         }
     }
 
     #[test]
     fn refuses_a_plan_in_a_plane() {
-        let flat = [Configuration::degrees(90.0, 0.0), Configuration::degrees(90.0, 90.0)];
-        assert!(matches!(conditioning(&flat), Err(Error::Unobservable { .. })));
+        let flat = [
+            Configuration::degrees(90.0, 0.0),
+            Configuration::degrees(90.0, 90.0),
+        ];
+        assert!(matches!(
+            conditioning(&flat),
+            Err(Error::Unobservable { .. })
+        ));
         assert!(matches!(best(&flat, 3), Err(Error::TooFew { .. })));
     }
 }

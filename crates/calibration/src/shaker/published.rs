@@ -128,8 +128,7 @@ pub fn applied(
         let turned = |derivative: &[[f64; 3]; 3]| {
             let slope = |k: usize| derivative[axis][k] * r[axis][k].signum();
             along(
-                c64::new(reference * slope(2), 0.0)
-                    + (0..3).map(|k| e(k) * slope(k)).sum::<c64>(),
+                c64::new(reference * slope(2), 0.0) + (0..3).map(|k| e(k) * slope(k)).sum::<c64>(),
             )
         };
         let mut inputs = vec![

@@ -61,7 +61,9 @@ pub fn circular(phases: &[f64]) -> Result<CircularStatistics, Error> {
         mean: sum.arg(),
         resultant,
         rayleigh_p: p.min(1.0),
-        standard_deviation: (-2.0 * resultant.max(f64::MIN_POSITIVE).ln()).max(0.0).sqrt(),
+        standard_deviation: (-2.0 * resultant.max(f64::MIN_POSITIVE).ln())
+            .max(0.0)
+            .sqrt(),
     })
 }
 
@@ -117,7 +119,10 @@ pub fn average(ratios: &[c64]) -> Result<Average, Error> {
             got: n,
         });
     }
-    if let Some(index) = ratios.iter().position(|z| !(z.re.is_finite() && z.im.is_finite())) {
+    if let Some(index) = ratios
+        .iter()
+        .position(|z| !(z.re.is_finite() && z.im.is_finite()))
+    {
         return Err(Error::NotFinite {
             name: "ratios",
             index,
@@ -128,8 +133,12 @@ pub fn average(ratios: &[c64]) -> Result<Average, Error> {
     let phases: Vec<f64> = ratios.iter().map(|z| z.arg()).collect();
     let phases = circular(&phases)?;
     let modulus = ratios.iter().map(|z| z.norm()).sum::<f64>() / count;
-    let scatter =
-        (ratios.iter().map(|z| (z.norm() - modulus).powi(2)).sum::<f64>() / (count - 1.0)).sqrt();
+    let scatter = (ratios
+        .iter()
+        .map(|z| (z.norm() - modulus).powi(2))
+        .sum::<f64>()
+        / (count - 1.0))
+        .sqrt();
     let scattered = if n < 4 {
         // Too few for a test: more than a right angle apart is not one phase.
         phases.resultant < std::f64::consts::FRAC_PI_4.cos()
@@ -237,7 +246,11 @@ pub fn table(campaign: &[Repeats]) -> Result<(SpuriousTable, Vec<Finding>), Erro
             }
             Average::Incoherent { modulus, phases } => {
                 // Along z′ only the departure from one is spurious, and of that only the modulus is known.
-                let size = if repeats.axis == 2 { (modulus - 1.0).abs() } else { modulus };
+                let size = if repeats.axis == 2 {
+                    (modulus - 1.0).abs()
+                } else {
+                    modulus
+                };
                 entry.covariance[repeats.axis] = [0.5 * size * size, 0.0, 0.5 * size * size];
                 findings.push(
                     Finding::new(
@@ -312,7 +325,10 @@ mod tests {
         let ratios: Vec<c64> = (0..10)
             .map(|i| c64::from_polar(0.009 * (1.0 + 0.003 * f64::from(i)), 2.4 * f64::from(i)))
             .collect();
-        assert!(matches!(average(&ratios).unwrap(), Average::Incoherent { .. }));
+        assert!(matches!(
+            average(&ratios).unwrap(),
+            Average::Incoherent { .. }
+        ));
         let (table, findings) = table(&[Repeats {
             inclination: 1.0,
             frequency: 5.0,
@@ -355,7 +371,10 @@ mod tests {
             let (n, r) = (10.0f64, (z * 10.0).sqrt());
             let approximate =
                 ((1.0 + 4.0 * n + 4.0 * (n * n - r * r)).sqrt() - (1.0 + 2.0 * n)).exp();
-            assert!((approximate / p - 1.0).abs() < 0.03, "{approximate} for {p}");
+            assert!(
+                (approximate / p - 1.0).abs() < 0.03,
+                "{approximate} for {p}"
+            );
         }
     }
 

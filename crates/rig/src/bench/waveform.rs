@@ -106,6 +106,9 @@ mod tests {
         let x = daq.channel(c64::new(12.0, 0.0), 160.0, &mut rng);
         assert_eq!(x.len(), 512);
         let step = 20.0 / 2f64.powi(24);
-        assert!(x.iter().all(|v| v.abs() <= 10.0 && (v / step).fract() == 0.0));
+        assert!(
+            x.iter()
+                .all(|v| v.abs() <= 10.0 && (v / step).fract() == 0.0)
+        );
     }
 }

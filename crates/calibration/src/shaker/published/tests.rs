@@ -14,7 +14,10 @@ struct Case {
 fn cases(case: &str) -> Vec<Case> {
     let text = include_str!("../../../../../reference/inrim-pcb356a15/matrices.csv");
     let mut cases: Vec<Case> = Vec::new();
-    let rows = text.lines().skip(1).map(|l| l.split(',').collect::<Vec<_>>());
+    let rows = text
+        .lines()
+        .skip(1)
+        .map(|l| l.split(',').collect::<Vec<_>>());
     for (index, fields) in rows.filter(|f| f[0] == case).enumerate() {
         let number = |i: usize| fields[i].parse::<f64>().unwrap();
         if index % 9 == 0 {
@@ -43,7 +46,9 @@ fn regenerated(case: &Case) -> Vec<MagnitudeRow> {
                 reference,
                 configuration,
                 outputs: std::array::from_fn(|j| {
-                    (0..3).map(|i| reference * d[i] * 1e-3 * case.s[3 * i + j]).sum()
+                    (0..3)
+                        .map(|i| reference * d[i] * 1e-3 * case.s[3 * i + j])
+                        .sum()
                 }),
                 spurious: None,
             }
@@ -83,13 +88,20 @@ fn published_uncertainties_of_the_uncorrected_case() {
 fn published_contributions_do_not_give_the_published_tables() {
     // √(0.1² + 0.3² + (0.15² + 0.1² + 0.1² + 0.15²)/3) = 0.349 %; the tables need 4.1 %.
     let printed: f64 = [0.1f64, 0.3].iter().map(|u| u * u).sum::<f64>()
-        + [0.15f64, 0.1, 0.1, 0.15].iter().map(|u| u * u / 3.0).sum::<f64>();
+        + [0.15f64, 0.1, 0.1, 0.15]
+            .iter()
+            .map(|u| u * u / 3.0)
+            .sum::<f64>();
     let u_s = printed.sqrt() / 100.0;
     assert!((u_s - 0.0034).abs() < 2e-4);
     let case = &cases("uncorrected")[0];
     let fit = fit(&regenerated(case), &MagnitudeBudget::published(0.0041)).unwrap();
     let u = fit.exploitation_expanded[0][0];
-    assert!((0.30..0.42).contains(&u), "U(A_xx) = {u}, published {}", case.u_a[0]);
+    assert!(
+        (0.30..0.42).contains(&u),
+        "U(A_xx) = {u}, published {}",
+        case.u_a[0]
+    );
 }
 
 /// The worked entry of the published spreadsheet.
@@ -111,7 +123,10 @@ fn published_spreadsheet_entry() {
     // c_φ² u²: 4.3e-8·100 = u_φy⁴ gives 0.88 %, and the printed sum 3.6624e-3 then gives 0.55 %.
     let a = spreadsheet(0.00883, 0.00554);
     assert!((a.value - 2.130).abs() < 5e-4, "{}", a.value);
-    assert!((a.standard_uncertainty.powi(2) - 3.66e-3).abs() < 2e-5, "{a:?}");
+    assert!(
+        (a.standard_uncertainty.powi(2) - 3.66e-3).abs() < 2e-5,
+        "{a:?}"
+    );
     assert!((a.standard_uncertainty - 0.061).abs() < 5e-4);
     // Within the rounding of the inputs as printed, the value stands and u is 0.062 ± 0.002.
     let rounded = spreadsheet(0.009, 0.006);
@@ -120,8 +135,15 @@ fn published_spreadsheet_entry() {
 
     // The printed ν = 295 is what Welch–Satterthwaite gives when the last row (φ_z′) is left out of Σ u⁴/ν.
     let u2 = a.standard_uncertainty.powi(2);
-    let without: f64 = a.budget[..8].iter().map(|l| l.contribution.powi(4) / 100.0).sum();
-    assert!((u2 * u2 / without - 295.0).abs() < 3.0, "{}", u2 * u2 / without);
+    let without: f64 = a.budget[..8]
+        .iter()
+        .map(|l| l.contribution.powi(4) / 100.0)
+        .sum();
+    assert!(
+        (u2 * u2 / without - 295.0).abs() < 3.0,
+        "{}",
+        u2 * u2 / without
+    );
     assert!((a.dof - 235.0).abs() < 5.0, "{}", a.dof);
 }
 
@@ -145,7 +167,10 @@ fn law_the_signs_that_are_lost_bias_the_matrices() {
     let worst = (0..3)
         .map(|k| 1.0 - 1e3 * fit.sensitivity[k][k] / 10.0)
         .fold(0.0, f64::max);
-    assert!((0.002..0.01).contains(&worst), "main sensitivities low by {worst}");
+    assert!(
+        (0.002..0.01).contains(&worst),
+        "main sensitivities low by {worst}"
+    );
 }
 
 #[test]
@@ -158,5 +183,8 @@ fn refuses_configurations_that_do_not_span() {
     };
     let budget = MagnitudeBudget::published(0.04);
     assert!(matches!(fit(&[row; 2], &budget), Err(Error::TooFew { .. })));
-    assert!(matches!(fit(&[row; 9], &budget), Err(Error::Unobservable { .. })));
+    assert!(matches!(
+        fit(&[row; 9], &budget),
+        Err(Error::Unobservable { .. })
+    ));
 }
