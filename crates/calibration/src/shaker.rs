@@ -21,6 +21,7 @@ pub mod diagnosis;
 pub mod fit;
 pub mod geometry;
 pub mod matrix;
+pub mod monte_carlo;
 pub mod observation;
 pub mod plan;
 pub mod published;

@@ -14,7 +14,11 @@ use proofmass_calibration::shaker::{
 /// (frequency, S in V/(m/s²), A in (m/s²)/V) of a published case.
 fn published(case: &str) -> Vec<(f64, Matrix, Matrix)> {
     let text = include_str!("../../../reference/inrim-pcb356a15/matrices.csv");
-    let rows: Vec<Vec<&str>> = text.lines().skip(1).map(|l| l.split(',').collect()).collect();
+    let rows: Vec<Vec<&str>> = text
+        .lines()
+        .skip(1)
+        .map(|l| l.split(',').collect())
+        .collect();
     let rows: Vec<&Vec<&str>> = rows.iter().filter(|f| f[0] == case).collect();
     rows.chunks(9)
         .map(|nine| {
@@ -52,7 +56,12 @@ fn regenerated(s: &Matrix, frequency: f64) -> Vec<PhasorRow> {
 fn budget() -> Budget {
     let mut budget = Budget::published_bench();
     // 24 bits over ±10 V and the noise of the chain: 50 µV on a phasor, so that an output near zero has a noise.
-    budget.inputs.push(Input::new("noise", Acts::OutputAdditive, 5e-5, &[Key::Run, Key::Channel]));
+    budget.inputs.push(Input::new(
+        "noise",
+        Acts::OutputAdditive,
+        5e-5,
+        &[Key::Run, Key::Channel],
+    ));
     budget
 }
 
@@ -61,7 +70,12 @@ fn published_matrices_come_back_from_signed_phasors() {
     // Noise-free: the signed fit returns the printed S to rounding, and its inverse.
     for case in ["uncorrected", "corrected-first", "corrected-second"] {
         for (frequency, s, a) in published(case) {
-            let fit = complex(&regenerated(&s, frequency), &SpuriousTable::default(), &budget()).unwrap();
+            let fit = complex(
+                &regenerated(&s, frequency),
+                &SpuriousTable::default(),
+                &budget(),
+            )
+            .unwrap();
             let f = &fit.frequencies[0];
             let worst = (0..9)
                 .map(|k| (f.sensitivity[k / 3][k % 3] - s[k / 3][k % 3]).norm() / s[0][0].norm())
@@ -69,7 +83,10 @@ fn published_matrices_come_back_from_signed_phasors() {
             assert!(worst < 1e-9, "{case} {frequency}: {worst}");
             // The two published regressions are inverse to each other to some 0.5 %, not exactly.
             let gap = inconsistency(&s, &a).unwrap();
-            println!("{case} {frequency} Hz: S⁻¹ and A differ by up to {:.2} % of A_xx", 100.0 * gap);
+            println!(
+                "{case} {frequency} Hz: S⁻¹ and A differ by up to {:.2} % of A_xx",
+                100.0 * gap
+            );
             assert!(gap < 0.05);
         }
     }
@@ -83,7 +100,10 @@ fn published_case_with_keys_and_signs() {
         c.condition, c.d_efficiency, c.a_efficiency, c.correlation
     );
     let cases = published("uncorrected");
-    let rows: Vec<PhasorRow> = cases.iter().flat_map(|(f, s, _)| regenerated(s, *f)).collect();
+    let rows: Vec<PhasorRow> = cases
+        .iter()
+        .flat_map(|(f, s, _)| regenerated(s, *f))
+        .collect();
     let apart = complex(&rows, &SpuriousTable::default(), &budget()).unwrap();
     let together = joint(&rows, &SpuriousTable::default(), &budget()).unwrap();
     for (k, (frequency, s, _)) in cases.iter().enumerate() {
@@ -97,7 +117,10 @@ fn published_case_with_keys_and_signs() {
             })
             .collect();
         let printed = fit(&magnitudes, &MagnitudeBudget::published(0.0035)).unwrap();
-        let (a, b) = (&apart.frequencies[k].estimate, &together.frequencies[k].estimate);
+        let (a, b) = (
+            &apart.frequencies[k].estimate,
+            &together.frequencies[k].estimate,
+        );
         let u = |e: &proofmass_uncertainty::Estimate, name: &str| {
             100.0 * e.get(name).unwrap().expanded(0.95) / s[0][0].re
         };
@@ -134,7 +157,10 @@ fn published_case_with_keys_and_signs() {
         if k == 1 {
             for (label, e) in [("complex", a), ("joint", b)] {
                 for q in expanded(&intrinsic(e).unwrap()) {
-                    println!("  {label} {} = {:.6} ± {:.6} {}", q.name, q.value, q.expanded, q.unit);
+                    println!(
+                        "  {label} {} = {:.6} ± {:.6} {}",
+                        q.name, q.value, q.expanded, q.unit
+                    );
                 }
             }
         }

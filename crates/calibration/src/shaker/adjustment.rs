@@ -232,7 +232,7 @@ impl Adjustment {
     }
 
     /// Gain of the estimator from the six reals of a row to the 18 of S of a frequency: C_s· Xᵀ N⁻¹.
-    fn gain(&self, f: usize, row: usize) -> [[f64; 6]; 18] {
+    pub(crate) fn gain(&self, f: usize, row: usize) -> [[f64; 6]; 18] {
         let mut gain = [[0.0; 6]; 18];
         for (j, column) in &self.rows[row].columns {
             let w = times(&self.weights[row], column);

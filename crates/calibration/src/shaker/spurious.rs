@@ -320,8 +320,7 @@ mod tests {
 
     #[test]
     fn published_phase_scatter_is_refused() {
-        // Ten repeats whose phases cover the circle, moduli equal to 3 %: the second published measurement
-        // printed phase standard deviations of 150° to 174°.
+        // Ten repeats of 0.9 % whose moduli agree to 3 % and whose phases cover the circle: no common clock.
         let ratios: Vec<c64> = (0..10)
             .map(|i| c64::from_polar(0.009 * (1.0 + 0.003 * f64::from(i)), 2.4 * f64::from(i)))
             .collect();
@@ -339,6 +338,27 @@ mod tests {
         assert_eq!(findings[0].code(), "incoherent-repeats");
         assert_eq!(table.entries[0].ratio[1], c64::new(0.0, 0.0));
         assert!((table.entries[0].covariance[1][0].sqrt() - 0.0091 / 2f64.sqrt()).abs() < 1e-4);
+    }
+
+    #[test]
+    fn published_phases_at_the_cut_have_a_direction() {
+        // Seven repeats just above −180° and three just below +180°: linear mean −71° and standard deviation
+        // 171°, as printed along z′ (−69.3°, 173.6°). On the circle they agree to a few degrees.
+        let degrees: Vec<f64> = [
+            -177.0, -176.0, -178.0, -175.0, -177.5, -176.5, -178.5, 177.0, 178.0, 176.0,
+        ]
+        .to_vec();
+        let mean = degrees.iter().sum::<f64>() / 10.0;
+        let s = (degrees.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / 9.0).sqrt();
+        assert!(
+            (mean + 71.0).abs() < 1.0 && (s - 171.0).abs() < 1.0,
+            "{mean} {s}"
+        );
+        let phases: Vec<f64> = degrees.iter().map(|d| d.to_radians()).collect();
+        let c = circular(&phases).unwrap();
+        assert!(c.standard_deviation.to_degrees() < 4.0 && c.rayleigh_p < 1e-3);
+        let ratios: Vec<c64> = phases.iter().map(|&p| c64::from_polar(0.006, p)).collect();
+        assert!(matches!(average(&ratios).unwrap(), Average::Coherent(_)));
     }
 
     #[test]
