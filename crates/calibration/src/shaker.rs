@@ -13,6 +13,15 @@
 //! - [`joint`]: the same for all frequencies at once, with the mounting angles estimated as what they are:
 //!   the same at every frequency.
 
+#![allow(
+    clippy::neg_cmp_op_on_partial_ord,
+    reason = "a NaN must fail a check as a wrong number does"
+)]
+#![allow(
+    clippy::needless_range_loop,
+    reason = "indices of matrices read as in the equations"
+)]
+
 mod adjustment;
 pub mod budget;
 pub mod campaign;

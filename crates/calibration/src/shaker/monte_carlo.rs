@@ -90,11 +90,10 @@ pub fn validate(
     let variances = adjustment.contributions(0, &exact, budget);
     let linear: [f64; 18] =
         std::array::from_fn(|p| variances.iter().map(|v| v[19 * p]).sum::<f64>().sqrt());
-    let gains: Vec<[[f64; 6]; 18]> = (0..exact.len())
+    let gains: Vec<[[f64; 18]; 6]> = (0..exact.len())
         .map(|row| {
-            adjustment
-                .gain(0, row)
-                .map(|g| g.map(|v| v * adjustment.scale))
+            let gain = adjustment.gain(0, row);
+            std::array::from_fn(|k| std::array::from_fn(|p| gain[p][k] * adjustment.scale))
         })
         .collect();
     let model = Model::new(&exact, sensitivity, budget, adjustment.scale);
@@ -215,7 +214,17 @@ impl Model {
             let u = input.standard_uncertainty;
             if input.within_a_run() {
                 let each = input.acts.on_one_output() && input.varies_with.contains(&Key::Channel);
-                of_run.push((input.acts, u, rectangular, each));
+                // Independent normal errors of one kind are one normal error.
+                let same =
+                    of_run
+                        .iter_mut()
+                        .find(|(acts, _, r, e): &&mut (Acts, f64, bool, bool)| {
+                            *acts == input.acts && !*r && !rectangular && *e == each
+                        });
+                match same {
+                    Some((_, total, _, _)) => *total = total.hypot(u),
+                    None => of_run.push((input.acts, u, rectangular, each)),
+                }
                 continue;
             }
             let key = |i: usize| -> Vec<i64> {
@@ -278,7 +287,7 @@ impl Model {
     }
 
     /// One trial: the change of the 18 reals of S.
-    fn trial<R: Rng>(&self, gains: &[[[f64; 6]; 18]], draws: &mut [f64], rng: &mut R) -> [f64; 18] {
+    fn trial<R: Rng>(&self, gains: &[[[f64; 18]; 6]], draws: &mut [f64], rng: &mut R) -> [f64; 18] {
         for input in &self.inputs {
             let outputs = if input.per_output { 3 } else { 1 };
             let parts = if input.acts == Acts::OutputAdditive {
@@ -356,9 +365,9 @@ impl Model {
                     - row.expected[j];
                 (e[2 * j], e[2 * j + 1]) = (seen.re, seen.im);
             }
-            for (c, g) in change.iter_mut().zip(&gains[index]) {
-                for k in 0..6 {
-                    *c += g[k] * e[k];
+            for (g, e) in gains[index].iter().zip(e) {
+                for (c, g) in change.iter_mut().zip(g) {
+                    *c += g * e;
                 }
             }
         }

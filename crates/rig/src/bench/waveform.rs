@@ -71,7 +71,7 @@ impl Acquisition {
             if (reached / target - 1.0).abs() <= tolerance {
                 return Some((drive, reached));
             }
-            if !(reached > 0.0) {
+            if reached <= 0.0 || reached.is_nan() {
                 return None;
             }
             // Never more than a factor of four at once, as one protects a shaker.
