@@ -4,7 +4,7 @@ use super::adjustment::Adjustment;
 use super::budget::{Acts, Budget, Key};
 use super::matrix::{AXES, Matrix, row_times};
 use super::observation::{PhasorRow, SpuriousTable};
-use faer::c64;
+use faer::{Mat, Side, c64};
 use proofmass_core::Error;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
@@ -49,7 +49,7 @@ struct Tally {
 ///
 /// Every input of the budget is drawn from its distribution with its grouping keys (normal, or rectangular where
 /// it says so); the observations follow exactly, angles through sines and products through products; the
-/// estimator is the linear one of the adjustment. What is tested is whether the second order and the shapes of the
+/// estimator is the linear one of the adjustment. Normal errors that belong to one run alone enter linearly. What is tested is whether the second order and the shapes of the
 /// distributions matter.
 ///
 /// δ is half a unit of the last of `digits` significant digits of u.
@@ -96,6 +96,7 @@ pub fn validate(
             std::array::from_fn(|k| std::array::from_fn(|p| gain[p][k] * adjustment.scale))
         })
         .collect();
+    let within = within_runs(&adjustment, &exact, budget)?;
     let model = Model::new(&exact, sensitivity, budget, adjustment.scale);
     let blocks = trials.div_ceil(BLOCK);
     let empty = || Tally {
@@ -114,7 +115,13 @@ pub fn validate(
                     seed ^ block.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15),
                 );
                 for _ in 0..BLOCK.min(trials - block * BLOCK) {
-                    let delta = model.trial(&gains, &mut draws, &mut rng);
+                    let mut delta = model.trial(&gains, &mut draws, &mut rng);
+                    for column in &within {
+                        let z: f64 = StandardNormal.sample(&mut rng);
+                        for (d, c) in delta.iter_mut().zip(column) {
+                            *d += c * z;
+                        }
+                    }
                     for p in 0..18 {
                         tally.sum[p] += delta[p];
                         tally.square[p] += delta[p] * delta[p];
@@ -179,6 +186,48 @@ pub fn validate(
         .collect())
 }
 
+/// Columns of a square root of the covariance of S from all normal errors within runs and the noise of the
+/// phasors.
+///
+/// They are normal and act linearly (their products are 1e-5 of an output), so their effect on S is exactly one
+/// normal vector of 18; drawing it once stands for a dozen draws in each run.
+fn within_runs(
+    adjustment: &Adjustment,
+    rows: &[PhasorRow],
+    budget: &Budget,
+) -> Result<Vec<[f64; 18]>, Error> {
+    let contributions = adjustment.contributions(0, rows, budget);
+    let normal = |index: usize| {
+        budget
+            .inputs
+            .get(index)
+            .map_or(index == budget.inputs.len(), |i| {
+                i.within_a_run() && i.distribution != "rectangular"
+            })
+    };
+    let covariance = Mat::from_fn(18, 18, |p, q| {
+        contributions
+            .iter()
+            .enumerate()
+            .filter(|(index, _)| normal(*index))
+            .map(|(_, c)| 0.5 * (c[18 * p + q] + c[18 * q + p]))
+            .sum::<f64>()
+    });
+    let eigen = covariance
+        .self_adjoint_eigen(Side::Lower)
+        .map_err(|_| Error::NotConverged {
+            name: "eigenvalues of the noise of the runs",
+            iterations: 0,
+            step: f64::INFINITY,
+        })?;
+    Ok((0..18)
+        .map(|e| {
+            let root = eigen.S()[e].max(0.0).sqrt();
+            std::array::from_fn(|p| root * eigen.U()[(p, e)])
+        })
+        .collect())
+}
+
 /// One input that several observations share: where its draws are for a row and an output.
 struct Shared {
     acts: Acts,
@@ -193,8 +242,8 @@ struct Shared {
 
 struct Model {
     inputs: Vec<Shared>,
-    /// Inputs of a run: action, u, rectangular, one draw per output or one for all.
-    of_run: Vec<(Acts, f64, bool, bool)>,
+    /// Rectangular inputs of a run: action, u, one draw per output or one for all.
+    of_run: Vec<(Acts, f64, bool)>,
     shared: usize,
     rows: Vec<RowModel>,
     s: Matrix,
@@ -214,16 +263,9 @@ impl Model {
             let u = input.standard_uncertainty;
             if input.within_a_run() {
                 let each = input.acts.on_one_output() && input.varies_with.contains(&Key::Channel);
-                // Independent normal errors of one kind are one normal error.
-                let same =
-                    of_run
-                        .iter_mut()
-                        .find(|(acts, _, r, e): &&mut (Acts, f64, bool, bool)| {
-                            *acts == input.acts && !*r && !rectangular && *e == each
-                        });
-                match same {
-                    Some((_, total, _, _)) => *total = total.hypot(u),
-                    None => of_run.push((input.acts, u, rectangular, each)),
+                // Normal errors within a run are drawn together, see `within_runs`.
+                if rectangular {
+                    of_run.push((input.acts, u, each));
                 }
                 continue;
             }
@@ -323,8 +365,8 @@ impl Model {
                     }),
                 }
             }
-            for &(acts, u, rectangular, each) in &self.of_run {
-                let mut next = || draw(u, rectangular, rng);
+            for &(acts, u, each) in &self.of_run {
+                let mut next = || draw(u, true, rng);
                 match acts {
                     Acts::ReferenceModulus => reference *= 1.0 + next(),
                     Acts::ReferencePhase => turn += next(),
