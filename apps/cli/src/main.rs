@@ -1,1 +1,65 @@
-fn main(){}
+//! `proofmass`: the open accelerometer laboratory on the command line.
+
+mod apply;
+mod calibrate;
+mod clock;
+mod console;
+mod failure;
+mod inspect;
+mod plural;
+mod recording_arguments;
+mod simulate;
+mod validate;
+
+use clap::{Parser, Subcommand};
+use failure::Failure;
+use std::process::ExitCode;
+
+/// The open accelerometer laboratory: from a recording to a calibration with a defensible uncertainty, and to
+/// compensated acceleration.
+#[derive(Parser)]
+#[command(version, arg_required_else_help = true, propagate_version = true)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Calibrate(calibrate::Calibrate),
+    Apply(apply::Apply),
+    Validate(validate::Validate),
+    Inspect(inspect::Inspect),
+    Simulate(simulate::Simulate),
+}
+
+/// What a command that came to an end tells the shell.
+pub(crate) enum Outcome {
+    /// Good.
+    Done,
+    /// Done, with findings that need a decision, and `--strict` was asked for.
+    Doubtful,
+}
+
+fn run(arguments: Arguments) -> Result<Outcome, Failure> {
+    match arguments.command {
+        Command::Calibrate(command) => command.run(),
+        Command::Apply(command) => command.run(),
+        Command::Validate(command) => command.run(),
+        Command::Inspect(command) => command.run(),
+        Command::Simulate(command) => command.run(),
+    }
+}
+
+fn main() -> ExitCode {
+    // clap ends wrong use with exit code 2.
+    match run(Arguments::parse()) {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::Doubtful) => ExitCode::from(3),
+        Err(failure) if failure.is_broken_pipe() => ExitCode::SUCCESS,
+        Err(failure) => {
+            anstream::eprint!("{failure}");
+            ExitCode::FAILURE
+        }
+    }
+}

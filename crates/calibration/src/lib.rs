@@ -1,3 +1,33 @@
-//! proofmass calibration.
+//! Calibration of accelerometers: from observations to parameters with one joint covariance.
 
 pub mod shaker;
+
+mod adjustment;
+mod direction_coverage;
+mod ellipsoid;
+mod mean_noise;
+mod multi_position;
+mod pose;
+mod recording_quality;
+mod six_position;
+mod standstill;
+mod standstill_calibration;
+mod threshold_sweep;
+mod validation;
+
+pub use direction_coverage::{Direction, DirectionCoverage};
+pub use ellipsoid::Ellipsoid;
+pub use mean_noise::MeanNoise;
+pub use multi_position::{
+    AttitudeUncertainty, Model, MultiPosition, MultiPositionFit, PoseResidual,
+};
+pub use pose::{Pose, Samples, Segment};
+pub use recording_quality::{clipping, suspected_clipping, temperature_drift};
+pub use six_position::Ferraris;
+pub use standstill::{Standstill, WindowedVariance};
+pub use standstill_calibration::{Estimator, StandstillCalibration};
+pub use threshold_sweep::{Candidate, ThresholdSweep};
+pub use validation::{AttitudeCheck, Calibrated, Validation};
+
+/// Three components in the order x, y, z.
+pub type Triple = [f64; 3];

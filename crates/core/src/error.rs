@@ -63,12 +63,28 @@ pub enum Error {
         /// Condition number that was found.
         condition: f64,
     },
+    /// A signal never changes.
+    Constant {
+        /// Name of the signal.
+        name: &'static str,
+        /// The one value it has.
+        value: f64,
+    },
     /// The data do not determine a parameter.
     Unobservable {
         /// Dotted name of the parameter.
         parameter: &'static str,
         /// Condition number of the scaled problem.
         condition: f64,
+    },
+    /// The data determine a parameter so badly that the linear theory of its uncertainty fails.
+    TooUncertain {
+        /// Dotted name of the parameter.
+        parameter: &'static str,
+        /// Relative standard uncertainty (angles in rad, biases in units of g).
+        uncertainty: f64,
+        /// Largest value at which a result is given.
+        limit: f64,
     },
     /// An iteration ended without meeting its criterion.
     NotConverged {
@@ -91,7 +107,11 @@ impl Error {
     pub fn is_data(&self) -> bool {
         matches!(
             self,
-            Self::TooFew { .. } | Self::NotFinite { .. } | Self::Unobservable { .. }
+            Self::TooFew { .. }
+                | Self::NotFinite { .. }
+                | Self::Unobservable { .. }
+                | Self::TooUncertain { .. }
+                | Self::Constant { .. }
         )
     }
 
@@ -152,12 +172,31 @@ impl fmt::Display for Error {
             Self::Singular { name, condition } => {
                 write!(f, "{name} is singular (condition number {condition:.3e})")
             }
+            Self::Constant { name, value } => {
+                write!(f, "{name} never changes: every sample is {value}")
+            }
+            Self::Unobservable {
+                parameter,
+                condition,
+            } if condition.is_infinite() => {
+                write!(f, "the data do not determine {parameter}")
+            }
             Self::Unobservable {
                 parameter,
                 condition,
             } => write!(
                 f,
                 "the data do not determine {parameter} (condition number {condition:.3e})"
+            ),
+            Self::TooUncertain {
+                parameter,
+                uncertainty,
+                limit,
+            } => write!(
+                f,
+                "the data leave {parameter} too uncertain to be a result ({:.1} %, at most {:.1} %)",
+                1e2 * uncertainty,
+                1e2 * limit
             ),
             Self::NotConverged {
                 name,

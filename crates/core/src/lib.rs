@@ -1,6 +1,31 @@
-//! What runs the same on the desk and on the chip: sensor models and their compensation.
+//! What runs the same on the desk and on the chip: sensor models and their compensation, without `std` and
+//! without allocation.
+//!
+//! ```
+//! use proofmass_core::{Matrix3, SensorModel};
+//!
+//! // Coefficients as a calibration exports them; `f32` for a chip with a single-precision unit.
+//! let k = Matrix3([[415.0, 1.2, 0.0], [0.0, 413.0, -0.8], [0.0, 0.0, 415.0]]);
+//! let model = SensorModel::<f32>::new(k, [33123.0, 33276.0, 32360.0])?;
+//! let a = model.apply([33123.0, 33276.0, 36434.0]);
+//! assert!((a[2] - 9.817).abs() < 1e-3);
+//! # Ok::<(), proofmass_core::Error>(())
+//! ```
+//!
+//! # Conventions
+//! - SI: accelerations in m/s², angles in radians, time in seconds. Degrees stand in the name of an argument.
+//! - Specific force: a level sensor at rest with z up reads +g on z.
+//! - Column vectors: ã = K a + b.
 #![cfg_attr(not(test), no_std)]
 
 mod error;
+mod float;
+mod gravity;
+mod matrix3;
+mod sensor_model;
 
 pub use error::Error;
+pub use float::Float;
+pub use gravity::{Gravity, STANDARD_GRAVITY};
+pub use matrix3::{Matrix3, dot, norm};
+pub use sensor_model::SensorModel;

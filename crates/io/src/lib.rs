@@ -1,1 +1,68 @@
-//! proofmass io.
+//! Every file format of proofmass: recordings, campaigns, calibration files, results.
+//!
+//! The mathematics consumes plain arrays; this crate turns files into them and results into files.
+//!
+//! ```
+//! use proofmass_io::{Recording, RecordingOptions};
+//!
+//! # let folder = tempfile::tempdir().unwrap();
+//! # let path = folder.path().join("hand-held.csv");
+//! std::fs::write(&path, "time_s;acc_x_g;acc_y_g;acc_z_g\n0,00;0,01;0,02;1,00\n0,01;0,02;0,02;0,99\n").unwrap();
+//! let options = RecordingOptions {
+//!     columns: vec!["acc_x".into(), "acc_y".into(), "acc_z".into()],
+//!     ..RecordingOptions::default()
+//! };
+//! let recording = Recording::read(&path, &options)?.into_si();
+//! assert!((recording.time.rate_hz() - 100.0).abs() < 1e-9);
+//! assert_eq!(recording.columns[2].data[0], 9.80665);
+//! assert_eq!(recording.columns[2].unit.unwrap().to_string(), "m/s²");
+//! # Ok::<(), proofmass_io::Error>(())
+//! ```
+//!
+//! # Conventions
+//! - A field is a finite number or an error that names file, line, column and remedy; nothing is filled in.
+//! - Lines and columns are counted from one in messages and in campaigns, samples from zero in Rust.
+//! - Outputs appear whole or not at all.
+//!
+//! # Not covered
+//! Times of day, missing rows, UTF-16, binary recordings.
+
+mod calibration_file;
+mod campaign;
+mod error;
+mod field;
+mod finite;
+mod inspection;
+mod layout;
+mod output;
+mod recording;
+mod result_document;
+mod rewriter;
+mod rows;
+mod segments;
+mod software;
+mod spelling;
+mod table;
+mod time_base;
+mod unit;
+
+pub use calibration_file::{CALIBRATION_SCHEMA, CALIBRATION_VERSION, CalibrationFile, TRIAXIAL};
+pub use campaign::{
+    Ambient, Attitude, Axes, Campaign, CampaignFile, Device, GravityInput, KINDS, Method,
+    MethodModel, MultiPositionCampaign, Prefixes, RecordingTable, StandstillTable,
+};
+pub use error::{Error, ErrorKind, Result};
+pub use inspection::{BadEntry, ColumnSummary, Inspection, Statistics, TimeSummary, inspect};
+pub use layout::{ColumnRef, DecimalMark, Layout, LayoutOptions, Separator};
+pub use output::{AtomicFile, OutputFolder};
+pub use recording::{Column, Input, Recording, RecordingOptions, TimeUnit};
+pub use result_document::{
+    NamedCovariance, RESULT_SCHEMA, RESULT_VERSION, ResultDocument, StatedQuantity,
+};
+pub use rewriter::Rewriter;
+pub use rows::{Block, RowReader};
+pub use segments::Segment;
+pub use software::{Schema, Software};
+pub use table::{Cell, RowWriter, Table};
+pub use time_base::{Gap, TimeBase, TimeSource};
+pub use unit::{Unit, split_heading};

@@ -1,1 +1,43 @@
-//! proofmass report.
+//! A report as data, then one file per output: HTML, terminal, SVG.
+//!
+//! Results of the other crates are put into a [`Report`] (sections of paragraphs, tables, figures and findings);
+//! [`html::render`] turns it into one self-contained page, [`terminal::render`] into text, [`Plot::svg`] a single
+//! plot into an SVG file. What is the same report looks alike everywhere.
+//!
+//! ```
+//! use proofmass_report::{Axis, Report, Section, Series, Table, Column, Cell, XyPlot, html, terminal};
+//!
+//! let plot = XyPlot::new(Axis::linear("time", "s"), Axis::linear("acceleration", "m/s²"))
+//!     .series(Series::line("x", &[0.0, 1.0, 2.0], &[9.81, 9.80, 9.82]));
+//! let table = Table::new("Parameters", [Column::text("name"), Column::number("value", "m/s²")])
+//!     .row([Cell::text("bias.x"), Cell::number("0.0312(14)")]);
+//! let report = Report::new("Calibration").section(
+//!     Section::new("Results").table(table).figure("The recording", plot),
+//! );
+//! assert!(html::render(&report)?.contains("<svg"));
+//! let text = terminal::render(&report, &terminal::Options { width: 80, colour: false })?;
+//! assert!(text.contains("0.0312(14)"));
+//! # Ok::<(), proofmass_report::Error>(())
+//! ```
+//!
+//! Nothing is computed here and no clock is read: times, versions and digests are texts of the caller. The page
+//! needs no network, no font and no script.
+
+mod document;
+mod error;
+pub mod html;
+mod multi_position;
+mod number;
+pub mod plot;
+pub mod terminal;
+mod validation;
+
+pub use document::{Alignment, Block, Cell, Column, Figure, KeyFigure, Report, Section, Table};
+pub use error::Error;
+pub use multi_position::MultiPositionReport;
+pub use number::{concise, scientific};
+pub use plot::{
+    Axis, BarPlot, HistogramPlot, MatrixPlot, Panel, Plot, Scale, Series, SpherePlot, SpherePoint,
+    XyPlot,
+};
+pub use validation::ValidationReport;

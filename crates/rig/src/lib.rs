@@ -1,3 +1,18 @@
-//! proofmass rig.
+//! The simulated laboratory: recordings as a real bench makes them, with the truth beside them.
+//!
+//! ```
+//! use proofmass_rig::HandHeld;
+//!
+//! let recording = HandHeld::default().simulate(1);
+//! assert_eq!(recording.rests.len(), 24);
+//! ```
+//!
+//! # Conventions
+//! - Every simulation is a function of its settings and a seed: the same on every machine.
+//! - Truth is in SI; outputs are in the unit of the simulated sensor.
 
 pub mod bench;
+
+mod hand_held;
+
+pub use hand_held::{HandHeld, HandHeldRecording, Rest};

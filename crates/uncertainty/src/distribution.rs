@@ -258,7 +258,8 @@ impl Distribution {
             } => {
                 finite(&[*location, *scale, *dof])?;
                 within("scale", *scale, 0.0, f64::MAX)?;
-                within("degrees of freedom", *dof, f64::MIN_POSITIVE, f64::MAX)
+                // One observation more than parameters gives 1; pooled values may fall a little below.
+                within("degrees of freedom", *dof, 0.5, f64::MAX)
             }
             Self::Rectangular { lower, upper }
             | Self::Triangular { lower, upper }

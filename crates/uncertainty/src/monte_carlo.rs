@@ -231,8 +231,7 @@ impl MonteCarlo {
         let mut start = 0;
         while start < size {
             let count = strip.min(size - start);
-            let rows = &mut rows[..count * n];
-            sampler.fill(rows, &mut rng);
+            sampler.fill(&mut rows[..count * n], &mut rng);
             for t in 0..count {
                 model.evaluate(&rows[t * n..(t + 1) * n], &mut y);
                 for (column, y) in columns.iter_mut().zip(&y) {
@@ -464,23 +463,18 @@ pub struct Validation {
 }
 
 /// Sum in partial sums of 4096 terms: rounding grows with the number of partial sums, not of terms.
-fn total(mut terms: impl Iterator<Item = f64>) -> f64 {
-    let mut sum = 0.0;
-    loop {
-        let mut count = 0;
-        let partial: f64 = terms.by_ref().take(4096).inspect(|_| count += 1).sum();
-        sum += partial;
-        if count < 4096 {
-            return sum;
-        }
-    }
+fn total(values: &[f64], term: impl Fn(f64) -> f64) -> f64 {
+    values
+        .chunks(4096)
+        .map(|chunk| chunk.iter().map(|v| term(*v)).sum::<f64>())
+        .sum()
 }
 
 fn mean_and_sd(values: &[f64]) -> (f64, f64) {
     let n = values.len() as f64;
     let first = values[0]; // an offset keeps the digits of nearly equal values
-    let mean = first + total(values.iter().map(|v| v - first)) / n;
-    let variance = total(values.iter().map(|v| (v - mean).powi(2))) / (n - 1.0);
+    let mean = first + total(values, |v| v - first) / n;
+    let variance = total(values, |v| (v - mean) * (v - mean)) / (n - 1.0);
     (mean, variance.max(0.0).sqrt())
 }
 
@@ -515,8 +509,17 @@ fn summarise(
             let sum: f64 = if i == j {
                 moments[i].1.powi(2) * (trials as f64 - 1.0)
             } else {
-                let pairs = columns[i].iter().zip(&columns[j]);
-                total(pairs.map(|(a, b)| (a - moments[i].0) * (b - moments[j].0)))
+                let products =
+                    columns[i]
+                        .chunks(4096)
+                        .zip(columns[j].chunks(4096))
+                        .map(|(a, b)| {
+                            let pairs = a.iter().zip(b);
+                            pairs
+                                .map(|(a, b)| (a - moments[i].0) * (b - moments[j].0))
+                                .sum::<f64>()
+                        });
+                products.sum()
             };
             rows[i * m + j] = sum / (trials as f64 - 1.0);
             rows[j * m + i] = rows[i * m + j];
@@ -585,8 +588,9 @@ fn histogram(values: &[f64], mean: f64, u: f64) -> Histogram {
     let mut counts = vec![0; bins];
     let mut outside = (0, 0);
     if width > 0.0 {
+        let per_width = width.recip();
         for v in values {
-            let place = (v - start) / width;
+            let place = (v - start) * per_width;
             if place < 0.0 {
                 outside.0 += 1;
             } else if let Some(count) = counts.get_mut(place as usize) {

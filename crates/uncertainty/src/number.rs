@@ -187,8 +187,17 @@ impl<T: Number, const N: usize> Dual<T, N> {
     }
 }
 
+/// Element by element, in place: a loop over a copied array is what the compiler vectorises best.
+#[inline(always)]
+fn zip<T: Copy, const N: usize>(mut a: [T; N], b: &[T; N], f: impl Fn(T, T) -> T) -> [T; N] {
+    for (a, b) in a.iter_mut().zip(b) {
+        *a = f(*a, *b);
+    }
+    a
+}
+
 impl<T: Number, const N: usize> From<f64> for Dual<T, N> {
-    #[inline]
+    #[inline(always)]
     fn from(x: f64) -> Self {
         Self {
             real: T::from(x),
@@ -199,7 +208,7 @@ impl<T: Number, const N: usize> From<f64> for Dual<T, N> {
 
 impl<T: Number, const N: usize> Neg for Dual<T, N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn neg(self) -> Self {
         Self {
             real: -self.real,
@@ -210,34 +219,38 @@ impl<T: Number, const N: usize> Neg for Dual<T, N> {
 
 impl<T: Number, const N: usize> Add for Dual<T, N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn add(self, other: Self) -> Self {
         Self {
             real: self.real + other.real,
-            partials: std::array::from_fn(|i| self.partials[i] + other.partials[i]),
+            partials: zip(self.partials, &other.partials, |a, b| a + b),
         }
     }
 }
 
 impl<T: Number, const N: usize> Sub for Dual<T, N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn sub(self, other: Self) -> Self {
         Self {
             real: self.real - other.real,
-            partials: std::array::from_fn(|i| self.partials[i] - other.partials[i]),
+            partials: zip(self.partials, &other.partials, |a, b| a - b),
         }
     }
 }
 
+#[allow(
+    clippy::suspicious_arithmetic_impl,
+    reason = "the product rule is a sum"
+)]
 impl<T: Number, const N: usize> Mul for Dual<T, N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn mul(self, other: Self) -> Self {
         Self {
             real: self.real * other.real,
-            partials: std::array::from_fn(|i| {
-                self.partials[i] * other.real + self.real * other.partials[i]
+            partials: zip(self.partials, &other.partials, |a, b| {
+                a * other.real + self.real * b
             }),
         }
     }
@@ -245,21 +258,21 @@ impl<T: Number, const N: usize> Mul for Dual<T, N> {
 
 impl<T: Number, const N: usize> Div for Dual<T, N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn div(self, other: Self) -> Self {
         let inverse = T::from(1.0) / other.real;
         let real = self.real * inverse;
         Self {
             real,
-            partials: std::array::from_fn(|i| {
-                (self.partials[i] - real * other.partials[i]) * inverse
+            partials: zip(self.partials, &other.partials, |a, b| {
+                (a - real * b) * inverse
             }),
         }
     }
 }
 
 impl<T: Number, const N: usize> Number for Dual<T, N> {
-    #[inline]
+    #[inline(always)]
     fn value(self) -> f64 {
         self.real.value()
     }

@@ -117,6 +117,53 @@ pub fn propagate_fixed<const N: usize, const M: usize>(
     (y.map(|y| y.real), result)
 }
 
+/// As [`propagate_fixed`], for independent inputs with these standard uncertainties.
+///
+/// ```
+/// use proofmass_uncertainty::propagate_independent;
+/// let (y, u2) = propagate_independent(|[a, b]| [a * b, a], [2.0, 3.0], [0.1, 0.2]);
+/// assert!((u2[0][0] - (9.0 * 0.01 + 4.0 * 0.04)).abs() < 1e-15);
+/// assert!((u2[0][1] - 3.0 * 0.01).abs() < 1e-15);
+/// assert_eq!(y, [6.0, 2.0]);
+/// ```
+#[inline]
+pub fn propagate_independent<const N: usize, const M: usize>(
+    f: impl Fn([Dual<f64, N>; N]) -> [Dual<f64, N>; M],
+    x: [f64; N],
+    u: [f64; N],
+) -> ([f64; M], [[f64; M]; M]) {
+    let y = f(std::array::from_fn(|i| Dual::variable(x[i], i)));
+    let jacobian = std::array::from_fn(|i| y[i].partials);
+    (y.map(|y| y.real), propagate_jacobian(&jacobian, &u))
+}
+
+/// Covariance of m results of n independent inputs from a Jacobian that is known analytically: J diag(u²) Jᵀ.
+#[inline]
+pub fn propagate_jacobian<const N: usize, const M: usize>(
+    jacobian: &[[f64; N]; M],
+    u: &[f64; N],
+) -> [[f64; M]; M] {
+    let contributions = jacobian.map(|mut row| {
+        for (c, u) in row.iter_mut().zip(u) {
+            *c *= u;
+        }
+        row
+    });
+    // One short sum per element of the triangle: they do not depend on each other and run side by side.
+    let mut result = [[0.0; M]; M];
+    for i in 0..M {
+        for j in 0..=i {
+            let mut sum = 0.0;
+            for (a, b) in contributions[i].iter().zip(&contributions[j]) {
+                sum += a * b;
+            }
+            result[i][j] = sum;
+            result[j][i] = sum;
+        }
+    }
+    result
+}
+
 /// Result of the law of propagation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Linear {

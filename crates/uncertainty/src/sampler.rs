@@ -1,11 +1,11 @@
 //! Random draws for Monte Carlo: every input of a trial, with its correlations.
 
 use crate::propagation::square_root;
+use crate::ziggurat::StudentZiggurat;
 use crate::{Distribution, JointInputs};
 use proofmass_core::Error;
 use rand::{Rng, RngExt};
-use rand_distr::{ChiSquared, Distribution as _, StandardNormal, StudentT};
-use std::f64::consts::PI;
+use rand_distr::{ChiSquared, Distribution as _, StandardNormal};
 
 /// How the draws of one set of inputs are made.
 enum Plan {
@@ -37,7 +37,7 @@ enum Source {
     StudentT {
         location: f64,
         scale: f64,
-        t: StudentT<f64>,
+        t: Box<StudentZiggurat>,
     },
     Rectangular {
         lower: f64,
@@ -230,6 +230,15 @@ impl Source {
         };
         Ok(match distribution {
             Distribution::Normal { mean, u } => Self::Normal { mean: *mean, u: *u },
+            // Beyond 10⁶ t and normal differ by less than a millionth of u: no number of trials can see it.
+            Distribution::StudentT {
+                location,
+                scale,
+                dof,
+            } if *dof >= 1e6 => Self::Normal {
+                mean: *location,
+                u: *scale,
+            },
             Distribution::StudentT {
                 location,
                 scale,
@@ -237,12 +246,7 @@ impl Source {
             } => Self::StudentT {
                 location: *location,
                 scale: *scale,
-                t: StudentT::new(*dof).map_err(|_| Error::OutOfRange {
-                    name: "degrees of freedom",
-                    value: *dof,
-                    min: f64::MIN_POSITIVE,
-                    max: f64::MAX,
-                })?,
+                t: Box::new(StudentZiggurat::new(*dof)),
             },
             Distribution::Rectangular { lower, upper } => Self::Rectangular {
                 lower: *lower,
@@ -291,9 +295,17 @@ impl Source {
                 let a = lower + 2.0 * d * rng.random::<f64>();
                 *x = a + (span - 2.0 * a) * rng.random::<f64>();
             }),
-            Self::Arcsine { middle, half } => {
-                places.for_each(|x| *x = middle + half * (2.0 * PI * rng.random::<f64>()).sin());
-            }
+            // The cosine of a uniform angle from a point in the unit disc: cos 2θ = (a² − b²)/(a² + b²).
+            Self::Arcsine { middle, half } => places.for_each(|x| {
+                loop {
+                    let (a, b) = (2.0 * rng.random::<f64>() - 1.0, rng.random::<f64>());
+                    let (a, b) = (a * a, b * b);
+                    if a + b <= 1.0 && a + b > 0.0 {
+                        *x = middle + half * (a - b) / (a + b);
+                        break;
+                    }
+                }
+            }),
             Self::Truncated(distribution) => {
                 places.for_each(|x| *x = distribution.quantile(rng.random::<f64>()));
             }

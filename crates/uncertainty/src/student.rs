@@ -69,7 +69,8 @@ pub(crate) fn standard_normal_quantile(p: f64) -> f64 {
     Normal::standard().inverse_cdf(p)
 }
 
-fn ln_pdf_factor(nu: f64) -> f64 {
+/// ln of the density of t at its centre.
+pub(crate) fn ln_pdf_factor(nu: f64) -> f64 {
     use statrs::function::gamma::ln_gamma;
     ln_gamma(0.5 * (nu + 1.0)) - ln_gamma(0.5 * nu) - 0.5 * (nu * std::f64::consts::PI).ln()
 }

@@ -110,7 +110,7 @@ impl Fit {
 /// **Accuracy** 95 % regions hold the truth in 95 % of simulated campaigns
 /// (`coverage_complex_without_and_with_spurious_motion`).
 ///
-/// **Source** `[GUM]` 5.2, `[JCGM102]` 6; errors in variables after `[ISO28037]` 10.
+/// **Source** `[GUM]` 5.2, `[S2]` 6; errors in variables after `[ISO28037]` 10.
 ///
 /// # Errors
 /// [`Error::TooFew`] below three configurations at a frequency, [`Error::Unobservable`] when they do not span

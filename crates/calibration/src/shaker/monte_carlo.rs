@@ -54,7 +54,7 @@ struct Tally {
 ///
 /// δ is half a unit of the last of `digits` significant digits of u.
 ///
-/// **Source** `[JCGM101]` 7.9.2, 8.
+/// **Source** `[S1]` 7.9.2, 8.
 ///
 /// # Errors
 /// As [`super::complex`]; [`Error::TooFew`] below 10⁴ trials.

@@ -1,0 +1,98 @@
+//! `proofmass apply`: compensated recording, streamed.
+
+use crate::recording_arguments::RecordingArguments;
+use crate::{Failure, Outcome, console};
+use proofmass::core::{Matrix3, SensorModel};
+use proofmass::io::{CalibrationFile, Layout, Rewriter, RowReader};
+use std::path::PathBuf;
+
+/// Compensate a recording with a calibration.
+///
+/// a = K⁻¹ (ã − b), row by row: a recording of any size needs no more memory than a small one. All other columns
+/// are kept as they are. The same function runs in firmware.
+#[derive(clap::Args)]
+pub(crate) struct Apply {
+    /// calibration.json written by `proofmass calibrate`
+    calibration: PathBuf,
+    /// Recording with uncompensated outputs
+    recording: PathBuf,
+    /// File for the compensated recording (CSV)
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    #[command(flatten)]
+    reading: RecordingArguments,
+}
+
+impl Apply {
+    pub(crate) fn run(self) -> Result<Outcome, Failure> {
+        let calibration = CalibrationFile::read(&self.calibration)?;
+        let sensor = SensorModel::new(Matrix3(calibration.k), calibration.b)?;
+        let layout = Layout::sniff(&self.recording)?;
+        let mut columns = Vec::with_capacity(3);
+        let mut factors = [1.0; 3];
+        let mut headings = Vec::with_capacity(3);
+        for (axis, signal) in self.reading.signals(&calibration)?.iter().enumerate() {
+            let index = layout
+                .find(signal)
+                .map_err(|e| Failure::from(e).detail(self.recording.display().to_string()))?;
+            let name = layout.name(index);
+            factors[axis] = self
+                .reading
+                .factor(&calibration, &name, layout.unit(index))?;
+            columns.push(index);
+            let bare = proofmass::io::split_heading(&name).0;
+            headings.push((index, format!("{bare}_{}", calibration.output_unit.ascii())));
+        }
+
+        let inputs = [self.recording.as_path(), self.calibration.as_path()];
+        let mut reader = RowReader::open(&self.recording, layout.clone(), &columns)?.keep_text();
+        let mut writer = Rewriter::create(&self.output, &layout, &headings, &inputs)?;
+        let size = std::fs::metadata(&self.recording)?.len();
+        let bar = console::progress(size, "compensating");
+        let mut compensated: [Vec<f64>; 3] = Default::default();
+        let (mut rows, mut beyond) = (0u64, 0u64);
+        while let Some(block) = reader.next_block()? {
+            for column in &mut compensated {
+                column.clear();
+            }
+            for row in 0..block.rows() {
+                let a = sensor.apply(std::array::from_fn(|i| factors[i] * block.column(i)[row]));
+                for (column, value) in compensated.iter_mut().zip(a) {
+                    column.push(value);
+                }
+                if let Some([low, high]) = calibration.acceleration_range {
+                    // The range is that of a resting sensor: a tenth more is still at rest.
+                    let margin = 0.1 * (high - low);
+                    beyond += u64::from(a.iter().any(|v| *v < low - margin || *v > high + margin));
+                }
+            }
+            let [x, y, z] = &compensated;
+            writer.block(&block, &[x, y, z])?;
+            rows += block.rows() as u64;
+            bar.inc(
+                (0..block.rows())
+                    .map(|row| block.text(row).len() as u64 + 1)
+                    .sum(),
+            );
+        }
+        writer.commit()?;
+        bar.finish_and_clear();
+        console::note(format!(
+            "written: {} ({rows} samples, columns {})",
+            self.output.display(),
+            headings
+                .iter()
+                .map(|(_, h)| h.as_str())
+                .collect::<Vec<_>>()
+                .join(", ")
+        ));
+        if beyond > 0 {
+            let [low, high] = calibration.acceleration_range.unwrap_or_default();
+            console::note(format!(
+                "note: {beyond} samples lie beyond {low:.1} … {high:.1} m/s², where the calibration was tested; \
+                 the model is extrapolated there"
+            ));
+        }
+        Ok(Outcome::Done)
+    }
+}

@@ -1,0 +1,67 @@
+//! What goes to the terminal: results to standard output, everything else to standard error.
+
+use crate::Failure;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use proofmass::report::{Report, terminal};
+use proofmass::uncertainty::{Finding, Severity};
+use std::io::{IsTerminal, Write};
+use std::time::Duration;
+
+/// Prints a report as text, as wide as the terminal, with colour where a person looks at it.
+pub(crate) fn show(report: &Report) -> Result<(), Failure> {
+    let out = std::io::stdout();
+    let options = terminal::Options {
+        width: width(),
+        colour: out.is_terminal() && std::env::var_os("NO_COLOR").is_none(),
+    };
+    print(&terminal::render(report, &options)?)
+}
+
+/// Prints text to standard output; a reader that went away is an error of its own kind.
+pub(crate) fn print(text: &str) -> Result<(), Failure> {
+    let mut out = anstream::stdout().lock();
+    out.write_all(text.as_bytes())?;
+    out.flush()?;
+    Ok(())
+}
+
+/// Prints a value as JSON to standard output.
+pub(crate) fn print_json(bytes: &[u8]) -> Result<(), Failure> {
+    let mut out = std::io::stdout().lock();
+    out.write_all(bytes)?;
+    if !bytes.ends_with(b"\n") {
+        out.write_all(b"\n")?;
+    }
+    Ok(())
+}
+
+/// Says on standard error what was written where.
+pub(crate) fn note(text: impl AsRef<str>) {
+    anstream::eprintln!("{}", text.as_ref());
+}
+
+/// Whether one of the findings needs a decision.
+pub(crate) fn needs_decision(findings: &[Finding]) -> bool {
+    findings.iter().any(|f| f.severity() == Severity::Decision)
+}
+
+/// A bar on standard error that appears after a second, and only where a person looks at it.
+pub(crate) fn progress(total: u64, what: &str) -> ProgressBar {
+    if !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr());
+    let style = ProgressStyle::with_template("{msg} [{wide_bar}] {bytes}/{total_bytes} {eta}");
+    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar.set_message(what.to_owned());
+    bar.enable_steady_tick(Duration::from_millis(500));
+    bar
+}
+
+fn width() -> usize {
+    std::env::var("COLUMNS")
+        .ok()
+        .and_then(|v| v.parse().ok())
+        .unwrap_or(100usize)
+        .clamp(60, 140)
+}

@@ -1,0 +1,108 @@
+//! A standstill as the fits see it: a mean output with its covariance, perhaps a known attitude.
+
+use crate::Triple;
+use proofmass_core::Error;
+
+/// Three equally long columns of output samples.
+#[derive(Clone, Copy, Debug)]
+pub struct Samples<'a> {
+    columns: [&'a [f64]; 3],
+}
+
+impl<'a> Samples<'a> {
+    /// From the three outputs x, y, z of one sensor.
+    ///
+    /// # Errors
+    /// [`Error::Length`] for columns of different lengths; [`Error::NotFinite`] with the index of the sample.
+    pub fn new(x: &'a [f64], y: &'a [f64], z: &'a [f64]) -> Result<Self, Error> {
+        for (name, column) in [("y", y), ("z", z)] {
+            if column.len() != x.len() {
+                return Err(Error::Length {
+                    name,
+                    expected: x.len(),
+                    got: column.len(),
+                });
+            }
+        }
+        for (name, column) in [("x", x), ("y", y), ("z", z)] {
+            if let Some(index) = column.iter().position(|v| !v.is_finite()) {
+                return Err(Error::NotFinite { name, index });
+            }
+        }
+        Ok(Self { columns: [x, y, z] })
+    }
+
+    /// Number of samples of each column.
+    pub fn len(&self) -> usize {
+        self.columns[0].len()
+    }
+
+    /// Whether there is no sample.
+    pub fn is_empty(&self) -> bool {
+        self.columns[0].is_empty()
+    }
+
+    /// The columns in the order x, y, z.
+    pub fn columns(&self) -> [&'a [f64]; 3] {
+        self.columns
+    }
+
+    /// Mean output over a half-open range of samples.
+    pub fn mean(&self, start: usize, end: usize) -> Triple {
+        // Against the first sample, so that counts on a large pedestal lose no digits.
+        self.columns.map(|column| {
+            let segment = &column[start..end];
+            let pedestal = segment.first().copied().unwrap_or(0.0);
+            pedestal
+                + segment.iter().map(|v| v - pedestal).sum::<f64>() / segment.len().max(1) as f64
+        })
+    }
+}
+
+/// A half-open range of samples during which the sensor stood still.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Segment {
+    /// First sample.
+    pub start: usize,
+    /// One past the last sample.
+    pub end: usize,
+    /// Direction of the specific force in the axes of the sensor, a unit vector, where it is known.
+    pub attitude: Option<Triple>,
+    /// Name for messages and tables.
+    pub label: Option<String>,
+}
+
+impl Segment {
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.end - self.start
+    }
+
+    /// Whether the range holds no sample.
+    pub fn is_empty(&self) -> bool {
+        self.end == self.start
+    }
+}
+
+/// One standstill reduced to what the fit needs.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Pose {
+    /// Where it lies in the recording.
+    pub segment: Segment,
+    /// Mean output, output units.
+    pub mean: Triple,
+    /// Covariance of that mean from the noise of the samples, output units squared.
+    pub covariance: [Triple; 3],
+    /// Standard deviation of the samples about the mean per axis, output units.
+    pub deviation: Triple,
+}
+
+impl Pose {
+    /// What to call it: its label, or its number counted from one.
+    pub fn name(&self, index: usize) -> String {
+        self.segment
+            .label
+            .clone()
+            .unwrap_or_else(|| format!("{}", index + 1))
+    }
+}

@@ -1,0 +1,130 @@
+//! What a recording itself gives reason to doubt: clipped samples, temperature that drifts.
+
+use crate::{PoseResidual, Samples, Segment};
+use proofmass_uncertainty::{Finding, Severity};
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// Samples at the limits of the declared range, per axis; limits in output units.
+pub fn clipping(samples: &Samples<'_>, range: (f64, f64), segments: &[Segment]) -> Vec<Finding> {
+    let (low, high) = range;
+    let clipped = |v: f64| v <= low || v >= high;
+    samples
+        .columns()
+        .into_iter()
+        .zip(AXES)
+        .filter_map(|(column, axis)| {
+            let count = column.iter().filter(|v| clipped(**v)).count();
+            let first = column.iter().position(|v| clipped(*v))?;
+            let used = segments
+                .iter()
+                .any(|s| column[s.start..s.end].iter().any(|v| clipped(*v)));
+            let finding = Finding::new(
+                if used {
+                    Severity::Decision
+                } else {
+                    Severity::Note
+                },
+                "clipped-samples",
+                if used {
+                    format!("output {axis} is clipped inside a standstill")
+                } else {
+                    format!("output {axis} is clipped between the standstills")
+                },
+            )
+            .evidence(format!(
+                "{count} samples at the limits {low} and {high}, the first is sample {first}"
+            ));
+            Some(if used {
+                finding.advice(
+                    "choose a larger range, or leave that standstill out: its mean is wrong",
+                )
+            } else {
+                finding
+            })
+        })
+        .collect()
+}
+
+/// Runs of samples that stay at the largest or smallest value of a column: a limit nobody declared.
+pub fn suspected_clipping(samples: &Samples<'_>) -> Vec<Finding> {
+    // Two samples at an extreme are chance on a quantised output, eight in a row are not.
+    const RUN: usize = 8;
+    samples
+        .columns()
+        .into_iter()
+        .zip(AXES)
+        .filter_map(|(column, axis)| {
+            let extremes = [
+                column.iter().copied().fold(f64::INFINITY, f64::min),
+                column.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            ];
+            extremes.into_iter().find_map(|extreme| {
+                let start = column
+                    .windows(RUN)
+                    .position(|window| window.iter().all(|v| *v == extreme))?;
+                Some(
+                    Finding::new(
+                        Severity::Warning,
+                        "suspected-clipping",
+                        format!("output {axis} stays at its extreme value"),
+                    )
+                    .evidence(format!(
+                        "{extreme} for at least {RUN} samples from sample {start}"
+                    ))
+                    .advice(
+                        "declare `range` of the recording if this is the limit of the converter",
+                    ),
+                )
+            })
+        })
+        .collect()
+}
+
+/// Temperature that changes across the standstills, with the slope of the residuals against it.
+///
+/// `temperature` in °C per sample. Nothing is said below 2 K, where 200 ppm/K and 0.1 mg/K stay under 1 mg.
+pub fn temperature_drift(
+    temperature: &[f64],
+    segments: &[Segment],
+    residuals: &[PoseResidual],
+) -> Option<Finding> {
+    const NEGLIGIBLE: f64 = 2.0;
+    let means: Vec<f64> = segments
+        .iter()
+        .filter(|s| s.end <= temperature.len() && !s.is_empty())
+        .map(|s| temperature[s.start..s.end].iter().sum::<f64>() / s.len() as f64)
+        .collect();
+    let low = means.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = means.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    if !(high - low > NEGLIGIBLE) {
+        return None;
+    }
+    let n = means.len() as f64;
+    let centre = means.iter().sum::<f64>() / n;
+    let sxx: f64 = means.iter().map(|t| (t - centre).powi(2)).sum();
+    let mean_residual = residuals.iter().map(|r| r.magnitude_residual).sum::<f64>() / n;
+    let slope = means
+        .iter()
+        .zip(residuals)
+        .map(|(t, r)| (t - centre) * (r.magnitude_residual - mean_residual))
+        .sum::<f64>()
+        / sxx;
+    let severity = if high - low > 10.0 {
+        Severity::Decision
+    } else {
+        Severity::Warning
+    };
+    Some(
+        Finding::new(
+            severity,
+            "temperature-drift",
+            "the temperature changed across the standstills, and the model has no temperature term",
+        )
+        .evidence(format!(
+            "{low:.1} to {high:.1} °C; residual slope {:+.3} mm/s² per kelvin",
+            1e3 * slope
+        ))
+        .advice("let the sensor settle before recording; the calibration holds for the mean temperature"),
+    )
+}

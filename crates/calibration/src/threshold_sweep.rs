@@ -1,0 +1,177 @@
+//! The threshold of the standstill search, chosen by what the fit makes of it.
+
+use crate::{Ellipsoid, MultiPosition, Pose, Samples, Segment, Standstill, WindowedVariance};
+use proofmass_core::Error;
+use rayon::prelude::*;
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+/// One threshold of a sweep and what came of it.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Candidate {
+    /// Largest windowed variance of a standstill, in multiples of the noise floor.
+    pub threshold: f64,
+    /// Standstills found.
+    pub standstills: usize,
+    /// Standstills in the same attitude as the one before (within 3 % of g): fragments of it.
+    pub fragments: usize,
+    /// Samples in them.
+    pub samples: usize,
+    /// Root mean square residual per degree of freedom, in units of g; `None` where the fit failed.
+    pub residual: Option<f64>,
+    /// Typical half-width of the parameters' 95 % intervals in natural units.
+    pub figure: Option<f64>,
+}
+
+/// Standstills found at the threshold that determines the parameters best.
+///
+/// A strict threshold breaks standstills up and loses them; a loose one lets motion in and the residual grows.
+/// Each threshold of the ladder is fitted, weighted by the number of samples, and its figure is the typical
+/// half-width of the parameters' intervals: t₀.₉₇₅(ν) · s · √(tr C/p), with s² the residual variance per degree
+/// of freedom and C the cofactor matrix. (The residual alone would favour thresholds that leave few
+/// standstills.) The residual itself scatters by 1/√(2ν), so thresholds within twice that of the smallest
+/// figure are alike. Of those the one that breaks fewest standstills into fragments is taken (fragments of one standstill
+/// share its errors and would pose as independent attitudes), and among equals the strictest: it lets the least
+/// motion in.
+///
+/// **Source** after `[Tedaldi2014]` III-C, with the figure above in place of the residual norm.
+#[derive(Clone, Debug)]
+pub struct ThresholdSweep {
+    /// The standstills of the chosen threshold.
+    pub segments: Vec<Segment>,
+    /// The chosen threshold, in multiples of the noise floor; `None` when the standstills were given.
+    pub threshold: Option<f64>,
+    /// Everything that was tried; empty when the threshold or the standstills were given.
+    pub candidates: Vec<Candidate>,
+}
+
+impl ThresholdSweep {
+    /// Searches a recording for the standstills that `fit` makes the most of.
+    ///
+    /// `rate` in Hz; `breaks` are samples before which time jumps.
+    ///
+    /// # Errors
+    /// Those of [`WindowedVariance::new`]; else the error of the fit at the threshold that found most
+    /// standstills, when no threshold led to a fit.
+    pub fn run(
+        samples: &Samples<'_>,
+        rate: f64,
+        breaks: &[usize],
+        search: &Standstill,
+        fit: &MultiPosition,
+    ) -> Result<Self, Error> {
+        let windowed = WindowedVariance::new(samples, rate, breaks, search)?;
+        if let Some(threshold) = search.threshold {
+            if !(threshold.is_finite() && threshold > 0.0) {
+                return Err(Error::OutOfRange {
+                    name: "threshold",
+                    value: threshold,
+                    min: 0.0,
+                    max: f64::MAX,
+                });
+            }
+            return Ok(Self {
+                segments: windowed.segments(threshold),
+                threshold: Some(threshold),
+                candidates: Vec::new(),
+            });
+        }
+        let thresholds: Vec<f64> = WindowedVariance::ladder().collect();
+        let tried: Vec<(Candidate, Vec<Segment>, Option<Error>)> = thresholds
+            .into_par_iter()
+            .map(|threshold| try_threshold(samples, &windowed, threshold, fit))
+            .collect();
+        let figures = || tried.iter().filter_map(|(c, ..)| Some((c, c.figure?)));
+        let limit = figures()
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+            .map(|(c, figure)| {
+                let freedom = c.standstills.saturating_sub(fit.parameters()).max(1) as f64;
+                figure * (1.0 + 2.0 / (2.0 * freedom).sqrt())
+            });
+        let alike = tried
+            .iter()
+            .filter(|(c, ..)| matches!((c.figure, limit), (Some(f), Some(l)) if f <= l));
+        let best = alike.min_by(|a, b| {
+            let by_fragments = a.0.fragments.cmp(&b.0.fragments);
+            by_fragments.then(a.0.threshold.total_cmp(&b.0.threshold))
+        });
+        match best {
+            Some((candidate, segments, _)) => Ok(Self {
+                segments: segments.clone(),
+                threshold: Some(candidate.threshold),
+                candidates: tried.iter().map(|(c, ..)| c.clone()).collect(),
+            }),
+            None => {
+                let most = tried.iter().max_by_key(|(c, ..)| c.standstills);
+                Err(most
+                    .and_then(|(.., error)| *error)
+                    .unwrap_or(Error::TooFew {
+                        name: "standstills",
+                        needed: 1,
+                        got: 0,
+                    }))
+            }
+        }
+    }
+}
+
+fn try_threshold(
+    samples: &Samples<'_>,
+    windowed: &WindowedVariance,
+    threshold: f64,
+    fit: &MultiPosition,
+) -> (Candidate, Vec<Segment>, Option<Error>) {
+    let segments = windowed.segments(threshold);
+    let poses: Vec<Pose> = segments
+        .iter()
+        .map(|segment| Pose {
+            mean: samples.mean(segment.start, segment.end),
+            covariance: [[0.0; 3]; 3],
+            deviation: [0.0; 3],
+            segment: segment.clone(),
+        })
+        .collect();
+    let mut candidate = Candidate {
+        threshold,
+        standstills: segments.len(),
+        fragments: fragments(&poses),
+        samples: segments.iter().map(Segment::len).sum(),
+        residual: None,
+        figure: None,
+    };
+    let error = match fit.relative_quality(&poses) {
+        Ok((sum_of_squares, spread)) => {
+            let freedom = (poses.len() - fit.parameters()) as f64;
+            // At least two degrees of freedom: one residual may vanish by chance.
+            if freedom >= 2.0 {
+                let residual = (sum_of_squares / freedom).sqrt();
+                let t =
+                    StudentsT::new(0.0, 1.0, freedom).map_or(f64::MAX, |d| d.inverse_cdf(0.975));
+                candidate.residual = Some(residual);
+                candidate.figure = Some(t * residual * spread.sqrt());
+                None
+            } else {
+                Some(Error::TooFew {
+                    name: "standstills",
+                    needed: fit.parameters() + 2,
+                    got: poses.len(),
+                })
+            }
+        }
+        Err(error) => Some(error),
+    };
+    (candidate, segments, error)
+}
+
+fn fragments(poses: &[Pose]) -> usize {
+    let means: Vec<_> = poses.iter().map(|p| p.mean).collect();
+    let near = Ellipsoid::sphere(&means).map_or(0.0, |sphere| 0.03 * sphere.radius());
+    means
+        .windows(2)
+        .filter(|pair| {
+            (0..3)
+                .map(|i| (pair[1][i] - pair[0][i]).powi(2))
+                .sum::<f64>()
+                < near * near
+        })
+        .count()
+}

@@ -1,0 +1,233 @@
+//! `calibration.json`: what compensation needs, with its uncertainty, its units and where it is valid.
+
+use crate::campaign::Device;
+use crate::layout::ColumnRef;
+use crate::output::AtomicFile;
+use crate::software::{Schema, Software};
+use crate::{Error, ErrorKind, Input, Result, Unit};
+use proofmass_uncertainty::{Estimate, Quantity};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// Name of the form.
+pub const CALIBRATION_SCHEMA: &str = "proofmass.calibration";
+/// Version of the form.
+pub const CALIBRATION_VERSION: u32 = 1;
+/// The kind of calibration this version knows.
+pub const TRIAXIAL: &str = "triaxial";
+
+/// A stored calibration of a triaxial accelerometer: ã = K a + b, so a = K⁻¹(ã − b).
+///
+/// **Units** K in input unit per output unit, b in the input unit. "Input" is what enters the compensation (the
+/// output of the sensor), "output" what leaves it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CalibrationFile {
+    /// Form and version.
+    pub schema: Schema,
+    /// Kind of calibration, [`TRIAXIAL`].
+    pub kind: String,
+    /// Program that wrote it.
+    pub software: Software,
+    /// The calibrated device.
+    pub device: Device,
+    /// Unit of the recordings it applies to.
+    pub input_unit: Unit,
+    /// Unit of the compensated signal.
+    pub output_unit: Unit,
+    /// Columns of x, y, z in the recording it came from, as the campaign named them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub columns: Option<[ColumnRef; 3]>,
+    /// Name of the fitted model.
+    pub model: String,
+    /// Scale, misalignment and cross-axis matrix, by rows.
+    #[serde(rename = "K")]
+    pub k: [[f64; 3]; 3],
+    /// Bias.
+    pub b: [f64; 3],
+    /// All parameters with their joint covariance and its causes.
+    pub estimate: Estimate,
+    /// Local gravity of the calibration.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gravity: Option<Quantity>,
+    /// Standard deviation of one standstill about the model beyond its noise, output unit; zero where the noise
+    /// explained the residuals.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub repeatability: Option<f64>,
+    /// Smallest and largest temperature during calibration, °C.
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        rename = "temperature_range_degC"
+    )]
+    pub temperature_range: Option<[f64; 2]>,
+    /// Range of acceleration per axis in which it was tested, output unit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub acceleration_range: Option<[f64; 2]>,
+    /// Files it was computed from.
+    pub inputs: Vec<Input>,
+}
+
+impl CalibrationFile {
+    /// A calibration with what cannot be left out; the rest is set through the public fields.
+    pub fn new(
+        model: impl Into<String>,
+        input_unit: Unit,
+        k: [[f64; 3]; 3],
+        b: [f64; 3],
+        estimate: Estimate,
+    ) -> Self {
+        Self {
+            schema: Schema {
+                name: CALIBRATION_SCHEMA.into(),
+                version: CALIBRATION_VERSION,
+            },
+            kind: TRIAXIAL.into(),
+            software: Software::default(),
+            device: Device::default(),
+            input_unit,
+            output_unit: Unit::MetrePerSecondSquared,
+            columns: None,
+            model: model.into(),
+            k,
+            b,
+            estimate,
+            gravity: None,
+            repeatability: None,
+            temperature_range: None,
+            acceleration_range: None,
+            inputs: Vec::new(),
+        }
+    }
+
+    /// Reads and checks a file.
+    ///
+    /// # Errors
+    /// Another form, version or kind (with advice), a number that is not finite, a K that cannot be inverted.
+    pub fn read(path: &Path) -> Result<Self> {
+        crate::layout::open(path)?;
+        let text = std::fs::read(path).map_err(|e| Error::access(path, "read", e))?;
+        Self::from_json(&text).map_err(|e| e.at(path))
+    }
+
+    /// Reads and checks the bytes of a file.
+    ///
+    /// # Errors
+    /// As [`CalibrationFile::read`].
+    pub fn from_json(bytes: &[u8]) -> Result<Self> {
+        #[derive(Deserialize)]
+        struct Head {
+            schema: Option<Schema>,
+            kind: Option<String>,
+        }
+        let not_ours = |what: String| {
+            Error::new(ErrorKind::Format, what)
+                .with_hint("name the calibration.json that `proofmass calibrate` wrote")
+        };
+        let head: Head = serde_json::from_slice(bytes).map_err(|e| {
+            not_ours("is not a calibration file".into())
+                .line(e.line() as u64)
+                .because(e)
+        })?;
+        let schema = head
+            .schema
+            .ok_or_else(|| not_ours("is not a calibration file: it names no schema".into()))?;
+        if schema.name != CALIBRATION_SCHEMA {
+            return Err(not_ours(format!(
+                "is a {} file, not a {CALIBRATION_SCHEMA} file",
+                schema.name
+            )));
+        }
+        if schema.version != CALIBRATION_VERSION {
+            return Err(Error::new(
+                ErrorKind::Format,
+                format!("is of version {} of the calibration form; this program reads version {CALIBRATION_VERSION}", schema.version),
+            )
+            .with_hint("use the version of proofmass that wrote it (it stands under `software`), or calibrate again"));
+        }
+        if head.kind.as_deref() != Some(TRIAXIAL) {
+            return Err(Error::new(
+                ErrorKind::Format,
+                format!(
+                    "is a calibration of kind \"{}\"; this version applies \"{TRIAXIAL}\"",
+                    head.kind.unwrap_or_default()
+                ),
+            )
+            .with_hint("use a calibration of a triaxial accelerometer from static positions"));
+        }
+        let file: Self = serde_json::from_slice(bytes).map_err(|e| {
+            Error::new(
+                ErrorKind::Format,
+                format!("the calibration is damaged: {e}"),
+            )
+            .line(e.line() as u64)
+            .with_hint("do not edit the file by hand; calibrate again")
+            .because(e)
+        })?;
+        file.check()?;
+        Ok(file)
+    }
+
+    /// Writes it beside nothing half written: the file appears whole or not at all.
+    ///
+    /// # Errors
+    /// A number that is not finite, a singular K, or a place that cannot be written.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        let bytes = self.to_json()?;
+        let mut file = AtomicFile::create(path, &[])?;
+        file.write_all(&bytes)?;
+        file.commit()
+    }
+
+    /// The bytes of the file. Numbers are written with as many digits as bring back the same double.
+    ///
+    /// # Errors
+    /// A number that is not finite, or a singular K.
+    pub fn to_json(&self) -> Result<Vec<u8>> {
+        self.check()?;
+        crate::finite::to_json(self)
+    }
+
+    fn check(&self) -> Result<()> {
+        let finite = |name: &str, values: &[f64]| match values.iter().find(|v| !v.is_finite()) {
+            Some(v) => Err(Error::new(
+                ErrorKind::Format,
+                format!("{name} holds {v}, which is not finite"),
+            )
+            .column(name)
+            .with_hint("calibrate again")),
+            None => Ok(()),
+        };
+        finite("K", self.k.as_flattened())?;
+        finite("b", &self.b)?;
+        for (name, range) in [
+            ("temperature_range_degC", self.temperature_range),
+            ("acceleration_range", self.acceleration_range),
+        ] {
+            if let Some(range) = range {
+                finite(name, &range)?;
+                if range[0] > range[1] {
+                    return Err(
+                        Error::new(ErrorKind::Format, format!("{name} is reversed")).column(name)
+                    );
+                }
+            }
+        }
+        // Columns scaled to length one, the determinant is the volume of the axes: 1 when orthogonal. A sensor with
+        // axes a thousandth of a degree from one plane has 2e-5; below 1e-9 nothing is left to invert.
+        let k = &self.k;
+        let length = |j: usize| (0..3).map(|i| k[i][j] * k[i][j]).sum::<f64>().sqrt();
+        let product = length(0) * length(1) * length(2);
+        let determinant = k[0][0] * (k[1][1] * k[2][2] - k[1][2] * k[2][1])
+            - k[0][1] * (k[1][0] * k[2][2] - k[1][2] * k[2][0])
+            + k[0][2] * (k[1][0] * k[2][1] - k[1][1] * k[2][0]);
+        if determinant.abs() <= 1e-9 * product {
+            return Err(Error::new(
+                ErrorKind::Format,
+                "the matrix K is singular, so it cannot be inverted",
+            )
+            .column("K")
+            .with_hint("calibrate again with attitudes that reach all three axes"));
+        }
+        Ok(())
+    }
+}

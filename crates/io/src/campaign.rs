@@ -1,0 +1,201 @@
+//! `campaign.toml`: what was measured, with what, and how it is to be evaluated. One file per kind.
+
+mod multi_position;
+
+pub use multi_position::{
+    Ambient, Attitude, Axes, Device, GravityInput, Method, MethodModel, MultiPositionCampaign,
+    Prefixes, RecordingTable, StandstillTable,
+};
+
+use crate::{Error, ErrorKind, Input, Result};
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use std::path::{Path, PathBuf};
+
+/// Kinds that can be read, as written after `kind =`.
+pub const KINDS: &[&str] = &["multi-position"];
+
+/// A campaign of any kind.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Campaign {
+    /// A triaxial accelerometer held still in many positions.
+    MultiPosition(MultiPositionCampaign),
+}
+
+/// A campaign file as text, with its place: what every kind is read from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CampaignFile {
+    /// The file `campaign.toml` itself.
+    pub path: PathBuf,
+    /// Path and digest.
+    pub input: Input,
+    text: String,
+}
+
+impl Campaign {
+    /// Opens a folder that holds `campaign.toml`, or the file itself.
+    ///
+    /// # Errors
+    /// A missing file, a line that is no TOML, an unknown kind or key (with the nearest valid one), a value outside
+    /// its range: each with its line.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self> {
+        #[derive(Deserialize)]
+        struct Kind {
+            kind: Option<toml::Spanned<String>>,
+        }
+        let file = CampaignFile::open(path.as_ref())?;
+        let kind: Kind = file.parse()?;
+        let list = KINDS.join(", ");
+        let Some(kind) = kind.kind else {
+            return Err(Error::new(
+                ErrorKind::Configuration,
+                "the campaign does not say of which kind it is",
+            )
+            .at(&file.path)
+            .with_hint(format!(
+                "begin the file with kind = \"…\"; known kinds: {list}"
+            )));
+        };
+        match kind.get_ref().as_str() {
+            "multi-position" => MultiPositionCampaign::from_file(file).map(Self::MultiPosition),
+            other => {
+                let near = crate::spelling::nearest(other, KINDS.iter().copied())
+                    .map_or(String::new(), |k| format!("did you mean \"{k}\"? "));
+                Err(Error::new(
+                    ErrorKind::Configuration,
+                    format!("unknown kind \"{other}\""),
+                )
+                .at(&file.path)
+                .line(file.line_at(kind.span().start))
+                .column("kind")
+                .with_hint(format!("{near}known kinds: {list}")))
+            }
+        }
+    }
+
+    /// The kind as written in the file.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::MultiPosition(_) => "multi-position",
+        }
+    }
+}
+
+impl CampaignFile {
+    /// Reads the text of a campaign from a folder or a file.
+    ///
+    /// # Errors
+    /// A missing or empty file, or one that is not UTF-8.
+    pub fn open(path: &Path) -> Result<Self> {
+        let path = if path.is_dir() {
+            let inside = path.join("campaign.toml");
+            if !inside.is_file() {
+                return Err(
+                    Error::new(ErrorKind::NotFound, "the folder holds no campaign.toml")
+                        .at(path)
+                        .with_hint(
+                            "name the folder of a campaign, or write a campaign.toml into it",
+                        ),
+                );
+            }
+            inside
+        } else {
+            path.to_path_buf()
+        };
+        let bytes = std::fs::read(&path).map_err(|e| Error::access(&path, "open", e))?;
+        let text = String::from_utf8(bytes).map_err(|e| {
+            let line = e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count();
+            Error::new(ErrorKind::Format, "the text is not UTF-8")
+                .at(&path)
+                .line(line as u64 + 1)
+                .with_hint("a campaign is a TOML text in UTF-8; name the folder or its campaign.toml, not a recording")
+        })?;
+        if text.trim().is_empty() {
+            return Err(
+                Error::new(ErrorKind::Configuration, "the campaign is empty")
+                    .at(&path)
+                    .with_hint(format!(
+                        "begin the file with kind = \"…\"; known kinds: {}",
+                        KINDS.join(", ")
+                    )),
+            );
+        }
+        let input = Input::of(&path)?;
+        Ok(Self { path, input, text })
+    }
+
+    /// Reads the text as the table of one kind.
+    ///
+    /// # Errors
+    /// As TOML says, with line and key; an unknown key comes with the nearest valid one.
+    pub fn parse<T: DeserializeOwned>(&self) -> Result<T> {
+        toml::from_str(&self.text).map_err(|e| {
+            let message = e.message().lines().next().unwrap_or_default().to_string();
+            let mut error = Error::new(ErrorKind::Configuration, message.clone()).at(&self.path);
+            if let Some(span) = e.span() {
+                error = error.line(self.line_at(span.start));
+            }
+            // serde writes: unknown field `a`, expected one of `b`, `c`
+            let words: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
+            if let (Some(unknown), true) = (words.first(), message.starts_with("unknown ")) {
+                let valid = &words[1..];
+                let near = crate::spelling::nearest(unknown, valid.iter().copied())
+                    .map_or(String::new(), |near| format!("did you mean `{near}`? "));
+                let what = if message.starts_with("unknown variant") {
+                    "value"
+                } else {
+                    "key"
+                };
+                error = Error::new(ErrorKind::Configuration, format!("unknown {what}"))
+                    .at(&self.path)
+                    .column(*unknown)
+                    .with_hint(format!("{near}valid here: {}", valid.join(", ")));
+                if let Some(span) = e.span() {
+                    error = error.line(self.line_at(span.start));
+                }
+            }
+            error.because(e)
+        })
+    }
+
+    /// Line of a byte of the text, from one.
+    pub fn line_at(&self, byte: usize) -> u64 {
+        1 + self.text.as_bytes()[..byte.min(self.text.len())]
+            .iter()
+            .filter(|b| **b == b'\n')
+            .count() as u64
+    }
+
+    /// A file named in the campaign, relative to its folder.
+    pub fn resolve(&self, name: &str) -> PathBuf {
+        self.path.parent().unwrap_or(Path::new("")).join(name)
+    }
+
+    /// An error about the value of a key of a table.
+    pub(crate) fn refuse(&self, table: &str, key: &str, what: impl Into<String>) -> Error {
+        let mut inside = table.is_empty();
+        let line = self.text.lines().position(|line| {
+            let line = line.trim();
+            if line.starts_with('[') {
+                inside = line.trim_matches(['[', ']']).trim() == table;
+            }
+            inside
+                && line
+                    .split(['=', '.'])
+                    .next()
+                    .is_some_and(|k| k.trim().trim_matches('"') == key)
+        });
+        let error = Error::new(ErrorKind::Configuration, what)
+            .at(&self.path)
+            .column(if table.is_empty() {
+                key.to_string()
+            } else {
+                format!("{table}.{key}")
+            });
+        match line {
+            Some(line) => error.line(line as u64 + 1),
+            None => error,
+        }
+    }
+}

@@ -1,0 +1,235 @@
+//! JSON without NaN: serde_json writes one as `null` in silence, so values are walked through first.
+
+use crate::{Error, ErrorKind, Result};
+use serde::ser::{self, Serialize};
+use std::fmt;
+
+/// Indented JSON with a line end, or the place of a number that is not finite.
+pub(crate) fn to_json(value: &impl Serialize) -> Result<Vec<u8>> {
+    check(value)?;
+    let mut bytes = serde_json::to_vec_pretty(value).map_err(write_error)?;
+    bytes.push(b'\n');
+    Ok(bytes)
+}
+
+/// A JSON value, or the place of a number that is not finite.
+pub(crate) fn to_value(value: &impl Serialize) -> Result<serde_json::Value> {
+    check(value)?;
+    serde_json::to_value(value).map_err(write_error)
+}
+
+fn write_error(e: serde_json::Error) -> Error {
+    Error::new(
+        ErrorKind::Output,
+        format!("the value has no form in JSON: {e}"),
+    )
+    .because(e)
+}
+
+fn check(value: &impl Serialize) -> Result<()> {
+    value.serialize(&mut Walk::default()).map_err(|fault| {
+        let error = Error::new(ErrorKind::Output, fault.what);
+        if fault.path.is_empty() {
+            error
+        } else {
+            error.column(fault.path)
+        }
+    })
+}
+
+#[derive(Debug)]
+struct Fault {
+    what: String,
+    path: String,
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.what)
+    }
+}
+
+impl std::error::Error for Fault {}
+
+impl ser::Error for Fault {
+    fn custom<T: fmt::Display>(what: T) -> Self {
+        Self {
+            what: what.to_string(),
+            path: String::new(),
+        }
+    }
+}
+
+/// Serializer that writes nothing and stops at the first number that is not finite.
+#[derive(Default)]
+struct Walk {
+    path: Vec<String>,
+    index: Vec<usize>,
+}
+
+impl Walk {
+    fn number(&self, v: f64) -> Result<(), Fault> {
+        if v.is_finite() {
+            return Ok(());
+        }
+        Err(Fault {
+            what: format!("{v} may not be written; a missing value has to be left out"),
+            path: self.path.concat(),
+        })
+    }
+
+    fn inside<T: Serialize + ?Sized>(&mut self, step: String, value: &T) -> Result<(), Fault> {
+        self.path.push(step);
+        value.serialize(&mut *self)?;
+        self.path.pop();
+        Ok(())
+    }
+
+    fn element<T: Serialize + ?Sized>(&mut self, value: &T) -> Result<(), Fault> {
+        let i = self.index.last_mut().map_or(0, |i| {
+            *i += 1;
+            *i - 1
+        });
+        self.inside(format!("[{i}]"), value)
+    }
+}
+
+macro_rules! nothing {
+    ($($name:ident: $type:ty),*) => { $(fn $name(self, _: $type) -> Result<(), Fault> { Ok(()) })* };
+}
+
+impl<'a> ser::Serializer for &'a mut Walk {
+    type Ok = ();
+    type Error = Fault;
+    type SerializeSeq = &'a mut Walk;
+    type SerializeTuple = &'a mut Walk;
+    type SerializeTupleStruct = &'a mut Walk;
+    type SerializeTupleVariant = &'a mut Walk;
+    type SerializeMap = &'a mut Walk;
+    type SerializeStruct = &'a mut Walk;
+    type SerializeStructVariant = &'a mut Walk;
+
+    nothing!(serialize_bool: bool, serialize_i8: i8, serialize_i16: i16, serialize_i32: i32, serialize_i64: i64,
+        serialize_u8: u8, serialize_u16: u16, serialize_u32: u32, serialize_u64: u64, serialize_char: char,
+        serialize_str: &str, serialize_bytes: &[u8], serialize_unit_struct: &'static str);
+
+    fn serialize_f32(self, v: f32) -> Result<(), Fault> {
+        self.number(f64::from(v))
+    }
+    fn serialize_f64(self, v: f64) -> Result<(), Fault> {
+        self.number(v)
+    }
+    fn serialize_none(self) -> Result<(), Fault> {
+        Ok(())
+    }
+    fn serialize_unit(self) -> Result<(), Fault> {
+        Ok(())
+    }
+    fn serialize_some<T: Serialize + ?Sized>(self, value: &T) -> Result<(), Fault> {
+        value.serialize(self)
+    }
+    fn serialize_unit_variant(self, _: &'static str, _: u32, _: &'static str) -> Result<(), Fault> {
+        Ok(())
+    }
+    fn serialize_newtype_struct<T: Serialize + ?Sized>(
+        self,
+        _: &'static str,
+        value: &T,
+    ) -> Result<(), Fault> {
+        value.serialize(self)
+    }
+    fn serialize_newtype_variant<T: Serialize + ?Sized>(
+        self,
+        _: &'static str,
+        _: u32,
+        name: &'static str,
+        value: &T,
+    ) -> Result<(), Fault> {
+        self.inside(format!(".{name}"), value)
+    }
+    fn serialize_seq(self, _: Option<usize>) -> Result<Self, Fault> {
+        self.index.push(0);
+        Ok(self)
+    }
+    fn serialize_tuple(self, _: usize) -> Result<Self, Fault> {
+        self.serialize_seq(None)
+    }
+    fn serialize_tuple_struct(self, _: &'static str, _: usize) -> Result<Self, Fault> {
+        self.serialize_seq(None)
+    }
+    fn serialize_tuple_variant(
+        self,
+        _: &'static str,
+        _: u32,
+        _: &'static str,
+        _: usize,
+    ) -> Result<Self, Fault> {
+        self.serialize_seq(None)
+    }
+    fn serialize_map(self, _: Option<usize>) -> Result<Self, Fault> {
+        self.serialize_seq(None)
+    }
+    fn serialize_struct(self, _: &'static str, _: usize) -> Result<Self, Fault> {
+        Ok(self)
+    }
+    fn serialize_struct_variant(
+        self,
+        _: &'static str,
+        _: u32,
+        _: &'static str,
+        _: usize,
+    ) -> Result<Self, Fault> {
+        Ok(self)
+    }
+}
+
+macro_rules! elements {
+    ($($trait:ident $method:ident),*) => { $(
+        impl ser::$trait for &mut Walk {
+            type Ok = ();
+            type Error = Fault;
+            fn $method<T: Serialize + ?Sized>(&mut self, value: &T) -> Result<(), Fault> {
+                self.element(value)
+            }
+            fn end(self) -> Result<(), Fault> {
+                self.index.pop();
+                Ok(())
+            }
+        }
+    )* };
+}
+
+elements!(SerializeSeq serialize_element, SerializeTuple serialize_element, SerializeTupleStruct serialize_field,
+    SerializeTupleVariant serialize_field);
+
+impl ser::SerializeMap for &mut Walk {
+    type Ok = ();
+    type Error = Fault;
+    fn serialize_key<T: Serialize + ?Sized>(&mut self, _: &T) -> Result<(), Fault> {
+        Ok(())
+    }
+    fn serialize_value<T: Serialize + ?Sized>(&mut self, value: &T) -> Result<(), Fault> {
+        self.element(value)
+    }
+    fn end(self) -> Result<(), Fault> {
+        self.index.pop();
+        Ok(())
+    }
+}
+
+macro_rules! fields {
+    ($($trait:ident),*) => { $(
+        impl ser::$trait for &mut Walk {
+            type Ok = ();
+            type Error = Fault;
+            fn serialize_field<T: Serialize + ?Sized>(&mut self, name: &'static str, value: &T) -> Result<(), Fault> {
+                self.inside(format!(".{name}"), value)
+            }
+            fn end(self) -> Result<(), Fault> {
+                Ok(())
+            }
+        }
+    )* };
+}
+
+fields!(SerializeStruct, SerializeStructVariant);

@@ -1,0 +1,315 @@
+//! The shape of a delimited text: separator, decimal mark, header, comments. Sniffed, and every property can be given.
+
+pub(crate) mod sniff;
+
+use crate::{Error, ErrorKind, Result, Unit, split_heading};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+/// What stands between two fields.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Separator {
+    /// `,`
+    #[serde(rename = "comma", alias = ",")]
+    Comma,
+    /// `;`
+    #[serde(rename = "semicolon", alias = ";")]
+    Semicolon,
+    /// Tabulator.
+    #[serde(rename = "tab", alias = "\t")]
+    Tab,
+    /// `|`
+    #[serde(rename = "pipe", alias = "|")]
+    Pipe,
+    /// Any run of blanks and tabulators.
+    #[serde(rename = "whitespace", alias = " ", alias = "space", alias = "spaces")]
+    Whitespace,
+}
+
+impl Separator {
+    /// The separating byte; `None` for runs of white space.
+    pub(crate) fn byte(self) -> Option<u8> {
+        match self {
+            Self::Comma => Some(b','),
+            Self::Semicolon => Some(b';'),
+            Self::Tab => Some(b'\t'),
+            Self::Pipe => Some(b'|'),
+            Self::Whitespace => None,
+        }
+    }
+}
+
+impl fmt::Display for Separator {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Comma => "comma",
+            Self::Semicolon => "semicolon",
+            Self::Tab => "tab",
+            Self::Pipe => "pipe",
+            Self::Whitespace => "white space",
+        })
+    }
+}
+
+/// The mark between the whole number and its decimals.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum DecimalMark {
+    /// `.`
+    #[serde(rename = "point", alias = ".")]
+    Point,
+    /// `,`
+    #[serde(rename = "comma", alias = ",")]
+    Comma,
+}
+
+impl fmt::Display for DecimalMark {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Point => "point",
+            Self::Comma => "comma",
+        })
+    }
+}
+
+/// What the user knows about the text; everything that is `None` is sniffed.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct LayoutOptions {
+    /// Separator of fields.
+    pub separator: Option<Separator>,
+    /// Whether the first row of full width is a header.
+    pub header: Option<bool>,
+    /// Prefixes of lines to be passed over; `#`, `%` and `//` when not given.
+    pub comment: Option<Vec<String>>,
+    /// Decimal mark.
+    pub decimal: Option<DecimalMark>,
+    /// Number of lines to pass over at the top of the file.
+    pub skip_lines: Option<usize>,
+}
+
+/// The shape of one delimited text.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Layout {
+    /// Separator of fields.
+    pub separator: Separator,
+    /// Decimal mark.
+    pub decimal: DecimalMark,
+    /// Prefixes of lines to be passed over.
+    pub comment: Vec<String>,
+    /// Column headings as they stand in the file; `None` without a header.
+    pub header: Option<Vec<String>>,
+    /// Units, where a second header line carries them.
+    pub(crate) unit_line: Option<Vec<Option<Unit>>>,
+    /// Number of columns of a row.
+    pub columns: usize,
+    /// Whether each column holds numbers, judged on the head of the file.
+    pub numeric: Vec<bool>,
+    /// Line of the first row of data, counted from one.
+    pub first_data_line: u64,
+    /// Byte at which that line begins.
+    pub(crate) data_offset: u64,
+}
+
+/// How much of a file is looked at.
+pub(crate) const HEAD: usize = 64 * 1024;
+
+impl Layout {
+    /// Looks at the first 64 KiB of a file.
+    ///
+    /// # Errors
+    /// A file that is missing, empty, a folder, binary, or holds no rows.
+    pub fn sniff(path: &Path) -> Result<Self> {
+        Self::sniff_with(path, &LayoutOptions::default())
+    }
+
+    /// Looks at the first 64 KiB of a file; what `options` says is taken as given.
+    ///
+    /// # Errors
+    /// As [`Layout::sniff`].
+    pub fn sniff_with(path: &Path, options: &LayoutOptions) -> Result<Self> {
+        let file = open(path)?;
+        let mut head = Vec::with_capacity(HEAD);
+        file.take(HEAD as u64 + 1)
+            .read_to_end(&mut head)
+            .map_err(|e| Error::access(path, "read", e))?;
+        let complete = head.len() <= HEAD;
+        head.truncate(HEAD);
+        sniff::layout(&head, complete, options).map_err(|e| e.at(path))
+    }
+
+    /// Name of a column without its unit; `column 3` without a header.
+    pub fn name(&self, index: usize) -> String {
+        match self.header.as_ref().and_then(|h| h.get(index)) {
+            Some(heading) if !heading.trim().is_empty() => {
+                let (name, unit) = split_heading(heading);
+                if name.is_empty() || unit.is_none() {
+                    heading.trim().to_string()
+                } else {
+                    name.to_string()
+                }
+            }
+            _ => format!("column {}", index + 1),
+        }
+    }
+
+    /// Unit of a column where the heading or the line below it says so.
+    pub fn unit(&self, index: usize) -> Option<Unit> {
+        let line = self
+            .unit_line
+            .as_ref()
+            .and_then(|u| u.get(index).copied().flatten());
+        line.or_else(|| {
+            self.header
+                .as_ref()
+                .and_then(|h| h.get(index))
+                .and_then(|heading| split_heading(heading).1)
+        })
+    }
+
+    /// Index from zero of a column given by name or number.
+    ///
+    /// A name may be the whole heading or the heading without its unit; case counts only where two names differ
+    /// by case alone.
+    ///
+    /// # Errors
+    /// No such column (the hint lists what there is), or a name that stands for two columns.
+    pub fn find(&self, column: &ColumnRef) -> Result<usize> {
+        let available = || {
+            let names: Vec<_> = (0..self.columns.min(24))
+                .map(|i| match &self.header {
+                    Some(h) if i < h.len() => format!("\"{}\"", h[i].trim()),
+                    _ => (i + 1).to_string(),
+                })
+                .collect();
+            format!("the file has the columns {}", names.join(", "))
+        };
+        match column {
+            ColumnRef::Index(i) if (1..=self.columns).contains(i) => Ok(i - 1),
+            ColumnRef::Index(i) => Err(Error::new(
+                ErrorKind::Column,
+                format!(
+                    "there is no column {i}; columns are counted from 1 to {}",
+                    self.columns
+                ),
+            )
+            .with_hint(available())),
+            ColumnRef::Name(name) => {
+                let Some(header) = &self.header else {
+                    return Err(Error::new(
+                        ErrorKind::Column,
+                        "the file has no header, so columns have no names",
+                    )
+                    .column(name)
+                    .with_hint(format!(
+                        "give the number of the column (1 to {}) instead of its name",
+                        self.columns
+                    )));
+                };
+                let same = |exact: bool, whole: bool| -> Vec<usize> {
+                    (0..header.len().min(self.columns))
+                        .filter(|&i| {
+                            let heading = if whole {
+                                header[i].trim()
+                            } else {
+                                split_heading(&header[i]).0
+                            };
+                            if exact {
+                                heading == name.trim()
+                            } else {
+                                heading.eq_ignore_ascii_case(name.trim())
+                            }
+                        })
+                        .collect()
+                };
+                let found = [(true, true), (true, false), (false, true), (false, false)]
+                    .into_iter()
+                    .map(|(exact, whole)| same(exact, whole))
+                    .find(|f| !f.is_empty())
+                    .unwrap_or_default();
+                match found[..] {
+                    [one] => Ok(one),
+                    [] => {
+                        let error =
+                            Error::new(ErrorKind::Column, "there is no such column").column(name);
+                        let nearest =
+                            crate::spelling::nearest(name, header.iter().map(|h| h.trim()));
+                        Err(match nearest {
+                            Some(near) => {
+                                error.with_hint(format!("did you mean \"{near}\"? {}", available()))
+                            }
+                            None => error.with_hint(available()),
+                        })
+                    }
+                    _ => Err(Error::new(
+                        ErrorKind::Column,
+                        format!("the header has this name {} times", found.len()),
+                    )
+                    .column(name)
+                    .with_hint(format!(
+                        "give the number of the column instead, one of {}",
+                        found
+                            .iter()
+                            .map(|i| (i + 1).to_string())
+                            .collect::<Vec<_>>()
+                            .join(", ")
+                    ))),
+                }
+            }
+        }
+    }
+}
+
+/// Opens a regular file for reading, with a clear word for a folder.
+pub(crate) fn open(path: &Path) -> Result<File> {
+    let file = File::open(path).map_err(|e| Error::access(path, "open", e))?;
+    let meta = file
+        .metadata()
+        .map_err(|e| Error::access(path, "open", e))?;
+    if meta.is_dir() {
+        return Err(Error::new(ErrorKind::Format, "is a folder, not a file")
+            .at(path)
+            .with_hint("name the recording inside it"));
+    }
+    Ok(file)
+}
+
+/// A column by its name or by its number counted from one.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum ColumnRef {
+    /// Number, the first column being 1.
+    Index(usize),
+    /// Name as in the header, with or without the unit.
+    Name(String),
+}
+
+impl ColumnRef {
+    /// From a command-line word: a whole number is an index, anything else a name.
+    pub fn from_word(word: &str) -> Self {
+        word.parse()
+            .map_or_else(|_| Self::Name(word.to_string()), Self::Index)
+    }
+}
+
+impl From<usize> for ColumnRef {
+    fn from(index: usize) -> Self {
+        Self::Index(index)
+    }
+}
+
+impl From<&str> for ColumnRef {
+    fn from(name: &str) -> Self {
+        Self::Name(name.to_string())
+    }
+}
+
+impl fmt::Display for ColumnRef {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Index(i) => write!(f, "column {i}"),
+            Self::Name(name) => write!(f, "\"{name}\""),
+        }
+    }
+}

@@ -1,0 +1,393 @@
+//! A recording: selected columns of a delimited text as numbers, with their units and times.
+
+use crate::layout::{ColumnRef, Layout, LayoutOptions};
+use crate::rows::{RowReader, line_of};
+use crate::{Error, ErrorKind, Result, TimeBase, Unit, split_heading};
+use proofmass_uncertainty::{Finding, Severity};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+/// A file that went into a result, with its digest.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Input {
+    /// Path as the user gave it.
+    pub path: String,
+    /// SHA-256 in hexadecimal digits.
+    pub sha256: String,
+}
+
+impl Input {
+    /// Digest of a file that was not read as a recording, such as `campaign.toml`.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub fn of(path: &Path) -> Result<Self> {
+        let mut hash = Sha256::new();
+        let mut file = crate::layout::open(path)?;
+        let mut buffer = vec![0; 1 << 16];
+        loop {
+            match file
+                .read(&mut buffer)
+                .map_err(|e| Error::access(path, "read", e))?
+            {
+                0 => break,
+                n => hash.update(&buffer[..n]),
+            }
+        }
+        Ok(Self {
+            path: path.display().to_string(),
+            sha256: crate::rows::hexadecimal(&hash.finalize()),
+        })
+    }
+}
+
+/// What a time column counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum TimeUnit {
+    /// s.
+    #[serde(rename = "s")]
+    Second,
+    /// ms.
+    #[serde(rename = "ms")]
+    Millisecond,
+    /// µs.
+    #[serde(rename = "us", alias = "µs")]
+    Microsecond,
+    /// ns.
+    #[serde(rename = "ns")]
+    Nanosecond,
+    /// Number of the sample; needs a sampling rate.
+    #[serde(rename = "index", alias = "sample")]
+    Index,
+}
+
+impl TimeUnit {
+    fn of(unit: Unit) -> Option<Self> {
+        match unit {
+            Unit::Second => Some(Self::Second),
+            Unit::Millisecond => Some(Self::Millisecond),
+            Unit::Microsecond => Some(Self::Microsecond),
+            Unit::Nanosecond => Some(Self::Nanosecond),
+            _ => None,
+        }
+    }
+
+    /// Units per second: dividing by a power of ten rounds once, multiplying by its inverse twice.
+    fn per_second(self, rate: Option<f64>) -> Option<f64> {
+        match self {
+            Self::Second => Some(1.0),
+            Self::Millisecond => Some(1e3),
+            Self::Microsecond => Some(1e6),
+            Self::Nanosecond => Some(1e9),
+            Self::Index => rate,
+        }
+    }
+}
+
+/// Which columns of a file to read, and what is known about them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RecordingOptions {
+    /// Shape of the text.
+    pub layout: LayoutOptions,
+    /// Columns of the signals, in the order wanted.
+    pub columns: Vec<ColumnRef>,
+    /// Time column. Without it and without a rate, a column that is named as a time is taken.
+    pub time: Option<ColumnRef>,
+    /// Unit of the time column where the heading does not say it.
+    pub time_unit: Option<TimeUnit>,
+    /// Sampling rate, Hz.
+    pub sampling_rate_hz: Option<f64>,
+    /// Temperature column, °C.
+    pub temperature: Option<ColumnRef>,
+    /// Unit of the signals where the headings do not say it.
+    pub unit: Option<Unit>,
+}
+
+/// One column of a recording.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Column {
+    /// Name without unit.
+    pub name: String,
+    /// Unit of `data`, where known.
+    pub unit: Option<Unit>,
+    /// One finite number per sample.
+    pub data: Vec<f64>,
+}
+
+/// A recording in memory.
+///
+/// **Units** columns stand in the unit of the file until [`Recording::into_si`]; times are in seconds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recording {
+    /// The file.
+    pub path: PathBuf,
+    /// SHA-256 of the file in hexadecimal digits.
+    pub sha256: String,
+    /// Shape of the text.
+    pub layout: Layout,
+    /// The signals in the order asked for.
+    pub columns: Vec<Column>,
+    /// Temperature, where asked for.
+    pub temperature: Option<Column>,
+    /// Times.
+    pub time: TimeBase,
+    lines: Vec<(usize, u64)>,
+    findings: Vec<Finding>,
+}
+
+impl Recording {
+    /// Reads the chosen columns of a file.
+    ///
+    /// # Errors
+    /// A file that cannot be read as numbers (with line and column), fewer than two rows, a time column that does
+    /// not run forward, no time base at all, a stated unit that contradicts the heading.
+    pub fn read(path: &Path, options: &RecordingOptions) -> Result<Self> {
+        Self::read_inner(path, options).map_err(|e| e.at(path))
+    }
+
+    fn read_inner(path: &Path, options: &RecordingOptions) -> Result<Self> {
+        let layout = Layout::sniff_with(path, &options.layout)?;
+        if options.columns.is_empty() {
+            return Err(
+                Error::new(ErrorKind::Column, "no column was chosen").with_hint(
+                    "name the columns of the axes, such as columns = { x = 2, y = 3, z = 4 }",
+                ),
+            );
+        }
+        let mut selected = options
+            .columns
+            .iter()
+            .map(|c| layout.find(c))
+            .collect::<Result<Vec<_>>>()?;
+        let signals = selected.len();
+        let time = match (&options.time, options.sampling_rate_hz) {
+            (Some(column), _) => Some(layout.find(column)?),
+            (None, None) => time_column(&layout).filter(|i| !selected.contains(i)),
+            (None, Some(_)) => None,
+        };
+        if time.is_none() && options.sampling_rate_hz.is_none() {
+            return Err(Error::new(ErrorKind::Time, "neither a time column nor a sampling rate is known")
+                .with_hint("add `time = \"name or number of the column\"` or `sampling_rate_Hz = 100` to [recording]"));
+        }
+        selected.extend(time);
+        let temperature = options
+            .temperature
+            .as_ref()
+            .map(|c| layout.find(c))
+            .transpose()?;
+        selected.extend(temperature);
+
+        let mut reader = RowReader::open(path, layout, &selected)?;
+        let mut data = vec![Vec::new(); selected.len()];
+        let mut lines: Vec<(usize, u64)> = Vec::new();
+        let mut rows = 0;
+        while let Some(block) = reader.next_block()? {
+            for (i, column) in data.iter_mut().enumerate() {
+                column.extend_from_slice(block.column(i));
+            }
+            for &(row, line) in block.line_runs() {
+                if lines.is_empty() || line_of(&lines, rows + row) != line {
+                    lines.push((rows + row, line));
+                }
+            }
+            rows += block.rows();
+        }
+        let layout = reader.layout().clone();
+        let sha256 = reader.sha256()?;
+        if rows < 2 {
+            return Err(Error::new(
+                ErrorKind::Format,
+                format!("the file holds {rows} row of data"),
+            )
+            .with_hint("a recording needs at least two rows, and a calibration some thousands"));
+        }
+
+        let mut findings = Vec::new();
+        let temperature = temperature.map(|index| Column {
+            name: layout.name(index),
+            unit: layout.unit(index),
+            data: data.pop().unwrap_or_default(),
+        });
+        let time = match time {
+            Some(index) => {
+                let ticks = data.pop().unwrap_or_default();
+                let (scale, finding) = time_scale(&layout, index, options)?;
+                let seconds = if scale == 1.0 {
+                    ticks
+                } else {
+                    ticks.iter().map(|t| t / scale).collect()
+                };
+                let base = TimeBase::from_seconds(seconds, |i| line_of(&lines, i))
+                    .map_err(|e| e.column(layout.name(index)))?;
+                findings.extend(finding.map(|f: Finding| {
+                    f.evidence(format!(
+                        "{} samples in {:.6} s, {:.6} Hz",
+                        rows,
+                        base.duration_s(),
+                        base.rate_hz()
+                    ))
+                }));
+                base
+            }
+            None => TimeBase::uniform(options.sampling_rate_hz.unwrap_or(f64::NAN), rows)?,
+        };
+        findings.extend(gap_finding(&time));
+        let columns = data
+            .into_iter()
+            .zip(&selected[..signals])
+            .map(|(data, &index)| {
+                let unit = signal_unit(&layout, index, options.unit)?;
+                Ok(Column {
+                    name: layout.name(index),
+                    unit,
+                    data,
+                })
+            })
+            .collect::<Result<Vec<_>>>()?;
+        Ok(Self {
+            path: path.to_path_buf(),
+            sha256,
+            layout,
+            columns,
+            temperature,
+            time,
+            lines,
+            findings,
+        })
+    }
+
+    /// Number of samples.
+    pub fn samples(&self) -> usize {
+        self.columns.first().map_or(0, |c| c.data.len())
+    }
+
+    /// Duration, s.
+    pub fn duration_s(&self) -> f64 {
+        self.time.duration_s()
+    }
+
+    /// Line of the file on which a sample stands.
+    pub fn line(&self, sample: usize) -> u64 {
+        line_of(&self.lines, sample)
+    }
+
+    /// What is doubtful about the recording: gaps in time, an assumed time unit.
+    pub fn findings(&self) -> &[Finding] {
+        &self.findings
+    }
+
+    /// Path and digest, for the list of inputs of a result.
+    pub fn input(&self) -> Input {
+        Input {
+            path: self.path.display().to_string(),
+            sha256: self.sha256.clone(),
+        }
+    }
+
+    /// The same recording with every column in SI where its unit has one; counts stay counts.
+    #[must_use]
+    pub fn into_si(mut self) -> Self {
+        for column in &mut self.columns {
+            if let Some((unit, factor)) = column.unit.map(Unit::si) {
+                if factor != 1.0 {
+                    column.data.iter_mut().for_each(|v| *v *= factor);
+                }
+                column.unit = Some(unit);
+            }
+        }
+        self
+    }
+}
+
+/// The first column whose heading says that it is the time.
+pub(crate) fn time_column(layout: &Layout) -> Option<usize> {
+    let header = layout.header.as_ref()?;
+    (0..layout.columns.min(header.len())).find(|&i| {
+        let name = split_heading(&header[i]).0.to_ascii_lowercase();
+        layout.numeric[i]
+            && (matches!(
+                name.as_str(),
+                "t" | "time" | "timestamp" | "time_stamp" | "seconds" | "elapsed"
+            ) || layout.unit(i).is_some_and(Unit::is_time) && name.starts_with('t'))
+    })
+}
+
+fn time_scale(
+    layout: &Layout,
+    index: usize,
+    options: &RecordingOptions,
+) -> Result<(f64, Option<Finding>)> {
+    let stated = layout.unit(index).and_then(TimeUnit::of);
+    let name = layout.name(index);
+    let error = |what: &str| Error::new(ErrorKind::Time, what).column(name.clone());
+    let unit = match (options.time_unit, stated) {
+        (Some(given), Some(stated)) if given != stated => {
+            return Err(error("`time_unit` contradicts the unit in the heading")
+                .with_hint("remove `time_unit`, or correct the heading"));
+        }
+        (given, stated) => given.or(stated),
+    };
+    if unit != Some(TimeUnit::Index) && options.sampling_rate_hz.is_some() {
+        return Err(error("both a time column and a sampling rate are given")
+            .with_hint("keep one of them; a column that counts samples needs `time_unit = \"index\"` beside the rate"));
+    }
+    match unit {
+        Some(unit) => match unit.per_second(options.sampling_rate_hz) {
+            Some(scale) if scale.is_finite() && scale > 0.0 => Ok((scale, None)),
+            Some(rate) => Err(error(&format!(
+                "a sampling rate of {rate} Hz is impossible"
+            ))),
+            None => Err(
+                error("a column that counts samples needs the sampling rate")
+                    .with_hint("add `sampling_rate_Hz`"),
+            ),
+        },
+        None => {
+            let finding = Finding::new(
+                Severity::Note,
+                "time-unit-assumed",
+                format!("the heading of {name} names no unit, so its values are taken as seconds"),
+            )
+            .advice("say `time_unit` in [recording] when they are not");
+            Ok((1.0, Some(finding)))
+        }
+    }
+}
+
+fn signal_unit(layout: &Layout, index: usize, given: Option<Unit>) -> Result<Option<Unit>> {
+    match (given, layout.unit(index)) {
+        (Some(given), Some(stated)) if given != stated => Err(Error::new(
+            ErrorKind::Column,
+            format!("the heading says {stated}, the campaign says {given}"),
+        )
+        .column(layout.name(index))
+        .line(layout.first_data_line.saturating_sub(1).max(1))
+        .with_hint("correct `unit`, or leave it out: the heading counts")),
+        (given, stated) => Ok(given.or(stated)),
+    }
+}
+
+fn gap_finding(time: &TimeBase) -> Option<Finding> {
+    let longest = time
+        .gaps()
+        .iter()
+        .max_by(|a, b| a.step_s.total_cmp(&b.step_s))?;
+    let missing: f64 = time
+        .gaps()
+        .iter()
+        .map(|g| (g.step_s * time.rate_hz()).round() - 1.0)
+        .sum();
+    Some(
+        Finding::new(Severity::Warning, "time-gaps", "samples are missing in the recording")
+            .evidence(format!(
+                "{} gaps, about {missing:.0} samples; the longest is {:.4} s after {:.4} s (line {})",
+                time.gaps().len(),
+                longest.step_s,
+                longest.at_s,
+                longest.line
+            ))
+            .advice("check the transport of the data; a standstill that contains a gap counts fewer samples than it seems to"),
+    )
+}

@@ -1,0 +1,246 @@
+//! `result.json`: everything a calculation found, in a form that machines can rely on.
+
+use crate::campaign::Device;
+use crate::software::{Schema, Software};
+use crate::{Error, ErrorKind, Input, Result};
+use proofmass_uncertainty::{Covariance, DegreesOfFreedom, Estimate, Finding, Quantity};
+use serde::{Deserialize, Serialize};
+
+/// Name of the form.
+pub const RESULT_SCHEMA: &str = "proofmass.result";
+/// Version of the form.
+pub const RESULT_VERSION: u32 = 1;
+
+/// A quantity as stated in a result.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StatedQuantity {
+    /// Stable dotted name.
+    pub name: String,
+    /// Unit.
+    pub unit: String,
+    /// Estimate.
+    pub value: f64,
+    /// Standard uncertainty.
+    pub u: f64,
+    /// Expanded uncertainty k u.
+    #[serde(rename = "U")]
+    pub expanded: f64,
+    /// Coverage factor.
+    pub k: f64,
+    /// Effective degrees of freedom.
+    pub nu_eff: DegreesOfFreedom,
+    /// Probability of the interval value ± U.
+    pub probability: f64,
+}
+
+impl StatedQuantity {
+    /// States a quantity with the interval of a probability.
+    pub fn new(quantity: &Quantity, probability: f64) -> Self {
+        Self {
+            name: quantity.name.clone(),
+            unit: quantity.unit.clone(),
+            value: quantity.value,
+            u: quantity.standard_uncertainty,
+            expanded: quantity.expanded(probability),
+            k: quantity.coverage_factor(probability),
+            nu_eff: quantity.dof,
+            probability,
+        }
+    }
+}
+
+/// A joint covariance with the names of its rows.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NamedCovariance {
+    /// Names of rows and columns.
+    pub names: Vec<String>,
+    /// Units of the quantities; an element has the product of two.
+    pub units: Vec<String>,
+    /// Rows.
+    pub matrix: Covariance,
+}
+
+/// A result in the making; written with [`ResultDocument::to_json`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ResultDocument {
+    /// Form and version.
+    pub schema: Schema,
+    /// Program that wrote it.
+    pub software: Software,
+    /// Kind of campaign or calculation.
+    pub kind: String,
+    /// Title of the campaign.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub title: Option<String>,
+    /// The device.
+    pub device: Device,
+    /// Name of the fitted model.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub model: Option<String>,
+    /// Files it was computed from.
+    pub inputs: Vec<Input>,
+    /// What to doubt.
+    pub findings: Vec<Finding>,
+    /// Every quantity with its interval.
+    pub quantities: Vec<StatedQuantity>,
+    /// Joint covariance of the quantities of the estimate.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub covariance: Option<NamedCovariance>,
+    /// The estimate with the causes of its uncertainty.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub estimate: Option<Estimate>,
+    /// What only this kind has: residuals, settings, tests.
+    pub extra: serde_json::Map<String, serde_json::Value>,
+}
+
+impl ResultDocument {
+    /// An empty result of a kind.
+    pub fn new(kind: impl Into<String>) -> Self {
+        Self {
+            schema: Schema {
+                name: RESULT_SCHEMA.into(),
+                version: RESULT_VERSION,
+            },
+            software: Software::default(),
+            kind: kind.into(),
+            title: None,
+            device: Device::default(),
+            model: None,
+            inputs: Vec::new(),
+            findings: Vec::new(),
+            quantities: Vec::new(),
+            covariance: None,
+            estimate: None,
+            extra: serde_json::Map::new(),
+        }
+    }
+
+    /// Sets the title.
+    #[must_use]
+    pub fn title(mut self, title: impl Into<String>) -> Self {
+        self.title = Some(title.into());
+        self
+    }
+
+    /// Sets the device.
+    #[must_use]
+    pub fn device(mut self, device: &Device) -> Self {
+        self.device = device.clone();
+        self
+    }
+
+    /// Sets the name of the model.
+    #[must_use]
+    pub fn model(mut self, model: impl Into<String>) -> Self {
+        self.model = Some(model.into());
+        self
+    }
+
+    /// Adds an input.
+    #[must_use]
+    pub fn input(mut self, input: Input) -> Self {
+        self.inputs.push(input);
+        self
+    }
+
+    /// Adds findings.
+    #[must_use]
+    pub fn findings<'a>(mut self, findings: impl IntoIterator<Item = &'a Finding>) -> Self {
+        self.findings.extend(findings.into_iter().cloned());
+        self
+    }
+
+    /// States every component of the estimate with its interval and adds the joint covariance.
+    #[must_use]
+    pub fn estimate(mut self, estimate: &Estimate, probability: f64) -> Self {
+        self.quantities.extend(
+            estimate
+                .quantities()
+                .iter()
+                .map(|q| StatedQuantity::new(q, probability)),
+        );
+        self.covariance = Some(NamedCovariance {
+            names: estimate
+                .components()
+                .iter()
+                .map(|c| c.name.clone())
+                .collect(),
+            units: estimate
+                .components()
+                .iter()
+                .map(|c| c.unit.clone())
+                .collect(),
+            matrix: estimate.covariance().clone(),
+        });
+        self.estimate = Some(estimate.clone());
+        self
+    }
+
+    /// States a quantity outside the estimate, such as local gravity.
+    #[must_use]
+    pub fn quantity(mut self, quantity: &Quantity, probability: f64) -> Self {
+        self.quantities
+            .push(StatedQuantity::new(quantity, probability));
+        self
+    }
+
+    /// Adds a section that only this kind has.
+    ///
+    /// # Errors
+    /// The value holds a number that is not finite, or the name is taken.
+    pub fn section(mut self, name: &str, value: &impl Serialize) -> Result<Self> {
+        if self.extra.contains_key(name) {
+            return Err(Error::new(ErrorKind::Output, "the section is there already").column(name));
+        }
+        let value = crate::finite::to_value(value).map_err(|e| match e.field() {
+            Some(field) => {
+                let field = format!("{name}{field}");
+                e.column(field)
+            }
+            None => e.column(name),
+        })?;
+        self.extra.insert(name.to_string(), value);
+        Ok(self)
+    }
+
+    /// The bytes of the file. Numbers are written with as many digits as bring back the same double.
+    ///
+    /// # Errors
+    /// A number that is not finite, or two quantities of one name.
+    pub fn to_json(&self) -> Result<Vec<u8>> {
+        for (i, q) in self.quantities.iter().enumerate() {
+            if self.quantities[..i].iter().any(|p| p.name == q.name) {
+                return Err(
+                    Error::new(ErrorKind::Output, "two quantities have this name").column(&q.name),
+                );
+            }
+        }
+        crate::finite::to_json(self)
+    }
+
+    /// Reads a result.
+    ///
+    /// # Errors
+    /// Another form or version, or a damaged file.
+    pub fn from_json(bytes: &[u8]) -> Result<Self> {
+        let document: Self = serde_json::from_slice(bytes).map_err(|e| {
+            Error::new(
+                ErrorKind::Format,
+                format!("is not a result of proofmass: {e}"),
+            )
+            .line(e.line() as u64)
+            .because(e)
+        })?;
+        if document.schema.name != RESULT_SCHEMA || document.schema.version != RESULT_VERSION {
+            return Err(Error::new(
+                ErrorKind::Format,
+                format!(
+                    "is {} version {}; this program reads {RESULT_SCHEMA} version {RESULT_VERSION}",
+                    document.schema.name, document.schema.version
+                ),
+            )
+            .with_hint("use the version of proofmass that wrote it; it stands under `software`"));
+        }
+        Ok(document)
+    }
+}

@@ -1,0 +1,535 @@
+//! Reading the rows of a delimited text as numbers, block by block, in bounded memory.
+
+use crate::field::{Fields, parse_number};
+use crate::layout::{DecimalMark, Layout, open, sniff};
+use crate::{Error, ErrorKind, Result};
+use rayon::prelude::*;
+use sha2::{Digest, Sha256};
+use std::fs::File;
+use std::io::Read;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+/// Bytes read at once. Two of these, and the numbers in one of them, are all the memory a reader needs.
+const CHUNK: usize = 2 << 20;
+/// Bytes that one thread converts at once; a constant, so that nothing depends on the number of threads.
+const PIECE: usize = 128 << 10;
+/// A line longer than this is not a row of a recording.
+const LONGEST_LINE: usize = CHUNK / 2;
+
+/// What a reader does with a field that is not a finite number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum BadFields {
+    /// The first one is an error.
+    Refuse,
+    /// Each is listed in [`Block::bad`], and its number is NaN inside this crate only.
+    Locate,
+}
+
+/// A field that is not a finite number.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct BadField {
+    pub line: u64,
+    pub selected: usize,
+    pub text: String,
+}
+
+/// Consecutive rows of the selected columns.
+#[derive(Clone, Debug, Default)]
+pub struct Block {
+    columns: Vec<Vec<f64>>,
+    /// (row, line): from this row on, line = line + (row' − row).
+    lines: Vec<(usize, u64)>,
+    rows: usize,
+    text: Vec<u8>,
+    ranges: Vec<Range<usize>>,
+    pub(crate) bad: Vec<BadField>,
+}
+
+impl Block {
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Numbers of one selected column, in the order in which the columns were selected.
+    pub fn column(&self, selected: usize) -> &[f64] {
+        &self.columns[selected]
+    }
+
+    /// Line of the file on which a row stands.
+    pub fn line(&self, row: usize) -> u64 {
+        line_of(&self.lines, row)
+    }
+
+    /// The row as it stands in the file, where [`RowReader::keep_text`] asked for it.
+    pub fn text(&self, row: usize) -> &[u8] {
+        self.ranges.get(row).map_or(&[], |r| &self.text[r.clone()])
+    }
+
+    pub(crate) fn line_runs(&self) -> &[(usize, u64)] {
+        &self.lines
+    }
+}
+
+/// Line of a row from runs of consecutive lines.
+pub(crate) fn line_of(runs: &[(usize, u64)], row: usize) -> u64 {
+    let run = runs.partition_point(|&(first, _)| first <= row);
+    match run.checked_sub(1).map(|i| runs[i]) {
+        Some((first, line)) => line + (row - first) as u64,
+        None => 0,
+    }
+}
+
+/// Reads selected columns of a delimited text in blocks.
+///
+/// Memory is bounded by the block (2 MiB of text), whatever the size of the file. The SHA-256 of the whole file,
+/// preamble included, is computed in the same pass.
+pub struct RowReader {
+    path: PathBuf,
+    file: File,
+    layout: Layout,
+    selected: Vec<usize>,
+    /// For each file column up to the last selected one, where its number goes.
+    plan: Vec<Option<usize>>,
+    pending: Vec<u8>,
+    next_line: u64,
+    at_end: bool,
+    keep_text: bool,
+    bad_fields: BadFields,
+    hash: Sha256,
+}
+
+impl RowReader {
+    /// Opens a file with a known layout; `selected` are column indices from zero.
+    ///
+    /// # Errors
+    /// The file cannot be opened; a column is selected twice or does not exist.
+    pub fn open(path: &Path, layout: Layout, selected: &[usize]) -> Result<Self> {
+        let mut file = open(path)?;
+        let mut plan = vec![None; selected.iter().max().map_or(0, |m| m + 1)];
+        for (to, &from) in selected.iter().enumerate() {
+            if from >= layout.columns {
+                return Err(Error::new(
+                    ErrorKind::Column,
+                    format!(
+                        "there is no column {}; the file has {}",
+                        from + 1,
+                        layout.columns
+                    ),
+                )
+                .at(path));
+            }
+            if plan[from].replace(to).is_some() {
+                return Err(
+                    Error::new(ErrorKind::Column, "the same column is named twice")
+                        .at(path)
+                        .column(layout.name(from))
+                        .with_hint(
+                            "every axis, the time and the temperature need a column of their own",
+                        ),
+                );
+            }
+        }
+        // The preamble counts for the hash only.
+        let mut hash = Sha256::new();
+        let mut preamble = vec![0; layout.data_offset as usize];
+        file.read_exact(&mut preamble)
+            .map_err(|e| Error::access(path, "read", e))?;
+        hash.update(&preamble);
+        Ok(Self {
+            path: path.to_path_buf(),
+            file,
+            next_line: layout.first_data_line,
+            layout,
+            selected: selected.to_vec(),
+            plan,
+            pending: Vec::new(),
+            at_end: false,
+            keep_text: false,
+            bad_fields: BadFields::Refuse,
+            hash,
+        })
+    }
+
+    /// Keeps the text of every row beside its numbers.
+    #[must_use]
+    pub fn keep_text(mut self) -> Self {
+        self.keep_text = true;
+        self
+    }
+
+    pub(crate) fn locate_bad_fields(mut self) -> Self {
+        self.bad_fields = BadFields::Locate;
+        self
+    }
+
+    /// The layout it reads by.
+    pub fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    /// The next rows, `None` at the end of the file.
+    ///
+    /// # Errors
+    /// A field that is not a finite number, a row of another width, a line of more than 1 MiB.
+    pub fn next_block(&mut self) -> Result<Option<Block>> {
+        loop {
+            if self.at_end && self.pending.is_empty() {
+                return Ok(None);
+            }
+            let old = self.pending.len();
+            if !self.at_end {
+                let mut fresh = std::mem::take(&mut self.pending);
+                let got = (&mut self.file)
+                    .take((CHUNK - old) as u64)
+                    .read_to_end(&mut fresh)
+                    .map_err(|e| Error::access(&self.path, "read", e))?;
+                self.at_end = got < CHUNK - old;
+                self.pending = fresh;
+            }
+            let end = if self.at_end {
+                self.pending.len()
+            } else {
+                memchr::memrchr(b'\n', &self.pending).map_or(0, |i| i + 1)
+            };
+            if self.pending.len() - end > LONGEST_LINE {
+                let lines = memchr::memchr_iter(b'\n', &self.pending[..end]).count();
+                return Err(self.refusal(&Fault {
+                    line: lines as u64,
+                    reason: Reason::Long,
+                }));
+            }
+            let rest = self.pending.split_off(end);
+            let chunk = std::mem::replace(&mut self.pending, rest);
+            let hash = &mut self.hash;
+            let scan = Scan {
+                layout: &self.layout,
+                plan: &self.plan,
+                selected: self.selected.len(),
+                keep_text: self.keep_text,
+                bad_fields: self.bad_fields,
+            };
+            let fresh = &chunk[old.min(chunk.len())..];
+            let (left_of_old, rest_fresh) = (old.saturating_sub(chunk.len()), &self.pending);
+            let ((), pieces) = rayon::join(
+                || {
+                    hash.update(fresh);
+                    hash.update(&rest_fresh[left_of_old.min(rest_fresh.len())..]);
+                },
+                || {
+                    pieces(&chunk)
+                        .into_par_iter()
+                        .map(|p| scan.piece(p))
+                        .collect::<Vec<_>>()
+                },
+            );
+            let block = self.assemble(pieces, &chunk)?;
+            if block.rows > 0 || !block.bad.is_empty() {
+                return Ok(Some(block));
+            }
+        }
+    }
+
+    fn assemble(&mut self, pieces: Vec<Piece>, chunk: &[u8]) -> Result<Block> {
+        let mut block = Block {
+            columns: vec![Vec::new(); self.selected.len()],
+            ..Block::default()
+        };
+        for piece in pieces {
+            if let Some(fault) = piece.fault {
+                return Err(self.refusal(&fault));
+            }
+            for (row, line) in piece.runs {
+                let run = (block.rows + row, self.next_line + line);
+                if block.lines.is_empty() || line_of(&block.lines, run.0) != run.1 {
+                    block.lines.push(run);
+                }
+            }
+            block.bad.extend(piece.bad.into_iter().map(|b| BadField {
+                line: self.next_line + b.line,
+                ..b
+            }));
+            for (all, part) in block.columns.iter_mut().zip(&piece.columns) {
+                all.extend_from_slice(part);
+            }
+            block.rows += piece.rows;
+            block.ranges.extend(
+                piece
+                    .ranges
+                    .into_iter()
+                    .map(|r| r.start + piece.start..r.end + piece.start),
+            );
+            self.next_line += piece.lines;
+        }
+        if self.keep_text {
+            block.text = chunk.to_vec();
+        }
+        Ok(block)
+    }
+
+    fn refusal(&self, fault: &Fault) -> Error {
+        let line = self.next_line + fault.line;
+        let at = |error: Error| error.at(&self.path).line(line);
+        match &fault.reason {
+            Reason::Width(got) => at(Error::new(
+                ErrorKind::Row,
+                format!("the row has {got} fields, the rows above have {}", self.layout.columns),
+            ))
+            .with_hint(
+                "look at this line and the one before: a lost or doubled line, a separator inside a field, or a decimal \
+                 comma; cut the damaged part out, or give `separator`, `decimal` or `skip_lines`",
+            ),
+            Reason::Long => at(Error::new(ErrorKind::Format, "a line is longer than 1 MiB"))
+                .with_hint("a recording has one row per sample and a line end after each"),
+            Reason::Field(column, text) => {
+                let error = at(bad_field(text, self.layout.decimal)).column(self.layout.name(*column));
+                let first = line == self.layout.first_data_line;
+                if first && error.place_is_text() {
+                    error.with_hint("if this line is a header or a preamble, say `header = true` or `skip_lines`; otherwise name a column of numbers")
+                } else {
+                    error
+                }
+            }
+        }
+    }
+
+    /// SHA-256 of the file in hexadecimal digits, once every block was read.
+    pub fn sha256(self) -> Result<String> {
+        debug_assert!(self.at_end);
+        Ok(hexadecimal(&self.hash.finalize()))
+    }
+}
+
+impl Error {
+    fn place_is_text(&self) -> bool {
+        self.to_string().contains("is not a number")
+    }
+}
+
+fn bad_field(text: &str, decimal: DecimalMark) -> Error {
+    let lower = text
+        .trim()
+        .trim_start_matches(['+', '-'])
+        .to_ascii_lowercase();
+    let (what, hint) = if text.is_empty() {
+        (
+            "the field is empty".to_string(),
+            "a sample is missing: cut the recording before or after this line; nothing is filled in silently",
+        )
+    } else if lower.starts_with("nan") {
+        (
+            format!("\"{text}\" is not a finite number"),
+            "cut the recording before or after this line; missing samples are not filled in silently",
+        )
+    } else if lower.starts_with("inf")
+        || text.bytes().any(|b| b.is_ascii_digit())
+            && parse_number(text.as_bytes(), decimal).is_some()
+    {
+        (
+            format!("\"{text}\" is not a finite number"),
+            "the sensor or the converter overflowed here: cut this part out of the recording",
+        )
+    } else if decimal == DecimalMark::Point && text.contains(',') {
+        (
+            format!("\"{text}\" is not a number"),
+            "if the comma is the decimal mark, say `decimal = \"comma\"`",
+        )
+    } else {
+        (
+            format!("\"{text}\" is not a number"),
+            "correct the field or cut the line out; a column of text cannot be used as a signal",
+        )
+    };
+    Error::new(ErrorKind::Field, what).with_hint(hint)
+}
+
+pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
+    use std::fmt::Write;
+    bytes
+        .iter()
+        .fold(String::with_capacity(2 * bytes.len()), |mut text, b| {
+            let _ = write!(text, "{b:02x}");
+            text
+        })
+}
+
+/// Cuts a chunk at line ends into pieces of about [`PIECE`] bytes: (offset, bytes).
+fn pieces(chunk: &[u8]) -> Vec<(usize, &[u8])> {
+    let mut pieces = Vec::new();
+    let mut start = 0;
+    while start < chunk.len() {
+        let about = (start + PIECE).min(chunk.len());
+        let end = memchr::memchr(b'\n', &chunk[about..]).map_or(chunk.len(), |i| about + i + 1);
+        pieces.push((start, &chunk[start..end]));
+        start = end;
+    }
+    pieces
+}
+
+#[derive(Default)]
+struct Piece {
+    start: usize,
+    columns: Vec<Vec<f64>>,
+    rows: usize,
+    lines: u64,
+    runs: Vec<(usize, u64)>,
+    ranges: Vec<Range<usize>>,
+    bad: Vec<BadField>,
+    fault: Option<Fault>,
+}
+
+struct Fault {
+    line: u64,
+    reason: Reason,
+}
+
+enum Reason {
+    Long,
+    Width(usize),
+    Field(usize, String),
+}
+
+struct Scan<'a> {
+    layout: &'a Layout,
+    plan: &'a [Option<usize>],
+    selected: usize,
+    keep_text: bool,
+    bad_fields: BadFields,
+}
+
+impl Scan<'_> {
+    fn piece(&self, (start, bytes): (usize, &[u8])) -> Piece {
+        // Room for rows of eight bytes a field; grows where they are shorter.
+        let room = bytes.len() / (8 * self.layout.columns.max(1)) + 1;
+        let mut piece = Piece {
+            start,
+            columns: (0..self.selected)
+                .map(|_| Vec::with_capacity(room))
+                .collect(),
+            ..Piece::default()
+        };
+        let mut numbers = vec![0.0; self.selected];
+        let mut at = 0;
+        while at < bytes.len() {
+            let end = memchr::memchr(b'\n', &bytes[at..]).map_or(bytes.len(), |i| at + i);
+            let line = &bytes[at..end];
+            let line = line.strip_suffix(b"\r").unwrap_or(line);
+            let number = piece.lines;
+            piece.lines += 1;
+            let range = at..at + line.len();
+            at = end + 1;
+            match line.iter().find(|b| !matches!(b, b' ' | b'\t')) {
+                None => continue,
+                // Data seldom start with these, so the full comparison is seldom made.
+                Some(b)
+                    if !matches!(b, b'0'..=b'9' | b'-' | b'+' | b'.')
+                        && sniff::is_comment(line, &self.layout.comment) =>
+                {
+                    continue;
+                }
+                // End-of-file mark of old programs.
+                Some(0x1A) if line.trim_ascii() == [0x1A] => continue,
+                Some(_) => {}
+            }
+            match self.row(line, &mut numbers) {
+                Ok(()) => {}
+                Err(Reason::Field(..)) if self.bad_fields == BadFields::Locate => {
+                    self.locate(line, number, &mut numbers, &mut piece.bad);
+                }
+                Err(reason) => {
+                    piece.fault = Some(Fault {
+                        line: number,
+                        reason,
+                    });
+                    return piece;
+                }
+            }
+            for (column, &number) in piece.columns.iter_mut().zip(&numbers) {
+                column.push(number);
+            }
+            if piece.runs.is_empty() || line_of(&piece.runs, piece.rows) != number {
+                piece.runs.push((piece.rows, number));
+            }
+            if self.keep_text {
+                piece.ranges.push(range);
+            }
+            piece.rows += 1;
+        }
+        piece
+    }
+
+    /// Converts one row. Fields are checked in order, then the width.
+    fn row(&self, line: &[u8], numbers: &mut [f64]) -> Result<(), Reason> {
+        if line.len() > LONGEST_LINE {
+            return Err(Reason::Long);
+        }
+        let separator = self.layout.separator;
+        let decimal = self.layout.decimal;
+        let mut fields = Fields::new(line, separator);
+        let mut count = 0;
+        let mut last_empty = false;
+        let mut bad = None;
+        loop {
+            // The numbers are read where they stand, without first looking for the end of the field.
+            let slot = self.plan.get(count).copied().flatten();
+            if let (Some(slot), DecimalMark::Point) = (slot, decimal)
+                && let Some(value) = fields.number()
+            {
+                numbers[slot] = value;
+                last_empty = false;
+                count += 1;
+                continue;
+            }
+            let Some(field) = fields.next_field() else {
+                break;
+            };
+            last_empty = field.is_empty();
+            if let Some(slot) = slot {
+                match parse_number(field, decimal) {
+                    Some(value) if value.is_finite() => numbers[slot] = value,
+                    _ if bad.is_none() => bad = Some((count, field)),
+                    _ => {}
+                }
+            }
+            count += 1;
+        }
+        let columns = self.layout.columns;
+        if !(count == columns || count == columns + 1 && last_empty) {
+            return Err(Reason::Width(count));
+        }
+        match bad {
+            Some((column, field)) => Err(Reason::Field(column, shown(field))),
+            None => Ok(()),
+        }
+    }
+
+    fn locate(&self, line: &[u8], number: u64, numbers: &mut [f64], bad: &mut Vec<BadField>) {
+        let fields = sniff::split(line, self.layout.separator);
+        for (field, slot) in fields.iter().zip(self.plan) {
+            let Some(slot) = *slot else { continue };
+            numbers[slot] = match parse_number(field, self.layout.decimal) {
+                Some(value) if value.is_finite() => value,
+                _ => {
+                    bad.push(BadField {
+                        line: number,
+                        selected: slot,
+                        text: shown(field),
+                    });
+                    f64::NAN
+                }
+            };
+        }
+    }
+}
+
+/// The field as a message shows it: decoded, on one line, not longer than forty characters.
+fn shown(field: &[u8]) -> String {
+    let text = sniff::decode(field);
+    let short: String = text.chars().filter(|c| !c.is_control()).take(40).collect();
+    if short.chars().count() < text.chars().count() {
+        format!("{short}…")
+    } else {
+        short
+    }
+}

@@ -1,0 +1,30 @@
+//! Which program wrote a file, and in which version of which form.
+
+use serde::{Deserialize, Serialize};
+
+/// Program and version that wrote a file.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Software {
+    /// Name.
+    pub name: String,
+    /// Version.
+    pub version: String,
+}
+
+impl Default for Software {
+    fn default() -> Self {
+        Self {
+            name: "proofmass".into(),
+            version: env!("CARGO_PKG_VERSION").into(),
+        }
+    }
+}
+
+/// Name and version of the form of a file.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Schema {
+    /// Dotted name.
+    pub name: String,
+    /// Version, counted up when a reader of the old form could no longer read the new one.
+    pub version: u32,
+}

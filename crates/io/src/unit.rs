@@ -1,0 +1,368 @@
+//! Units of recorded columns and their conversion to SI.
+
+use proofmass_core::STANDARD_GRAVITY;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::fmt;
+use std::str::FromStr;
+
+/// Unit of a column of a recording.
+///
+/// `count` and volts are raw outputs whose scale is a result of a fit; they are never converted to acceleration here.
+///
+/// ```
+/// use proofmass_io::Unit;
+///
+/// let unit: Unit = "mg".parse()?;
+/// assert_eq!(unit.si(), (Unit::MetrePerSecondSquared, 9.80665e-3));
+/// assert_eq!("m/s^2".parse::<Unit>()?.to_string(), "m/s²");
+/// # Ok::<(), proofmass_io::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Unit {
+    /// m/s².
+    MetrePerSecondSquared,
+    /// mm/s².
+    MillimetrePerSecondSquared,
+    /// Standard gravity, 9.80665 m/s².
+    StandardGravity,
+    /// 10⁻³ of standard gravity.
+    MilliGravity,
+    /// 10⁻⁶ of standard gravity.
+    MicroGravity,
+    /// Gal, 10⁻² m/s².
+    Gal,
+    /// Number out of a converter.
+    Count,
+    /// V.
+    Volt,
+    /// mV.
+    Millivolt,
+    /// µV.
+    Microvolt,
+    /// s.
+    Second,
+    /// ms.
+    Millisecond,
+    /// µs.
+    Microsecond,
+    /// ns.
+    Nanosecond,
+    /// Hz.
+    Hertz,
+    /// °C.
+    DegreeCelsius,
+    /// K.
+    Kelvin,
+    /// °.
+    Degree,
+    /// rad.
+    Radian,
+    /// rad/s.
+    RadianPerSecond,
+    /// °/s.
+    DegreePerSecond,
+    /// m.
+    Metre,
+    /// mm.
+    Millimetre,
+    /// m/s.
+    MetrePerSecond,
+    /// N.
+    Newton,
+    /// A pure number.
+    One,
+}
+
+use Unit::*;
+
+/// Unit, how it is printed, how it is written in plain ASCII column names, and what else is understood.
+/// Compared without blanks, with `²` as `2`, `^` dropped, `µ`/`μ` as `u`; case counts only where it must (`mV`, `MHz`).
+const SPELLINGS: &[(Unit, &str, &str, &[&str])] = &[
+    (
+        MetrePerSecondSquared,
+        "m/s²",
+        "m/s2",
+        &[
+            "m/s/s", "m/s**2", "mps2", "ms-2", "m.s-2", "m·s-2", "m*s-2", "m_s2", "m_per_s2",
+            "meter/s2",
+        ],
+    ),
+    (
+        MillimetrePerSecondSquared,
+        "mm/s²",
+        "mm/s2",
+        &["mm/s/s", "mm/s**2", "mm_s2", "mm_per_s2"],
+    ),
+    (StandardGravity, "g", "g", &["G", "g0", "gn", "g_n", "g_0"]),
+    (
+        MilliGravity,
+        "mg",
+        "mg",
+        &["milli-g", "millig", "mG", "mg0"],
+    ),
+    (MicroGravity, "µg", "ug", &["micro-g", "microg", "ug0"]),
+    (Gal, "Gal", "Gal", &["gal", "cm/s2", "cm/s/s", "cm/s**2"]),
+    (
+        Count,
+        "count",
+        "count",
+        &[
+            "counts", "LSB", "lsb", "digit", "digits", "adc", "ADC", "raw", "Count", "Counts",
+            "cts",
+        ],
+    ),
+    (Volt, "V", "V", &["volt", "volts", "Volt", "Volts"]),
+    (Millivolt, "mV", "mV", &["millivolt", "millivolts"]),
+    (Microvolt, "µV", "uV", &["microvolt", "microvolts"]),
+    (
+        Second,
+        "s",
+        "s",
+        &["sec", "secs", "second", "seconds", "Seconds", "Sec"],
+    ),
+    (
+        Millisecond,
+        "ms",
+        "ms",
+        &["msec", "millisecond", "milliseconds", "millis"],
+    ),
+    (
+        Microsecond,
+        "µs",
+        "us",
+        &["usec", "microsecond", "microseconds", "micros"],
+    ),
+    (
+        Nanosecond,
+        "ns",
+        "ns",
+        &["nsec", "nanosecond", "nanoseconds", "nanos"],
+    ),
+    (Hertz, "Hz", "Hz", &["hz", "1/s"]),
+    (
+        DegreeCelsius,
+        "°C",
+        "degC",
+        &["C", "celsius", "Celsius", "deg_C", "degc", "oC"],
+    ),
+    (Kelvin, "K", "K", &["kelvin", "Kelvin"]),
+    (Degree, "°", "deg", &["degree", "degrees"]),
+    (Radian, "rad", "rad", &["radian", "radians"]),
+    (
+        RadianPerSecond,
+        "rad/s",
+        "rad/s",
+        &["rad_s", "radps", "rad/sec"],
+    ),
+    (
+        DegreePerSecond,
+        "°/s",
+        "deg/s",
+        &["dps", "deg_s", "deg/sec"],
+    ),
+    (Metre, "m", "m", &["metre", "metres", "meter"]),
+    (Millimetre, "mm", "mm", &["millimetre", "millimetres"]),
+    (MetrePerSecond, "m/s", "m/s", &["mps", "m_s", "m_per_s"]),
+    (Newton, "N", "N", &["newton", "newtons"]),
+    (One, "1", "1", &["-", "none", "dimensionless"]),
+];
+
+fn plain(text: &str) -> String {
+    text.chars()
+        .filter(|c| !c.is_whitespace() && *c != '^')
+        .map(|c| match c {
+            '²' => '2',
+            'µ' | 'μ' => 'u',
+            '⁻' | '−' => '-',
+            c => c,
+        })
+        .collect()
+}
+
+impl Unit {
+    /// Reads a usual spelling; `None` when it is not one.
+    pub fn recognise(text: &str) -> Option<Self> {
+        let text = plain(text);
+        if text.is_empty() {
+            return None;
+        }
+        SPELLINGS
+            .iter()
+            .find(|(_, printed, ascii, others)| {
+                text == plain(printed) || text == *ascii || others.iter().any(|o| text == plain(o))
+            })
+            .map(|&(unit, ..)| unit)
+    }
+
+    /// The unit of a header's suffix, such as `acc_x_g`; stricter than [`Unit::recognise`] because single letters
+    /// that name axes or channels must not turn into units.
+    fn recognise_suffix(text: &str) -> Option<Self> {
+        let unit = Self::recognise(text)?;
+        let ambiguous = matches!(
+            text,
+            "1" | "-" | "none" | "C" | "G" | "raw" | "adc" | "m" | "N" | "K" | "gn" | "g0"
+        );
+        (!ambiguous).then_some(unit)
+    }
+
+    /// The SI unit this one converts to, and the factor: value in SI = factor × value.
+    ///
+    /// Units without one (count, °C, pure numbers) return themselves and one.
+    pub fn si(self) -> (Self, f64) {
+        match self {
+            MillimetrePerSecondSquared => (MetrePerSecondSquared, 1e-3),
+            StandardGravity => (MetrePerSecondSquared, STANDARD_GRAVITY),
+            // Written out: 1e-3 * 9.80665 rounds twice.
+            MilliGravity => (MetrePerSecondSquared, 9.806_65e-3),
+            MicroGravity => (MetrePerSecondSquared, 9.806_65e-6),
+            Gal => (MetrePerSecondSquared, 1e-2),
+            Millivolt => (Volt, 1e-3),
+            Microvolt => (Volt, 1e-6),
+            Millisecond => (Second, 1e-3),
+            Microsecond => (Second, 1e-6),
+            Nanosecond => (Second, 1e-9),
+            Degree => (Radian, std::f64::consts::PI / 180.0),
+            DegreePerSecond => (RadianPerSecond, std::f64::consts::PI / 180.0),
+            Millimetre => (Metre, 1e-3),
+            other => (other, 1.0),
+        }
+    }
+
+    /// Whether it is a unit of acceleration.
+    pub fn is_acceleration(self) -> bool {
+        self.si().0 == MetrePerSecondSquared
+    }
+
+    /// Whether it is a unit of time.
+    pub fn is_time(self) -> bool {
+        self.si().0 == Second
+    }
+
+    /// Whether it is a raw output (counts or volts), whose scale only a calibration knows.
+    pub fn is_raw(self) -> bool {
+        self == Count || self.si().0 == Volt
+    }
+
+    /// Plain ASCII spelling, for column names.
+    pub fn ascii(self) -> &'static str {
+        self.entry().2
+    }
+
+    fn entry(self) -> &'static (Unit, &'static str, &'static str, &'static [&'static str]) {
+        SPELLINGS
+            .iter()
+            .find(|(unit, ..)| *unit == self)
+            .expect("every unit has its spelling (checked by a test)")
+    }
+}
+
+impl fmt::Display for Unit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.entry().1)
+    }
+}
+
+impl FromStr for Unit {
+    type Err = crate::Error;
+    fn from_str(text: &str) -> Result<Self, crate::Error> {
+        Self::recognise(text).ok_or_else(|| {
+            crate::Error::new(crate::ErrorKind::Column, format!("unknown unit \"{text}\""))
+                .with_hint(
+                    "known units of an output: m/s², mm/s², g, mg, µg, Gal, count, V, mV, µV",
+                )
+        })
+    }
+}
+
+impl Serialize for Unit {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+impl<'de> Deserialize<'de> for Unit {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = String::deserialize(deserializer)?;
+        Self::recognise(&text).ok_or_else(|| {
+            serde::de::Error::custom(format!(
+                "unknown unit \"{text}\"; known: m/s², mm/s², g, mg, µg, Gal, count, V, mV, µV"
+            ))
+        })
+    }
+}
+
+/// Splits a column heading into its name and the unit it carries.
+///
+/// `acc_x (m/s²)`, `acc_x [g]`, `acc_x, mg`, `acc_x_m/s2`, `T_degC` are understood. The name keeps no trailing
+/// separator; a heading without a known unit is returned whole.
+///
+/// ```
+/// use proofmass_io::{Unit, split_heading};
+/// assert_eq!(split_heading("acc_x_m/s2"), ("acc_x", Some(Unit::MetrePerSecondSquared)));
+/// assert_eq!(split_heading("t (ms)"), ("t", Some(Unit::Millisecond)));
+/// assert_eq!(split_heading("acc_x"), ("acc_x", None));
+/// ```
+pub fn split_heading(heading: &str) -> (&str, Option<Unit>) {
+    let heading = heading.trim();
+    for (open, close) in [('(', ')'), ('[', ']'), ('{', '}'), ('<', '>')] {
+        if let Some(inner) = heading.strip_suffix(close)
+            && let Some(at) = inner.rfind(open)
+            && let Some(unit) = Unit::recognise(&inner[at + open.len_utf8()..])
+        {
+            return (inner[..at].trim_end_matches([' ', '_']), Some(unit));
+        }
+    }
+    // `_m_s2` before `_s2`: the longest suffix that is a unit wins.
+    for (at, mark) in heading
+        .char_indices()
+        .filter(|(_, c)| matches!(c, '_' | ',' | ' ' | '/'))
+    {
+        if at == 0 || mark == '/' {
+            continue;
+        }
+        if let Some(unit) = Unit::recognise_suffix(&heading[at + mark.len_utf8()..]) {
+            return (heading[..at].trim_end_matches([' ', '_', ',']), Some(unit));
+        }
+    }
+    (heading, None)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_every_spelling_reads_back() {
+        for (unit, printed, ascii, others) in SPELLINGS {
+            for text in [printed, ascii].into_iter().chain(others.iter()) {
+                assert_eq!(Unit::recognise(text), Some(*unit), "{text}");
+            }
+            assert_eq!(unit.to_string().parse::<Unit>().ok(), Some(*unit));
+        }
+    }
+
+    #[test]
+    fn headings_of_all_shapes() {
+        for (heading, name, unit) in [
+            ("acc_x_m/s2", "acc_x", Some(MetrePerSecondSquared)),
+            ("acc_x (m/s²)", "acc_x", Some(MetrePerSecondSquared)),
+            ("acc_x [g]", "acc_x", Some(StandardGravity)),
+            ("acc_x_g", "acc_x", Some(StandardGravity)),
+            ("time_s", "time", Some(Second)),
+            ("t (ms)", "t", Some(Millisecond)),
+            ("frequency_Hz", "frequency", Some(Hertz)),
+            ("T_degC", "T", Some(DegreeCelsius)),
+            ("temperature_deg_C", "temperature", Some(DegreeCelsius)),
+            ("inclination_deg", "inclination", Some(Degree)),
+            ("acc_x_m_s2", "acc_x", Some(MetrePerSecondSquared)),
+            ("acc_x", "acc_x", None),
+            ("g", "g", None),
+            ("channel 1", "channel 1", None),
+            ("Voltage (V)", "Voltage", Some(Volt)),
+            ("gyr_x_rad/s", "gyr_x", Some(RadianPerSecond)),
+        ] {
+            assert_eq!(split_heading(heading), (name, unit), "{heading}");
+        }
+    }
+}

@@ -1,0 +1,361 @@
+//! One self-contained HTML page: style and plots inside, nothing fetched, no script; made for screen and A4.
+
+use crate::Error;
+use crate::document::{Alignment, Block, Cell, Column, KeyFigure, Report, Table};
+use crate::number::{cell_text, minus, split_at_point};
+use crate::plot::{escape, text_width};
+use crate::terminal::check_shape;
+use proofmass_uncertainty::{Finding, Severity};
+use std::fmt::Write;
+
+const STYLE: &str = include_str!("html/style.css");
+/// From this many sections on the page opens with a table of contents.
+const LONG: usize = 5;
+/// A table of at most this many rows is kept on one sheet of paper.
+const SHORT: usize = 15;
+
+/// The report as one HTML document.
+///
+/// # Errors
+/// Those of the plots; [`Error::Length`] for a row that does not fit its columns; [`Error::NotFinite`] for a
+/// quantity that is not a number.
+pub fn render(report: &Report) -> Result<String, Error> {
+    let mut page = Page::default();
+    let language = if report.language.is_empty() {
+        "en"
+    } else {
+        &report.language
+    };
+    let _ = write!(
+        page.out,
+        "<!DOCTYPE html>\n<html lang=\"{}\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
+         <title>{}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n<header>\n<h1>{}</h1>\n",
+        escape(language),
+        escape(&report.title),
+        escape(&report.title)
+    );
+    if !report.subtitle.is_empty() {
+        let _ = writeln!(
+            page.out,
+            "<p class=\"subtitle\">{}</p>",
+            escape(&report.subtitle)
+        );
+    }
+    if !report.meta.is_empty() {
+        page.out.push_str("<dl class=\"meta\">\n");
+        for (label, value) in &report.meta {
+            let _ = writeln!(
+                page.out,
+                "<div><dt>{}</dt><dd>{}</dd></div>",
+                escape(label),
+                escape(value)
+            );
+        }
+        page.out.push_str("</dl>\n");
+    }
+    page.out.push_str("</header>\n");
+    page.findings(&report.findings);
+    if report.sections.len() >= LONG {
+        page.contents(report);
+    }
+    for (i, section) in report.sections.iter().enumerate() {
+        let _ = writeln!(page.out, "<section id=\"section-{}\">", i + 1);
+        if !section.title.is_empty() {
+            let _ = writeln!(page.out, "<h2>{}</h2>", escape(&section.title));
+        }
+        for block in &section.blocks {
+            page.block(block)?;
+        }
+        page.out.push_str("</section>\n");
+    }
+    if !report.footer.is_empty() {
+        let _ = writeln!(page.out, "<footer>{}</footer>", escape(&report.footer));
+    }
+    page.out.push_str("</main>\n</body>\n</html>\n");
+    Ok(page.out)
+}
+
+#[derive(Default)]
+struct Page {
+    out: String,
+    figures: usize,
+    tables: usize,
+}
+
+impl Page {
+    fn contents(&mut self, report: &Report) {
+        self.out
+            .push_str("<nav aria-label=\"Contents\"><h2>Contents</h2><ol>\n");
+        for (i, section) in report.sections.iter().enumerate() {
+            if !section.title.is_empty() {
+                let _ = writeln!(
+                    self.out,
+                    "<li><a href=\"#section-{}\">{}</a></li>",
+                    i + 1,
+                    escape(&section.title)
+                );
+            }
+        }
+        self.out.push_str("</ol></nav>\n");
+    }
+
+    fn block(&mut self, block: &Block) -> Result<(), Error> {
+        match block {
+            Block::Paragraph(text) => {
+                let _ = writeln!(self.out, "<p>{}</p>", escape(text));
+            }
+            Block::Code(text) => {
+                let _ = writeln!(self.out, "<pre><code>{}</code></pre>", escape(text));
+            }
+            Block::Findings(findings) => self.findings(findings),
+            Block::KeyFigures(figures) => self.key_figures(figures),
+            Block::Table(table) => self.table(table)?,
+            Block::Figure(figure) => {
+                self.figures += 1;
+                let svg = figure
+                    .plot
+                    .svg(&figure.caption, &format!("figure-{}", self.figures))?;
+                let _ = writeln!(
+                    self.out,
+                    "<figure{}>\n<div class=\"plot\">{svg}</div>\n<figcaption><b>Figure {}.</b> {}</figcaption>\n</figure>",
+                    if figure.plot.is_tall() {
+                        " class=\"tall\""
+                    } else {
+                        ""
+                    },
+                    self.figures,
+                    escape(&figure.caption)
+                );
+            }
+        }
+        Ok(())
+    }
+
+    /// Boxes, the gravest first.
+    fn findings(&mut self, findings: &[Finding]) {
+        if findings.is_empty() {
+            return;
+        }
+        let mut sorted: Vec<&Finding> = findings.iter().collect();
+        sorted.sort_by_key(|f| std::cmp::Reverse(f.severity()));
+        self.out.push_str("<ul class=\"findings\">\n");
+        for finding in sorted {
+            let class = match finding.severity() {
+                Severity::Decision => "decision",
+                Severity::Warning => "warning",
+                Severity::Note => "note",
+            };
+            let _ = write!(
+                self.out,
+                "<li class=\"{class}\"><p><b>{}</b> {} <code>{}</code></p>",
+                capital(&finding.severity().to_string()),
+                escape(&sentence(finding.what())),
+                escape(finding.code())
+            );
+            for (word, text) in [
+                ("evidence", finding.evidence_text()),
+                ("advice", finding.advice_text()),
+            ] {
+                if !text.is_empty() {
+                    let _ = write!(
+                        self.out,
+                        "<p class=\"{word}\">{}</p>",
+                        escape(&sentence(text))
+                    );
+                }
+            }
+            self.out.push_str("</li>\n");
+        }
+        self.out.push_str("</ul>\n");
+    }
+
+    fn key_figures(&mut self, figures: &[KeyFigure]) {
+        self.out.push_str("<dl class=\"key\">\n");
+        for figure in figures {
+            let _ = write!(
+                self.out,
+                "<div><dt>{}</dt><dd><span class=\"value\">{}</span>",
+                escape(&figure.label),
+                escape(&minus(&figure.value))
+            );
+            if !figure.unit.is_empty() && figure.unit != "1" {
+                let _ = write!(
+                    self.out,
+                    " <span class=\"unit\">{}</span>",
+                    escape(&figure.unit)
+                );
+            }
+            if !figure.note.is_empty() {
+                let _ = write!(self.out, "<small>{}</small>", escape(&figure.note));
+            }
+            self.out.push_str("</dd></div>\n");
+        }
+        self.out.push_str("</dl>\n");
+    }
+
+    fn table(&mut self, table: &Table) -> Result<(), Error> {
+        check_shape(table)?;
+        let blocks = number_blocks(table)?;
+        let narrowest = narrowest_width(table, &blocks)?;
+        let _ = writeln!(
+            self.out,
+            "<div class=\"table{}\" style=\"--ch:{narrowest:.0}\">\n<table>",
+            if table.rows.len() <= SHORT {
+                " short"
+            } else {
+                ""
+            }
+        );
+        if !table.caption.is_empty() {
+            self.tables += 1;
+            let _ = writeln!(
+                self.out,
+                "<caption><b>Table {}.</b> {}</caption>",
+                self.tables,
+                escape(&table.caption)
+            );
+        }
+        self.out.push_str("<thead><tr>");
+        for column in &table.columns {
+            let _ = write!(
+                self.out,
+                "<th scope=\"col\" class=\"{}\">{}",
+                class(column.alignment),
+                escape(&column.heading)
+            );
+            if let Some(unit) = column.printed_unit() {
+                let _ = write!(
+                    self.out,
+                    "<br/><span class=\"unit\">{}</span>",
+                    escape(unit)
+                );
+            }
+            self.out.push_str("</th>");
+        }
+        self.out.push_str("</tr></thead>\n<tbody>\n");
+        for (i, row) in table.rows.iter().enumerate() {
+            self.out.push_str("<tr>");
+            for ((cell, column), block) in row.iter().zip(&table.columns).zip(&blocks) {
+                self.cell(cell, column, *block, i)?;
+            }
+            self.out.push_str("</tr>\n");
+        }
+        self.out.push_str("</tbody>\n</table>\n");
+        for note in &table.notes {
+            let _ = writeln!(self.out, "<p class=\"table-note\">{}</p>", escape(note));
+        }
+        self.out.push_str("</div>\n");
+        Ok(())
+    }
+
+    fn cell(
+        &mut self,
+        cell: &Cell,
+        column: &Column,
+        (left, right): (f64, f64),
+        row: usize,
+    ) -> Result<(), Error> {
+        let text = cell_text(cell, column, row)?;
+        let is_text = matches!(cell, Cell::Text(_));
+        if column.alignment == Alignment::Decimal && !is_text && !text.is_empty() {
+            // Two boxes of the same width in every row meet at the decimal point.
+            let (whole, rest) = split_at_point(&text);
+            let _ = write!(
+                self.out,
+                "<td class=\"decimal\"><span class=\"whole\" style=\"min-width:{left:.1}ch\">{}</span>\
+                 <span class=\"tail\" style=\"min-width:{right:.1}ch\">{}</span></td>",
+                escape(whole),
+                escape(rest)
+            );
+        } else {
+            let _ = write!(
+                self.out,
+                "<td class=\"{}\">{}</td>",
+                class(column.alignment),
+                escape(&text)
+            );
+        }
+        Ok(())
+    }
+}
+
+/// Width of a text in widths of the digit 0.
+fn in_digits(text: &str) -> f64 {
+    text_width(text, 1.0) / text_width("0", 1.0)
+}
+
+/// For each column the widest part left and right of the decimal point, in widths of a digit.
+fn number_blocks(table: &Table) -> Result<Vec<(f64, f64)>, Error> {
+    let mut blocks = vec![(0.0_f64, 0.0_f64); table.columns.len()];
+    for (i, row) in table.rows.iter().enumerate() {
+        for ((cell, column), block) in row.iter().zip(&table.columns).zip(&mut blocks) {
+            if !matches!(cell, Cell::Text(_)) {
+                let text = cell_text(cell, column, i)?;
+                let (whole, tail) = split_at_point(&text);
+                *block = (
+                    block.0.max(in_digits(whole) + 0.1),
+                    block.1.max(in_digits(tail) + 0.1),
+                );
+            }
+        }
+    }
+    Ok(blocks)
+}
+
+/// Width of the table with every text broken wherever it may be, in widths of a digit.
+fn narrowest_width(table: &Table, blocks: &[(f64, f64)]) -> Result<f64, Error> {
+    let padding = 2.0;
+    let longest_word = |text: &str| {
+        let words = text.split_whitespace().map(in_digits);
+        words.fold(0.0, f64::max).min(24.0)
+    };
+    let mut sum = 10.0;
+    for (c, column) in table.columns.iter().enumerate() {
+        let unit = column.printed_unit().unwrap_or("");
+        // Headings are set bold, a little wider.
+        let mut widest = 1.1 * longest_word(&column.heading).max(in_digits(unit));
+        for (i, row) in table.rows.iter().enumerate() {
+            let text = cell_text(&row[c], column, i)?;
+            widest = widest.max(match column.alignment {
+                Alignment::Decimal if !matches!(row[c], Cell::Text(_)) => blocks[c].0 + blocks[c].1,
+                Alignment::Decimal | Alignment::Right => in_digits(&text),
+                Alignment::Left | Alignment::Centre => longest_word(&text).max(8.0),
+            });
+        }
+        sum += widest + padding;
+    }
+    Ok(sum)
+}
+
+fn class(alignment: Alignment) -> &'static str {
+    match alignment {
+        Alignment::Left => "left",
+        Alignment::Centre => "centre",
+        Alignment::Right => "right",
+        Alignment::Decimal => "decimal",
+    }
+}
+
+fn capital(text: &str) -> String {
+    let mut chars = text.chars();
+    chars
+        .next()
+        .map(|c| c.to_uppercase().chain(chars).collect())
+        .unwrap_or_default()
+}
+
+/// Capital and full stop around a clause; a Greek or mathematical symbol at its head stays as it is.
+fn sentence(text: &str) -> String {
+    let mut text = if text.starts_with(|c: char| c.is_ascii_lowercase())
+        && text.chars().take_while(|c| c.is_ascii_alphabetic()).count() > 1
+    {
+        capital(text)
+    } else {
+        text.to_string()
+    };
+    if !text.ends_with(['.', '!', '?', ':']) {
+        text.push('.');
+    }
+    text
+}

@@ -1,0 +1,478 @@
+//! The report of a multi-position calibration.
+
+use crate::{
+    Axis, BarPlot, Cell, Column, KeyFigure, MatrixPlot, Report, Section, Series, SpherePlot, Table,
+    XyPlot,
+};
+use proofmass_calibration::{Ferraris, MultiPositionFit, StandstillCalibration, WindowedVariance};
+use proofmass_uncertainty::{Finding, Format, Quantity};
+
+/// What the report tells beside the calibration itself.
+#[derive(Clone, Debug, Default)]
+pub struct MultiPositionReport<'a> {
+    /// Title.
+    pub title: String,
+    /// Label and value: device, date, operator, software.
+    pub meta: Vec<(String, String)>,
+    /// Name and SHA-256 of each input file.
+    pub inputs: Vec<(String, String)>,
+    /// Name of the method as the campaign gives it.
+    pub method: String,
+    /// Probability of the intervals.
+    pub probability: f64,
+    /// All findings, those of the recording included.
+    pub findings: &'a [Finding],
+    /// Times (s) and outputs of the recording, for its plot.
+    pub recording: Option<(&'a [f64], [&'a [f64]; 3])>,
+    /// The statistic of the standstill search, for its plot.
+    pub windowed: Option<&'a WindowedVariance>,
+    /// Last line.
+    pub footer: String,
+}
+
+impl MultiPositionReport<'_> {
+    /// The whole report.
+    pub fn full(&self, calibration: &StandstillCalibration) -> Report {
+        let fit = &calibration.fit;
+        let mut report = self.head(fit);
+        report = report
+            .section(self.result(fit))
+            .section(self.agreement(fit))
+            .section(self.budget(fit));
+        if self.recording.is_some() {
+            report = report.section(self.standstills(calibration));
+        }
+        report
+            .section(self.provenance(fit))
+            .footer(self.footer.clone())
+    }
+
+    /// What is worth a look in the terminal.
+    pub fn summary(&self, calibration: &StandstillCalibration) -> Report {
+        let fit = &calibration.fit;
+        let section = Section::new("Result")
+            .key_figures(key_figures(fit))
+            .table(self.parameters(fit));
+        self.head(fit).section(section)
+    }
+
+    fn head(&self, fit: &MultiPositionFit) -> Report {
+        let gravity = fit.gravity();
+        let mut report = Report::new(self.title.clone()).subtitle(format!(
+            "Multi-position calibration of a triaxial accelerometer: method {}, {} standstills, g = {} m/s²",
+            self.method,
+            fit.poses().len(),
+            concise(gravity.value(), gravity.standard_uncertainty()),
+        ));
+        for (label, value) in &self.meta {
+            report = report.meta(label.clone(), value.clone());
+        }
+        report.findings(self.findings.iter().cloned())
+    }
+
+    fn result(&self, fit: &MultiPositionFit) -> Section {
+        let mut section = Section::new("Result")
+            .paragraph(
+                "Model ã = K a + b: output ã under the specific force a. Scale factors are the diagonal of K, \
+                 misalignments its other elements divided by the diagonal element of their row. Compensation is \
+                 a = K⁻¹ (ã − b).",
+            )
+            .key_figures(key_figures(fit))
+            .table(self.parameters(fit))
+            .table(matrix(fit));
+        if self.method == "ferraris" {
+            section = section.table(ferraris(fit));
+        }
+        section
+    }
+
+    fn parameters(&self, fit: &MultiPositionFit) -> Table {
+        let percent = 100.0 * self.probability;
+        let mut table = Table::new(
+            format!("Parameters with their {percent:.4} % intervals, value ± U"),
+            [
+                Column::text("quantity"),
+                Column::number("value", ""),
+                Column::number("U", ""),
+                Column::text("unit"),
+                Column::number("k", ""),
+                Column::number("ν_eff", ""),
+            ],
+        );
+        for quantity in fit.estimate().quantities() {
+            let (value, expanded) = rounded(&quantity, self.probability);
+            table = table.row([
+                Cell::text(quantity.name.clone()),
+                Cell::number(value),
+                Cell::number(expanded),
+                Cell::text(quantity.unit.clone()),
+                Cell::number(format!("{:.2}", quantity.coverage_factor(self.probability))),
+                Cell::number(quantity.dof.to_string()),
+            ]);
+        }
+        table
+    }
+
+    fn agreement(&self, fit: &MultiPositionFit) -> Section {
+        let residuals = fit.residuals();
+        let number: Vec<f64> = (1..=residuals.len()).map(|i| i as f64).collect();
+        let value: Vec<f64> = residuals
+            .iter()
+            .map(|r| 1e3 * r.magnitude_residual)
+            .collect();
+        let spread: Vec<f64> = residuals
+            .iter()
+            .map(|r| 2e3 * r.noise.hypot(fit.excess()))
+            .collect();
+        let low: Vec<f64> = value.iter().zip(&spread).map(|(v, s)| v - s).collect();
+        let high: Vec<f64> = value.iter().zip(&spread).map(|(v, s)| v + s).collect();
+        let plot = XyPlot::new(
+            Axis::linear("standstill", "").range(0.0, residuals.len() as f64 + 1.0),
+            Axis::linear("‖a‖ − g", "mm/s²"),
+        )
+        .horizontal(0.0, "")
+        .series(Series::markers("", &number, &value).bars(&low, &high));
+        let mut sphere = SpherePlot::new("‖a‖ − g", "mm/s²");
+        for (i, r) in residuals.iter().enumerate() {
+            sphere = sphere.point(
+                r.acceleration,
+                1e3 * r.magnitude_residual,
+                format!("{}", i + 1),
+            );
+        }
+        Section::new("Agreement of the standstills")
+            .paragraph(format!(
+                "χ² = {:.1} with {} degrees of freedom against the noise of the means{}. Attitudes: {}; the largest \
+                 part of the sphere without an attitude has a radius of {:.0}°. Condition number {:.1}.",
+                fit.chi_square(),
+                fit.degrees_of_freedom(),
+                match fit.birge_ratio() {
+                    Some(birge) if fit.excess() > 0.0 => format!(
+                        " (Birge ratio {birge:.2}); a standard deviation of {:.2} mm/s² common to all standstills \
+                         was added to it",
+                        1e3 * fit.excess()
+                    ),
+                    Some(birge) => format!(" (Birge ratio {birge:.2})"),
+                    None => String::new(),
+                },
+                fit.coverage(),
+                fit.coverage().largest_hole_deg,
+                fit.condition(),
+            ))
+            .figure(
+                "Residual of each standstill; bars are two standard uncertainties of its noise and any excess",
+                plot,
+            )
+            .figure(
+                "Directions of the specific force in the axes of the sensor, coloured by the residual",
+                sphere,
+            )
+            .table(standstill_table(fit))
+    }
+
+    fn budget(&self, fit: &MultiPositionFit) -> Section {
+        let estimate = fit.estimate();
+        let names: Vec<&str> = estimate
+            .components()
+            .iter()
+            .map(|c| c.name.as_str())
+            .collect();
+        let mut table = Table::new(
+            "Budget: contribution of each cause to the standard uncertainty, and its share of the variance",
+            [
+                Column::text("quantity"),
+                Column::text("cause"),
+                Column::text("type"),
+                Column::text("distribution"),
+                Column::number("ν", ""),
+                Column::number("contribution", ""),
+                Column::text("unit"),
+                Column::number("share", "%"),
+            ],
+        );
+        let mut bars = BarPlot::shares("share of the variance, mean over all quantities");
+        let mut mean_share: Vec<(String, f64)> = Vec::new();
+        for component in estimate.components() {
+            for line in estimate.budget(&component.name).unwrap_or_default() {
+                table = table.row([
+                    Cell::text(component.name.clone()),
+                    Cell::text(line.description.clone()),
+                    Cell::text(format!("{:?}", line.evaluation)),
+                    Cell::text(line.distribution.clone()),
+                    Cell::number(line.dof.to_string()),
+                    Cell::number(two_digits(line.contribution)),
+                    Cell::text(component.unit.clone()),
+                    Cell::number(format!("{:.1}", 100.0 * line.share)),
+                ]);
+                let share = line.share / names.len() as f64;
+                match mean_share
+                    .iter_mut()
+                    .find(|(name, _)| *name == line.description)
+                {
+                    Some((_, sum)) => *sum += share,
+                    None => mean_share.push((line.description, share)),
+                }
+            }
+        }
+        mean_share.sort_by(|a, b| b.1.total_cmp(&a.1));
+        for (name, share) in mean_share {
+            bars = bars.bar(name, share, "");
+        }
+        Section::new("Uncertainty")
+            .paragraph(
+                "Type A contributions come from the samples of the standstills (their autocorrelation is taken into \
+                 account) and, where the residuals exceed that noise, from the residuals; gravity and attitudes enter \
+                 as type B. Contributions of one quantity add in squares to its variance; quantities of the same fit \
+                 are correlated, so combine them through the joint covariance of result.json.",
+            )
+            .figure("Causes of uncertainty", bars)
+            .figure(
+                "Correlation of the quantities",
+                MatrixPlot::correlation(&names, estimate.covariance()),
+            )
+            .table(table)
+    }
+
+    fn standstills(&self, calibration: &StandstillCalibration) -> Section {
+        let sweep = &calibration.sweep;
+        let mut section = Section::new("The recording and its standstills");
+        section = section.paragraph(match sweep.threshold {
+            Some(threshold) if sweep.candidates.is_empty() => {
+                format!("Standstills were found with the given threshold of {threshold:.1} times the noise floor.")
+            }
+            Some(threshold) => format!(
+                "Standstills were found by the variance in a sliding window. Of {} thresholds the fit was as good as \
+                 the best at {threshold:.1} times the noise floor, the strictest that breaks fewest standstills.",
+                sweep.candidates.len()
+            ),
+            None => "The standstills were given.".to_owned(),
+        });
+        if let Some((time, outputs)) = self.recording {
+            let at = |sample: usize| time[sample.min(time.len() - 1)];
+            let shades: Vec<(f64, f64)> = sweep
+                .segments
+                .iter()
+                .map(|s| (at(s.start), at(s.end - 1)))
+                .collect();
+            let unit = calibration.fit.output_unit();
+            let mut plot = XyPlot::new(Axis::linear("time", "s"), Axis::linear("output", unit));
+            for (name, output) in ["x", "y", "z"].iter().zip(outputs) {
+                plot = plot.series(Series::line(*name, time, output));
+            }
+            plot = plot.shade("standstill", &shades);
+            if let Some(windowed) = self.windowed {
+                let floor = windowed
+                    .statistic()
+                    .iter()
+                    .map(|v| v.max(1e-3))
+                    .collect::<Vec<_>>();
+                plot = plot
+                    .below(Axis::log("variance / floor", ""))
+                    .series(Series::line("windowed variance", time, &floor).look(3))
+                    .shade("", &shades);
+                if let Some(threshold) = sweep.threshold {
+                    plot = plot.horizontal(threshold, "threshold");
+                }
+            }
+            section = section.figure(
+                "The recording; shaded: the standstills that were used",
+                plot,
+            );
+        }
+        let tried: Vec<_> = sweep
+            .candidates
+            .iter()
+            .filter_map(|c| Some((c.threshold, c.figure?)))
+            .collect();
+        if tried.len() > 1 {
+            let (x, y): (Vec<f64>, Vec<f64>) = tried.into_iter().unzip();
+            let plot = XyPlot::new(
+                Axis::log("threshold / noise floor", ""),
+                Axis::log("relative width of the intervals", ""),
+            )
+            .series(Series::line("", &x, &y).style(crate::plot::Style::LineAndMarkers))
+            .vertical(sweep.threshold.unwrap_or(x[0]), "chosen");
+            section = section.figure("The sweep of the threshold", plot);
+        }
+        let inflation = calibration.noise.variance_inflation();
+        section.paragraph(format!(
+            "Noise of single samples: {} {unit} (x), {} {unit} (y), {} {unit} (z); correlation of neighbouring samples \
+             makes the variance of long means {:.2}, {:.2} and {:.2} times that of uncorrelated ones.",
+            two_digits(calibration.noise.deviation()[0]),
+            two_digits(calibration.noise.deviation()[1]),
+            two_digits(calibration.noise.deviation()[2]),
+            inflation[0],
+            inflation[1],
+            inflation[2],
+            unit = calibration.fit.output_unit(),
+        ))
+    }
+
+    fn provenance(&self, fit: &MultiPositionFit) -> Section {
+        let mut table = Table::new("Inputs", [Column::text("file"), Column::text("SHA-256")]);
+        for (name, digest) in &self.inputs {
+            table = table.row([Cell::text(name.clone()), Cell::text(digest.clone())]);
+        }
+        Section::new("Inputs and method")
+            .table(table)
+            .paragraph(format!(
+                "Model {}: {} parameters, {} iterations of weighted least squares. Uncertainty: law of propagation, \
+                 coverage factors from Student's t at the effective degrees of freedom (JCGM 100:2008). Standstill \
+                 search and ‖a‖ = g fit after Tedaldi, Pretto and Menegatti (ICRA 2014).",
+                fit.form(),
+                fit.form().parameters(),
+                fit.iterations(),
+            ))
+    }
+}
+
+fn key_figures(fit: &MultiPositionFit) -> Vec<KeyFigure> {
+    let birge = fit
+        .birge_ratio()
+        .map_or("–".to_owned(), |b| format!("{b:.2}"));
+    vec![
+        KeyFigure::new("standstills", fit.poses().len().to_string(), ""),
+        KeyFigure::new(
+            "residual, RMS",
+            format!("{:.2}", 1e3 * fit.residual_rms()),
+            "mm/s²",
+        )
+        .note("‖a‖ − g"),
+        KeyFigure::new("Birge ratio", birge, "").note("residual / noise of the means"),
+        KeyFigure::new("condition number", format!("{:.1}", fit.condition()), ""),
+    ]
+}
+
+/// K and b as they stand in calibration.json.
+fn matrix(fit: &MultiPositionFit) -> Table {
+    let sensor = fit.model();
+    let unit = fit.output_unit();
+    let k_unit = if unit == "m/s²" {
+        String::new()
+    } else {
+        format!("{unit}/(m/s²)")
+    };
+    let mut table = Table::new(
+        "Sensitivity matrix K and bias b",
+        [
+            Column::text("output"),
+            Column::number("K x", k_unit.clone()),
+            Column::number("K y", k_unit.clone()),
+            Column::number("K z", k_unit),
+            Column::number("b", unit),
+        ],
+    );
+    for (i, axis) in ["x", "y", "z"].iter().enumerate() {
+        let mut cells = vec![Cell::text(*axis)];
+        cells.extend(
+            sensor.k().0[i]
+                .iter()
+                .map(|v| Cell::number(six_digits(*v, sensor.k().0[i][i]))),
+        );
+        cells.push(Cell::number(format!("{:.4}", sensor.bias()[i])));
+        table = table.row(cells);
+    }
+    table
+}
+
+fn ferraris(fit: &MultiPositionFit) -> Table {
+    let ferraris = Ferraris::of(&fit.model().k().0);
+    let unit = format!("{}/(m/s²)", fit.output_unit());
+    let mut table = Table::new(
+        "Ferraris' form K = diag(K_a) R_a",
+        [
+            Column::text("output"),
+            Column::number("K_a", unit),
+            Column::number("R_a x", ""),
+            Column::number("R_a y", ""),
+            Column::number("R_a z", ""),
+        ],
+    );
+    for (i, axis) in ["x", "y", "z"].iter().enumerate() {
+        let mut cells = vec![
+            Cell::text(*axis),
+            Cell::number(format!("{:.5}", ferraris.scale[i])),
+        ];
+        cells.extend(
+            ferraris.directions[i]
+                .iter()
+                .map(|v| Cell::number(format!("{v:.7}"))),
+        );
+        table = table.row(cells);
+    }
+    table
+}
+
+fn standstill_table(fit: &MultiPositionFit) -> Table {
+    let mut table = Table::new(
+        "Standstills",
+        [
+            Column::text("standstill"),
+            Column::number("first sample", ""),
+            Column::number("samples", ""),
+            Column::number("a_x", "m/s²"),
+            Column::number("a_y", "m/s²"),
+            Column::number("a_z", "m/s²"),
+            Column::number("‖a‖ − g", "mm/s²"),
+            Column::number("u (noise)", "mm/s²"),
+            Column::number("studentised", ""),
+        ],
+    );
+    for r in fit.residuals() {
+        table = table.row([
+            Cell::text(r.name.clone()),
+            Cell::number(r.samples.0.to_string()),
+            Cell::number((r.samples.1 - r.samples.0).to_string()),
+            Cell::number(format!("{:.4}", r.acceleration[0])),
+            Cell::number(format!("{:.4}", r.acceleration[1])),
+            Cell::number(format!("{:.4}", r.acceleration[2])),
+            Cell::number(format!("{:.2}", 1e3 * r.magnitude_residual)),
+            Cell::number(format!("{:.2}", 1e3 * r.noise)),
+            r.studentised
+                .map_or(Cell::Empty, |t| Cell::number(format!("{t:.1}"))),
+        ]);
+    }
+    table
+}
+
+/// Value and U rounded to the same place, two digits of U.
+fn rounded(quantity: &Quantity, probability: f64) -> (String, String) {
+    let expanded = quantity.expanded(probability);
+    if !(expanded > 0.0 && expanded.is_finite()) {
+        return (quantity.value.to_string(), "0".to_owned());
+    }
+    let places = (1 - expanded.log10().floor() as i32).clamp(0, 12) as usize;
+    (
+        format!("{:.places$}", quantity.value),
+        format!("{expanded:.places$}"),
+    )
+}
+
+fn two_digits(value: f64) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let places = (1 - value.abs().log10().floor() as i32).clamp(0, 12) as usize;
+    format!("{value:.places$}")
+}
+
+/// As many decimals as six digits of the reference leave.
+fn six_digits(value: f64, reference: f64) -> String {
+    let places = (5 - reference.abs().max(1e-12).log10().floor() as i32).clamp(0, 12) as usize;
+    format!("{value:.places$}")
+}
+
+fn concise(value: f64, u: f64) -> String {
+    let quantity = Quantity {
+        name: String::new(),
+        unit: String::new(),
+        value,
+        standard_uncertainty: u,
+        dof: proofmass_uncertainty::DegreesOfFreedom::INFINITE,
+    };
+    quantity
+        .display(&Format::concise())
+        .to_string()
+        .trim()
+        .to_owned()
+}

@@ -1,0 +1,198 @@
+//! Numbers as text: minus signs, decimal points, exponents, uncertainty in parentheses.
+
+use crate::{Cell, Column, Error};
+use proofmass_uncertainty::{DegreesOfFreedom, Format, Quantity};
+
+/// A number with `digits` significant digits; in powers of ten outside 0.001 to 100 000.
+///
+/// ```
+/// use proofmass_report::scientific;
+/// assert_eq!(scientific(0.000_031_24, 3), "3.12×10⁻⁵");
+/// assert_eq!(scientific(-12.345, 4), "−12.35");
+/// ```
+pub fn scientific(value: f64, digits: usize) -> String {
+    if value == 0.0 {
+        return "0".into();
+    }
+    if !value.is_finite() {
+        return value.to_string();
+    }
+    let digits = digits.max(1);
+    // The exponent after rounding: 9.996 with three digits is 10.0.
+    let text = format!("{:.*e}", digits - 1, value);
+    let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+    let exponent: i32 = exponent.parse().unwrap_or(0);
+    if (-3..5).contains(&exponent) {
+        let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
+        minus(&format!("{value:.decimals$}"))
+    } else {
+        format!("{}×10{}", minus(mantissa), superscript(exponent))
+    }
+}
+
+/// A value with its standard uncertainty in parentheses, as `proofmass_uncertainty` rounds it: `0.0312(14)`.
+///
+/// The rule is that of [`Format::concise`]; only the hyphen becomes a minus sign. An uncertainty of zero prints
+/// the value as exact.
+///
+/// ```
+/// use proofmass_report::concise;
+/// assert_eq!(concise(0.031_24, 0.001_38), "0.0312(14)");
+/// assert_eq!(concise(-45_678.0, 1_234.0), "−4.57(12)×10⁴");
+/// assert_eq!(concise(-1e-9, 0.5), "0.00(50)");
+/// assert_eq!(concise(9.80665, 0.0), "9.80665 (exact)");
+/// ```
+pub fn concise(value: f64, standard_uncertainty: f64) -> String {
+    let bare = Quantity {
+        name: String::new(),
+        unit: String::new(),
+        value,
+        standard_uncertainty,
+        dof: DegreesOfFreedom::INFINITE,
+    };
+    minus(&bare.display(&Format::concise()).to_string())
+}
+
+/// A printed number with a true minus sign, no sign where only zeros are printed, and `e-5` as a power of ten.
+pub(crate) fn minus(text: &str) -> String {
+    let size = text.strip_prefix('-').unwrap_or(text);
+    if !size.starts_with(|c: char| c.is_ascii_digit() || c == '.') {
+        return text.to_string();
+    }
+    let mantissa = size.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.');
+    let (digits, rest) = size.split_at(size.len() - mantissa.len());
+    let zero = digits.chars().all(|c| matches!(c, '0' | '.'));
+    let sign = if size.len() < text.len() && !zero {
+        "−"
+    } else {
+        ""
+    };
+    let power = rest.strip_prefix('e').and_then(|after| {
+        let end = after
+            .find(|c: char| !(c.is_ascii_digit() || c == '-'))
+            .unwrap_or(after.len());
+        let exponent: i32 = after[..end].parse().ok()?;
+        Some(match exponent {
+            0 => after[end..].to_string(),
+            e => format!("×10{}{}", superscript(e), &after[end..]),
+        })
+    });
+    format!("{sign}{digits}{}", power.unwrap_or_else(|| rest.into()))
+}
+
+/// An exponent in superscript characters.
+pub(crate) fn superscript(exponent: i32) -> String {
+    exponent
+        .to_string()
+        .chars()
+        .map(|c| match c {
+            '-' => '⁻',
+            '1' => '¹',
+            '2' => '²',
+            '3' => '³',
+            c => char::from_u32('⁰' as u32 + c.to_digit(10).unwrap_or(0)).unwrap_or(c),
+        })
+        .collect()
+}
+
+/// The text of a cell under its column.
+pub(crate) fn cell_text(cell: &Cell, column: &Column, row: usize) -> Result<String, Error> {
+    Ok(match cell {
+        Cell::Text(text) => text.clone(),
+        Cell::Number { text } => minus(text),
+        Cell::Quantity(quantity) => quantity_text(quantity, column, row)?,
+        Cell::Empty => String::new(),
+    })
+}
+
+fn quantity_text(quantity: &Quantity, column: &Column, row: usize) -> Result<String, Error> {
+    for value in [quantity.value, quantity.standard_uncertainty] {
+        if !value.is_finite() {
+            return Err(Error::NotFinite {
+                series: quantity.name.clone(),
+                index: row,
+                value,
+            });
+        }
+    }
+    let plain = |unit: &str| unit.is_empty() || unit == "1";
+    if quantity.unit == column.unit {
+        return Ok(concise(quantity.value, quantity.standard_uncertainty));
+    }
+    let text = minus(&quantity.to_string());
+    // A pure number under a column with a unit must not be read in that unit.
+    Ok(if plain(&quantity.unit) && !plain(&column.unit) {
+        format!("{text} [1]")
+    } else {
+        text
+    })
+}
+
+/// A printed number cut before its decimal point: what stands left of the alignment line, and the rest.
+///
+/// Without a decimal point the cut is after the leading sign and digits, so that `12(3)` and `0.5(1)` align.
+pub(crate) fn split_at_point(text: &str) -> (&str, &str) {
+    let end = text
+        .char_indices()
+        .find(|&(i, c)| {
+            !(c.is_ascii_digit() || (i == 0 && matches!(c, '−' | '-' | '+' | '<' | '≤' | '±')))
+        })
+        .map_or(text.len(), |(i, _)| i);
+    text.split_at(end)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_decimal_split_is_lossless_and_cuts_at_the_point() {
+        for (text, head) in [
+            ("−12.5", "−12"),
+            ("0.0312(14)", "0"),
+            ("45678(12)", "45678"),
+            ("", ""),
+            ("n/a", ""),
+            ("4.57(12)×10⁴", "4"),
+        ] {
+            let (a, b) = split_at_point(text);
+            assert_eq!(a, head);
+            assert_eq!(format!("{a}{b}"), text);
+        }
+    }
+
+    #[test]
+    fn law_signs_and_powers_are_printed_as_such() {
+        assert_eq!(minus("-0.00"), "0.00");
+        assert_eq!(minus("-0.01"), "−0.01");
+        assert_eq!(minus("-x"), "-x");
+        assert_eq!(minus("-0.00(50) m"), "0.00(50) m");
+        assert_eq!(minus("-2.50e-5"), "−2.50×10⁻⁵");
+        assert_eq!(minus("3.1e0 m"), "3.1 m");
+        assert_eq!(minus("3 e"), "3 e");
+        assert_eq!(scientific(-0.0, 3), "0");
+    }
+
+    #[test]
+    fn law_a_cell_shows_what_the_quantity_prints() {
+        for (value, u, unit) in [
+            (100.021_47, 0.000_35, "g"),
+            (-9.81, 0.0996, "m/s²"),
+            (1.234e-9, 5.6e-11, "(m/s²)/√Hz"),
+            (3.0, 1200.0, "count/(m/s²)"),
+            (6.626_070_15e-34, 0.0, "J·s"),
+            (1.0, 0.0, "1"),
+        ] {
+            let quantity = Quantity {
+                name: "q".into(),
+                unit: unit.into(),
+                value,
+                standard_uncertainty: u,
+                dof: DegreesOfFreedom::INFINITE,
+            };
+            let printed = minus(&quantity.to_string());
+            let cell = cell_text(&Cell::Quantity(quantity), &Column::number("", ""), 0);
+            assert_eq!(cell, Ok(printed));
+        }
+    }
+}

@@ -1,0 +1,429 @@
+//! Text for a terminal or a file: Unicode tables within a given width, colour only where it is asked for.
+
+use crate::Error;
+use crate::document::{Alignment, Block, Cell, KeyFigure, Report, Table};
+use crate::number::{cell_text, minus, split_at_point};
+use proofmass_uncertainty::{Finding, Severity};
+
+/// How wide, and whether in colour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Options {
+    /// Columns of the terminal; lines are at most this long unless a single number is longer.
+    pub width: usize,
+    /// Whether ANSI escapes may be written.
+    pub colour: bool,
+}
+
+/// The report as text; a figure is a line with its caption.
+///
+/// # Errors
+/// [`Error::Length`] for a row that does not fit its columns; [`Error::NotFinite`] for a quantity that is not a
+/// number.
+pub fn render(report: &Report, options: &Options) -> Result<String, Error> {
+    let mut text = Text {
+        out: String::new(),
+        width: options.width.max(20),
+        colour: options.colour,
+    };
+    text.line(&text.bold(&clean(&report.title)));
+    if !report.subtitle.is_empty() {
+        text.wrapped(&report.subtitle, "");
+    }
+    let label = report
+        .meta
+        .iter()
+        .map(|(l, _)| width_of(l))
+        .max()
+        .unwrap_or(0);
+    for (name, value) in &report.meta {
+        text.hanging(&format!("{}  ", pad(name, label)), value);
+    }
+    text.findings(&report.findings);
+    for section in &report.sections {
+        text.out.push('\n');
+        if !section.title.is_empty() {
+            text.line(&text.bold(&clean(&section.title)));
+        }
+        for (i, block) in section.blocks.iter().enumerate() {
+            if i > 0 {
+                text.out.push('\n');
+            }
+            text.block(block)?;
+        }
+    }
+    if !report.footer.is_empty() {
+        text.out.push('\n');
+        text.wrapped(&report.footer, "");
+    }
+    Ok(text.out)
+}
+
+struct Text {
+    out: String,
+    width: usize,
+    colour: bool,
+}
+
+impl Text {
+    fn styled(&self, text: &str, code: &str) -> String {
+        if self.colour {
+            format!("\u{1b}[{code}m{text}\u{1b}[0m")
+        } else {
+            text.to_string()
+        }
+    }
+
+    fn bold(&self, text: &str) -> String {
+        self.styled(text, "1")
+    }
+
+    fn line(&mut self, text: &str) {
+        self.out.push_str(text.trim_end());
+        self.out.push('\n');
+    }
+
+    fn wrapped(&mut self, text: &str, indent: &str) {
+        for line in wrap(text, self.width.saturating_sub(width_of(indent)).max(10)) {
+            self.line(&format!("{indent}{line}"));
+        }
+    }
+
+    /// A text whose later lines stand under the first one.
+    fn hanging(&mut self, head: &str, text: &str) {
+        let indent = width_of(head);
+        let lines = wrap(text, self.width.saturating_sub(indent).max(10));
+        for (i, line) in lines.iter().enumerate() {
+            let before = if i == 0 {
+                head.to_string()
+            } else {
+                " ".repeat(indent)
+            };
+            self.line(&format!("{before}{line}"));
+        }
+    }
+
+    fn block(&mut self, block: &Block) -> Result<(), Error> {
+        match block {
+            Block::Paragraph(text) => self.wrapped(text, ""),
+            Block::Code(text) => {
+                for line in text.lines() {
+                    self.line(&format!("    {}", clean(line)));
+                }
+            }
+            Block::Findings(findings) => self.findings(findings),
+            Block::KeyFigures(figures) => self.key_figures(figures),
+            Block::Table(table) => self.table(table)?,
+            Block::Figure(figure) => self.hanging("figure: ", &figure.caption),
+        }
+        Ok(())
+    }
+
+    fn key_figures(&mut self, figures: &[KeyFigure]) {
+        let label = figures
+            .iter()
+            .map(|f| width_of(&f.label))
+            .max()
+            .unwrap_or(0);
+        for figure in figures {
+            let unit = if figure.unit == "1" {
+                ""
+            } else {
+                figure.unit.as_str()
+            };
+            let mut value = format!("{} {unit}", minus(&figure.value))
+                .trim_end()
+                .to_string();
+            if !figure.note.is_empty() {
+                value = format!("{value}  ({})", figure.note);
+            }
+            self.hanging(&format!("{}  ", pad(&figure.label, label)), &value);
+        }
+    }
+
+    fn findings(&mut self, findings: &[Finding]) {
+        let mut sorted: Vec<&Finding> = findings.iter().collect();
+        sorted.sort_by_key(|f| std::cmp::Reverse(f.severity()));
+        if !sorted.is_empty() {
+            self.out.push('\n');
+        }
+        for finding in sorted {
+            let code = match finding.severity() {
+                Severity::Decision => "1;31",
+                Severity::Warning => "1;33",
+                Severity::Note => "1;34",
+            };
+            let name = finding.severity().to_string();
+            let start = self.out.len();
+            self.hanging(&format!("{name}: "), finding.what());
+            // Coloured after wrapping: an escape has no width.
+            let coloured = self.styled(&name, code);
+            self.out.replace_range(start..start + name.len(), &coloured);
+            for text in [finding.evidence_text(), finding.advice_text()] {
+                if !text.is_empty() {
+                    self.wrapped(text, "    ");
+                }
+            }
+        }
+    }
+
+    fn table(&mut self, table: &Table) -> Result<(), Error> {
+        check_shape(table)?;
+        if !table.caption.is_empty() {
+            self.wrapped(&table.caption, "");
+        }
+        let grid = Grid::new(table)?;
+        let natural: Vec<usize> = (0..table.columns.len()).map(|c| grid.natural(c)).collect();
+        match fitted(&natural, table, &grid, self.width) {
+            Some(widths) => self.columns(table, &grid, &widths),
+            None => self.records(table, &grid),
+        }
+        for note in &table.notes {
+            self.wrapped(note, "  ");
+        }
+        Ok(())
+    }
+
+    fn columns(&mut self, table: &Table, grid: &Grid, widths: &[usize]) {
+        let rule = |cross: &str| {
+            widths
+                .iter()
+                .map(|w| "─".repeat(w + 2))
+                .collect::<Vec<_>>()
+                .join(cross)
+        };
+        let heads: Vec<Vec<String>> = grid
+            .heads
+            .iter()
+            .zip(widths)
+            .map(|(h, &w)| wrap(h, w))
+            .collect();
+        self.row(table, &heads, widths, true);
+        let line = rule("┼");
+        self.line(&line);
+        for row in &grid.rows {
+            let cells: Vec<Vec<String>> = row
+                .iter()
+                .zip(widths)
+                .map(|(cell, &w)| wrap(cell, w))
+                .collect();
+            self.row(table, &cells, widths, false);
+        }
+    }
+
+    fn row(&mut self, table: &Table, cells: &[Vec<String>], widths: &[usize], head: bool) {
+        let lines = cells.iter().map(Vec::len).max().unwrap_or(0);
+        for i in 0..lines {
+            let mut parts = Vec::new();
+            for ((cell, &width), column) in cells.iter().zip(widths).zip(&table.columns) {
+                let text = cell.get(i).map_or("", String::as_str);
+                let space = width.saturating_sub(width_of(text));
+                let left = match column.alignment {
+                    Alignment::Left => 0,
+                    // Decimal cells come padded to one length, a block under the middle of its heading.
+                    Alignment::Centre | Alignment::Decimal => space / 2,
+                    Alignment::Right => space,
+                };
+                let shown = if head {
+                    self.bold(text)
+                } else {
+                    text.to_string()
+                };
+                parts.push(format!(
+                    " {}{shown}{} ",
+                    " ".repeat(left),
+                    " ".repeat(space - left)
+                ));
+            }
+            self.line(&parts.join("│"));
+        }
+    }
+
+    /// One line per cell, for a table that is too wide for the terminal.
+    fn records(&mut self, table: &Table, grid: &Grid) {
+        let label = grid
+            .heads
+            .iter()
+            .map(|h| width_of(h))
+            .max()
+            .unwrap_or(0)
+            .min(self.width / 2);
+        for (i, row) in grid.rows.iter().enumerate() {
+            if i > 0 {
+                self.out.push('\n');
+            }
+            for ((cell, head), _) in row.iter().zip(&grid.heads).zip(&table.columns) {
+                if !cell.trim().is_empty() {
+                    self.hanging(&format!("  {}  ", pad(head, label)), cell.trim());
+                }
+            }
+        }
+    }
+}
+
+/// Refuses a row that does not fit its columns.
+pub(crate) fn check_shape(table: &Table) -> Result<(), Error> {
+    for (i, row) in table.rows.iter().enumerate() {
+        if row.len() != table.columns.len() {
+            return Err(Error::Length {
+                name: format!("row {i} of the table \"{}\"", table.caption),
+                expected: table.columns.len(),
+                got: row.len(),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// A table as text, decimal points already under each other.
+struct Grid {
+    heads: Vec<String>,
+    rows: Vec<Vec<String>>,
+}
+
+impl Grid {
+    fn new(table: &Table) -> Result<Self, Error> {
+        let heads = table
+            .columns
+            .iter()
+            .map(|column| match column.printed_unit() {
+                Some(unit) => format!("{} / {unit}", column.heading),
+                None => column.heading.clone(),
+            })
+            .collect();
+        let mut rows = Vec::new();
+        for (i, row) in table.rows.iter().enumerate() {
+            let mut cells = Vec::new();
+            for (cell, column) in row.iter().zip(&table.columns) {
+                cells.push(cell_text(cell, column, i)?);
+            }
+            rows.push(cells);
+        }
+        for (c, column) in table.columns.iter().enumerate() {
+            if column.alignment == Alignment::Decimal {
+                align(&mut rows, c, table);
+            }
+        }
+        Ok(Self { heads, rows })
+    }
+
+    fn natural(&self, column: usize) -> usize {
+        let cells = self.rows.iter().map(|row| width_of(&row[column]));
+        cells
+            .chain([width_of(&self.heads[column])])
+            .max()
+            .unwrap_or(0)
+    }
+}
+
+/// Pads the numbers of a column on both sides, so that the decimal points stand under each other.
+fn align(rows: &mut [Vec<String>], c: usize, table: &Table) {
+    let number = |r: usize| !matches!(table.rows[r][c], Cell::Text(_) | Cell::Empty);
+    let parts: Vec<Option<(usize, usize)>> = (0..rows.len())
+        .map(|r| {
+            number(r).then(|| {
+                let (whole, tail) = split_at_point(&rows[r][c]);
+                (width_of(whole), width_of(tail))
+            })
+        })
+        .collect();
+    let whole = parts.iter().flatten().map(|p| p.0).max().unwrap_or(0);
+    let tail = parts.iter().flatten().map(|p| p.1).max().unwrap_or(0);
+    for (row, part) in rows.iter_mut().zip(&parts) {
+        if let Some((w, t)) = *part {
+            row[c] = format!(
+                "{}{}{}",
+                " ".repeat(whole - w),
+                row[c],
+                "\u{a0}".repeat(tail - t)
+            );
+        }
+    }
+}
+
+/// Widths of the columns within `total`: text columns give way, numbers never; `None` when that is not enough.
+fn fitted(natural: &[usize], table: &Table, grid: &Grid, total: usize) -> Option<Vec<usize>> {
+    let frame = 3 * natural.len();
+    let mut widths = natural.to_vec();
+    let least: Vec<usize> = (0..natural.len())
+        .map(|c| {
+            let longest_word = |s: &str| s.split_whitespace().map(width_of).max().unwrap_or(0);
+            let head = longest_word(&grid.heads[c]);
+            let cells = grid.rows.iter().map(|row| row[c].as_str());
+            if table.columns[c].alignment == Alignment::Left {
+                cells
+                    .map(|s| longest_word(s).min(24))
+                    .max()
+                    .unwrap_or(0)
+                    .max(head)
+            } else {
+                cells.map(width_of).max().unwrap_or(0).max(head)
+            }
+        })
+        .collect();
+    while widths.iter().sum::<usize>() + frame > total {
+        let widest = (0..widths.len())
+            .filter(|&c| widths[c] > least[c])
+            .max_by_key(|&c| widths[c])?;
+        widths[widest] -= 1;
+    }
+    Some(widths)
+}
+
+/// Characters that take a place; combining marks take none, East Asian wide ones two.
+fn width_of(text: &str) -> usize {
+    text.chars()
+        .map(|c| match c as u32 {
+            0x300..=0x36f | 0x200b..=0x200f | 0xfe00..=0xfe0f => 0,
+            0x1100..=0x115f
+            | 0x2e80..=0xa4cf
+            | 0xac00..=0xd7a3
+            | 0xf900..=0xfaff
+            | 0xff00..=0xff60
+            | 0x1f300..=0x1faff => 2,
+            _ => 1,
+        })
+        .sum()
+}
+
+fn pad(text: &str, width: usize) -> String {
+    format!("{text}{}", " ".repeat(width.saturating_sub(width_of(text))))
+}
+
+/// Without control characters: a name from a file must not steer the terminal.
+fn clean(text: &str) -> String {
+    text.chars().filter(|c| !c.is_control()).collect()
+}
+
+/// Lines of at most `width`, broken at spaces, inside a word only where it is longer than a line. What is padded
+/// to fit stays untouched.
+fn wrap(text: &str, width: usize) -> Vec<String> {
+    let text: String = text
+        .chars()
+        .map(|c| if c == '\n' || c == '\t' { ' ' } else { c })
+        .filter(|c| !c.is_control())
+        .collect();
+    if width_of(&text) <= width {
+        return vec![text.replace('\u{a0}', " ")];
+    }
+    let mut lines = vec![String::new()];
+    let mut used = 0;
+    for word in text.split(' ').filter(|w| !w.is_empty()) {
+        if used > 0 && used + 1 + width_of(word) <= width {
+            lines.last_mut().expect("never empty").push(' ');
+            used += 1;
+        } else if used > 0 {
+            lines.push(String::new());
+            used = 0;
+        }
+        for c in word.chars() {
+            let w = width_of(c.encode_utf8(&mut [0; 4]));
+            if used + w > width && used > 0 {
+                lines.push(String::new());
+                used = 0;
+            }
+            lines.last_mut().expect("never empty").push(c);
+            used += w;
+        }
+    }
+    lines
+}

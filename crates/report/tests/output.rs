@@ -1,0 +1,161 @@
+//! What every output promises, whatever is put into the report.
+
+use proofmass_report::{
+    Axis, BarPlot, Cell, Column, Error, MatrixPlot, Plot, Report, Section, Series, SpherePlot,
+    Table, XyPlot, html, terminal,
+};
+
+#[path = "../examples/gallery/content.rs"]
+mod gallery;
+
+/// Refuses markup whose tags do not balance, whose text carries a bare `<` or `&`, whose identifiers repeat or
+/// whose coordinates are no numbers.
+fn assert_well_formed(xml: &str) {
+    let mut open = Vec::new();
+    let mut names = std::collections::HashSet::new();
+    for piece in xml.split('<').skip(1) {
+        let (tag, text) = piece.split_once('>').expect("a tag ends");
+        for part in [tag, text] {
+            for entity in part.split('&').skip(1) {
+                let name = entity.split(';').next().unwrap_or("");
+                assert!(
+                    ["lt", "gt", "amp", "quot", "#39"].contains(&name),
+                    "bare & in {piece}"
+                );
+            }
+        }
+        assert!(!tag.contains("NaN") && !tag.contains("\"inf") && !tag.contains("\"-inf"));
+        if let Some((_, id)) = tag.split_once(" id=\"") {
+            let id = id.split('"').next().unwrap_or("");
+            assert!(names.insert(id.to_string()), "id {id} repeats");
+        }
+        if let Some(name) = tag.strip_prefix('/') {
+            assert_eq!(open.pop().as_deref(), Some(name));
+        } else if !tag.ends_with('/') {
+            open.push(tag.split_whitespace().next().expect("a name").to_string());
+        }
+    }
+    assert!(open.is_empty(), "left open: {open:?}");
+}
+
+fn axes() -> (Axis, Axis) {
+    (Axis::linear("a <&> \"b\"", "s"), Axis::log("y", "m/s²"))
+}
+
+#[test]
+fn law_every_svg_is_well_formed() {
+    let (x, y) = axes();
+    let plots: [Plot; 5] = [
+        XyPlot::new(x, y)
+            .series(Series::line("<&>", &[0.0, 1.0], &[1e-9, 1.0]))
+            .slope("s", (1.0, 1.0), 1.0)
+            .into(),
+        XyPlot::new(Axis::linear("", ""), Axis::linear("", ""))
+            .series(Series::line("", &[], &[]))
+            .into(),
+        SpherePlot::new("r", "1")
+            .point([0.0, 0.0, -2.0], -1.0, "<p>")
+            .into(),
+        MatrixPlot {
+            names: Vec::new(),
+            elements: Vec::new(),
+        }
+        .into(),
+        BarPlot::shares("&").bar("<b>", 0.0, "").into(),
+    ];
+    for plot in plots {
+        assert_well_formed(&plot.svg("title <&>", "f").unwrap());
+    }
+}
+
+#[test]
+fn law_the_gallery_is_one_well_formed_page() {
+    let page = html::render(&gallery::report().unwrap()).unwrap();
+    let body = page.strip_prefix("<!DOCTYPE html>").unwrap();
+    assert_well_formed(body);
+    // Every link has its target, and nothing is referred to outside but the name space of the drawings.
+    for link in body.split("href=\"#").skip(1) {
+        let id = link.split('"').next().unwrap_or("");
+        assert!(body.contains(&format!(" id=\"{id}\"")), "{id}");
+    }
+    assert_eq!(
+        body.matches("http").count(),
+        body.matches("xmlns=\"http://www.w3.org/2000/svg\"").count()
+    );
+}
+
+#[test]
+fn regress_small_drawing() {
+    let plot = Plot::from(
+        XyPlot::new(
+            Axis::linear("time", "s"),
+            Axis::log("noise", "(m/s²)/√Hz").range(1e-5, 1e-2),
+        )
+        .height(80.0)
+        .series(Series::line("x", &[0.0, 1.0], &[1e-4, 1e-3])),
+    );
+    insta::assert_snapshot!(plot.svg("A line", "f").unwrap());
+}
+
+#[test]
+fn law_widths_of_tables_are_known_to_the_page() {
+    let table = (0..30).fold(
+        Table::new("t", [Column::text("n"), Column::number("v", "m")]),
+        |table, i| table.row([Cell::text("a"), Cell::number(format!("{i}.5"))]),
+    );
+    let page = html::render(&Report::new("T").section(Section::new("S").table(table))).unwrap();
+    // Two digits before the point and two characters after it, plus a tenth each for rounding.
+    assert!(page.contains("class=\"whole\" style=\"min-width:2.1ch\">29<"));
+    assert!(page.contains("class=\"table\" style=\"--ch:"));
+}
+
+#[test]
+fn refuses_points_that_cannot_be_drawn() {
+    let plot = |y: &[f64], axis: Axis| {
+        Plot::from(
+            XyPlot::new(Axis::linear("t", "s"), axis).series(Series::line("trace", &[0.0, 1.0], y)),
+        )
+        .svg("t", "f")
+    };
+    let refused = plot(&[0.0, f64::NAN], Axis::linear("y", "")).unwrap_err();
+    assert!(matches!(refused, Error::NotFinite { ref series, index: 1, .. } if series == "trace"));
+    let refused = plot(&[0.0, 1.0], Axis::log("y", "")).unwrap_err();
+    assert!(matches!(refused, Error::NotPositive { index: 0, .. }));
+    assert!(matches!(
+        plot(&[0.0], Axis::linear("y", "")),
+        Err(Error::Length { .. })
+    ));
+}
+
+#[test]
+fn law_html_escapes_text_and_fetches_nothing() {
+    let page =
+        html::render(&Report::new("<script>&\"").section(Section::new("s").paragraph("a < b & c")))
+            .unwrap();
+    assert!(page.contains("&lt;script&gt;&amp;&quot;") && page.contains("a &lt; b &amp; c"));
+    assert!(!page.contains("<script") && !page.contains("src=") && !page.contains("url(http"));
+}
+
+#[test]
+fn regress_terminal_table() {
+    let table = Table::new(
+        "Caption",
+        [Column::text("name"), Column::number("value", "m")],
+    )
+    .row([Cell::text("a"), Cell::number("-1.5")])
+    .row([Cell::text("b"), Cell::number("10.25(3)")])
+    .row([Cell::text("c"), Cell::Empty]);
+    let report = Report::new("T").section(Section::new("S").table(table));
+    let text = terminal::render(
+        &report,
+        &terminal::Options {
+            width: 60,
+            colour: false,
+        },
+    )
+    .unwrap();
+    assert_eq!(
+        text,
+        "T\n\nS\nCaption\n name │ value / m\n──────┼───────────\n a    │ −1.5\n b    │ 10.25(3)\n c    │\n"
+    );
+}

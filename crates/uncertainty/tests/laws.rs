@@ -1,0 +1,421 @@
+//! Laws: what must hold for every model, and the coverage that the intervals promise.
+mod common;
+use common::*;
+use proofmass_uncertainty::*;
+use rand::{RngExt, SeedableRng};
+use rand_distr::StandardNormal;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use std::ops::ControlFlow;
+
+/// |Σ shares − 1| is rounding of a sum of n terms: 1e-12 is generous.
+#[test]
+fn law_budget_sums_to_the_variance() {
+    let joint = impedance()
+        .add(normal("unused", 1.0, 0.1))
+        .single()
+        .unwrap();
+    let linear = propagate(&Impedance, &joint).unwrap();
+    for name in ["R", "X", "Z"] {
+        let sum: f64 = linear
+            .budget(name)
+            .unwrap()
+            .iter()
+            .map(|line| line.share)
+            .sum();
+        assert!((sum - 1.0).abs() < 1e-12, "{name}");
+    }
+    let linear = propagate(&EndGauge, &end_gauge().single().unwrap()).unwrap();
+    let q = linear.get("length").unwrap();
+    let lines = linear.budget("length").unwrap();
+    let squares: f64 = lines.iter().map(|l| l.contribution.powi(2)).sum();
+    assert!((squares.sqrt() / q.standard_uncertainty - 1.0).abs() < 1e-12);
+    assert!(
+        lines
+            .windows(2)
+            .all(|w| w[0].contribution >= w[1].contribution)
+    );
+    // The estimate's own budget says the same.
+    let own: f64 = linear
+        .estimate()
+        .budget("length")
+        .unwrap()
+        .iter()
+        .map(|l| l.share)
+        .sum();
+    assert!((own - 1.0).abs() < 1e-12);
+}
+
+/// Linear model, correlated normal inputs: M = 2e5 leaves u/√(2M) = 0.16 % of u (bound: four of it) and
+/// (1 − r²)/√M = 0.2 % of correlation (four: 0.9 %).
+#[test]
+fn law_linear_models_agree_with_monte_carlo() {
+    model!(Linear2, ["a" "1", "b" "1"], |x, y, T| {
+        y[0] = x[0] + T::from(2.0) * x[1] - x[2];
+        y[1] = x[1] + x[2];
+    });
+    let joint = Inputs::new()
+        .add(normal("p", 1.0, 0.3))
+        .add(normal("q", -1.0, 0.2))
+        .add(normal("r", 5.0, 0.4))
+        .correlate("p", "q", 0.7)
+        .correlate("q", "r", -0.3)
+        .single()
+        .unwrap();
+    let linear = propagate(&Linear2, &joint).unwrap();
+    let sampled = MonteCarlo::new(7)
+        .trials(Trials::Fixed(200_000))
+        .run(&Linear2, &joint)
+        .unwrap();
+    for (k, name) in ["a", "b"].into_iter().enumerate() {
+        let q = linear.get(name).unwrap();
+        let o = &sampled.outputs[k];
+        assert!((o.standard_uncertainty / q.standard_uncertainty - 1.0).abs() < 0.0064);
+        assert!((o.mean - q.value).abs() < 4.0 * q.standard_uncertainty / 200_000f64.sqrt());
+    }
+    let r = |c: &Covariance| c.correlation(0, 1).unwrap();
+    assert!((r(&sampled.covariance) - r(linear.estimate().covariance())).abs() < 0.009);
+    assert!(
+        sampled
+            .validate(&linear, 1)
+            .iter()
+            .all(|v| v.verdict == Verdict::Validated)
+    );
+    // Two normal outputs: the ellipsoid of 95 % has k = √(−2 ln 0.05) = 2.448, and is the smallest region. Its
+    // mesh of 63 cells a side counts whole cells along the rim, some per cent too many or too few.
+    let region = sampled.region.unwrap();
+    assert!((region.ellipsoid_factor - 2.448).abs() < 0.02);
+    let ratio = region.smallest_content.unwrap() / region.ellipsoid_content;
+    assert!((ratio - 1.0).abs() < 0.06, "{ratio}");
+}
+
+#[test]
+fn law_units_scale_the_answer() {
+    let scaled = |s: f64| {
+        model!(Ratio, ["y" "1"], |x, y, T| {
+            y[0] = x[0] / x[1] * x[1].ln();
+        });
+        let joint = Inputs::new()
+            .add(normal("a", 3.0 * s, 0.1 * s))
+            .add(normal("b", 2.0, 0.2))
+            .single()
+            .unwrap();
+        propagate_second_order(&Ratio, &joint).unwrap()
+    };
+    let (one, thousand) = (scaled(1.0), scaled(1e3));
+    let u = |l: &Linear| l.get("y").unwrap().standard_uncertainty;
+    assert!((u(&thousand) / u(&one) / 1e3 - 1.0).abs() < 1e-13);
+    let second = |l: &Linear| l.second_order()[0].standard_uncertainty;
+    assert!((second(&thousand) / second(&one) / 1e3 - 1.0).abs() < 1e-12);
+}
+
+/// A mean of n readings: what all share stays, what each has alone falls by √n. By propagation and by trials.
+#[test]
+fn law_grouping_keys_average_only_what_is_independent() {
+    struct Mean(usize);
+    impl Model for Mean {
+        fn outputs(&self) -> Vec<(String, String)> {
+            vec![("mean".into(), "1".into())]
+        }
+        fn evaluate<T: Number>(&self, x: &[T], y: &mut [T]) {
+            // Draws of the common input come first: one of them or n.
+            let n = x.len() - usize::from(x.len() != self.0);
+            let start = x.len() - n;
+            let sum = x[start..].iter().fold(T::from(0.0), |s, &x| s + x);
+            let common = x[..start].iter().fold(T::from(0.0), |s, &x| s + x);
+            y[0] = sum / T::from(n as f64) + common;
+        }
+    }
+    for n in [4, 16, 64] {
+        let runs: Vec<Labels> = (0..n).map(|i| Labels::new().with("run", i)).collect();
+        let d = || Distribution::Normal { mean: 0.0, u: 1.0 };
+        let own = Inputs::new()
+            .add(Input::new("own", "1", d()).varies_with(["run"]))
+            .joint(&runs)
+            .unwrap();
+        let both = Inputs::new()
+            .add(Input::new("common", "1", d()))
+            .add(Input::new("own", "1", d()).varies_with(["run"]))
+            .joint(&runs)
+            .unwrap();
+        let u = |joint: &JointInputs| {
+            propagate(&Mean(n), joint)
+                .unwrap()
+                .get("mean")
+                .unwrap()
+                .standard_uncertainty
+        };
+        let independent = 1.0 / (n as f64).sqrt();
+        assert!(
+            (u(&own) - independent).abs() < 1e-14,
+            "independent falls by √n"
+        );
+        assert!(
+            (u(&both) - (1.0 + independent * independent).sqrt()).abs() < 1e-14,
+            "common stays"
+        );
+        assert_eq!(both.draws().len(), n + 1);
+
+        // The same through the covariance of the observations, common alone: the mean keeps u = 1.
+        let common = Inputs::new()
+            .add(Input::new("common", "1", d()))
+            .joint(&runs)
+            .unwrap();
+        let c = common.observation_covariance(&vec![1.0; n]).unwrap();
+        let mean = c.propagate(&vec![1.0 / n as f64; n]).unwrap();
+        assert!((mean.standard_uncertainty(0) - 1.0).abs() < 1e-14);
+
+        let sampled = MonteCarlo::new(2)
+            .trials(Trials::Fixed(40_000))
+            .run(&Mean(n), &both)
+            .unwrap();
+        let ratio = sampled.outputs[0].standard_uncertainty / u(&both);
+        assert!((ratio - 1.0).abs() < 0.0142, "four times 1/√(2 · 40 000)");
+    }
+}
+
+/// One estimate of σ serves all readings: their mean keeps its ν, in both calculations.
+#[test]
+fn law_readings_share_one_estimate_of_sigma() {
+    struct Mean;
+    impl Model for Mean {
+        fn outputs(&self) -> Vec<(String, String)> {
+            vec![("mean".into(), "1".into())]
+        }
+        fn evaluate<T: Number>(&self, x: &[T], y: &mut [T]) {
+            y[0] = x.iter().fold(T::from(0.0), |s, &x| s + x) / T::from(x.len() as f64);
+        }
+    }
+    let runs: Vec<Labels> = (0..9).map(|i| Labels::new().with("run", i)).collect();
+    let d = Distribution::StudentT {
+        location: 0.0,
+        scale: 3.0,
+        dof: 5.0,
+    };
+    let joint = Inputs::new()
+        .add(Input::new("x", "1", d).varies_with(["run"]))
+        .joint(&runs)
+        .unwrap();
+    let q = propagate(&Mean, &joint).unwrap().get("mean").unwrap();
+    assert!((q.standard_uncertainty - 1.0).abs() < 1e-14 && (q.dof.get() - 5.0).abs() < 1e-12);
+    let sampled = MonteCarlo::new(2)
+        .trials(Trials::Fixed(400_000))
+        .run(&Mean, &joint)
+        .unwrap();
+    let upper = sampled.outputs[0].symmetric.upper;
+    // √(p(1−p)/M)/f(2.57) = 2.5e-4/0.030 = 0.008; three times that.
+    assert!(
+        (upper - q.dof.coverage_factor(0.95)).abs() < 0.025,
+        "{upper}"
+    );
+}
+
+/// V = I Z cos …, written the other way round: an implicit model gives the explicit one's covariance.
+#[test]
+fn law_implicit_equals_explicit() {
+    struct Circuit;
+    impl Implicit for Circuit {
+        fn outputs(&self) -> Vec<(String, String)> {
+            Impedance.outputs()
+        }
+        fn residual<T: Number>(&self, y: &[T], x: &[T], h: &mut [T]) {
+            h[0] = y[2] * x[1] - x[0];
+            h[1] = y[0] * y[0] + y[1] * y[1] - y[2] * y[2];
+            h[2] = y[0] * x[2].sin() - y[1] * x[2].cos();
+        }
+    }
+    let joint = impedance().single().unwrap();
+    let implicit = propagate_implicit(&Circuit, &[100.0, 200.0, 250.0], &joint).unwrap();
+    let explicit = propagate(&Impedance, &joint).unwrap();
+    for i in 0..3 {
+        let (a, b) = (
+            &implicit.estimate().components()[i],
+            &explicit.estimate().components()[i],
+        );
+        assert!((a.value / b.value - 1.0).abs() < 1e-12);
+        for j in 0..3 {
+            let (a, b) = (
+                implicit.estimate().covariance()[(i, j)],
+                explicit.estimate().covariance()[(i, j)],
+            );
+            assert!((a - b).abs() < 1e-9 * b.abs(), "{i} {j}");
+        }
+    }
+}
+
+/// Binomial bound: four standard deviations of a share 0.95 in 20 000 repetitions are 4 √(0.95 · 0.05 / 20 000)
+/// = 0.0062.
+#[test]
+fn coverage_of_the_t_interval() {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(11);
+    for n in [3, 5] {
+        let mut inside = 0;
+        for _ in 0..20_000 {
+            let x: Vec<f64> = (0..n)
+                .map(|_| 7.0 + rng.sample::<f64, _>(StandardNormal))
+                .collect();
+            let d = Distribution::from_observations(&x).unwrap();
+            let k = d.dof().coverage_factor(0.95);
+            inside += usize::from((d.estimate() - 7.0).abs() <= k * d.standard_uncertainty());
+        }
+        let share = inside as f64 / 20_000.0;
+        assert!((share - 0.95).abs() < 0.0062, "n {n}: {share}");
+    }
+}
+
+/// Two means of n = 4 with unequal variances, ν_eff by Welch–Satterthwaite: the known error of the approximation at
+/// ν = 3 is within 1.5 %, on top of the binomial 0.6 %.
+#[test]
+fn coverage_of_the_effective_degrees_of_freedom() {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(12);
+    let mut inside = 0;
+    for _ in 0..20_000 {
+        let mut mean = |sigma: f64| {
+            let x: Vec<f64> = (0..4)
+                .map(|_| sigma * rng.sample::<f64, _>(StandardNormal))
+                .collect();
+            Distribution::from_observations(&x).unwrap()
+        };
+        let (a, b) = (mean(1.0), mean(2.0));
+        let u = a.standard_uncertainty().hypot(b.standard_uncertainty());
+        let nu = welch_satterthwaite(&[
+            (a.standard_uncertainty(), a.dof()),
+            (b.standard_uncertainty(), b.dof()),
+        ]);
+        inside += usize::from((a.estimate() - b.estimate()).abs() <= nu.coverage_factor(0.95) * u);
+    }
+    let share = inside as f64 / 20_000.0;
+    assert!((share - 0.95).abs() < 0.021, "{share}");
+}
+
+#[test]
+fn law_threads_do_not_change_a_bit() {
+    let joint = end_gauge().single().unwrap();
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        let run = MonteCarlo {
+            seed: 42,
+            probability: 0.99,
+            trials: Trials::Adaptive {
+                digits: 1,
+                max: 500_000,
+            },
+        };
+        pool.install(|| run.run(&EndGauge, &joint)).unwrap()
+    };
+    let (one, two) = (on(1), on(2));
+    assert_eq!(one, two);
+    assert_eq!(
+        one.outputs[0].symmetric.upper.to_bits(),
+        two.outputs[0].symmetric.upper.to_bits()
+    );
+    let other = MonteCarlo::new(43)
+        .trials(Trials::Fixed(10_000))
+        .run(&EndGauge, &joint)
+        .unwrap();
+    assert_ne!(one.outputs[0].mean, other.outputs[0].mean);
+}
+
+#[test]
+fn law_adaptive_stops_when_stable() {
+    let joint = end_gauge().single().unwrap();
+    let mut calls = 0;
+    let result = MonteCarlo::new(1)
+        .trials(Trials::Adaptive {
+            digits: 1,
+            max: 10_000_000,
+        })
+        .run_with(&EndGauge, &joint, &mut |_| {
+            calls += 1;
+            ControlFlow::Continue(())
+        })
+        .unwrap();
+    assert!(calls >= 1 && result.trials < 1_000_000 && result.findings.is_empty());
+    let short = MonteCarlo::new(1).trials(Trials::Adaptive {
+        digits: 4,
+        max: 20_000,
+    });
+    let findings = short.run(&EndGauge, &joint).unwrap().findings;
+    assert_eq!(findings[0].code(), "monte-carlo-not-stable");
+}
+
+#[test]
+fn refuses_a_cancelled_run() {
+    let joint = end_gauge().single().unwrap();
+    let result = MonteCarlo::new(1).run_with(&EndGauge, &joint, &mut |_| ControlFlow::Break(()));
+    assert_eq!(result, Err(Refusal::Cancelled));
+}
+
+#[test]
+fn refuses_contradicting_correlations_by_name() {
+    let joint = Inputs::new()
+        .add(normal("a", 0.0, 1.0))
+        .add(normal("b", 0.0, 1.0))
+        .add(normal("c", 0.0, 1.0))
+        .add(normal("bystander", 0.0, 1.0))
+        .correlate("a", "b", 0.9)
+        .correlate("b", "c", 0.9)
+        .correlate("a", "c", -0.9)
+        .single();
+    match joint {
+        Err(Refusal::Correlation { first, second, .. }) => {
+            assert_ne!(first, "bystander");
+            assert_ne!(second, "bystander");
+        }
+        other => panic!("{other:?}"),
+    }
+    let frequencies: Vec<Labels> = [10, 20, 40]
+        .map(|f| Labels::new().with("frequency", f))
+        .into();
+    let d = Distribution::Normal { mean: 1.0, u: 0.01 };
+    let reference = Inputs::new().add(Input::new("reference", "1", d).varies_with(["frequency"]));
+    let adjacent = reference
+        .clone()
+        .correlate("reference[frequency=10]", "reference[frequency=20]", 0.5)
+        .joint(&frequencies)
+        .unwrap();
+    assert!((adjacent.covariance()[(0, 1)] - 0.5e-4).abs() < 1e-18);
+    assert_eq!(adjacent.covariance()[(0, 2)], 0.0);
+    let error =
+        reference
+            .clone()
+            .correlate("reference[frequency=10]", "reference[frequency=20]", 1.5);
+    assert!(
+        error
+            .joint(&frequencies)
+            .unwrap_err()
+            .to_string()
+            .contains("reference[frequency=20]")
+    );
+    let error = reference
+        .clone()
+        .correlate("reference", "referense", 0.5)
+        .joint(&frequencies);
+    assert_eq!(
+        error.unwrap_err().to_string(),
+        "no input is called referense"
+    );
+    assert!(
+        reference
+            .joint(&[Labels::new()])
+            .unwrap_err()
+            .to_string()
+            .contains("frequency")
+    );
+}
+
+#[test]
+fn refuses_a_model_that_is_not_finite() {
+    model!(Root, ["y" "1"], |x, y, T| {
+        y[0] = x[0].sqrt();
+    });
+    let at = |mean| Inputs::new().add(normal("x", mean, 1.0)).single().unwrap();
+    assert!(propagate(&Root, &at(-1.0)).is_err());
+    assert!(propagate(&Root, &at(0.0)).is_err(), "no derivative at zero");
+    assert!(
+        MonteCarlo::new(1).run(&Root, &at(1.0)).is_err(),
+        "negative in some trials"
+    );
+}
