@@ -1,5 +1,7 @@
 //! Calibration of accelerometers: from observations to parameters with one joint covariance.
 
+pub mod shaker;
+
 mod adjustment;
 mod direction_coverage;
 mod ellipsoid;

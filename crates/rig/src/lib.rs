@@ -12,6 +12,8 @@
 //! - Truth is in SI; outputs are in the unit of the simulated sensor.
 
 mod axis;
+pub mod bench;
+
 mod hand_held;
 
 pub use axis::{Axis, AxisAccelerometer, AxisEncoder, AxisMotion, AxisRecording, MotionPoint};

@@ -7,6 +7,7 @@
 //! removed only when it is named ([`Detrend`]).
 
 pub mod fourier;
+pub mod sine;
 
 mod density;
 mod detrend;

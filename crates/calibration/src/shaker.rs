@@ -1,0 +1,47 @@
+//! Calibration of a triaxial accelerometer on a single-axis shaker, by wedges and rotations.
+//!
+//! The device is glued on a wedge of inclination α, turned by ω about its own z, and shaken along the vertical
+//! z′. Rows are observations: o = a S and a = o A, with a (n × 3) the acceleration the device sees, o (n × 3) its
+//! outputs, S the sensitivity and A = S⁻¹ the exploitation matrix. `S[i][j]` is the output j per unit
+//! acceleration along i.
+//!
+//! Three methods stand side by side:
+//!
+//! - [`published`]: ordinary least squares on magnitudes with element-wise uncertainties, as the method was
+//!   published; for comparison only.
+//! - [`complex`]: generalised least squares on signed phasors with the joint covariance of everything.
+//! - [`joint`]: the same for all frequencies at once, with the mounting angles estimated as what they are:
+//!   the same at every frequency.
+
+#![allow(
+    clippy::neg_cmp_op_on_partial_ord,
+    reason = "a NaN must fail a check as a wrong number does"
+)]
+#![allow(
+    clippy::needless_range_loop,
+    reason = "indices of matrices read as in the equations"
+)]
+
+mod adjustment;
+pub mod budget;
+pub mod campaign;
+pub mod derived;
+pub mod diagnosis;
+pub mod fit;
+pub mod geometry;
+pub mod matrix;
+pub mod monte_carlo;
+pub mod observation;
+pub mod plan;
+pub mod published;
+pub mod recording;
+pub mod reference;
+pub mod single_axis;
+pub mod spurious;
+
+pub use budget::{Acts, Budget, Input, Key};
+pub use campaign::{Correction, Method, ShakerCalibration, ShakerCampaign, calibrate};
+pub use diagnosis::{Suspect, Suspicion, diagnose};
+pub use fit::{Fit, FrequencyFit, complex, joint};
+pub use geometry::Configuration;
+pub use observation::{PhasorRow, Spurious, SpuriousTable};

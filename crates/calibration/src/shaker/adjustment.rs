@@ -1,0 +1,394 @@
+//! The one engine behind both rigorous methods: a least-squares adjustment in which every shared error is an
+//! unknown with its prior.
+//!
+//! Observations y = o/a (complex, three per run) obey y = \[R(α + δα, ω + δω) e\]ᵀ S with e = (ε_x, ε_y, 1 + ε_z).
+//! An error that several runs share is one unknown z ~ N(0, 1) per draw; errors within a run make its 6 × 6
+//! weight. Minimising r ᵀN⁻¹r + zᵀz over S and z is generalised least squares with the joint covariance
+//! V = N + G Gᵀ, without ever forming V; and because the angles are unknowns, it can be solved with the angles
+//! where they are (errors in variables) and not where the drawing has them.
+
+mod model;
+
+use super::budget::Budget;
+use super::matrix::{Matrix, from_real};
+use super::observation::{PhasorRow, SpuriousTable};
+use faer::{Mat, Side, c64, linalg::solvers::Solve};
+use model::{Model, phasor_noise, run_columns};
+use proofmass_core::Error;
+
+/// One shared error: its input and the draw.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Draw {
+    /// Index of the input in the budget; `None` for the components of a spurious ratio.
+    pub(crate) input: Option<usize>,
+    /// First row that has it, for messages.
+    pub(crate) row: usize,
+    /// Frequency it belongs to; `None` when shared by all.
+    pub(crate) frequency: Option<usize>,
+}
+
+/// Derivative of the six reals of one row by one parameter.
+type Column = (usize, [f64; 6]);
+
+/// A row at the current point of the iteration.
+struct Linear {
+    residual: [f64; 6],
+    columns: Vec<Column>,
+    noise: [[f64; 6]; 6],
+}
+
+/// The solved adjustment. Parameters: 18 reals of S per frequency (in units of `scale`), then the draws.
+pub(crate) struct Adjustment {
+    pub(crate) frequencies: Vec<f64>,
+    /// Frequency index of every row.
+    pub(crate) of_row: Vec<usize>,
+    /// Unit of y, V/(m/s²).
+    pub(crate) scale: f64,
+    pub(crate) parameters: Vec<f64>,
+    /// Covariance of the parameters, row-major.
+    covariance: Vec<f64>,
+    pub(crate) draws: Vec<Draw>,
+    pub(crate) chi_squared: f64,
+    rows: Vec<Linear>,
+    /// N⁻¹ of every row.
+    weights: Vec<[[f64; 6]; 6]>,
+}
+
+/// What leaving one run out would say about it.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Deletion {
+    /// Measured minus predicted by all other runs, V/(m/s²).
+    pub(crate) prediction_error: [c64; 3],
+    /// (prediction error)ᵀ (its covariance)⁻¹ (prediction error): χ² with six degrees of freedom.
+    pub(crate) statistic: f64,
+    /// The covariance of the prediction error, in units of `scale`².
+    pub(crate) covariance: [[f64; 6]; 6],
+    /// Change of the 18 reals of S of its frequency when the run is left out, V/(m/s²).
+    pub(crate) influence: Vec<f64>,
+}
+
+const ITERATIONS: usize = 60;
+/// Iterations in which the noise of the runs is evaluated anew.
+const REWEIGHTED: usize = 5;
+
+impl Adjustment {
+    pub(crate) fn new(
+        rows: &[PhasorRow],
+        spurious: &SpuriousTable,
+        budget: &Budget,
+    ) -> Result<Self, Error> {
+        for (index, row) in rows.iter().enumerate() {
+            row.check(index)?;
+        }
+        let mut frequencies: Vec<f64> = rows.iter().map(|r| r.frequency).collect();
+        frequencies.sort_by(f64::total_cmp);
+        frequencies.dedup();
+        let of_row: Vec<usize> = rows
+            .iter()
+            .map(|r| frequencies.partition_point(|&f| f < r.frequency))
+            .collect();
+        for f in 0..frequencies.len() {
+            let got = of_row.iter().filter(|&&k| k == f).count();
+            if got < 3 {
+                return Err(Error::TooFew {
+                    name: "configurations at a frequency",
+                    needed: 3,
+                    got,
+                });
+            }
+        }
+        let mean_square = rows
+            .iter()
+            .flat_map(|r| r.ratios())
+            .map(|y| y.norm_sqr())
+            .sum::<f64>()
+            / rows.len() as f64;
+        let scale = if mean_square > 0.0 {
+            mean_square.sqrt()
+        } else {
+            1.0
+        };
+        let model = Model {
+            rows,
+            of_row: &of_row,
+            spurious,
+            budget,
+            scale,
+            offset: 18 * frequencies.len(),
+        };
+        let (links, draws) = model.draws();
+        let count = model.offset + draws.len();
+        let mut parameters = vec![0.0; count];
+        model.start(&mut parameters, frequencies.len())?;
+        let objective = |linear: &[Linear], weights: &[[[f64; 6]; 6]], z: &[f64]| -> f64 {
+            let rows: f64 = linear
+                .iter()
+                .zip(weights)
+                .map(|(l, w)| dot(&times(w, &l.residual), &l.residual))
+                .sum();
+            rows + z.iter().map(|z| z * z).sum::<f64>()
+        };
+        let linearise = |parameters: &[f64]| -> Vec<Linear> {
+            (0..rows.len())
+                .map(|i| model.linear(i, &links[i], parameters))
+                .collect()
+        };
+        let mut step = f64::INFINITY;
+        let mut linear = linearise(&parameters);
+        let mut weights = weights_of(&linear)?;
+        for iteration in 0..ITERATIONS {
+            if iteration > 0 && iteration < REWEIGHTED {
+                // Relative noise follows the prediction; once it is near, it stays, so that the end is a minimum.
+                weights = weights_of(&linear)?;
+            }
+            let before = objective(&linear, &weights, &parameters[model.offset..]);
+            let mut normal = vec![0.0; count * count];
+            let mut right = vec![0.0; count];
+            for (row, w) in linear.iter().zip(&weights) {
+                let weighted: Vec<[f64; 6]> =
+                    row.columns.iter().map(|(_, c)| times(w, c)).collect();
+                for (a, (i, _)) in row.columns.iter().enumerate() {
+                    right[*i] += dot(&weighted[a], &row.residual);
+                    for (j, column) in &row.columns {
+                        if j <= i {
+                            normal[i * count + j] += dot(&weighted[a], column);
+                        }
+                    }
+                }
+            }
+            for i in model.offset..count {
+                normal[i * count + i] += 1.0;
+                right[i] -= parameters[i];
+            }
+            let normal = Mat::from_fn(count, count, |i, j| normal[i.max(j) * count + i.min(j)]);
+            let llt = normal.llt(Side::Lower).map_err(|_| Error::Unobservable {
+                parameter: "sensitivity",
+                condition: f64::INFINITY,
+            })?;
+            if step < 1e-6 {
+                // The last step was rounding: this is the point at which everything is reported.
+                let chi_squared = before;
+                let inverse = llt.solve(Mat::<f64>::identity(count, count));
+                let covariance = (0..count * count)
+                    .map(|k| {
+                        0.5 * (inverse[(k / count, k % count)] + inverse[(k % count, k / count)])
+                    })
+                    .collect();
+                return Ok(Self {
+                    frequencies,
+                    of_row,
+                    scale,
+                    parameters,
+                    covariance,
+                    draws,
+                    chi_squared,
+                    rows: linear,
+                    weights,
+                });
+            }
+            let delta = llt.solve(Mat::from_fn(count, 1, |i, _| right[i]));
+            // Shorter steps while the sum of squares rises: runs that contradict each other turn the angles far.
+            let mut length = 1.0;
+            let (next, trial) = loop {
+                let trial: Vec<f64> = (0..count)
+                    .map(|i| parameters[i] + length * delta[(i, 0)])
+                    .collect();
+                let next = linearise(&trial);
+                let after = objective(&next, &weights, &trial[model.offset..]);
+                if after <= before * (1.0 + 1e-9) + 1e-9 || length < 1e-3 {
+                    break (next, trial);
+                }
+                length *= 0.5;
+            };
+            step = (0..count)
+                .map(|i| {
+                    // Sensitivities against the unit of y, draws against a thousand of their priors.
+                    let unit = if i < model.offset { 1.0 } else { 1e3 };
+                    length * delta[(i, 0)].abs() / unit
+                })
+                .fold(0.0, f64::max);
+            (linear, parameters) = (next, trial);
+            if !step.is_finite() {
+                break;
+            }
+        }
+        Err(Error::NotConverged {
+            name: "adjustment of the sensitivity matrix",
+            iterations: ITERATIONS,
+            step,
+        })
+    }
+
+    /// The sensitivity matrix of a frequency in V/(m/s²).
+    pub(crate) fn sensitivity(&self, f: usize) -> Matrix {
+        from_real(&self.parameters[18 * f..18 * f + 18]).map(|row| row.map(|s| s * self.scale))
+    }
+
+    /// Covariance of two parameters.
+    pub(crate) fn covariance(&self, i: usize, j: usize) -> f64 {
+        self.covariance[i * self.parameters.len() + j]
+    }
+
+    /// Degrees of freedom of χ²: 6 per run less 18 per frequency.
+    pub(crate) fn dof(&self) -> usize {
+        6 * self.rows.len() - 18 * self.frequencies.len()
+    }
+
+    /// Gain of the estimator from the six reals of a row to the 18 of S of a frequency: C_s· Xᵀ N⁻¹.
+    pub(crate) fn gain(&self, f: usize, row: usize) -> [[f64; 6]; 18] {
+        let mut gain = [[0.0; 6]; 18];
+        for (j, column) in &self.rows[row].columns {
+            let w = times(&self.weights[row], column);
+            for (p, g) in gain.iter_mut().enumerate() {
+                let c = self.covariance(18 * f + p, *j);
+                for k in 0..6 {
+                    g[k] += c * w[k];
+                }
+            }
+        }
+        gain
+    }
+
+    /// Covariance of S of a frequency, V²/(m/s²)², caused by each input of the budget; then by the noise of the
+    /// phasors, then by the spurious ratios. They sum to the covariance of the adjustment.
+    pub(crate) fn contributions(
+        &self,
+        f: usize,
+        rows: &[PhasorRow],
+        budget: &Budget,
+    ) -> Vec<Vec<f64>> {
+        let inputs = budget.inputs.len();
+        let mut sums = vec![vec![0.0; 18 * 18]; inputs + 2];
+        let scale2 = self.scale * self.scale;
+        let add = |sum: &mut [f64], v: &[f64; 18]| {
+            for p in 0..18 {
+                for q in 0..18 {
+                    sum[18 * p + q] += scale2 * v[p] * v[q];
+                }
+            }
+        };
+        // How every shared draw appears in S: Σ over the rows that have it.
+        let offset = 18 * self.frequencies.len();
+        let mut shared = vec![[0.0; 18]; self.draws.len()];
+        for row in 0..self.rows.len() {
+            let gain = self.gain(f, row);
+            for (j, column) in self.rows[row].columns.iter().filter(|(j, _)| *j >= offset) {
+                for p in 0..18 {
+                    shared[j - offset][p] += dot6(&gain[p], column);
+                }
+            }
+            let prediction = self.prediction(row, rows);
+            for (index, input) in budget.inputs.iter().enumerate() {
+                if input.within_a_run() {
+                    for column in run_columns(input, &rows[row], &prediction, self.scale) {
+                        add(&mut sums[index], &gain.map(|g| dot6(&g, &column)));
+                    }
+                }
+            }
+            // Noise of the phasors: the rest of the 6 × 6 weight, as its own covariance.
+            let noise = phasor_noise(&rows[row], &prediction, self.scale);
+            for p in 0..18 {
+                let half: [f64; 6] =
+                    std::array::from_fn(|k| (0..6).map(|l| gain[p][l] * noise[l][k]).sum());
+                for q in 0..18 {
+                    sums[inputs][18 * p + q] += scale2 * dot6(&gain[q], &half);
+                }
+            }
+        }
+        for (draw, v) in self.draws.iter().zip(&shared) {
+            add(&mut sums[draw.input.unwrap_or(inputs + 1)], v);
+        }
+        sums
+    }
+
+    fn prediction(&self, row: usize, rows: &[PhasorRow]) -> [c64; 3] {
+        let y = rows[row].ratios();
+        let r = &self.rows[row].residual;
+        std::array::from_fn(|j| y[j] / self.scale - c64::new(r[2 * j], r[2 * j + 1]))
+    }
+
+    /// What every run looks like from all the others.
+    pub(crate) fn deletions(&self) -> Result<Vec<Deletion>, Error> {
+        (0..self.rows.len())
+            .map(|row| {
+                let (linear, w) = (&self.rows[row], &self.weights[row]);
+                // Q = N⁻¹ − N⁻¹ X C Xᵀ N⁻¹; its inverse is the covariance of the prediction error.
+                let weighted: Vec<(usize, [f64; 6])> = linear
+                    .columns
+                    .iter()
+                    .map(|(j, c)| (*j, times(w, c)))
+                    .collect();
+                let mut q = *w;
+                for (i, u) in &weighted {
+                    let mut half = [0.0; 6];
+                    for (j, v) in &weighted {
+                        let c = self.covariance(*i, *j);
+                        for b in 0..6 {
+                            half[b] += c * v[b];
+                        }
+                    }
+                    for a in 0..6 {
+                        for b in 0..6 {
+                            q[a][b] -= u[a] * half[b];
+                        }
+                    }
+                }
+                let q = Mat::from_fn(6, 6, |a, b| q[a][b]);
+                let right = times(w, &linear.residual);
+                let right = Mat::from_fn(6, 1, |a, _| right[a]);
+                let llt = q.llt(Side::Lower).map_err(|_| Error::Unobservable {
+                    parameter: "sensitivity without one of the runs",
+                    condition: f64::INFINITY,
+                })?;
+                let error = llt.solve(&right);
+                let covariance = llt.solve(Mat::<f64>::identity(6, 6));
+                let statistic = (0..6).map(|a| error[(a, 0)] * right[(a, 0)]).sum();
+                let gain = self.gain(self.of_row[row], row);
+                Ok(Deletion {
+                    prediction_error: std::array::from_fn(|j| {
+                        c64::new(error[(2 * j, 0)], error[(2 * j + 1, 0)]) * self.scale
+                    }),
+                    statistic,
+                    covariance: std::array::from_fn(|a| {
+                        std::array::from_fn(|b| covariance[(a, b)])
+                    }),
+                    influence: gain
+                        .iter()
+                        .map(|g| -self.scale * (0..6).map(|a| g[a] * error[(a, 0)]).sum::<f64>())
+                        .collect(),
+                })
+            })
+            .collect()
+    }
+}
+
+fn weights_of(rows: &[Linear]) -> Result<Vec<[[f64; 6]; 6]>, Error> {
+    rows.iter()
+        .enumerate()
+        .map(|(index, row)| {
+            let n = Mat::from_fn(6, 6, |a, b| row.noise[a][b]);
+            let llt = n.llt(Side::Lower).map_err(|_| Error::NotPositiveDefinite {
+                name: "covariance of a run",
+                row: index,
+                column: index,
+                value: 0.0,
+            })?;
+            let w = llt.solve(Mat::<f64>::identity(6, 6));
+            Ok(std::array::from_fn(|a| {
+                std::array::from_fn(|b| 0.5 * (w[(a, b)] + w[(b, a)]))
+            }))
+        })
+        .collect()
+}
+
+fn times(w: &[[f64; 6]; 6], v: &[f64; 6]) -> [f64; 6] {
+    std::array::from_fn(|a| dot6(&w[a], v))
+}
+
+fn dot(a: &[f64; 6], b: &[f64; 6]) -> f64 {
+    dot6(a, b)
+}
+
+fn dot6(a: &[f64; 6], b: &[f64; 6]) -> f64 {
+    (0..6).map(|k| a[k] * b[k]).sum()
+}

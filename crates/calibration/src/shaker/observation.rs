@@ -1,0 +1,101 @@
+//! What one run gives: the acceleration of the table and the three outputs, as phasors.
+
+use super::Configuration;
+use faer::c64;
+use proofmass_core::Error;
+
+/// One configuration at one frequency.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PhasorRow {
+    /// Name of the run, for messages.
+    pub run: String,
+    /// Nominal drive frequency in Hz; rows of one frequency carry the same number.
+    pub frequency: f64,
+    /// Mounting.
+    pub configuration: Configuration,
+    /// Acceleration of the table along z′ in m/s², peak, from the reference standard and its certificate.
+    pub reference: c64,
+    /// Outputs x, y, z in V, peak.
+    pub outputs: [c64; 3],
+    /// Covariance `[rr, ri, ii]` of the reference (m/s²)² and of the outputs (V²) from the sine approximation.
+    pub covariance: [[f64; 3]; 4],
+}
+
+impl PhasorRow {
+    /// A row without noise of its own: the budget carries everything.
+    pub fn new(
+        run: impl Into<String>,
+        frequency: f64,
+        configuration: Configuration,
+        reference: c64,
+        outputs: [c64; 3],
+    ) -> Self {
+        Self {
+            run: run.into(),
+            frequency,
+            configuration,
+            reference,
+            outputs,
+            covariance: [[0.0; 3]; 4],
+        }
+    }
+
+    /// Outputs per unit acceleration of the table, o/a in V/(m/s²).
+    pub(crate) fn ratios(&self) -> [c64; 3] {
+        self.outputs.map(|o| o / self.reference)
+    }
+
+    pub(crate) fn check(&self, index: usize) -> Result<(), Error> {
+        let finite = |z: &c64| z.re.is_finite() && z.im.is_finite();
+        if !(finite(&self.reference)
+            && self.outputs.iter().all(finite)
+            && self.frequency.is_finite()
+            && self.configuration.inclination.is_finite()
+            && self.configuration.rotation.is_finite())
+        {
+            return Err(Error::NotFinite {
+                name: "phasor table",
+                index,
+            });
+        }
+        if self.reference.norm() == 0.0 {
+            return Err(Error::OutOfRange {
+                name: "reference acceleration",
+                value: 0.0,
+                min: f64::MIN_POSITIVE,
+                max: f64::MAX,
+            });
+        }
+        Ok(())
+    }
+}
+
+/// Motion of the device's seat beside the excitation, relative to it, at one inclination and frequency.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spurious {
+    /// Inclination in radians.
+    pub inclination: f64,
+    /// Frequency in Hz.
+    pub frequency: f64,
+    /// Complex ratios ε along x′, y′, z′; the whole motion is a (ε_x, ε_y, 1 + ε_z).
+    pub ratio: [c64; 3],
+    /// Covariance `[rr, ri, ii]` of each ratio.
+    pub covariance: [[f64; 3]; 3],
+}
+
+/// What is known of spurious motion over the bench.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SpuriousTable {
+    /// One entry per inclination and frequency that was measured.
+    pub entries: Vec<Spurious>,
+}
+
+impl SpuriousTable {
+    /// The entry of an inclination and a frequency.
+    pub fn get(&self, inclination: f64, frequency: f64) -> Option<&Spurious> {
+        self.entries.iter().find(|e| {
+            (e.inclination - inclination).abs() < 1e-6
+                && (e.frequency / frequency - 1.0).abs() < 1e-6
+        })
+    }
+}

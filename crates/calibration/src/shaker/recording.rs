@@ -1,0 +1,253 @@
+//! From the samples of a run to its phasors, and whether the run is fit to be used.
+
+use super::geometry::Configuration;
+use faer::c64;
+use proofmass_core::Error;
+use proofmass_signal::sine::{Frequency, SineApproximation, dominant_frequency};
+use proofmass_uncertainty::{Finding, Severity};
+use serde::Serialize;
+
+/// What the samples say about a run beside its phasors; every entry is optional for tables of ready phasors.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Quality {
+    /// Frequency the reference was found at, Hz.
+    pub measured_frequency: Option<f64>,
+    /// Total harmonic distortion of the reference.
+    pub distortion: Option<f64>,
+    /// Signal-to-noise ratio of reference, x, y, z in dB.
+    pub signal_to_noise: Option<[f64; 4]>,
+    /// Channels with samples at full scale: 0 reference, 1 to 3 for x to z.
+    pub clipped: Vec<usize>,
+    /// Transverse motion relative to the excitation.
+    pub transverse: Option<f64>,
+}
+
+/// One run as it comes from the bench: phasors in volts, or the reference already in m/s².
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunInput {
+    /// Name of the run.
+    pub run: String,
+    /// Nominal frequency in Hz.
+    pub frequency: f64,
+    /// Mounting.
+    pub configuration: Configuration,
+    /// Reference, V or m/s², peak.
+    pub reference: c64,
+    /// Outputs x, y, z in V, peak.
+    pub outputs: [c64; 3],
+    /// Covariance `[rr, ri, ii]` of reference and outputs.
+    pub covariance: [[f64; 3]; 4],
+    /// What the samples said.
+    pub quality: Quality,
+}
+
+/// How a recording becomes phasors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading {
+    /// Sampling frequency in Hz.
+    pub sampling_frequency: f64,
+    /// Known or common unknown frequency.
+    pub frequency: Frequency,
+    /// Highest harmonic fitted.
+    pub harmonics: usize,
+    /// Whether a linear drift is fitted.
+    pub drift: bool,
+    /// Full scale of the acquisition in V, where known.
+    pub full_scale: Option<f64>,
+}
+
+impl Reading {
+    /// Common frequency, five harmonics (as many as fit below Nyquist), no drift.
+    pub fn new(sampling_frequency: f64) -> Self {
+        Self {
+            sampling_frequency,
+            frequency: Frequency::Common,
+            harmonics: 5,
+            drift: false,
+            full_scale: None,
+        }
+    }
+
+    /// Phasors of reference, x, y, z of one run.
+    ///
+    /// A strongest line of the reference elsewhere than at the nominal frequency is reported in the quality and
+    /// the fit is made at the nominal frequency all the same, for nothing is repaired in silence.
+    ///
+    /// # Errors
+    /// As [`SineApproximation::fit`] and [`dominant_frequency`].
+    pub fn observe(
+        &self,
+        run: &str,
+        frequency: f64,
+        configuration: Configuration,
+        channels: [&[f64]; 4],
+    ) -> Result<RunInput, Error> {
+        let found = dominant_frequency(self.sampling_frequency, channels[0])?;
+        let resolution = self.sampling_frequency / channels[0].len() as f64;
+        let elsewhere = (found - frequency).abs() > (2.0 * resolution).max(0.01 * frequency);
+        let below_nyquist = (0.5 * self.sampling_frequency / frequency).ceil() as usize - 1;
+        let sine = SineApproximation::new(frequency)
+            .frequency(if elsewhere {
+                Frequency::Known
+            } else {
+                self.frequency
+            })
+            .harmonics(self.harmonics.min(below_nyquist))
+            .drift(self.drift);
+        let fit = sine.fit(self.sampling_frequency, &channels)?;
+        let clipped = self.full_scale.map_or(vec![], |full| {
+            // The last code on either side: a sample there may be any larger value.
+            let limit = full * (1.0 - 1e-6);
+            (0..4)
+                .filter(|&k| channels[k].iter().filter(|v| v.abs() >= limit).count() > 1)
+                .collect()
+        });
+        let c = &fit.channels;
+        Ok(RunInput {
+            run: run.to_owned(),
+            frequency,
+            configuration,
+            reference: c[0].amplitude,
+            outputs: [c[1].amplitude, c[2].amplitude, c[3].amplitude],
+            covariance: std::array::from_fn(|k| c[k].covariance),
+            quality: Quality {
+                measured_frequency: Some(if elsewhere { found } else { fit.frequency }),
+                distortion: c[0].thd(),
+                signal_to_noise: Some(std::array::from_fn(|k| c[k].snr_db())),
+                clipped,
+                transverse: None,
+            },
+        })
+    }
+}
+
+/// Rules of a sound run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Largest relative departure of the frequency.
+    pub frequency: f64,
+    /// Largest distortion of the excitation.
+    pub distortion: f64,
+    /// Smallest signal-to-noise ratio of the reference in dB.
+    pub signal_to_noise: f64,
+    /// Largest relative departure of the amplitude from its target.
+    pub amplitude: f64,
+}
+
+impl Default for Limits {
+    /// 0.5 % of frequency, 5 % of distortion (ISO 16063-21), 40 dB, 10 % of amplitude.
+    fn default() -> Self {
+        Self {
+            frequency: 0.005,
+            distortion: 0.05,
+            signal_to_noise: 40.0,
+            amplitude: 0.10,
+        }
+    }
+}
+
+const CHANNELS: [&str; 4] = ["reference", "x", "y", "z"];
+
+/// Findings about single runs; `amplitude` is the acceleration reached in m/s², `target` the one wanted.
+pub fn assess(
+    run: &RunInput,
+    amplitude: f64,
+    target: Option<f64>,
+    limits: &Limits,
+) -> Vec<Finding> {
+    let mut findings = vec![];
+    let (name, f, q) = (&run.run, run.frequency, &run.quality);
+    if let Some(found) = q.measured_frequency
+        && (found / f - 1.0).abs() > limits.frequency
+    {
+        findings.push(
+            Finding::new(
+                Severity::Decision,
+                "frequency-mismatch",
+                format!("run {name} does not vibrate at the frequency of the table"),
+            )
+            .evidence(format!(
+                "{f} Hz in the table, {found:.3} Hz in the recording"
+            ))
+            .advice("correct the table or leave the run out"),
+        );
+    }
+    if !q.clipped.is_empty() {
+        let channels: Vec<&str> = q
+            .clipped
+            .iter()
+            .filter_map(|&k| CHANNELS.get(k).copied())
+            .collect();
+        findings.push(
+            Finding::new(
+                Severity::Decision,
+                "clipped",
+                format!("run {name} is clipped"),
+            )
+            .evidence(format!(
+                "samples at full scale on channel {}",
+                channels.join(", ")
+            ))
+            .advice("lower the gain and measure it again"),
+        );
+    }
+    if let Some(d) = q.distortion.filter(|&d| d > limits.distortion) {
+        findings.push(
+            Finding::new(
+                Severity::Warning,
+                "distortion",
+                format!("the excitation of run {name} is distorted"),
+            )
+            .evidence(format!(
+                "{:.1} % at {f} Hz, {:.0} % admitted",
+                100.0 * d,
+                100.0 * limits.distortion
+            ))
+            .advice("lower the amplitude or look for a loose mounting"),
+        );
+    }
+    if let Some(snr) = q.signal_to_noise.filter(|s| s[0] < limits.signal_to_noise) {
+        findings.push(
+            Finding::new(
+                Severity::Warning,
+                "low-signal",
+                format!("the reference of run {name} is close to its noise"),
+            )
+            .evidence(format!(
+                "{:.0} dB at {f} Hz, {:.0} dB wanted",
+                snr[0], limits.signal_to_noise
+            ))
+            .advice("raise the amplitude or the gain, or record for longer"),
+        );
+    }
+    if let Some(t) = target.filter(|t| (amplitude / t - 1.0).abs() > limits.amplitude) {
+        findings.push(
+            Finding::new(
+                Severity::Warning,
+                "amplitude-off-target",
+                format!("run {name} was not driven at its target amplitude"),
+            )
+            .evidence(format!(
+                "{amplitude:.3} m/s² reached, {t} m/s² wanted at {f} Hz"
+            ))
+            .advice("check the levelling; a linear device does not mind, its linearity does"),
+        );
+    }
+    let limit = super::single_axis::transverse_limit(f);
+    if let Some(t) = q.transverse.filter(|&t| t > limit) {
+        findings.push(
+            Finding::new(
+                Severity::Warning,
+                "transverse-motion",
+                format!("run {name}: the transverse motion exceeds the limit of ISO 16063-21"),
+            )
+            .evidence(format!(
+                "{:.1} % at {f} Hz, {:.0} % admitted",
+                100.0 * t,
+                100.0 * limit
+            ))
+            .advice("correct for the measured spurious motion, or leave the frequency out"),
+        );
+    }
+    findings
+}

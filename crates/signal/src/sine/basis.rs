@@ -1,0 +1,110 @@
+//! The functions a record is fitted with, and their exact inner products.
+
+use super::Coefficients;
+use super::pass::{Moments, Tables};
+use faer::{Mat, c64};
+
+/// One real function Re(u τᵖ e^{jkω n}) about the middle of the record; k = 0 is the trend.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Term {
+    pub(crate) coefficient: c64,
+    multiple: usize,
+    power: usize,
+}
+
+impl Term {
+    pub(crate) fn new(coefficient: c64, multiple: usize, power: usize) -> Self {
+        Self {
+            coefficient,
+            multiple,
+            power,
+        }
+    }
+}
+
+/// Offset, drift where asked, cosine and sine of every harmonic.
+pub(crate) struct Basis {
+    terms: Vec<Term>,
+    drift: bool,
+    harmonics: usize,
+    /// Σ τᵖ e^{jkωn} for p = 0, 1, 2 and k = 0 … 2H.
+    sums: [Vec<c64>; 3],
+}
+
+impl Basis {
+    pub(crate) fn new(tables: &Tables, drift: bool, harmonics: usize) -> Self {
+        let one = c64::new(1.0, 0.0);
+        let mut terms = vec![Term::new(one, 0, 0)];
+        if drift {
+            terms.push(Term::new(one, 0, 1));
+        }
+        for h in 1..=harmonics {
+            terms.push(Term::new(one, h, 0));
+            terms.push(Term::new(c64::new(0.0, -1.0), h, 0));
+        }
+        Self {
+            terms,
+            drift,
+            harmonics,
+            sums: tables.power_sums(2 * harmonics),
+        }
+    }
+
+    pub(crate) fn terms(&self) -> &[Term] {
+        &self.terms
+    }
+
+    /// Positions of the cosine and the sine of the fundamental.
+    pub(crate) fn fundamental(&self) -> (usize, usize) {
+        let first = 1 + usize::from(self.drift);
+        (first, first + 1)
+    }
+
+    /// Σ Re(u τᵖ e^{jkωn}) Re(v τ^q e^{jlωn}) = ½ Re[u v Σ_{p+q}(k + l) + u v̄ Σ_{p+q}(k − l)].
+    pub(crate) fn inner(&self, a: &Term, b: &Term) -> f64 {
+        let sums = &self.sums[a.power + b.power];
+        let (u, v) = (a.coefficient, b.coefficient);
+        let plus = sums[a.multiple + b.multiple];
+        let minus = if a.multiple >= b.multiple {
+            sums[a.multiple - b.multiple]
+        } else {
+            sums[b.multiple - a.multiple].conj()
+        };
+        0.5 * (u * v * plus + u * v.conj() * minus).re
+    }
+
+    pub(crate) fn gram(&self) -> Mat<f64> {
+        let p = self.terms.len();
+        Mat::from_fn(p, p, |i, j| self.inner(&self.terms[i], &self.terms[j]))
+    }
+
+    /// ⟨basis, x⟩ from the moments ⟨x, e^{jkωn}⟩ of a channel.
+    pub(crate) fn project(&self, moments: &Moments) -> Mat<f64> {
+        let mut right = vec![moments.sum];
+        if self.drift {
+            right.push(moments.slope);
+        }
+        for z in &moments.demodulated {
+            // z = Σ x e^{−jkωn}, so Σ x cos = Re z and Σ x sin = −Im z.
+            right.push(z.re);
+            right.push(-z.im);
+        }
+        Mat::from_fn(right.len(), 1, |i, _| right[i])
+    }
+
+    pub(crate) fn coefficients(&self, solution: &Mat<f64>) -> Coefficients {
+        let (first, _) = self.fundamental();
+        Coefficients {
+            offset: solution[(0, 0)],
+            drift: if self.drift { solution[(1, 0)] } else { 0.0 },
+            amplitudes: (0..self.harmonics)
+                .map(|h| {
+                    c64::new(
+                        solution[(first + 2 * h, 0)],
+                        -solution[(first + 2 * h + 1, 0)],
+                    )
+                })
+                .collect(),
+        }
+    }
+}
