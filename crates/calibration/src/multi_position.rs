@@ -280,12 +280,13 @@ impl<'a> Problem<'a> {
         let mut start = vec![0.0; 3];
         let elements = self.model.free_elements();
         start.extend(elements.iter().map(|(i, j)| if i == j { 1.0 } else { 0.0 }));
-        if self.model == Model::Symmetric && self.attitudes.is_none() {
-            if let Ok(ellipsoid) = Ellipsoid::algebraic(&self.points) {
-                start[..3].copy_from_slice(&ellipsoid.centre);
-                for (value, &(i, j)) in start[3..].iter_mut().zip(elements) {
-                    *value = ellipsoid.shape[i][j];
-                }
+        if self.model == Model::Symmetric
+            && self.attitudes.is_none()
+            && let Ok(ellipsoid) = Ellipsoid::algebraic(&self.points)
+        {
+            start[..3].copy_from_slice(&ellipsoid.centre);
+            for (value, &(i, j)) in start[3..].iter_mut().zip(elements) {
+                *value = ellipsoid.shape[i][j];
             }
         }
         start

@@ -1,0 +1,124 @@
+//! The arrows of ARCHITECTURE.md: which crate may use which.
+
+use std::collections::BTreeMap;
+use std::process::Command;
+
+/// Room and what it may use. `proofmass` (the façade) may use all, `proofmass-cli` the façade alone.
+const ROOMS: [(&str, &[&str]); 9] = [
+    ("core", &[]),
+    ("uncertainty", &["core"]),
+    ("signal", &["core", "uncertainty"]),
+    ("noise", &["core", "uncertainty", "signal"]),
+    ("calibration", &["core", "uncertainty", "signal"]),
+    ("motion", &["core", "uncertainty", "signal", "noise"]),
+    ("rig", &["core", "signal"]),
+    ("io", &["core", "uncertainty"]),
+    (
+        "report",
+        &[
+            "core",
+            "uncertainty",
+            "signal",
+            "noise",
+            "calibration",
+            "motion",
+        ],
+    ),
+];
+
+/// Ordinary dependencies within the workspace, by short name.
+fn dependencies() -> BTreeMap<String, Vec<String>> {
+    let output = Command::new(env!("CARGO"))
+        .args([
+            "metadata",
+            "--format-version",
+            "1",
+            "--no-deps",
+            "--offline",
+        ])
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .expect("cargo runs");
+    let metadata: serde_json::Value = serde_json::from_slice(&output.stdout).expect("metadata");
+    let short = |name: &str| name.trim_start_matches("proofmass-").to_owned();
+    let packages = metadata["packages"].as_array().expect("packages");
+    let ours = packages.iter().map(|package| {
+        let name = short(package["name"].as_str().expect("name"));
+        let uses = package["dependencies"]
+            .as_array()
+            .expect("dependencies")
+            .iter();
+        let uses = uses
+            .filter(|d| d["kind"].is_null())
+            .filter_map(|d| d["name"].as_str())
+            .filter(|d| d.starts_with("proofmass"))
+            .map(short);
+        (name, uses.collect())
+    });
+    ours.collect()
+}
+
+#[test]
+fn law_arrows_point_down_only() {
+    let dependencies = dependencies();
+    for (room, allowed) in ROOMS {
+        let uses = dependencies
+            .get(room)
+            .unwrap_or_else(|| panic!("no crate {room}"));
+        for used in uses {
+            assert!(
+                allowed.contains(&used.as_str()),
+                "{room} must not use {used}"
+            );
+        }
+    }
+    assert_eq!(
+        dependencies["cli"],
+        ["proofmass"],
+        "the command line uses the façade alone"
+    );
+}
+
+/// Mathematics crates know no files, no terminal, no clock.
+#[test]
+fn law_mathematics_has_no_outside_world() {
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../");
+    for room in [
+        "core",
+        "uncertainty",
+        "signal",
+        "noise",
+        "calibration",
+        "motion",
+        "rig",
+    ] {
+        let mut folders = vec![format!("{root}{room}/src")];
+        while let Some(folder) = folders.pop() {
+            for entry in std::fs::read_dir(&folder).expect("folder") {
+                let path = entry.expect("entry").path();
+                if path.is_dir() {
+                    folders.push(path.display().to_string());
+                    continue;
+                }
+                let text = std::fs::read_to_string(&path).expect("source");
+                for line in text.lines().filter(|l| !l.trim_start().starts_with("//")) {
+                    for word in [
+                        "println!(",
+                        "std::fs",
+                        "std::time",
+                        "std::net",
+                        "File::open",
+                    ] {
+                        let tested = text.find("#[cfg(test)]").unwrap_or(text.len());
+                        let at = text.find(line).unwrap_or(0);
+                        assert!(
+                            at > tested || !line.contains(word),
+                            "{}: {line}",
+                            path.display()
+                        );
+                    }
+                }
+            }
+        }
+    }
+}
