@@ -6,6 +6,7 @@ mod clock;
 mod console;
 mod failure;
 mod inspect;
+mod noise;
 mod plural;
 mod recording_arguments;
 mod simulate;
@@ -29,6 +30,7 @@ enum Command {
     Calibrate(calibrate::Calibrate),
     Apply(apply::Apply),
     Validate(validate::Validate),
+    Noise(noise::Noise),
     Inspect(inspect::Inspect),
     Simulate(simulate::Simulate),
 }
@@ -46,6 +48,7 @@ fn run(arguments: Arguments) -> Result<Outcome, Failure> {
         Command::Calibrate(command) => command.run(),
         Command::Apply(command) => command.run(),
         Command::Validate(command) => command.run(),
+        Command::Noise(command) => command.run(),
         Command::Inspect(command) => command.run(),
         Command::Simulate(command) => command.run(),
     }

@@ -95,7 +95,7 @@ fn unit(text: &str) -> Result<Unit, String> {
         .ok_or_else(|| format!("{text:?} is no known unit (count, m/s², g, mg, µg, V, mV)"))
 }
 
-fn time_unit(text: &str) -> Result<TimeUnit, String> {
+pub(crate) fn time_unit(text: &str) -> Result<TimeUnit, String> {
     match text {
         "s" => Ok(TimeUnit::Second),
         "ms" => Ok(TimeUnit::Millisecond),

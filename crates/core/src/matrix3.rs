@@ -102,9 +102,9 @@ impl<F: Float> Matrix3<F> {
             ],
         ]);
         let condition = adjugate.norm().to_f64() / determinant.abs().to_f64();
-        // The negation also catches the NaN of 0/0.
         let limit = 1.0 / (8.0 * F::EPSILON.to_f64());
-        if !(condition < limit) {
+        // NaN is that of 0/0.
+        if condition.is_nan() || condition >= limit {
             return Err(Error::Singular {
                 name: "matrix",
                 condition: if condition.is_nan() {

@@ -198,6 +198,11 @@ impl Layout {
         })
     }
 
+    /// The first column whose heading says that it is the time, counted from zero.
+    pub fn time_column(&self) -> Option<usize> {
+        crate::recording::time_column(self)
+    }
+
     /// Index from zero of a column given by name or number.
     ///
     /// A name may be the whole heading or the heading without its unit; case counts only where two names differ

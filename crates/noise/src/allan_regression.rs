@@ -215,6 +215,9 @@ struct Fit {
     deviance: f64,
 }
 
+/// Residuals of the cube roots, their derivative by the mean, the factor of their covariance, its log-determinant.
+type Roots = (Vec<f64>, Vec<f64>, Llt<f64>, f64);
+
 impl Regression {
     fn new(curve: &DeviationCurve, options: &FitOptions) -> Result<Self, Error> {
         let n = curve.phase_points - 1;
@@ -289,11 +292,7 @@ impl Regression {
     }
 
     /// Residuals of the cube roots, their derivative by the mean, and the factor of their covariance.
-    fn roots_at(
-        &self,
-        chosen: &[usize],
-        squares: &[f64],
-    ) -> Option<(Vec<f64>, Vec<f64>, Llt<f64>, f64)> {
+    fn roots_at(&self, chosen: &[usize], squares: &[f64]) -> Option<Roots> {
         let mean = self.mean(chosen, squares);
         let c = self.covariance(chosen, squares);
         let slope: Vec<f64> = mean.iter().map(|m| m.powf(-2.0 / 3.0) / 3.0).collect();

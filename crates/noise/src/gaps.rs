@@ -38,6 +38,9 @@ pub struct Gap {
     pub rows: usize,
 }
 
+/// First row and one past the last of each stretch without interruption, and the gaps between them.
+pub type Stretches = (Vec<(usize, usize)>, Vec<Gap>);
+
 /// Stretches of rows without interruption, and what lies between them.
 ///
 /// **Shapes** `channels` of equal length, `stamps` (s) of that length when given.
@@ -47,7 +50,7 @@ pub fn stretches(
     channels: &[&[f64]],
     stamps: Option<&[f64]>,
     sample_rate: f64,
-) -> Result<(Vec<(usize, usize)>, Vec<Gap>), Error> {
+) -> Result<Stretches, Error> {
     check_sample_rate(sample_rate)?;
     let n = channels.first().map_or(0, |c| c.len());
     for c in channels {

@@ -77,7 +77,7 @@ pub use consistency::{ConsistencyPoint, consistency};
 pub use deviation::{DeviationCurve, DeviationOptions, DeviationPoint, deviation};
 pub use disturbance::{Disturbance, DisturbanceKind, disturbances};
 pub use edf::{EdfFormula, chi_square_interval, equivalent_dof};
-pub use gaps::{Gap, GapKind, Gaps, stretches};
+pub use gaps::{Gap, GapKind, Gaps, Stretches, stretches};
 pub use model::{GaussMarkov, NoiseModel, Sinusoid, Term};
 pub use noise_type::{NoiseBasis, NoiseType};
 pub use record::Record;

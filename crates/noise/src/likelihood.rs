@@ -233,11 +233,11 @@ impl<'a> Likelihood<'a> {
         for _ in 0..60 {
             squares = self.scoring_step(chosen, &weights_from)?;
             let mean = self.mean(chosen, &squares);
-            if mean.iter().any(|s| !(*s > 0.0)) {
+            if mean.iter().any(|s| s.is_nan() || *s <= 0.0) {
                 // A small negative square on the way may recover: restart from the positive part.
                 let positive: Vec<f64> = squares.iter().map(|v| v.max(0.0)).collect();
                 let repaired = self.mean(chosen, &positive);
-                if repaired.iter().any(|s| !(*s > 0.0)) {
+                if repaired.iter().any(|s| s.is_nan() || *s <= 0.0) {
                     return None;
                 }
                 weights_from = repaired;
@@ -250,7 +250,7 @@ impl<'a> Likelihood<'a> {
             }
             last = deviance;
         }
-        if squares.iter().any(|v| !(*v > 0.0)) {
+        if squares.iter().any(|v| v.is_nan() || *v <= 0.0) {
             return None;
         }
         let mean = self.mean(chosen, &squares);

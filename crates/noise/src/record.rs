@@ -94,12 +94,12 @@ pub(crate) fn check_sample_rate(sample_rate: f64) -> Result<(), Error> {
 }
 
 pub(crate) fn check_finite(name: &'static str, values: &[f64]) -> Result<(), Error> {
-    // x − x is zero for a finite x and NaN otherwise; without a branch the sum runs in vectors.
+    // 0 x is zero for a finite x and NaN otherwise; without a branch the sum runs in vectors.
     let (chunks, rest) = values.as_chunks::<8>();
     let mut lanes = [0.0; 8];
     for chunk in chunks {
         for (lane, v) in lanes.iter_mut().zip(chunk) {
-            *lane += v - v;
+            *lane += 0.0 * v;
         }
     }
     if lanes.iter().all(|lane| *lane == 0.0) && rest.iter().all(|v| v.is_finite()) {

@@ -72,7 +72,8 @@ impl Taus {
                     let ratio = tau * sample_rate;
                     let m = ratio.round();
                     let whole = (ratio - m).abs() <= 1e-6 * m;
-                    if !whole || !(m >= 1.0 && m <= max as f64) || !keep(&(m as usize)) {
+                    let within = (1.0..=max as f64).contains(&m);
+                    if !whole || !within || !keep(&(m as usize)) {
                         return Err(Error::OutOfRange {
                             name: "tau",
                             value: tau,

@@ -412,7 +412,7 @@ fn refuses_or_explains_bad_records() {
 fn law_results_are_finite() {
     let mut records: Vec<Vec<f64>> = vec![
         (0..200).map(|k| f64::from(k % 2)).collect(),
-        (0..200).map(|k| f64::from(k)).collect(),
+        (0..200).map(f64::from).collect(),
         (0..200).map(|k| if k == 100 { 1.0 } else { 0.0 }).collect(),
         (0..5000).map(|k| (f64::from(k) * 0.1).sin()).collect(),
         (0..5000)

@@ -23,6 +23,8 @@
 pub use proofmass_calibration as calibration;
 pub use proofmass_core as core;
 pub use proofmass_io as io;
+pub use proofmass_noise as noise;
 pub use proofmass_report as report;
 pub use proofmass_rig as rig;
+pub use proofmass_signal as signal;
 pub use proofmass_uncertainty as uncertainty;

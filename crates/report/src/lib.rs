@@ -27,6 +27,7 @@ mod document;
 mod error;
 pub mod html;
 mod multi_position;
+mod noise;
 mod number;
 pub mod plot;
 pub mod terminal;
@@ -35,6 +36,7 @@ mod validation;
 pub use document::{Alignment, Block, Cell, Column, Figure, KeyFigure, Report, Section, Table};
 pub use error::Error;
 pub use multi_position::MultiPositionReport;
+pub use noise::NoiseReport;
 pub use number::{concise, scientific};
 pub use plot::{
     Axis, BarPlot, HistogramPlot, MatrixPlot, Panel, Plot, Scale, Series, SpherePlot, SpherePoint,

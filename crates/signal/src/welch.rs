@@ -108,13 +108,13 @@ pub(crate) fn check(signal: &[f64], rate: f64, segment: usize) -> Result<(), Err
         });
     }
     // A sum of finite numbers is almost always finite; only a doubtful one is searched.
-    if !signal.iter().sum::<f64>().is_finite() {
-        if let Some(index) = signal.iter().position(|v| !v.is_finite()) {
-            return Err(Error::NotFinite {
-                name: "signal",
-                index,
-            });
-        }
+    if !signal.iter().sum::<f64>().is_finite()
+        && let Some(index) = signal.iter().position(|v| !v.is_finite())
+    {
+        return Err(Error::NotFinite {
+            name: "signal",
+            index,
+        });
     }
     Ok(())
 }

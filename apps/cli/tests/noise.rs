@@ -1,0 +1,225 @@
+//! `proofmass noise` on recordings with known coefficients and on bad ones.
+
+mod support;
+
+use std::fmt::Write as _;
+use std::path::Path;
+use support::*;
+
+/// Gaussian numbers from SplitMix64 by Box and Muller: independent of the generators of the project.
+struct Gaussian(u64);
+
+impl Gaussian {
+    fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 * f64::EPSILON / 2.0
+    }
+
+    fn next(&mut self) -> f64 {
+        let radius = (-2.0 * (1.0 - self.uniform()).ln()).sqrt();
+        radius * (std::f64::consts::TAU * self.uniform()).cos()
+    }
+}
+
+const RATE: f64 = 50.0;
+const WHITE: f64 = 2.5e-3;
+const WALK: f64 = 5.0e-4;
+
+/// Two axes: white noise and random walk in x, white noise alone in y.
+fn samples(n: usize) -> Vec<[f64; 2]> {
+    let mut gaussian = Gaussian(20);
+    let mut bias = 0.0;
+    (0..n)
+        .map(|_| {
+            bias += WALK / RATE.sqrt() * gaussian.next();
+            let x = 9.81 + bias + WHITE * RATE.sqrt() * gaussian.next();
+            [x, WHITE * RATE.sqrt() * gaussian.next()]
+        })
+        .collect()
+}
+
+/// A recording with a time column; `time` gives the stamp of each row.
+fn write(path: &Path, rows: &[[f64; 2]], time: impl Fn(usize) -> f64) {
+    let mut lines = "time_s,acc_x_m/s2,acc_y_m/s2\n".to_owned();
+    for (i, [x, y]) in rows.iter().enumerate() {
+        writeln!(lines, "{:.3},{x:.9},{y:.9}", time(i)).unwrap();
+    }
+    std::fs::write(path, lines).unwrap();
+}
+
+fn steady(i: usize) -> f64 {
+    i as f64 / RATE
+}
+
+fn codes(result: &serde_json::Value) -> Vec<&str> {
+    let findings = result["findings"].as_array().unwrap();
+    findings
+        .iter()
+        .map(|f| f["code"].as_str().unwrap())
+        .collect()
+}
+
+/// The verdict on a term by maximum likelihood.
+fn verdict<'a>(result: &'a serde_json::Value, channel: usize, term: &str) -> &'a serde_json::Value {
+    let fit = &result["extra"]["noise"]["channels"][channel]["whittle"];
+    let all = fit["coefficients"].as_array().expect("coefficients");
+    let found = all.iter().find(|c| c["term"] == term);
+    &found.unwrap_or_else(|| panic!("no {term}"))["verdict"]
+}
+
+fn assert_within(verdict: &serde_json::Value, truth: f64) {
+    assert_eq!(verdict["verdict"], "identified", "{verdict}");
+    let limit = |i: usize| verdict["interval"][i].as_f64().unwrap();
+    assert!(limit(0) < truth && truth < limit(1), "{truth}: {verdict}");
+    // 50 000 samples must give better than a factor of two, or the interval is no statement.
+    assert!(limit(1) / limit(0) < 2.0, "{verdict}");
+}
+
+#[test]
+fn known_coefficients_lie_in_their_intervals() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("rest.csv");
+    write(&path, &samples(50_000), steady);
+    let out = folder.path().join("out");
+    let yaml = folder.path().join("imu.yaml");
+    let said = succeed(&[
+        "noise",
+        text(&path),
+        "-o",
+        text(&out),
+        "--imu-yaml",
+        text(&yaml),
+    ]);
+    assert!(holds_only(
+        &out,
+        &[
+            "deviation.csv",
+            "report.html",
+            "result.json",
+            "spectrum.csv"
+        ]
+    ));
+    let result = json(&out.join("result.json"));
+    assert_within(verdict(&result, 0, "white"), WHITE);
+    assert_within(verdict(&result, 0, "random_walk"), WALK);
+    assert_within(verdict(&result, 1, "white"), WHITE);
+    for (channel, term) in [
+        (0, "flicker"),
+        (0, "quantisation"),
+        (1, "flicker"),
+        (1, "random_walk"),
+        (1, "ramp"),
+    ] {
+        let v = verdict(&result, channel, term);
+        assert_eq!(v["verdict"], "not_identifiable", "{channel} {term}: {v}");
+    }
+    let terminal = String::from_utf8_lossy(&said.stdout).into_owned();
+    assert!(terminal.contains("not identifiable"), "{terminal}");
+    assert!(!terminal.contains("NaN"), "{terminal}");
+    let yaml = std::fs::read_to_string(yaml).unwrap();
+    assert!(
+        yaml.contains("accelerometer_noise_density: 2.") && yaml.contains("m/s^2/sqrt(Hz)"),
+        "{yaml}"
+    );
+    // The first row of x: overlapping Allan deviation at one sample, √(N²·rate) within 2 %.
+    let csv = std::fs::read_to_string(out.join("deviation.csv")).unwrap();
+    let fields: Vec<&str> = csv.lines().nth(1).unwrap().split(',').collect();
+    assert_eq!(&fields[..3], ["acc_x", "m/s²", "OADEV"]);
+    let deviation: f64 = fields[5].parse().unwrap();
+    assert!((deviation / (WHITE * RATE.sqrt()) - 1.0).abs() < 0.02);
+}
+
+#[test]
+fn counts_with_a_scale_give_the_same_coefficients() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("counts.csv");
+    let scale = 1e-5;
+    let mut lines = "acc_x\n".to_owned();
+    for [x, _] in samples(50_000) {
+        writeln!(lines, "{}", (x / scale).round()).unwrap();
+    }
+    std::fs::write(&path, lines).unwrap();
+    let arguments = ["noise", text(&path), "--rate", "50", "--json"];
+    let scaled = succeed(&[&arguments[..], &["--scale", "1e-5", "--unit", "m/s²"]].concat());
+    let result: serde_json::Value = serde_json::from_slice(&scaled.stdout).unwrap();
+    assert_within(verdict(&result, 0, "white"), WHITE);
+    let raw = succeed(&[&arguments[..], &["--unit", "count"]].concat());
+    let result: serde_json::Value = serde_json::from_slice(&raw.stdout).unwrap();
+    assert_within(verdict(&result, 0, "white"), WHITE / scale);
+    assert_eq!(result["extra"]["noise"]["channels"][0]["unit"], "count");
+}
+
+#[test]
+fn a_constant_channel_is_a_finding_that_needs_a_decision() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("dead.csv");
+    let rows: Vec<[f64; 2]> = samples(2000).iter().map(|[x, _]| [*x, 0.5]).collect();
+    write(&path, &rows, steady);
+    let output = proofmass(&["noise", text(&path), "--json", "--strict"]);
+    assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
+    let result: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(codes(&result).contains(&"constant-channel"));
+    // The other channel is analysed as ever.
+    assert_eq!(verdict(&result, 0, "white")["verdict"], "identified");
+    let out = folder.path().join("out");
+    succeed(&["noise", text(&path), "-o", text(&out)]);
+}
+
+#[test]
+fn refuses_fewer_than_ten_samples() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("short.csv");
+    write(&path, &samples(9), steady);
+    let said = refuse(&["noise", text(&path)]);
+    for word in ["10", "9", "short.csv", "hint:"] {
+        assert!(said.contains(word), "{word:?} is missing from: {said}");
+    }
+    write(&path, &samples(12), steady);
+    succeed(&["noise", text(&path)]);
+}
+
+#[test]
+fn refuses_nan_with_its_line_and_leaves_nothing_behind() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("nan.csv");
+    write(&path, &samples(200), steady);
+    let lines = std::fs::read_to_string(&path).unwrap();
+    let mut lines: Vec<String> = lines.lines().map(str::to_owned).collect();
+    lines[100] = "1.980,NaN,0.1".to_owned();
+    std::fs::write(&path, lines.join("\n")).unwrap();
+    let out = folder.path().join("out");
+    let said = refuse(&["noise", text(&path), "-o", text(&out)]);
+    assert!(
+        said.contains("nan.csv:101") && said.contains("hint:"),
+        "{said}"
+    );
+    assert!(holds_only(folder.path(), &["nan.csv"]));
+}
+
+#[test]
+fn time_stamps_that_jump_are_gaps_and_never_bridged() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("jump.csv");
+    let rows = samples(3000);
+    write(&path, &rows, |i| {
+        steady(i) + if i < 1000 { 0.0 } else { 7.0 }
+    });
+    let output = succeed(&["noise", text(&path), "--json"]);
+    let result: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(codes(&result).contains(&"gaps-in-record"));
+    assert_eq!(
+        result["extra"]["noise"]["rows"],
+        serde_json::json!([1000, 3000])
+    );
+    assert_eq!(result["extra"]["noise"]["channels"][0]["samples"], 2000);
+    refuse(&["noise", text(&path), "--refuse-gaps"]);
+    // A clock that runs backwards is no gap but an error.
+    write(&path, &rows, |i| {
+        steady(i) - if i < 1000 { 0.0 } else { 7.0 }
+    });
+    let said = refuse(&["noise", text(&path)]);
+    assert!(said.contains("jump.csv:1002"), "{said}");
+}
