@@ -16,7 +16,7 @@ pub(crate) struct Apply {
     calibration: PathBuf,
     /// Recording with uncompensated outputs
     recording: PathBuf,
-    /// File for the compensated recording (CSV)
+    /// File for the compensated recording (CSV); an existing one is replaced
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     #[command(flatten)]

@@ -50,7 +50,7 @@ fn report(inspection: &Inspection) -> Report {
         }
     }
     let mut table = Table::new(
-        "Columns",
+        "",
         [
             Column::number("no.", ""),
             Column::text("name"),

@@ -19,7 +19,12 @@ use std::process::ExitCode;
 /// The open accelerometer laboratory: from a recording to a calibration with a defensible uncertainty, and to
 /// compensated acceleration.
 #[derive(Parser)]
-#[command(version, arg_required_else_help = true, propagate_version = true)]
+#[command(
+    name = "proofmass",
+    version,
+    arg_required_else_help = true,
+    propagate_version = true
+)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,

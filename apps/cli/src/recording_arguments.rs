@@ -3,12 +3,24 @@
 use crate::Failure;
 use proofmass::io::{CalibrationFile, ColumnRef, LayoutOptions, RecordingOptions, TimeUnit, Unit};
 
+/// Three columns by name or number.
+#[derive(Clone, Debug)]
+struct Columns([String; 3]);
+
+fn three_columns(text: &str) -> Result<Columns, String> {
+    let names: Vec<String> = text.split(',').map(|name| name.trim().to_owned()).collect();
+    names
+        .try_into()
+        .map(Columns)
+        .map_err(|_| format!("{text:?} names not three columns: write X,Y,Z, by name or number"))
+}
+
 /// Options for commands that read a recording on their own.
 #[derive(clap::Args, Clone, Debug)]
 pub(crate) struct RecordingArguments {
     /// Columns of x, y and z by name or number (from 1) [default: those of the calibration]
-    #[arg(long, value_name = "X,Y,Z", value_delimiter = ',', num_args = 3)]
-    columns: Option<Vec<String>>,
+    #[arg(long, value_name = "X,Y,Z", value_parser = three_columns)]
+    columns: Option<Columns>,
     /// Unit of these columns, where the headings do not say it: count, m/s², g, mg, V, …
     #[arg(long, value_parser = unit)]
     unit: Option<Unit>,
@@ -28,6 +40,7 @@ impl RecordingArguments {
     pub(crate) fn signals(&self, calibration: &CalibrationFile) -> Result<Vec<ColumnRef>, Failure> {
         match (&self.columns, &calibration.columns) {
             (Some(names), _) => Ok(names
+                .0
                 .iter()
                 .map(|name| ColumnRef::from_word(name))
                 .collect()),

@@ -9,6 +9,7 @@ use proofmass::calibration::{
 use proofmass::core::{Gravity, Matrix3, SensorModel};
 use proofmass::io::{CalibrationFile, Input, OutputFolder, Recording, ResultDocument, Software};
 use proofmass::report::{ValidationReport, html};
+use proofmass::uncertainty::{Finding, Severity};
 use std::path::PathBuf;
 
 /// Check a calibration on a recording it was not made from.
@@ -34,7 +35,7 @@ pub(crate) struct Validate {
     #[arg(long, value_name = "FILE")]
     segments: Option<PathBuf>,
     /// Largest windowed variance of a standstill in multiples of the noise floor
-    #[arg(long, default_value_t = 6.0)]
+    #[arg(long, default_value_t = 6.0, allow_negative_numbers = true)]
     threshold: f64,
     #[command(flatten)]
     reading: RecordingArguments,
@@ -57,7 +58,10 @@ impl Validate {
         let sensor = SensorModel::new(Matrix3(file.k), file.b)?;
         let mut recording = Recording::read(&self.recording, &self.reading.options(&file)?)?;
         for column in &mut recording.columns {
-            let factor = self.reading.factor(&file, &column.name, column.unit)?;
+            let factor = self
+                .reading
+                .factor(&file, &column.name, column.unit)
+                .map_err(|failure| failure.detail(self.recording.display().to_string()))?;
             column.data.iter_mut().for_each(|v| *v *= factor);
         }
         let [x, y, z] = recording.columns.as_slice() else {
@@ -146,6 +150,16 @@ impl Validate {
         let mut findings = recording.findings().to_vec();
         findings.extend(validation.findings.iter().cloned());
         let inputs = [Input::of(&self.calibration)?, recording.input()];
+        if file.inputs.iter().any(|i| i.sha256 == recording.sha256) {
+            findings.push(
+                Finding::new(
+                    Severity::Warning,
+                    "same-recording",
+                    "the calibration was made from this very recording: agreement proves nothing",
+                )
+                .advice("record new standstills and validate with them"),
+            );
+        }
         let mut document = ResultDocument::new("validation")
             .device(&file.device)
             .model(file.model.clone())

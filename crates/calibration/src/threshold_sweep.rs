@@ -138,24 +138,24 @@ fn try_threshold(
         residual: None,
         figure: None,
     };
+    // Two degrees of freedom at least, or one residual may vanish by chance.
+    let needed = fit.parameters() + 2;
+    if poses.len() < needed {
+        let error = Error::TooFew {
+            name: "standstills",
+            needed,
+            got: poses.len(),
+        };
+        return (candidate, segments, Some(error));
+    }
     let error = match fit.relative_quality(&poses) {
         Ok((sum_of_squares, spread)) => {
             let freedom = (poses.len() - fit.parameters()) as f64;
-            // At least two degrees of freedom: one residual may vanish by chance.
-            if freedom >= 2.0 {
-                let residual = (sum_of_squares / freedom).sqrt();
-                let t =
-                    StudentsT::new(0.0, 1.0, freedom).map_or(f64::MAX, |d| d.inverse_cdf(0.975));
-                candidate.residual = Some(residual);
-                candidate.figure = Some(t * residual * spread.sqrt());
-                None
-            } else {
-                Some(Error::TooFew {
-                    name: "standstills",
-                    needed: fit.parameters() + 2,
-                    got: poses.len(),
-                })
-            }
+            let residual = (sum_of_squares / freedom).sqrt();
+            let t = StudentsT::new(0.0, 1.0, freedom).map_or(f64::MAX, |d| d.inverse_cdf(0.975));
+            candidate.residual = Some(residual);
+            candidate.figure = Some(t * residual * spread.sqrt());
+            None
         }
         Err(error) => Some(error),
     };

@@ -124,7 +124,7 @@ impl CalibrationFile {
                 .with_hint("name the calibration.json that `proofmass calibrate` wrote")
         };
         let head: Head = serde_json::from_slice(bytes).map_err(|e| {
-            not_ours("is not a calibration file".into())
+            not_ours("is not a calibration file, or is damaged or cut off".into())
                 .line(e.line() as u64)
                 .because(e)
         })?;
@@ -187,6 +187,65 @@ impl CalibrationFile {
         crate::finite::to_json(self)
     }
 
+    /// K and b stand twice in the file, as they are applied and as the quantities of the estimate: they must agree.
+    fn check_consistency(&self) -> Result<()> {
+        let refuse = |key: &str, what: String| {
+            Err(Error::new(ErrorKind::Format, what)
+                .column(key)
+                .with_hint("do not edit the file by hand; calibrate again"))
+        };
+        if self.output_unit != Unit::MetrePerSecondSquared {
+            return refuse(
+                "output_unit",
+                format!("a calibration gives m/s², not {}", self.output_unit),
+            );
+        }
+        if let Some(gravity) = &self.gravity
+            && !(9.7..=9.9).contains(&gravity.value)
+        {
+            return refuse(
+                "gravity",
+                format!(
+                    "a local gravity of {} m/s² is impossible on the ground",
+                    gravity.value
+                ),
+            );
+        }
+        const AXES: [char; 3] = ['x', 'y', 'z'];
+        let stated = |name: String, fallback: f64| {
+            let index = self.estimate.index_of(&name);
+            index.map_or(fallback, |i| self.estimate.components()[i].value)
+        };
+        for (i, a) in AXES.into_iter().enumerate() {
+            let (bias, scale) = (self.b[i], self.k[i][i]);
+            // A part in 10⁹ is far beyond the rounding of written doubles and far below any uncertainty.
+            let agree = |x: f64, y: f64, size: f64| (x - y).abs() <= 1e-9 * size.abs();
+            let size = bias.abs().max(9.8 * scale.abs());
+            if !agree(stated(format!("bias.{a}"), bias), bias, size) {
+                return refuse(
+                    "b",
+                    format!("b of {a} disagrees with bias.{a} of the estimate"),
+                );
+            }
+            if !agree(stated(format!("scale.{a}"), scale), scale, scale) {
+                return refuse(
+                    "K",
+                    format!("K of {a} disagrees with scale.{a} of the estimate"),
+                );
+            }
+            for (j, b) in AXES.into_iter().enumerate().filter(|(j, _)| *j != i) {
+                let angle = self.k[i][j] / scale;
+                if !agree(stated(format!("misalignment.{a}{b}"), 0.0), angle, 1.0) {
+                    return refuse(
+                        "K",
+                        format!("K of {a}{b} disagrees with misalignment.{a}{b} of the estimate"),
+                    );
+                }
+            }
+        }
+        Ok(())
+    }
+
     fn check(&self) -> Result<()> {
         let finite = |name: &str, values: &[f64]| match values.iter().find(|v| !v.is_finite()) {
             Some(v) => Err(Error::new(
@@ -199,6 +258,7 @@ impl CalibrationFile {
         };
         finite("K", self.k.as_flattened())?;
         finite("b", &self.b)?;
+        self.check_consistency()?;
         for (name, range) in [
             ("temperature_range_degC", self.temperature_range),
             ("acceleration_range", self.acceleration_range),

@@ -46,7 +46,7 @@ impl<'a> Fields<'a> {
             at += 1;
         }
         let (value, used) = fast_float2::parse_partial::<f64, _>(&self.line[at..]).ok()?;
-        if !value.is_finite() || used == 0 {
+        if !is_reading(value) || used == 0 {
             return None;
         }
         at += used;
@@ -172,4 +172,9 @@ pub(crate) fn shown(field: &[u8]) -> String {
     } else {
         short
     }
+}
+
+/// Whether a number can be a reading: finite, and so far from the largest double that squares and sums stay finite.
+pub(crate) fn is_reading(value: f64) -> bool {
+    value.abs() < 1e100
 }

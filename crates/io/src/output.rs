@@ -147,7 +147,7 @@ fn may_replace(target: &Path, overwrite: bool) -> Result<()> {
     if !written_by_us(&target.join("result.json")) {
         return taken(
             "is not empty and was not written by proofmass",
-            "name another folder, or allow overwriting",
+            "name another folder, or replace it with --force",
         );
     }
     let foreign = entries.iter().find(|e| {
@@ -164,7 +164,7 @@ fn may_replace(target: &Path, overwrite: bool) -> Result<()> {
                 "holds earlier results and also \"{}\", which would be lost",
                 entry.file_name().to_string_lossy()
             ),
-            "move it away, name another folder, or allow overwriting",
+            "move it away, name another folder, or replace it with --force",
         ),
         None => Ok(()),
     }

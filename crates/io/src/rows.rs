@@ -1,6 +1,6 @@
 //! Reading the rows of a delimited text as numbers, block by block, in bounded memory.
 
-use crate::field::{Fields, parse_number, shown};
+use crate::field::{Fields, is_reading, parse_number, shown};
 use crate::layout::{DecimalMark, Layout, open, sniff};
 use crate::{Error, ErrorKind, Result};
 use rayon::prelude::*;
@@ -487,7 +487,7 @@ impl Scan<'_> {
             last_empty = field.is_empty();
             if let Some(slot) = slot {
                 match parse_number(field, decimal) {
-                    Some(value) if value.is_finite() => numbers[slot] = value,
+                    Some(value) if is_reading(value) => numbers[slot] = value,
                     _ if bad.is_none() => bad = Some((count, field)),
                     _ => {}
                 }
@@ -509,7 +509,7 @@ impl Scan<'_> {
         for (field, slot) in fields.iter().zip(self.plan) {
             let Some(slot) = *slot else { continue };
             numbers[slot] = match parse_number(field, self.layout.decimal) {
-                Some(value) if value.is_finite() => value,
+                Some(value) if is_reading(value) => value,
                 _ => {
                     bad.push(BadField {
                         line: number,

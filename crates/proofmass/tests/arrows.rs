@@ -106,7 +106,13 @@ fn law_mathematics_has_no_outside_world() {
                 let text = std::fs::read_to_string(&path).expect("source");
                 let code = text.split("#[cfg(test)]").next().unwrap_or_default();
                 for line in code.lines().filter(|l| !l.trim_start().starts_with("//")) {
-                    for word in ["println!(", "std::fs", "std::time", "std::net", "File::open"] {
+                    for word in [
+                        "println!(",
+                        "std::fs",
+                        "std::time",
+                        "std::net",
+                        "File::open",
+                    ] {
                         assert!(!line.contains(word), "{}: {line}", path.display());
                     }
                 }

@@ -41,7 +41,7 @@ fn excess(fit: &MultiPositionFit) -> Option<Finding> {
             fit.degrees_of_freedom(),
             1e3 * fit.excess(),
         ))
-        .advice("usual for hand-held recordings: hysteresis, wander, a sensor that settles; longer standstills will not help, more attitudes will")
+        .advice("usual for hand-held recordings (hysteresis, wander, a sensor that settles); it averages down with more attitudes, not with longer standstills")
     })
 }
 
