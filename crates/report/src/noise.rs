@@ -241,10 +241,23 @@ fn stability(channel: &ChannelAnalysis) -> Option<XyPlot> {
     ];
     for (term, at, value, law) in laws {
         if let (true, Some(slope)) = (value > 0.0, term.slope()) {
-            plot = plot.slope(format!("{} {law}", term.symbol()), (at, value), slope);
+            plot = plot.slope(
+                format!("{} {law}", label(channel, term)),
+                (at, value),
+                slope,
+            );
         }
     }
     Some(plot)
+}
+
+/// `N = 0.002489`.
+fn label(channel: &ChannelAnalysis, term: Term) -> String {
+    let value = channel.whittle.as_ref().and_then(|f| f.value(term));
+    value.map_or_else(
+        || term.symbol().to_owned(),
+        |v| format!("{} = {},", term.symbol(), scientific(v, 3)),
+    )
 }
 
 fn spectrum(channel: &ChannelAnalysis, sample_rate: f64) -> Option<XyPlot> {
