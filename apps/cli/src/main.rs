@@ -9,6 +9,7 @@ mod inspect;
 mod plural;
 mod recording_arguments;
 mod simulate;
+mod uncertainty;
 mod validate;
 
 use clap::{Parser, Subcommand};
@@ -31,6 +32,7 @@ enum Command {
     Validate(validate::Validate),
     Inspect(inspect::Inspect),
     Simulate(simulate::Simulate),
+    Uncertainty(uncertainty::Uncertainty),
 }
 
 /// What a command that came to an end tells the shell.
@@ -48,6 +50,7 @@ fn run(arguments: Arguments) -> Result<Outcome, Failure> {
         Command::Validate(command) => command.run(),
         Command::Inspect(command) => command.run(),
         Command::Simulate(command) => command.run(),
+        Command::Uncertainty(command) => command.run(),
     }
 }
 

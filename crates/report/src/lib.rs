@@ -30,6 +30,7 @@ mod multi_position;
 mod number;
 pub mod plot;
 pub mod terminal;
+mod uncertainty;
 mod validation;
 
 pub use document::{Alignment, Block, Cell, Column, Figure, KeyFigure, Report, Section, Table};
@@ -40,4 +41,5 @@ pub use plot::{
     Axis, BarPlot, HistogramPlot, MatrixPlot, Panel, Plot, Scale, Series, SpherePlot, SpherePoint,
     XyPlot,
 };
+pub use uncertainty::UncertaintyReport;
 pub use validation::ValidationReport;
