@@ -10,6 +10,7 @@ mod noise;
 mod plural;
 mod recording_arguments;
 mod simulate;
+mod uncertainty;
 mod validate;
 
 use clap::{Parser, Subcommand};
@@ -38,6 +39,7 @@ enum Command {
     Noise(noise::Noise),
     Inspect(inspect::Inspect),
     Simulate(simulate::Simulate),
+    Uncertainty(uncertainty::Uncertainty),
 }
 
 /// What a command that came to an end tells the shell.
@@ -56,6 +58,7 @@ fn run(arguments: Arguments) -> Result<Outcome, Failure> {
         Command::Noise(command) => command.run(),
         Command::Inspect(command) => command.run(),
         Command::Simulate(command) => command.run(),
+        Command::Uncertainty(command) => command.run(),
     }
 }
 

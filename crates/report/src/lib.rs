@@ -31,6 +31,7 @@ mod noise;
 mod number;
 pub mod plot;
 pub mod terminal;
+mod uncertainty;
 mod validation;
 
 pub use document::{Alignment, Block, Cell, Column, Figure, KeyFigure, Report, Section, Table};
@@ -42,4 +43,5 @@ pub use plot::{
     Axis, BarPlot, HistogramPlot, MatrixPlot, Panel, Plot, Scale, Series, SpherePlot, SpherePoint,
     XyPlot,
 };
+pub use uncertainty::UncertaintyReport;
 pub use validation::ValidationReport;

@@ -383,4 +383,29 @@ impl Quantity {
     pub fn expanded(&self, probability: f64) -> f64 {
         self.coverage_factor(probability) * self.standard_uncertainty
     }
+
+    /// Density of the state of knowledge at a value: Student's t at the effective degrees of freedom, scaled by u
+    /// and moved to the estimate; `None` without uncertainty.
+    ///
+    /// ```
+    /// use proofmass_uncertainty::{DegreesOfFreedom, Quantity};
+    /// let q = Quantity {
+    ///     name: "y".into(), unit: "1".into(), value: 3.0, standard_uncertainty: 2.0, dof: DegreesOfFreedom::INFINITE,
+    /// };
+    /// assert!((q.density(3.0).unwrap() - 0.199_471).abs() < 1e-6); // 1/(2 √(2π))
+    /// ```
+    pub fn density(&self, at: f64) -> Option<f64> {
+        let u = self.standard_uncertainty;
+        if !(u > 0.0 && u.is_finite()) {
+            return None;
+        }
+        let (t, nu) = ((at - self.value) / u, self.dof.get());
+        // Above this ν the two curves are one, and the difference of the gamma functions loses its digits.
+        let ln_density = if nu > 1e6 {
+            -0.5 * (t * t + std::f64::consts::TAU.ln())
+        } else {
+            crate::student::ln_pdf_factor(nu) - 0.5 * (nu + 1.0) * (t * t / nu).ln_1p()
+        };
+        Some(ln_density.exp() / u)
+    }
 }

@@ -144,15 +144,19 @@ mod estimate;
 mod evaluation;
 mod expression;
 mod finding;
+mod fixed_size;
 mod format;
+mod histogram;
 mod implicit;
 mod input;
 mod monte_carlo;
 mod number;
 mod propagation;
 mod refusal;
+mod region;
 mod sampler;
 mod student;
+mod validation;
 mod ziggurat;
 
 pub use agreement::En;
@@ -170,16 +174,16 @@ pub use estimate::{
 pub use evaluation::{Evaluate, ModelResult, OutputResult};
 pub use expression::Expression;
 pub use finding::{Finding, Severity};
+pub use fixed_size::{propagate_fixed, propagate_independent, propagate_jacobian};
 pub use format::{Alphabet, DecimalMark, Format, Formatted, Notation, Rounded, ShowDof};
+pub use histogram::Histogram;
 pub use implicit::{Implicit, LeastSquares, propagate_implicit, propagate_least_squares};
 pub use input::{Draw, Input, Inputs, JointInputs, Labels};
-pub use monte_carlo::{
-    Histogram, Interval, MonteCarlo, Progress, Region, Sampled, SampledOutput, Trials, Validation,
-    Verdict, numerical_tolerance,
-};
+pub use monte_carlo::{Interval, MonteCarlo, Progress, Sampled, SampledOutput, Trials};
 pub use number::{Complex, Dual, Number};
 pub use propagation::{
-    Linear, Model, SecondOrder, jacobian, linear, propagate, propagate_fixed,
-    propagate_independent, propagate_jacobian, propagate_second_order,
+    Linear, Model, SecondOrder, jacobian, linear, propagate, propagate_second_order,
 };
 pub use refusal::Refusal;
+pub use region::Region;
+pub use validation::{Validation, Verdict, numerical_tolerance};

@@ -1,7 +1,10 @@
 //! Propagation of distributions by Monte Carlo.
 
+use crate::region::{Region, region};
 use crate::sampler::Sampler;
-use crate::{Covariance, Finding, JointInputs, Linear, Model, Refusal, Severity};
+use crate::{
+    Covariance, Finding, Histogram, JointInputs, Model, Refusal, Severity, numerical_tolerance,
+};
 use proofmass_core::Error;
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -309,25 +312,6 @@ impl Stability {
     }
 }
 
-/// δ = ½·10^l, half a unit of the last of the digits of u that count. **Source** `[S1] 7.9.2`.
-///
-/// ```
-/// use proofmass_uncertainty::numerical_tolerance;
-/// assert!((numerical_tolerance(0.00035, 2) - 0.000_005).abs() < 1e-15); // [S1] 7.9.2 example 1
-/// assert!((numerical_tolerance(2.0, 1) - 0.5).abs() < 1e-15); // [S1] 7.9.2 example 2
-/// ```
-pub fn numerical_tolerance(u: f64, digits: u32) -> f64 {
-    if u <= 0.0 {
-        return 0.0;
-    }
-    let text = format!("{:.*e}", digits.clamp(1, 15) as usize - 1, u);
-    let exponent: i32 = text
-        .split_once('e')
-        .and_then(|(_, e)| e.parse().ok())
-        .unwrap_or(0);
-    0.5 * 10f64.powi(exponent - digits.clamp(1, 15) as i32 + 1)
-}
-
 /// Two ends of a coverage interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Interval {
@@ -342,19 +326,6 @@ impl Interval {
     pub fn width(&self) -> f64 {
         self.upper - self.lower
     }
-}
-
-/// Counts of equal bins, for drawing.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Histogram {
-    /// Lower edge of the first bin.
-    pub start: f64,
-    /// Width of a bin.
-    pub width: f64,
-    /// Trials in each bin.
-    pub counts: Vec<u64>,
-    /// Trials below the first and above the last bin.
-    pub outside: (u64, u64),
 }
 
 /// One output of a Monte Carlo calculation.
@@ -374,17 +345,6 @@ pub struct SampledOutput {
     pub shortest: Interval,
     /// The distribution, for drawing.
     pub histogram: Histogram,
-}
-
-/// Joint coverage regions of all outputs. **Source** `[S2] 7.7`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Region {
-    /// k_p of the hyper-ellipsoid (y − ȳ)ᵀ U⁻¹ (y − ȳ) ≤ k_p².
-    pub ellipsoid_factor: f64,
-    /// Area (volume) of the hyper-ellipsoid.
-    pub ellipsoid_content: f64,
-    /// Area (volume) of the smallest region, from a mesh; two and three outputs only.
-    pub smallest_content: Option<f64>,
 }
 
 /// Result of a Monte Carlo calculation.
@@ -409,57 +369,6 @@ impl Sampled {
     pub fn get(&self, name: &str) -> Option<&SampledOutput> {
         self.outputs.iter().find(|o| o.name == name)
     }
-
-    /// Judges the linear result by this one: do y ± U and the symmetric interval agree to half a unit of the last
-    /// printed digit of u? **Source** `[S1] 8.1`, `[S2] 8`.
-    pub fn validate(&self, linear: &Linear, digits: u32) -> Vec<Validation> {
-        self.outputs
-            .iter()
-            .filter_map(|sampled| {
-                let q = linear.get(&sampled.name)?;
-                let tolerance = numerical_tolerance(q.standard_uncertainty, digits);
-                let expanded = q.expanded(self.probability);
-                let lower = (q.value - expanded - sampled.symmetric.lower).abs();
-                let upper = (q.value + expanded - sampled.symmetric.upper).abs();
-                Some(Validation {
-                    name: sampled.name.clone(),
-                    tolerance,
-                    lower,
-                    upper,
-                    verdict: if lower <= tolerance && upper <= tolerance {
-                        Verdict::Validated
-                    } else {
-                        Verdict::NotValidated
-                    },
-                })
-            })
-            .collect()
-    }
-}
-
-/// Whether the law of propagation may be used for this output.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Verdict {
-    /// Both ends agree within the tolerance.
-    Validated,
-    /// Use the Monte Carlo interval.
-    NotValidated,
-}
-
-/// Comparison of the linear with the Monte Carlo interval.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Validation {
-    /// Output.
-    pub name: String,
-    /// δ.
-    pub tolerance: f64,
-    /// |y − U − y_low|
-    pub lower: f64,
-    /// |y + U − y_high|
-    pub upper: f64,
-    /// Verdict.
-    pub verdict: Verdict,
 }
 
 /// Sum in partial sums of 4096 terms: rounding grows with the number of partial sums, not of terms.
@@ -535,7 +444,7 @@ fn summarise(
         .zip(columns.iter_mut())
         .zip(&moments)
         .map(|(((name, unit), column), &(mean, u))| {
-            let histogram = histogram(column, mean, u);
+            let histogram = Histogram::count(column, mean, u);
             // Only the two tails decide the intervals, so only they are sorted.
             let tail = trials - q; // ranks 0..=tail can be lower ends, q..trials upper ends
             if 2 * tail + 2 < trials {
@@ -579,102 +488,4 @@ fn summarise(
         region,
         findings: Vec::new(),
     })
-}
-
-/// 100 bins over mean ± 5 u.
-fn histogram(values: &[f64], mean: f64, u: f64) -> Histogram {
-    let bins = 100;
-    let (start, width) = (mean - 5.0 * u, 10.0 * u / bins as f64);
-    let mut counts = vec![0; bins];
-    let mut outside = (0, 0);
-    if width > 0.0 {
-        let per_width = width.recip();
-        for v in values {
-            let place = (v - start) * per_width;
-            if place < 0.0 {
-                outside.0 += 1;
-            } else if let Some(count) = counts.get_mut(place as usize) {
-                *count += 1;
-            } else {
-                outside.1 += 1;
-            }
-        }
-    }
-    Histogram {
-        start,
-        width,
-        counts,
-        outside,
-    }
-}
-
-fn region(
-    columns: &[Vec<f64>],
-    moments: &[(f64, f64)],
-    covariance: &Covariance,
-    p: f64,
-) -> Option<Region> {
-    let (m, trials) = (columns.len(), columns[0].len());
-    let llt = covariance.to_mat().llt(faer::Side::Lower).ok()?;
-    let l = llt.L();
-    let mut distances: Vec<f64> = (0..trials)
-        .into_par_iter()
-        .with_min_len(4096)
-        .map(|t| {
-            // ‖L⁻¹(y − ȳ)‖² by forward substitution
-            let mut z = vec![0.0; m];
-            for i in 0..m {
-                let inner: f64 = (0..i).map(|k| l[(i, k)] * z[k]).sum();
-                z[i] = (columns[i][t] - moments[i].0 - inner) / l[(i, i)];
-            }
-            z.iter().map(|z| z * z).sum()
-        })
-        .collect();
-    let q = ((p * trials as f64).ceil() as usize).clamp(1, trials) - 1;
-    let (_, k2, _) = distances.select_nth_unstable_by(q, f64::total_cmp);
-    let ellipsoid_factor = k2.sqrt();
-    let root_determinant: f64 = (0..m).map(|i| l[(i, i)]).product();
-    let half = 0.5 * m as f64;
-    let unit_ball = std::f64::consts::PI.powf(half) / statrs::function::gamma::gamma(half + 1.0);
-    Some(Region {
-        ellipsoid_factor,
-        ellipsoid_content: unit_ball * ellipsoid_factor.powi(m as i32) * root_determinant,
-        smallest_content: (m <= 3).then(|| smallest_region(columns, moments, p)),
-    })
-}
-
-/// The fullest cells of a mesh that together hold the share p of the trials. **Source** `[S2] 7.7.4`.
-///
-/// The mesh has about (trials/50)^(1/m) cells a side over ± 5 u, so that a cell near the middle holds enough to be
-/// ranked.
-fn smallest_region(columns: &[Vec<f64>], moments: &[(f64, f64)], p: f64) -> f64 {
-    let (m, trials) = (columns.len(), columns[0].len());
-    let side = ((trials as f64 / 50.0).powf(1.0 / m as f64) as usize).clamp(4, 200);
-    let mut counts = vec![0usize; side.pow(m as u32)];
-    for t in 0..trials {
-        let place = (0..m).try_fold(0, |place, i| {
-            let (mean, u) = moments[i];
-            let cell = (columns[i][t] - mean + 5.0 * u) / (10.0 * u) * side as f64;
-            (cell >= 0.0 && cell < side as f64).then_some(place * side + cell as usize)
-        });
-        if let Some(place) = place {
-            counts[place] += 1;
-        }
-    }
-    counts.sort_unstable_by(|a, b| b.cmp(a));
-    let wanted = (p * trials as f64) as usize;
-    let mut held = 0;
-    let cells = counts
-        .iter()
-        .take_while(|&&c| {
-            let more = held < wanted;
-            held += c;
-            more
-        })
-        .count();
-    let cell: f64 = moments
-        .iter()
-        .map(|(_, u)| 10.0 * u / side as f64)
-        .product();
-    cells as f64 * cell
 }

@@ -1,0 +1,167 @@
+//! `proofmass uncertainty`: published results out, bad model files refused with their line.
+
+mod support;
+
+use std::path::PathBuf;
+use support::*;
+
+fn example(name: &str) -> PathBuf {
+    PathBuf::from(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../examples/uncertainty"
+    ))
+    .join(name)
+}
+
+/// Runs a model that must be refused, and gives back what was said; nothing may be written.
+fn refuse_model(model: &str) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("model.toml");
+    std::fs::write(&path, model).unwrap();
+    let output = folder.path().join("result");
+    let said = refuse(&["uncertainty", text(&path), "-o", text(&output)]);
+    assert!(
+        holds_only(folder.path(), &["model.toml"]),
+        "something was left behind"
+    );
+    assert!(said.contains("hint:"), "no remedy: {said}");
+    said
+}
+
+fn assert_says(said: &str, words: &[&str]) {
+    for word in words {
+        assert!(said.contains(word), "{word:?} is missing from: {said}");
+    }
+}
+
+fn model(distribution: &str, expression: &str) -> String {
+    format!(
+        "[[input]]\nname = \"a\"\nunit = \"m\"\ndistribution = {distribution}\n\n\
+         [[output]]\nname = \"y\"\nunit = \"m\"\nexpression = \"{expression}\"\n"
+    )
+}
+
+#[test]
+fn published_end_gauge_gum_h1() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = folder.path().join("result");
+    let run = succeed(&[
+        "uncertainty",
+        text(&example("end-gauge.toml")),
+        "-o",
+        text(&output),
+        "--trials",
+        "100000",
+    ]);
+    let said = String::from_utf8_lossy(&run.stdout).into_owned();
+    assert_says(&said, &["50000838", "Budget of l", "validated"]);
+    let result = json(&output.join("result.json"));
+    let (value, u, _) = quantity(&result, "l");
+    assert!((value - 50_000_838.0).abs() < 0.5, "{value}");
+    // [GUM] H.1.7: 32 nm, 31.664 before rounding; H.1.6: ν_eff = 16.75 before truncation.
+    assert!((u - 31.664).abs() < 5e-3, "{u}");
+    let nu = result["quantities"][0]["nu_eff"].as_f64().unwrap();
+    assert!((nu - 16.75).abs() < 0.05, "{nu}");
+    let csv = std::fs::read_to_string(output.join("budget.csv")).unwrap();
+    assert_eq!(csv.lines().count(), 7, "{csv}");
+    let page = std::fs::read_to_string(output.join("report.html")).unwrap();
+    assert!(page.contains("<svg") && page.contains("Monte Carlo"));
+}
+
+#[test]
+fn published_impedance_gum_h2_and_mass_s1_9_3() {
+    let run = succeed(&[
+        "uncertainty",
+        text(&example("impedance.toml")),
+        "--trials",
+        "20000",
+        "--json",
+    ]);
+    let result: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
+    let (value, u, _) = quantity(&result, "R");
+    // [GUM] table H.4
+    assert!((value - 127.732).abs() < 5e-4 && (u - 0.071).abs() < 5e-4);
+
+    let run = succeed(&["uncertainty", text(&example("mass.toml")), "--json"]);
+    let result: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
+    let sampled = &result["extra"]["outputs"][0]["monte_carlo"];
+    // [S1] table 5: u = 0.0754; the law of propagation gives 0.0539 and is not validated.
+    assert!((sampled["standard_uncertainty"].as_f64().unwrap() - 0.0754).abs() < 5e-4);
+    assert_eq!(
+        result["extra"]["outputs"][0]["validation"]["verdict"],
+        "not-validated"
+    );
+}
+
+#[test]
+fn law_the_same_seed_gives_the_same_bytes() {
+    let path = example("end-gauge.toml");
+    let run = |seed: &str| {
+        let arguments = [
+            "uncertainty",
+            text(&path),
+            "--json",
+            "--trials",
+            "20000",
+            "--seed",
+            seed,
+        ];
+        succeed(&arguments).stdout
+    };
+    assert_eq!(run("7"), run("7"));
+    assert_ne!(run("7"), run("8"));
+}
+
+#[test]
+fn refuses_an_empty_file() {
+    assert_says(&refuse_model(""), &["model.toml:1:", "output"]);
+}
+
+#[test]
+fn refuses_an_unknown_key() {
+    let text = model("{ kind = \"normal\", mean = 1.0, u = 0.1 }", "a")
+        .replace("unit = \"m\"\ndist", "colour = \"red\"\nunit = \"m\"\ndist");
+    assert_says(&refuse_model(&text), &["model.toml:3:", "colour"]);
+}
+
+#[test]
+fn refuses_an_unknown_variable() {
+    let text = model("{ kind = \"normal\", mean = 1.0, u = 0.1 }", "2 * b");
+    assert_says(&refuse_model(&text), &["model.toml:9:", "2 * b", "b"]);
+}
+
+#[test]
+fn refuses_impossible_uncertainties() {
+    for u in ["-0.1", "nan", "inf"] {
+        let text = model(
+            &format!("{{ kind = \"normal\", mean = 1.0, u = {u} }}"),
+            "a",
+        );
+        assert_says(&refuse_model(&text), &["model.toml:2:", "input a"]);
+    }
+    let text = model("{ kind = \"normal\", mean = nan, u = 0.1 }", "a");
+    assert_says(&refuse_model(&text), &["model.toml:2:", "input a"]);
+}
+
+#[test]
+fn refuses_correlations_that_contradict_each_other() {
+    let mut text = String::new();
+    for name in ["a", "b", "c"] {
+        text += &format!(
+            "[[input]]\nname = \"{name}\"\nunit = \"1\"\ndistribution = {{ kind = \"normal\", mean = 1.0, u = 0.1 }}\n"
+        );
+    }
+    for (a, b, r) in [("a", "b", 0.9), ("b", "c", 0.9), ("a", "c", -0.9)] {
+        text += &format!("[[correlation]]\nbetween = [\"{a}\", \"{b}\"]\ncoefficient = {r}\n");
+    }
+    text += "[[output]]\nname = \"y\"\nunit = \"1\"\nexpression = \"a + b + c\"\n";
+    assert_says(&refuse_model(&text), &["model.toml:", "correlation"]);
+}
+
+#[test]
+fn refuses_a_formula_that_is_not_finite() {
+    let text = model("{ kind = \"normal\", mean = 0.0, u = 0.1 }", "1 / a");
+    assert_says(&refuse_model(&text), &["model.toml"]);
+    let text = model("{ kind = \"normal\", mean = 0.1, u = 0.1 }", "sqrt(a)");
+    assert_says(&refuse_model(&text), &["model.toml", "finite"]);
+}

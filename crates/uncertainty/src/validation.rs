@@ -1,0 +1,76 @@
+//! Does the law of propagation hold? The answer of Monte Carlo.
+
+use crate::{Linear, Sampled};
+use serde::{Deserialize, Serialize};
+
+/// Whether the law of propagation may be used for this output.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// Both ends agree within the tolerance.
+    Validated,
+    /// Use the Monte Carlo interval.
+    NotValidated,
+}
+
+/// Comparison of the linear with the Monte Carlo interval.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Validation {
+    /// Output.
+    pub name: String,
+    /// δ.
+    pub tolerance: f64,
+    /// |y − U − y_low|
+    pub lower: f64,
+    /// |y + U − y_high|
+    pub upper: f64,
+    /// Verdict.
+    pub verdict: Verdict,
+}
+
+impl Sampled {
+    /// Judges the linear result by this one: do y ± U and the symmetric interval agree to half a unit of the last
+    /// printed digit of u? **Source** `[S1] 8.1`, `[S2] 8`.
+    pub fn validate(&self, linear: &Linear, digits: u32) -> Vec<Validation> {
+        self.outputs
+            .iter()
+            .filter_map(|sampled| {
+                let q = linear.get(&sampled.name)?;
+                let tolerance = numerical_tolerance(q.standard_uncertainty, digits);
+                let expanded = q.expanded(self.probability);
+                let lower = (q.value - expanded - sampled.symmetric.lower).abs();
+                let upper = (q.value + expanded - sampled.symmetric.upper).abs();
+                Some(Validation {
+                    name: sampled.name.clone(),
+                    tolerance,
+                    lower,
+                    upper,
+                    verdict: if lower <= tolerance && upper <= tolerance {
+                        Verdict::Validated
+                    } else {
+                        Verdict::NotValidated
+                    },
+                })
+            })
+            .collect()
+    }
+}
+
+/// δ = ½·10^l, half a unit of the last of the digits of u that count. **Source** `[S1] 7.9.2`.
+///
+/// ```
+/// use proofmass_uncertainty::numerical_tolerance;
+/// assert!((numerical_tolerance(0.00035, 2) - 0.000_005).abs() < 1e-15); // [S1] 7.9.2 example 1
+/// assert!((numerical_tolerance(2.0, 1) - 0.5).abs() < 1e-15); // [S1] 7.9.2 example 2
+/// ```
+pub fn numerical_tolerance(u: f64, digits: u32) -> f64 {
+    if u <= 0.0 {
+        return 0.0;
+    }
+    let text = format!("{:.*e}", digits.clamp(1, 15) as usize - 1, u);
+    let exponent: i32 = text
+        .split_once('e')
+        .and_then(|(_, e)| e.parse().ok())
+        .unwrap_or(0);
+    0.5 * 10f64.powi(exponent - digits.clamp(1, 15) as i32 + 1)
+}
