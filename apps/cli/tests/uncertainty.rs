@@ -63,7 +63,7 @@ fn published_end_gauge_gum_h1() {
     let nu = result["quantities"][0]["nu_eff"].as_f64().unwrap();
     assert!((nu - 16.75).abs() < 0.05, "{nu}");
     let csv = std::fs::read_to_string(output.join("budget.csv")).unwrap();
-    assert_eq!(csv.lines().count(), 7, "{csv}");
+    assert_eq!(csv.lines().count(), 9, "{csv}");
     let page = std::fs::read_to_string(output.join("report.html")).unwrap();
     assert!(page.contains("<svg") && page.contains("Monte Carlo"));
 }

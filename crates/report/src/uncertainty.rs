@@ -195,7 +195,6 @@ fn budget(output: &OutputResult) -> Table {
         format!("Budget of {}", output.quantity.name),
         [
             Column::text("input"),
-            Column::text("cause"),
             Column::number("estimate", ""),
             Column::number("u", ""),
             Column::text("unit"),
@@ -218,11 +217,6 @@ fn budget(output: &OutputResult) -> Table {
         };
         table = table.row([
             Cell::text(line.key.clone()),
-            Cell::text(if line.description == line.key {
-                String::new()
-            } else {
-                line.description.clone()
-            }),
             estimate,
             u,
             unit,
@@ -233,7 +227,17 @@ fn budget(output: &OutputResult) -> Table {
             Cell::number(format!("{:.1}", 100.0 * line.share)),
         ]);
     }
-    table
+    let causes: Vec<String> = output
+        .budget
+        .iter()
+        .filter(|line| line.description != line.key)
+        .map(|line| format!("{}: {}", line.key, line.description))
+        .collect();
+    if causes.is_empty() {
+        table
+    } else {
+        table.note(format!("{}.", causes.join("; ")))
+    }
 }
 
 fn comparison(result: &ModelResult, output: &OutputResult) -> Table {
