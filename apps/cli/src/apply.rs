@@ -40,7 +40,7 @@ impl Apply {
                 .reading
                 .factor(&calibration, &name, layout.unit(index))?;
             columns.push(index);
-            let bare = proofmass::io::split_heading(&name).0;
+            let bare = proofmass::io::split_heading(&name).0.replace(' ', "_");
             headings.push((index, format!("{bare}_{}", calibration.output_unit.ascii())));
         }
 

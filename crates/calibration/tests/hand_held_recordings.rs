@@ -62,7 +62,7 @@ fn crosscheck_xsens_against_an_independent_refit() {
     }
 }
 
-/// [Mikov2020] table: scale factors in percent, misalignments in degrees, biases in m/s². Tolerances are the
+/// `[Mikov2020]` table: scale factors in percent, misalignments in degrees, biases in m/s². Tolerances are the
 /// agreement two evaluations of one recording can be asked for: 0.02 %, 0.02°, 3 mm/s².
 #[test]
 fn published_mikov_mpu9150() {

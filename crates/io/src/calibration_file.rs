@@ -258,7 +258,6 @@ impl CalibrationFile {
         };
         finite("K", self.k.as_flattened())?;
         finite("b", &self.b)?;
-        self.check_consistency()?;
         for (name, range) in [
             ("temperature_range_degC", self.temperature_range),
             ("acceleration_range", self.acceleration_range),
@@ -288,6 +287,6 @@ impl CalibrationFile {
             .column("K")
             .with_hint("calibrate again with attitudes that reach all three axes"));
         }
-        Ok(())
+        self.check_consistency()
     }
 }

@@ -54,7 +54,7 @@ fn tustin(omega: f64, dt: f64) -> Complex64 {
 /// Bode plot of the two channels as the discretised filter has them: encoder s H_p·(1/s) and accelerometer s H_a on
 /// the true velocity. They add to one at every frequency. `None` for methods that are not such filters.
 ///
-/// **Source** [ZhuLamarche07].
+/// **Source** `[ZhuLamarche07]`.
 pub fn channels(method: &Method, sample_time: f64, omega: &[f64]) -> Option<Vec<ChannelGain>> {
     omega
         .iter()

@@ -18,7 +18,7 @@ impl KalmanModel {
     /// # Errors
     /// As [`KalmanModel::filter`].
     ///
-    /// **Source** [Bierman73]; [RauchTungStriebel65].
+    /// **Source** `[Bierman73]`; `[RauchTungStriebel65]`.
     pub fn smooth(&self, record: &MotionRecord) -> Result<KalmanRun, Error> {
         record.check()?;
         match self.bias {

@@ -32,7 +32,7 @@ impl Whiteness {
     /// # Errors
     /// [`Error::TooFew`] below 20 innovations, [`Error::NotFinite`].
     ///
-    /// **Source** [LjungBox78].
+    /// **Source** `[LjungBox78]`.
     pub fn test(innovations: &[f64]) -> Result<Self, Error> {
         let n = innovations.len();
         if n < 20 {

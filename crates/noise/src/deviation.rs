@@ -93,7 +93,7 @@ pub struct DeviationCurve {
 /// ```
 /// use proofmass_noise::{deviation, DeviationOptions, Record, Statistic, Taus};
 ///
-/// // The nine NBS frequency values, [SP1065] 12.2.
+/// // The nine NBS frequency values, `[SP1065]` 12.2.
 /// let rate = [892.0, 809.0, 823.0, 798.0, 671.0, 644.0, 883.0, 903.0, 677.0];
 /// let options = DeviationOptions { taus: Taus::Factors(vec![1, 2]), ..Default::default() };
 /// let curve = deviation(Record::Rate(&rate), 1.0, Statistic::OverlappingAllan, &options).unwrap();

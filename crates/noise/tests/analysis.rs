@@ -247,7 +247,7 @@ fn law_disturbances_are_found() {
     assert!(disturbances(&clean, 100.0, 1e-4).unwrap().is_empty());
 }
 
-/// [IEEE952] annex C: the Allan variance is an integral of the density.
+/// `[IEEE952]` annex C: the Allan variance is an integral of the density.
 #[test]
 fn law_density_gives_the_allan_curve() {
     let model = NoiseModel {

@@ -324,7 +324,7 @@ fn assert_printed(statistic: Statistic, factor: usize, ours: f64, printed: f64) 
     );
 }
 
-/// [SP1065] 12.2: nine frequency values.
+/// `[SP1065]` 12.2: nine frequency values.
 #[test]
 fn published_nbs14_ten_points() {
     let rate = [
@@ -349,7 +349,7 @@ fn published_nbs14_ten_points() {
     }
 }
 
-/// [SP1065] 12.3: the first 1000 values of a multiplicative congruential generator.
+/// `[SP1065]` 12.3: the first 1000 values of a multiplicative congruential generator.
 #[test]
 fn published_nbs14_thousand_points() {
     let mut n = 1_234_567_890_u64;

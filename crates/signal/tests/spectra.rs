@@ -229,7 +229,7 @@ fn law_parseval_windowed() {
     }
 }
 
-/// [Heinzel2002] appendix C: bandwidths in bins.
+/// `[Heinzel2002]` appendix C: bandwidths in bins.
 #[test]
 fn published_equivalent_noise_bandwidths() {
     for (window, published) in [

@@ -37,7 +37,7 @@ impl DegreesOfFreedom {
     /// ```
     /// use proofmass_uncertainty::DegreesOfFreedom;
     /// let k = DegreesOfFreedom::new(4.0).unwrap().coverage_factor(0.95);
-    /// assert!((k - 2.776).abs() < 5e-4); // [GUM] table G.2
+    /// assert!((k - 2.776).abs() < 5e-4); // `[GUM]` table G.2
     /// ```
     pub fn coverage_factor(self, probability: f64) -> f64 {
         student::two_sided_quantile(probability, self.0)

@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 /// ```
 /// use proofmass_uncertainty::Distribution;
 /// let resolution = Distribution::Rectangular { lower: -0.5, upper: 0.5 };
-/// assert!((resolution.standard_uncertainty() - 0.288_675).abs() < 1e-6); // a/√3, [GUM] 4.3.7
+/// assert!((resolution.standard_uncertainty() - 0.288_675).abs() < 1e-6); // a/√3, `[GUM]` 4.3.7
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]

@@ -15,7 +15,7 @@ use proofmass_core::Error;
 /// use proofmass_uncertainty::{DegreesOfFreedom, welch_satterthwaite};
 /// let nu = |n| DegreesOfFreedom::new(n).unwrap();
 /// let effective = welch_satterthwaite(&[(0.25, nu(9.0)), (0.57, nu(4.0)), (0.82, nu(14.0))]);
-/// assert!((effective.get() - 19.0).abs() < 0.05); // [GUM] G.4.1
+/// assert!((effective.get() - 19.0).abs() < 0.05); // `[GUM]` G.4.1
 /// ```
 pub fn welch_satterthwaite(contributions: &[(f64, DegreesOfFreedom)]) -> DegreesOfFreedom {
     // Scaled by the largest, so that u⁴ neither overflows nor underflows for any unit.
@@ -74,7 +74,7 @@ pub struct CorrelatedGroup {
 /// ```
 /// use proofmass_uncertainty::{Covariance, CorrelatedGroup, DegreesOfFreedom, GroupDof, willink};
 /// let nu = |n| DegreesOfFreedom::new(n).unwrap();
-/// // V, I and φ of [GUM] H.2 were read together five times: ν stays 4, whatever their correlation.
+/// // V, I and φ of `[GUM]` H.2 were read together five times: ν stays 4, whatever their correlation.
 /// let together = CorrelatedGroup {
 ///     contributions: Covariance::try_from_rows(2, &[1.0, -0.3, -0.3, 2.0])?,
 ///     dof: GroupDof::Together(nu(4.0)),

@@ -12,7 +12,7 @@ use crate::{Number, Refusal};
 /// use proofmass_uncertainty::Expression;
 /// let z = Expression::parse("V / I * cos(phi)", &["V", "I", "phi"])?;
 /// let r: f64 = z.evaluate(&[4.999, 19.661e-3, 1.04446]);
-/// assert!((r - 127.73).abs() < 0.01); // [GUM] H.2
+/// assert!((r - 127.73).abs() < 0.01); // `[GUM]` H.2
 /// assert_eq!(
 ///     Expression::parse("V / J", &["V", "I"]).unwrap_err().to_string(),
 ///     "expression `V / J`, character 5: no variable is called J"

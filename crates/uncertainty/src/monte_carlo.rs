@@ -50,7 +50,7 @@ pub enum Trials {
 /// let result = MonteCarlo::new(1).trials(Trials::Fixed(200_000)).run(&Sum, &inputs.single()?)?;
 /// let y = result.get("y").unwrap();
 /// assert!((y.standard_uncertainty - 2.0).abs() < 0.015);
-/// assert!((y.symmetric.upper - 3.88).abs() < 0.04); // [S1] 9.2.3
+/// assert!((y.symmetric.upper - 3.88).abs() < 0.04); // `[S1]` 9.2.3
 /// # Ok::<(), Refusal>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -142,7 +142,7 @@ impl MonteCarlo {
         let outputs = model.outputs();
         let m = outputs.len();
         let sampler = Sampler::new(inputs)?;
-        // [S1] 7.9.4: a block must hold enough trials outside the interval to have quantiles at all.
+        // `[S1]` 7.9.4: a block must hold enough trials outside the interval to have quantiles at all.
         let block = BLOCK.max((100.0 / (1.0 - p)).ceil().min(1e7) as usize);
         let most = match self.trials {
             Trials::Fixed(n) => n,

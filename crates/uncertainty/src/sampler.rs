@@ -286,11 +286,11 @@ impl Source {
             Self::Rectangular { lower, width } => {
                 places.for_each(|x| *x = lower + width * rng.random::<f64>());
             }
-            // Sum of two rectangular variables. [S1] 6.4.4.3
+            // Sum of two rectangular variables. `[S1]` 6.4.4.3
             Self::Trapezoidal { lower, top, slope } => places.for_each(|x| {
                 *x = lower + top * rng.random::<f64>() + slope * rng.random::<f64>();
             }),
-            // The lower limit is drawn first and mirrored about the middle. [S1] 6.4.3.4
+            // The lower limit is drawn first and mirrored about the middle. `[S1]` 6.4.3.4
             Self::Curvilinear { lower, span, d } => places.for_each(|x| {
                 let a = lower + 2.0 * d * rng.random::<f64>();
                 *x = a + (span - 2.0 * a) * rng.random::<f64>();

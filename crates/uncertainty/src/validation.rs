@@ -60,8 +60,8 @@ impl Sampled {
 ///
 /// ```
 /// use proofmass_uncertainty::numerical_tolerance;
-/// assert!((numerical_tolerance(0.00035, 2) - 0.000_005).abs() < 1e-15); // [S1] 7.9.2 example 1
-/// assert!((numerical_tolerance(2.0, 1) - 0.5).abs() < 1e-15); // [S1] 7.9.2 example 2
+/// assert!((numerical_tolerance(0.00035, 2) - 0.000_005).abs() < 1e-15); // `[S1]` 7.9.2 example 1
+/// assert!((numerical_tolerance(2.0, 1) - 0.5).abs() < 1e-15); // `[S1]` 7.9.2 example 2
 /// ```
 pub fn numerical_tolerance(u: f64, digits: u32) -> f64 {
     if u <= 0.0 {

@@ -64,7 +64,7 @@ fn published_gum_h1_end_gauge() {
         row("ν", length.dof.get(), 16.75, 0.1),              // likewise
         row("U99", length.dof.coverage_factor(0.99), 2.92, 0.02),
     ]);
-    // [GUM] H.1.7: terms of second order bring u from 32 to 34 nm.
+    // `[GUM]` H.1.7: terms of second order bring u from 32 to 34 nm.
     let second = propagate_second_order(&EndGauge, &inputs.single().unwrap()).unwrap();
     check(vec![row(
         "u second order",
@@ -305,7 +305,7 @@ model!(Squares, ["y" "1"], |x, y, T| {
 
 #[test]
 fn published_s1_94_comparison_loss() {
-    // x₁, r, mean and u in 10⁻⁶ ([S1] tables 6 to 8)
+    // x₁, r, mean and u in 10⁻⁶ (`[S1]` tables 6 to 8)
     for (x1, r, mean, u) in [
         (0.0, 0.0, 50.0, 50.0),
         (0.010, 0.0, 150.0, 112.0),
@@ -348,7 +348,7 @@ fn published_s1_94_comparison_loss() {
 
 #[test]
 fn published_s1_95_gauge_block() {
-    // [S1] table 10 differs from the GUM in u(d̄) = 6, u(d₁) = 4, u(d₂) = 7 nm.
+    // `[S1]` table 10 differs from the GUM in u(d̄) = 6, u(d₁) = 4, u(d₂) = 7 nm.
     let t = |name: &str, location, scale, dof| {
         Input::new(
             name,

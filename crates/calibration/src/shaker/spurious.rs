@@ -386,7 +386,7 @@ mod tests {
 
     #[test]
     fn published_rayleigh_critical_values() {
-        // Critical R̄ for n = 10: 0.540 at 5 % and 0.656 at 1 % ([Zar2010] table B.34: z = 2.919 and 4.298).
+        // Critical R̄ for n = 10: 0.540 at 5 % and 0.656 at 1 % (`[Zar2010]` table B.34: z = 2.919 and 4.298).
         for (z, p) in [(2.919f64, 0.05), (4.298, 0.01)] {
             let (n, r) = (10.0f64, (z * 10.0).sqrt());
             let approximate =

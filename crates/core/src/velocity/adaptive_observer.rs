@@ -11,7 +11,7 @@ use crate::{Error, Float, velocity::Observer, velocity::ObserverState};
 ///
 /// **Assumes** an accelerometer without offset (an offset acts as a gain error of sign a). μ well below k_x.
 /// **Delay** none. **Steady-state error** as the second-order observer.
-/// **Source** [Zhang02] for the structure and its exponential convergence; the adaptation of [ZhuLamarche07] is
+/// **Source** `[Zhang02]` for the structure and its exponential convergence; the adaptation of `[ZhuLamarche07]` is
 /// another law for the same purpose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AdaptiveObserver<T> {

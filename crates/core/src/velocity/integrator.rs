@@ -14,7 +14,7 @@ use crate::{Error, Float};
 /// | Tick | 2 | 0.3584, 1.2832, 0.3584 | as Simpson, flattest gain up to half of Nyquist |
 /// | Adams–Moulton 3 | 1 | 5/12, 8/12, −1/12 | third order; phase error of order θ³/24 |
 ///
-/// **Source** [Hamming89] on integration rules as recursive filters, Tick's among them.
+/// **Source** `[Hamming89]` on integration rules as recursive filters, Tick's among them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IntegratorRule {
     /// v_n = v_{n−1} + T/2 (a_n + a_{n−1})

@@ -60,7 +60,7 @@ pub enum BiasModel {
 /// **Delay** none. **Steady-state error** for an offset b: that of an observer with its gains (N = 2), zero (N = 3).
 /// **Assumes** white noise of both sensors. Encoder quantisation is white once the axis crosses an increment or
 /// more per sample; in slow motion it is not, and [`Innovation`]s show it.
-/// **Source** [BarShalom01] ch. 6 for both noise forms; [Kalata84] for the steady state.
+/// **Source** `[BarShalom01]` ch. 6 for both noise forms; `[Kalata84]` for the steady state.
 ///
 /// ```
 /// use proofmass_core::velocity::*;
@@ -401,7 +401,7 @@ mod tests {
 
     #[test]
     fn published_steady_gains_of_the_tracking_index() {
-        // [Kalata84]: Λ = T² σ_w/σ_v; α = −(Λ² + 8Λ − (Λ + 4)√(Λ² + 8Λ))/8, β = (Λ² + 4Λ − Λ√(Λ² + 8Λ))/4.
+        // `[Kalata84]`: Λ = T² σ_w/σ_v; α = −(Λ² + 8Λ − (Λ + 4)√(Λ² + 8Λ))/8, β = (Λ² + 4Λ − Λ√(Λ² + 8Λ))/4.
         for (q, r, t) in [(1.0, 1.0, 1.0), (4.0, 1e-6, 0.01), (0.01, 1e-4, 0.001)] {
             let index: f64 = t * t * f64::sqrt(q / r);
             let root = (index * index + 8.0 * index).sqrt();

@@ -10,7 +10,7 @@ use crate::{Error, Float};
 /// exactly.
 ///
 /// **Delay** none. **Steady-state error** for an offset b: b k_x/k_v in the second order, zero in the third.
-/// **Source** [ZhuLamarche07].
+/// **Source** `[ZhuLamarche07]`.
 ///
 /// ```
 /// use proofmass_core::velocity::{Observer, ObserverState};

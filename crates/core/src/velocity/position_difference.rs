@@ -13,7 +13,7 @@ use crate::{Error, Float};
 /// **Steady-state error** zero for a motion that is a polynomial of the chosen degree; under constant
 /// acceleration a, degree 1 is late by a (N−1)T/2.
 /// **Noise** independent position errors of standard deviation σ give σ · [`noise_gain`](Self::noise_gain).
-/// **Source** [SavitzkyGolay64]; [Gorry90] for the one-sided weights.
+/// **Source** `[SavitzkyGolay64]`; `[Gorry90]` for the one-sided weights.
 ///
 /// ```
 /// use proofmass_core::velocity::{PositionDifference, PositionDifferenceState};
@@ -174,7 +174,7 @@ mod tests {
 
     #[test]
     fn published_end_point_weights_of_five_points() {
-        // First derivative at the end point, quadratic, 5 points: (54, −13, −40, −27, 26)/70 [Gorry90].
+        // First derivative at the end point, quadratic, 5 points: (54, −13, −40, −27, 26)/70 `[Gorry90]`.
         let filter = PositionDifference::<f64, 5>::savitzky_golay(2, 1.0).unwrap();
         for (c, e) in filter
             .weights()

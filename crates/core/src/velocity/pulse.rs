@@ -161,7 +161,7 @@ pub struct Edge {
 /// **Resolution** v/ΔM. **Delay** half of ΔM plus the age of the last edge, returned with each reading.
 /// **Uncertainty** |v|/(ΔM√6). **Zero speed** with no edge in a window the reading is bounded by one increment
 /// since the last edge; after the timeout it is zero, and [`ReadingKind`] says so.
-/// **Source** [Ohmae82].
+/// **Source** `[Ohmae82]`.
 ///
 /// ```
 /// use proofmass_core::velocity::{Edge, MixedTime, MixedTimeState};

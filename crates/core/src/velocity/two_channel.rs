@@ -12,7 +12,7 @@ use crate::{Error, Float};
 /// Only increments of the position enter, so that a large position costs no digits.
 ///
 /// **Delay** none. **Steady-state error** for an accelerometer offset b: zero for k₁ > 0 (after some 3/k₁),
-/// b/k₂ for k₁ = 0. **Source** [ZhuLamarche07].
+/// b/k₂ for k₁ = 0. **Source** `[ZhuLamarche07]`.
 ///
 /// ```
 /// use proofmass_core::velocity::{TwoChannel, TwoChannelState};
