@@ -50,6 +50,17 @@ pub(crate) enum Outcome {
     Doubtful,
 }
 
+impl Outcome {
+    /// What findings mean for the shell: with `strict`, one that needs a decision is not simply done.
+    pub(crate) fn of(strict: bool, findings: &[proofmass::uncertainty::Finding]) -> Self {
+        if strict && console::needs_decision(findings) {
+            Self::Doubtful
+        } else {
+            Self::Done
+        }
+    }
+}
+
 fn run(arguments: Arguments) -> Result<Outcome, Failure> {
     match arguments.command {
         Command::Calibrate(command) => command.run(),

@@ -293,11 +293,7 @@ impl Noise {
         } else {
             console::show(&text.summary(analysis))?;
         }
-        Ok(if self.strict && console::needs_decision(&findings) {
-            Outcome::Doubtful
-        } else {
-            Outcome::Done
-        })
+        Ok(Outcome::of(self.strict, &findings))
     }
 }
 

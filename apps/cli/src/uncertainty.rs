@@ -139,13 +139,7 @@ impl Uncertainty {
         } else {
             console::show(&text.summary(result))?;
         }
-        Ok(
-            if self.strict && console::needs_decision(&result.findings) {
-                Outcome::Doubtful
-            } else {
-                Outcome::Done
-            },
-        )
+        Ok(Outcome::of(self.strict, &result.findings))
     }
 }
 

@@ -192,10 +192,6 @@ impl Validate {
         } else {
             console::show(&text.summary(validation))?;
         }
-        Ok(if self.strict && console::needs_decision(&findings) {
-            Outcome::Doubtful
-        } else {
-            Outcome::Done
-        })
+        Ok(Outcome::of(self.strict, &findings))
     }
 }

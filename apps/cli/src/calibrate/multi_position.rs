@@ -79,11 +79,7 @@ pub(super) fn run(
         console::show(&summary)?;
     }
     console::note(format!("written: {}", place.display()));
-    Ok(if arguments.strict && console::needs_decision(&findings) {
-        Outcome::Doubtful
-    } else {
-        Outcome::Done
-    })
+    Ok(Outcome::of(arguments.strict, &findings))
 }
 
 /// All recordings of the campaign, one after the other, in SI where their unit has a place in it.
