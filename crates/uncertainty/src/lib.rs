@@ -191,3 +191,8 @@ pub use refusal::Refusal;
 pub use region::Region;
 pub use solved::{NormalEquations, Solved};
 pub use validation::{Validation, Verdict, numerical_tolerance};
+
+/// The example of the README, so that it stays true.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
