@@ -40,7 +40,12 @@ pub mod single_axis;
 pub mod spurious;
 
 pub use budget::{Acts, Budget, Input, Key};
-pub use campaign::{Correction, Method, ShakerCalibration, ShakerCampaign, calibrate};
+pub use campaign::{
+    Correction, Method, Observations, ShakerCalibration, ShakerCampaign, calibrate, observations,
+};
+/// Complex number of the interface.
+pub use faer::c64;
+
 pub use diagnosis::{Suspect, Suspicion, diagnose};
 pub use fit::{Fit, FrequencyFit, complex, joint};
 pub use geometry::Configuration;
