@@ -25,6 +25,7 @@
 mod adjustment;
 pub mod budget;
 pub mod campaign;
+pub mod check;
 pub mod derived;
 pub mod diagnosis;
 pub mod fit;
@@ -41,11 +42,11 @@ pub mod spurious;
 
 pub use budget::{Acts, Budget, Input, Key};
 pub use campaign::{
-    Correction, Method, Observations, ShakerCalibration, ShakerCampaign, calibrate, observations,
+pub use campaign::{
+    AngleResult, Correction, FrequencyResult, Method, MethodResult, Observations, PublishedResult,
+    RunResult, ShakerCalibration, ShakerCampaign, TermDifference, calibrate, observations,
 };
-/// Complex number of the interface.
-pub use faer::c64;
-
+pub use check::{FrequencyCheck, check};
 pub use diagnosis::{Suspect, Suspicion, diagnose};
 pub use fit::{Fit, FrequencyFit, complex, joint};
 pub use geometry::Configuration;

@@ -96,6 +96,8 @@ pub struct FrequencyResult {
     pub exploitation: Vec<Term>,
     /// Real parts of S_ij/S_ii.
     pub normalised: Vec<Expanded>,
+    /// Real parts of A_ij/A_ii.
+    pub normalised_exploitation: Vec<Expanded>,
     /// Transverse sensitivity and its direction per output.
     pub transverse: Vec<Expanded>,
     /// Leaning of each sensitive axis.
@@ -185,6 +187,9 @@ pub struct TermDifference {
     pub term: String,
     /// Relative difference of the moduli.
     pub relative: f64,
+    /// The difference over the expanded uncertainty it has from the two measurements of the spurious motion:
+    /// all else is common to both. `None` when neither has an uncertainty.
+    pub e_n: Option<f64>,
 }
 
 /// What [`calibrate`] gives.
@@ -404,7 +409,10 @@ fn determined(rows: Vec<PhasorRow>, findings: &mut Vec<Finding>) -> Vec<PhasorRo
 }
 
 /// The budget with the reference calibration of the certificate, where it has none of its own.
-fn with_certificate(campaign: &ShakerCampaign, rows: &[PhasorRow]) -> Result<Budget, Error> {
+fn with_certificate(
+    campaign: &ShakerCampaign,
+    rows: &[PhasorRow],
+) -> Result<Budget, Error> {
     let mut budget = Budget::new(campaign.budget.inputs.clone())?;
     if let Some(table) = &campaign.reference {
         let (mut modulus, mut phase) = (0.0f64, 0.0f64);
@@ -497,6 +505,7 @@ pub fn frequency_result(
         sensitivity: terms("S", "V/(m/s²)", &f.sensitivity, &f.estimate)?,
         exploitation: terms("A", "(m/s²)/V", &f.exploitation, &f.inverse_estimate)?,
         normalised: expanded(&normalised("S", &f.estimate)?),
+        normalised_exploitation: expanded(&normalised("A", &f.inverse_estimate)?),
         transverse: expanded(&transverse(&f.estimate)?),
         misalignment: expanded(&misalignment(&f.estimate)?),
         intrinsic: expanded(&intrinsic(&f.estimate)?),
@@ -583,11 +592,14 @@ fn differences(results: &[MethodResult]) -> Vec<TermDifference> {
             for (fa, fb) in a.frequencies.iter().zip(&b.frequencies) {
                 for (ta, tb) in fa.sensitivity.iter().zip(&fb.sensitivity) {
                     if ta.name.as_bytes()[0] == ta.name.as_bytes()[1] {
+                        let difference = tb.modulus.value - ta.modulus.value;
+                        let u = from_spurious_motion(ta).hypot(from_spurious_motion(tb));
                         list.push(TermDifference {
                             between: [a.correction.clone(), b.correction.clone()],
                             frequency: fa.frequency,
                             term: ta.name.clone(),
-                            relative: tb.modulus.value / ta.modulus.value - 1.0,
+                            relative: difference / ta.modulus.value,
+                            e_n: (u > 0.0).then(|| difference.abs() / (2.0 * u)),
                         });
                     }
                 }
@@ -595,6 +607,12 @@ fn differences(results: &[MethodResult]) -> Vec<TermDifference> {
         }
     }
     list
+}
+
+/// Standard uncertainty of a modulus from the measured spurious motion alone.
+fn from_spurious_motion(term: &Term) -> f64 {
+    let line = term.budget.iter().find(|l| l.key == "spurious.motion");
+    line.map_or(0.0, |l| l.contribution)
 }
 
 /// A rise that announces a resonance, and adhesive where it begins to count.
