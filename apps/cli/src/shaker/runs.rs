@@ -12,14 +12,14 @@ use rayon::prelude::*;
 use std::path::Path;
 
 /// Phasors of all runs, in the order of the table, and what was noticed on the way.
-pub(super) struct Observed {
+pub(crate) struct Observed {
     pub runs: Vec<ObservedRun>,
     /// Table and recordings.
     pub inputs: Vec<Input>,
     pub findings: Vec<Finding>,
 }
 
-pub(super) struct ObservedRun {
+pub(crate) struct ObservedRun {
     /// Complex peak amplitudes, channel by channel.
     pub phasors: Vec<c64>,
     pub covariances: Vec<[f64; 3]>,
@@ -27,7 +27,7 @@ pub(super) struct ObservedRun {
     pub recorded: Option<Recorded>,
 }
 
-pub(super) struct Recorded {
+pub(crate) struct Recorded {
     pub phasors: Phasors,
     duration: f64,
     rate: f64,
@@ -36,7 +36,7 @@ pub(super) struct Recorded {
 }
 
 /// Takes the phasors of a table, or reads and approximates the recordings, run by run and on all cores.
-pub(super) fn observe<S: Sync>(
+pub(crate) fn observe<S: Sync>(
     table: &RunTable<S>,
     recording: Option<(&ShakerRecording, WaveformOptions)>,
 ) -> Result<Observed, Failure> {
@@ -91,15 +91,25 @@ pub(super) fn observe<S: Sync>(
             observed.inputs.push(recorded.input.clone());
             for finding in &recorded.findings {
                 observed.findings.push(
-                    Finding::new(finding.severity(), finding.code(), format!("run {}: {}", run.run, finding.what()))
-                        .evidence(finding.evidence_text())
-                        .advice(finding.advice_text()),
+                    Finding::new(
+                        finding.severity(),
+                        finding.code(),
+                        format!("run {}: {}", run.run, finding.what()),
+                    )
+                    .evidence(finding.evidence_text())
+                    .advice(finding.advice_text()),
                 );
             }
         }
     }
     observed.findings.extend(durations(table, &observed.runs));
-    if let Some((ShakerRecording { full_scale_v: None, .. }, _)) = recording {
+    if let Some((
+        ShakerRecording {
+            full_scale_v: None, ..
+        },
+        _,
+    )) = recording
+    {
         observed.findings.push(
             Finding::new(
                 Severity::Note,

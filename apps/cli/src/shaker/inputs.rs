@@ -65,7 +65,10 @@ pub(crate) fn budget(stated: &ShakerBudget, has_certificate: bool) -> Result<Bud
 
 fn input(stated: &BudgetInput) -> Result<Input, Failure> {
     let unknown = |what: &str, word: &str| {
-        Failure::new(format!("budget input {}: unknown {what} {word}", stated.name))
+        Failure::new(format!(
+            "budget input {}: unknown {what} {word}",
+            stated.name
+        ))
     };
     let acts = match stated.acts.as_str() {
         "reference-modulus" => Acts::ReferenceModulus,
