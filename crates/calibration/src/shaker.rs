@@ -42,8 +42,9 @@ pub mod spurious;
 
 pub use budget::{Acts, Budget, Input, Key};
 pub use campaign::{
-    AngleResult, Correction, FrequencyResult, Method, MethodResult, PublishedResult, RunResult,
-    ShakerCalibration, ShakerCampaign, TermDifference, calibrate,
+pub use campaign::{
+    AngleResult, Correction, FrequencyResult, Method, MethodResult, Observations, PublishedResult,
+    RunResult, ShakerCalibration, ShakerCampaign, TermDifference, calibrate, observations,
 };
 pub use check::{FrequencyCheck, check};
 pub use diagnosis::{Suspect, Suspicion, diagnose};

@@ -9,6 +9,7 @@ use super::diagnosis::{Suspect, diagnose};
 use super::fit::{AngleEstimate, Fit, FrequencyFit, complex, joint};
 use super::geometry::Configuration;
 use super::observation::{PhasorRow, SpuriousTable};
+use super::plan::conditioning;
 use super::published::{self, MagnitudeBudget, MagnitudeRow, PublishedFit, SpuriousMagnitude};
 use super::recording::{Limits, RunInput, assess};
 use super::reference::ReferenceTable;
@@ -204,17 +205,46 @@ pub struct ShakerCalibration {
     pub findings: Vec<Finding>,
 }
 
-/// Calibrates a triaxial accelerometer from a campaign on the shaker.
-///
-/// Frequencies that the certificate does not reach are left out with a finding that names their runs; runs that
-/// look wrong are named and kept, unless they are in `excluded`.
+/// What the fits work on: runs in m/s² and V, and the whole budget.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Observations {
+    /// Runs, without those that were left out.
+    pub rows: Vec<PhasorRow>,
+    /// Budget with the calibration of the reference.
+    pub budget: Budget,
+    /// What was left out, and doubts about single runs.
+    pub findings: Vec<Finding>,
+}
+
+/// Runs in m/s² and V, without those that were excluded, that the certificate does not reach, or whose frequency
+/// has too few directions for S; each of these comes with a finding that names the runs.
 ///
 /// # Errors
-/// As [`complex`], when no frequency is left or none determines S.
-pub fn calibrate(campaign: &ShakerCampaign) -> Result<ShakerCalibration, Error> {
+/// [`Error::OutOfRange`] for an impossible budget, [`Error::TooFew`] when no run is left.
+pub fn observations(campaign: &ShakerCampaign) -> Result<Observations, Error> {
     let mut findings = vec![];
-    let rows = rows(campaign, &mut findings);
+    let rows = determined(rows(campaign, &mut findings), &mut findings);
     let budget = with_certificate(campaign, &rows)?;
+    Ok(Observations {
+        rows,
+        budget,
+        findings,
+    })
+}
+
+/// Calibrates a triaxial accelerometer from a campaign on the shaker.
+///
+/// Frequencies that the certificate does not reach, or that have too few directions, are left out with a finding
+/// that names their runs; runs that look wrong are named and kept, unless they are in `excluded`.
+///
+/// # Errors
+/// As [`complex`], when no frequency is left.
+pub fn calibrate(campaign: &ShakerCampaign) -> Result<ShakerCalibration, Error> {
+    let Observations {
+        rows,
+        budget,
+        mut findings,
+    } = observations(campaign)?;
     let none = [Correction {
         label: "none".to_owned(),
         table: SpuriousTable::default(),
@@ -261,7 +291,7 @@ pub fn calibrate(campaign: &ShakerCampaign) -> Result<ShakerCalibration, Error> 
 }
 
 /// Phasor rows in m/s² and V, without what the certificate does not reach and what was decided to leave out.
-pub(super) fn rows(campaign: &ShakerCampaign, findings: &mut Vec<Finding>) -> Vec<PhasorRow> {
+fn rows(campaign: &ShakerCampaign, findings: &mut Vec<Finding>) -> Vec<PhasorRow> {
     let mut rows = vec![];
     let mut beyond: Vec<&RunInput> = vec![];
     for run in &campaign.runs {
@@ -338,8 +368,48 @@ pub(super) fn rows(campaign: &ShakerCampaign, findings: &mut Vec<Finding>) -> Ve
     rows
 }
 
+/// Rows of frequencies whose directions determine S; one run alone at its frequency is mostly a slip of the table.
+fn determined(rows: Vec<PhasorRow>, findings: &mut Vec<Finding>) -> Vec<PhasorRow> {
+    let mut frequencies: Vec<f64> = rows.iter().map(|r| r.frequency).collect();
+    frequencies.sort_by(f64::total_cmp);
+    frequencies.dedup();
+    let (mut lost, mut kept) = (vec![], vec![]);
+    for &f in &frequencies {
+        let here: Vec<&PhasorRow> = rows.iter().filter(|r| r.frequency == f).collect();
+        let plan: Vec<Configuration> = here.iter().map(|r| r.configuration).collect();
+        if conditioning(&plan).is_ok() {
+            kept.push(f);
+        } else {
+            lost.push((f, here));
+        }
+    }
+    for (f, here) in &lost {
+        let names: Vec<&str> = here.iter().take(6).map(|r| r.run.as_str()).collect();
+        let more = if here.len() > 6 { " …" } else { "" };
+        findings.push(
+            Finding::new(
+                Severity::Decision,
+                "frequency-undetermined",
+                format!("the runs at {f} Hz do not determine the sensitivity and were left out"),
+            )
+            .evidence(format!(
+                "{} at {f} Hz: run {}{more}",
+                match here.len() {
+                    1 => "one configuration".to_owned(),
+                    n => format!("{n} configurations that do not span three dimensions"),
+                },
+                names.join(", ")
+            ))
+            .advice("check the frequency of these runs in the table, or measure the missing configurations"),
+        );
+    }
+    rows.into_iter()
+        .filter(|r| kept.contains(&r.frequency))
+        .collect()
+}
+
 /// The budget with the reference calibration of the certificate, where it has none of its own.
-pub(super) fn with_certificate(
+fn with_certificate(
     campaign: &ShakerCampaign,
     rows: &[PhasorRow],
 ) -> Result<Budget, Error> {

@@ -1,6 +1,6 @@
 //! The linear budget of a campaign against Monte Carlo, frequency by frequency.
 
-use super::campaign::{ShakerCampaign, rows, with_certificate};
+use super::campaign::{Observations, ShakerCampaign, observations};
 use super::fit::complex;
 use super::monte_carlo::{Verdict, validate};
 use super::observation::{PhasorRow, SpuriousTable};
@@ -28,8 +28,7 @@ pub fn check(
     digits: u32,
     seed: u64,
 ) -> Result<Vec<FrequencyCheck>, Error> {
-    let rows = rows(campaign, &mut vec![]);
-    let budget = with_certificate(campaign, &rows)?;
+    let Observations { rows, budget, .. } = observations(campaign)?;
     let none = SpuriousTable::default();
     let table = campaign.corrections.first().map_or(&none, |c| &c.table);
     complex(&rows, table, &budget)?
