@@ -42,7 +42,6 @@ pub mod spurious;
 
 pub use budget::{Acts, Budget, Input, Key};
 pub use campaign::{
-pub use campaign::{
     AngleResult, Correction, FrequencyResult, Method, MethodResult, Observations, PublishedResult,
     RunResult, ShakerCalibration, ShakerCampaign, TermDifference, calibrate, observations,
 };

@@ -77,7 +77,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         phase_uncertainty: bench.reference_phase,
     };
     campaign.reference = Some(ReferenceTable::new(vec![point(5.0), point(1000.0)])?);
-    campaign.methods = vec![Method::PublishedMagnitude, Method::Complex, Method::Joint];
+    campaign.methods = vec![Method::Joint, Method::Complex, Method::PublishedMagnitude];
     campaign.targets = FREQUENCIES
         .iter()
         .map(|&f| (f, target_amplitude(f)))
