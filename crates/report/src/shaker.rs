@@ -196,11 +196,11 @@ impl ShakerReport<'_> {
     }
 }
 
-/// The result that is reported: joint before complex before published, with the first correction that was asked for.
+/// The result that is reported: the first of a rigorous method, else the first.
 fn principal(calibration: &ShakerCalibration) -> Option<&MethodResult> {
-    [Method::Joint, Method::Complex, Method::PublishedMagnitude]
-        .iter()
-        .find_map(|m| calibration.results.iter().find(|r| r.method == *m))
+    let mut results = calibration.results.iter();
+    let rigorous = |r: &&MethodResult| r.method != Method::PublishedMagnitude;
+    results.find(rigorous).or(calibration.results.first())
 }
 
 fn method_name(method: Method) -> &'static str {
