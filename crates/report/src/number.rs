@@ -28,6 +28,37 @@ pub fn concise(value: f64, standard_uncertainty: f64) -> String {
     minus(&bare.display(&Format::concise()).to_string())
 }
 
+/// A value and its expanded uncertainty, rounded to the same place: two digits of the uncertainty.
+pub(crate) fn rounded(value: f64, expanded: f64) -> (String, String) {
+    if !(expanded > 0.0 && expanded.is_finite()) {
+        return (value.to_string(), "0".to_owned());
+    }
+    let places = decimals(expanded);
+    (format!("{value:.places$}"), format!("{expanded:.places$}"))
+}
+
+/// A number as tables and plans give it, three decimals at most and no needless zeros: `31.5`, `160`.
+pub(crate) fn plain(value: f64) -> String {
+    let text = format!("{value:.3}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+/// A number with two significant digits.
+pub(crate) fn two_digits(value: f64) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let places = decimals(value);
+    format!("{value:.places$}")
+}
+
+/// Decimals that leave two significant digits after rounding: 0.0996 becomes 0.10.
+fn decimals(value: f64) -> usize {
+    let text = format!("{:.1e}", value.abs());
+    let exponent = text.split_once('e').and_then(|(_, e)| e.parse().ok());
+    (1 - exponent.unwrap_or(0)).clamp(0, 12) as usize
+}
+
 /// A printed number with a true minus sign, no sign where only zeros are printed, and `e-5` as a power of ten.
 pub(crate) fn minus(text: &str) -> String {
     let size = text.strip_prefix('-').unwrap_or(text);

@@ -70,6 +70,9 @@ pub struct InputEntry {
     /// Type A or B, when not as the distribution suggests.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub evaluation: Option<Evaluation>,
+    /// What an error of it does to an observation, in the words of the kind of campaign; equations need none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub acts: Option<String>,
 }
 
 /// One `[[correlation]]` between two inputs or two draws of them.
