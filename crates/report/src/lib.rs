@@ -51,5 +51,5 @@ pub use plot::{
 pub use shaker::ShakerReport;
 pub use single_axis::SingleAxisReport;
 pub use spurious::SpuriousReport;
-pub use uncertainty::UncertaintyReport;
+pub use uncertainty::{GivenInput, UncertaintyReport};
 pub use validation::ValidationReport;
