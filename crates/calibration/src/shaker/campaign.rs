@@ -409,10 +409,7 @@ fn determined(rows: Vec<PhasorRow>, findings: &mut Vec<Finding>) -> Vec<PhasorRo
 }
 
 /// The budget with the reference calibration of the certificate, where it has none of its own.
-fn with_certificate(
-    campaign: &ShakerCampaign,
-    rows: &[PhasorRow],
-) -> Result<Budget, Error> {
+fn with_certificate(campaign: &ShakerCampaign, rows: &[PhasorRow]) -> Result<Budget, Error> {
     let mut budget = Budget::new(campaign.budget.inputs.clone())?;
     if let Some(table) = &campaign.reference {
         let (mut modulus, mut phase) = (0.0f64, 0.0f64);
