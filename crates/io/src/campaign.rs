@@ -40,7 +40,7 @@ pub const KINDS: &[&str] = &[
 #[non_exhaustive]
 pub enum Campaign {
     /// A triaxial accelerometer held still in many positions.
-    MultiPosition(MultiPositionCampaign),
+    MultiPosition(Box<MultiPositionCampaign>),
     /// A triaxial accelerometer on a shaker.
     ShakerTriaxial(Box<ShakerTriaxialCampaign>),
     /// A single-axis accelerometer against a reference.
@@ -84,7 +84,9 @@ impl Campaign {
             )));
         };
         match kind.get_ref().as_str() {
-            "multi-position" => MultiPositionCampaign::from_file(file).map(Self::MultiPosition),
+            "multi-position" => {
+                MultiPositionCampaign::from_file(file).map(|c| Self::MultiPosition(Box::new(c)))
+            }
             "shaker-triaxial" => {
                 ShakerTriaxialCampaign::from_file(file).map(|c| Self::ShakerTriaxial(Box::new(c)))
             }

@@ -303,10 +303,12 @@ impl<'a> SheetRow<'a> {
         if value > 0.0 {
             return Ok(value);
         }
-        Err(self.refuse(
-            place,
-            format!("{} is not above zero", self.fields[place.column]),
-        ))
+        Err(self
+            .refuse(
+                place,
+                format!("{} is not above zero", self.fields[place.column]),
+            )
+            .with_hint("correct the number, or take the row out"))
     }
 
     /// A standard uncertainty: from zero up; zero without column or field.
@@ -318,13 +320,15 @@ impl<'a> SheetRow<'a> {
             return Ok(0.0);
         };
         match place {
-            Some(place) if value < 0.0 => Err(self.refuse(
-                place,
-                format!(
-                    "an uncertainty of {} is impossible",
-                    self.fields[place.column]
-                ),
-            )),
+            Some(place) if value < 0.0 => Err(self
+                .refuse(
+                    place,
+                    format!(
+                        "an uncertainty of {} is impossible",
+                        self.fields[place.column]
+                    ),
+                )
+                .with_hint("give a number from zero up")),
             _ => Ok(value),
         }
     }

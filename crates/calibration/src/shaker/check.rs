@@ -1,9 +1,10 @@
 //! The linear budget of a campaign against Monte Carlo, frequency by frequency.
 
-use super::campaign::{Observations, ShakerCampaign, observations};
+use super::campaign::ShakerCampaign;
 use super::fit::complex;
 use super::monte_carlo::{Verdict, validate};
 use super::observation::{PhasorRow, SpuriousTable};
+use super::screening::{Observations, observations};
 use proofmass_core::Error;
 use serde::Serialize;
 

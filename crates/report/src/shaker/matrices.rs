@@ -68,7 +68,7 @@ fn tables(f: &FrequencyResult, unit: Unit) -> Vec<Table> {
 
 /// The diagonal of a normalised matrix is one by definition.
 fn normalised(k: usize, q: &proofmass_calibration::shaker::derived::Expanded) -> String {
-    if k % 4 == 0 {
+    if k.is_multiple_of(4) {
         "100".to_owned()
     } else {
         scaled(q, 100.0)
