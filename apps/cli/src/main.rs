@@ -8,6 +8,7 @@ mod delivery;
 mod failure;
 mod inspect;
 mod noise;
+mod plan;
 mod plural;
 mod recording_arguments;
 mod shaker;
@@ -36,6 +37,7 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     Calibrate(calibrate::Calibrate),
+    Plan(plan::Plan),
     Apply(apply::Apply),
     Validate(validate::Validate),
     Noise(noise::Noise),
@@ -66,6 +68,7 @@ impl Outcome {
 fn run(arguments: Arguments) -> Result<Outcome, Failure> {
     match arguments.command {
         Command::Calibrate(command) => command.run(),
+        Command::Plan(command) => command.run(),
         Command::Apply(command) => command.run(),
         Command::Validate(command) => command.run(),
         Command::Noise(command) => command.run(),
