@@ -34,6 +34,7 @@ pub mod plot;
 mod shaker;
 mod single_axis;
 mod spurious;
+mod subscript;
 pub mod terminal;
 mod uncertainty;
 mod validation;
