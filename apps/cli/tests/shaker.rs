@@ -125,6 +125,43 @@ fn published_example_returns_the_printed_matrices() {
     assert_eq!(phasors.len(), 220);
 }
 
+#[test]
+fn law_the_certificate_counts_at_each_frequency() {
+    let folder = tempfile::tempdir().expect("folder");
+    bench::phasors(folder.path(), &bench::rows(&[80.0, 160.0]));
+    std::fs::write(
+        folder.path().join("reference.csv"),
+        "frequency_Hz;sensitivity_mV/(m/s2);U_relative_%;k\n80;9,9;0,4;2\n160;9,9;3,0;3\n",
+    )
+    .expect("certificate");
+    let toml = std::fs::read_to_string(folder.path().join("campaign.toml")).expect("campaign");
+    let toml = toml.replace("k = 2\n", "").replace(
+        "trials = 0",
+        "trials = 20000\nmethods = [\"joint\", \"complex\"]",
+    );
+    std::fs::write(folder.path().join("campaign.toml"), toml).expect("campaign");
+    succeed(&["calibrate", text(folder.path())]);
+    for row in rows(&folder.path().join("result/sensitivity.csv")) {
+        if field(&row, "term") != "zz" {
+            continue;
+        }
+        let relative = number(&row, "u_modulus_V/(m/s2)") / number(&row, "modulus_V/(m/s2)");
+        // 0.2 % or 1 % of the certificate, and some 0.1 % of everything else.
+        let certificate = if number(&row, "frequency_Hz") == 80.0 {
+            2e-3
+        } else {
+            1e-2
+        };
+        assert!((1.0..1.2).contains(&(relative / certificate)), "{row:?}");
+    }
+    // The Monte Carlo draws the same.
+    for row in rows(&folder.path().join("result/monte-carlo.csv")) {
+        let ratio = number(&row, "u_monte_carlo_V/(m/s2)") / number(&row, "u_propagated_V/(m/s2)");
+        // 20 000 trials know a standard deviation to 0.5 %; four of these.
+        assert!((ratio - 1.0).abs() < 0.02, "{row:?}");
+    }
+}
+
 /// A vibrometer campaign over the wedges of the bench: velocities in volts beside the reference, as phasors.
 fn vibrometer_runs(frequencies: &[f64], measurements: &[(&str, Vibrometer)]) -> String {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
