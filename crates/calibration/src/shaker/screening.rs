@@ -167,8 +167,7 @@ fn determined(rows: Vec<PhasorRow>, findings: &mut Vec<Finding>) -> Vec<PhasorRo
         .collect()
 }
 
-/// The budget with the reference calibration of the certificate, where it has none of its own: the largest
-/// uncertainties the certificate states at these frequencies.
+/// The budget with the reference calibration of the certificate at these frequencies, where it has none of its own.
 ///
 /// # Errors
 /// [`Error::OutOfRange`] for an impossible budget or a frequency the certificate does not reach.
@@ -178,32 +177,39 @@ pub fn with_certificate(
     frequencies: impl IntoIterator<Item = f64>,
 ) -> Result<Budget, Error> {
     let mut budget = Budget::new(budget.inputs.clone())?;
-    if let Some(table) = reference {
-        let (mut modulus, mut phase) = (0.0f64, 0.0f64);
-        for frequency in frequencies {
-            let p = table.at(frequency)?;
-            modulus = modulus.max(p.modulus_uncertainty);
-            phase = phase.max(p.phase_uncertainty);
-        }
-        for (acts, u, key, text) in [
-            (
-                Acts::ReferenceModulus,
-                modulus,
-                "reference.calibration",
-                "calibration of the reference standard",
-            ),
-            (
-                Acts::ReferencePhase,
-                phase,
-                "reference.phase",
-                "phase of the reference standard",
-            ),
-        ] {
-            if u > 0.0 && !budget.inputs.iter().any(|i| i.acts == acts) {
-                budget
-                    .inputs
-                    .push(Input::new(key, acts, u, &[Key::Frequency]).described(text));
+    let Some(table) = reference else {
+        return Ok(budget);
+    };
+    let mut frequencies: Vec<f64> = frequencies.into_iter().collect();
+    frequencies.sort_by(f64::total_cmp);
+    frequencies.dedup();
+    let (mut modulus, mut phase) = (vec![], vec![]);
+    for frequency in frequencies {
+        let p = table.at(frequency)?;
+        modulus.push((frequency, p.modulus_uncertainty));
+        phase.push((frequency, p.phase_uncertainty));
+    }
+    for (acts, stated, key, text) in [
+        (
+            Acts::ReferenceModulus,
+            modulus,
+            "reference.calibration",
+            "calibration of the reference standard",
+        ),
+        (
+            Acts::ReferencePhase,
+            phase,
+            "reference.phase",
+            "phase of the reference standard",
+        ),
+    ] {
+        let largest = stated.iter().map(|s| s.1).fold(0.0, f64::max);
+        if largest > 0.0 && !budget.inputs.iter().any(|i| i.acts == acts) {
+            let mut input = Input::new(key, acts, largest, &[Key::Frequency]).described(text);
+            if stated.iter().any(|s| s.1 != largest) {
+                input.at_frequencies = stated;
             }
+            budget.inputs.push(input);
         }
     }
     Ok(budget)

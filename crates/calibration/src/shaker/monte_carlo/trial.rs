@@ -43,9 +43,10 @@ struct RowModel {
 impl Model {
     pub(super) fn new(rows: &[PhasorRow], s: &Matrix, budget: &Budget, scale: f64) -> Self {
         let (mut inputs, mut of_run, mut shared) = (vec![], vec![], 0);
+        let frequency = rows.first().map_or(0.0, |r| r.frequency);
         for input in &budget.inputs {
             let rectangular = input.distribution == "rectangular";
-            let u = input.standard_uncertainty;
+            let u = input.standard_uncertainty_at(frequency);
             if input.within_a_run() {
                 let each = input.acts.on_one_output() && input.varies_with.contains(&Key::Channel);
                 // Normal errors within a run are drawn together, see `within_runs`.
