@@ -46,8 +46,12 @@ pub enum Interpolation {
     /// The older sample holds.
     Constant,
     /// A straight line.
-    #[default]
     Linear,
+    /// A curve: on line the parabola through the last three samples, off line (smoother, tuning) the cubic through
+    /// the two samples before and after. At ten samples per period the line loses 3 % of the velocity, the parabola
+    /// 1 %, the cubic 0.2 %.
+    #[default]
+    Curve,
 }
 
 /// A Kalman filter of an axis, as data.
@@ -66,15 +70,31 @@ pub struct KalmanModel {
 }
 
 impl KalmanModel {
-    /// No offset, straight lines, q as a sample variance.
+    /// No offset, the acceleration as a curve, q as a sample variance.
     pub fn new(acceleration_noise: f64, reading_noise: f64) -> Self {
         Self {
             acceleration_noise,
             noise_form: NoiseForm::SampleConstant,
             reading_noise,
             bias: Bias::None,
-            interpolation: Interpolation::Linear,
+            interpolation: Interpolation::Curve,
         }
+    }
+
+    /// The same gains with every variance multiplied: q, R and those of the offset.
+    #[must_use]
+    pub fn scaled(mut self, factor: f64) -> Self {
+        self.acceleration_noise *= factor;
+        self.reading_noise *= factor;
+        match &mut self.bias {
+            Bias::None => {}
+            Bias::RandomWalk { density, initial } => {
+                *density *= factor;
+                *initial *= factor.sqrt();
+            }
+            Bias::GaussMarkov { deviation, .. } => *deviation *= factor.sqrt(),
+        }
+        self
     }
 
     fn noise(&self) -> (MotionNoise, Hold) {
@@ -85,6 +105,7 @@ impl KalmanModel {
         let hold = match self.interpolation {
             Interpolation::Constant => Hold::Zero,
             Interpolation::Linear => Hold::First,
+            Interpolation::Curve => Hold::Second,
         };
         (
             MotionNoise {
@@ -115,6 +136,35 @@ impl KalmanModel {
         let kalman = Kalman::<f64, 3>::with_bias(&noise, bias, hold, dt)?;
         Ok((kalman, initial * initial))
     }
+}
+
+/// Change of position and velocity that the acceleration makes over the step to each sample, by the cubic through
+/// the two samples before and after the step; `None` for models that take it otherwise.
+///
+/// For nodes at −1, 0, 1, 2 the integral of the cubic over 0…1 has the weights (−1, 13, 13, −1)/24, that of 1 − s
+/// times it (−8, 129, 66, −7)/360.
+pub(crate) fn steps(record: &MotionRecord, model: &KalmanModel) -> Option<Vec<[f64; 2]>> {
+    if model.interpolation != Interpolation::Curve {
+        return None;
+    }
+    let (a, dt) = (&record.acceleration, record.sample_time);
+    let n = a.len();
+    // Beyond the ends straight on.
+    let at = |k: isize| -> f64 {
+        match usize::try_from(k) {
+            Ok(k) if k < n => a[k],
+            Ok(_) => 2.0 * a[n - 1] - a[n - 2],
+            Err(_) => 2.0 * a[0] - a[1],
+        }
+    };
+    let change = |k: isize| {
+        let [a0, a1, a2, a3] = [at(k - 2), at(k - 1), at(k), at(k + 1)];
+        let velocity = (13.0 * (a1 + a2) - a0 - a3) / 24.0;
+        let position = (-8.0 * a0 + 129.0 * a1 + 66.0 * a2 - 7.0 * a3) / 360.0;
+        [dt * dt * position, dt * velocity]
+    };
+    let first = std::iter::once([0.0; 2]);
+    Some(first.chain((1..n as isize).map(change)).collect())
 }
 
 /// Every step of a filter over a record.
@@ -175,11 +225,30 @@ pub(crate) fn start<const N: usize>(
     KalmanState::new(state, variances, record.acceleration[0])
 }
 
+fn time_update<const N: usize>(
+    kalman: &Kalman<f64, N>,
+    state: &mut KalmanState<f64, N>,
+    acceleration: f64,
+    step: Option<[f64; 2]>,
+) {
+    match step {
+        None => kalman.predict(state, acceleration),
+        Some([x, v]) => {
+            let mut input = [0.0; N];
+            (input[0], input[1]) = (x, v);
+            kalman.advance(state, input);
+        }
+    }
+}
+
 /// The filter over the record, all steps kept.
+///
+/// With `steps` the acceleration acts as they say, else as the filter does on line.
 pub(crate) fn pass<const N: usize>(
     kalman: &Kalman<f64, N>,
     record: &MotionRecord,
     bias_variance: f64,
+    steps: Option<&[[f64; 2]]>,
 ) -> Pass<N> {
     let n = record.reading.len();
     let at = component(record.source);
@@ -191,7 +260,7 @@ pub(crate) fn pass<const N: usize>(
     };
     for (k, (reading, a)) in record.reading.iter().zip(&record.acceleration).enumerate() {
         if k > 0 {
-            kalman.predict(&mut state, *a);
+            time_update(kalman, &mut state, *a, steps.map(|s| s[k]));
         }
         pass.prior.push(state);
         pass.innovations
@@ -208,6 +277,7 @@ pub(crate) fn innovation_sums<const N: usize>(
     kalman: &Kalman<f64, N>,
     record: &MotionRecord,
     bias_variance: f64,
+    steps: Option<&[[f64; 2]]>,
     skip: usize,
 ) -> (usize, f64, f64) {
     let at = component(record.source);
@@ -215,7 +285,7 @@ pub(crate) fn innovation_sums<const N: usize>(
     let (mut seen, mut logs, mut squares) = (0usize, 0.0, 0.0);
     for (k, (reading, a)) in record.reading.iter().zip(&record.acceleration).enumerate() {
         if k > 0 {
-            kalman.predict(&mut state, *a);
+            time_update(kalman, &mut state, *a, steps.map(|s| s[k]));
         }
         if let Some(r) = reading {
             let innovation = Kalman::observe(&mut state, at, *r, kalman.r);
@@ -257,12 +327,12 @@ impl KalmanModel {
         match self.bias {
             Bias::None => {
                 let kalman = self.two(record.sample_time)?;
-                let pass = pass(&kalman, record, 0.0);
+                let pass = pass(&kalman, record, 0.0, None);
                 KalmanRun::of(&pass.posterior, &pass.innovations)
             }
             _ => {
                 let (kalman, variance) = self.three(record.sample_time)?;
-                let pass = pass(&kalman, record, variance);
+                let pass = pass(&kalman, record, variance, None);
                 KalmanRun::of(&pass.posterior, &pass.innovations)
             }
         }
