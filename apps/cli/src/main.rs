@@ -13,6 +13,7 @@ mod recording_arguments;
 mod simulate;
 mod uncertainty;
 mod validate;
+mod velocity;
 
 use clap::{Parser, Subcommand};
 use failure::Failure;
@@ -37,6 +38,7 @@ enum Command {
     Calibrate(calibrate::Calibrate),
     Apply(apply::Apply),
     Validate(validate::Validate),
+    Velocity(velocity::Velocity),
     Noise(noise::Noise),
     Inspect(inspect::Inspect),
     Simulate(simulate::Simulate),
@@ -67,6 +69,7 @@ fn run(arguments: Arguments) -> Result<Outcome, Failure> {
         Command::Calibrate(command) => command.run(),
         Command::Apply(command) => command.run(),
         Command::Validate(command) => command.run(),
+        Command::Velocity(command) => command.run(),
         Command::Noise(command) => command.run(),
         Command::Inspect(command) => command.run(),
         Command::Simulate(command) => command.run(),

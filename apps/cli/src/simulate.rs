@@ -1,5 +1,7 @@
 //! `proofmass simulate`: recordings with truth.
 
+mod axis;
+
 use crate::{Failure, Outcome, console};
 use proofmass::io::{OutputFolder, Table};
 use proofmass::rig::HandHeld;
@@ -16,6 +18,7 @@ pub(crate) struct Simulate {
 #[derive(clap::Subcommand)]
 enum Scenario {
     MultiPosition(MultiPosition),
+    Axis(axis::Axis),
 }
 
 /// A triaxial accelerometer turned by hand from rest to rest: campaign.toml, recording.csv, truth.json.
@@ -56,6 +59,7 @@ impl Simulate {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
         match self.scenario {
             Scenario::MultiPosition(scenario) => scenario.run(),
+            Scenario::Axis(scenario) => scenario.run(),
         }
     }
 }

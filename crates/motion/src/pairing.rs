@@ -1,7 +1,8 @@
 //! Do both sensors see the same motion? Gain, sense and latency of one against the other.
 
+use crate::filtering::steps;
 use crate::slip::held;
-use crate::{MotionRecord, Source};
+use crate::{Interpolation, KalmanModel, MotionRecord, Source};
 use proofmass_core::{Error, STANDARD_GRAVITY};
 use proofmass_uncertainty::{Finding, Severity};
 use serde::Serialize;
@@ -80,24 +81,29 @@ impl Pairing {
             });
         }
         let dt = record.sample_time;
-        let (read, felt) = motions(record);
-        let mut best: Option<(f64, Self)> = None;
+        let read = held(&record.reading);
+        let felt = integrated(record, Interpolation::Curve);
+        let mut best: Option<(f64, usize, Self)> = None;
         let mut window = 4 * stride;
         while 8 * window <= n {
             if let Some(found) = paired(record.source, &read, &felt, window, dt) {
                 // A longer window must be clearly better: it has fewer independent values.
                 let score = found.correlation.abs();
-                if best.as_ref().is_none_or(|(b, _)| score > b + 0.002) {
-                    best = Some((score, found));
+                if best.as_ref().is_none_or(|(b, ..)| score > b + 0.002) {
+                    best = Some((score, window, found));
                 }
             }
             window *= 2;
         }
-        let (_, mut found) = best.ok_or(Error::Constant {
+        let (_, window, mut found) = best.ok_or(Error::Constant {
             name: "motion of both sensors",
             value: record.reading.iter().flatten().next().copied().unwrap_or(0.0),
         })?;
-        found.findings = found.judged(stride as f64 * dt);
+        // What the course between samples decides, the samples do not tell: a blow of few samples.
+        let lines = integrated(record, Interpolation::Linear);
+        let between = paired(record.source, &read, &lines, window, dt)
+            .map_or(0.0, |rough| 2.0 * (rough.gain - found.gain).abs());
+        found.findings = found.judged(stride as f64 * dt, between);
         Ok(found)
     }
 
@@ -106,7 +112,7 @@ impl Pairing {
         self.correlation.abs() > 0.7
     }
 
-    fn judged(&self, step: f64) -> Vec<Finding> {
+    fn judged(&self, step: f64, between: f64) -> Vec<Finding> {
         let mut findings = Vec::new();
         if !self.clear() {
             return findings;
@@ -116,7 +122,8 @@ impl Pairing {
             self.gain, self.gain_uncertainty, self.correlation, self.window
         );
         let allowed =
-            (4.0 * self.gain_uncertainty + 1.0 - self.correlation * self.correlation).max(0.03);
+            (4.0 * self.gain_uncertainty + 1.0 - self.correlation * self.correlation + between)
+                .max(0.03);
         let size = self.gain.abs();
         if self.gain < 0.0 {
             findings.push(
@@ -181,25 +188,34 @@ impl Pairing {
     }
 }
 
-/// The motion as each sensor has it: position and twice integrated acceleration, or speed and velocity.
-fn motions(record: &MotionRecord) -> (Vec<f64>, Vec<f64>) {
+/// The motion as the accelerometer has it: its second integral beside positions, its first beside speeds.
+fn integrated(record: &MotionRecord, interpolation: Interpolation) -> Vec<f64> {
     let dt = record.sample_time;
     // Without its mean the integral stays small: an offset cancels from velocity changes anyway, up to a constant.
     let mean = record.acceleration.iter().sum::<f64>() / record.acceleration.len() as f64;
+    let model = KalmanModel {
+        interpolation,
+        ..KalmanModel::new(0.0, 1.0)
+    };
+    let curve = steps(record, &model);
     let (mut x, mut v) = (0.0, 0.0);
-    let mut before = record.acceleration[0] - mean;
-    let both = record.acceleration.iter().map(|a| {
-        let a = a - mean;
-        x += dt * v + dt * dt * (before / 3.0 + a / 6.0);
-        v += 0.5 * dt * (before + a);
+    let mut before = record.acceleration[0];
+    let motion = record.acceleration.iter().enumerate().map(|(k, &a)| {
+        let [dx, dv] = match &curve {
+            Some(curve) => curve[k],
+            None => [dt * dt * (before / 3.0 + a / 6.0), 0.5 * dt * (before + a)],
+        };
+        if k > 0 {
+            x += dt * v + dx - 0.5 * mean * dt * dt;
+            v += dv - mean * dt;
+        }
         before = a;
-        (x, v)
+        match record.source {
+            Source::Position => x,
+            Source::Speed => v,
+        }
     });
-    let (position, velocity): (Vec<f64>, Vec<f64>) = both.unzip();
-    match record.source {
-        Source::Position => (held(&record.reading), position),
-        Source::Speed => (held(&record.reading), velocity),
-    }
+    motion.collect()
 }
 
 /// Velocity change between the windows that meet at a sample: difference of the slopes, or of the means.

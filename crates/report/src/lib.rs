@@ -33,6 +33,7 @@ pub mod plot;
 pub mod terminal;
 mod uncertainty;
 mod validation;
+mod velocity;
 
 pub use document::{Alignment, Block, Cell, Column, Figure, KeyFigure, Report, Section, Table};
 pub use error::Error;
@@ -45,3 +46,4 @@ pub use plot::{
 };
 pub use uncertainty::UncertaintyReport;
 pub use validation::ValidationReport;
+pub use velocity::VelocityReport;
