@@ -255,7 +255,11 @@ fn missing_and_slow_readings_are_carried_from_one_file_or_two() {
     assert!(codes(&result).iter().any(|c| c == "missing-readings"));
     let one = column(&out.join("velocity.csv"), "velocity_m/s");
     // Against 0.65 m/s amplitude, with readings 5 ms apart and every tenth of them missing.
-    assert!(rms(&one, &truth, 1000) < 0.02, "{}", rms(&one, &truth, 1000));
+    assert!(
+        rms(&one, &truth, 1000) < 0.02,
+        "{}",
+        rms(&one, &truth, 1000)
+    );
 
     // The same sensors in a file each.
     let (_, data) = columns(&recording);
@@ -316,7 +320,12 @@ fn time_stamped_edges_beat_samples() {
     let mut accelerometer = "time_s,a_m/s2\n".to_owned();
     for k in 0..2000 {
         let t = 0.005 * f64::from(k);
-        writeln!(accelerometer, "{t:.3},{:.9}", -amplitude * w * w * (w * t).sin()).unwrap();
+        writeln!(
+            accelerometer,
+            "{t:.3},{:.9}",
+            -amplitude * w * w * (w * t).sin()
+        )
+        .unwrap();
     }
     let (first, second) = (folder.path().join("edges.csv"), folder.path().join("a.csv"));
     std::fs::write(&first, edges).unwrap();
@@ -492,7 +501,10 @@ fn bad_files_are_refused_with_their_place() {
     // A unit that is no acceleration, a column that is not there.
     let renamed = |heading: &str| with(0, heading);
     let volts = said(&renamed("time_s,encoder_count,acceleration_V"));
-    assert!(volts.contains("V") && volts.contains("calibration"), "{volts}");
+    assert!(
+        volts.contains("V") && volts.contains("calibration"),
+        "{volts}"
+    );
     let bare = said(&renamed("time_s,encoder_count,acceleration"));
     assert!(bare.contains("--acceleration-unit"), "{bare}");
     let other = said(&renamed("time_s,encoder_count,accel_m/s2"));
@@ -573,7 +585,10 @@ fn crosscheck_logs_of_a_robot() {
                 assert!(at(slipping) && !at(rolling), "{name}");
                 assert!(codes.iter().any(|c| c == "slip"), "{name}");
             }
-            _ => assert!(!codes.iter().any(|c| c == "slip" || c == "collision"), "{name}"),
+            _ => assert!(
+                !codes.iter().any(|c| c == "slip" || c == "collision"),
+                "{name}"
+            ),
         }
     }
 }

@@ -167,11 +167,7 @@ impl Recording {
     ///
     /// # Errors
     /// As [`Recording::read`]; a column without any value.
-    pub fn read_sparse(
-        path: &Path,
-        options: &RecordingOptions,
-        absent: &[Absent],
-    ) -> Result<Self> {
+    pub fn read_sparse(path: &Path, options: &RecordingOptions, absent: &[Absent]) -> Result<Self> {
         Self::read_inner(path, options, absent).map_err(|e| e.at(path))
     }
 

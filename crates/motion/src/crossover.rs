@@ -309,7 +309,7 @@ pub fn kalman_by_smoother(
             Err(error) => Err(error),
         }
     };
-    let (low, high, step) = (-5.0, 2.0, 0.25);
+    let (low, high, step) = (-5.0, 4.0, 0.25);
     let (mut best, mut at) = (score(0.0)?, 0.0);
     let mut log = low;
     while log <= high {
@@ -348,7 +348,11 @@ pub fn kalman_by_smoother(
     let factor = (best * best + own) / stated;
     Ok(Crossover {
         method: Method::Kalman {
-            model: found.scaled(if factor.is_finite() { factor.max(1.0) } else { 1.0 }),
+            model: found.scaled(if factor.is_finite() {
+                factor.max(1.0)
+            } else {
+                1.0
+            }),
         },
         rms: best,
     })

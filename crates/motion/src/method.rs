@@ -175,23 +175,35 @@ impl Method {
             Self::SavitzkyGolay { window, degree } => {
                 format!("Savitzky-Golay, {window} points, degree {degree}")
             }
-            Self::TrackingLoop { bandwidth } => format!("tracking loop, b = {bandwidth:.4} rad/s"),
+            Self::TrackingLoop { bandwidth } => {
+                format!("tracking loop, b = {} rad/s", digits(*bandwidth))
+            }
             Self::Integration { rule, offset } => {
                 let name = IntegratorRule::from(*rule).name();
                 if *offset == 0.0 {
                     format!("integration, {name}")
                 } else {
-                    format!("integration, {name}, offset {offset:.4} removed")
+                    format!("integration, {name}, offset {} removed", digits(*offset))
                 }
             }
-            Self::TwoChannel { k1, k2 } => format!("two channels, k1 = {k1:.4}, k2 = {k2:.4}"),
-            Self::Observer { k_x, k_v } => format!("observer, kx = {k_x:.4}, kv = {k_v:.4}"),
-            Self::OffsetObserver { k_x, k_v, k_b } => {
-                format!("observer with offset, kx = {k_x:.4}, kv = {k_v:.4}, kb = {k_b:.4}")
+            Self::TwoChannel { k1, k2 } => {
+                format!("two channels, k1 = {}, k2 = {}", digits(*k1), digits(*k2))
             }
-            Self::AdaptiveObserver { k_x, k_v, rate, .. } => {
-                format!("adaptive observer, kx = {k_x:.4}, kv = {k_v:.4}, rate {rate:.3}")
+            Self::Observer { k_x, k_v } => {
+                format!("observer, kx = {}, kv = {}", digits(*k_x), digits(*k_v))
             }
+            Self::OffsetObserver { k_x, k_v, k_b } => format!(
+                "observer with offset, kx = {}, kv = {}, kb = {}",
+                digits(*k_x),
+                digits(*k_v),
+                digits(*k_b)
+            ),
+            Self::AdaptiveObserver { k_x, k_v, rate, .. } => format!(
+                "adaptive observer, kx = {}, kv = {}, rate {}",
+                digits(*k_x),
+                digits(*k_v),
+                digits(*rate)
+            ),
             Self::Kalman { model } => format!("Kalman, {}", settings(model)),
             Self::SteadyKalman { model } => format!("Kalman, steady gain, {}", settings(model)),
             Self::Smoother { model } => format!("smoother, {}", settings(model)),
@@ -339,9 +351,20 @@ fn settings(model: &KalmanModel) -> String {
         crate::Bias::GaussMarkov { .. } => ", offset Gauss-Markov",
     };
     format!(
-        "q = {:.3e}, R = {:.3e}{bias}",
-        model.acceleration_noise, model.reading_noise
+        "q = {}, R = {}{bias}",
+        digits(model.acceleration_noise),
+        digits(model.reading_noise)
     )
+}
+
+/// Four digits, without the zeros that say nothing.
+fn digits(value: f64) -> String {
+    let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
+    if rounded == 0.0 || (1e-3..1e5).contains(&rounded.abs()) {
+        rounded.to_string()
+    } else {
+        format!("{rounded:e}")
+    }
 }
 
 fn range(name: &'static str, value: f64, min: f64, max: f64) -> Error {

@@ -97,7 +97,13 @@ impl Pairing {
         }
         let (_, window, mut found) = best.ok_or(Error::Constant {
             name: "motion of both sensors",
-            value: record.reading.iter().flatten().next().copied().unwrap_or(0.0),
+            value: record
+                .reading
+                .iter()
+                .flatten()
+                .next()
+                .copied()
+                .unwrap_or(0.0),
         })?;
         // What the course between samples decides, the samples do not tell: a blow of few samples.
         let lines = integrated(record, Interpolation::Linear);
@@ -108,22 +114,22 @@ impl Pairing {
     }
 
     /// Whether the correlation is worth a judgement on gain and latency.
-    fn clear(&self) -> bool {
+    pub fn is_clear(&self) -> bool {
         self.correlation.abs() > 0.7
     }
 
     fn judged(&self, step: f64, between: f64) -> Vec<Finding> {
         let mut findings = Vec::new();
-        if !self.clear() {
+        if !self.is_clear() {
             return findings;
         }
         let evidence = format!(
             "velocity changes of the readings over those of the accelerometer: {:.4} (u = {:.4}), correlation {:.3}, windows of {:.3} s",
             self.gain, self.gain_uncertainty, self.correlation, self.window
         );
-        let allowed =
-            (4.0 * self.gain_uncertainty + 1.0 - self.correlation * self.correlation + between)
-                .max(0.03);
+        let allowed = (4.0 * self.gain_uncertainty + 1.0 - self.correlation * self.correlation
+            + between)
+            .max(0.03);
         let size = self.gain.abs();
         if self.gain < 0.0 {
             findings.push(

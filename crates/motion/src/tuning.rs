@@ -308,7 +308,7 @@ impl Search<'_> {
             Bias::None => {
                 let steps = self.steps.as_deref();
                 innovation_sums(&model.two(dt)?, self.record, 0.0, steps, SKIP)
-            },
+            }
             _ => {
                 let (kalman, variance) = model.three(dt)?;
                 innovation_sums(&kalman, self.record, variance, self.steps.as_deref(), SKIP)

@@ -109,6 +109,22 @@ fn margin(record: &MotionRecord) -> usize {
     (window / step).round() as usize
 }
 
+/// Gain and latency on the longest stretch without slip. Where that is too short to tell, on the whole record, and
+/// then only of one motion beyond doubt: a wrong unit looks like slip all over.
+fn pairing(record: &MotionRecord, slip: Option<&SlipReport>) -> Option<Pairing> {
+    let margin = margin(record);
+    let clean = longest(record.reading.len(), |k| {
+        !slip.is_some_and(|s| s.slips(k, margin))
+    });
+    let whole = clean.len() == record.reading.len();
+    let inside = part(record, clean).and_then(|part| Pairing::of(&part).ok());
+    if whole || inside.as_ref().is_some_and(Pairing::is_clear) {
+        return inside;
+    }
+    let all = Pairing::of(record).ok();
+    all.filter(|p| p.correlation.abs() > 0.97).or(inside)
+}
+
 /// Most samples a search for the noise needs.
 const ENOUGH: usize = 30_000;
 
@@ -252,7 +268,7 @@ pub fn estimate(
             .advice("tune on this record, or look for slip, latency and gain errors"),
         );
     }
-    let pairing = Pairing::of(record).ok();
+    let pairing = pairing(record, slip.as_ref());
     findings.extend(pairing.iter().flat_map(|p| p.findings.iter().cloned()));
     findings.extend(slip.iter().flat_map(|s| s.findings.iter().cloned()));
     let ripple = match record.source {
@@ -391,9 +407,9 @@ pub fn compare(
     skip: f64,
 ) -> Result<CompareResult, Error> {
     let mut findings = conditions(record);
-    let pairing = Pairing::of(record).ok();
-    findings.extend(pairing.iter().flat_map(|p| p.findings.iter().cloned()));
     let slip = slip_search(record).ok();
+    let pairing = pairing(record, slip.as_ref());
+    findings.extend(pairing.iter().flat_map(|p| p.findings.iter().cloned()));
     findings.extend(slip.iter().flat_map(|s| s.findings.iter().cloned()));
     let chosen: Vec<Method> = if methods.is_empty() {
         single_sensor_methods(record.source)
@@ -448,9 +464,13 @@ pub fn compare(
                     skip,
                 )?);
                 let at_rate = result.tuned.findings.iter().map(|f| {
-                    Finding::new(f.severity(), f.code(), format!("{rate:.4} Hz: {}", f.what()))
-                        .evidence(f.evidence_text())
-                        .advice(f.advice_text())
+                    Finding::new(
+                        f.severity(),
+                        f.code(),
+                        format!("{rate:.4} Hz: {}", f.what()),
+                    )
+                    .evidence(f.evidence_text())
+                    .advice(f.advice_text())
                 });
                 findings.extend(at_rate);
                 tuned.push(TunedAtRate { rate, result });

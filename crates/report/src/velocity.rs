@@ -83,11 +83,11 @@ fn noise(model: &KalmanModel) -> Vec<(String, String)> {
     let mut rows = vec![
         match model.noise_form {
             NoiseForm::SampleConstant => (
-                "noise of an acceleration sample, √q".to_owned(),
+                "noise of an acceleration sample by likelihood, √q".to_owned(),
                 format!("{} m/s²", scientific(model.acceleration_noise.sqrt(), 3)),
             ),
             NoiseForm::Continuous => (
-                "density of the acceleration's noise, √q".to_owned(),
+                "density of the acceleration's noise by likelihood, √q".to_owned(),
                 format!(
                     "{} (m/s²)/√Hz, two-sided",
                     scientific(model.acceleration_noise.sqrt(), 3)
@@ -95,9 +95,9 @@ fn noise(model: &KalmanModel) -> Vec<(String, String)> {
             ),
         },
         (
-            "noise of a reading, √R".to_owned(),
+            "noise of a reading by likelihood, √R".to_owned(),
             format!(
-                "{} (m or m/s, as it is read)",
+                "{} m, or m/s where a speed is read",
                 scientific(model.reading_noise.sqrt(), 3)
             ),
         ),
@@ -106,10 +106,9 @@ fn noise(model: &KalmanModel) -> Vec<(String, String)> {
         "offset of the accelerometer".to_owned(),
         match model.bias {
             Bias::None => "not a state: its likelihood does not pay for it".to_owned(),
-            Bias::RandomWalk { density, .. } => format!(
-                "random walk, {} (m/s²)/√s",
-                scientific(density.sqrt(), 3)
-            ),
+            Bias::RandomWalk { density, .. } => {
+                format!("random walk, {} (m/s²)/√s", scientific(density.sqrt(), 3))
+            }
             Bias::GaussMarkov { deviation, time } => format!(
                 "Gauss–Markov, {} m/s² over {} s",
                 scientific(deviation, 3),

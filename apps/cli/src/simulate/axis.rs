@@ -111,7 +111,8 @@ impl Axis {
         let rig = self.rig()?;
         let folder = OutputFolder::create(&self.output, false)?;
         let recording = rig.simulate(self.seed).map_err(|e| {
-            Failure::from(e).hint("see `proofmass simulate axis --help` for what each setting means")
+            Failure::from(e)
+                .hint("see `proofmass simulate axis --help` for what each setting means")
         })?;
         let truth = Truth {
             scenario: "axis",
@@ -207,12 +208,7 @@ impl Axis {
 }
 
 fn exact(recording: &AxisRecording) -> Result<Vec<u8>, Failure> {
-    let mut table = Table::new([
-        "time_s",
-        "position_m",
-        "velocity_m/s",
-        "acceleration_m/s2",
-    ]);
+    let mut table = Table::new(["time_s", "position_m", "velocity_m/s", "acceleration_m/s2"]);
     for (k, p) in recording.truth.iter().enumerate() {
         let time = k as f64 * recording.sample_time;
         table.push([time, p.position, p.velocity, p.acceleration])?;

@@ -144,7 +144,9 @@ fn errors(result: &CompareResult) -> Result<Vec<u8>, Failure> {
 fn velocities(bench: &Bench, result: &CompareResult) -> Result<Vec<u8>, Failure> {
     let highest = result.rows.iter().fold(0.0f64, |m, r| m.max(r.rate));
     let rows: Vec<_> = result.rows.iter().filter(|r| r.rate == highest).collect();
-    let stride = (1.0 / (highest * bench.record.sample_time)).round().max(1.0) as usize;
+    let stride = (1.0 / (highest * bench.record.sample_time))
+        .round()
+        .max(1.0) as usize;
     let mut names = vec!["time_s".to_owned(), "reference_m/s".to_owned()];
     names.extend(rows.iter().map(|r| format!("{} (m/s)", r.label)));
     let mut table = Table::new(names);

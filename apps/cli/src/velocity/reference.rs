@@ -93,21 +93,21 @@ impl Reference {
             return Err(Failure::new("the reference holds a single value"));
         }
         let slack = 1e-6 * dt;
-        let from = (0..n)
-            .find(|&k| time(k) >= first - slack)
-            .unwrap_or(n);
+        let from = (0..n).find(|&k| time(k) >= first - slack).unwrap_or(n);
         let to = (0..n)
             .rev()
             .find(|&k| time(k) <= last + slack)
             .map_or(0, |k| k + 1);
         if from + 8 > to {
-            return Err(Failure::new("the reference and the sensors share no stretch of time")
-                .detail(format!(
-                    "reference {first:.3} s to {last:.3} s, sensors {:.3} s to {:.3} s",
-                    time(0),
-                    time(n - 1)
-                ))
-                .hint("both clocks must share their zero"));
+            return Err(
+                Failure::new("the reference and the sensors share no stretch of time")
+                    .detail(format!(
+                        "reference {first:.3} s to {last:.3} s, sensors {:.3} s to {:.3} s",
+                        time(0),
+                        time(n - 1)
+                    ))
+                    .hint("both clocks must share their zero"),
+            );
         }
         let mut steps: Vec<f64> = reference.time.windows(2).map(|w| w[1] - w[0]).collect();
         steps.sort_by(f64::total_cmp);

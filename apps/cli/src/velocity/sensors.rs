@@ -148,8 +148,7 @@ impl Sensors {
         let mut acceleration = match &self.acceleration_file {
             None => self.accelerations(&main, &clock, of_reading)?,
             Some(path) => {
-                let options =
-                    self.options(of_acceleration.clone(), self.acceleration_rate, false);
+                let options = self.options(of_acceleration.clone(), self.acceleration_rate, false);
                 let absent = vec![Absent::Empty; of_acceleration.len()];
                 let other = Recording::read_sparse(path, &options, &absent)?;
                 findings.extend(other.findings().iter().cloned());
@@ -162,10 +161,13 @@ impl Sensors {
             *t -= self.latency;
         }
         if let Some(Stretch(from, to)) = self.still {
-            let offset = mean_between(&acceleration, origin + from, origin + to).ok_or_else(|| {
-                Failure::new(format!("no sample lies in the still stretch {from} s to {to} s"))
+            let offset =
+                mean_between(&acceleration, origin + from, origin + to).ok_or_else(|| {
+                    Failure::new(format!(
+                        "no sample lies in the still stretch {from} s to {to} s"
+                    ))
                     .detail(self.recording.display().to_string())
-            })?;
+                })?;
             acceleration.value.iter_mut().for_each(|a| *a -= offset);
         }
         if let Some(Stretch(from, to)) = self.between {
@@ -220,12 +222,7 @@ impl Sensors {
             .collect())
     }
 
-    fn options(
-        &self,
-        columns: Vec<ColumnRef>,
-        rate: Option<f64>,
-        main: bool,
-    ) -> RecordingOptions {
+    fn options(&self, columns: Vec<ColumnRef>, rate: Option<f64>, main: bool) -> RecordingOptions {
         // A second file may call its time as it likes; without a rate its heading tells.
         let time = self.time.as_deref().filter(|_| main && rate.is_none());
         RecordingOptions {
@@ -343,9 +340,11 @@ impl Sensors {
             timing,
         )
         .map_err(|e| {
-            Failure::new(format!("the two sensors cannot be put on one time base: {e}"))
-                .detail(self.recording.display().to_string())
-                .hint("both clocks must share their zero and overlap; see `proofmass inspect`")
+            Failure::new(format!(
+                "the two sensors cannot be put on one time base: {e}"
+            ))
+            .detail(self.recording.display().to_string())
+            .hint("both clocks must share their zero and overlap; see `proofmass inspect`")
         })?;
         Ok((record, start))
     }
@@ -361,9 +360,7 @@ fn clock(recording: &Recording, edges: bool) -> Vec<f64> {
         Some(step) => {
             let middle = 0.5 * (n - 1) as f64;
             let mean = stamps[0] + stamps.iter().map(|t| t - stamps[0]).sum::<f64>() / n as f64;
-            (0..n)
-                .map(|k| mean + step * (k as f64 - middle))
-                .collect()
+            (0..n).map(|k| mean + step * (k as f64 - middle)).collect()
         }
         None => stamps.clone(),
     }
@@ -457,7 +454,9 @@ pub(super) fn failure(error: proofmass::core::Error, path: &Path) -> Failure {
         Error::NotFinite { .. } => {
             "gains too high for this rate make a filter run away: lower them, or leave them to `velocity tune`"
         }
-        Error::OutOfRange { .. } => "see `proofmass velocity estimate --help` for what a method takes",
+        Error::OutOfRange { .. } => {
+            "see `proofmass velocity estimate --help` for what a method takes"
+        }
         _ => "see `proofmass inspect` for what the file holds",
     };
     Failure::from(error)

@@ -40,9 +40,13 @@ impl Tune {
         let folder = self.delivery.begin()?;
         let bench = self.sensors.read(None)?;
         if unusable(&bench.record) {
-            return Err(Failure::new("the axis never moves: nothing can be tuned on a standstill")
-                .detail(self.sensors.recording.display().to_string())
-                .hint("record a motion of many increments, or check the column of the position"));
+            return Err(
+                Failure::new("the axis never moves: nothing can be tuned on a standstill")
+                    .detail(self.sensors.recording.display().to_string())
+                    .hint(
+                        "record a motion of many increments, or check the column of the position",
+                    ),
+            );
         }
         let reading_noise = match (self.known_increment, bench.record.increment) {
             (false, _) => ReadingNoise::Free,

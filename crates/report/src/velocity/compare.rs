@@ -15,14 +15,18 @@ impl VelocityReport<'_> {
     pub fn compare_summary(&self, result: &CompareResult) -> Report {
         let mut section = Section::new("Errors");
         for rate in rates(result) {
-            section = section.table(errors(result, rate));
+            section = section.table(errors(result, rate, false));
         }
         self.head(result.reference.len()).section(section)
     }
 
     /// The whole report.
     pub fn compare(&self, result: &CompareResult) -> Report {
-        let mut report = self.compare_summary(result);
+        let mut table = Section::new("Errors");
+        for rate in rates(result) {
+            table = table.table(errors(result, rate, true));
+        }
+        let mut report = self.head(result.reference.len()).section(table);
         let zoom = excerpt(&result.reference);
         for rate in rates(result) {
             let best = chosen(result, rate);
@@ -94,7 +98,11 @@ impl VelocityReport<'_> {
         let of = |row: &ComparisonRow| -> Vec<f64> {
             slow.iter()
                 .map(|&k| {
-                    let from = if error { result.reference[k * stride] } else { 0.0 };
+                    let from = if error {
+                        result.reference[k * stride]
+                    } else {
+                        0.0
+                    };
                     row.velocity[k] - from
                 })
                 .collect()
@@ -179,7 +187,13 @@ fn short(row: &ComparisonRow) -> String {
     }
 }
 
-fn errors(result: &CompareResult, rate: f64) -> Table {
+/// One row per method; `full` with what a terminal has no room for.
+fn errors(result: &CompareResult, rate: f64, full: bool) -> Table {
+    let more = vec![
+        Column::number("stated delay", "ms"),
+        Column::number("noise floor", "m/s"),
+        Column::number("drift", "m/s²"),
+    ];
     let mut table = Table::new(
         format!(
             "{} at {} Hz",
@@ -197,15 +211,14 @@ fn errors(result: &CompareResult, rate: f64) -> Table {
             Column::number("largest", "m/s"),
             Column::number("mean", "m/s"),
             Column::number("delay", "ms"),
-            Column::number("stated delay", "ms"),
-            Column::number("noise floor", "m/s"),
-            Column::number("drift", "m/s²"),
-        ],
+        ]
+        .into_iter()
+        .chain(if full { more } else { Vec::new() }),
     );
     let number = |v: f64| Cell::number(scientific(v, 3));
     for row in result.rows.iter().filter(|r| same(r.rate, rate)) {
         let a = &row.agreement;
-        table = table.row([
+        let mut cells = vec![
             Cell::text(short(row)),
             Cell::text(match row.family {
                 Family::Position => "encoder",
@@ -217,10 +230,15 @@ fn errors(result: &CompareResult, rate: f64) -> Table {
             number(a.max),
             number(a.bias),
             a.delay.map_or(Cell::Empty, |d| number(1e3 * d)),
-            number(1e3 * row.stated_delay),
-            number(a.noise_floor),
-            number(a.drift),
-        ]);
+        ];
+        if full {
+            cells.extend([
+                number(1e3 * row.stated_delay),
+                number(a.noise_floor),
+                number(a.drift),
+            ]);
+        }
+        table = table.row(cells);
     }
     table
 }

@@ -110,12 +110,10 @@ pub(super) fn whiteness(tuned: &Tuned) -> XyPlot {
         Axis::linear("lag", "samples"),
         Axis::linear("correlation of the innovations", "1").range(-extreme, extreme),
     )
-    .series(
-        Series::markers("", &lags, rho).bars(
-            &rho.iter().map(|r| r.min(0.0)).collect::<Vec<_>>(),
-            &rho.iter().map(|r| r.max(0.0)).collect::<Vec<_>>(),
-        ),
-    )
+    .series(Series::markers("", &lags, rho).bars(
+        &rho.iter().map(|r| r.min(0.0)).collect::<Vec<_>>(),
+        &rho.iter().map(|r| r.max(0.0)).collect::<Vec<_>>(),
+    ))
     .horizontal(limit, "95 %")
     .horizontal(0.0, "")
     .horizontal(-limit, "")
