@@ -10,6 +10,7 @@ mod inspect;
 mod noise;
 mod plural;
 mod recording_arguments;
+mod shaker;
 mod simulate;
 mod uncertainty;
 mod validate;

@@ -111,6 +111,20 @@ impl Page {
             Block::Findings(findings) => self.findings(findings),
             Block::KeyFigures(figures) => self.key_figures(figures),
             Block::Table(table) => self.table(table)?,
+            Block::Beside(tables) => {
+                self.out.push_str("<div class=\"beside\">\n");
+                for table in tables {
+                    self.grid(table, None)?;
+                }
+                self.out.push_str("</div>\n");
+            }
+            Block::Folded { title, blocks } => {
+                let _ = writeln!(self.out, "<details>\n<summary>{}</summary>", escape(title));
+                for block in blocks {
+                    self.block(block)?;
+                }
+                self.out.push_str("</details>\n");
+            }
             Block::Figure(figure) => {
                 self.figures += 1;
                 let svg = figure
@@ -195,6 +209,15 @@ impl Page {
     }
 
     fn table(&mut self, table: &Table) -> Result<(), Error> {
+        let number = (!table.caption.is_empty()).then(|| {
+            self.tables += 1;
+            format!("Table {}.", self.tables)
+        });
+        self.grid(table, number)
+    }
+
+    /// Rows and columns; a table without a number has its whole caption set bold.
+    fn grid(&mut self, table: &Table, number: Option<String>) -> Result<(), Error> {
         check_shape(table)?;
         let blocks = number_blocks(table)?;
         let narrowest = narrowest_width(table, &blocks)?;
@@ -207,14 +230,11 @@ impl Page {
                 ""
             }
         );
-        if !table.caption.is_empty() {
-            self.tables += 1;
-            let _ = writeln!(
-                self.out,
-                "<caption><b>Table {}.</b> {}</caption>",
-                self.tables,
-                escape(&table.caption)
-            );
+        let caption = escape(&table.caption);
+        if let Some(number) = number {
+            let _ = writeln!(self.out, "<caption><b>{number}</b> {caption}</caption>");
+        } else if !caption.is_empty() {
+            let _ = writeln!(self.out, "<caption><b>{caption}</b></caption>");
         }
         self.out.push_str("<thead><tr>");
         for column in &table.columns {

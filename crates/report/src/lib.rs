@@ -29,7 +29,11 @@ pub mod html;
 mod multi_position;
 mod noise;
 mod number;
+mod plan;
 pub mod plot;
+mod shaker;
+mod single_axis;
+mod spurious;
 pub mod terminal;
 mod uncertainty;
 mod validation;
@@ -40,10 +44,14 @@ pub use error::Error;
 pub use multi_position::MultiPositionReport;
 pub use noise::NoiseReport;
 pub use number::{concise, scientific};
+pub use plan::PlanReport;
 pub use plot::{
     Axis, BarPlot, HistogramPlot, MatrixPlot, Panel, Plot, Scale, Series, SpherePlot, SpherePoint,
     XyPlot,
 };
+pub use shaker::ShakerReport;
+pub use single_axis::SingleAxisReport;
+pub use spurious::SpuriousReport;
 pub use uncertainty::UncertaintyReport;
 pub use validation::ValidationReport;
 pub use velocity::VelocityReport;

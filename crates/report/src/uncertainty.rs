@@ -167,8 +167,7 @@ fn results(result: &ModelResult) -> Table {
 fn detail(result: &ModelResult, output: &OutputResult) -> Section {
     let mut bars = BarPlot::shares(format!("share of the variance of {}", output.quantity.name));
     for line in &output.budget {
-        // A negative share (inputs that cancel) has no length; it stands in the table.
-        bars = bars.bar(line.key.clone(), line.share.max(0.0), "");
+        bars = bars.bar(line.key.clone(), line.share, "");
     }
     let mut section = Section::new(format!("Uncertainty of {}", output.quantity.name))
         .figure("Causes of uncertainty", bars)

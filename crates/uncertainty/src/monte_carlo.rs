@@ -1,7 +1,7 @@
 //! Propagation of distributions by Monte Carlo.
 
 use crate::region::{Region, region};
-use crate::sampler::Sampler;
+use crate::sampler::{STRIP, Sampler};
 use crate::{
     Covariance, Finding, Histogram, JointInputs, Model, Refusal, Severity, numerical_tolerance,
 };
@@ -238,15 +238,14 @@ impl MonteCarlo {
         let n = inputs.draws().len();
         let mut columns = vec![vec![0.0; size]; m];
         let mut y = vec![0.0; m];
-        // 256 trials at a time stay in the first-level cache.
-        let strip = 256;
-        let mut rows = vec![0.0; strip * n];
+        let width = n.max(1); // a model of constants has no inputs
+        let mut rows = vec![0.0; width * STRIP];
         let mut start = 0;
         while start < size {
-            let count = strip.min(size - start);
-            sampler.fill(&mut rows[..count * n], &mut rng);
-            for t in 0..count {
-                model.evaluate(&rows[t * n..(t + 1) * n], &mut y);
+            sampler.fill(&mut rows, &mut rng);
+            let count = STRIP.min(size - start);
+            for (t, x) in rows.chunks_exact(width).take(count).enumerate() {
+                model.evaluate(&x[..n], &mut y);
                 for (column, y) in columns.iter_mut().zip(&y) {
                     column[start + t] = *y;
                 }

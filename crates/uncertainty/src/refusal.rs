@@ -16,6 +16,20 @@ pub enum Refusal {
         /// Which rule.
         source: Error,
     },
+    /// What is said of an input does not suffice, or contradicts itself.
+    Incomplete {
+        /// Name of the input.
+        name: String,
+        /// What is needed.
+        needed: &'static str,
+    },
+    /// An output is no finite number somewhere among the inputs.
+    Output {
+        /// Name of the output.
+        name: String,
+        /// What is not finite, and where.
+        what: &'static str,
+    },
     /// A name that is not defined.
     Unknown {
         /// What kind of thing was looked for: an input, a key, a function.
@@ -68,6 +82,8 @@ impl fmt::Display for Refusal {
         match self {
             Self::Core(error) => error.fmt(f),
             Self::Input { name, source } => write!(f, "input {name}: {source}"),
+            Self::Incomplete { name, needed } => write!(f, "input {name}: {needed} is needed"),
+            Self::Output { name, what } => write!(f, "output {name}: {what}"),
             Self::Unknown { what, name } => write!(f, "no {what} is called {name}"),
             Self::Duplicate { name } => write!(f, "{name} is defined twice"),
             Self::Correlation {

@@ -68,13 +68,56 @@ impl Reading {
         }
     }
 
-    /// Phasors of reference, x, y, z of one run.
+    /// Phasors of all channels of one run; the first is the reference.
     ///
-    /// A strongest line of the reference elsewhere than at the nominal frequency is reported in the quality and
-    /// the fit is made at the nominal frequency all the same, for nothing is repaired in silence.
+    /// A strongest line of the reference elsewhere than at the nominal frequency is reported and the fit is made
+    /// at the nominal frequency all the same, for nothing is repaired in silence.
     ///
     /// # Errors
-    /// As [`SineApproximation::fit`] and [`dominant_frequency`].
+    /// As [`SineApproximation::fit`] and [`dominant_frequency`]; [`Error::TooFew`] without a channel.
+    pub fn phasors(&self, frequency: f64, channels: &[&[f64]]) -> Result<Phasors, Error> {
+        let Some(reference) = channels.first() else {
+            return Err(Error::TooFew {
+                name: "channels",
+                needed: 1,
+                got: 0,
+            });
+        };
+        let found = dominant_frequency(self.sampling_frequency, reference)?;
+        let resolution = self.sampling_frequency / reference.len() as f64;
+        let elsewhere = (found - frequency).abs() > (2.0 * resolution).max(0.01 * frequency);
+        let below_nyquist = (0.5 * self.sampling_frequency / frequency).ceil() as usize - 1;
+        let fit = SineApproximation::new(frequency)
+            .frequency(if elsewhere {
+                Frequency::Known
+            } else {
+                self.frequency
+            })
+            .harmonics(self.harmonics.min(below_nyquist))
+            .drift(self.drift)
+            .fit(self.sampling_frequency, channels)?;
+        let clipped = self.full_scale.map_or(vec![], |full| {
+            // The last code on either side: a sample there may be any larger value.
+            let limit = full * (1.0 - 1e-6);
+            (0..channels.len())
+                .filter(|&k| channels[k].iter().filter(|v| v.abs() >= limit).count() > 1)
+                .collect()
+        });
+        let c = &fit.channels;
+        Ok(Phasors {
+            amplitudes: c.iter().map(|c| c.amplitude).collect(),
+            covariances: c.iter().map(|c| c.covariance).collect(),
+            measured_frequency: if elsewhere { found } else { fit.frequency },
+            distortion: c[0].thd(),
+            signal_to_noise: c.iter().map(|c| c.snr_db()).collect(),
+            clipped,
+        })
+    }
+
+    /// Phasors of reference, x, y, z of one run.
+    ///
+    /// # Errors
+    /// As [`Reading::phasors`].
     pub fn observe(
         &self,
         run: &str,
@@ -82,43 +125,41 @@ impl Reading {
         configuration: Configuration,
         channels: [&[f64]; 4],
     ) -> Result<RunInput, Error> {
-        let found = dominant_frequency(self.sampling_frequency, channels[0])?;
-        let resolution = self.sampling_frequency / channels[0].len() as f64;
-        let elsewhere = (found - frequency).abs() > (2.0 * resolution).max(0.01 * frequency);
-        let below_nyquist = (0.5 * self.sampling_frequency / frequency).ceil() as usize - 1;
-        let sine = SineApproximation::new(frequency)
-            .frequency(if elsewhere {
-                Frequency::Known
-            } else {
-                self.frequency
-            })
-            .harmonics(self.harmonics.min(below_nyquist))
-            .drift(self.drift);
-        let fit = sine.fit(self.sampling_frequency, &channels)?;
-        let clipped = self.full_scale.map_or(vec![], |full| {
-            // The last code on either side: a sample there may be any larger value.
-            let limit = full * (1.0 - 1e-6);
-            (0..4)
-                .filter(|&k| channels[k].iter().filter(|v| v.abs() >= limit).count() > 1)
-                .collect()
-        });
-        let c = &fit.channels;
+        let p = self.phasors(frequency, &channels)?;
+        let a = &p.amplitudes;
         Ok(RunInput {
             run: run.to_owned(),
             frequency,
             configuration,
-            reference: c[0].amplitude,
-            outputs: [c[1].amplitude, c[2].amplitude, c[3].amplitude],
-            covariance: std::array::from_fn(|k| c[k].covariance),
+            reference: a[0],
+            outputs: [a[1], a[2], a[3]],
+            covariance: std::array::from_fn(|k| p.covariances[k]),
             quality: Quality {
-                measured_frequency: Some(if elsewhere { found } else { fit.frequency }),
-                distortion: c[0].thd(),
-                signal_to_noise: Some(std::array::from_fn(|k| c[k].snr_db())),
-                clipped,
+                measured_frequency: Some(p.measured_frequency),
+                distortion: p.distortion,
+                signal_to_noise: Some(std::array::from_fn(|k| p.signal_to_noise[k])),
+                clipped: p.clipped,
                 transverse: None,
             },
         })
     }
+}
+
+/// What the samples of a run give, channel by channel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Phasors {
+    /// Complex peak amplitudes.
+    pub amplitudes: Vec<c64>,
+    /// Covariance `[rr, ri, ii]` of each.
+    pub covariances: Vec<[f64; 3]>,
+    /// Frequency the first channel was found at, Hz.
+    pub measured_frequency: f64,
+    /// Total harmonic distortion of the first channel.
+    pub distortion: Option<f64>,
+    /// Signal-to-noise ratios in dB.
+    pub signal_to_noise: Vec<f64>,
+    /// Channels with samples at full scale.
+    pub clipped: Vec<usize>,
 }
 
 /// Rules of a sound run.
