@@ -285,7 +285,8 @@ pub fn crossover_by_smoother(
 ///
 /// For a matched model that is the likelihood's own q. Where the acceleration bends between samples, one step ahead
 /// of the position is not what the velocity needs: the likelihood widens q for the bend, and the velocity pays. The
-/// smoother sees both sides of a step and hardly bends.
+/// smoother sees both sides of a step and hardly bends. The search runs from a tenth of the likelihood's q, as little
+/// trust in the difference to an estimate of the same readings goes, to ten thousand times it.
 ///
 /// All variances are then scaled so that the mean variance the filter states is its mean square difference to the
 /// smoother plus the smoother's own; below that they are left as they are.
@@ -309,7 +310,7 @@ pub fn kalman_by_smoother(
             Err(error) => Err(error),
         }
     };
-    let (low, high, step) = (-5.0, 4.0, 0.25);
+    let (low, high, step) = (-1.0, 4.0, 0.25);
     let (mut best, mut at) = (score(0.0)?, 0.0);
     let mut log = low;
     while log <= high {

@@ -2,7 +2,7 @@
 
 use crate::filtering::steps;
 use crate::slip::held;
-use crate::{Interpolation, KalmanModel, MotionRecord, Source};
+use crate::{KalmanModel, MotionRecord, Source};
 use proofmass_core::{Error, STANDARD_GRAVITY};
 use proofmass_uncertainty::{Finding, Severity};
 use serde::Serialize;
@@ -82,20 +82,20 @@ impl Pairing {
         }
         let dt = record.sample_time;
         let read = held(&record.reading);
-        let felt = integrated(record, Interpolation::Curve);
-        let mut best: Option<(f64, usize, Self)> = None;
+        let felt = integrated(record);
+        let mut best: Option<(f64, Self)> = None;
         let mut window = 4 * stride;
         while 8 * window <= n {
             if let Some(found) = paired(record.source, &read, &felt, window, dt) {
                 // A longer window must be clearly better: it has fewer independent values.
                 let score = found.correlation.abs();
-                if best.as_ref().is_none_or(|(b, ..)| score > b + 0.002) {
-                    best = Some((score, window, found));
+                if best.as_ref().is_none_or(|(b, _)| score > b + 0.002) {
+                    best = Some((score, found));
                 }
             }
             window *= 2;
         }
-        let (_, window, mut found) = best.ok_or(Error::Constant {
+        let (_, mut found) = best.ok_or(Error::Constant {
             name: "motion of both sensors",
             value: record
                 .reading
@@ -105,11 +105,7 @@ impl Pairing {
                 .copied()
                 .unwrap_or(0.0),
         })?;
-        // What the course between samples decides, the samples do not tell: a blow of few samples.
-        let lines = integrated(record, Interpolation::Linear);
-        let between = paired(record.source, &read, &lines, window, dt)
-            .map_or(0.0, |rough| 2.0 * (rough.gain - found.gain).abs());
-        found.findings = found.judged(stride as f64 * dt, between);
+        found.findings = found.judged(stride as f64 * dt);
         Ok(found)
     }
 
@@ -118,7 +114,7 @@ impl Pairing {
         self.correlation.abs() > 0.7
     }
 
-    fn judged(&self, step: f64, between: f64) -> Vec<Finding> {
+    fn judged(&self, step: f64) -> Vec<Finding> {
         let mut findings = Vec::new();
         if !self.is_clear() {
             return findings;
@@ -127,9 +123,8 @@ impl Pairing {
             "velocity changes of the readings over those of the accelerometer: {:.4} (u = {:.4}), correlation {:.3}, windows of {:.3} s",
             self.gain, self.gain_uncertainty, self.correlation, self.window
         );
-        let allowed = (4.0 * self.gain_uncertainty + 1.0 - self.correlation * self.correlation
-            + between)
-            .max(0.03);
+        let allowed =
+            (4.0 * self.gain_uncertainty + 1.0 - self.correlation * self.correlation).max(0.03);
         let size = self.gain.abs();
         if self.gain < 0.0 {
             findings.push(
@@ -195,15 +190,11 @@ impl Pairing {
 }
 
 /// The motion as the accelerometer has it: its second integral beside positions, its first beside speeds.
-fn integrated(record: &MotionRecord, interpolation: Interpolation) -> Vec<f64> {
+fn integrated(record: &MotionRecord) -> Vec<f64> {
     let dt = record.sample_time;
     // Without its mean the integral stays small: an offset cancels from velocity changes anyway, up to a constant.
     let mean = record.acceleration.iter().sum::<f64>() / record.acceleration.len() as f64;
-    let model = KalmanModel {
-        interpolation,
-        ..KalmanModel::new(0.0, 1.0)
-    };
-    let curve = steps(record, &model);
+    let curve = steps(record, &KalmanModel::new(0.0, 1.0));
     let (mut x, mut v) = (0.0, 0.0);
     let mut before = record.acceleration[0];
     let motion = record.acceleration.iter().enumerate().map(|(k, &a)| {
@@ -291,9 +282,9 @@ fn paired(source: Source, read: &[f64], felt: &[f64], w: usize, dt: f64) -> Opti
     }
     let values = shifted(&d, &inner, lag_of(at) as f64 + fine);
     let rho = correlation(&centre, &values)?;
-    let (gain, spread) = huber(&centre, &values)?;
     // Windows overlap: every second one is new.
     let independent = ((m * step) as f64 / (2.0 * w as f64)).max(1.0);
+    let (gain, gain_uncertainty) = huber(&centre, &values, independent)?;
     let noise = (1.0 - rho * rho).max(1e-12);
     let per_step = if curvature < 0.0 {
         (noise / (independent * rho * rho * -curvature)).sqrt()
@@ -302,7 +293,7 @@ fn paired(source: Source, read: &[f64], felt: &[f64], w: usize, dt: f64) -> Opti
     };
     Some(Pairing {
         gain,
-        gain_uncertainty: spread / independent.sqrt(),
+        gain_uncertainty,
         latency: (lag_of(at) as f64 + fine) * step as f64 * dt,
         latency_uncertainty: per_step * step as f64 * dt,
         correlation: rho,
@@ -338,27 +329,31 @@ fn correlation(x: &[f64], y: &[f64]) -> Option<f64> {
     (scale > 0.0 && scale.is_finite()).then(|| xy / scale)
 }
 
-/// Slope of y = g x + c with Huber's weights, and the standard deviation of a residual over that of x.
-fn huber(y: &[f64], x: &[f64]) -> Option<(f64, f64)> {
-    let mut weight = vec![1.0; x.len()];
-    let (mut gain, mut spread) = (0.0, 0.0);
-    let n = y.len() as f64;
-    let level = y.iter().sum::<f64>() / n;
-    let y_size = (y.iter().map(|y| (y - level) * (y - level)).sum::<f64>() / n).sqrt();
+/// Slope of y = g x + c with Huber's weights, and its standard uncertainty.
+///
+/// That is the larger of two: from the residuals as if `independent` of them were new, and from leaving out a block
+/// at a time, which tells when a single blow carries the whole slope.
+fn huber(y: &[f64], x: &[f64], independent: f64) -> Option<(f64, f64)> {
+    let n = y.len();
+    let mut weight = vec![1.0; n];
+    let level = y.iter().sum::<f64>() / n as f64;
+    let y_size = (y.iter().map(|y| (y - level) * (y - level)).sum::<f64>() / n as f64).sqrt();
+    let mut gain = 0.0;
+    let (mut xx, mut xy, mut rms) = (vec![0.0; n], vec![0.0; n], 0.0);
     for _ in 0..20 {
         let total: f64 = weight.iter().sum();
         let mean = |v: &[f64]| v.iter().zip(&weight).map(|(v, w)| v * w).sum::<f64>() / total;
         let (mx, my) = (mean(x), mean(y));
-        let (mut xx, mut xy) = (0.0, 0.0);
-        for ((x, y), w) in x.iter().zip(y).zip(&weight) {
-            xx += w * (x - mx) * (x - mx);
-            xy += w * (x - mx) * (y - my);
+        for k in 0..n {
+            xx[k] = weight[k] * (x[k] - mx) * (x[k] - mx);
+            xy[k] = weight[k] * (x[k] - mx) * (y[k] - my);
         }
-        if !(xx > 0.0) {
+        let bottom: f64 = xx.iter().sum();
+        if !(bottom > 0.0) {
             return None;
         }
         let last = gain;
-        gain = xy / xx;
+        gain = xy.iter().sum::<f64>() / bottom;
         let residual: Vec<f64> = x
             .iter()
             .zip(y)
@@ -368,17 +363,11 @@ fn huber(y: &[f64], x: &[f64]) -> Option<(f64, f64)> {
         size.sort_by(f64::total_cmp);
         // Median of |normal| is 0.6745 σ. A motion that is short against its rest leaves a median of the rest's
         // noise; a twentieth of the motion's own size is no outlier.
-        let sigma = (size[size.len() / 2] / 0.6745)
+        let sigma = (size[n / 2] / 0.6745)
             .max(0.05 * y_size)
             .max(f64::MIN_POSITIVE);
-        let rms = (residual
-            .iter()
-            .zip(&weight)
-            .map(|(r, w)| w * r * r)
-            .sum::<f64>()
-            / total)
-            .sqrt();
-        spread = rms / (xx / total).sqrt();
+        let square: f64 = residual.iter().zip(&weight).map(|(r, w)| w * r * r).sum();
+        rms = (square / bottom).sqrt();
         for (w, r) in weight.iter_mut().zip(&residual) {
             *w = (1.345 * sigma / r.abs().max(f64::MIN_POSITIVE)).min(1.0);
         }
@@ -386,7 +375,22 @@ fn huber(y: &[f64], x: &[f64]) -> Option<(f64, f64)> {
             break;
         }
     }
-    Some((gain, spread))
+    let blocks = (independent / 2.0).clamp(8.0, 40.0) as usize;
+    let (bottom, top) = (xx.iter().sum::<f64>(), xy.iter().sum::<f64>());
+    let without: Vec<f64> = (0..blocks)
+        .map(|b| {
+            let part = b * n / blocks..(b + 1) * n / blocks;
+            let (a, c) = (
+                xx[part.clone()].iter().sum::<f64>(),
+                xy[part].iter().sum::<f64>(),
+            );
+            (top - c) / (bottom - a).max(f64::MIN_POSITIVE)
+        })
+        .collect();
+    let centre = without.iter().sum::<f64>() / blocks as f64;
+    let spread: f64 = without.iter().map(|g| (g - centre) * (g - centre)).sum();
+    let jackknife = (spread * (blocks - 1) as f64 / blocks as f64).sqrt();
+    Some((gain, jackknife.max(rms * (n as f64 / independent).sqrt())))
 }
 
 #[cfg(test)]

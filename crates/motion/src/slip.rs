@@ -145,7 +145,7 @@ impl SlipSearch {
                 Finding::new(
                     Severity::Warning,
                     "collision",
-                    "a short strong deceleration against the motion",
+                    "something stopped the axis short: a strong deceleration against the motion",
                 )
                 .evidence(format!(
                     "{:.3} s to {:.3} s: velocity change {:.4} within {:.0} ms ({:.1} standard deviations){}",

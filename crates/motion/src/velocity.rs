@@ -351,6 +351,8 @@ pub struct TunedAtRate {
 pub struct CompareResult {
     /// One row per method and rate.
     pub rows: Vec<ComparisonRow>,
+    /// Seconds at the start that are not compared.
+    pub skip: f64,
     /// Whether the reference is a truth that was given, or the smoother at the full rate.
     pub reference_is_truth: bool,
     /// The reference at the full rate.
@@ -454,6 +456,7 @@ pub fn compare(
     for &n in decimations {
         let slow = record.decimated(n)?;
         let rate = 1.0 / slow.sample_time;
+        let named = (1e4 * rate).round() / 1e4;
         match tune(&slow, &Tuning::default()) {
             Ok(result) => {
                 rows.extend(compare_methods(
@@ -464,13 +467,9 @@ pub fn compare(
                     skip,
                 )?);
                 let at_rate = result.tuned.findings.iter().map(|f| {
-                    Finding::new(
-                        f.severity(),
-                        f.code(),
-                        format!("{rate:.4} Hz: {}", f.what()),
-                    )
-                    .evidence(f.evidence_text())
-                    .advice(f.advice_text())
+                    Finding::new(f.severity(), f.code(), format!("{named} Hz: {}", f.what()))
+                        .evidence(f.evidence_text())
+                        .advice(f.advice_text())
                 });
                 findings.extend(at_rate);
                 tuned.push(TunedAtRate { rate, result });
@@ -481,7 +480,7 @@ pub fn compare(
                     "not-tuned",
                     "too little is recorded to tune at this rate",
                 )
-                .evidence(format!("{rate:.4} Hz: {error}")),
+                .evidence(format!("{named} Hz: {error}")),
             ),
         }
     }
@@ -498,6 +497,7 @@ pub fn compare(
     });
     Ok(CompareResult {
         rows,
+        skip,
         reference_is_truth: truth.is_some(),
         reference,
         tuned,

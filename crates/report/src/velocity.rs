@@ -37,7 +37,7 @@ impl VelocityReport<'_> {
     fn head(&self, samples: usize) -> Report {
         let mut report = Report::new(self.title.clone()).subtitle(format!(
             "{samples} samples at {} Hz, {} s",
-            scientific(1.0 / self.sample_time, 6),
+            scientific(1.0 / self.sample_time, 5),
             scientific(samples as f64 * self.sample_time, 5)
         ));
         for (label, value) in &self.meta {

@@ -27,22 +27,38 @@ impl VelocityReport<'_> {
             table = table.table(errors(result, rate, true));
         }
         let mut report = self.head(result.reference.len()).section(table);
-        let zoom = excerpt(&result.reference);
+        let compared = (result.skip / self.sample_time).ceil() as usize;
+        let compared = compared.min(result.reference.len() - 1);
+        let zoom = excerpt(&result.reference[compared..]);
+        let zoom = zoom.start + compared..zoom.end + compared;
         for rate in rates(result) {
             let best = chosen(result, rate);
+            // Errors of several times the others' would fill the frame.
+            let smallest = best.iter().map(|r| r.agreement.rms);
+            let smallest = smallest.fold(f64::INFINITY, f64::min);
+            let (near, far): (Vec<_>, Vec<_>) = best
+                .iter()
+                .copied()
+                .partition(|r| r.agreement.rms < 12.0 * smallest);
+            let beyond = if far.is_empty() {
+                String::new()
+            } else {
+                let names: Vec<String> = far.iter().map(|r| short(result, r)).collect();
+                format!("; beyond the frame: {}", names.join(", "))
+            };
             report = report.section(
-                Section::new(format!("Velocities at {} Hz", scientific(rate, 4)))
+                Section::new(format!("Velocities at {} Hz", gain(rate)))
                     .figure(
                         "The whole recording: the reference and the best method of each family",
                         self.overlaid(result, &best, rate, 0..result.reference.len(), false),
                     )
                     .figure(
-                        "The liveliest part",
+                        "The liveliest part of what is compared",
                         self.overlaid(result, &best, rate, zoom.clone(), false),
                     )
                     .figure(
-                        "Errors in the liveliest part",
-                        self.overlaid(result, &best, rate, zoom.clone(), true),
+                        format!("Errors there{beyond}"),
+                        self.overlaid(result, &near, rate, zoom.clone(), true),
                     ),
             );
         }
@@ -57,7 +73,7 @@ impl VelocityReport<'_> {
             section = section.figure(
                 format!(
                     "Correlation of the innovations at {} Hz: of a model that describes both sensors 95 % lie within the lines",
-                    scientific(first.rate, 4)
+                    gain(first.rate)
                 ),
                 figures::whiteness(&first.result.tuned),
             );
@@ -108,19 +124,7 @@ impl VelocityReport<'_> {
                 .collect()
         };
         let axis = if error {
-            // The best decide the scale; the worst leave the frame.
-            let mut sizes: Vec<f64> = rows
-                .iter()
-                .map(|r| of(r).iter().fold(0.0f64, |m, e| m.max(e.abs())))
-                .collect();
-            sizes.sort_by(f64::total_cmp);
-            let middle = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
-            let axis = Axis::linear("error", "m/s");
-            if middle > 0.0 {
-                axis.range(-1.3 * middle, 1.3 * middle)
-            } else {
-                axis
-            }
+            Axis::linear("error", "m/s")
         } else {
             figures::framed("velocity", "m/s", reference)
         };
@@ -131,10 +135,10 @@ impl VelocityReport<'_> {
             } else {
                 "smoother at the full rate"
             };
-            plot = plot.series(Series::line(name, &self.times(part), reference).look(6));
+            plot = plot.series(Series::line(name, &self.times(part), reference).look(4));
         }
         for (i, row) in rows.iter().enumerate() {
-            plot = plot.series(Series::line(short(row), &t, &of(row)).look(i));
+            plot = plot.series(Series::line(short(result, row), &t, &of(row)).look(i));
         }
         plot
     }
@@ -177,13 +181,38 @@ fn chosen(result: &CompareResult, rate: f64) -> Vec<&ComparisonRow> {
     .collect()
 }
 
-/// Name without its noise parameters.
-fn short(row: &ComparisonRow) -> String {
+/// Name with its gains and without its noise parameters; `tuned` where the gains were found on this recording.
+fn short(result: &CompareResult, row: &ComparisonRow) -> String {
+    let tuned = result
+        .tuned
+        .iter()
+        .any(|t| same(t.rate, row.rate) && t.result.methods().contains(&row.method));
+    let gains = |name: &str, gains: &[f64]| {
+        let list: Vec<String> = gains.iter().map(|g| gain(*g)).collect();
+        let found = if tuned { ", tuned" } else { "" };
+        format!("{name} {}{found}", list.join("; "))
+    };
     match row.method {
+        Method::SavitzkyGolay { window, degree } => {
+            format!("Savitzky–Golay {window}; {degree}")
+        }
+        Method::TwoChannel { k1, k2 } => gains("two channels", &[k1, k2]),
+        Method::Observer { k_x, k_v } => gains("observer", &[k_x, k_v]),
+        Method::Kalman { .. } if tuned => "Kalman, tuned".to_owned(),
         Method::Kalman { .. } => "Kalman".to_owned(),
         Method::SteadyKalman { .. } => "Kalman, steady gain".to_owned(),
+        Method::Smoother { .. } if tuned => "smoother, tuned".to_owned(),
         Method::Smoother { .. } => "smoother".to_owned(),
         _ => row.label.clone(),
+    }
+}
+
+/// Three digits, without zeros that say nothing.
+fn gain(value: f64) -> String {
+    let text = scientific(value, 3);
+    match text.contains('.') && !text.contains('×') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
     }
 }
 
@@ -191,8 +220,8 @@ fn short(row: &ComparisonRow) -> String {
 fn errors(result: &CompareResult, rate: f64, full: bool) -> Table {
     let more = vec![
         Column::number("stated delay", "ms"),
-        Column::number("noise floor", "m/s"),
-        Column::number("drift", "m/s²"),
+        Column::number("noise floor", "mm/s"),
+        Column::number("drift", "mm/s²"),
     ];
     let mut table = Table::new(
         format!(
@@ -202,43 +231,51 @@ fn errors(result: &CompareResult, rate: f64, full: bool) -> Table {
             } else {
                 "Differences to the smoother at the full rate"
             },
-            scientific(rate, 4)
+            gain(rate)
         ),
         [
             Column::text("method"),
             Column::text("sensors"),
-            Column::number("RMS", "m/s"),
-            Column::number("largest", "m/s"),
-            Column::number("mean", "m/s"),
+            Column::number("RMS", "mm/s"),
+            Column::number("largest", "mm/s"),
+            Column::number("mean", "mm/s"),
             Column::number("delay", "ms"),
         ]
         .into_iter()
         .chain(if full { more } else { Vec::new() }),
     );
     let number = |v: f64| Cell::number(scientific(v, 3));
+    let milli = |v: f64| number(1e3 * v);
     for row in result.rows.iter().filter(|r| same(r.rate, rate)) {
         let a = &row.agreement;
         let mut cells = vec![
-            Cell::text(short(row)),
+            Cell::text(short(result, row)),
             Cell::text(match row.family {
                 Family::Position => "encoder",
-                Family::Acceleration => "accelerometer",
+                Family::Acceleration => "accel.",
                 Family::Fused => "both",
                 Family::OffLine => "both, off line",
             }),
-            number(a.rms),
-            number(a.max),
-            number(a.bias),
-            a.delay.map_or(Cell::Empty, |d| number(1e3 * d)),
+            milli(a.rms),
+            milli(a.max),
+            milli(a.bias),
+            a.delay.map_or(Cell::Empty, milli),
         ];
         if full {
             cells.extend([
-                number(1e3 * row.stated_delay),
-                number(a.noise_floor),
-                number(a.drift),
+                milli(row.stated_delay),
+                milli(a.noise_floor),
+                milli(a.drift),
             ]);
         }
         table = table.row(cells);
+    }
+    if full {
+        table = table.note(
+            "Numbers after a name are its settings: points and degree; k₁ and k₂ in rad/s; kx in 1/s and kv in 1/s². \
+             Delay is that of the largest cross-correlation with the reference, noise floor the scatter from sample to \
+             sample.",
+        );
     }
     table
 }
@@ -261,7 +298,7 @@ fn consistency(result: &CompareResult) -> Table {
         let (model, w) = (&t.result.tuned.model, &t.result.tuned.whiteness);
         let pair = |a: f64, b: f64| format!("{}, {}", scientific(a, 3), scientific(b, 3));
         table = table.row([
-            Cell::number(scientific(t.rate, 4)),
+            Cell::number(gain(t.rate)),
             Cell::number(scientific(model.acceleration_noise.sqrt(), 3)),
             Cell::number(scientific(model.reading_noise.sqrt(), 3)),
             Cell::number(scientific(w.mean_square, 4)),
