@@ -271,13 +271,18 @@ pub fn crossover_by_smoother(
     skip: usize,
 ) -> Result<Crossover, Error> {
     let reference = model.smooth(record)?;
+    // A part of a recording starts in motion; its start would weigh more than its gains.
+    let mut started = record.clone();
+    if started.initial_velocity.is_none() {
+        started.initial_velocity = reference.velocity.first().copied();
+    }
     crossover(
         filter,
         Criterion::Reference {
             velocity: &reference.velocity,
             skip,
         },
-        record,
+        &started,
     )
 }
 

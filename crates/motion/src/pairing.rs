@@ -331,8 +331,7 @@ fn correlation(x: &[f64], y: &[f64]) -> Option<f64> {
 
 /// Slope of y = g x + c with Huber's weights, and its standard uncertainty.
 ///
-/// That is the larger of two: from the residuals as if `independent` of them were new, and from leaving out a block
-/// at a time, which tells when a single blow carries the whole slope.
+/// That is the larger of two: from the residuals as if `independent` of them were new, and from leaving out blocks, which tells when a single blow carries the whole slope.
 fn huber(y: &[f64], x: &[f64], independent: f64) -> Option<(f64, f64)> {
     let n = y.len();
     let mut weight = vec![1.0; n];
@@ -377,9 +376,10 @@ fn huber(y: &[f64], x: &[f64], independent: f64) -> Option<(f64, f64)> {
     }
     let blocks = (independent / 2.0).clamp(8.0, 40.0) as usize;
     let (bottom, top) = (xx.iter().sum::<f64>(), xy.iter().sum::<f64>());
-    let without: Vec<f64> = (0..blocks)
+    // Two neighbours at a time: a blow may lie on a boundary.
+    let without: Vec<f64> = (0..blocks - 1)
         .map(|b| {
-            let part = b * n / blocks..(b + 1) * n / blocks;
+            let part = b * n / blocks..(b + 2) * n / blocks;
             let (a, c) = (
                 xx[part.clone()].iter().sum::<f64>(),
                 xy[part].iter().sum::<f64>(),
@@ -387,10 +387,11 @@ fn huber(y: &[f64], x: &[f64], independent: f64) -> Option<(f64, f64)> {
             (top - c) / (bottom - a).max(f64::MIN_POSITIVE)
         })
         .collect();
-    let centre = without.iter().sum::<f64>() / blocks as f64;
+    let pairs = without.len() as f64;
+    let centre = without.iter().sum::<f64>() / pairs;
     let spread: f64 = without.iter().map(|g| (g - centre) * (g - centre)).sum();
-    let jackknife = (spread * (blocks - 1) as f64 / blocks as f64).sqrt();
-    Some((gain, jackknife.max(rms * (n as f64 / independent).sqrt())))
+    let jackknife = (spread * (blocks - 2) as f64 / (2.0 * pairs)).sqrt();
+    Some((gain, jackknife.max(rms / independent.sqrt())))
 }
 
 #[cfg(test)]

@@ -154,6 +154,12 @@ impl Tuning {
         };
         let (model, _) = search.model(ratio.at, density)?;
         let run = model.smooth(record)?;
+        if let (ReadingNoise::Free, Some(increment)) = (self.reading_noise, record.increment) {
+            let rounding = increment * increment / 12.0;
+            if model.reading_noise < 0.5 * rounding {
+                return self.with_rounding(record, rounding, model.reading_noise);
+            }
+        }
         let innovations: Vec<f64> = run
             .innovations
             .iter()
@@ -217,6 +223,40 @@ impl Tuning {
             passes: search.passes,
             findings,
         })
+    }
+}
+
+impl Tuning {
+    /// The same search with R at what the increment alone makes.
+    ///
+    /// Rounding that repeats with the motion (whole samples per period, or an axis that rests) passes for motion:
+    /// the readings then fit better than their increment allows.
+    fn with_rounding(
+        &self,
+        record: &MotionRecord,
+        rounding: f64,
+        found: f64,
+    ) -> Result<Tuned, Error> {
+        let known = Self {
+            reading_noise: ReadingNoise::Known { variance: rounding },
+            ..*self
+        };
+        let mut tuned = known.run(record)?;
+        tuned.findings.insert(
+            0,
+            Finding::new(
+                Severity::Note,
+                "rounding-repeats",
+                "the readings seem better than their increment: its rounding repeats with the motion, and the noise of a reading was set to it",
+            )
+            .evidence(format!(
+                "found {:.2e}, increment over the root of twelve {:.2e}",
+                found.sqrt(),
+                rounding.sqrt()
+            ))
+            .advice("a sample rate that is no multiple of the motion's frequency lets the rounding average"),
+        );
+        Ok(tuned)
     }
 }
 

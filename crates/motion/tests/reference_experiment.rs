@@ -97,6 +97,10 @@ fn law_tuning_comes_within_ten_per_cent_of_the_best_with_truth() {
                 };
                 let tuned = tune(&slow, &Tuning::default()).unwrap();
                 let r = tuned.tuned.model.reading_noise;
+                println!(
+                    "{motion:?} {n} {seed}: {:?} {:?}",
+                    tuned.tuned.model, tuned.kalman
+                );
                 found[0] += square(&tuned.kalman.method);
                 for (sum, ratio) in exhaustive.iter_mut().zip(&ratios) {
                     let model = KalmanModel::new(ratio * r / dt.powi(4), r);

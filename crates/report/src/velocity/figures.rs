@@ -82,7 +82,13 @@ pub(super) fn integrators() -> XyPlot {
     );
     for (i, rule) in IntegratorRule::ALL.into_iter().enumerate() {
         let y: Vec<f64> = share.iter().map(|s| rule.accuracy(PI * s)).collect();
-        plot = plot.series(Series::line(rule.name(), &share, &y).look(i));
+        let name = match rule {
+            IntegratorRule::Trapezoid => "trapezoid",
+            IntegratorRule::Simpson => "Simpson",
+            IntegratorRule::Tick => "Tick",
+            IntegratorRule::AdamsMoulton3 => "Adams–Moulton 3",
+        };
+        plot = plot.series(Series::line(name, &share, &y).look(i));
     }
     plot = plot
         .vertical(0.15, "15 %")
