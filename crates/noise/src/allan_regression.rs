@@ -1,13 +1,12 @@
 //! Coefficients from the whole Allan curve, with the covariance between averaging times.
 
 use crate::coefficients::identified;
-use crate::deviation::of_phase;
 use crate::model::{allan_response, term_density};
 use crate::record::{Record, check_count, check_finite, check_sample_rate};
 use crate::whittle::{normal_quantile, refuse_constant};
 use crate::{
     Coefficient, CoefficientFit, DeviationCurve, DeviationOptions, FitOptions, Method, NoiseModel,
-    Reason, Statistic, Term, Verdict,
+    Reason, Statistic, Term, Verdict, deviation,
 };
 use faer::linalg::solvers::{Llt, Solve};
 use faer::{Mat, Side};
@@ -45,9 +44,8 @@ pub fn allan_regression(
     crate::deviation::check_probability(options.probability)?;
     crate::deviation::check_probability(options.false_alarm_rate)?;
     refuse_constant(rate)?;
-    let phase = Record::Rate(rate).phase(sample_rate)?;
-    let curve = of_phase(
-        &phase,
+    let curve = deviation(
+        Record::Rate(rate),
         sample_rate,
         Statistic::OverlappingAllan,
         &DeviationOptions::default(),

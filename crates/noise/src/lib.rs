@@ -55,6 +55,8 @@ mod hadamard;
 mod likelihood;
 mod model;
 mod noise_type;
+mod overlapping;
+mod phase;
 mod record;
 mod simulate;
 mod slope;
