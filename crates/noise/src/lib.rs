@@ -42,6 +42,7 @@
 //! - Cross-spectra and correlation between channels; temperature as a cause of drift.
 
 mod allan;
+mod allan_covariance;
 mod allan_regression;
 mod analysis;
 mod bias;
