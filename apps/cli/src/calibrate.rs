@@ -2,8 +2,9 @@
 
 mod multi_position;
 
+use crate::delivery::Delivery;
 use crate::{Failure, Outcome};
-use proofmass::io::Campaign;
+use proofmass::io::{Campaign, CampaignFile, OutputFolder};
 use std::path::PathBuf;
 
 /// Calibrate a sensor from a campaign folder.
@@ -12,24 +13,22 @@ use std::path::PathBuf;
 /// Results go to a folder: result.json (everything, covariance included), report.html (one file, opens without
 /// network), calibration.json (what `proofmass apply` needs) and CSV tables.
 #[derive(clap::Args)]
+#[command(mut_arg("output", |a| a.help("Folder for the results [default: `result` beside campaign.toml]")))]
 pub(crate) struct Calibrate {
     /// Campaign folder, or its campaign.toml
     campaign: PathBuf,
-    /// Folder for the results [default: `result` beside campaign.toml]
-    #[arg(short, long, value_name = "FOLDER")]
-    output: Option<PathBuf>,
-    /// Replace the output folder even when it holds files that are not results of proofmass
-    #[arg(long)]
-    force: bool,
-    /// Print result.json instead of the summary
-    #[arg(long)]
-    json: bool,
-    /// Exit with code 3 when a finding needs a decision
-    #[arg(long)]
-    strict: bool,
+    #[command(flatten)]
+    delivery: Delivery,
 }
 
 impl Calibrate {
+    /// Begins the folder of results, by default beside the campaign.
+    fn begin(&self, campaign: &CampaignFile) -> Result<OutputFolder, Failure> {
+        let place = self.delivery.output.clone();
+        self.delivery
+            .begin_at(place.unwrap_or_else(|| campaign.resolve("result")))
+    }
+
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
         match Campaign::open(&self.campaign)? {
             Campaign::MultiPosition(campaign) => multi_position::run(&self, &campaign),

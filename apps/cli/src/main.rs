@@ -4,6 +4,7 @@ mod apply;
 mod calibrate;
 mod clock;
 mod console;
+mod delivery;
 mod failure;
 mod inspect;
 mod noise;

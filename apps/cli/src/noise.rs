@@ -1,5 +1,6 @@
 //! `proofmass noise`: stability and noise of a sensor at rest.
 
+use crate::delivery::{Delivery, Results};
 use crate::{Failure, Outcome, clock, console};
 use proofmass::io::{
     AtomicFile, Cell, ColumnRef, Layout, LayoutOptions, OutputFolder, Recording, RecordingOptions,
@@ -9,7 +10,7 @@ use proofmass::noise::{
     Analysis, AnalysisOptions, Channel, DeviationOptions, FitOptions, Gaps, ImuPart, Sensor,
     Statistic, Term, analyse, imu_yaml,
 };
-use proofmass::report::{NoiseReport, html};
+use proofmass::report::NoiseReport;
 use proofmass::signal::Detrend;
 use proofmass::uncertainty::Finding;
 use std::path::PathBuf;
@@ -23,9 +24,6 @@ use std::path::PathBuf;
 pub(crate) struct Noise {
     /// Recording of a sensor at rest: delimited text of any common shape
     recording: PathBuf,
-    /// Folder for the results [default: none is written]
-    #[arg(short, long, value_name = "FOLDER")]
-    output: Option<PathBuf>,
     /// Columns by name or number (from 1) [default: every column that is neither time nor temperature]
     #[arg(long, value_name = "A,B,…", value_delimiter = ',')]
     columns: Option<Vec<String>>,
@@ -65,21 +63,13 @@ pub(crate) struct Noise {
     /// Write imu.yaml for visual–inertial programs, units in its comments
     #[arg(long, value_name = "FILE")]
     imu_yaml: Option<PathBuf>,
-    /// Print result.json instead of the summary
-    #[arg(long)]
-    json: bool,
-    /// Exit with code 3 when a finding needs a decision
-    #[arg(long)]
-    strict: bool,
+    #[command(flatten)]
+    delivery: Delivery,
 }
 
 impl Noise {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
-        let folder = self
-            .output
-            .as_ref()
-            .map(|path| OutputFolder::create(path, false))
-            .transpose()?;
+        let folder = self.delivery.begin()?;
         let mut recording = self.read()?;
         self.convert(&mut recording)?;
         let units: Vec<String> = recording
@@ -265,7 +255,6 @@ impl Noise {
             .section("options", &self.options())?
             .section("noise", analysis)?
             .to_json()?;
-        let software = Software::default();
         let text = NoiseReport {
             title: format!("Noise of {}", self.recording.display()),
             meta: vec![("Evaluated on".to_owned(), clock::today())],
@@ -279,21 +268,21 @@ impl Noise {
                 .iter()
                 .map(|c| &c.data[analysis.rows.0..analysis.rows.1])
                 .collect(),
-            footer: format!("{} {}", software.name, software.version),
+            footer: Software::default().to_string(),
         };
-        if let Some(folder) = folder {
-            folder.write("result.json", &json)?;
-            folder.write("report.html", html::render(&text.full(analysis))?)?;
-            folder.write("deviation.csv", deviations(analysis)?)?;
-            folder.write("spectrum.csv", spectra(analysis)?)?;
-            console::note(format!("written: {}", folder.commit()?.display()));
-        }
-        if self.json {
-            console::print_json(&json)?;
-        } else {
-            console::show(&text.summary(analysis))?;
-        }
-        Ok(Outcome::of(self.strict, &findings))
+        self.delivery.hand_over(
+            folder,
+            &Results {
+                json,
+                summary: &|| text.summary(analysis),
+                report: &|| text.full(analysis),
+                files: vec![
+                    ("deviation.csv", deviations(analysis)?),
+                    ("spectrum.csv", spectra(analysis)?),
+                ],
+                findings: &findings,
+            },
+        )
     }
 }
 

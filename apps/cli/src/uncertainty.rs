@@ -1,9 +1,10 @@
 //! `proofmass uncertainty`: from a formula and what is known of its inputs to a result with its budget.
 
+use crate::delivery::{Delivery, Results};
 use crate::{Failure, Outcome, clock, console};
 use indicatif::ProgressStyle;
 use proofmass::io::{Cell, Input, OutputFolder, ResultDocument, Software, Table};
-use proofmass::report::{UncertaintyReport, html};
+use proofmass::report::UncertaintyReport;
 use proofmass::uncertainty::{Evaluate, ModelResult, Refusal, Trials, UncertaintyModel};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -17,12 +18,6 @@ use std::path::{Path, PathBuf};
 pub(crate) struct Uncertainty {
     /// Model file (TOML)
     model: PathBuf,
-    /// Folder for result.json, report.html and budget.csv [default: none is written]
-    #[arg(short, long, value_name = "FOLDER")]
-    output: Option<PathBuf>,
-    /// Replace the output folder even when it holds files that are not results of proofmass
-    #[arg(long, requires = "output")]
-    force: bool,
     /// Coverage probability of the intervals, between 0 and 1
     #[arg(long, value_name = "P", default_value_t = 0.95)]
     probability: f64,
@@ -35,12 +30,8 @@ pub(crate) struct Uncertainty {
     /// Seed of the random numbers: the same seed gives the same result
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Print result.json instead of the summary
-    #[arg(long)]
-    json: bool,
-    /// Exit with code 3 when a finding needs a decision
-    #[arg(long)]
-    strict: bool,
+    #[command(flatten)]
+    delivery: Delivery,
 }
 
 impl Uncertainty {
@@ -56,11 +47,7 @@ impl Uncertainty {
         let text = std::fs::read_to_string(&self.model)
             .map_err(|e| Failure::new(format!("{}: {e}", self.model.display())))?;
         let model = UncertaintyModel::parse(&text).map_err(|e| refused(&self.model, &e))?;
-        let folder = self
-            .output
-            .as_ref()
-            .map(|path| OutputFolder::create(path, self.force))
-            .transpose()?;
+        let folder = self.delivery.begin()?;
         let result = self.evaluate(&model)?;
         self.write(folder, input, &model, &result)
     }
@@ -116,7 +103,6 @@ impl Uncertainty {
             .section("monte_carlo_covariance", &result.monte_carlo_covariance)?
             .section("region", &result.region)?
             .to_json()?;
-        let software = Software::default();
         let text = UncertaintyReport {
             title,
             meta: vec![("Evaluated on".to_owned(), clock::today())],
@@ -126,20 +112,18 @@ impl Uncertainty {
                 .iter()
                 .map(|i| (i.name.clone(), i.expression.clone()))
                 .collect(),
-            footer: format!("{} {}", software.name, software.version),
+            footer: Software::default().to_string(),
         };
-        if let Some(folder) = folder {
-            folder.write("result.json", &json)?;
-            folder.write("report.html", html::render(&text.full(result))?)?;
-            folder.write("budget.csv", budget(result)?.to_csv()?)?;
-            console::note(format!("written: {}", folder.commit()?.display()));
-        }
-        if self.json {
-            console::print_json(&json)?;
-        } else {
-            console::show(&text.summary(result))?;
-        }
-        Ok(Outcome::of(self.strict, &result.findings))
+        self.delivery.hand_over(
+            folder,
+            &Results {
+                json,
+                summary: &|| text.summary(result),
+                report: &|| text.full(result),
+                files: vec![("budget.csv", budget(result)?.to_csv()?)],
+                findings: &result.findings,
+            },
+        )
     }
 }
 

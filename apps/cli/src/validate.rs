@@ -1,5 +1,6 @@
 //! `proofmass validate`: does a calibration hold on new standstills?
 
+use crate::delivery::{Delivery, Results};
 use crate::plural::count;
 use crate::recording_arguments::RecordingArguments;
 use crate::{Failure, Outcome, clock, console};
@@ -8,7 +9,7 @@ use proofmass::calibration::{
 };
 use proofmass::core::{Gravity, Matrix3, SensorModel};
 use proofmass::io::{CalibrationFile, Input, OutputFolder, Recording, ResultDocument, Software};
-use proofmass::report::{ValidationReport, html};
+use proofmass::report::ValidationReport;
 use proofmass::uncertainty::{Finding, Severity};
 use std::path::PathBuf;
 
@@ -22,9 +23,6 @@ pub(crate) struct Validate {
     calibration: PathBuf,
     /// Recording with standstills in attitudes of any kind
     recording: PathBuf,
-    /// Folder for result.json and report.html [default: none is written]
-    #[arg(short, long, value_name = "FOLDER")]
-    output: Option<PathBuf>,
     /// Local gravity in m/s² where the recording was made [default: that of the calibration]
     #[arg(long, value_name = "M_PER_S2", requires = "gravity_uncertainty")]
     gravity: Option<f64>,
@@ -39,21 +37,13 @@ pub(crate) struct Validate {
     threshold: f64,
     #[command(flatten)]
     reading: RecordingArguments,
-    /// Print result.json instead of the summary
-    #[arg(long)]
-    json: bool,
-    /// Exit with code 3 when a finding needs a decision
-    #[arg(long)]
-    strict: bool,
+    #[command(flatten)]
+    delivery: Delivery,
 }
 
 impl Validate {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
-        let folder = self
-            .output
-            .as_ref()
-            .map(|path| OutputFolder::create(path, false))
-            .transpose()?;
+        let folder = self.delivery.begin()?;
         let file = CalibrationFile::read(&self.calibration)?;
         let sensor = SensorModel::new(Matrix3(file.k), file.b)?;
         let mut recording = Recording::read(&self.recording, &self.reading.options(&file)?)?;
@@ -176,22 +166,17 @@ impl Validate {
             meta: vec![("Evaluated on".to_owned(), clock::today())],
             inputs: inputs.into_iter().map(|i| (i.path, i.sha256)).collect(),
             findings: &findings,
-            footer: format!(
-                "{} {}",
-                Software::default().name,
-                Software::default().version
-            ),
+            footer: Software::default().to_string(),
         };
-        if let Some(folder) = folder {
-            folder.write("result.json", &json)?;
-            folder.write("report.html", html::render(&text.full(validation))?)?;
-            console::note(format!("written: {}", folder.commit()?.display()));
-        }
-        if self.json {
-            console::print_json(&json)?;
-        } else {
-            console::show(&text.summary(validation))?;
-        }
-        Ok(Outcome::of(self.strict, &findings))
+        self.delivery.hand_over(
+            folder,
+            &Results {
+                json,
+                summary: &|| text.summary(validation),
+                report: &|| text.full(validation),
+                files: vec![],
+                findings: &findings,
+            },
+        )
     }
 }

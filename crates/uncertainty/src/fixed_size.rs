@@ -71,23 +71,25 @@ pub fn propagate_jacobian<const N: usize, const M: usize>(
     jacobian: &[[f64; N]; M],
     u: &[f64; N],
 ) -> [[f64; M]; M] {
-    let contributions = jacobian.map(|mut row| {
-        for (c, u) in row.iter_mut().zip(u) {
-            *c *= u;
-        }
-        row
-    });
-    // One short sum per element of the triangle: they do not depend on each other and run side by side.
-    let mut result = [[0.0; M]; M];
+    let mut contributions = [[0.0; N]; M];
+    let mut transposed = [[0.0; M]; N];
     for i in 0..M {
-        for j in 0..=i {
-            let mut sum = 0.0;
-            for (a, b) in contributions[i].iter().zip(&contributions[j]) {
-                sum += a * b;
-            }
-            result[i][j] = sum;
-            result[j][i] = sum;
+        for k in 0..N {
+            contributions[i][k] = jacobian[i][k] * u[k];
+            transposed[k][i] = contributions[i][k];
         }
+    }
+    // A row at a time as a sum of rows: whole vectors, no sum that waits for itself. The upper triangle costs less
+    // than telling it apart, and is bit for bit the lower one.
+    let mut result = [[0.0; M]; M];
+    for (row, contribution) in result.iter_mut().zip(&contributions) {
+        let mut sum = [0.0; M];
+        for (c, others) in contribution.iter().zip(&transposed) {
+            for (s, other) in sum.iter_mut().zip(others) {
+                *s += c * other;
+            }
+        }
+        *row = sum;
     }
     result
 }

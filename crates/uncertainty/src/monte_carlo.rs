@@ -76,6 +76,10 @@ pub struct Progress {
 const BLOCK: usize = 10_000;
 /// Blocks between two looks at the stopping rule; fixed, so that the number of threads cannot matter.
 const WAVE: usize = 8;
+/// Blocks between two words on progress where nothing can stop the calculation early.
+const LONG_WAVE: usize = 64;
+/// Trials of a column that one thread takes at a time; fixed, so that sums are the same on any number of threads.
+const CHUNK: usize = 1 << 14;
 
 impl MonteCarlo {
     /// Adaptive to two digits of u, at most 10⁷ trials, 95 %.
@@ -157,12 +161,18 @@ impl MonteCarlo {
             .into());
         }
         let blocks = most.div_ceil(block);
-        let mut columns: Vec<Vec<f64>> = vec![Vec::new(); m];
+        let (wave, room) = match self.trials {
+            Trials::Fixed(_) => (LONG_WAVE, blocks * block),
+            Trials::Adaptive { .. } => (WAVE, 0),
+        };
+        // A number of trials that no memory holds must fail when it is reached, not before it begins.
+        let room = room.min(1 << 24);
+        let mut columns: Vec<Vec<f64>> = (0..m).map(|_| Vec::with_capacity(room)).collect();
         let mut stability = Stability::new(m);
         let mut stable = false;
         let mut done = 0;
         while done < blocks && !stable {
-            let wave = WAVE.min(blocks - done);
+            let wave = wave.min(blocks - done);
             let values: Vec<Block> = (done..done + wave)
                 .into_par_iter()
                 .map(|number| self.block(model, &sampler, inputs, m, block, number))
@@ -371,12 +381,24 @@ impl Sampled {
     }
 }
 
-/// Sum in partial sums of 4096 terms: rounding grows with the number of partial sums, not of terms.
-fn total(values: &[f64], term: impl Fn(f64) -> f64) -> f64 {
-    values
-        .chunks(4096)
-        .map(|chunk| chunk.iter().map(|v| term(*v)).sum::<f64>())
-        .sum()
+/// Sum in partial sums: rounding grows with the number of partial sums, not of terms, and the order of the
+/// additions does not depend on the number of threads.
+fn total(values: &[f64], term: impl Fn(f64) -> f64 + Sync) -> f64 {
+    let partial: Vec<f64> = values
+        .par_chunks(CHUNK)
+        .map(|chunk| {
+            // Eight sums side by side do not wait for each other.
+            let mut sums = [0.0; 8];
+            let (eights, rest) = chunk.as_chunks::<8>();
+            for eight in eights {
+                for (sum, v) in sums.iter_mut().zip(eight) {
+                    *sum += term(*v);
+                }
+            }
+            sums.iter().sum::<f64>() + rest.iter().map(|v| term(*v)).sum::<f64>()
+        })
+        .collect();
+    partial.iter().sum()
 }
 
 fn mean_and_sd(values: &[f64]) -> (f64, f64) {
@@ -405,13 +427,45 @@ fn symmetric_interval(values: &mut [f64], p: f64) -> Interval {
     }
 }
 
+/// The `count` smallest of `side(value)`, in ascending order.
+///
+/// A sample tells below which value they must lie, so that only those below are sorted; when the sample errs,
+/// everything is.
+fn smallest(values: &[f64], count: usize, side: impl Fn(f64) -> f64 + Sync) -> Vec<f64> {
+    let below = |limit: f64| -> Vec<f64> {
+        let chunks = values.par_chunks(CHUNK);
+        chunks
+            .flat_map_iter(|chunk| chunk.iter().map(|v| side(*v)).filter(|v| *v <= limit))
+            .collect()
+    };
+    let mut sample: Vec<f64> = values
+        .iter()
+        .step_by((values.len() >> 13).max(1))
+        .map(|v| side(*v))
+        .collect();
+    let expected = count as f64 * sample.len() as f64 / values.len() as f64;
+    // Five standard deviations of the number in the sample.
+    let rank = (expected + 5.0 * expected.sqrt() + 8.0) as usize;
+    let mut tail = Vec::new();
+    if rank < sample.len() {
+        let (_, limit, _) = sample.select_nth_unstable_by(rank, f64::total_cmp);
+        tail = below(*limit);
+    }
+    if tail.len() < count {
+        tail = below(f64::INFINITY);
+    }
+    tail.par_sort_unstable_by(f64::total_cmp);
+    tail.truncate(count);
+    tail
+}
+
 fn summarise(
     outputs: Vec<(String, String)>,
-    mut columns: Vec<Vec<f64>>,
+    columns: Vec<Vec<f64>>,
     p: f64,
 ) -> Result<Sampled, Refusal> {
     let (m, trials) = (columns.len(), columns[0].len());
-    let moments: Vec<(f64, f64)> = columns.par_iter().map(|c| mean_and_sd(c)).collect();
+    let moments: Vec<(f64, f64)> = columns.iter().map(|c| mean_and_sd(c)).collect();
     let mut rows = vec![0.0; m * m];
     for i in 0..m {
         for j in 0..=i {
@@ -441,27 +495,22 @@ fn summarise(
     let (r, q) = ranks(trials, p);
     let outputs = outputs
         .into_iter()
-        .zip(columns.iter_mut())
+        .zip(&columns)
         .zip(&moments)
         .map(|(((name, unit), column), &(mean, u))| {
-            let histogram = Histogram::count(column, mean, u);
-            // Only the two tails decide the intervals, so only they are sorted.
-            let tail = trials - q; // ranks 0..=tail can be lower ends, q..trials upper ends
-            if 2 * tail + 2 < trials {
-                column.select_nth_unstable_by(tail, f64::total_cmp);
-                column[tail + 1..].select_nth_unstable_by(q - tail - 1, f64::total_cmp);
-                let (low, high) = column.split_at_mut(q);
-                rayon::join(
-                    || low[..=tail].sort_unstable_by(f64::total_cmp),
-                    || high.sort_unstable_by(f64::total_cmp),
-                );
-            } else {
-                column.par_sort_unstable_by(f64::total_cmp);
-            }
+            let histogram = Histogram::count(column, mean, u, CHUNK);
+            // Only the two tails decide the intervals: ranks 0 to trials − q can be lower ends, q and more upper ends.
+            let count = trials - q + 1;
+            let (low, high) = rayon::join(
+                || smallest(column, count, |v| v),
+                || smallest(column, count, |v| -v),
+            );
+            let (lower, upper) = (
+                |rank: usize| low[rank],
+                |rank: usize| -high[trials - 1 - rank],
+            );
             let shortest = (0..trials - q)
-                .min_by(|&a, &b| {
-                    (column[a + q] - column[a]).total_cmp(&(column[b + q] - column[b]))
-                })
+                .min_by(|&a, &b| (upper(a + q) - lower(a)).total_cmp(&(upper(b + q) - lower(b))))
                 .unwrap_or(r);
             SampledOutput {
                 name,
@@ -469,12 +518,12 @@ fn summarise(
                 mean,
                 standard_uncertainty: u,
                 symmetric: Interval {
-                    lower: column[r],
-                    upper: column[r + q],
+                    lower: lower(r),
+                    upper: upper(r + q),
                 },
                 shortest: Interval {
-                    lower: column[shortest],
-                    upper: column[shortest + q],
+                    lower: lower(shortest),
+                    upper: upper(shortest + q),
                 },
                 histogram,
             }
