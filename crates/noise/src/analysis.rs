@@ -1,12 +1,14 @@
 //! The whole noise analysis of a record at rest: curve, density, coefficients, and what to doubt.
 
+use crate::coefficients::figure;
 use crate::record::check_count;
+use crate::slope::bend;
 use crate::spectrum_bins::SpectrumBins;
 use crate::{
     CoefficientFit, ConsistencyPoint, DeviationCurve, DeviationOptions, Disturbance,
     DisturbanceKind, FitOptions, Gap, Gaps, InUnit, KalmanNoise, Record, Sensor, Statistic, Term,
-    allan_regression, chi_square_interval, consistency, deviation, disturbances, gaps, in_units,
-    kalman_noise, whittle,
+    Verdict, allan_regression, chi_square_interval, consistency, deviation, disturbances, gaps,
+    in_units, kalman_noise, whittle,
 };
 use proofmass_core::Error;
 use proofmass_signal::{Density, Detrend, Trend, Welch};
@@ -350,6 +352,9 @@ fn analyse_channel(
         .findings
         .extend(disturbance_findings(&result.disturbances, options));
     result.findings.extend(disagreement(&result));
+    result
+        .findings
+        .extend(bend_finding(&prepared, sample_rate, &result, options));
     if let Some(fit) = &result.whittle {
         result.kalman = Some(kalman_noise(&fit.model, sample_rate)?);
         if let Some(sensor) = channel.sensor {
@@ -430,7 +435,7 @@ fn densities(
                     "density-and-allan-differ",
                     "the Allan variance does not follow from the density",
                 )
-                .evidence(format!("ratio {:.3} at τ = {} s", p.ratio(), p.tau))
+                .evidence(format!("ratio {:.3} at τ = {} s", p.ratio(), figure(p.tau)))
                 .advice("the record is not stationary: look at the time plot for a disturbance"),
             );
         }
@@ -492,6 +497,46 @@ fn disturbance_findings(found: &[Disturbance], options: &AnalysisOptions) -> Vec
     findings
 }
 
+/// Drift that bends, as temperature makes it: no process of the model describes it.
+fn bend_finding(
+    rate: &[f64],
+    sample_rate: f64,
+    result: &ChannelAnalysis,
+    options: &AnalysisOptions,
+) -> Option<Finding> {
+    let fit = result.whittle.as_ref()?;
+    let mut upper = fit.model.clone();
+    for term in [Term::RandomWalk, Term::Flicker] {
+        let limit = match fit.get(term)?.verdict {
+            Verdict::Identified { interval, .. } => Some(interval.1),
+            Verdict::NotIdentifiable { upper_limit, .. } => upper_limit,
+        };
+        upper.set(term, limit.unwrap_or(0.0));
+    }
+    let bend = bend(
+        rate,
+        sample_rate,
+        &upper,
+        options.disturbance_false_alarm_rate,
+    )?;
+    Some(
+        Finding::new(
+            Severity::Warning,
+            "smooth-drift",
+            "the record bends more than its noise explains: temperature or warming up, not random walk",
+        )
+        .evidence(format!(
+            "a polynomial of degree {} of {} {} root mean square, {:.0} times its standard uncertainty under the noise at its upper limits; {:.1} are needed",
+            bend.degree,
+            figure(bend.size),
+            result.unit,
+            bend.size / bend.uncertainty,
+            bend.threshold
+        ))
+        .advice("leave out the time after switching on, keep the temperature still, or remove a trend by name"),
+    )
+}
+
 /// The two ways must agree where both give an interval.
 fn disagreement(result: &ChannelAnalysis) -> Option<Finding> {
     let (whittle, regression) = (result.whittle.as_ref()?, result.regression.as_ref()?);
@@ -505,12 +550,12 @@ fn disagreement(result: &ChannelAnalysis) -> Option<Finding> {
             );
             (a.1 < b.0 || b.1 < a.0).then(|| {
                 format!(
-                    "{} {:.4e} to {:.4e} against {:.4e} to {:.4e}",
+                    "{} {} to {} against {} to {}",
                     c.term.symbol(),
-                    a.0,
-                    a.1,
-                    b.0,
-                    b.1
+                    figure(a.0),
+                    figure(a.1),
+                    figure(b.0),
+                    figure(b.1)
                 )
             })
         })
