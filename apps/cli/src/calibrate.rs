@@ -1,6 +1,10 @@
 //! `proofmass calibrate`: any campaign, its kind read from it.
 
+mod heading;
 mod multi_position;
+mod shaker_single;
+mod shaker_triaxial;
+mod spurious_motion;
 
 use crate::delivery::Delivery;
 use crate::{Failure, Outcome};
@@ -32,6 +36,9 @@ impl Calibrate {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
         match Campaign::open(&self.campaign)? {
             Campaign::MultiPosition(campaign) => multi_position::run(&self, &campaign),
+            Campaign::ShakerTriaxial(campaign) => shaker_triaxial::run(&self, &campaign),
+            Campaign::ShakerSingle(campaign) => shaker_single::run(&self, &campaign),
+            Campaign::SpuriousMotion(campaign) => spurious_motion::run(&self, &campaign),
             other => Err(Failure::new(format!(
                 "campaigns of kind `{}` cannot be calibrated yet",
                 other.kind()

@@ -8,11 +8,14 @@ mod delivery;
 mod failure;
 mod inspect;
 mod noise;
+mod plan;
 mod plural;
 mod recording_arguments;
+mod shaker;
 mod simulate;
 mod uncertainty;
 mod validate;
+mod velocity;
 
 use clap::{Parser, Subcommand};
 use failure::Failure;
@@ -35,9 +38,11 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     Calibrate(calibrate::Calibrate),
+    Plan(plan::Plan),
     Apply(apply::Apply),
     Validate(validate::Validate),
-    Noise(noise::Noise),
+    Velocity(Box<velocity::Velocity>),
+    Noise(Box<noise::Noise>),
     Inspect(inspect::Inspect),
     Simulate(simulate::Simulate),
     Uncertainty(uncertainty::Uncertainty),
@@ -65,8 +70,10 @@ impl Outcome {
 fn run(arguments: Arguments) -> Result<Outcome, Failure> {
     match arguments.command {
         Command::Calibrate(command) => command.run(),
+        Command::Plan(command) => command.run(),
         Command::Apply(command) => command.run(),
         Command::Validate(command) => command.run(),
+        Command::Velocity(command) => command.run(),
         Command::Noise(command) => command.run(),
         Command::Inspect(command) => command.run(),
         Command::Simulate(command) => command.run(),

@@ -137,10 +137,16 @@ fn refuses_impossible_uncertainties() {
             &format!("{{ kind = \"normal\", mean = 1.0, u = {u} }}"),
             "a",
         );
-        assert_says(&refuse_model(&text), &["model.toml:2:", "input a"]);
+        assert_says(
+            &refuse_model(&text),
+            &["model.toml:4:", "distribution", "input a"],
+        );
     }
     let text = model("{ kind = \"normal\", mean = nan, u = 0.1 }", "a");
-    assert_says(&refuse_model(&text), &["model.toml:2:", "input a"]);
+    assert_says(
+        &refuse_model(&text),
+        &["model.toml:4:", "distribution", "input a"],
+    );
 }
 
 #[test]
@@ -155,13 +161,40 @@ fn refuses_correlations_that_contradict_each_other() {
         text += &format!("[[correlation]]\nbetween = [\"{a}\", \"{b}\"]\ncoefficient = {r}\n");
     }
     text += "[[output]]\nname = \"y\"\nunit = \"1\"\nexpression = \"a + b + c\"\n";
-    assert_says(&refuse_model(&text), &["model.toml:", "correlation"]);
+    assert_says(
+        &refuse_model(&text),
+        &["model.toml:21:", "coefficient", "correlation"],
+    );
+}
+
+#[test]
+fn refuses_coefficients_that_no_pair_has() {
+    let start = "[[input]]\nname = \"a\"\nunit = \"1\"\ndistribution = { kind = \"normal\", mean = 1.0, u = 0.1 }\n\
+                 [[input]]\nname = \"b\"\nunit = \"1\"\ndistribution = { kind = \"normal\", mean = 1.0, u = 0.1 }\n\
+                 [[output]]\nname = \"y\"\nunit = \"1\"\nexpression = \"a + b\"\n";
+    let entry = |between: &str, r: &str| {
+        format!("[[correlation]]\nbetween = [{between}]\ncoefficient = {r}\n")
+    };
+    for (entries, wanted) in [
+        (entry("\"a\", \"b\"", "1.5"), ["model.toml:15:", "outside"]),
+        (entry("\"a\", \"a\"", "0.5"), ["model.toml:15:", "itself"]),
+        (
+            entry("\"a\", \"b\"", "0.5") + &entry("\"b\", \"a\"", "-0.5"),
+            ["model.toml:18:", "twice"],
+        ),
+        (
+            entry("\"a\", \"b\", \"a\"", "0.5"),
+            ["model.toml:14:", "not 3"],
+        ),
+    ] {
+        assert_says(&refuse_model(&(start.to_owned() + &entries)), &wanted);
+    }
 }
 
 #[test]
 fn refuses_a_formula_that_is_not_finite() {
     let text = model("{ kind = \"normal\", mean = 0.0, u = 0.1 }", "1 / a");
-    assert_says(&refuse_model(&text), &["model.toml"]);
+    assert_says(&refuse_model(&text), &["model.toml", "output y", "finite"]);
     let text = model("{ kind = \"normal\", mean = 0.1, u = 0.1 }", "sqrt(a)");
-    assert_says(&refuse_model(&text), &["model.toml", "finite"]);
+    assert_says(&refuse_model(&text), &["model.toml", "output y", "finite"]);
 }

@@ -25,6 +25,7 @@
 mod adjustment;
 pub mod budget;
 pub mod campaign;
+pub mod check;
 pub mod derived;
 pub mod diagnosis;
 pub mod fit;
@@ -36,12 +37,21 @@ pub mod plan;
 pub mod published;
 pub mod recording;
 pub mod reference;
+pub mod screening;
 pub mod single_axis;
 pub mod spurious;
 
 pub use budget::{Acts, Budget, Input, Key};
-pub use campaign::{Correction, Method, ShakerCalibration, ShakerCampaign, calibrate};
+pub use campaign::{
+    AngleResult, Correction, FrequencyResult, Method, MethodResult, PublishedResult, RunResult,
+    ShakerCalibration, ShakerCampaign, TermDifference, calibrate,
+};
+pub use check::{FrequencyCheck, check};
 pub use diagnosis::{Suspect, Suspicion, diagnose};
 pub use fit::{Fit, FrequencyFit, complex, joint};
 pub use geometry::Configuration;
 pub use observation::{PhasorRow, Spurious, SpuriousTable};
+pub use screening::{Observations, observations, with_certificate};
+
+/// Complex number of the interface.
+pub use faer::c64;

@@ -149,7 +149,10 @@ impl fmt::Display for Error {
                 )
             }
             Self::NotFinite { name, index } => {
-                write!(f, "{name} is not a finite number (element {index})")
+                write!(
+                    f,
+                    "{name} is not a finite number (element {index}, counted from 0)"
+                )
             }
             Self::NotIncreasing { name, index } => {
                 write!(
@@ -163,7 +166,20 @@ impl fmt::Display for Error {
                 min,
                 max,
             } => {
-                write!(f, "{name} = {value} lies outside [{min}, {max}]")
+                // The ends of the number range are no bounds a person has set.
+                if !value.is_finite() {
+                    write!(f, "{name} = {value} is not a finite number")
+                } else if max < f64::MAX && min > f64::MIN {
+                    write!(f, "{name} = {value} lies outside [{min}, {max}]")
+                } else if max < f64::MAX {
+                    write!(f, "{name} = {value} is larger than {max}")
+                } else if min == f64::MIN_POSITIVE {
+                    write!(f, "{name} = {value} is not positive")
+                } else if min == 0.0 {
+                    write!(f, "{name} = {value} is negative")
+                } else {
+                    write!(f, "{name} = {value} is smaller than {min}")
+                }
             }
             Self::NotPositiveDefinite {
                 name,

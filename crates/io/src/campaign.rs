@@ -1,11 +1,26 @@
 //! `campaign.toml`: what was measured, with what, and how it is to be evaluated. One file per kind.
 
 mod multi_position;
+mod shaker;
+mod shaker_single;
+mod shaker_triaxial;
+mod spurious_motion;
 
 pub use multi_position::{
     Ambient, Attitude, Axes, Device, GravityInput, Method, MethodModel, MultiPositionCampaign,
     Prefixes, RecordingTable, StandstillTable,
 };
+pub use shaker::{
+    BudgetInput, Certificate, CertificatePoint, CertificateTable, Direction, DriveFrequency,
+    Mounting, PhasorQuantity, RunData, RunPhasor, RunTable, RunsTable, ShakerBudget,
+    ShakerRecording, ShakerRun, SingleAxisSeat, SpuriousFile, SpuriousRow,
+};
+pub use shaker_single::{ReadingTable, ShakerSingleCampaign};
+pub use shaker_triaxial::{
+    CorrectionTable, Plan, PlanTable, PublishedInputs, ShakerMethod, ShakerMethods,
+    ShakerTriaxialCampaign,
+};
+pub use spurious_motion::{SpuriousMotionCampaign, VibrometerTable};
 
 use crate::{Error, ErrorKind, Input, Result};
 use serde::Deserialize;
@@ -13,14 +28,25 @@ use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
 
 /// Kinds that can be read, as written after `kind =`.
-pub const KINDS: &[&str] = &["multi-position"];
+pub const KINDS: &[&str] = &[
+    "multi-position",
+    "shaker-triaxial",
+    "shaker-single",
+    "spurious-motion",
+];
 
 /// A campaign of any kind.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Campaign {
     /// A triaxial accelerometer held still in many positions.
-    MultiPosition(MultiPositionCampaign),
+    MultiPosition(Box<MultiPositionCampaign>),
+    /// A triaxial accelerometer on a shaker.
+    ShakerTriaxial(Box<ShakerTriaxialCampaign>),
+    /// A single-axis accelerometer against a reference.
+    ShakerSingle(Box<ShakerSingleCampaign>),
+    /// Motion of table and wedges beside the excitation.
+    SpuriousMotion(Box<SpuriousMotionCampaign>),
 }
 
 /// A campaign file as text, with its place: what every kind is read from.
@@ -58,7 +84,18 @@ impl Campaign {
             )));
         };
         match kind.get_ref().as_str() {
-            "multi-position" => MultiPositionCampaign::from_file(file).map(Self::MultiPosition),
+            "multi-position" => {
+                MultiPositionCampaign::from_file(file).map(|c| Self::MultiPosition(Box::new(c)))
+            }
+            "shaker-triaxial" => {
+                ShakerTriaxialCampaign::from_file(file).map(|c| Self::ShakerTriaxial(Box::new(c)))
+            }
+            "shaker-single" => {
+                ShakerSingleCampaign::from_file(file).map(|c| Self::ShakerSingle(Box::new(c)))
+            }
+            "spurious-motion" => {
+                SpuriousMotionCampaign::from_file(file).map(|c| Self::SpuriousMotion(Box::new(c)))
+            }
             other => {
                 let near = crate::spelling::nearest(other, KINDS.iter().copied())
                     .map_or(String::new(), |k| format!("did you mean \"{k}\"? "));
@@ -78,6 +115,9 @@ impl Campaign {
     pub fn kind(&self) -> &'static str {
         match self {
             Self::MultiPosition(_) => "multi-position",
+            Self::ShakerTriaxial(_) => "shaker-triaxial",
+            Self::ShakerSingle(_) => "shaker-single",
+            Self::SpuriousMotion(_) => "spurious-motion",
         }
     }
 }
@@ -165,6 +205,16 @@ impl CampaignFile {
             .iter()
             .filter(|b| **b == b'\n')
             .count() as u64
+    }
+
+    /// Whether the budget is written as `[[budget]]` entries, not as one table.
+    pub(crate) fn has_budget_entries(&self) -> Result<bool> {
+        #[derive(Deserialize)]
+        struct Head {
+            budget: Option<toml::Value>,
+        }
+        let head: Head = self.parse()?;
+        Ok(head.budget.is_some_and(|b| b.is_array()))
     }
 
     /// A file named in the campaign, relative to its folder.

@@ -25,7 +25,7 @@
 //! - Outputs appear whole or not at all.
 //!
 //! # Not covered
-//! Times of day, missing rows, UTF-16, binary recordings.
+//! Times of day, missing rows, UTF-16, binary recordings other than raw 32-bit floats and WAV.
 
 mod calibration_file;
 mod campaign;
@@ -40,22 +40,29 @@ mod result_document;
 mod rewriter;
 mod rows;
 mod segments;
+mod sheet;
 mod software;
 mod spelling;
 mod table;
 mod time_base;
 mod unit;
+mod waveform;
 
 pub use calibration_file::{CALIBRATION_SCHEMA, CALIBRATION_VERSION, CalibrationFile, TRIAXIAL};
 pub use campaign::{
-    Ambient, Attitude, Axes, Campaign, CampaignFile, Device, GravityInput, KINDS, Method,
-    MethodModel, MultiPositionCampaign, Prefixes, RecordingTable, StandstillTable,
+    Ambient, Attitude, Axes, BudgetInput, Campaign, CampaignFile, Certificate, CertificatePoint,
+    CertificateTable, CorrectionTable, Device, Direction, DriveFrequency, GravityInput, KINDS,
+    Method, MethodModel, Mounting, MultiPositionCampaign, PhasorQuantity, Plan, PlanTable,
+    Prefixes, PublishedInputs, ReadingTable, RecordingTable, RunData, RunPhasor, RunTable,
+    RunsTable, ShakerBudget, ShakerMethod, ShakerMethods, ShakerRecording, ShakerRun,
+    ShakerSingleCampaign, ShakerTriaxialCampaign, SingleAxisSeat, SpuriousFile,
+    SpuriousMotionCampaign, SpuriousRow, StandstillTable, VibrometerTable,
 };
 pub use error::{Error, ErrorKind, Result};
 pub use inspection::{BadEntry, ColumnSummary, Inspection, Statistics, TimeSummary, inspect};
 pub use layout::{ColumnRef, DecimalMark, Layout, LayoutOptions, Separator};
 pub use output::{AtomicFile, OutputFolder};
-pub use recording::{Column, Input, Recording, RecordingOptions, TimeUnit};
+pub use recording::{Absent, Column, Input, Recording, RecordingOptions, TimeUnit};
 pub use result_document::{
     NamedCovariance, RESULT_SCHEMA, RESULT_VERSION, ResultDocument, StatedQuantity,
 };
@@ -66,3 +73,4 @@ pub use software::{Schema, Software};
 pub use table::{Cell, RowWriter, Table};
 pub use time_base::{Gap, TimeBase, TimeSource};
 pub use unit::{Unit, split_heading};
+pub use waveform::{Waveform, WaveformFormat, WaveformOptions, write_f32};

@@ -315,7 +315,7 @@ impl Error {
     }
 }
 
-fn bad_field(text: &str, decimal: DecimalMark) -> Error {
+pub(crate) fn bad_field(text: &str, decimal: DecimalMark) -> Error {
     let lower = text
         .trim()
         .trim_start_matches(['+', '-'])

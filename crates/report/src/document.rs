@@ -46,6 +46,16 @@ pub enum Block {
     KeyFigures(Vec<KeyFigure>),
     /// Text in which every space counts.
     Code(String),
+    /// Small tables beside each other, as many in a line as the page is wide.
+    Beside(Vec<Table>),
+    /// What only some readers open: a title and the blocks behind it. On paper it is open; in the terminal only
+    /// its title is printed.
+    Folded {
+        /// What is inside.
+        title: String,
+        /// The blocks.
+        blocks: Vec<Block>,
+    },
 }
 
 /// One number a reader came for.
@@ -207,6 +217,21 @@ impl Section {
             caption: caption.into(),
             plot: plot.into(),
         }))
+    }
+
+    /// Adds small tables beside each other.
+    #[must_use]
+    pub fn beside(self, tables: impl IntoIterator<Item = Table>) -> Self {
+        self.block(Block::Beside(tables.into_iter().collect()))
+    }
+
+    /// Adds blocks that only some readers open.
+    #[must_use]
+    pub fn folded(self, title: impl Into<String>, blocks: impl IntoIterator<Item = Block>) -> Self {
+        self.block(Block::Folded {
+            title: title.into(),
+            blocks: blocks.into_iter().collect(),
+        })
     }
 
     /// Adds key figures.

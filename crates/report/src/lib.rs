@@ -29,19 +29,30 @@ pub mod html;
 mod multi_position;
 mod noise;
 mod number;
+mod plan;
 pub mod plot;
+mod shaker;
+mod single_axis;
+mod spurious;
+mod subscript;
 pub mod terminal;
 mod uncertainty;
 mod validation;
+mod velocity;
 
 pub use document::{Alignment, Block, Cell, Column, Figure, KeyFigure, Report, Section, Table};
 pub use error::Error;
 pub use multi_position::MultiPositionReport;
 pub use noise::NoiseReport;
 pub use number::{concise, scientific};
+pub use plan::PlanReport;
 pub use plot::{
     Axis, BarPlot, HistogramPlot, MatrixPlot, Panel, Plot, Scale, Series, SpherePlot, SpherePoint,
     XyPlot,
 };
-pub use uncertainty::UncertaintyReport;
+pub use shaker::ShakerReport;
+pub use single_axis::SingleAxisReport;
+pub use spurious::SpuriousReport;
+pub use uncertainty::{GivenInput, UncertaintyReport};
 pub use validation::ValidationReport;
+pub use velocity::VelocityReport;

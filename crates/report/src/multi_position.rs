@@ -1,5 +1,6 @@
 //! The report of a multi-position calibration.
 
+use crate::number::{rounded, two_digits};
 use crate::{
     Axis, BarPlot, Cell, Column, KeyFigure, MatrixPlot, Report, Section, Series, SpherePlot, Table,
     XyPlot,
@@ -103,7 +104,7 @@ impl MultiPositionReport<'_> {
             ],
         );
         for quantity in fit.estimate().quantities() {
-            let (value, expanded) = rounded(&quantity, self.probability);
+            let (value, expanded) = rounded(quantity.value, quantity.expanded(self.probability));
             table = table.row([
                 Cell::text(quantity.name.clone()),
                 Cell::number(value),
@@ -438,19 +439,6 @@ fn standstill_table(fit: &MultiPositionFit) -> Table {
     table
 }
 
-/// Value and U rounded to the same place, two digits of U.
-fn rounded(quantity: &Quantity, probability: f64) -> (String, String) {
-    let expanded = quantity.expanded(probability);
-    if !(expanded > 0.0 && expanded.is_finite()) {
-        return (quantity.value.to_string(), "0".to_owned());
-    }
-    let places = (1 - expanded.log10().floor() as i32).clamp(0, 12) as usize;
-    (
-        format!("{:.places$}", quantity.value),
-        format!("{expanded:.places$}"),
-    )
-}
-
 /// Two digits; what is below a millionth of the uncertainty is rounding, not a contribution.
 fn contribution(value: f64, share: f64) -> String {
     if share < 1e-12 {
@@ -464,14 +452,6 @@ fn contribution(value: f64, share: f64) -> String {
 fn significant(percent: f64) -> String {
     let text = format!("{percent:.4}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
-}
-
-fn two_digits(value: f64) -> String {
-    if value == 0.0 {
-        return "0".to_owned();
-    }
-    let places = (1 - value.abs().log10().floor() as i32).clamp(0, 12) as usize;
-    format!("{value:.places$}")
 }
 
 /// As many decimals as six digits of the reference leave.

@@ -1,34 +1,9 @@
 //! Numbers as text: minus signs, decimal points, exponents, uncertainty in parentheses.
 
 use crate::{Cell, Column, Error};
+pub use proofmass_uncertainty::scientific;
+pub(crate) use proofmass_uncertainty::superscript;
 use proofmass_uncertainty::{DegreesOfFreedom, Format, Quantity};
-
-/// A number with `digits` significant digits; in powers of ten outside 0.001 to 100 000.
-///
-/// ```
-/// use proofmass_report::scientific;
-/// assert_eq!(scientific(0.000_031_24, 3), "3.12×10⁻⁵");
-/// assert_eq!(scientific(-12.345, 4), "−12.35");
-/// ```
-pub fn scientific(value: f64, digits: usize) -> String {
-    if value == 0.0 {
-        return "0".into();
-    }
-    if !value.is_finite() {
-        return value.to_string();
-    }
-    let digits = digits.max(1);
-    // The exponent after rounding: 9.996 with three digits is 10.0.
-    let text = format!("{:.*e}", digits - 1, value);
-    let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
-    let exponent: i32 = exponent.parse().unwrap_or(0);
-    if (-3..5).contains(&exponent) {
-        let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
-        minus(&format!("{value:.decimals$}"))
-    } else {
-        format!("{}×10{}", minus(mantissa), superscript(exponent))
-    }
-}
 
 /// A value with its standard uncertainty in parentheses, as `proofmass_uncertainty` rounds it: `0.0312(14)`.
 ///
@@ -51,6 +26,37 @@ pub fn concise(value: f64, standard_uncertainty: f64) -> String {
         dof: DegreesOfFreedom::INFINITE,
     };
     minus(&bare.display(&Format::concise()).to_string())
+}
+
+/// A value and its expanded uncertainty, rounded to the same place: two digits of the uncertainty.
+pub(crate) fn rounded(value: f64, expanded: f64) -> (String, String) {
+    if !(expanded > 0.0 && expanded.is_finite()) {
+        return (value.to_string(), "0".to_owned());
+    }
+    let places = decimals(expanded);
+    (format!("{value:.places$}"), format!("{expanded:.places$}"))
+}
+
+/// A number as tables and plans give it, three decimals at most and no needless zeros: `31.5`, `160`.
+pub(crate) fn plain(value: f64) -> String {
+    let text = format!("{value:.3}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+/// A number with two significant digits.
+pub(crate) fn two_digits(value: f64) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let places = decimals(value);
+    format!("{value:.places$}")
+}
+
+/// Decimals that leave two significant digits after rounding: 0.0996 becomes 0.10.
+fn decimals(value: f64) -> usize {
+    let text = format!("{:.1e}", value.abs());
+    let exponent = text.split_once('e').and_then(|(_, e)| e.parse().ok());
+    (1 - exponent.unwrap_or(0)).clamp(0, 12) as usize
 }
 
 /// A printed number with a true minus sign, no sign where only zeros are printed, and `e-5` as a power of ten.
@@ -78,21 +84,6 @@ pub(crate) fn minus(text: &str) -> String {
         })
     });
     format!("{sign}{digits}{}", power.unwrap_or_else(|| rest.into()))
-}
-
-/// An exponent in superscript characters.
-pub(crate) fn superscript(exponent: i32) -> String {
-    exponent
-        .to_string()
-        .chars()
-        .map(|c| match c {
-            '-' => '⁻',
-            '1' => '¹',
-            '2' => '²',
-            '3' => '³',
-            c => char::from_u32('⁰' as u32 + c.to_digit(10).unwrap_or(0)).unwrap_or(c),
-        })
-        .collect()
 }
 
 /// Quantity over unit, as headings and axes state it: brackets around a compound unit, square ones around round

@@ -113,6 +113,15 @@ impl Text {
             Block::Findings(findings) => self.findings(findings),
             Block::KeyFigures(figures) => self.key_figures(figures),
             Block::Table(table) => self.table(table)?,
+            Block::Beside(tables) => {
+                for (i, table) in tables.iter().enumerate() {
+                    if i > 0 {
+                        self.line("");
+                    }
+                    self.table(table)?;
+                }
+            }
+            Block::Folded { title, .. } => self.hanging("in the page: ", title),
             Block::Figure(figure) => self.hanging("figure: ", &figure.caption),
         }
         Ok(())

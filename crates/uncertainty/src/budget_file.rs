@@ -1,8 +1,12 @@
 //! The budget file: inputs, their distributions and keys, and for a model of one's own the equations.
 
+mod place;
+
 use crate::{
     DegreesOfFreedom, Distribution, Evaluation, Expression, Input, Inputs, Model, Number, Refusal,
 };
+use place::Place;
+use proofmass_core::Error;
 use serde::{Deserialize, Serialize};
 
 /// `budget.toml`: the inputs of a campaign.
@@ -66,6 +70,9 @@ pub struct InputEntry {
     /// Type A or B, when not as the distribution suggests.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub evaluation: Option<Evaluation>,
+    /// What an error of it does to an observation, in the words of the kind of campaign; equations need none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub acts: Option<String>,
 }
 
 /// One `[[correlation]]` between two inputs or two draws of them.
@@ -73,6 +80,7 @@ pub struct InputEntry {
 #[serde(deny_unknown_fields)]
 pub struct CorrelationEntry {
     /// Two names, such as `["V", "I"]` or `["reference[frequency=10]", "reference[frequency=20]"]`.
+    #[serde(deserialize_with = "two_names")]
     pub between: [String; 2],
     /// Correlation coefficient.
     pub coefficient: f64,
@@ -85,22 +93,13 @@ impl Budget {
     /// [`Refusal::File`] with line and field.
     pub fn parse(text: &str) -> Result<Self, Refusal> {
         let budget: Self = read(text)?;
+        // Distributions are judged here, where the line is still known.
         budget
             .inputs()
-            .and_then(|inputs| {
-                // Distributions are judged here, where the line is still known.
-                for input in inputs.inputs() {
-                    input
-                        .distribution
-                        .check()
-                        .map_err(|source| Refusal::Input {
-                            name: input.name.clone(),
-                            source,
-                        })?;
-                }
-                Ok(())
-            })
-            .map_err(|refusal| at_line(text, refusal))?;
+            .and_then(|inputs| inputs.single())
+            .map_err(|refusal| {
+                Place::of(&refusal, &budget.input, &budget.correlation, &[]).explain(text, refusal)
+            })?;
         Ok(budget)
     }
 
@@ -194,8 +193,13 @@ impl UncertaintyModel {
             .inputs()
             .and_then(|inputs| inputs.single())
             .and_then(|_| model.equations())
-            .map_err(|refusal| at_line(text, refusal))?;
+            .map_err(|refusal| model.explain(text, refusal))?;
         Ok(model)
+    }
+
+    /// A refusal of this model with the line of its text that it speaks of.
+    pub fn explain(&self, text: &str, refusal: Refusal) -> Refusal {
+        Place::of(&refusal, &self.input, &self.correlation, &self.formulas()).explain(text, refusal)
     }
 
     /// The inputs it describes.
@@ -206,21 +210,43 @@ impl UncertaintyModel {
         inputs(&self.input, &self.correlation)
     }
 
+    /// Every formula in the order of evaluation.
+    fn formulas(&self) -> Vec<Formula<'_>> {
+        let formula = |table, number, name, text| Formula {
+            table,
+            number,
+            name,
+            text,
+        };
+        let intermediate = self.intermediate.iter().enumerate();
+        let output = self.output.iter().enumerate();
+        intermediate
+            .map(|(k, i)| formula("intermediate", k, i.name.as_str(), i.expression.as_str()))
+            .chain(output.map(|(k, o)| formula("output", k, &o.name, &o.expression)))
+            .collect()
+    }
+
     /// The equations as a [`Model`], inputs in the order of the file.
     ///
     /// # Errors
     /// [`Refusal::Expression`], [`Refusal::Duplicate`].
     pub fn equations(&self) -> Result<Equations, Refusal> {
         let mut names: Vec<String> = self.input.iter().map(|i| i.name.clone()).collect();
-        let intermediate = self.intermediate.iter().map(|i| (&i.name, &i.expression));
-        let output = self.output.iter().map(|o| (&o.name, &o.expression));
+        let formulas = self.formulas();
+        let mut all = names
+            .iter()
+            .map(String::as_str)
+            .chain(formulas.iter().map(|f| f.name));
+        all.try_for_each(Expression::check_name)?;
         let mut steps = Vec::new();
-        for (name, text) in intermediate.chain(output) {
-            if names.contains(name) {
-                return Err(Refusal::Duplicate { name: name.clone() });
+        for formula in &formulas {
+            if names.iter().any(|name| name == formula.name) {
+                return Err(Refusal::Duplicate {
+                    name: formula.name.to_owned(),
+                });
             }
-            steps.push(Expression::parse(text, &names)?);
-            names.push(name.clone());
+            steps.push(Expression::parse(formula.text, &names)?);
+            names.push(formula.name.to_owned());
         }
         Ok(Equations {
             outputs: self
@@ -232,6 +258,14 @@ impl UncertaintyModel {
             steps,
         })
     }
+}
+
+/// One formula and where it stands in the file.
+struct Formula<'a> {
+    table: &'static str,
+    number: usize,
+    name: &'a str,
+    text: &'a str,
 }
 
 /// Equations read from a file.
@@ -268,47 +302,20 @@ impl Model for Equations {
     }
 }
 
-fn read<'de, T: Deserialize<'de>>(text: &'de str) -> Result<T, Refusal> {
-    toml::from_str(text).map_err(|error| Refusal::File {
-        line: error.span().map(|span| line_at(text, span.start)),
-        reason: error.message().to_owned(),
+/// Exactly two: a third name would be passed over by the derived reader.
+fn two_names<'de, D: serde::Deserializer<'de>>(reader: D) -> Result<[String; 2], D::Error> {
+    let names = Vec::<String>::deserialize(reader)?;
+    let count = names.len();
+    names.try_into().map_err(|_| {
+        serde::de::Error::custom(format!("two names are needed in `between`, not {count}"))
     })
 }
 
-fn line_at(text: &str, place: usize) -> usize {
-    text.as_bytes()[..place.min(text.len())]
-        .iter()
-        .filter(|b| **b == b'\n')
-        .count()
-        + 1
-}
-
-/// A refusal after reading names a thing of the file; the line is where that thing stands in quotes.
-fn at_line(text: &str, refusal: Refusal) -> Refusal {
-    let needle = match &refusal {
-        Refusal::Input { name, .. }
-        | Refusal::Duplicate { name }
-        | Refusal::Unknown { name, .. } => name,
-        Refusal::Expression { text, .. } => text,
-        Refusal::Correlation { first, .. } => first,
-        _ => return refusal,
-    };
-    let places: Vec<usize> = ['"', '\'']
-        .iter()
-        .flat_map(|quote| {
-            text.match_indices(&format!("{quote}{needle}{quote}"))
-                .map(|(i, _)| i)
-                .collect::<Vec<_>>()
-        })
-        .collect();
-    let place = match refusal {
-        Refusal::Duplicate { .. } | Refusal::Correlation { .. } => places.iter().max(),
-        _ => places.iter().min(),
-    };
-    Refusal::File {
-        line: place.map(|&p| line_at(text, p)),
-        reason: refusal.to_string(),
-    }
+fn read<'de, T: Deserialize<'de>>(text: &'de str) -> Result<T, Refusal> {
+    toml::from_str(text).map_err(|error| Refusal::File {
+        line: error.span().map(|span| place::line_at(text, span.start)),
+        reason: error.message().to_owned(),
+    })
 }
 
 fn inputs(entries: &[InputEntry], correlations: &[CorrelationEntry]) -> Result<Inputs, Refusal> {
@@ -324,12 +331,9 @@ fn inputs(entries: &[InputEntry], correlations: &[CorrelationEntry]) -> Result<I
                 })?
             }
             _ => {
-                return Err(Refusal::File {
-                    line: None,
-                    reason: format!(
-                        "input {}: either `distribution` or `observations` is needed",
-                        entry.name
-                    ),
+                return Err(Refusal::Incomplete {
+                    name: entry.name.clone(),
+                    needed: "either `distribution` or `observations`, and not both,",
                 });
             }
         };
@@ -356,21 +360,27 @@ fn inputs(entries: &[InputEntry], correlations: &[CorrelationEntry]) -> Result<I
         let set: Vec<usize> = (0..entries.len())
             .filter(|&i| entries[i].together.as_ref() == Some(word))
             .collect();
-        let columns: Vec<&[f64]> = set
-            .iter()
-            .map(|&i| {
-                entries[i]
-                    .observations
-                    .as_deref()
-                    .ok_or_else(|| Refusal::File {
-                        line: None,
-                        reason: format!(
-                            "input {}: `together` needs `observations`",
-                            entries[i].name
-                        ),
-                    })
-            })
-            .collect::<Result<_, _>>()?;
+        let mut columns: Vec<&[f64]> = Vec::new();
+        for &i in &set {
+            let Some(values) = entries[i].observations.as_deref() else {
+                return Err(Refusal::Incomplete {
+                    name: entries[i].name.clone(),
+                    needed: "beside `together`, `observations`",
+                });
+            };
+            let expected = columns.first().map_or(values.len(), |c| c.len());
+            if values.len() != expected {
+                return Err(Refusal::Input {
+                    name: entries[i].name.clone(),
+                    source: Error::Length {
+                        name: "observations read together with another input",
+                        expected,
+                        got: values.len(),
+                    },
+                });
+            }
+            columns.push(values);
+        }
         inputs = inputs.observe_together(&set, &columns)?;
     }
     for entry in correlations {

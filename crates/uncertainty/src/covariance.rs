@@ -141,7 +141,11 @@ impl Covariance {
         let mut result = Self::zeros(m);
         for i in 0..m {
             for j in 0..=i {
-                let value: f64 = (0..n).map(|l| half[i * n + l] * jacobian[j * n + l]).sum();
+                let mut value: f64 = (0..n).map(|l| half[i * n + l] * jacobian[j * n + l]).sum();
+                // Rounding makes a variance that is exactly zero a little negative, and its root NaN.
+                if i == j && value < 0.0 {
+                    value = 0.0;
+                }
                 result.elements[i * m + j] = value;
                 result.elements[j * m + i] = value;
             }

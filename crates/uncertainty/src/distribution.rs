@@ -90,6 +90,48 @@ pub enum Distribution {
     },
 }
 
+/// Kind and parameters, for a reader: `rectangular from 9.5e-6 to 1.35e-5`.
+impl std::fmt::Display for Distribution {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let name = self.name();
+        match self {
+            Self::Normal { mean, u } => write!(f, "{name}, mean {mean:?}, u {u:?}"),
+            Self::StudentT {
+                location,
+                scale,
+                dof,
+            } => write!(
+                f,
+                "{name}, location {location:?}, scale {scale:?}, ν = {dof}"
+            ),
+            Self::Rectangular { lower, upper }
+            | Self::Triangular { lower, upper }
+            | Self::Arcsine { lower, upper } => write!(f, "{name} from {lower:?} to {upper:?}"),
+            Self::Trapezoidal { lower, upper, beta } => {
+                write!(f, "{name} from {lower:?} to {upper:?}, β = {beta}")
+            }
+            Self::CurvilinearTrapezoid {
+                lower,
+                upper,
+                inexactness,
+            } => write!(
+                f,
+                "{name} from {lower:?} to {upper:?}, limits ± {inexactness:?}"
+            ),
+            Self::TruncatedNormal {
+                mean,
+                sd,
+                lower,
+                upper,
+            } => write!(
+                f,
+                "{name}, mean {mean:?}, standard deviation {sd:?}, from {lower:?} to {upper:?}"
+            ),
+            Self::Samples { values } => write!(f, "{} {name}", values.len()),
+        }
+    }
+}
+
 impl Distribution {
     /// From observations repeated under the same conditions: Student t of their mean.
     ///
@@ -156,8 +198,12 @@ impl Distribution {
             } => ((upper - lower).powi(2) / 12.0 + inexactness * inexactness / 9.0).sqrt(),
             Self::Arcsine { lower, upper } => 0.5 * (upper - lower) / 2f64.sqrt(),
             Self::TruncatedNormal { .. } => self.truncated_moments().1,
+            // All of a distribution, not a sample of it: n, not n − 1.
             Self::Samples { values } => {
-                mean_and_variance("samples", values).map_or(0.0, |(_, variance)| variance.sqrt())
+                mean_and_variance("samples", values).map_or(0.0, |(_, v)| {
+                    let n = values.len() as f64;
+                    (v * (n - 1.0) / n).sqrt()
+                })
             }
         }
     }
@@ -227,10 +273,13 @@ impl Distribution {
     /// # Errors
     /// [`Error::NotFinite`], [`Error::OutOfRange`], [`Error::TooFew`] for the first rule broken.
     pub fn check(&self) -> Result<(), Error> {
-        let finite = |values: &[f64]| match values.iter().position(|v| !v.is_finite()) {
-            Some(index) => Err(Error::NotFinite {
-                name: "parameter of a distribution",
-                index,
+        let finite = |values: &[(&'static str, f64)]| match values.iter().find(|v| !v.1.is_finite())
+        {
+            Some(&(name, value)) => Err(Error::OutOfRange {
+                name,
+                value,
+                min: f64::MIN,
+                max: f64::MAX,
             }),
             None => Ok(()),
         };
@@ -248,28 +297,28 @@ impl Distribution {
         };
         match self {
             Self::Normal { mean, u } => {
-                finite(&[*mean, *u])?;
-                within("standard uncertainty", *u, 0.0, f64::MAX)
+                finite(&[("mean", *mean), ("u", *u)])?;
+                within("u", *u, 0.0, f64::MAX)
             }
             Self::StudentT {
                 location,
                 scale,
                 dof,
             } => {
-                finite(&[*location, *scale, *dof])?;
+                finite(&[("location", *location), ("scale", *scale), ("dof", *dof)])?;
                 within("scale", *scale, 0.0, f64::MAX)?;
                 // One observation more than parameters gives 1; pooled values may fall a little below.
-                within("degrees of freedom", *dof, 0.5, f64::MAX)
+                within("dof", *dof, 0.5, f64::MAX)
             }
             Self::Rectangular { lower, upper }
             | Self::Triangular { lower, upper }
             | Self::Arcsine { lower, upper } => {
-                finite(&[*lower, *upper])?;
-                within("upper limit", *upper, *lower, f64::MAX)
+                finite(&[("lower", *lower), ("upper", *upper)])?;
+                within("upper", *upper, *lower, f64::MAX)
             }
             Self::Trapezoidal { lower, upper, beta } => {
-                finite(&[*lower, *upper, *beta])?;
-                within("upper limit", *upper, *lower, f64::MAX)?;
+                finite(&[("lower", *lower), ("upper", *upper), ("beta", *beta)])?;
+                within("upper", *upper, *lower, f64::MAX)?;
                 within("beta", *beta, 0.0, 1.0)
             }
             Self::CurvilinearTrapezoid {
@@ -277,8 +326,12 @@ impl Distribution {
                 upper,
                 inexactness,
             } => {
-                finite(&[*lower, *upper, *inexactness])?;
-                within("upper limit", *upper, *lower, f64::MAX)?;
+                finite(&[
+                    ("lower", *lower),
+                    ("upper", *upper),
+                    ("inexactness", *inexactness),
+                ])?;
+                within("upper", *upper, *lower, f64::MAX)?;
                 within("inexactness", *inexactness, 0.0, 0.5 * (upper - lower))
             }
             Self::TruncatedNormal {
@@ -287,12 +340,17 @@ impl Distribution {
                 lower,
                 upper,
             } => {
-                finite(&[*mean, *sd, *lower, *upper])?;
-                within("standard deviation", *sd, f64::MIN_POSITIVE, f64::MAX)?;
-                within("upper limit", *upper, *lower, f64::MAX)?;
+                finite(&[
+                    ("mean", *mean),
+                    ("sd", *sd),
+                    ("lower", *lower),
+                    ("upper", *upper),
+                ])?;
+                within("sd", *sd, f64::MIN_POSITIVE, f64::MAX)?;
+                within("upper", *upper, *lower, f64::MAX)?;
                 // Farther out than 30 standard deviations the normal has no double left to truncate.
-                within("lower limit", *lower, f64::MIN, mean + 30.0 * sd)?;
-                within("upper limit", *upper, mean - 30.0 * sd, f64::MAX)
+                within("lower", *lower, f64::MIN, mean + 30.0 * sd)?;
+                within("upper", *upper, mean - 30.0 * sd, f64::MAX)
             }
             Self::Samples { values } => mean_and_variance("samples", values).map(|_| ()),
         }

@@ -165,7 +165,7 @@ impl Format {
         match (exponent, self.alphabet) {
             (0, _) => String::new(),
             (e, Alphabet::Ascii) => format!("e{e}"),
-            (e, Alphabet::Unicode) => format!("×10{}", superscript(e)),
+            (e, Alphabet::Unicode) => format!("×10{}", crate::superscript(e)),
         }
     }
 
@@ -361,22 +361,9 @@ fn shortest(x: f64) -> String {
 }
 
 fn percent(probability: f64) -> String {
-    let text = format!("{:.2}", 100.0 * probability);
+    // Through nine digits, so that neither 0.955 shows rounding nor 0.9999999 becomes 100 %.
+    let text = format!("{:.7}", 100.0 * probability);
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
-}
-
-fn superscript(exponent: i32) -> String {
-    exponent
-        .to_string()
-        .chars()
-        .map(|c| match c {
-            '-' => '⁻',
-            '1' => '¹',
-            '2' => '²',
-            '3' => '³',
-            other => char::from_u32('⁰' as u32 + (other as u32 - '0' as u32)).unwrap_or(other),
-        })
-        .collect()
 }
 
 fn ascii_unit(unit: &str) -> String {

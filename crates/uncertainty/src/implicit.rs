@@ -1,7 +1,7 @@
 //! Models that are given as an equation to be solved: h(y, x) = 0.
 
 use crate::propagation::{jacobian_of, linear};
-use crate::{Dual, JointInputs, Linear, Number};
+use crate::{Dual, JointInputs, Linear, NormalEquations, Number};
 use faer::Mat;
 use faer::prelude::Solve;
 use proofmass_core::Error;
@@ -35,10 +35,35 @@ pub fn propagate_implicit<M: Implicit>(
     start: &[f64],
     inputs: &JointInputs,
 ) -> Result<Linear, Error> {
-    let m = model.outputs().len();
-    solve(model.outputs(), start, inputs, m, |y, x, h| {
-        model.residual(y, x, h)
-    })
+    if start.len() != model.outputs().len() {
+        return Err(Error::Length {
+            name: "starting point",
+            expected: model.outputs().len(),
+            got: start.len(),
+        });
+    }
+    let m = start.len();
+    let x = inputs.estimates();
+    let root = Root::find(model, start, &x)?;
+    let fixed_y = constants(&root.y);
+    let (_, hx) = jacobian_of(&x, m, |x, out| model.residual(&fixed_y, x, out))?;
+    let n = x.len();
+    let mut jacobian = vec![0.0; m * n];
+    for l in 0..n {
+        let column: Vec<f64> = (0..m).map(|k| hx[k * n + l]).collect();
+        for (k, v) in root.slope.solve(&column)?.into_iter().enumerate() {
+            jacobian[k * n + l] = -v;
+        }
+    }
+    let result = linear(model.outputs(), &root.y, &jacobian, inputs)?;
+    // A step is judged against the value or, for a value near zero, against its uncertainty.
+    for (k, step) in root.step.iter().enumerate() {
+        let u = result.estimate().covariance().standard_uncertainty(k);
+        if !(step.abs() <= (1e-8 * root.scale[k]).max(1e-6 * u)) {
+            return Err(root.not_converged(k));
+        }
+    }
+    Ok(result)
 }
 
 /// Refines a fit from a starting point (the fit a caller already made will do) and propagates all inputs
@@ -71,98 +96,81 @@ pub fn propagate_least_squares<M: LeastSquares>(
     start: &[f64],
     inputs: &JointInputs,
 ) -> Result<Linear, Error> {
-    let m = model.outputs().len();
-    solve(model.outputs(), start, inputs, m, |y, x, h| {
-        gradient(model, y, x, h)
-    })
-}
-
-/// Σ r_i ∂r_i/∂y_k over numbers that may themselves carry derivatives.
-fn gradient<M: LeastSquares, T: Number>(model: &M, y: &[T], x: &[T], h: &mut [T]) {
-    let constant: Vec<Dual<T, 1>> = x.iter().map(|&x| Dual::variable(x, usize::MAX)).collect();
-    let mut r = vec![Dual::<T, 1>::from(0.0); model.residuals()];
-    for k in 0..y.len() {
-        let seeded: Vec<Dual<T, 1>> = y
-            .iter()
-            .enumerate()
-            .map(|(i, &y)| Dual::variable(y, if i == k { 0 } else { usize::MAX }))
-            .collect();
-        model.residual(&seeded, &constant, &mut r);
-        h[k] = r
-            .iter()
-            .fold(T::from(0.0), |sum, r| sum + r.real * r.partials[0]);
-    }
+    propagate_implicit(&NormalEquations(model), start, inputs)
 }
 
 type Partial = Dual<f64, 8>;
 
-fn solve(
-    outputs: Vec<(String, String)>,
-    start: &[f64],
-    inputs: &JointInputs,
-    m: usize,
-    h: impl Fn(&[Partial], &[Partial], &mut [Partial]),
-) -> Result<Linear, Error> {
-    if start.len() != m {
-        return Err(Error::Length {
-            name: "starting point",
-            expected: m,
-            got: start.len(),
-        });
-    }
-    let x = inputs.estimates();
-    let constants = |v: &[f64]| v.iter().map(|&v| Partial::from(v)).collect::<Vec<_>>();
-    let fixed_x = constants(&x);
-    let mut y = start.to_vec();
-    let mut scale: Vec<f64> = y.iter().map(|y| y.abs()).collect();
-    let mut last = vec![f64::INFINITY; m];
-    let mut previous = f64::INFINITY;
-    for _ in 0..50 {
-        let (value, slope) = jacobian_of(&y, m, |y, out| h(y, &fixed_x, out))?;
-        last = scaled(&slope, m).solve(&value)?;
-        let mut relative: f64 = 0.0;
-        for k in 0..m {
-            y[k] -= last[k];
-            scale[k] = scale[k].max(y[k].abs()).max(last[k].abs());
-            if last[k] != 0.0 {
-                relative = relative.max(last[k].abs() / scale[k]);
+fn constants(v: &[f64]) -> Vec<Partial> {
+    v.iter().map(|&v| Partial::from(v)).collect()
+}
+
+/// Where h(y, x) = 0 for one x.
+pub(crate) struct Root {
+    pub y: Vec<f64>,
+    /// ∂h/∂y there.
+    pub slope: Scaled,
+    /// Last step of the iteration.
+    step: Vec<f64>,
+    /// Largest value and step met, the measure of a step.
+    scale: Vec<f64>,
+}
+
+const ITERATIONS: usize = 50;
+
+impl Root {
+    /// Newton's iteration; whether its last step was small enough is for the caller to judge.
+    pub fn find<M: Implicit>(model: &M, start: &[f64], x: &[f64]) -> Result<Self, Error> {
+        let m = start.len();
+        let fixed_x = constants(x);
+        let slope_at = |y: &[f64]| jacobian_of(y, m, |y, out| model.residual(y, &fixed_x, out));
+        let mut y = start.to_vec();
+        let mut scale: Vec<f64> = y.iter().map(|y| y.abs()).collect();
+        let mut step = vec![f64::INFINITY; m];
+        let mut previous = f64::INFINITY;
+        for _ in 0..ITERATIONS {
+            let (value, slope) = slope_at(&y)?;
+            step = scaled(&slope, m).solve(&value)?;
+            let mut relative: f64 = 0.0;
+            for k in 0..m {
+                y[k] -= step[k];
+                scale[k] = scale[k].max(y[k].abs()).max(step[k].abs());
+                if step[k] != 0.0 {
+                    relative = relative.max(step[k].abs() / scale[k]);
+                }
             }
+            // Quadratic convergence ends in rounding noise: settled when a small step no longer shrinks.
+            if relative < 1e-15 || (relative < 1e-8 && relative >= 0.5 * previous) {
+                break;
+            }
+            previous = relative;
         }
-        // Quadratic convergence ends in rounding noise: settled when a small step no longer shrinks.
-        if relative < 1e-15 || (relative < 1e-8 && relative >= 0.5 * previous) {
-            break;
-        }
-        previous = relative;
+        let (_, slope) = slope_at(&y)?;
+        Ok(Self {
+            slope: scaled(&slope, m),
+            y,
+            step,
+            scale,
+        })
     }
-    let fixed_y = constants(&y);
-    let (_, slope) = jacobian_of(&y, m, |y, out| h(y, &fixed_x, out))?;
-    let (_, hx) = jacobian_of(&x, m, |x, out| h(&fixed_y, x, out))?;
-    let hy = scaled(&slope, m);
-    let n = x.len();
-    let mut jacobian = vec![0.0; m * n];
-    for l in 0..n {
-        let column: Vec<f64> = (0..m).map(|k| hx[k * n + l]).collect();
-        for (k, v) in hy.solve(&column)?.into_iter().enumerate() {
-            jacobian[k * n + l] = -v;
-        }
+
+    /// Whether every step ended small against the values met.
+    pub fn settled(&self) -> bool {
+        let mut steps = self.step.iter().zip(&self.scale);
+        steps.all(|(step, scale)| step.abs() <= 1e-8 * scale)
     }
-    let result = linear(outputs, &y, &jacobian, inputs)?;
-    // A step is judged against the value or, for a value near zero, against its uncertainty.
-    for (k, step) in last.iter().enumerate() {
-        let u = result.estimate().covariance().standard_uncertainty(k);
-        if !(step.abs() <= (1e-8 * scale[k]).max(1e-6 * u)) {
-            return Err(Error::NotConverged {
-                name: "implicit model",
-                iterations: 50,
-                step: step.abs() / scale[k],
-            });
+
+    fn not_converged(&self, k: usize) -> Error {
+        Error::NotConverged {
+            name: "implicit model",
+            iterations: ITERATIONS,
+            step: self.step[k].abs() / self.scale[k],
         }
     }
-    Ok(result)
 }
 
 /// ∂h/∂y with rows and columns brought to size 1 before it is factorised, so that units do not spoil it.
-struct Scaled {
+pub(crate) struct Scaled {
     lu: faer::linalg::solvers::FullPivLu<f64>,
     row: Vec<f64>,
     column: Vec<f64>,
@@ -197,7 +205,7 @@ fn scaled(slope: &[f64], m: usize) -> Scaled {
 }
 
 impl Scaled {
-    fn solve(&self, b: &[f64]) -> Result<Vec<f64>, Error> {
+    pub fn solve(&self, b: &[f64]) -> Result<Vec<f64>, Error> {
         // Beyond 1e14 not one digit of the solution is left.
         if !(self.condition < 1e14) {
             return Err(Error::Singular {

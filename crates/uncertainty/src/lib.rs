@@ -122,7 +122,7 @@
 //!   copulas are not offered.
 //! - Effective degrees of freedom of a complex quantity with correlated groups ([`willink_hall`] takes independent
 //!   contributions).
-//! - Sensitivity coefficients from Monte Carlo (`[S1] annex B`), and Monte Carlo of implicit models.
+//! - Sensitivity coefficients from Monte Carlo (`[S1] annex B`).
 //! - Conformity decisions (JCGM 106).
 
 #![allow(
@@ -150,11 +150,13 @@ mod histogram;
 mod implicit;
 mod input;
 mod monte_carlo;
+mod notation;
 mod number;
 mod propagation;
 mod refusal;
 mod region;
 mod sampler;
+mod solved;
 mod student;
 mod validation;
 mod ziggurat;
@@ -180,10 +182,17 @@ pub use histogram::Histogram;
 pub use implicit::{Implicit, LeastSquares, propagate_implicit, propagate_least_squares};
 pub use input::{Draw, Input, Inputs, JointInputs, Labels};
 pub use monte_carlo::{Interval, MonteCarlo, Progress, Sampled, SampledOutput, Trials};
+pub use notation::{scientific, superscript};
 pub use number::{Complex, Dual, Number};
 pub use propagation::{
     Linear, Model, SecondOrder, jacobian, linear, propagate, propagate_second_order,
 };
 pub use refusal::Refusal;
 pub use region::Region;
+pub use solved::{NormalEquations, Solved};
 pub use validation::{Validation, Verdict, numerical_tolerance};
+
+/// The example of the README, so that it stays true.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -16,6 +16,20 @@ pub enum Refusal {
         /// Which rule.
         source: Error,
     },
+    /// What is said of an input does not suffice, or contradicts itself.
+    Incomplete {
+        /// Name of the input.
+        name: String,
+        /// What is needed.
+        needed: &'static str,
+    },
+    /// An output is no finite number somewhere among the inputs.
+    Output {
+        /// Name of the output.
+        name: String,
+        /// What is not finite, and where.
+        what: &'static str,
+    },
     /// A name that is not defined.
     Unknown {
         /// What kind of thing was looked for: an input, a key, a function.
@@ -36,6 +50,24 @@ pub enum Refusal {
         second: String,
         /// The coefficient between them.
         coefficient: f64,
+    },
+    /// A correlation coefficient that no pair can have.
+    Pair {
+        /// First of the pair.
+        first: String,
+        /// Second of the pair.
+        second: String,
+        /// The coefficient.
+        coefficient: f64,
+        /// What is wrong with it.
+        what: &'static str,
+    },
+    /// A name that a formula could not speak of.
+    Name {
+        /// The name.
+        name: String,
+        /// What is wrong with it.
+        what: &'static str,
     },
     /// An expression cannot be read.
     Expression {
@@ -68,6 +100,8 @@ impl fmt::Display for Refusal {
         match self {
             Self::Core(error) => error.fmt(f),
             Self::Input { name, source } => write!(f, "input {name}: {source}"),
+            Self::Incomplete { name, needed } => write!(f, "input {name}: {needed} is needed"),
+            Self::Output { name, what } => write!(f, "output {name}: {what}"),
             Self::Unknown { what, name } => write!(f, "no {what} is called {name}"),
             Self::Duplicate { name } => write!(f, "{name} is defined twice"),
             Self::Correlation {
@@ -79,11 +113,27 @@ impl fmt::Display for Refusal {
                 "no joint distribution has these correlations: {coefficient} between {first} and {second} \
                  contradicts the others"
             ),
+            Self::Pair {
+                first,
+                second,
+                coefficient,
+                what,
+            } => write!(
+                f,
+                "the correlation {coefficient} between {first} and {second} {what}"
+            ),
+            Self::Name { name, what } => write!(f, "the name {name:?} {what}"),
             Self::Expression {
                 text,
                 column,
                 expected,
-            } => write!(f, "expression `{text}`, character {column}: {expected}"),
+            } => {
+                write!(
+                    f,
+                    "expression `{}`, character {column}: {expected}",
+                    around(text, *column)
+                )
+            }
             Self::File {
                 line: Some(line),
                 reason,
@@ -92,6 +142,19 @@ impl fmt::Display for Refusal {
             Self::Cancelled => f.write_str("cancelled"),
         }
     }
+}
+
+/// A long text as the part about one of its characters.
+fn around(text: &str, column: usize) -> String {
+    let (before, after) = (40, 40);
+    let start = column.saturating_sub(before + 1);
+    let part: String = text.chars().skip(start).take(before + after).collect();
+    let cut = text.chars().nth(start + before + after).is_some();
+    format!(
+        "{}{part}{}",
+        if start > 0 { "…" } else { "" },
+        if cut { "…" } else { "" }
+    )
 }
 
 impl std::error::Error for Refusal {

@@ -6,16 +6,18 @@ use crate::{Distribution, JointInputs};
 use proofmass_core::Error;
 use rand::{Rng, RngExt};
 use rand_distr::{ChiSquared, Distribution as _, StandardNormal};
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+/// Trials drawn at a time: they stay in the first-level cache.
+pub(crate) const STRIP: usize = 256;
 
 /// How the draws of one set of inputs are made.
 enum Plan {
     /// Draws that depend on nothing else.
     Alone { draw: usize, source: Source },
-    /// Draws of a Student t that share the one estimate of σ.
+    /// Draws of Student t that share the one estimate of σ: draw, location, scale.
     SharedScale {
-        draws: Vec<usize>,
-        location: f64,
-        scale: f64,
+        draws: Vec<(usize, f64, f64)>,
         chi_squared: ChiSquared<f64>,
         dof: f64,
     },
@@ -74,13 +76,10 @@ impl Sampler {
         let mut plans = Vec::new();
         let mut copula = Vec::new();
         for cluster in &inputs.clusters {
-            let distribution = |d: usize| &inputs.inputs[inputs.draws[d].input].distribution;
+            let distribution = |d: usize| inputs.inputs[inputs.draws[d].input].drawn_from();
             if let Some(r) = &cluster.correlation {
-                let marginals: Vec<Distribution> = cluster
-                    .draws
-                    .iter()
-                    .map(|&d| distribution(d).clone())
-                    .collect();
+                let marginals: Vec<Distribution> =
+                    cluster.draws.iter().map(|&d| distribution(d)).collect();
                 let common = common_dof(&marginals);
                 let normal = marginals
                     .iter()
@@ -99,31 +98,30 @@ impl Sampler {
                 });
                 continue;
             }
-            match (
-                &cluster.draws[..],
-                cluster.draws.first().map(|&d| distribution(d)),
-            ) {
-                (
-                    draws,
-                    Some(Distribution::StudentT {
-                        location,
-                        scale,
-                        dof,
-                    }),
-                ) if draws.len() > 1 => {
-                    plans.push(Plan::SharedScale {
-                        draws: draws.to_vec(),
-                        location: *location,
-                        scale: *scale,
-                        chi_squared: chi_squared(*dof)?,
-                        dof: *dof,
-                    });
-                }
-                (draws, _) => {
-                    for &draw in draws {
+            // Several draws without correlation: of one input, or of inputs that were observed together.
+            let marginals: Vec<Distribution> =
+                cluster.draws.iter().map(|&d| distribution(d)).collect();
+            match common_dof(&marginals) {
+                Some(dof) if marginals.len() > 1 => plans.push(Plan::SharedScale {
+                    draws: cluster
+                        .draws
+                        .iter()
+                        .zip(&marginals)
+                        .filter_map(|(&draw, marginal)| match marginal {
+                            Distribution::StudentT {
+                                location, scale, ..
+                            } => Some((draw, *location, *scale)),
+                            _ => None,
+                        })
+                        .collect(),
+                    chi_squared: chi_squared(dof)?,
+                    dof,
+                }),
+                _ => {
+                    for (&draw, marginal) in cluster.draws.iter().zip(&marginals) {
                         plans.push(Plan::Alone {
                             draw,
-                            source: Source::new(distribution(draw))?,
+                            source: Source::new(marginal)?,
                         });
                     }
                 }
@@ -136,24 +134,29 @@ impl Sampler {
         })
     }
 
-    /// Fills `count` trials, each a row of n draws.
-    pub fn fill<R: Rng>(&self, rows: &mut [f64], rng: &mut R) {
-        let n = self.size;
+    /// Fills [`STRIP`] trials, each a row of n draws.
+    pub fn fill(&self, rows: &mut [f64], rng: &mut Xoshiro256PlusPlus) {
+        let n = self.size.max(1);
+        let mut strip = [0.0; STRIP];
         let mut z = Vec::new();
         for plan in &self.plans {
             match plan {
-                Plan::Alone { draw, source } => source.fill(rows, n, *draw, rng),
+                Plan::Alone { draw, source } => {
+                    source.fill(&mut strip, rng);
+                    for (row, x) in rows.chunks_exact_mut(n).zip(&strip) {
+                        row[*draw] = *x;
+                    }
+                }
                 Plan::SharedScale {
                     draws,
-                    location,
-                    scale,
                     chi_squared,
                     dof,
                 } => {
                     for row in rows.chunks_exact_mut(n) {
-                        let s = scale * (dof / chi_squared.sample(rng)).sqrt();
-                        for &d in draws {
-                            row[d] = location + s * rng.sample::<f64, _>(StandardNormal);
+                        let stretch = (dof / chi_squared.sample(rng)).sqrt();
+                        for (d, location, scale) in draws {
+                            row[*d] =
+                                location + scale * stretch * rng.sample::<f64, _>(StandardNormal);
                         }
                     }
                 }
@@ -189,6 +192,23 @@ impl Sampler {
             }
         }
     }
+}
+
+/// A strip of random words. The generator is copied out and back, so that its state stays in registers.
+fn words(rng: &mut Xoshiro256PlusPlus) -> [u64; STRIP] {
+    let mut state = rng.clone();
+    let mut words = [0; STRIP];
+    for word in &mut words {
+        *word = state.next_u64();
+    }
+    *rng = state;
+    words
+}
+
+/// The upper 53 bits as a number in [0, 1).
+fn fraction(word: u64) -> f64 {
+    // Through the signed type, whose conversion is one instruction.
+    (word >> 11) as i64 as f64 * (1.0 / (1u64 << 53) as f64)
 }
 
 fn chi_squared(dof: f64) -> Result<ChiSquared<f64>, Error> {
@@ -272,45 +292,63 @@ impl Source {
         })
     }
 
-    /// One column of the trials; the distribution is chosen once per block, not once per draw.
-    fn fill<R: Rng>(&self, rows: &mut [f64], n: usize, column: usize, rng: &mut R) {
-        let places = rows.iter_mut().skip(column).step_by(n);
+    /// One draw of a strip of trials.
+    fn fill(&self, column: &mut [f64; STRIP], rng: &mut Xoshiro256PlusPlus) {
         match self {
-            Self::Constant(value) => places.for_each(|x| *x = *value),
+            Self::Constant(value) => *column = [*value; STRIP],
             Self::Normal { mean, u } => {
-                places.for_each(|x| *x = mean + u * rng.sample::<f64, _>(StandardNormal));
+                for x in column {
+                    *x = mean + u * rng.sample::<f64, _>(StandardNormal);
+                }
             }
             Self::StudentT { location, scale, t } => {
-                places.for_each(|x| *x = location + scale * t.sample(rng));
+                for (x, word) in column.iter_mut().zip(words(rng)) {
+                    *x = location + scale * t.shape(word, rng);
+                }
             }
             Self::Rectangular { lower, width } => {
-                places.for_each(|x| *x = lower + width * rng.random::<f64>());
+                for (x, word) in column.iter_mut().zip(words(rng)) {
+                    *x = lower + width * fraction(word);
+                }
             }
             // Sum of two rectangular variables. `[S1]` 6.4.4.3
-            Self::Trapezoidal { lower, top, slope } => places.for_each(|x| {
-                *x = lower + top * rng.random::<f64>() + slope * rng.random::<f64>();
-            }),
+            Self::Trapezoidal { lower, top, slope } => {
+                for ((x, a), b) in column.iter_mut().zip(words(rng)).zip(words(rng)) {
+                    *x = lower + top * fraction(a) + slope * fraction(b);
+                }
+            }
             // The lower limit is drawn first and mirrored about the middle. `[S1]` 6.4.3.4
-            Self::Curvilinear { lower, span, d } => places.for_each(|x| {
-                let a = lower + 2.0 * d * rng.random::<f64>();
-                *x = a + (span - 2.0 * a) * rng.random::<f64>();
-            }),
-            // The cosine of a uniform angle from a point in the unit disc: cos 2θ = (a² − b²)/(a² + b²).
-            Self::Arcsine { middle, half } => places.for_each(|x| {
-                loop {
-                    let (a, b) = (2.0 * rng.random::<f64>() - 1.0, rng.random::<f64>());
-                    let (a, b) = (a * a, b * b);
-                    if a + b <= 1.0 && a + b > 0.0 {
+            Self::Curvilinear { lower, span, d } => {
+                for ((x, a), b) in column.iter_mut().zip(words(rng)).zip(words(rng)) {
+                    let a = lower + 2.0 * d * fraction(a);
+                    *x = a + (span - 2.0 * a) * fraction(b);
+                }
+            }
+            // The cosine of a uniform angle from a point in the unit disc: cos 2θ = (a² − b²)/(a² + b²). Points
+            // outside are overwritten by the next one, which costs less than a branch that goes either way.
+            Self::Arcsine { middle, half } => {
+                let mut filled = 0;
+                while filled < STRIP {
+                    for (a, b) in words(rng).into_iter().zip(words(rng)) {
+                        let (a, b) = (2.0 * fraction(a) - 1.0, fraction(b));
+                        let (a, b) = (a * a, b * b);
+                        let Some(x) = column.get_mut(filled) else {
+                            break;
+                        };
                         *x = middle + half * (a - b) / (a + b);
-                        break;
+                        filled += usize::from(a + b <= 1.0 && a + b > 0.0);
                     }
                 }
-            }),
+            }
             Self::Truncated(distribution) => {
-                places.for_each(|x| *x = distribution.quantile(rng.random::<f64>()));
+                for x in column {
+                    *x = distribution.quantile(rng.random::<f64>());
+                }
             }
             Self::Samples(values) => {
-                places.for_each(|x| *x = values[rng.random_range(0..values.len())]);
+                for x in column {
+                    *x = values[rng.random_range(0..values.len())];
+                }
             }
         }
     }

@@ -59,7 +59,7 @@ fn refuses_wrong_files_with_line_and_field() {
             21,
             "square",
         ),
-        ("lower = 1.10", "lower = 1.50", 18, "rho_a"),
+        ("lower = 1.10", "lower = 1.50", 21, "rho_a: upper = 1.3"),
         ("1 / rho_W", "1 / rho_V", 38, "rho_V"),
         (
             "unit = \"mg\"\ndescription = \"small",
@@ -67,6 +67,8 @@ fn refuses_wrong_files_with_line_and_field() {
             13,
             "units",
         ),
+        ("name = \"dm_R\"", "name = \"sin\"", 12, "means a function"),
+        ("name = \"dm_R\"", "name = \"d-m\"", 12, "must be a letter"),
         (
             "name = \"dm_R\"",
             "name = \"m_R\"",

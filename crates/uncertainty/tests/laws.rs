@@ -244,6 +244,171 @@ fn law_implicit_equals_explicit() {
 
 /// Binomial bound: four standard deviations of a share 0.95 in 20 000 repetitions are 4 √(0.95 · 0.05 / 20 000)
 /// = 0.0062.
+/// A reading that never changes has no correlation to give, and must not take that of its companion.
+#[test]
+fn regress_a_constant_reading_beside_another_keeps_its_own_draws() {
+    let p = [101_310.0, 101_325.0, 101_340.0, 101_320.0, 101_330.0];
+    let t = [293.1; 5];
+    for columns in [
+        [("p", "Pa", &p[..]), ("T", "K", &t[..])],
+        [("T", "K", &t[..]), ("p", "Pa", &p[..])],
+    ] {
+        let inputs = Inputs::new().observed(&columns).unwrap().single().unwrap();
+        model!(First, ["y" "1"], |x, y, T| { y[0] = x[0] + T::from(0.0) * x[1]; });
+        let n = 100_000;
+        let sampled = MonteCarlo::new(2)
+            .trials(Trials::Fixed(n))
+            .run(&First, &inputs)
+            .unwrap();
+        let (mean, u) = match columns[0].0 {
+            "p" => (101_325.0, 5.0),
+            _ => (293.1, 0.0),
+        };
+        // t with ν = 4 has the standard deviation √2 u; four standard deviations of the mean of n.
+        let bound = 4.0 * 2f64.sqrt() * u / (n as f64).sqrt() + 1e-9;
+        assert!(
+            (sampled.outputs[0].mean - mean).abs() <= bound,
+            "{}",
+            sampled.outputs[0].mean
+        );
+    }
+}
+
+/// A certificate with U, k and ν is drawn from Student's t: the trials then give the interval that k promises.
+#[test]
+fn law_degrees_of_freedom_of_a_normal_input_reach_the_trials() {
+    let inputs = Inputs::new()
+        .add(normal("x", 1.0, 0.1).dof(dof(4.0)))
+        .single()
+        .unwrap();
+    model!(Itself, ["y" "1"], |x, y, T| { y[0] = x[0] + T::from(0.0); });
+    let linear = propagate(&Itself, &inputs).unwrap();
+    let sampled = MonteCarlo::new(2)
+        .trials(Trials::Fixed(400_000))
+        .run(&Itself, &inputs)
+        .unwrap();
+    let expanded = linear.get("y").unwrap().expanded(0.95);
+    assert!((expanded - 0.27764).abs() < 1e-5); // t_0.975(4) = 2.7764
+    let interval = sampled.outputs[0].symmetric;
+    let bound = 4.0 * sampled.outputs[0].symmetric_scatter;
+    assert!(bound < 0.01);
+    assert!(
+        (interval.upper - 1.0 - expanded).abs() < bound,
+        "{interval:?}"
+    );
+    assert!(
+        (1.0 - interval.lower - expanded).abs() < bound,
+        "{interval:?}"
+    );
+}
+
+/// y³ + y = x, solved by iteration and by Cardano's formula.
+struct Iterated;
+impl Implicit for Iterated {
+    fn outputs(&self) -> Vec<(String, String)> {
+        vec![("y".into(), "1".into())]
+    }
+    fn residual<T: Number>(&self, y: &[T], x: &[T], h: &mut [T]) {
+        h[0] = y[0].powi(3) + y[0] - x[0];
+    }
+}
+struct Cardano;
+impl Model for Cardano {
+    fn outputs(&self) -> Vec<(String, String)> {
+        vec![("y".into(), "1".into())]
+    }
+    fn evaluate<T: Number>(&self, x: &[T], y: &mut [T]) {
+        let half = x[0] / T::from(2.0);
+        let root = (half * half + T::from(1.0 / 27.0)).sqrt();
+        let third = T::from(1.0 / 3.0);
+        y[0] = (root + half).powf(third) - (root - half).powf(third);
+    }
+}
+
+#[test]
+fn law_an_implicit_model_runs_like_its_explicit_solution() {
+    let inputs = Inputs::new().add(normal("x", 2.0, 0.5)).single().unwrap();
+    let solved = Solved::new(Iterated, vec![1.0]);
+    // First and second derivatives: rounding alone, a few ulp of values near one through a dozen operations.
+    let (a, b) = (
+        propagate_second_order(&solved, &inputs).unwrap(),
+        propagate_second_order(&Cardano, &inputs).unwrap(),
+    );
+    let (qa, qb) = (a.get("y").unwrap(), b.get("y").unwrap());
+    assert!((qa.value - qb.value).abs() < 1e-14);
+    assert!((qa.standard_uncertainty - qb.standard_uncertainty).abs() < 1e-14);
+    assert!((a.second_order()[0].shift - b.second_order()[0].shift).abs() < 1e-13);
+    assert!(
+        a.second_order()[0].shift.abs() > 1e-3,
+        "the test needs a curved model"
+    );
+    // The same seed draws the same inputs, so the trials agree one by one.
+    let run = MonteCarlo::new(3).trials(Trials::Fixed(20_000));
+    let (a, b) = (
+        run.run(&solved, &inputs).unwrap(),
+        run.run(&Cardano, &inputs).unwrap(),
+    );
+    let (a, b) = (&a.outputs[0], &b.outputs[0]);
+    assert!((a.mean - b.mean).abs() < 1e-13);
+    assert!((a.symmetric.lower - b.symmetric.lower).abs() < 1e-13);
+    assert!((a.symmetric.upper - b.symmetric.upper).abs() < 1e-13);
+    // A start that is not a number gives no solution, and no result.
+    let lost = Solved::new(Iterated, vec![f64::NAN]);
+    assert!(run.run(&lost, &inputs).is_err());
+}
+
+/// A circle through four points of which both coordinates err: the fit is implicit in every input.
+struct Circle;
+impl LeastSquares for Circle {
+    fn outputs(&self) -> Vec<(String, String)> {
+        ["x0", "y0", "r"].map(|n| (n.into(), "m".into())).to_vec()
+    }
+    fn residuals(&self) -> usize {
+        4
+    }
+    fn residual<T: Number>(&self, y: &[T], x: &[T], r: &mut [T]) {
+        for i in 0..4 {
+            let (dx, dy) = (x[2 * i] - y[0], x[2 * i + 1] - y[1]);
+            r[i] = (dx * dx + dy * dy).sqrt() - y[2];
+        }
+    }
+}
+
+#[test]
+fn law_a_fit_agrees_with_its_own_trials() {
+    let mut inputs = Inputs::new();
+    for (i, (x, y)) in [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)]
+        .into_iter()
+        .enumerate()
+    {
+        inputs =
+            inputs
+                .add(normal(&format!("x{i}"), x, 0.01))
+                .add(normal(&format!("y{i}"), y, 0.01));
+    }
+    let inputs = inputs.single().unwrap();
+    let start = [0.1, -0.1, 0.9];
+    let linear = propagate_least_squares(&Circle, &start, &inputs).unwrap();
+    // By symmetry: r is the mean of four radii, a centre coordinate half the difference of two opposite points.
+    assert!((linear.get("r").unwrap().standard_uncertainty - 0.005).abs() < 1e-12);
+    assert!((linear.get("x0").unwrap().standard_uncertainty - 0.01 / 2f64.sqrt()).abs() < 1e-12);
+    let n = 20_000;
+    let solved = Solved::new(NormalEquations(Circle), start.to_vec());
+    let sampled = MonteCarlo::new(5)
+        .trials(Trials::Fixed(n))
+        .run(&solved, &inputs)
+        .unwrap();
+    for name in ["x0", "y0", "r"] {
+        let (q, s) = (linear.get(name).unwrap(), sampled.get(name).unwrap());
+        // s of n trials has the relative standard deviation 1/√(2n); four of them, and 0.01² for the curvature.
+        let bound = 4.0 / (2.0 * n as f64).sqrt() + 1e-4;
+        assert!(
+            (s.standard_uncertainty / q.standard_uncertainty - 1.0).abs() < bound,
+            "{name}"
+        );
+    }
+}
+
 #[test]
 fn coverage_of_the_t_interval() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(11);

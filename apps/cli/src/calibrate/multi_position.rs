@@ -7,9 +7,9 @@ mod explanation;
 use self::data::Data;
 use self::documents::{calibration_file, covariance, parameters, result, standstills};
 use self::explanation::explain;
-use super::Calibrate;
+use super::{Calibrate, heading};
 use crate::delivery::Results;
-use crate::{Failure, Outcome, clock};
+use crate::{Failure, Outcome};
 use proofmass::calibration::{
     AttitudeUncertainty, Estimator, Model, MultiPosition, Segment, Standstill,
     StandstillCalibration, WindowedVariance, clipping, suspected_clipping, temperature_drift,
@@ -35,7 +35,7 @@ pub(super) fn run(
     let time = data.time();
     let text = MultiPositionReport {
         title: title(campaign),
-        meta: meta(campaign),
+        meta: heading::meta(&campaign.device, &campaign.ambient),
         inputs: data
             .inputs(campaign)
             .into_iter()
@@ -219,37 +219,9 @@ fn findings(
 }
 
 fn title(campaign: &MultiPositionCampaign) -> String {
-    campaign.title.clone().unwrap_or_else(|| {
-        let device = &campaign.device;
-        let words: Vec<&str> = [&device.manufacturer, &device.model, &device.serial]
-            .into_iter()
-            .flatten()
-            .map(String::as_str)
-            .collect();
-        if words.is_empty() {
-            "Calibration of a triaxial accelerometer".to_owned()
-        } else {
-            format!("Calibration of {}", words.join(" "))
-        }
-    })
-}
-
-fn meta(campaign: &MultiPositionCampaign) -> Vec<(String, String)> {
-    let device = &campaign.device;
-    let ambient = &campaign.ambient;
-    [
-        ("Manufacturer", device.manufacturer.clone()),
-        ("Model", device.model.clone()),
-        ("Serial number", device.serial.clone()),
-        ("Device", device.description.clone()),
-        (
-            "Temperature",
-            ambient.temperature_deg_c.map(|t| format!("{t} °C")),
-        ),
-        ("Conditions", ambient.description.clone()),
-        ("Evaluated on", Some(clock::today())),
-    ]
-    .into_iter()
-    .filter_map(|(label, value)| Some((label.to_owned(), value?)))
-    .collect()
+    heading::title(
+        campaign.title.as_ref(),
+        &campaign.device,
+        "Calibration of a triaxial accelerometer",
+    )
 }

@@ -1,6 +1,6 @@
 //! The whole job: runs, certificate, corrections and budget in; results side by side with their doubts out.
 
-use super::budget::{Acts, Budget, Input, Key};
+use super::budget::Budget;
 use super::derived::{
     DatasheetDeviation, Expanded, Term, against_datasheet, expanded, intrinsic, misalignment,
     normalised, terms, transverse,
@@ -10,8 +10,9 @@ use super::fit::{AngleEstimate, Fit, FrequencyFit, complex, joint};
 use super::geometry::Configuration;
 use super::observation::{PhasorRow, SpuriousTable};
 use super::published::{self, MagnitudeBudget, MagnitudeRow, PublishedFit, SpuriousMagnitude};
-use super::recording::{Limits, RunInput, assess};
+use super::recording::{Limits, RunInput};
 use super::reference::ReferenceTable;
+use super::screening::{Observations, observations};
 use proofmass_core::Error;
 use proofmass_uncertainty::{Estimate, Finding, Severity};
 use serde::Serialize;
@@ -95,6 +96,8 @@ pub struct FrequencyResult {
     pub exploitation: Vec<Term>,
     /// Real parts of S_ij/S_ii.
     pub normalised: Vec<Expanded>,
+    /// Real parts of A_ij/A_ii.
+    pub normalised_exploitation: Vec<Expanded>,
     /// Transverse sensitivity and its direction per output.
     pub transverse: Vec<Expanded>,
     /// Leaning of each sensitive axis.
@@ -184,6 +187,9 @@ pub struct TermDifference {
     pub term: String,
     /// Relative difference of the moduli.
     pub relative: f64,
+    /// The difference over the expanded uncertainty it has from the two measurements of the spurious motion:
+    /// all else is common to both. `None` when neither has an uncertainty.
+    pub e_n: Option<f64>,
 }
 
 /// What [`calibrate`] gives.
@@ -201,15 +207,17 @@ pub struct ShakerCalibration {
 
 /// Calibrates a triaxial accelerometer from a campaign on the shaker.
 ///
-/// Frequencies that the certificate does not reach are left out with a finding that names their runs; runs that
-/// look wrong are named and kept, unless they are in `excluded`.
+/// Frequencies that the certificate does not reach, or that have too few directions, are left out with a finding
+/// that names their runs; runs that look wrong are named and kept, unless they are in `excluded`.
 ///
 /// # Errors
-/// As [`complex`], when no frequency is left or none determines S.
+/// As [`complex`], when no frequency is left.
 pub fn calibrate(campaign: &ShakerCampaign) -> Result<ShakerCalibration, Error> {
-    let mut findings = vec![];
-    let rows = rows(campaign, &mut findings);
-    let budget = with_certificate(campaign, &rows)?;
+    let Observations {
+        rows,
+        budget,
+        mut findings,
+    } = observations(campaign)?;
     let none = [Correction {
         label: "none".to_owned(),
         table: SpuriousTable::default(),
@@ -226,6 +234,7 @@ pub fn calibrate(campaign: &ShakerCampaign) -> Result<ShakerCalibration, Error> 
         campaign.plan.as_deref(),
     )?;
     findings.extend(doubts);
+    findings.extend(corrections.iter().filter_map(|c| gaps(c, &rows)));
     let mut results = vec![];
     for &method in &campaign.methods {
         for correction in corrections {
@@ -255,116 +264,37 @@ pub fn calibrate(campaign: &ShakerCampaign) -> Result<ShakerCalibration, Error> 
     })
 }
 
-/// Phasor rows in m/s² and V, without what the certificate does not reach and what was decided to leave out.
-fn rows(campaign: &ShakerCampaign, findings: &mut Vec<Finding>) -> Vec<PhasorRow> {
-    let mut rows = vec![];
-    let mut beyond: Vec<&RunInput> = vec![];
-    for run in &campaign.runs {
-        if campaign.excluded.contains(&run.run) {
-            findings.push(
-                Finding::new(
-                    Severity::Note,
-                    "excluded-run",
-                    format!("run {} was left out as asked", run.run),
-                )
-                .evidence(format!("{} Hz", run.frequency)),
-            );
-            continue;
-        }
-        let scale = match &campaign.reference {
-            Some(table) => match table.at(run.frequency) {
-                Ok(p) => faer::c64::from_polar(p.sensitivity, p.phase).inv(),
-                Err(_) => {
-                    beyond.push(run);
-                    continue;
-                }
-            },
-            None => faer::c64::new(1.0, 0.0),
-        };
-        let mut covariance = run.covariance;
-        // A turn by the certificate's phase would mix the parts; the noise of a sine is round enough for its
-        // mean to be turned instead.
-        let mean = 0.5 * (covariance[0][0] + covariance[0][2]) * scale.norm_sqr();
-        if campaign.reference.is_some() {
-            covariance[0] = [mean, 0.0, mean];
-        }
-        let reference = run.reference * scale;
-        let target = campaign
-            .targets
-            .iter()
-            .find(|(f, _)| (f / run.frequency - 1.0).abs() < 1e-6)
-            .map(|t| t.1);
-        findings.extend(assess(run, reference.norm(), target, &campaign.limits));
-        rows.push(PhasorRow {
-            run: run.run.clone(),
-            frequency: run.frequency,
-            configuration: run.configuration,
-            reference,
-            outputs: run.outputs,
-            covariance,
-        });
+/// Places of the campaign that a correction says nothing about.
+fn gaps(correction: &Correction, rows: &[PhasorRow]) -> Option<Finding> {
+    if correction.table.entries.is_empty() {
+        return None;
     }
-    if let (Some(table), Some(first)) = (&campaign.reference, beyond.first()) {
-        let points = table.points();
-        let mut frequencies: Vec<String> = beyond
-            .iter()
-            .map(|r| format!("{} Hz", r.frequency))
-            .collect();
-        frequencies.dedup();
-        findings.push(
-            Finding::new(
-                Severity::Decision,
-                "reference-out-of-range",
-                format!(
-                    "the certificate of the reference does not reach {}",
-                    frequencies.join(", ")
-                ),
-            )
-            .evidence(format!(
-                "{} runs from {} on were left out; the certificate covers {} Hz to {} Hz",
-                beyond.len(),
-                first.run,
-                points[0].frequency,
-                points[points.len() - 1].frequency
-            ))
-            .advice("have the reference calibrated there, or take the frequency out of the plan"),
-        );
-    }
-    rows
-}
-
-/// The budget with the reference calibration of the certificate, where it has none of its own.
-fn with_certificate(campaign: &ShakerCampaign, rows: &[PhasorRow]) -> Result<Budget, Error> {
-    let mut budget = Budget::new(campaign.budget.inputs.clone())?;
-    if let Some(table) = &campaign.reference {
-        let (mut modulus, mut phase) = (0.0f64, 0.0f64);
-        for row in rows {
-            let p = table.at(row.frequency)?;
-            modulus = modulus.max(p.modulus_uncertainty);
-            phase = phase.max(p.phase_uncertainty);
-        }
-        for (acts, u, key, text) in [
-            (
-                Acts::ReferenceModulus,
-                modulus,
-                "reference.calibration",
-                "calibration of the reference standard",
-            ),
-            (
-                Acts::ReferencePhase,
-                phase,
-                "reference.phase",
-                "phase of the reference standard",
-            ),
-        ] {
-            if u > 0.0 && !budget.inputs.iter().any(|i| i.acts == acts) {
-                budget
-                    .inputs
-                    .push(Input::new(key, acts, u, &[Key::Frequency]).described(text));
+    let mut missing: Vec<String> = vec![];
+    for row in rows {
+        let inclination = row.configuration.inclination;
+        if correction.table.get(inclination, row.frequency).is_none() {
+            let place = format!("{:.4}° at {} Hz", inclination.to_degrees(), row.frequency);
+            if !missing.contains(&place) {
+                missing.push(place);
             }
         }
     }
-    Ok(budget)
+    let first = missing.first()?;
+    Some(
+        Finding::new(
+            Severity::Warning,
+            "correction-incomplete",
+            format!(
+                "the correction \"{}\" does not cover the whole campaign",
+                correction.label
+            ),
+        )
+        .evidence(format!(
+            "{} inclinations and frequencies have no entry and were not corrected, the first is {first}",
+            missing.len()
+        ))
+        .advice("measure the spurious motion there too, or check the angles and frequencies of its table"),
+    )
 }
 
 fn rigorous(
@@ -427,6 +357,7 @@ pub fn frequency_result(
         sensitivity: terms("S", "V/(m/s²)", &f.sensitivity, &f.estimate)?,
         exploitation: terms("A", "(m/s²)/V", &f.exploitation, &f.inverse_estimate)?,
         normalised: expanded(&normalised("S", &f.estimate)?),
+        normalised_exploitation: expanded(&normalised("A", &f.inverse_estimate)?),
         transverse: expanded(&transverse(&f.estimate)?),
         misalignment: expanded(&misalignment(&f.estimate)?),
         intrinsic: expanded(&intrinsic(&f.estimate)?),
@@ -513,11 +444,14 @@ fn differences(results: &[MethodResult]) -> Vec<TermDifference> {
             for (fa, fb) in a.frequencies.iter().zip(&b.frequencies) {
                 for (ta, tb) in fa.sensitivity.iter().zip(&fb.sensitivity) {
                     if ta.name.as_bytes()[0] == ta.name.as_bytes()[1] {
+                        let difference = tb.modulus.value - ta.modulus.value;
+                        let u = from_spurious_motion(ta).hypot(from_spurious_motion(tb));
                         list.push(TermDifference {
                             between: [a.correction.clone(), b.correction.clone()],
                             frequency: fa.frequency,
                             term: ta.name.clone(),
-                            relative: tb.modulus.value / ta.modulus.value - 1.0,
+                            relative: difference / ta.modulus.value,
+                            e_n: (u > 0.0).then(|| difference.abs() / (2.0 * u)),
                         });
                     }
                 }
@@ -525,6 +459,12 @@ fn differences(results: &[MethodResult]) -> Vec<TermDifference> {
         }
     }
     list
+}
+
+/// Standard uncertainty of a modulus from the measured spurious motion alone.
+fn from_spurious_motion(term: &Term) -> f64 {
+    let line = term.budget.iter().find(|l| l.key == "spurious.motion");
+    line.map_or(0.0, |l| l.contribution)
 }
 
 /// A rise that announces a resonance, and adhesive where it begins to count.

@@ -14,9 +14,9 @@ pub struct Quality {
     pub measured_frequency: Option<f64>,
     /// Total harmonic distortion of the reference.
     pub distortion: Option<f64>,
-    /// Signal-to-noise ratio of reference, x, y, z in dB.
-    pub signal_to_noise: Option<[f64; 4]>,
-    /// Channels with samples at full scale: 0 reference, 1 to 3 for x to z.
+    /// Signal-to-noise ratio of the channels in dB, the reference first; empty for ready phasors.
+    pub signal_to_noise: Vec<f64>,
+    /// Channels with samples at full scale: 0 is the reference.
     pub clipped: Vec<usize>,
     /// Transverse motion relative to the excitation.
     pub transverse: Option<f64>,
@@ -68,13 +68,56 @@ impl Reading {
         }
     }
 
-    /// Phasors of reference, x, y, z of one run.
+    /// Phasors of all channels of one run; the first is the reference.
     ///
-    /// A strongest line of the reference elsewhere than at the nominal frequency is reported in the quality and
-    /// the fit is made at the nominal frequency all the same, for nothing is repaired in silence.
+    /// A strongest line of the reference elsewhere than at the nominal frequency is reported and the fit is made
+    /// at the nominal frequency all the same, for nothing is repaired in silence.
     ///
     /// # Errors
-    /// As [`SineApproximation::fit`] and [`dominant_frequency`].
+    /// As [`SineApproximation::fit`] and [`dominant_frequency`]; [`Error::TooFew`] without a channel.
+    pub fn phasors(&self, frequency: f64, channels: &[&[f64]]) -> Result<Phasors, Error> {
+        let Some(reference) = channels.first() else {
+            return Err(Error::TooFew {
+                name: "channels",
+                needed: 1,
+                got: 0,
+            });
+        };
+        let found = dominant_frequency(self.sampling_frequency, reference)?;
+        let resolution = self.sampling_frequency / reference.len() as f64;
+        let elsewhere = (found - frequency).abs() > (2.0 * resolution).max(0.01 * frequency);
+        let below_nyquist = (0.5 * self.sampling_frequency / frequency).ceil() as usize - 1;
+        let fit = SineApproximation::new(frequency)
+            .frequency(if elsewhere {
+                Frequency::Known
+            } else {
+                self.frequency
+            })
+            .harmonics(self.harmonics.min(below_nyquist))
+            .drift(self.drift)
+            .fit(self.sampling_frequency, channels)?;
+        let clipped = self.full_scale.map_or(vec![], |full| {
+            // The last code on either side: a sample there may be any larger value.
+            let limit = full * (1.0 - 1e-6);
+            (0..channels.len())
+                .filter(|&k| channels[k].iter().filter(|v| v.abs() >= limit).count() > 1)
+                .collect()
+        });
+        let c = &fit.channels;
+        Ok(Phasors {
+            amplitudes: c.iter().map(|c| c.amplitude).collect(),
+            covariances: c.iter().map(|c| c.covariance).collect(),
+            measured_frequency: if elsewhere { found } else { fit.frequency },
+            distortion: c[0].thd(),
+            signal_to_noise: c.iter().map(|c| c.snr_db()).collect(),
+            clipped,
+        })
+    }
+
+    /// Phasors of reference, x, y, z of one run.
+    ///
+    /// # Errors
+    /// As [`Reading::phasors`].
     pub fn observe(
         &self,
         run: &str,
@@ -82,42 +125,47 @@ impl Reading {
         configuration: Configuration,
         channels: [&[f64]; 4],
     ) -> Result<RunInput, Error> {
-        let found = dominant_frequency(self.sampling_frequency, channels[0])?;
-        let resolution = self.sampling_frequency / channels[0].len() as f64;
-        let elsewhere = (found - frequency).abs() > (2.0 * resolution).max(0.01 * frequency);
-        let below_nyquist = (0.5 * self.sampling_frequency / frequency).ceil() as usize - 1;
-        let sine = SineApproximation::new(frequency)
-            .frequency(if elsewhere {
-                Frequency::Known
-            } else {
-                self.frequency
-            })
-            .harmonics(self.harmonics.min(below_nyquist))
-            .drift(self.drift);
-        let fit = sine.fit(self.sampling_frequency, &channels)?;
-        let clipped = self.full_scale.map_or(vec![], |full| {
-            // The last code on either side: a sample there may be any larger value.
-            let limit = full * (1.0 - 1e-6);
-            (0..4)
-                .filter(|&k| channels[k].iter().filter(|v| v.abs() >= limit).count() > 1)
-                .collect()
-        });
-        let c = &fit.channels;
+        let p = self.phasors(frequency, &channels)?;
+        let a = &p.amplitudes;
         Ok(RunInput {
             run: run.to_owned(),
             frequency,
             configuration,
-            reference: c[0].amplitude,
-            outputs: [c[1].amplitude, c[2].amplitude, c[3].amplitude],
-            covariance: std::array::from_fn(|k| c[k].covariance),
-            quality: Quality {
-                measured_frequency: Some(if elsewhere { found } else { fit.frequency }),
-                distortion: c[0].thd(),
-                signal_to_noise: Some(std::array::from_fn(|k| c[k].snr_db())),
-                clipped,
-                transverse: None,
-            },
+            reference: a[0],
+            outputs: [a[1], a[2], a[3]],
+            covariance: std::array::from_fn(|k| p.covariances[k]),
+            quality: p.quality(None),
         })
+    }
+}
+
+/// What the samples of a run give, channel by channel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Phasors {
+    /// Complex peak amplitudes.
+    pub amplitudes: Vec<c64>,
+    /// Covariance `[rr, ri, ii]` of each.
+    pub covariances: Vec<[f64; 3]>,
+    /// Frequency the first channel was found at, Hz.
+    pub measured_frequency: f64,
+    /// Total harmonic distortion of the first channel.
+    pub distortion: Option<f64>,
+    /// Signal-to-noise ratios in dB.
+    pub signal_to_noise: Vec<f64>,
+    /// Channels with samples at full scale.
+    pub clipped: Vec<usize>,
+}
+
+impl Phasors {
+    /// What they say about the run; `transverse` is the transverse motion, where it was measured.
+    pub fn quality(&self, transverse: Option<f64>) -> Quality {
+        Quality {
+            measured_frequency: Some(self.measured_frequency),
+            distortion: self.distortion,
+            signal_to_noise: self.signal_to_noise.clone(),
+            clipped: self.clipped.clone(),
+            transverse,
+        }
     }
 }
 
@@ -146,17 +194,31 @@ impl Default for Limits {
     }
 }
 
-const CHANNELS: [&str; 4] = ["reference", "x", "y", "z"];
+/// Channels of a triaxial run.
+pub const CHANNELS: [&str; 4] = ["reference", "x", "y", "z"];
 
-/// Findings about single runs; `amplitude` is the acceleration reached in m/s², `target` the one wanted.
-pub fn assess(
-    run: &RunInput,
-    amplitude: f64,
-    target: Option<f64>,
-    limits: &Limits,
-) -> Vec<Finding> {
+/// One run, for its assessment.
+#[derive(Clone, Copy, Debug)]
+pub struct Assessed<'a> {
+    /// Name of the run.
+    pub run: &'a str,
+    /// Nominal frequency in Hz.
+    pub frequency: f64,
+    /// What the samples said.
+    pub quality: &'a Quality,
+    /// Names of its channels.
+    pub channels: &'a [&'a str],
+    /// Acceleration reached, m/s².
+    pub amplitude: f64,
+    /// Acceleration wanted, m/s².
+    pub target: Option<f64>,
+}
+
+/// Findings about a single run.
+pub fn assess(run: &Assessed<'_>, limits: &Limits) -> Vec<Finding> {
     let mut findings = vec![];
-    let (name, f, q) = (&run.run, run.frequency, &run.quality);
+    let (name, f, q) = (run.run, run.frequency, run.quality);
+    let (amplitude, target) = (run.amplitude, run.target);
     if let Some(found) = q.measured_frequency
         && (found / f - 1.0).abs() > limits.frequency
     {
@@ -176,7 +238,7 @@ pub fn assess(
         let channels: Vec<&str> = q
             .clipped
             .iter()
-            .filter_map(|&k| CHANNELS.get(k).copied())
+            .filter_map(|&k| run.channels.get(k).copied())
             .collect();
         findings.push(
             Finding::new(
@@ -206,7 +268,11 @@ pub fn assess(
             .advice("lower the amplitude or look for a loose mounting"),
         );
     }
-    if let Some(snr) = q.signal_to_noise.filter(|s| s[0] < limits.signal_to_noise) {
+    if let Some(snr) = q
+        .signal_to_noise
+        .first()
+        .filter(|&&snr| snr < limits.signal_to_noise)
+    {
         findings.push(
             Finding::new(
                 Severity::Warning,
@@ -215,7 +281,7 @@ pub fn assess(
             )
             .evidence(format!(
                 "{:.0} dB at {f} Hz, {:.0} dB wanted",
-                snr[0], limits.signal_to_noise
+                snr, limits.signal_to_noise
             ))
             .advice("raise the amplitude or the gain, or record for longer"),
         );

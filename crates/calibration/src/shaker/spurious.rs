@@ -273,6 +273,50 @@ pub fn table(campaign: &[Repeats]) -> Result<(SpuriousTable, Vec<Finding>), Erro
     Ok((SpuriousTable { entries }, findings))
 }
 
+/// What the repeats of one ratio say, for a reader who wants to see why they were averaged or refused.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RatioSummary {
+    /// Inclination in radians.
+    pub inclination: f64,
+    /// Frequency in Hz.
+    pub frequency: f64,
+    /// Axis of the bench, `x` for x′.
+    pub axis: &'static str,
+    /// Moduli of the repeats.
+    pub moduli: Vec<f64>,
+    /// Their phases on the circle.
+    pub phases: CircularStatistics,
+    /// The mean, or why there is none.
+    pub average: Average,
+}
+
+/// Statistics of every ratio of a campaign, in its order.
+///
+/// # Errors
+/// As [`table`].
+pub fn summaries(campaign: &[Repeats]) -> Result<Vec<RatioSummary>, Error> {
+    campaign
+        .iter()
+        .map(|repeats| {
+            let axis = AXES.get(repeats.axis).ok_or(Error::OutOfRange {
+                name: "axis",
+                value: repeats.axis as f64,
+                min: 0.0,
+                max: 2.0,
+            })?;
+            let phases: Vec<f64> = repeats.ratios.iter().map(|z| z.arg()).collect();
+            Ok(RatioSummary {
+                inclination: repeats.inclination,
+                frequency: repeats.frequency,
+                axis,
+                moduli: repeats.ratios.iter().map(|z| z.norm()).collect(),
+                average: average(&repeats.ratios)?,
+                phases: circular(&phases)?,
+            })
+        })
+        .collect()
+}
+
 /// Two measurements of the same spurious motion.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {

@@ -145,6 +145,15 @@ pub enum Prefixes {
     Several(Vec<String>),
 }
 
+impl Prefixes {
+    pub(super) fn list(&self) -> Vec<String> {
+        match self {
+            Self::One(one) => vec![one.clone()],
+            Self::Several(all) => all.clone(),
+        }
+    }
+}
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct GravityTable {
@@ -412,10 +421,7 @@ impl MultiPositionCampaign {
             layout: LayoutOptions {
                 separator: t.separator,
                 header: t.header,
-                comment: t.comment.as_ref().map(|c| match c {
-                    Prefixes::One(one) => vec![one.clone()],
-                    Prefixes::Several(all) => all.clone(),
-                }),
+                comment: t.comment.as_ref().map(Prefixes::list),
                 decimal: t.decimal,
                 skip_lines: t.skip_lines,
             },

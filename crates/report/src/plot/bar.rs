@@ -21,7 +21,7 @@ pub struct BarPlot {
 pub struct Bar {
     /// Name, left of the bar.
     pub name: String,
-    /// Length; negative ones are refused.
+    /// Length; a negative one, such as the share of inputs that cancel, reaches to the left of zero.
     pub value: f64,
     /// Words after the number; empty for none.
     pub note: String,
@@ -59,13 +59,6 @@ impl BarPlot {
     pub(super) fn draw(&self, title: &str, id: &str) -> Result<String, Error> {
         let values: Vec<f64> = self.bars.iter().map(|b| b.value).collect();
         check_finite(&self.label, &values)?;
-        if let Some(index) = values.iter().position(|&v| v < 0.0) {
-            return Err(Error::NotPositive {
-                series: self.label.clone(),
-                index,
-                value: values[index],
-            });
-        }
         let width = 760.0;
         let row = 22.0;
         let names: Vec<Vec<String>> = self.bars.iter().map(|b| wrapped(&b.name, 250.0)).collect();
@@ -83,7 +76,13 @@ impl BarPlot {
             + 14.0;
         let room = (width - left - right).max(80.0);
         let largest = values.iter().copied().fold(0.0, f64::max);
-        let scale = if largest > 0.0 { room / largest } else { 0.0 };
+        let smallest = values.iter().copied().fold(0.0, f64::min);
+        let scale = if largest > smallest {
+            room / (largest - smallest)
+        } else {
+            0.0
+        };
+        let zero = left - smallest * scale;
         let height: f64 = names
             .iter()
             .map(|n| row + 14.0 * (n.len() - 1) as f64)
@@ -97,17 +96,22 @@ impl BarPlot {
                 let base = middle + 4.0 + 14.0 * (i as f64 - 0.5 * (lines.len() - 1) as f64);
                 svg.text((left - 8.0, base), Anchor::End, line, "fill=\"#222\"");
             }
-            let fill = format!("fill=\"{}\"", colour::series(0));
-            svg.rect((left, middle - 7.0), (bar.value * scale, 14.0), &fill);
+            let fill = format!("fill=\"{}\"", colour::series(usize::from(bar.value < 0.0)));
+            let start = zero + bar.value.min(0.0) * scale;
+            svg.rect(
+                (start, middle - 7.0),
+                (bar.value.abs() * scale, 14.0),
+                &fill,
+            );
             svg.text(
-                (left + bar.value * scale + 6.0, middle + 4.0),
+                (zero + bar.value.max(0.0) * scale + 6.0, middle + 4.0),
                 Anchor::Start,
                 text,
                 "font-size=\"11\" fill=\"#333\"",
             );
             y += tall;
         }
-        svg.line((left, 2.0), (left, y + 2.0), "stroke=\"#333\"");
+        svg.line((zero, 2.0), (zero, y + 2.0), "stroke=\"#333\"");
         svg.text(
             (left, y + 20.0),
             Anchor::Start,

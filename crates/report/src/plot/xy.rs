@@ -213,6 +213,14 @@ impl Series {
         Self::line(name, x, y).style(Style::Markers)
     }
 
+    /// Markers joined by lines, each with a bar of its value plus and minus an expanded uncertainty: (x, y, U).
+    pub fn intervals(name: impl Into<String>, points: &[(f64, f64, f64)]) -> Self {
+        let column = |f: fn(&(f64, f64, f64)) -> f64| points.iter().map(f).collect::<Vec<f64>>();
+        Self::line(name, &column(|p| p.0), &column(|p| p.1))
+            .style(Style::LineAndMarkers)
+            .bars(&column(|p| p.1 - p.2), &column(|p| p.1 + p.2))
+    }
+
     /// Changes how the points are shown.
     #[must_use]
     pub fn style(mut self, style: Style) -> Self {

@@ -1,0 +1,417 @@
+//! The results as files: result.json and tables.
+
+use super::Data;
+use crate::{Failure, clock};
+use proofmass::calibration::shaker::derived::{Expanded, PROBABILITY, Term};
+use proofmass::calibration::shaker::{
+    FrequencyCheck, FrequencyResult, Method, MethodResult, ShakerCalibration,
+};
+use proofmass::io::{Cell, PhasorQuantity, ResultDocument, ShakerTriaxialCampaign, Table};
+use proofmass::uncertainty::{DegreesOfFreedom, Finding, Quantity};
+
+pub(super) fn result(
+    title: &str,
+    campaign: &ShakerTriaxialCampaign,
+    data: &Data,
+    calibration: &ShakerCalibration,
+    checks: &[FrequencyCheck],
+    findings: &[Finding],
+) -> Result<ResultDocument, Failure> {
+    let principal = calibration.results.first();
+    let mut document = ResultDocument::new("shaker-triaxial")
+        .title(title)
+        .device(&campaign.device)
+        .findings(findings);
+    if let Some(result) = principal {
+        document = document.model(word(result.method));
+        for f in &result.frequencies {
+            for quantity in quantities(f) {
+                document = document.quantity(&quantity, PROBABILITY);
+            }
+        }
+    }
+    for input in data.inputs.iter().chain(&data.observed.inputs) {
+        document = document.input(input.clone());
+    }
+    Ok(document
+        .section("date", &clock::today())?
+        .section("probability", &PROBABILITY)?
+        .section("budget", &data.stated.budget)?
+        .section("published_budget", &data.stated.magnitude_budget)?
+        .section("excluded_runs", &data.stated.excluded)?
+        .section("results", &calibration.results)?
+        .section("differences", &calibration.differences)?
+        .section("suspects", &calibration.suspects)?
+        .section("monte_carlo", &checks)?)
+}
+
+/// Moduli and phases of S and A at one frequency, by names such as `S.xx.modulus[frequency=10]`.
+fn quantities(f: &FrequencyResult) -> Vec<Quantity> {
+    f.sensitivity
+        .iter()
+        .chain(&f.exploitation)
+        .flat_map(|t| std::iter::once(&t.modulus).chain(t.phase.as_ref()))
+        .chain(&f.transverse)
+        .chain(&f.intrinsic)
+        .map(|e| Quantity {
+            name: format!("{}[frequency={}]", e.name, f.frequency),
+            unit: e.unit.clone(),
+            value: e.value,
+            standard_uncertainty: e.standard_uncertainty,
+            dof: e
+                .dof
+                .and_then(DegreesOfFreedom::new)
+                .unwrap_or(DegreesOfFreedom::INFINITE),
+        })
+        .collect()
+}
+
+fn word(method: Method) -> &'static str {
+    match method {
+        Method::PublishedMagnitude => "published",
+        Method::Complex => "complex",
+        Method::Joint => "joint",
+    }
+}
+
+/// Name and bytes of a file.
+type File = (&'static str, Vec<u8>);
+
+/// Tables of the matrices, their budgets and the residuals.
+pub(super) fn tables(calibration: &ShakerCalibration) -> Result<Vec<File>, Failure> {
+    let results = &calibration.results;
+    Ok(vec![
+        (
+            "sensitivity.csv",
+            matrix(
+                results,
+                "V/(m/s2)",
+                |f| &f.sensitivity,
+                |p| (p.sensitivity, p.sensitivity_expanded),
+            )?
+            .to_csv()?,
+        ),
+        (
+            "exploitation.csv",
+            matrix(
+                results,
+                "(m/s2)/V",
+                |f| &f.exploitation,
+                |p| (p.exploitation, p.exploitation_expanded),
+            )?
+            .to_csv()?,
+        ),
+        ("derived.csv", derived(results)?.to_csv()?),
+        ("budget.csv", budget(results)?.to_csv()?),
+        ("residuals.csv", residuals(results)?.to_csv()?),
+    ])
+}
+
+/// Method and correction, which every row begins with.
+fn begin(result: &MethodResult, frequency: f64) -> Vec<Cell> {
+    vec![
+        Cell::from(word(result.method)),
+        Cell::from(result.correction.as_str()),
+        Cell::from(frequency),
+    ]
+}
+
+type Published = proofmass::calibration::shaker::published::PublishedFit;
+
+fn matrix(
+    results: &[MethodResult],
+    unit: &str,
+    terms: impl Fn(&FrequencyResult) -> &[Term],
+    published: impl Fn(&Published) -> ([[f64; 3]; 3], [[f64; 3]; 3]),
+) -> Result<Table, Failure> {
+    let mut header = ["method", "correction", "frequency_Hz", "term"]
+        .map(str::to_owned)
+        .to_vec();
+    header.extend(
+        ["real", "imaginary", "modulus", "u_modulus", "U_modulus"].map(|n| format!("{n}_{unit}")),
+    );
+    header.extend(["k", "nu_eff", "phase_deg", "u_phase_deg", "U_phase_deg"].map(str::to_owned));
+    let mut table = Table::new(header);
+    for result in results {
+        for f in &result.frequencies {
+            for t in terms(f) {
+                let mut row = begin(result, f.frequency);
+                row.push(Cell::from(t.name.as_str()));
+                row.extend([t.re, t.im].map(Cell::from));
+                let m = &t.modulus;
+                row.extend(
+                    [
+                        m.value,
+                        m.standard_uncertainty,
+                        m.expanded,
+                        m.coverage_factor,
+                    ]
+                    .map(Cell::from),
+                );
+                row.push(Cell::from(m.dof));
+                let phase = t.phase.as_ref();
+                let degrees =
+                    |of: fn(&Expanded) -> f64| Cell::from(phase.map(|p| of(p).to_degrees()));
+                row.extend([
+                    degrees(|p| p.value),
+                    degrees(|p| p.standard_uncertainty),
+                    degrees(|p| p.expanded),
+                ]);
+                table.push(row)?;
+            }
+        }
+        for p in &result.published {
+            let (value, expanded) = published(&p.fit);
+            for i in 0..3 {
+                for j in 0..3 {
+                    let mut row = begin(result, p.frequency);
+                    row.push(Cell::Text(term(i, j)));
+                    row.extend([Cell::Missing, Cell::Missing, Cell::from(value[i][j])]);
+                    // The division by a cross term of zero has no result.
+                    let expanded = Some(expanded[i][j]).filter(|u| u.is_finite());
+                    row.extend([
+                        Cell::from(expanded.map(|u| 0.5 * u)),
+                        Cell::from(expanded),
+                        Cell::from(2.0),
+                    ]);
+                    row.extend([Cell::Missing, Cell::Missing, Cell::Missing, Cell::Missing]);
+                    table.push(row)?;
+                }
+            }
+        }
+    }
+    Ok(table)
+}
+
+fn term(i: usize, j: usize) -> String {
+    let axes = ["x", "y", "z"];
+    format!("{}{}", axes[i], axes[j])
+}
+
+/// Normalised matrices, transverse sensitivity, leaning of the axes, intrinsic properties.
+fn derived(results: &[MethodResult]) -> Result<Table, Failure> {
+    let mut table = Table::new([
+        "method",
+        "correction",
+        "frequency_Hz",
+        "quantity",
+        "unit",
+        "value",
+        "u",
+        "U",
+        "k",
+        "nu_eff",
+    ]);
+    for result in results {
+        for f in &result.frequencies {
+            for e in f
+                .normalised
+                .iter()
+                .chain(&f.normalised_exploitation)
+                .chain(&f.transverse)
+                .chain(&f.misalignment)
+                .chain(&f.intrinsic)
+            {
+                let mut row = begin(result, f.frequency);
+                row.extend([Cell::from(e.name.as_str()), Cell::from(e.unit.as_str())]);
+                row.extend(
+                    [
+                        e.value,
+                        e.standard_uncertainty,
+                        e.expanded,
+                        e.coverage_factor,
+                    ]
+                    .map(Cell::from),
+                );
+                row.push(Cell::from(e.dof));
+                table.push(row)?;
+            }
+        }
+    }
+    Ok(table)
+}
+
+/// One row per term of S and input.
+fn budget(results: &[MethodResult]) -> Result<Table, Failure> {
+    let mut table = Table::new([
+        "method",
+        "correction",
+        "frequency_Hz",
+        "term",
+        "input",
+        "description",
+        "distribution",
+        "dof",
+        "contribution_V/(m/s2)",
+        "share",
+    ]);
+    for result in results {
+        for f in &result.frequencies {
+            for t in &f.sensitivity {
+                for line in &t.budget {
+                    let mut row = begin(result, f.frequency);
+                    row.extend(
+                        [&t.name, &line.key, &line.description, &line.distribution]
+                            .map(|s| Cell::from(s.as_str())),
+                    );
+                    // Infinite degrees of freedom are an empty field.
+                    row.push(Cell::from(
+                        (!line.dof.is_infinite()).then(|| line.dof.get()),
+                    ));
+                    row.extend([line.contribution, line.share].map(Cell::from));
+                    table.push(row)?;
+                }
+            }
+        }
+    }
+    Ok(table)
+}
+
+fn residuals(results: &[MethodResult]) -> Result<Table, Failure> {
+    let mut header: Vec<String> = [
+        "method",
+        "correction",
+        "frequency_Hz",
+        "run",
+        "direction_x",
+        "direction_y",
+        "direction_z",
+    ]
+    .map(str::to_owned)
+    .to_vec();
+    for axis in ["x", "y", "z"] {
+        header.extend([
+            format!("error_real_{axis}_V/(m/s2)"),
+            format!("error_imaginary_{axis}_V/(m/s2)"),
+            format!("studentised_real_{axis}"),
+            format!("studentised_imaginary_{axis}"),
+        ]);
+    }
+    header.extend(["chi_squared_6", "influence"].map(str::to_owned));
+    let mut table = Table::new(header);
+    for result in results {
+        for r in &result.runs {
+            let mut row = begin(result, r.frequency);
+            row.push(Cell::from(r.run.as_str()));
+            row.extend(r.direction.map(Cell::from));
+            for (error, studentised) in r.prediction_error.iter().zip(&r.studentised) {
+                row.extend(error.iter().chain(studentised).map(|v| finite(*v)));
+            }
+            row.extend([finite(r.statistic), finite(r.influence)]);
+            table.push(row)?;
+        }
+    }
+    Ok(table)
+}
+
+/// A number, or an empty field where it does not exist.
+fn finite(value: f64) -> Cell {
+    Cell::from(Some(value).filter(|v| v.is_finite()))
+}
+
+const CHANNELS: [&str; 4] = ShakerTriaxialCampaign::CHANNELS;
+
+/// Phasors as they went into the fit, in the form of a table of runs.
+pub(super) fn phasors(data: &Data) -> Result<Table, Failure> {
+    let unit = |k: usize| match data.table.quantities.get(k) {
+        Some(PhasorQuantity::Acceleration) => "m/s2",
+        _ => "V",
+    };
+    let mut header = ["run", "frequency_Hz", "inclination_deg", "rotation_deg"]
+        .map(str::to_owned)
+        .to_vec();
+    for (k, name) in CHANNELS.iter().enumerate() {
+        let unit = unit(k);
+        header.extend([
+            format!("{name}_{unit}"),
+            format!("{name}_phase_deg"),
+            format!("u_{name}_{unit}"),
+        ]);
+    }
+    let mut table = Table::new(header);
+    for (run, seen) in data.table.runs.iter().zip(&data.observed.runs) {
+        let mut row = vec![
+            Cell::from(run.run.as_str()),
+            Cell::from(run.frequency_hz),
+            Cell::from(run.seat.inclination.to_degrees()),
+            Cell::from(run.seat.rotation.to_degrees()),
+        ];
+        for (z, [rr, _, ii]) in seen.phasors.iter().zip(&seen.covariances) {
+            row.extend([z.norm(), z.arg().to_degrees(), (0.5 * (rr + ii)).sqrt()].map(Cell::from));
+        }
+        table.push(row)?;
+    }
+    Ok(table)
+}
+
+/// What the samples of each recording said beside the phasors.
+pub(super) fn recordings(data: &Data) -> Result<Table, Failure> {
+    let mut header = [
+        "run",
+        "frequency_Hz",
+        "measured_frequency_Hz",
+        "distortion_%",
+    ]
+    .map(str::to_owned)
+    .to_vec();
+    header.extend(CHANNELS.map(|name| format!("snr_{name}_dB")));
+    header.push("clipped".to_owned());
+    let mut table = Table::new(header);
+    for (run, seen) in data.table.runs.iter().zip(&data.observed.runs) {
+        let Some(recorded) = &seen.recorded else {
+            continue;
+        };
+        let p = &recorded.phasors;
+        let mut row = vec![
+            Cell::from(run.run.as_str()),
+            Cell::from(run.frequency_hz),
+            Cell::from(p.measured_frequency),
+            Cell::from(p.distortion.map(|d| 100.0 * d)),
+        ];
+        row.extend(p.signal_to_noise.iter().map(|v| finite(*v)));
+        let clipped: Vec<&str> = p.clipped.iter().map(|&k| CHANNELS[k]).collect();
+        row.push(Cell::Text(clipped.join(" ")));
+        table.push(row)?;
+    }
+    Ok(table)
+}
+
+pub(super) fn monte_carlo(checks: &[FrequencyCheck]) -> Result<Table, Failure> {
+    let mut table = Table::new([
+        "frequency_Hz",
+        "component",
+        "trials",
+        "u_propagated_V/(m/s2)",
+        "u_monte_carlo_V/(m/s2)",
+        "lower_propagated_V/(m/s2)",
+        "lower_monte_carlo_V/(m/s2)",
+        "upper_propagated_V/(m/s2)",
+        "upper_monte_carlo_V/(m/s2)",
+        "tolerance_V/(m/s2)",
+        "validated",
+    ]);
+    for c in checks {
+        for v in &c.verdicts {
+            let mut row = vec![
+                Cell::from(c.frequency),
+                Cell::from(v.component.as_str()),
+                Cell::from(c.trials as usize),
+            ];
+            row.extend(
+                [
+                    v.linear,
+                    v.monte_carlo,
+                    v.linear_interval[0],
+                    v.interval[0],
+                    v.linear_interval[1],
+                    v.interval[1],
+                    v.tolerance,
+                ]
+                .map(Cell::from),
+            );
+            row.push(Cell::from(if v.holds { "yes" } else { "no" }));
+            table.push(row)?;
+        }
+    }
+    Ok(table)
+}

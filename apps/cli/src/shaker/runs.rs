@@ -1,0 +1,222 @@
+//! The runs of a campaign on the shaker: recordings or a table in, phasors out.
+
+use crate::{Failure, console};
+use proofmass::calibration::shaker::c64;
+use proofmass::calibration::shaker::recording::{Phasors, Reading};
+use proofmass::io::{
+    DriveFrequency, Input, RunData, RunTable, ShakerRecording, ShakerRun, Waveform, WaveformOptions,
+};
+use proofmass::signal::sine::Frequency;
+use proofmass::uncertainty::{Finding, Severity};
+use rayon::prelude::*;
+use std::path::Path;
+
+/// Phasors of all runs, in the order of the table, and what was noticed on the way.
+pub(crate) struct Observed {
+    pub runs: Vec<ObservedRun>,
+    /// Table and recordings.
+    pub inputs: Vec<Input>,
+    pub findings: Vec<Finding>,
+}
+
+pub(crate) struct ObservedRun {
+    /// Complex peak amplitudes, channel by channel.
+    pub phasors: Vec<c64>,
+    pub covariances: Vec<[f64; 3]>,
+    /// What the samples say; `None` for a table of phasors.
+    pub recorded: Option<Recorded>,
+}
+
+pub(crate) struct Recorded {
+    pub phasors: Phasors,
+    duration: f64,
+    rate: f64,
+    input: Input,
+    findings: Vec<Finding>,
+}
+
+/// How the recordings of a table are read; `None` for a table of phasors.
+pub(crate) fn recording<'a, S>(
+    table: &RunTable<S>,
+    settings: Option<&'a ShakerRecording>,
+    options: impl FnOnce() -> proofmass::io::Result<WaveformOptions>,
+) -> Result<Option<(&'a ShakerRecording, WaveformOptions)>, Failure> {
+    if !table.quantities.is_empty() {
+        return Ok(None);
+    }
+    let options = options()?;
+    Ok(settings.map(|s| (s, options)))
+}
+
+/// Takes the phasors of a table, or reads and approximates the recordings, run by run and on all cores.
+pub(crate) fn observe<S: Sync>(
+    table: &RunTable<S>,
+    recording: Option<(&ShakerRecording, WaveformOptions)>,
+) -> Result<Observed, Failure> {
+    let mut observed = Observed {
+        runs: Vec::with_capacity(table.runs.len()),
+        inputs: vec![table.input.clone()],
+        findings: Vec::new(),
+    };
+    let sizes = table.runs.iter().filter_map(|r| match &r.data {
+        RunData::Recording(path) => std::fs::metadata(path).ok().map(|m| m.len()),
+        RunData::Phasors(_) => None,
+    });
+    let bar = console::progress(sizes.sum(), "recordings");
+    let runs = table
+        .runs
+        .par_iter()
+        .map(|run| match (&run.data, &recording) {
+            (RunData::Recording(path), Some((settings, options))) => {
+                let recorded = approximate(&table.path, run, path, settings, options)?;
+                bar.inc(std::fs::metadata(path).map_or(0, |m| m.len()));
+                Ok(ObservedRun {
+                    phasors: recorded.phasors.amplitudes.clone(),
+                    covariances: recorded.phasors.covariances.clone(),
+                    recorded: Some(recorded),
+                })
+            }
+            (RunData::Phasors(phasors), _) => Ok(ObservedRun {
+                phasors: phasors
+                    .iter()
+                    .map(|p| c64::from_polar(p.amplitude, p.phase))
+                    .collect(),
+                covariances: phasors
+                    .iter()
+                    .map(|p| {
+                        let v = p.standard_uncertainty.powi(2);
+                        [v, 0.0, v]
+                    })
+                    .collect(),
+                recorded: None,
+            }),
+            (RunData::Recording(path), None) => Err(Failure::new(format!(
+                "{}: it is not said how recordings are read",
+                path.display()
+            ))
+            .hint("add [recording] to campaign.toml")),
+        })
+        .collect::<Result<Vec<_>, Failure>>();
+    bar.finish_and_clear();
+    observed.runs = runs?;
+    for (run, seen) in table.runs.iter().zip(&observed.runs) {
+        if let Some(recorded) = &seen.recorded {
+            observed.inputs.push(recorded.input.clone());
+            for finding in &recorded.findings {
+                observed.findings.push(
+                    Finding::new(
+                        finding.severity(),
+                        finding.code(),
+                        format!("run {}: {}", run.run, finding.what()),
+                    )
+                    .evidence(finding.evidence_text())
+                    .advice(finding.advice_text()),
+                );
+            }
+        }
+    }
+    observed.findings.extend(durations(table, &observed.runs));
+    if let Some((
+        ShakerRecording {
+            full_scale_v: None, ..
+        },
+        _,
+    )) = recording
+    {
+        observed.findings.push(
+            Finding::new(
+                Severity::Note,
+                "clipping-unchecked",
+                "the full scale of the recordings is not known, so clipped samples go unnoticed",
+            )
+            .evidence("[recording] has no full_scale_V")
+            .advice("add full_scale_V = … to [recording]"),
+        );
+    }
+    Ok(observed)
+}
+
+fn approximate<S>(
+    table: &Path,
+    run: &ShakerRun<S>,
+    path: &Path,
+    settings: &ShakerRecording,
+    options: &WaveformOptions,
+) -> Result<Recorded, Failure> {
+    let place = || format!("run {}, {}:{}", run.run, table.display(), run.line);
+    let waveform = Waveform::read(path, options).map_err(|e| Failure::from(e).detail(place()))?;
+    let reading = Reading {
+        frequency: match settings.frequency {
+            DriveFrequency::Known => Frequency::Known,
+            DriveFrequency::Common => Frequency::Common,
+        },
+        harmonics: settings.harmonics,
+        drift: settings.drift,
+        full_scale: settings.full_scale_v,
+        ..Reading::new(waveform.sampling_rate_hz)
+    };
+    let channels: Vec<&[f64]> = waveform.channels.iter().map(Vec::as_slice).collect();
+    let phasors = reading.phasors(run.frequency_hz, &channels).map_err(|e| {
+        Failure::new(format!(
+            "{}: no sine of {} Hz can be approximated: {e}",
+            path.display(),
+            run.frequency_hz
+        ))
+        .detail(place())
+        .detail(format!(
+            "{} samples at {} Hz, {:.4} s",
+            waveform.samples(),
+            waveform.sampling_rate_hz,
+            waveform.duration_s()
+        ))
+        .hint("check the frequency in the table and the sampling rate; measure the run again, or take its row out")
+    })?;
+    if let Some(k) = phasors.amplitudes.iter().position(|a| a.norm() == 0.0) {
+        return Err(Failure::new(format!(
+            "{}: channel {} carries no signal at all",
+            path.display(),
+            options.channels[k].0
+        ))
+        .detail(place())
+        .hint("check its cable and the channels in [recording]; measure the run again, or take its row out"));
+    }
+    Ok(Recorded {
+        phasors,
+        duration: waveform.duration_s(),
+        rate: waveform.sampling_rate_hz,
+        input: waveform.input(),
+        findings: waveform.findings,
+    })
+}
+
+/// A recording that ended early still gives a phasor; it is named.
+fn durations<S>(table: &RunTable<S>, runs: &[ObservedRun]) -> Vec<Finding> {
+    let mut all: Vec<f64> = runs
+        .iter()
+        .filter_map(|r| r.recorded.as_ref().map(|r| r.duration))
+        .collect();
+    all.sort_by(f64::total_cmp);
+    let Some(&median) = all.get(all.len() / 2) else {
+        return Vec::new();
+    };
+    table
+        .runs
+        .iter()
+        .zip(runs)
+        .filter_map(|(run, seen)| {
+            let recorded = seen.recorded.as_ref()?;
+            (recorded.duration < 0.9 * median).then(|| {
+                Finding::new(
+                    Severity::Warning,
+                    "short-recording",
+                    format!("the recording of run {} is shorter than the others", run.run),
+                )
+                .evidence(format!(
+                    "{:.4} s at {} Hz in {}, {median:.4} s in the middle of all runs",
+                    recorded.duration, recorded.rate, recorded.input.path
+                ))
+                .advice("it may have been cut short; its phasors were used with the uncertainty they have")
+            })
+        })
+        .collect()
+}

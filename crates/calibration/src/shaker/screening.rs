@@ -1,0 +1,216 @@
+//! What goes into the fits: runs in m/s² and V with the whole budget, and what was left out and why.
+
+use super::budget::{Acts, Budget, Input, Key};
+use super::campaign::ShakerCampaign;
+use super::geometry::Configuration;
+use super::observation::PhasorRow;
+use super::plan::conditioning;
+use super::recording::{Assessed, CHANNELS, RunInput, assess};
+use super::reference::ReferenceTable;
+use proofmass_core::Error;
+use proofmass_uncertainty::{Finding, Severity};
+
+/// What the fits work on: runs in m/s² and V, and the whole budget.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Observations {
+    /// Runs, without those that were left out.
+    pub rows: Vec<PhasorRow>,
+    /// Budget with the calibration of the reference.
+    pub budget: Budget,
+    /// What was left out, and doubts about single runs.
+    pub findings: Vec<Finding>,
+}
+
+/// Runs in m/s² and V, without those that were excluded, that the certificate does not reach, or whose frequency
+/// has too few directions for S; each of these comes with a finding that names the runs.
+///
+/// # Errors
+/// [`Error::OutOfRange`] for an impossible budget, [`Error::TooFew`] when no run is left.
+pub fn observations(campaign: &ShakerCampaign) -> Result<Observations, Error> {
+    let mut findings = vec![];
+    let rows = determined(rows(campaign, &mut findings), &mut findings);
+    let budget = with_certificate(
+        &campaign.budget,
+        campaign.reference.as_ref(),
+        rows.iter().map(|r| r.frequency),
+    )?;
+    Ok(Observations {
+        rows,
+        budget,
+        findings,
+    })
+}
+
+/// Phasor rows in m/s² and V, without what the certificate does not reach and what was decided to leave out.
+fn rows(campaign: &ShakerCampaign, findings: &mut Vec<Finding>) -> Vec<PhasorRow> {
+    let mut rows = vec![];
+    let mut beyond: Vec<&RunInput> = vec![];
+    for run in &campaign.runs {
+        if campaign.excluded.contains(&run.run) {
+            findings.push(
+                Finding::new(
+                    Severity::Note,
+                    "excluded-run",
+                    format!("run {} was left out as asked", run.run),
+                )
+                .evidence(format!("{} Hz", run.frequency)),
+            );
+            continue;
+        }
+        let scale = match &campaign.reference {
+            Some(table) => match table.at(run.frequency) {
+                Ok(p) => faer::c64::from_polar(p.sensitivity, p.phase).inv(),
+                Err(_) => {
+                    beyond.push(run);
+                    continue;
+                }
+            },
+            None => faer::c64::new(1.0, 0.0),
+        };
+        let mut covariance = run.covariance;
+        // A turn by the certificate's phase would mix the parts; the noise of a sine is round enough for its
+        // mean to be turned instead.
+        let mean = 0.5 * (covariance[0][0] + covariance[0][2]) * scale.norm_sqr();
+        if campaign.reference.is_some() {
+            covariance[0] = [mean, 0.0, mean];
+        }
+        let reference = run.reference * scale;
+        let target = campaign
+            .targets
+            .iter()
+            .find(|(f, _)| (f / run.frequency - 1.0).abs() < 1e-6)
+            .map(|t| t.1);
+        let assessed = Assessed {
+            run: &run.run,
+            frequency: run.frequency,
+            quality: &run.quality,
+            channels: &CHANNELS,
+            amplitude: reference.norm(),
+            target,
+        };
+        findings.extend(assess(&assessed, &campaign.limits));
+        rows.push(PhasorRow {
+            run: run.run.clone(),
+            frequency: run.frequency,
+            configuration: run.configuration,
+            reference,
+            outputs: run.outputs,
+            covariance,
+        });
+    }
+    if let (Some(table), Some(first)) = (&campaign.reference, beyond.first()) {
+        let points = table.points();
+        let mut frequencies: Vec<String> = beyond
+            .iter()
+            .map(|r| format!("{} Hz", r.frequency))
+            .collect();
+        frequencies.dedup();
+        findings.push(
+            Finding::new(
+                Severity::Decision,
+                "reference-out-of-range",
+                format!(
+                    "the certificate of the reference does not reach {}",
+                    frequencies.join(", ")
+                ),
+            )
+            .evidence(format!(
+                "{} runs from {} on were left out; the certificate covers {} Hz to {} Hz",
+                beyond.len(),
+                first.run,
+                points[0].frequency,
+                points[points.len() - 1].frequency
+            ))
+            .advice("have the reference calibrated there, or take the frequency out of the plan"),
+        );
+    }
+    rows
+}
+
+/// Rows of frequencies whose directions determine S; one run alone at its frequency is mostly a slip of the table.
+fn determined(rows: Vec<PhasorRow>, findings: &mut Vec<Finding>) -> Vec<PhasorRow> {
+    let mut frequencies: Vec<f64> = rows.iter().map(|r| r.frequency).collect();
+    frequencies.sort_by(f64::total_cmp);
+    frequencies.dedup();
+    let (mut lost, mut kept) = (vec![], vec![]);
+    for &f in &frequencies {
+        let here: Vec<&PhasorRow> = rows.iter().filter(|r| r.frequency == f).collect();
+        let plan: Vec<Configuration> = here.iter().map(|r| r.configuration).collect();
+        if conditioning(&plan).is_ok() {
+            kept.push(f);
+        } else {
+            lost.push((f, here));
+        }
+    }
+    for (f, here) in &lost {
+        let names: Vec<&str> = here.iter().take(6).map(|r| r.run.as_str()).collect();
+        let more = if here.len() > 6 { " …" } else { "" };
+        findings.push(
+            Finding::new(
+                Severity::Decision,
+                "frequency-undetermined",
+                format!("the runs at {f} Hz do not determine the sensitivity and were left out"),
+            )
+            .evidence(format!(
+                "{} at {f} Hz: run {}{more}",
+                match here.len() {
+                    1 => "one configuration".to_owned(),
+                    n => format!("{n} configurations that do not span three dimensions"),
+                },
+                names.join(", ")
+            ))
+            .advice("check the frequency of these runs in the table, or measure the missing configurations"),
+        );
+    }
+    rows.into_iter()
+        .filter(|r| kept.contains(&r.frequency))
+        .collect()
+}
+
+/// The budget with the reference calibration of the certificate at these frequencies, where it has none of its own.
+///
+/// # Errors
+/// [`Error::OutOfRange`] for an impossible budget or a frequency the certificate does not reach.
+pub fn with_certificate(
+    budget: &Budget,
+    reference: Option<&ReferenceTable>,
+    frequencies: impl IntoIterator<Item = f64>,
+) -> Result<Budget, Error> {
+    let mut budget = Budget::new(budget.inputs.clone())?;
+    let Some(table) = reference else {
+        return Ok(budget);
+    };
+    let mut frequencies: Vec<f64> = frequencies.into_iter().collect();
+    frequencies.sort_by(f64::total_cmp);
+    frequencies.dedup();
+    let (mut modulus, mut phase) = (vec![], vec![]);
+    for frequency in frequencies {
+        let p = table.at(frequency)?;
+        modulus.push((frequency, p.modulus_uncertainty));
+        phase.push((frequency, p.phase_uncertainty));
+    }
+    for (acts, stated, key, text) in [
+        (
+            Acts::ReferenceModulus,
+            modulus,
+            "reference.calibration",
+            "calibration of the reference standard",
+        ),
+        (
+            Acts::ReferencePhase,
+            phase,
+            "reference.phase",
+            "phase of the reference standard",
+        ),
+    ] {
+        let largest = stated.iter().map(|s| s.1).fold(0.0, f64::max);
+        if largest > 0.0 && !budget.inputs.iter().any(|i| i.acts == acts) {
+            let mut input = Input::new(key, acts, largest, &[Key::Frequency]).described(text);
+            if stated.iter().any(|s| s.1 != largest) {
+                input.at_frequencies = stated;
+            }
+            budget.inputs.push(input);
+        }
+    }
+    Ok(budget)
+}

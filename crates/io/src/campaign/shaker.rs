@@ -1,0 +1,18 @@
+//! What the campaigns on the shaker share: runs, waveforms, certificate, spurious motion, budget.
+
+mod budget;
+mod certificate;
+mod recording;
+mod runs;
+mod seat;
+mod spurious;
+
+pub(crate) use budget::BudgetSource;
+pub use budget::{BudgetInput, ShakerBudget};
+pub use certificate::{Certificate, CertificatePoint, CertificateTable};
+pub use recording::{DriveFrequency, ShakerRecording};
+pub(crate) use runs::read_runs;
+pub use runs::{PhasorQuantity, RunData, RunPhasor, RunTable, RunsTable, ShakerRun};
+pub(crate) use seat::read_plan;
+pub use seat::{Direction, Mounting, SingleAxisSeat};
+pub use spurious::{SpuriousFile, SpuriousRow};

@@ -1,0 +1,422 @@
+//! Recordings of several channels that were sampled together: raw 32-bit floats, WAV, or a text table.
+
+use crate::layout::{ColumnRef, LayoutOptions};
+use crate::output::AtomicFile;
+use crate::rows::hexadecimal;
+use crate::{Error, ErrorKind, Input, Recording, RecordingOptions, Result, Unit};
+use proofmass_uncertainty::Finding;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::path::{Path, PathBuf};
+
+/// Form of the samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum WaveformFormat {
+    /// Little-endian 32-bit floats in volts, the channels of one instant side by side, nothing else in the file.
+    F32,
+    /// RIFF WAVE, integers of 16, 24 or 32 bits or 32-bit floats, as fractions of the full scale.
+    Wav,
+    /// A text table, one row per instant.
+    Text,
+}
+
+/// How waveforms are read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WaveformOptions {
+    /// Form of the samples.
+    pub format: WaveformFormat,
+    /// Sampling rate in Hz; a WAV file says it itself, a text table may have a time column.
+    pub sampling_rate_hz: Option<f64>,
+    /// Name and place of each channel wanted, numbers from one.
+    pub channels: Vec<(String, ColumnRef)>,
+    /// Channels in a file of raw floats.
+    pub channel_count: usize,
+    /// Full scale in volts: what ±1 means in a WAV file.
+    pub full_scale_v: Option<f64>,
+    /// Shape of a text table.
+    pub layout: LayoutOptions,
+    /// Unit of the columns of a text table where the headings do not say it.
+    pub unit: Option<Unit>,
+}
+
+/// Channels of one recording, in volts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Waveform {
+    /// The file.
+    pub path: PathBuf,
+    /// SHA-256 of the file in hexadecimal digits.
+    pub sha256: String,
+    /// Sampling rate in Hz.
+    pub sampling_rate_hz: f64,
+    /// Samples in volts, in the order in which the channels were asked for.
+    pub channels: Vec<Vec<f64>>,
+    /// What the reader noticed.
+    pub findings: Vec<Finding>,
+}
+
+impl Waveform {
+    /// Reads the channels of a file.
+    ///
+    /// ```
+    /// use proofmass_io::{ColumnRef, Waveform, WaveformFormat, WaveformOptions, write_f32};
+    /// # let folder = tempfile::tempdir().unwrap();
+    /// # let path = folder.path().join("r1.f32");
+    /// write_f32(&path, &[&[1.0, 2.0], &[-0.5, 0.25]])?;
+    /// let waveform = Waveform::read(&path, &WaveformOptions {
+    ///     format: WaveformFormat::F32,
+    ///     sampling_rate_hz: Some(51_200.0),
+    ///     channels: vec![("x".into(), ColumnRef::Index(2))],
+    ///     channel_count: 2,
+    ///     full_scale_v: Some(10.0),
+    ///     layout: Default::default(),
+    ///     unit: None,
+    /// })?;
+    /// assert_eq!(waveform.channels, [[-0.5, 0.25]]);
+    /// # Ok::<(), proofmass_io::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// A missing or empty file, one that ends inside a sample, a channel that is not there, a sample that is not
+    /// finite (with its number), a unit other than volts, no sampling rate.
+    pub fn read(path: &Path, options: &WaveformOptions) -> Result<Self> {
+        match options.format {
+            WaveformFormat::F32 => Self::read_f32(path, options),
+            WaveformFormat::Wav => Self::read_wav(path, options),
+            WaveformFormat::Text => Self::read_text(path, options),
+        }
+        .map_err(|e| e.at(path))
+    }
+
+    /// Number of samples of each channel.
+    pub fn samples(&self) -> usize {
+        self.channels.first().map_or(0, Vec::len)
+    }
+
+    /// Duration in seconds.
+    pub fn duration_s(&self) -> f64 {
+        self.samples() as f64 / self.sampling_rate_hz
+    }
+
+    /// Path and digest, for the list of inputs of a result.
+    pub fn input(&self) -> Input {
+        Input {
+            path: self.path.display().to_string(),
+            sha256: self.sha256.clone(),
+        }
+    }
+
+    fn read_f32(path: &Path, options: &WaveformOptions) -> Result<Self> {
+        let bytes = bytes(path)?;
+        let count = options.channel_count;
+        let frame = 4 * count;
+        if count == 0 || bytes.len() % frame != 0 {
+            return Err(Error::new(
+                ErrorKind::Format,
+                format!(
+                    "the {} bytes are no whole number of samples of {count} channels of 4 bytes",
+                    bytes.len()
+                ),
+            )
+            .with_hint("the file was cut short, or [recording] says another number of channels than it has"));
+        }
+        let places = numbers(options, count)?;
+        let mut channels = vec![Vec::with_capacity(bytes.len() / frame); places.len()];
+        for frame in bytes.chunks_exact(frame) {
+            for (channel, place) in channels.iter_mut().zip(&places) {
+                let b = &frame[4 * place..4 * place + 4];
+                channel.push(f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]])));
+            }
+        }
+        finite(&channels, options)?;
+        Ok(Self {
+            path: path.to_path_buf(),
+            sha256: digest(&bytes),
+            sampling_rate_hz: rate(options.sampling_rate_hz)?,
+            channels,
+            findings: Vec::new(),
+        })
+    }
+
+    fn read_wav(path: &Path, options: &WaveformOptions) -> Result<Self> {
+        let bytes = bytes(path)?;
+        let fail = |e: hound::Error| {
+            Error::new(ErrorKind::Format, format!("no WAV file that can be read: {e}"))
+                .with_hint("integers of 16, 24 or 32 bits and 32-bit floats are understood; a file cut short is refused")
+        };
+        let mut reader = hound::WavReader::new(bytes.as_slice()).map_err(fail)?;
+        let spec = reader.spec();
+        let count = usize::from(spec.channels);
+        let places = numbers(options, count)?;
+        let Some(full_scale) = options.full_scale_v else {
+            return Err(Error::new(
+                ErrorKind::Configuration,
+                "the full scale of the recording is not known",
+            )
+            .with_hint("add `full_scale_V = …` to [recording]: a WAV file holds fractions of it"));
+        };
+        let stated = f64::from(spec.sample_rate);
+        if let Some(given) = options.sampling_rate_hz
+            && given != stated
+        {
+            return Err(Error::new(
+                ErrorKind::Configuration,
+                format!("the file was sampled at {stated} Hz, the campaign says {given} Hz"),
+            )
+            .with_hint("correct `sampling_rate_Hz`, or leave it out: the file counts"));
+        }
+        let scale = match spec.sample_format {
+            hound::SampleFormat::Float => full_scale,
+            hound::SampleFormat::Int => {
+                full_scale / 2_f64.powi(i32::from(spec.bits_per_sample) - 1)
+            }
+        };
+        let mut channels = vec![Vec::with_capacity(reader.duration() as usize); places.len()];
+        let mut put = |index: usize, value: f64| {
+            for (channel, place) in channels.iter_mut().zip(&places) {
+                if index % count == *place {
+                    channel.push(scale * value);
+                }
+            }
+        };
+        match spec.sample_format {
+            hound::SampleFormat::Float => {
+                for (i, v) in reader.samples::<f32>().enumerate() {
+                    put(i, f64::from(v.map_err(fail)?));
+                }
+            }
+            hound::SampleFormat::Int => {
+                for (i, v) in reader.samples::<i32>().enumerate() {
+                    put(i, f64::from(v.map_err(fail)?));
+                }
+            }
+        }
+        finite(&channels, options)?;
+        if channels.iter().any(Vec::is_empty) {
+            return Err(Error::new(
+                ErrorKind::Format,
+                "the WAV file holds no samples",
+            ));
+        }
+        Ok(Self {
+            path: path.to_path_buf(),
+            sha256: digest(&bytes),
+            sampling_rate_hz: stated,
+            channels,
+            findings: Vec::new(),
+        })
+    }
+
+    fn read_text(path: &Path, options: &WaveformOptions) -> Result<Self> {
+        let recording = Recording::read(
+            path,
+            &RecordingOptions {
+                layout: options.layout.clone(),
+                columns: options.channels.iter().map(|c| c.1.clone()).collect(),
+                sampling_rate_hz: options.sampling_rate_hz,
+                unit: options.unit,
+                ..RecordingOptions::default()
+            },
+        )?
+        .into_si();
+        if let Some(gap) = recording.time.gaps().first() {
+            return Err(Error::new(
+                ErrorKind::Time,
+                format!(
+                    "samples are missing: {:.6} s without one after {:.6} s",
+                    gap.step_s, gap.at_s
+                ),
+            )
+            .line(gap.line)
+            .with_hint("a sine approximation needs an unbroken recording; measure the run again"));
+        }
+        if let Some(column) = recording
+            .columns
+            .iter()
+            .find(|c| c.unit != Some(Unit::Volt))
+        {
+            let what = match column.unit {
+                Some(unit) => format!("is in {unit}, not in volts"),
+                None => "has no unit".to_owned(),
+            };
+            return Err(Error::new(ErrorKind::Column, what)
+                .column(&column.name)
+                .with_hint(
+                    "write the unit in the heading (x_V, x_mV) or `unit = \"V\"` in [recording]",
+                ));
+        }
+        Ok(Self {
+            path: path.to_path_buf(),
+            sampling_rate_hz: recording.time.rate_hz(),
+            findings: recording.findings().to_vec(),
+            sha256: recording.sha256,
+            channels: recording.columns.into_iter().map(|c| c.data).collect(),
+        })
+    }
+}
+
+/// Writes channels of volts as raw little-endian 32-bit floats, side by side; the file appears whole or not at all.
+///
+/// # Errors
+/// Channels of different length, a value that is not finite, a disk that refuses.
+pub fn write_f32(path: &Path, channels: &[&[f64]]) -> Result<()> {
+    let samples = channels.first().map_or(0, |c| c.len());
+    if let Some(other) = channels.iter().find(|c| c.len() != samples) {
+        return Err(Error::new(
+            ErrorKind::Output,
+            format!(
+                "a channel has {} samples, the first has {samples}",
+                other.len()
+            ),
+        )
+        .at(path));
+    }
+    let mut bytes = Vec::with_capacity(4 * samples * channels.len());
+    for i in 0..samples {
+        for channel in channels {
+            let value = channel[i] as f32;
+            if !value.is_finite() {
+                return Err(Error::new(
+                    ErrorKind::Output,
+                    format!("sample {i} is {value} and may not be written"),
+                )
+                .at(path));
+            }
+            bytes.extend_from_slice(&value.to_le_bytes());
+        }
+    }
+    let mut file = AtomicFile::create(path, &[])?;
+    file.write_all(&bytes)?;
+    file.commit()
+}
+
+fn bytes(path: &Path) -> Result<Vec<u8>> {
+    crate::layout::open(path)?;
+    let bytes = std::fs::read(path).map_err(|e| Error::access(path, "read", e))?;
+    if bytes.is_empty() {
+        return Err(Error::new(ErrorKind::Format, "the recording is empty")
+            .with_hint("measure the run again, or take its row out of the table of runs"));
+    }
+    Ok(bytes)
+}
+
+fn digest(bytes: &[u8]) -> String {
+    hexadecimal(&Sha256::digest(bytes))
+}
+
+fn rate(given: Option<f64>) -> Result<f64> {
+    given.ok_or_else(|| {
+        Error::new(ErrorKind::Configuration, "the sampling rate is not known")
+            .with_hint("add `sampling_rate_Hz = …` to [recording]")
+    })
+}
+
+/// Channel numbers from zero, for formats without headings.
+fn numbers(options: &WaveformOptions, count: usize) -> Result<Vec<usize>> {
+    options
+        .channels
+        .iter()
+        .map(|(name, place)| match place {
+            ColumnRef::Index(i) if (1..=count).contains(i) => Ok(i - 1),
+            other => Err(Error::new(
+                ErrorKind::Configuration,
+                format!("channel {name} is said to be {other}, the file has channels 1 to {count}"),
+            )
+            .with_hint("correct `channels` in [recording]; channels are counted from 1")),
+        })
+        .collect()
+}
+
+fn finite(channels: &[Vec<f64>], options: &WaveformOptions) -> Result<()> {
+    for (channel, (name, _)) in channels.iter().zip(&options.channels) {
+        if let Some(i) = channel.iter().position(|v| !crate::field::is_reading(*v)) {
+            return Err(Error::new(
+                ErrorKind::Field,
+                format!(
+                    "sample {i} is {}, which is no voltage; the file has {} samples per channel",
+                    channel[i],
+                    channel.len()
+                ),
+            )
+            .column(name)
+            .with_hint("the file is damaged, or is not of the declared format; measure the run again or take its row out"));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn options(format: WaveformFormat) -> WaveformOptions {
+        WaveformOptions {
+            format,
+            sampling_rate_hz: Some(1000.0),
+            channels: vec![("reference".into(), 1.into()), ("x".into(), 2.into())],
+            channel_count: 2,
+            full_scale_v: Some(10.0),
+            layout: LayoutOptions::default(),
+            unit: Some(Unit::Volt),
+        }
+    }
+
+    #[test]
+    fn law_what_is_written_is_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let (a, b) = ([0.5, -1.25, 3.0], [1.0, 2.0, -4.0]);
+        let raw = folder.path().join("r.f32");
+        write_f32(&raw, &[&a, &b]).unwrap();
+        let wav = folder.path().join("r.wav");
+        let spec = hound::WavSpec {
+            channels: 2,
+            sample_rate: 1000,
+            bits_per_sample: 24,
+            sample_format: hound::SampleFormat::Int,
+        };
+        let mut writer = hound::WavWriter::create(&wav, spec).unwrap();
+        for i in 0..3 {
+            for v in [a[i], b[i]] {
+                writer
+                    .write_sample((v / 10.0 * 8_388_608.0) as i32)
+                    .unwrap();
+            }
+        }
+        writer.finalize().unwrap();
+        let text = folder.path().join("r.csv");
+        std::fs::write(&text, "reference,x\n0.5,1\n-1.25,2\n3,-4\n").unwrap();
+        for (path, format) in [
+            (&raw, WaveformFormat::F32),
+            (&wav, WaveformFormat::Wav),
+            (&text, WaveformFormat::Text),
+        ] {
+            let w = Waveform::read(path, &options(format)).unwrap();
+            assert_eq!((w.samples(), w.sampling_rate_hz), (3, 1000.0));
+            for (got, want) in w.channels.iter().zip([a, b]) {
+                for (g, v) in got.iter().zip(want) {
+                    // Half a step of 24 bits over ±10 V is 6e-7 V; the integer is cut, not rounded: 1.2e-6.
+                    assert!((g - v).abs() < 1.2e-6, "{format:?}: {g} for {v}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn refuses_files_that_are_empty_cut_or_damaged() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("r.f32");
+        let read = || Waveform::read(&path, &options(WaveformFormat::F32));
+        std::fs::write(&path, b"").unwrap();
+        assert!(read().unwrap_err().to_string().contains("empty"));
+        std::fs::write(&path, [0; 13]).unwrap();
+        assert!(read().unwrap_err().to_string().contains("13 bytes"));
+        let mut bytes = vec![0; 16];
+        bytes[12..].copy_from_slice(&f32::NAN.to_le_bytes());
+        std::fs::write(&path, bytes).unwrap();
+        let error = read().unwrap_err();
+        assert!(error.field() == Some("x") && error.to_string().contains("sample 1"));
+        let mut three = options(WaveformFormat::F32);
+        three.channels.push(("y".into(), 3.into()));
+        assert!(Waveform::read(&path, &three).is_err());
+    }
+}

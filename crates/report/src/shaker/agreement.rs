@@ -1,0 +1,268 @@
+//! Whether the runs agree: residuals, mounting angles, Monte Carlo.
+
+use super::sign;
+use crate::number::{plain, two_digits};
+use crate::plot::Style;
+use crate::{Axis, Block, Cell, Column, Section, Series, SpherePlot, Table, XyPlot};
+use proofmass_calibration::shaker::{
+    FrequencyCheck, MethodResult, RunResult, ShakerCalibration, Suspicion,
+};
+
+/// Runs of one direction with the root mean square of their 18 studentised residuals … of every frequency.
+struct Direction<'a> {
+    direction: [f64; 3],
+    runs: Vec<&'a RunResult>,
+}
+
+impl Direction<'_> {
+    fn root_mean_square(&self) -> f64 {
+        let all = || self.runs.iter().flat_map(|r| r.studentised.as_flattened());
+        (all().map(|v| v * v).sum::<f64>() / all().count().max(1) as f64).sqrt()
+    }
+}
+
+fn directions(result: &MethodResult) -> Vec<Direction<'_>> {
+    let mut list: Vec<Direction> = vec![];
+    for run in &result.runs {
+        let same = |d: &Direction| (0..3).all(|k| (d.direction[k] - run.direction[k]).abs() < 1e-6);
+        match list.iter_mut().find(|d| same(d)) {
+            Some(d) => d.runs.push(run),
+            None => list.push(Direction {
+                direction: run.direction,
+                runs: vec![run],
+            }),
+        }
+    }
+    list
+}
+
+pub(super) fn residuals(calibration: &ShakerCalibration, result: &MethodResult) -> Section {
+    let chi = result.chi_squared.map_or(String::new(), |(chi, dof)| {
+        format!(
+            "χ² = {chi:.1} with {dof} degrees of freedom (a factor of {:.2} in u). ",
+            (chi / dof.max(1) as f64).sqrt()
+        )
+    });
+    let mut sphere = SpherePlot::new("rms studentised residual", "");
+    for d in directions(result) {
+        sphere = sphere.point(d.direction, d.root_mean_square(), "");
+    }
+    let number: Vec<f64> = (1..=result.runs.len()).map(|i| i as f64).collect();
+    let statistic: Vec<f64> = result.runs.iter().map(|r| r.statistic).collect();
+    let mut plot = XyPlot::new(
+        Axis::linear("run", "").range(0.0, result.runs.len() as f64 + 1.0),
+        Axis::linear("χ² of the run", ""),
+    )
+    .height(220.0)
+    // χ² with six degrees of freedom: 95 % and 99.9 %.
+    .horizontal(12.59, "95 %")
+    .horizontal(22.46, "99.9 %")
+    .series(Series::markers("", &number, &statistic));
+    let mut last = None;
+    for (i, run) in result.runs.iter().enumerate() {
+        if last != Some(run.frequency) && i > 0 {
+            plot = plot.vertical(i as f64 + 0.5, "");
+        }
+        last = Some(run.frequency);
+    }
+    let mut worst: Vec<&RunResult> = result.runs.iter().collect();
+    worst.sort_by(|a, b| b.statistic.total_cmp(&a.statistic));
+    let mut table = Table::new(
+        "The runs that differ most from what the others predict",
+        [
+            Column::text("run"),
+            Column::number("f", "Hz"),
+            Column::number("χ²", ""),
+            Column::text("studentised residuals x, y, z (real, imaginary)"),
+            Column::number("influence", "u"),
+            Column::text("explanation"),
+        ],
+    )
+    .note("Influence: largest change of a component of S without the run, in its standard uncertainties.");
+    for run in worst.iter().take(8) {
+        let residuals: Vec<String> = run
+            .studentised
+            .iter()
+            .map(|[re, im]| sign(format!("{re:.1}, {im:.1}")))
+            .collect();
+        let explanation = calibration
+            .suspects
+            .iter()
+            .find(|s| s.run == run.run)
+            .map_or("", |s| match s.suspicion {
+                Suspicion::Channels { .. } => "channels exchanged or inverted",
+                Suspicion::Mounting { .. } => "mounted as another configuration",
+                Suspicion::Unexplained => "none found",
+            });
+        table = table.row([
+            Cell::text(run.run.clone()),
+            Cell::number(plain(run.frequency)),
+            Cell::number(format!("{:.1}", run.statistic)),
+            Cell::text(residuals.join("; ")),
+            Cell::number(format!("{:.2}", run.influence)),
+            Cell::text(explanation),
+        ]);
+    }
+    Section::new("Agreement of the runs")
+        .paragraph(format!(
+            "{chi}Each run is compared with what all other runs predict for it: six real numbers, studentised, and their χ². \
+             One is the value to be expected of a studentised residual."
+        ))
+        .figure(
+            "Directions of the excitation in the axes of the device, coloured by the root mean square of the studentised \
+             residuals of all runs in that direction",
+            sphere,
+        )
+        .figure(
+            "χ² of every run in the order of the campaign; vertical lines part the frequencies",
+            plot,
+        )
+        .table(table)
+}
+
+/// Mounting angles before and after the data, for a joint fit.
+pub(super) fn angles(result: &MethodResult) -> Option<Section> {
+    let mut keys: Vec<&str> = vec![];
+    for a in &result.angles {
+        if !keys.contains(&a.key.as_str()) {
+            keys.push(&a.key);
+        }
+    }
+    if keys.is_empty() {
+        return None;
+    }
+    let mut section = Section::new("Mounting angles").paragraph(
+        "The angles of wedges and gluings are the same at every frequency, so the data speak about them. Declared: what the \
+         budget says before the data; estimated: after them. What stays is almost entirely common to all angles of a \
+         kind, a rotation of the whole device that no data can tell from a device whose axes are turned.",
+    );
+    let mut table = Table::new(
+        "Mounting angles",
+        [
+            Column::text("input"),
+            Column::number("α", "°"),
+            Column::number("ω", "°"),
+            Column::number("estimated error", "°"),
+            Column::number("u estimated", "°"),
+            Column::number("u declared", "°"),
+        ],
+    );
+    let mut plot: Option<XyPlot> = None;
+    for key in &keys {
+        let of_key: Vec<_> = result.angles.iter().filter(|a| a.key == *key).collect();
+        let number: Vec<f64> = (1..=of_key.len()).map(|i| i as f64).collect();
+        let value: Vec<f64> = of_key.iter().map(|a| a.value.to_degrees()).collect();
+        let spread: Vec<f64> = of_key
+            .iter()
+            .map(|a| 2.0 * a.standard_uncertainty.to_degrees())
+            .collect();
+        let low: Vec<f64> = value.iter().zip(&spread).map(|(v, s)| v - s).collect();
+        let high: Vec<f64> = value.iter().zip(&spread).map(|(v, s)| v + s).collect();
+        let prior = 2.0 * of_key[0].prior.to_degrees();
+        let axis = Axis::linear(key.replace('.', " "), "°");
+        let x = Axis::linear("mounting", "");
+        let mut next = match plot.take() {
+            None => XyPlot::new(x, axis),
+            Some(plot) => plot.below(axis),
+        };
+        if let Some(panel) = next.panels.last_mut() {
+            panel.height = 190.0;
+        }
+        next = next
+            .horizontal(prior, "declared ± 2 u")
+            .horizontal(-prior, "")
+            .series(
+                Series::line("", &number, &value)
+                    .style(Style::Markers)
+                    .bars(&low, &high)
+                    .look(0),
+            );
+        plot = Some(next);
+        for a in of_key {
+            let whole = a.key.contains("wedge");
+            table = table.row([
+                Cell::text(a.key.clone()),
+                Cell::number(plain(a.configuration.inclination.to_degrees())),
+                if whole {
+                    Cell::Empty
+                } else {
+                    Cell::number(plain(a.configuration.rotation.to_degrees()))
+                },
+                Cell::number(sign(format!("{:.3}", a.value.to_degrees()))),
+                Cell::number(format!("{:.3}", a.standard_uncertainty.to_degrees())),
+                Cell::number(format!("{:.3}", a.prior.to_degrees())),
+            ]);
+        }
+    }
+    if let Some(plot) = plot {
+        section = section.figure(
+            "Estimated error of every mounting angle, in the order of the plan; bars are two standard uncertainties, lines \
+             two declared ones",
+            plot,
+        );
+    }
+    Some(section.folded("All mounting angles", [Block::Table(table)]))
+}
+
+/// Verdicts of the law of propagation against Monte Carlo.
+pub(super) fn monte_carlo(checks: &[FrequencyCheck]) -> Option<Section> {
+    let first = checks.first()?;
+    // Two standard deviations of the 2.5 % quantile of a normal distribution: √(p (1 − p)/n) over its density there.
+    let scatter = 2.0 * (0.975 * 0.025 / first.trials.max(1) as f64).sqrt() / 0.058_45;
+    let total: usize = checks.iter().map(|c| c.verdicts.len()).sum();
+    let good = |c: &FrequencyCheck| c.verdicts.iter().filter(|v| v.holds).count();
+    let hold: usize = checks.iter().map(good).sum();
+    let mut table = Table::new(
+        "Law of propagation against Monte Carlo, per frequency",
+        [
+            Column::number("f", "Hz"),
+            Column::number("trials", ""),
+            Column::number("components that agree", ""),
+            Column::text("largest departure of an end of an interval"),
+        ],
+    );
+    for check in checks {
+        let departure = |v: &proofmass_calibration::shaker::monte_carlo::Verdict| {
+            (0..2)
+                .map(|e| (v.interval[e] - v.linear_interval[e]).abs() / v.linear)
+                .fold(0.0, f64::max)
+        };
+        let worst = check
+            .verdicts
+            .iter()
+            .max_by(|a, b| departure(a).total_cmp(&departure(b)));
+        table = table.row([
+            Cell::number(plain(check.frequency)),
+            Cell::number(check.trials.to_string()),
+            Cell::number(format!("{} of {}", good(check), check.verdicts.len())),
+            Cell::text(worst.map_or(String::new(), |v| {
+                format!(
+                    "{} u at {}",
+                    two_digits(departure(v)),
+                    component(&v.component)
+                )
+            })),
+        ]);
+    }
+    Some(
+        Section::new("Monte Carlo check")
+            .paragraph(format!(
+                "Every input drawn from its distribution with what shares it, angles through sines and products through \
+                 products, {} trials per frequency: {hold} of {total} components of S have 95 % intervals that agree with \
+                 the law of propagation within half a unit of the last digit of u (JCGM 101:2008, clause 8). With so many trials \
+                 an end of an interval is itself known to ± {} u.",
+                first.trials,
+                two_digits(scatter)
+            ))
+            .table(table),
+    )
+}
+
+/// `xx.re` as Re S_xx.
+fn component(name: &str) -> String {
+    match name.split_once('.') {
+        Some((term, "re")) => format!("Re S_{term}"),
+        Some((term, "im")) => format!("Im S_{term}"),
+        _ => name.to_owned(),
+    }
+}

@@ -1,0 +1,214 @@
+//! The report of a single-axis comparison with a reference.
+
+use crate::number::{minus, plain, rounded};
+use crate::{Axis, BarPlot, Cell, Column, KeyFigure, Report, Section, Series, Table, XyPlot};
+use proofmass_calibration::shaker::single_axis::{ComparisonRow, SingleAxis, transverse_limit};
+use proofmass_uncertainty::{Finding, Quantity};
+
+/// Probability of the intervals.
+const PROBABILITY: f64 = 0.95;
+
+/// What the report tells beside the comparison itself.
+#[derive(Clone, Debug, Default)]
+pub struct SingleAxisReport<'a> {
+    /// Title.
+    pub title: String,
+    /// Label and value: device, date, operator, software.
+    pub meta: Vec<(String, String)>,
+    /// Name and SHA-256 of each input file.
+    pub inputs: Vec<(String, String)>,
+    /// All findings.
+    pub findings: &'a [Finding],
+    /// The runs, for the transverse motion; in the order of the results.
+    pub runs: &'a [ComparisonRow],
+    /// Last line.
+    pub footer: String,
+}
+
+impl SingleAxisReport<'_> {
+    /// The whole report.
+    pub fn full(&self, results: &[SingleAxis]) -> Report {
+        let mut report = self
+            .summary(results)
+            .section(curves(results))
+            .section(budget(results));
+        if self.runs.iter().any(|r| r.transverse.is_some()) {
+            report = report.section(self.transverse());
+        }
+        let mut section = Section::new("Inputs and method");
+        if !self.inputs.is_empty() {
+            let mut table = Table::new("Inputs", [Column::text("file"), Column::text("SHA-256")]);
+            for (name, digest) in &self.inputs {
+                table = table.row([Cell::text(name.clone()), Cell::text(digest.clone())]);
+            }
+            section = section.table(table);
+        }
+        report
+            .section(section.paragraph(
+                "Comparison with a reference transducer (ISO 16063-21): S₂ = (X₂/X₁) S₁, φ₂ = φ₂,₁ + φ₁. Uncertainty by the \
+                 law of propagation, coverage factors from Student's t (JCGM 100:2008).",
+            ))
+            .footer(self.footer.clone())
+    }
+
+    /// What is worth a look in the terminal.
+    pub fn summary(&self, results: &[SingleAxis]) -> Report {
+        let mut report = Report::new(self.title.clone()).subtitle(format!(
+            "Single-axis calibration by comparison with a reference: {} runs",
+            results.len()
+        ));
+        for (label, value) in &self.meta {
+            report = report.meta(label.clone(), value.clone());
+        }
+        report
+            .findings(self.findings.iter().cloned())
+            .section(result(results))
+    }
+
+    fn transverse(&self) -> Section {
+        let mut table = Table::new(
+            "Transverse motion against the limits of ISO 16063-21",
+            [
+                Column::text("run"),
+                Column::number("f", "Hz"),
+                Column::number("transverse motion", "%"),
+                Column::number("limit", "%"),
+                Column::text(""),
+            ],
+        );
+        for run in self.runs {
+            let limit = transverse_limit(run.frequency);
+            let cells = match run.transverse {
+                Some(t) => [
+                    Cell::number(format!("{:.2}", 100.0 * t)),
+                    Cell::number(format!("{:.0}", 100.0 * limit)),
+                    Cell::text(if t > limit { "exceeds" } else { "within" }),
+                ],
+                None => [
+                    Cell::Empty,
+                    Cell::number(format!("{:.0}", 100.0 * limit)),
+                    Cell::text("not measured"),
+                ],
+            };
+            let mut row = vec![
+                Cell::text(run.run.clone()),
+                Cell::number(plain(run.frequency)),
+            ];
+            row.extend(cells);
+            table = table.row(row);
+        }
+        Section::new("Transverse motion").table(table)
+    }
+}
+
+fn quantity(result: &SingleAxis, name: &str, factor: f64) -> Option<(f64, f64, Quantity)> {
+    let q = result.estimate.get(name)?;
+    Some((factor * q.value, factor * q.expanded(PROBABILITY), q))
+}
+
+/// The prefix that suits the largest modulus.
+fn unit(results: &[SingleAxis]) -> (&'static str, f64) {
+    let largest = results.iter().map(|r| r.sensitivity.norm());
+    match largest.fold(0.0, f64::max) {
+        v if v >= 0.5 => ("V/(m/s²)", 1.0),
+        v if v >= 0.5e-3 => ("mV/(m/s²)", 1e3),
+        _ => ("µV/(m/s²)", 1e6),
+    }
+}
+
+fn result(results: &[SingleAxis]) -> Section {
+    let (unit, factor) = unit(results);
+    let mut table = Table::new(
+        "Sensitivity with its expanded uncertainty at 95 %",
+        [
+            Column::number("f", "Hz"),
+            Column::number("modulus", unit),
+            Column::number("U", unit),
+            Column::number("U relative", "%"),
+            Column::number("phase", "°"),
+            Column::number("U phase", "°"),
+            Column::number("k", ""),
+            Column::number("ν_eff", ""),
+        ],
+    );
+    let mut section = Section::new("Result");
+    for r in results {
+        let (Some((m, u, q)), Some((phase, u_phase, _))) = (
+            quantity(r, "modulus", factor),
+            quantity(r, "phase", 180.0 / std::f64::consts::PI),
+        ) else {
+            continue;
+        };
+        let (value, expanded) = rounded(m, u);
+        let (phase, u_phase) = rounded(phase, u_phase);
+        table = table.row([
+            Cell::number(plain(r.frequency)),
+            Cell::number(value),
+            Cell::number(expanded),
+            Cell::number(format!("{:.2}", 100.0 * u / m)),
+            Cell::number(phase),
+            Cell::number(u_phase),
+            Cell::number(format!("{:.2}", q.coverage_factor(PROBABILITY))),
+            Cell::number(q.dof.to_string()),
+        ]);
+    }
+    let nearest = results.iter().min_by(|a, b| {
+        let far = |r: &SingleAxis| (r.frequency / 160.0).ln().abs();
+        far(a).total_cmp(&far(b))
+    });
+    if let Some((r, (m, u, _))) = nearest.and_then(|r| Some((r, quantity(r, "modulus", factor)?))) {
+        let (value, expanded) = rounded(m, u);
+        section = section.key_figures([KeyFigure::new(
+            format!("sensitivity at {} Hz", plain(r.frequency)),
+            format!("{} ± {expanded}", minus(&value)),
+            unit,
+        )
+        .note(format!("U = {:.2} %", 100.0 * u / m))]);
+    }
+    section.table(table)
+}
+
+fn curves(results: &[SingleAxis]) -> Section {
+    let (unit, factor) = unit(results);
+    let points = |name: &str, factor: f64| -> Vec<(f64, f64, f64)> {
+        let mut points: Vec<_> = results
+            .iter()
+            .filter_map(|r| quantity(r, name, factor).map(|(v, u, _)| (r.frequency, v, u)))
+            .collect();
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        points
+    };
+    let mut plot = XyPlot::new(Axis::log("frequency", "Hz"), Axis::linear("modulus", unit))
+        .series(Series::intervals("", &points("modulus", factor)))
+        .below(Axis::linear("phase", "°"))
+        .series(Series::intervals("", &points("phase", 180.0 / std::f64::consts::PI)).look(0));
+    for panel in &mut plot.panels {
+        panel.height = 220.0;
+    }
+    Section::new("Sensitivity against frequency").figure(
+        "Modulus and phase of the sensitivity with their 95 % intervals",
+        plot,
+    )
+}
+
+fn budget(results: &[SingleAxis]) -> Section {
+    let mut shares: Vec<(String, f64)> = vec![];
+    for r in results {
+        for line in r.estimate.budget("modulus").unwrap_or_default() {
+            let share = line.share / results.len() as f64;
+            match shares.iter_mut().find(|s| s.0 == line.description) {
+                Some(s) => s.1 += share,
+                None => shares.push((line.description, share)),
+            }
+        }
+    }
+    shares.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let bars = shares.into_iter().fold(
+        BarPlot::shares("share of the variance"),
+        |bars, (name, share)| bars.bar(name, share, ""),
+    );
+    Section::new("Uncertainty").figure(
+        "Causes of the uncertainty of the modulus, mean over the runs",
+        bars,
+    )
+}
