@@ -2,7 +2,6 @@
 
 use crate::coefficients::figure;
 use crate::record::check_count;
-use crate::slope::bend;
 use crate::spectrum_bins::SpectrumBins;
 use crate::{
     CoefficientFit, ConsistencyPoint, DeviationCurve, DeviationOptions, Disturbance,
@@ -352,9 +351,6 @@ fn analyse_channel(
         .findings
         .extend(disturbance_findings(&result.disturbances, options));
     result.findings.extend(disagreement(&result));
-    result
-        .findings
-        .extend(bend_finding(&prepared, sample_rate, &result, options));
     if let Some(fit) = &result.whittle {
         result.kalman = Some(kalman_noise(&fit.model, sample_rate)?);
         if let Some(sensor) = channel.sensor {
@@ -495,46 +491,6 @@ fn disturbance_findings(found: &[Disturbance], options: &AnalysisOptions) -> Vec
         .advice("cut the record there and analyse the longer part; coefficients of a disturbed record describe the disturbance"),
     );
     findings
-}
-
-/// Drift that bends, as temperature makes it: no process of the model describes it.
-fn bend_finding(
-    rate: &[f64],
-    sample_rate: f64,
-    result: &ChannelAnalysis,
-    options: &AnalysisOptions,
-) -> Option<Finding> {
-    let fit = result.whittle.as_ref()?;
-    let mut upper = fit.model.clone();
-    for term in [Term::RandomWalk, Term::Flicker] {
-        let limit = match fit.get(term)?.verdict {
-            Verdict::Identified { interval, .. } => Some(interval.1),
-            Verdict::NotIdentifiable { upper_limit, .. } => upper_limit,
-        };
-        upper.set(term, limit.unwrap_or(0.0));
-    }
-    let bend = bend(
-        rate,
-        sample_rate,
-        &upper,
-        options.disturbance_false_alarm_rate,
-    )?;
-    Some(
-        Finding::new(
-            Severity::Warning,
-            "smooth-drift",
-            "the record bends more than its noise explains: temperature or warming up, not random walk",
-        )
-        .evidence(format!(
-            "a polynomial of degree {} of {} {} root mean square, {:.0} times its standard uncertainty under the noise at its upper limits; {:.1} are needed",
-            bend.degree,
-            figure(bend.size),
-            result.unit,
-            bend.size / bend.uncertainty,
-            bend.threshold
-        ))
-        .advice("leave out the time after switching on, keep the temperature still, or remove a trend by name"),
-    )
 }
 
 /// The two ways must agree where both give an interval.
