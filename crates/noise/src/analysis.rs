@@ -6,8 +6,8 @@ use crate::spectrum_bins::SpectrumBins;
 use crate::{
     CoefficientFit, ConsistencyPoint, DeviationCurve, DeviationOptions, Disturbance,
     DisturbanceKind, FitOptions, Gap, Gaps, InUnit, KalmanNoise, Record, Sensor, Statistic, Term,
-    Verdict, allan_regression, chi_square_interval, consistency, deviation, disturbances, gaps,
-    in_units, kalman_noise, whittle,
+    allan_regression, chi_square_interval, consistency, deviation, disturbances, gaps, in_units,
+    kalman_noise, whittle,
 };
 use proofmass_core::Error;
 use proofmass_signal::{Density, Detrend, Trend, Welch};
