@@ -1,5 +1,6 @@
 //! `proofmass simulate`: recordings with truth.
 
+mod axis;
 mod fault;
 mod multi_position;
 mod shaker;
@@ -19,6 +20,7 @@ enum Scenario {
     MultiPosition(multi_position::MultiPosition),
     Shaker(shaker::Shaker),
     SpuriousMotion(spurious_motion::SpuriousMotion),
+    Axis(axis::Axis),
 }
 
 impl Simulate {
@@ -27,6 +29,7 @@ impl Simulate {
             Scenario::MultiPosition(scenario) => scenario.run(),
             Scenario::Shaker(scenario) => scenario.run(),
             Scenario::SpuriousMotion(scenario) => scenario.run(),
+            Scenario::Axis(scenario) => scenario.run(),
         }
     }
 }
