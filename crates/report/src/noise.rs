@@ -34,12 +34,8 @@ impl NoiseReport<'_> {
             let samples = self.samples.get(i).copied().unwrap_or_default();
             report = report.section(channel_section(channel, samples, analysis.sample_rate));
         }
-        let mut inputs = Table::new("Inputs", [Column::text("file"), Column::text("SHA-256")]);
-        for (name, digest) in &self.inputs {
-            inputs = inputs.row([Cell::text(name.clone()), Cell::text(digest.clone())]);
-        }
         report
-            .section(Section::new("Inputs").table(inputs))
+            .section(Section::new("Inputs").inputs(&self.inputs))
             .footer(self.footer.clone())
     }
 

@@ -78,12 +78,8 @@ impl UncertaintyReport {
     }
 
     fn provenance(&self, result: &ModelResult) -> Section {
-        let mut table = Table::new("Inputs", [Column::text("file"), Column::text("SHA-256")]);
-        for (name, digest) in &self.inputs {
-            table = table.row([Cell::text(name.clone()), Cell::text(digest.clone())]);
-        }
         Section::new("Inputs and method")
-            .table(table)
+            .inputs(&self.inputs)
             .paragraph(format!(
                 "Law of propagation of uncertainty with the joint covariance of the inputs, coverage factors from \
                  Student's t at the effective degrees of freedom (JCGM 100:2008). Propagation of distributions by \
