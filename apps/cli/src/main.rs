@@ -15,6 +15,7 @@ mod shaker;
 mod simulate;
 mod uncertainty;
 mod validate;
+mod velocity;
 
 use clap::{Parser, Subcommand};
 use failure::Failure;
@@ -40,6 +41,7 @@ enum Command {
     Plan(plan::Plan),
     Apply(apply::Apply),
     Validate(validate::Validate),
+    Velocity(velocity::Velocity),
     Noise(noise::Noise),
     Inspect(inspect::Inspect),
     Simulate(simulate::Simulate),
@@ -71,6 +73,7 @@ fn run(arguments: Arguments) -> Result<Outcome, Failure> {
         Command::Plan(command) => command.run(),
         Command::Apply(command) => command.run(),
         Command::Validate(command) => command.run(),
+        Command::Velocity(command) => command.run(),
         Command::Noise(command) => command.run(),
         Command::Inspect(command) => command.run(),
         Command::Simulate(command) => command.run(),

@@ -1,5 +1,6 @@
 //! `proofmass simulate`: recordings with truth.
 
+mod axis;
 mod fault;
 mod multi_position;
 mod shaker;
@@ -21,6 +22,7 @@ enum Scenario {
     MultiPosition(multi_position::MultiPosition),
     Shaker(shaker::Shaker),
     SpuriousMotion(spurious_motion::SpuriousMotion),
+    Axis(axis::Axis),
 }
 
 impl Simulate {
@@ -29,6 +31,7 @@ impl Simulate {
             Scenario::MultiPosition(scenario) => scenario.run(),
             Scenario::Shaker(scenario) => scenario.run(),
             Scenario::SpuriousMotion(scenario) => scenario.run(),
+            Scenario::Axis(scenario) => scenario.run(),
         }
     }
 }

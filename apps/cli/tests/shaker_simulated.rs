@@ -25,24 +25,29 @@ fn number(row: &HashMap<String, String>, heading: &str) -> f64 {
 
 fn simulated(folder: &Path, more: &[&str]) -> Vec<String> {
     let campaign = folder.join("campaign");
-    let mut arguments = vec!["simulate", "shaker", "--output", text(&campaign), "--seed", "5"];
+    let mut arguments = vec![
+        "simulate",
+        "shaker",
+        "--output",
+        text(&campaign),
+        "--seed",
+        "5",
+    ];
     arguments.extend(more);
     succeed(&arguments);
     let out = campaign.join("result");
     succeed(&["calibrate", text(&campaign), "--output", text(&out)]);
     let findings = json(&out.join("result.json"))["findings"].clone();
     let list = findings.as_array().expect("findings").iter();
-    list.map(|f| format!("{} {}", f["code"], f["what"])).collect()
+    list.map(|f| format!("{} {}", f["code"], f["what"]))
+        .collect()
 }
 
 #[test]
 fn coverage_of_the_truth_by_a_recorded_campaign() {
     let folder = tempfile::tempdir().expect("folder");
     let few = ["--frequencies", "80,160,800", "--configurations", "20"];
-    simulated(
-        folder.path(),
-        &[&few[..], &["--duration", "0.1"]].concat(),
-    );
+    simulated(folder.path(), &[&few[..], &["--duration", "0.1"]].concat());
     let campaign = folder.path().join("campaign");
     let truth = json(&campaign.join("truth.json"));
     let (mut terms, mut inside) = (0, 0);
@@ -76,7 +81,13 @@ fn coverage_of_the_truth_by_a_recorded_campaign() {
 #[test]
 fn law_the_seed_alone_decides_and_faults_are_found() {
     let folder = tempfile::tempdir().expect("folder");
-    let small = ["--phasors", "--frequencies", "80,160", "--configurations", "24"];
+    let small = [
+        "--phasors",
+        "--frequencies",
+        "80,160",
+        "--configurations",
+        "24",
+    ];
     let once = |name: &str| {
         let place = folder.path().join(name);
         let head = ["simulate", "shaker", "--output", text(&place)];

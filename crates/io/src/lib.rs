@@ -62,7 +62,7 @@ pub use error::{Error, ErrorKind, Result};
 pub use inspection::{BadEntry, ColumnSummary, Inspection, Statistics, TimeSummary, inspect};
 pub use layout::{ColumnRef, DecimalMark, Layout, LayoutOptions, Separator};
 pub use output::{AtomicFile, OutputFolder};
-pub use recording::{Column, Input, Recording, RecordingOptions, TimeUnit};
+pub use recording::{Absent, Column, Input, Recording, RecordingOptions, TimeUnit};
 pub use result_document::{
     NamedCovariance, RESULT_SCHEMA, RESULT_VERSION, ResultDocument, StatedQuantity,
 };

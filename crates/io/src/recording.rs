@@ -1,7 +1,7 @@
 //! A recording: selected columns of a delimited text as numbers, with their units and times.
 
 use crate::layout::{ColumnRef, Layout, LayoutOptions};
-use crate::rows::{RowReader, line_of};
+use crate::rows::{RowReader, bad_field, line_of};
 use crate::{Error, ErrorKind, Result, TimeBase, Unit, split_heading};
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
@@ -64,7 +64,8 @@ pub enum TimeUnit {
 }
 
 impl TimeUnit {
-    fn of(unit: Unit) -> Option<Self> {
+    /// The unit of time that a heading names.
+    pub fn of(unit: Unit) -> Option<Self> {
         match unit {
             Unit::Second => Some(Self::Second),
             Unit::Millisecond => Some(Self::Millisecond),
@@ -75,7 +76,7 @@ impl TimeUnit {
     }
 
     /// Units per second: dividing by a power of ten rounds once, multiplying by its inverse twice.
-    fn per_second(self, rate: Option<f64>) -> Option<f64> {
+    pub fn per_second(self, rate: Option<f64>) -> Option<f64> {
         match self {
             Self::Second => Some(1.0),
             Self::Millisecond => Some(1e3),
@@ -134,7 +135,20 @@ pub struct Recording {
     /// Times.
     pub time: TimeBase,
     lines: Vec<(usize, u64)>,
+    missing: Vec<Vec<usize>>,
     findings: Vec<Finding>,
+}
+
+/// What an absent value in a column means.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Absent {
+    /// Damage: refused with its line.
+    #[default]
+    Refused,
+    /// No sample was taken in this row: an empty field is none, NaN is refused.
+    Empty,
+    /// No sample was taken in this row: an empty field or NaN is none.
+    EmptyOrNan,
 }
 
 impl Recording {
@@ -144,10 +158,21 @@ impl Recording {
     /// A file that cannot be read as numbers (with line and column), fewer than two rows, a time column that does
     /// not run forward, no time base at all, a stated unit that contradicts the heading.
     pub fn read(path: &Path, options: &RecordingOptions) -> Result<Self> {
-        Self::read_inner(path, options).map_err(|e| e.at(path))
+        Self::read_sparse(path, options, &[])
     }
 
-    fn read_inner(path: &Path, options: &RecordingOptions) -> Result<Self> {
+    /// Reads the chosen columns of a file in which a row need not hold every sensor.
+    ///
+    /// `absent` belongs to `options.columns`, in their order; columns beyond its end are refused absent values.
+    /// Where a sample is absent ([`Recording::missing`]) the column repeats the one before it, or the first one.
+    ///
+    /// # Errors
+    /// As [`Recording::read`]; a column without any value.
+    pub fn read_sparse(path: &Path, options: &RecordingOptions, absent: &[Absent]) -> Result<Self> {
+        Self::read_inner(path, options, absent).map_err(|e| e.at(path))
+    }
+
+    fn read_inner(path: &Path, options: &RecordingOptions, absent: &[Absent]) -> Result<Self> {
         let layout = Layout::sniff_with(path, &options.layout)?;
         if options.columns.is_empty() {
             return Err(
@@ -180,11 +205,39 @@ impl Recording {
         selected.extend(temperature);
 
         let mut reader = RowReader::open(path, layout, &selected)?;
+        let sparse = absent.iter().any(|a| *a != Absent::Refused);
+        if sparse {
+            reader = reader.locate_bad_fields();
+        }
         let mut data = vec![Vec::new(); selected.len()];
+        let mut missing = vec![Vec::new(); signals];
         let mut lines: Vec<(usize, u64)> = Vec::new();
         let mut rows = 0;
         while let Some(block) = reader.next_block()? {
+            for bad in &block.bad {
+                let text = bad.text.trim();
+                let absent = absent.get(bad.selected).copied().unwrap_or_default();
+                let none = match absent {
+                    Absent::Refused => false,
+                    Absent::Empty => text.is_empty(),
+                    Absent::EmptyOrNan => text.is_empty() || text.eq_ignore_ascii_case("nan"),
+                };
+                if !none {
+                    let layout = reader.layout();
+                    return Err(bad_field(&bad.text, layout.decimal)
+                        .line(bad.line)
+                        .column(layout.name(selected[bad.selected])));
+                }
+            }
             for (i, column) in data.iter_mut().enumerate() {
+                if i < signals && sparse {
+                    let absent = block.column(i).iter().enumerate();
+                    missing[i].extend(
+                        absent
+                            .filter(|(_, v)| v.is_nan())
+                            .map(|(row, _)| rows + row),
+                    );
+                }
                 column.extend_from_slice(block.column(i));
             }
             for &(row, line) in block.line_runs() {
@@ -202,6 +255,21 @@ impl Recording {
                 format!("the file holds {rows} row of data"),
             )
             .with_hint("a recording needs at least two rows, and a calibration some thousands"));
+        }
+
+        for (i, column) in data.iter_mut().enumerate().take(signals) {
+            let first = column.iter().copied().find(|v| !v.is_nan());
+            let mut last = first.ok_or_else(|| {
+                Error::new(ErrorKind::Field, "the column holds no value at all")
+                    .column(layout.name(selected[i]))
+                    .with_hint("see `proofmass inspect` for what the columns hold")
+            })?;
+            for v in column.iter_mut() {
+                if v.is_nan() {
+                    *v = last;
+                }
+                last = *v;
+            }
         }
 
         let mut findings = layout.findings();
@@ -254,8 +322,15 @@ impl Recording {
             temperature,
             time,
             lines,
+            missing,
             findings,
         })
+    }
+
+    /// Samples at which a column holds no value of its own, in order; empty unless
+    /// [`Recording::read_sparse`] allowed it.
+    pub fn missing(&self, column: usize) -> &[usize] {
+        self.missing.get(column).map_or(&[], Vec::as_slice)
     }
 
     /// Number of samples.

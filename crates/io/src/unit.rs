@@ -66,8 +66,22 @@ pub enum Unit {
     Metre,
     /// mm.
     Millimetre,
+    /// cm.
+    Centimetre,
     /// m/s.
     MetrePerSecond,
+    /// mm/s.
+    MillimetrePerSecond,
+    /// cm/s.
+    CentimetrePerSecond,
+    /// km/h.
+    KilometrePerHour,
+    /// International mile per hour, 0.44704 m/s.
+    MilePerHour,
+    /// Whole turns of a shaft.
+    Turn,
+    /// Turns per minute.
+    TurnPerMinute,
     /// N.
     Newton,
     /// A pure number.
@@ -163,7 +177,39 @@ const SPELLINGS: &[(Unit, &str, &str, &[&str])] = &[
     ),
     (Metre, "m", "m", &["metre", "metres", "meter"]),
     (Millimetre, "mm", "mm", &["millimetre", "millimetres"]),
+    (
+        Centimetre,
+        "cm",
+        "cm",
+        &["centimetre", "centimetres", "centimeter"],
+    ),
     (MetrePerSecond, "m/s", "m/s", &["mps", "m_s", "m_per_s"]),
+    (MillimetrePerSecond, "mm/s", "mm/s", &["mm_s", "mm_per_s"]),
+    (CentimetrePerSecond, "cm/s", "cm/s", &["cm_s", "cm_per_s"]),
+    (
+        KilometrePerHour,
+        "km/h",
+        "km/h",
+        &["kmh", "kph", "KPH", "km/hr", "km_h", "km_per_h"],
+    ),
+    (
+        MilePerHour,
+        "mi/h",
+        "mi/h",
+        &["mph", "MPH", "mi_h", "mi_per_h"],
+    ),
+    (
+        Turn,
+        "turn",
+        "turn",
+        &["turns", "rev", "revs", "revolution", "revolutions"],
+    ),
+    (
+        TurnPerMinute,
+        "r/min",
+        "r/min",
+        &["rpm", "RPM", "rev/min", "turn/min", "1/min"],
+    ),
     (Newton, "N", "N", &["newton", "newtons"]),
     (One, "1", "1", &["-", "none", "dimensionless"]),
 ];
@@ -225,6 +271,13 @@ impl Unit {
             Degree => (Radian, std::f64::consts::PI / 180.0),
             DegreePerSecond => (RadianPerSecond, std::f64::consts::PI / 180.0),
             Millimetre => (Metre, 1e-3),
+            Centimetre => (Metre, 1e-2),
+            MillimetrePerSecond => (MetrePerSecond, 1e-3),
+            CentimetrePerSecond => (MetrePerSecond, 1e-2),
+            KilometrePerHour => (MetrePerSecond, 1.0 / 3.6),
+            MilePerHour => (MetrePerSecond, 0.447_04),
+            Turn => (Radian, std::f64::consts::TAU),
+            TurnPerMinute => (RadianPerSecond, std::f64::consts::TAU / 60.0),
             other => (other, 1.0),
         }
     }

@@ -9,10 +9,12 @@ use serde::Serialize;
 pub struct Agreement {
     /// Root of the mean square error.
     pub rms: f64,
+    /// Mean error.
+    pub bias: f64,
     /// Largest error.
     pub max: f64,
-    /// Delay at the maximum of the cross-correlation, s; a drift of the estimate pulls it. `None` when the reference does not move or the maximum
-    /// lies at the end of the searched range.
+    /// Delay at the maximum of the cross-correlation, s; a drift of the estimate pulls it. `None` when the reference
+    /// does not move or the maximum lies at the end of the searched range.
     pub delay: Option<f64>,
     /// Standard deviation of the sample-to-sample noise of the error: √(Σ (second difference)²/6).
     pub noise_floor: f64,
@@ -67,6 +69,7 @@ pub fn agreement(
     }
     Ok(Agreement {
         rms: mean(&e.iter().map(|e| e * e).collect::<Vec<_>>()).sqrt(),
+        bias: level,
         max: e.iter().fold(0.0f64, |m, e| m.max(e.abs())),
         delay: delay(v, r).map(|d| d * sample_time),
         noise_floor: mean(&second).sqrt(),
@@ -145,6 +148,7 @@ pub struct ComparisonRow {
     /// How it agrees with the reference.
     pub agreement: Agreement,
     /// Velocity per sample at this rate.
+    #[serde(skip)]
     pub velocity: Vec<f64>,
 }
 

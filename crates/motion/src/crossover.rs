@@ -271,14 +271,97 @@ pub fn crossover_by_smoother(
     skip: usize,
 ) -> Result<Crossover, Error> {
     let reference = model.smooth(record)?;
+    // A part of a recording starts in motion; its start would weigh more than its gains.
+    let mut started = record.clone();
+    if started.initial_velocity.is_none() {
+        started.initial_velocity = reference.velocity.first().copied();
+    }
     crossover(
         filter,
         Criterion::Reference {
             velocity: &reference.velocity,
             skip,
         },
-        record,
+        &started,
     )
+}
+
+/// Kalman gains without a truth: the q at which the on-line filter comes closest to the smoother of the tuned model.
+///
+/// For a matched model that is the likelihood's own q. Where the acceleration bends between samples, one step ahead
+/// of the position is not what the velocity needs: the likelihood widens q for the bend, and the velocity pays. The
+/// smoother sees both sides of a step and hardly bends. The search runs from a tenth of the likelihood's q, as little
+/// trust in the difference to an estimate of the same readings goes, to ten thousand times it.
+///
+/// All variances are then scaled so that the mean variance the filter states is its mean square difference to the
+/// smoother plus the smoother's own; below that they are left as they are.
+///
+/// # Errors
+/// Of the record and of the smoother.
+pub fn kalman_by_smoother(
+    model: &KalmanModel,
+    record: &MotionRecord,
+    skip: usize,
+) -> Result<Crossover, Error> {
+    let reference = model.smooth(record)?;
+    let with = |log: f64| KalmanModel {
+        acceleration_noise: model.acceleration_noise * 10f64.powf(log),
+        ..*model
+    };
+    let score = |log: f64| -> Result<f64, Error> {
+        match with(log).filter(record) {
+            Ok(run) => Ok(rms(&run.velocity, &reference.velocity, skip)),
+            Err(Error::NotFinite { .. } | Error::NotPositiveDefinite { .. }) => Ok(f64::INFINITY),
+            Err(error) => Err(error),
+        }
+    };
+    let (low, high, step) = (-1.0, 4.0, 0.25);
+    let (mut best, mut at) = (score(0.0)?, 0.0);
+    let mut log = low;
+    while log <= high {
+        let value = score(log)?;
+        // A flat valley belongs to the likelihood.
+        if value < best * (1.0 - 1e-3) {
+            (best, at) = (value, log);
+        }
+        log += step;
+    }
+    if at != 0.0 {
+        let golden = 0.5 * (5f64.sqrt() - 1.0);
+        let (mut a, mut b) = (at - step, at + step);
+        while b - a > 0.03 {
+            let (c, d) = (b - golden * (b - a), a + golden * (b - a));
+            if score(c)? < score(d)? {
+                b = d;
+            } else {
+                a = c;
+            }
+        }
+        let middle = 0.5 * (a + b);
+        let value = score(middle)?;
+        if value < best {
+            (best, at) = (value, middle);
+        }
+    }
+    let found = with(at);
+    let run = found.filter(record)?;
+    let skip = skip.min(run.velocity.len() - 1);
+    let mean = |u: &[f64]| u[skip..].iter().map(|u| u * u).sum::<f64>() / (u.len() - skip) as f64;
+    let (stated, own) = (
+        mean(&run.velocity_uncertainty),
+        mean(&reference.velocity_uncertainty),
+    );
+    let factor = (best * best + own) / stated;
+    Ok(Crossover {
+        method: Method::Kalman {
+            model: found.scaled(if factor.is_finite() {
+                factor.max(1.0)
+            } else {
+                1.0
+            }),
+        },
+        rms: best,
+    })
 }
 
 /// Noise of the two sensors as a tuned model has it, for [`Criterion::Noise`]; `None` for a speed record.

@@ -46,8 +46,12 @@ pub enum Interpolation {
     /// The older sample holds.
     Constant,
     /// A straight line.
-    #[default]
     Linear,
+    /// A curve: on line the parabola through the last three samples, off line (smoother, tuning) the polynomial of
+    /// fifth degree through the three before and after. At ten samples per period the line loses 3 % of the
+    /// velocity, the parabola 1 %, the fifth degree 0.02 %.
+    #[default]
+    Curve,
 }
 
 /// A Kalman filter of an axis, as data.
@@ -66,15 +70,31 @@ pub struct KalmanModel {
 }
 
 impl KalmanModel {
-    /// No offset, straight lines, q as a sample variance.
+    /// No offset, the acceleration as a curve, q as a sample variance.
     pub fn new(acceleration_noise: f64, reading_noise: f64) -> Self {
         Self {
             acceleration_noise,
             noise_form: NoiseForm::SampleConstant,
             reading_noise,
             bias: Bias::None,
-            interpolation: Interpolation::Linear,
+            interpolation: Interpolation::Curve,
         }
+    }
+
+    /// The same gains with every variance multiplied: q, R and those of the offset.
+    #[must_use]
+    pub fn scaled(mut self, factor: f64) -> Self {
+        self.acceleration_noise *= factor;
+        self.reading_noise *= factor;
+        match &mut self.bias {
+            Bias::None => {}
+            Bias::RandomWalk { density, initial } => {
+                *density *= factor;
+                *initial *= factor.sqrt();
+            }
+            Bias::GaussMarkov { deviation, .. } => *deviation *= factor.sqrt(),
+        }
+        self
     }
 
     fn noise(&self) -> (MotionNoise, Hold) {
@@ -85,6 +105,7 @@ impl KalmanModel {
         let hold = match self.interpolation {
             Interpolation::Constant => Hold::Zero,
             Interpolation::Linear => Hold::First,
+            Interpolation::Curve => Hold::Second,
         };
         (
             MotionNoise {
@@ -115,6 +136,58 @@ impl KalmanModel {
         let kalman = Kalman::<f64, 3>::with_bias(&noise, bias, hold, dt)?;
         Ok((kalman, initial * initial))
     }
+}
+
+/// Samples that the curve off line goes through.
+const NODES: usize = 6;
+
+/// Change of position and velocity that the acceleration makes over the step to each sample, by the polynomial of
+/// fifth degree through the three samples before and after the middle of the step, at the ends through the six
+/// nearest; `None` for models that take the acceleration otherwise, and for fewer samples.
+pub(crate) fn steps(record: &MotionRecord, model: &KalmanModel) -> Option<Vec<[f64; 2]>> {
+    let (a, dt) = (&record.acceleration, record.sample_time);
+    let n = a.len();
+    if model.interpolation != Interpolation::Curve || n < NODES {
+        return None;
+    }
+    // The step lies between the nodes j and j + 1 of its six.
+    let weights: [_; NODES - 1] = std::array::from_fn(|j| step_weights(j as f64));
+    let change = |k: usize| {
+        let from = k.saturating_sub(NODES / 2).min(n - NODES);
+        let (position, velocity) = &weights[k - 1 - from];
+        let sum = |w: &[f64; NODES]| -> f64 {
+            let pairs = w.iter().zip(&a[from..from + NODES]);
+            pairs.map(|(w, a)| w * a).sum()
+        };
+        [dt * dt * sum(position), dt * sum(velocity)]
+    };
+    let first = std::iter::once([0.0; 2]);
+    Some(first.chain((1..n).map(change)).collect())
+}
+
+/// ∫(1 − s) L_i and ∫ L_i over 0 < s < 1 for Lagrange's polynomials over 0…5, s counted from node `from`.
+///
+/// Gauss's rule of four points is exact up to degree seven.
+fn step_weights(from: f64) -> ([f64; NODES], [f64; NODES]) {
+    let root = (1.2f64).sqrt();
+    let (near, far) = ((3.0 - 2.0 * root) / 7.0, (3.0 + 2.0 * root) / 7.0);
+    let (heavy, light) = ((18.0 + 30f64.sqrt()) / 72.0, (18.0 - 30f64.sqrt()) / 72.0);
+    let (mut position, mut velocity) = ([0.0; NODES], [0.0; NODES]);
+    for (at, weight) in [
+        (-far.sqrt(), light),
+        (-near.sqrt(), heavy),
+        (near.sqrt(), heavy),
+        (far.sqrt(), light),
+    ] {
+        let s = 0.5 * (1.0 + at);
+        for i in 0..NODES {
+            let others = (0..NODES).filter(|j| *j != i).map(|j| j as f64);
+            let lagrange: f64 = others.map(|j| (from + s - j) / (i as f64 - j)).product();
+            position[i] += weight * (1.0 - s) * lagrange;
+            velocity[i] += weight * lagrange;
+        }
+    }
+    (position, velocity)
 }
 
 /// Every step of a filter over a record.
@@ -175,11 +248,30 @@ pub(crate) fn start<const N: usize>(
     KalmanState::new(state, variances, record.acceleration[0])
 }
 
+fn time_update<const N: usize>(
+    kalman: &Kalman<f64, N>,
+    state: &mut KalmanState<f64, N>,
+    acceleration: f64,
+    step: Option<[f64; 2]>,
+) {
+    match step {
+        None => kalman.predict(state, acceleration),
+        Some([x, v]) => {
+            let mut input = [0.0; N];
+            (input[0], input[1]) = (x, v);
+            kalman.advance(state, input);
+        }
+    }
+}
+
 /// The filter over the record, all steps kept.
+///
+/// With `steps` the acceleration acts as they say, else as the filter does on line.
 pub(crate) fn pass<const N: usize>(
     kalman: &Kalman<f64, N>,
     record: &MotionRecord,
     bias_variance: f64,
+    steps: Option<&[[f64; 2]]>,
 ) -> Pass<N> {
     let n = record.reading.len();
     let at = component(record.source);
@@ -191,7 +283,7 @@ pub(crate) fn pass<const N: usize>(
     };
     for (k, (reading, a)) in record.reading.iter().zip(&record.acceleration).enumerate() {
         if k > 0 {
-            kalman.predict(&mut state, *a);
+            time_update(kalman, &mut state, *a, steps.map(|s| s[k]));
         }
         pass.prior.push(state);
         pass.innovations
@@ -208,6 +300,7 @@ pub(crate) fn innovation_sums<const N: usize>(
     kalman: &Kalman<f64, N>,
     record: &MotionRecord,
     bias_variance: f64,
+    steps: Option<&[[f64; 2]]>,
     skip: usize,
 ) -> (usize, f64, f64) {
     let at = component(record.source);
@@ -215,7 +308,7 @@ pub(crate) fn innovation_sums<const N: usize>(
     let (mut seen, mut logs, mut squares) = (0usize, 0.0, 0.0);
     for (k, (reading, a)) in record.reading.iter().zip(&record.acceleration).enumerate() {
         if k > 0 {
-            kalman.predict(&mut state, *a);
+            time_update(kalman, &mut state, *a, steps.map(|s| s[k]));
         }
         if let Some(r) = reading {
             let innovation = Kalman::observe(&mut state, at, *r, kalman.r);
@@ -257,12 +350,12 @@ impl KalmanModel {
         match self.bias {
             Bias::None => {
                 let kalman = self.two(record.sample_time)?;
-                let pass = pass(&kalman, record, 0.0);
+                let pass = pass(&kalman, record, 0.0, None);
                 KalmanRun::of(&pass.posterior, &pass.innovations)
             }
             _ => {
                 let (kalman, variance) = self.three(record.sample_time)?;
-                let pass = pass(&kalman, record, variance);
+                let pass = pass(&kalman, record, variance, None);
                 KalmanRun::of(&pass.posterior, &pass.innovations)
             }
         }
@@ -313,5 +406,33 @@ impl KalmanRun {
                 .collect(),
             log_likelihood,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_a_fifth_degree_is_integrated_exactly_up_to_both_ends() {
+        let dt = 0.1;
+        let t = |k: usize| dt * k as f64 - 0.7;
+        let n = 20;
+        let record = MotionRecord::new(
+            dt,
+            Source::Position,
+            vec![Some(0.0); n],
+            (0..n).map(|k| 42.0 * t(k).powi(5)).collect(),
+        )
+        .unwrap();
+        let steps = steps(&record, &KalmanModel::new(1.0, 1.0)).unwrap();
+        // v = 7 t⁶, x = t⁷.
+        for k in 1..n {
+            let (a, b) = (t(k - 1), t(k));
+            let v = 7.0 * (b.powi(6) - a.powi(6));
+            let x = b.powi(7) - a.powi(7) - 7.0 * a.powi(6) * dt;
+            assert!((steps[k][1] - v).abs() < 1e-13, "{k}");
+            assert!((steps[k][0] - x).abs() < 1e-13, "{k}");
+        }
     }
 }

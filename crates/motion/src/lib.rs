@@ -29,11 +29,14 @@
 //! an increment per several samples use the M/T reading of `core` as a speed record.
 
 mod comparison;
+mod condition;
 mod crossover;
 mod decode;
+mod excerpt;
 mod filtering;
 mod integration;
 mod method;
+mod pairing;
 mod record;
 mod ripple;
 mod slip;
@@ -43,22 +46,25 @@ mod velocity;
 mod whiteness;
 
 pub use comparison::{Agreement, ComparisonRow, agreement, compare_methods};
+pub use condition::{conditions, repetition};
 pub use crossover::{
     ChannelGain, Criterion, Crossover, Filter, SensorNoise, channels, crossover,
-    crossover_by_smoother, noise_of, predicted_error, spectrum_error,
+    crossover_by_smoother, kalman_by_smoother, noise_of, predicted_error, spectrum_error,
 };
 pub use decode::{
     AbsoluteCode, Decoded, TimedEdge, absolute, quadrature, quadrature_edges, resolver,
 };
+pub use excerpt::excerpt;
 pub use filtering::{Bias, Interpolation, KalmanModel, KalmanRun, NoiseForm};
 pub use integration::{DriftBudget, DriftSources, HighPass, OffLineIntegration, integrate};
 pub use method::{Family, Method, Rule, Trace, WINDOWS};
-pub use record::{MotionRecord, Source, Stamped, align, out_of_order};
+pub use pairing::Pairing;
+pub use record::{MotionRecord, Source, Stamped, Timing, align, even_clock, out_of_order};
 pub use ripple::{Ripple, RippleLine, ripple};
 pub use slip::{Episode, SlipReport, SlipSearch};
 pub use tuning::{BiasChoice, ReadingNoise, Tuned, Tuning};
 pub use velocity::{
-    CompareResult, EstimateResult, TuneResult, compare, estimate, published_sweep,
+    CompareResult, EstimateResult, TuneResult, TunedAtRate, compare, estimate, published_sweep,
     single_sensor_methods, tune,
 };
 pub use whiteness::Whiteness;

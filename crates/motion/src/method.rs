@@ -1,6 +1,6 @@
 //! Every way to a velocity under one name, run over a record by the streaming estimators of `core`.
 
-use crate::{KalmanModel, MotionRecord};
+use crate::{KalmanModel, MotionRecord, Source};
 use proofmass_core::Error;
 use proofmass_core::velocity::{
     AdaptiveObserver, AdaptiveObserverState, Integrator, IntegratorRule, IntegratorState, Observer,
@@ -41,6 +41,8 @@ pub const WINDOWS: [usize; 10] = [2, 3, 4, 5, 7, 9, 11, 15, 21, 31];
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "method")]
 pub enum Method {
+    /// A speed as it was read, held until the next: wheel, tachogenerator.
+    SpeedReading,
     /// ΔN δ/T.
     FixedTime,
     /// Polynomial through the last order + 1 positions.
@@ -140,8 +142,10 @@ pub struct Trace {
     /// Short text with the settings, for legends and tables.
     pub label: String,
     /// Velocity per sample of the record.
+    #[serde(skip)]
     pub velocity: Vec<f64>,
     /// Standard uncertainty per sample, where the method knows one.
+    #[serde(skip)]
     pub standard_uncertainty: Option<Vec<f64>>,
     /// Delay the method states for slow motion, s.
     pub stated_delay: f64,
@@ -151,7 +155,8 @@ impl Method {
     /// Sensors it uses.
     pub fn family(&self) -> Family {
         match self {
-            Self::FixedTime
+            Self::SpeedReading
+            | Self::FixedTime
             | Self::BackwardDifference { .. }
             | Self::SavitzkyGolay { .. }
             | Self::TrackingLoop { .. } => Family::Position,
@@ -164,28 +169,41 @@ impl Method {
     /// Short text with the settings.
     pub fn label(&self) -> String {
         match self {
+            Self::SpeedReading => "speed as read".into(),
             Self::FixedTime => "fixed time (M)".into(),
             Self::BackwardDifference { order } => format!("backward difference, order {order}"),
             Self::SavitzkyGolay { window, degree } => {
                 format!("Savitzky-Golay, {window} points, degree {degree}")
             }
-            Self::TrackingLoop { bandwidth } => format!("tracking loop, b = {bandwidth:.4} rad/s"),
+            Self::TrackingLoop { bandwidth } => {
+                format!("tracking loop, b = {} rad/s", digits(*bandwidth))
+            }
             Self::Integration { rule, offset } => {
                 let name = IntegratorRule::from(*rule).name();
                 if *offset == 0.0 {
                     format!("integration, {name}")
                 } else {
-                    format!("integration, {name}, offset {offset:.4} removed")
+                    format!("integration, {name}, offset {} removed", digits(*offset))
                 }
             }
-            Self::TwoChannel { k1, k2 } => format!("two channels, k1 = {k1:.4}, k2 = {k2:.4}"),
-            Self::Observer { k_x, k_v } => format!("observer, kx = {k_x:.4}, kv = {k_v:.4}"),
-            Self::OffsetObserver { k_x, k_v, k_b } => {
-                format!("observer with offset, kx = {k_x:.4}, kv = {k_v:.4}, kb = {k_b:.4}")
+            Self::TwoChannel { k1, k2 } => {
+                format!("two channels, k1 = {}, k2 = {}", digits(*k1), digits(*k2))
             }
-            Self::AdaptiveObserver { k_x, k_v, rate, .. } => {
-                format!("adaptive observer, kx = {k_x:.4}, kv = {k_v:.4}, rate {rate:.3}")
+            Self::Observer { k_x, k_v } => {
+                format!("observer, kx = {}, kv = {}", digits(*k_x), digits(*k_v))
             }
+            Self::OffsetObserver { k_x, k_v, k_b } => format!(
+                "observer with offset, kx = {}, kv = {}, kb = {}",
+                digits(*k_x),
+                digits(*k_v),
+                digits(*k_b)
+            ),
+            Self::AdaptiveObserver { k_x, k_v, rate, .. } => format!(
+                "adaptive observer, kx = {}, kv = {}, rate {}",
+                digits(*k_x),
+                digits(*k_v),
+                digits(*rate)
+            ),
             Self::Kalman { model } => format!("Kalman, {}", settings(model)),
             Self::SteadyKalman { model } => format!("Kalman, steady gain, {}", settings(model)),
             Self::Smoother { model } => format!("smoother, {}", settings(model)),
@@ -205,6 +223,23 @@ impl Method {
         let slow = record.reading_stride() as f64 * dt;
         let mut uncertainty = None;
         let (velocity, stated_delay) = match *self {
+            Self::SpeedReading => {
+                if record.source != Source::Speed {
+                    return Err(range("speed as read, of a position", 0.0, 1.0, 1.0));
+                }
+                let mut last = record.initial_velocity.unwrap_or(0.0);
+                if let Some(first) = record.reading.iter().flatten().next()
+                    && record.initial_velocity.is_none()
+                {
+                    last = *first;
+                }
+                let held = record.reading.iter().map(|r| {
+                    last = r.unwrap_or(last);
+                    last
+                });
+                // A reading that is held for n samples is (n − 1)/2 of them old on average.
+                (held.collect(), 0.5 * (slow - dt))
+            }
             Self::FixedTime => window::<2>(record, 1, slow)?,
             Self::BackwardDifference { order } => match order {
                 1 => window::<2>(record, 1, slow)?,
@@ -316,9 +351,20 @@ fn settings(model: &KalmanModel) -> String {
         crate::Bias::GaussMarkov { .. } => ", offset Gauss-Markov",
     };
     format!(
-        "q = {:.3e}, R = {:.3e}{bias}",
-        model.acceleration_noise, model.reading_noise
+        "q = {}, R = {}{bias}",
+        digits(model.acceleration_noise),
+        digits(model.reading_noise)
     )
+}
+
+/// Four digits, without the zeros that say nothing.
+fn digits(value: f64) -> String {
+    let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
+    if rounded == 0.0 || (1e-3..1e5).contains(&rounded.abs()) {
+        rounded.to_string()
+    } else {
+        format!("{rounded:e}")
+    }
 }
 
 fn range(name: &'static str, value: f64, min: f64, max: f64) -> Error {
@@ -403,17 +449,20 @@ fn observe(record: &MotionRecord, observer: &Observer<f64>) -> Vec<f64> {
 }
 
 fn steady(record: &MotionRecord, model: &KalmanModel) -> Result<Vec<f64>, Error> {
-    use crate::filtering::start;
-    let positions = record.positions();
+    use crate::filtering::{component, start};
     let dt = record.sample_time;
-    let mut velocity = Vec::with_capacity(positions.len());
+    let at = component(record.source);
+    let mut velocity = Vec::with_capacity(record.reading.len());
     macro_rules! run {
         ($kalman:expr, $n:literal) => {{
-            let gain = $kalman.steady()?;
+            let gain = $kalman.steady_for(at)?;
             let mut state = start::<$n>(record, $kalman.r, 0.0);
-            state.x[0] = positions.iter().flatten().next().copied().unwrap_or(0.0);
+            let first = record.reading.iter().flatten().next().copied();
+            if at == 0 || record.initial_velocity.is_none() {
+                state.x[at] = first.unwrap_or(0.0);
+            }
             velocity.push(state.x[1]);
-            for (p, a) in positions.iter().zip(&record.acceleration).skip(1) {
+            for (p, a) in record.reading.iter().zip(&record.acceleration).skip(1) {
                 velocity.push(gain.step(&mut state, *p, *a));
             }
         }};

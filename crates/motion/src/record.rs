@@ -250,13 +250,58 @@ pub fn out_of_order(time: &[f64]) -> Option<usize> {
     time.windows(2).position(|w| w[1] <= w[0]).map(|k| k + 1)
 }
 
+/// When the readings of a [`Stamped`] sensor were taken.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Timing {
+    /// By a clock, whatever the axis did.
+    #[default]
+    Sampled,
+    /// At the edges of the encoder: between two of them the axis is within one increment, however long it takes.
+    Edges,
+}
+
+/// Step of a clock whose stamps were rounded, or `None` when the stamps do not lie on one.
+///
+/// Stamps that are all multiples of a power of ten 10⁻ᵏ s and never further than three quarters of it from a
+/// straight line are the stamps of an even clock, rounded: the line is nearer to the truth than they are.
+pub fn even_clock(time: &[f64]) -> Option<f64> {
+    let n = time.len();
+    if n < 3 {
+        return None;
+    }
+    let dt = (time[n - 1] - time[0]) / (n - 1) as f64;
+    // Stamps of an absolute clock have no finer digits than the double they are held in.
+    let coarse = 4.0 * f64::EPSILON * time.iter().fold(0.0f64, |m, t| m.max(t.abs()));
+    let resolution = (0..10).map(|k| 10f64.powi(-k)).find(|r| {
+        let off = |t: &f64| (t / r - (t / r).round()).abs() * r > 1e-6 * r + coarse;
+        !time.iter().any(off)
+    });
+    let allowed = 0.75 * resolution.unwrap_or(0.0) + 1e-6 * dt + coarse;
+    // The ends are rounded as well: the line of least squares, not the one through them.
+    let middle = 0.5 * (n - 1) as f64;
+    let mean = time.iter().map(|t| t - time[0]).sum::<f64>() / n as f64;
+    let (mut top, mut bottom) = (0.0, 0.0);
+    for (k, t) in time.iter().enumerate() {
+        let k = k as f64 - middle;
+        top += k * (t - time[0] - mean);
+        bottom += k * k;
+    }
+    let step = top / bottom;
+    let on_line = |(k, t): (usize, &f64)| {
+        (t - time[0] - mean - step * (k as f64 - middle)).abs() <= allowed.min(0.5 * dt)
+    };
+    (step > 0.0 && time.iter().enumerate().all(on_line)).then_some(step)
+}
+
 /// Puts two sensors with their own time stamps on one time base.
 ///
 /// The grid starts with the later sensor and steps by `sample_time`, or by the median interval of the
 /// accelerometer. Accelerations are interpolated over gaps up to three intervals; over longer ones the common
 /// span would hold invented data and is refused. A reading appears at the grid time nearest to its own,
 /// interpolated to it between its neighbours: the error of that, a Δ²/8 for readings Δ apart, is of the order
-/// of the sensors' own and stays out of every grid time that has no reading of its own.
+/// of the sensors' own and stays out of every grid time that has no reading of its own. Where the neighbour is
+/// missing, a reading counts only within a hundredth of a step of its own time.
 ///
 /// # Errors
 /// Time stamps out of order ([`Error::NotIncreasing`] with the index), unequal lengths, values that are not
@@ -266,6 +311,7 @@ pub fn align(
     reading: Stamped<'_>,
     acceleration: Stamped<'_>,
     sample_time: Option<f64>,
+    timing: Timing,
 ) -> Result<MotionRecord, Error> {
     reading.check("reading")?;
     acceleration.check("acceleration")?;
@@ -301,7 +347,10 @@ pub fn align(
     // A rounding of the stamps must not cost the last sample.
     let n = ((end - start) / dt + 1e-6).floor() as usize + 1;
     let gap = 3.0 * own.max(dt);
-    let reading_gap = 3.0 * median(reading.time);
+    let reading_gap = match timing {
+        Timing::Sampled => 3.0 * median(reading.time),
+        Timing::Edges => f64::INFINITY,
+    };
     let mut a = Vec::with_capacity(n);
     let mut r = vec![None; n];
     for (k, r) in r.iter_mut().enumerate() {
@@ -317,9 +366,17 @@ pub fn align(
         };
         a.push(value);
         let near = reading.time.partition_point(|&s| s < t - 0.5 * dt);
-        let own = reading.time.get(near).is_some_and(|&s| s < t + 0.5 * dt);
-        if own {
-            *r = reading.at(t, reading_gap);
+        let own = (near..reading.time.len())
+            .take_while(|&i| reading.time[i] < t + 0.5 * dt)
+            .min_by(|&i, &j| {
+                let off = |i: usize| (reading.time[i] - t).abs();
+                off(i).total_cmp(&off(j))
+            });
+        if let Some(own) = own {
+            let close = (reading.time[own] - t).abs() <= 0.01 * dt;
+            *r = reading
+                .at(t, reading_gap)
+                .or_else(|| close.then(|| reading.value[own]));
         }
     }
     MotionRecord::new(dt, source, r, a)
@@ -346,6 +403,7 @@ mod tests {
                 value: &a,
             },
             None,
+            Timing::Sampled,
         )
         .unwrap();
         assert_eq!(record.reading.len(), 1000);
@@ -375,6 +433,7 @@ mod tests {
                 value: &value,
             },
             None,
+            Timing::Sampled,
         );
         assert!(
             matches!(error, Err(Error::NotIncreasing { index: 3, .. })),
@@ -392,5 +451,22 @@ mod tests {
         assert!(matches!(bad, Err(Error::TooFew { .. })));
         let bad = MotionRecord::new(0.1, Source::Speed, vec![Some(f64::NAN); 5], vec![0.0; 5]);
         assert!(matches!(bad, Err(Error::NotFinite { .. })));
+    }
+
+    #[test]
+    fn law_an_even_clock_is_known_behind_rounded_stamps() {
+        // 300 Hz stamped in whole milliseconds; and the same after 1.7e9 s.
+        for start in [0.0, 1.7e9] {
+            let stamps: Vec<f64> = (0..900)
+                .map(|k| start + (1000.0 * f64::from(k) / 300.0).round() / 1000.0)
+                .collect();
+            let step = even_clock(&stamps).expect("an even clock");
+            // 900 stamps, each rounded by 0.3 ms: the slope is good to 0.3 ms/(900 √(900/12)).
+            assert!((step - 1.0 / 300.0).abs() < 2e-7, "{step}");
+        }
+        let uneven: Vec<f64> = (0..900)
+            .map(|k| f64::from(k) / 300.0 + 1e-3 * (0.1 * f64::from(k)).sin())
+            .collect();
+        assert!(even_clock(&uneven).is_none());
     }
 }

@@ -156,21 +156,28 @@ pub fn ripple(
         .map(|c| line(1.0 / c));
     let mut findings = Vec::new();
     let shown = once_per_turn.filter(|l| l.amplitude > 3.0 * l.amplitude_uncertainty);
-    for l in shown.iter().chain(lines.iter().take(3)) {
-        findings.push(
-            Finding::new(
-                Severity::Note,
-                "encoder-ripple",
-                "the encoder has an error that repeats with the position",
-            )
-            .evidence(format!(
-                "period {:.5}, amplitude {:.2e} (u = {:.1e}), {:.2} % of the velocity; {:.1} periods recorded",
+    let told: Vec<String> = shown
+        .iter()
+        .chain(lines.iter().take(3))
+        .map(|l| {
+            format!(
+                "period {:.5}, amplitude {:.2e} (u = {:.1e}), {:.2} % of the velocity, {:.0} periods recorded",
                 l.period,
                 l.amplitude,
                 l.amplitude_uncertainty,
                 100.0 * l.relative_velocity,
                 distance / l.period
-            ))
+            )
+        })
+        .collect();
+    if !told.is_empty() {
+        findings.push(
+            Finding::new(
+                Severity::Note,
+                "encoder-ripple",
+                "the encoder has errors that repeat with the position",
+            )
+            .evidence(told.join("; "))
             .advice("an eccentric disc or wheel repeats once per turn, a gear once per its turn: tabulate and subtract it, or place the crossover below its frequency"),
         );
     }

@@ -120,7 +120,7 @@ impl SlipSearch {
             .count() as f64
             / n as f64;
         let mut findings = Vec::new();
-        for e in &slip {
+        for e in largest(&slip) {
             findings.push(
                 Finding::new(
                     Severity::Warning,
@@ -128,31 +128,33 @@ impl SlipSearch {
                     "encoder and accelerometer do not see the same motion",
                 )
                 .evidence(format!(
-                    "{:.3} s to {:.3} s: velocity change over {:.0} ms differs by {:.4} ({:.1} standard deviations of the quiet part, {:.4})",
+                    "{:.3} s to {:.3} s: velocity change over {:.0} ms differs by {:.4} ({:.1} standard deviations of the quiet part, {:.4}){}",
                     e.from as f64 * dt,
                     e.to as f64 * dt,
                     1e3 * self.window,
                     e.velocity,
                     e.deviations,
-                    deviation
+                    deviation,
+                    others(&slip)
                 ))
                 .advice("the wheel slips, the coupling yields, or the accelerometer feels a rotation; the fused velocity is not valid there"),
             );
         }
-        for e in &collisions {
+        for e in largest(&collisions) {
             findings.push(
                 Finding::new(
                     Severity::Warning,
                     "collision",
-                    "a short strong deceleration against the motion",
+                    "something stopped the axis short: a strong deceleration against the motion",
                 )
                 .evidence(format!(
-                    "{:.3} s to {:.3} s: velocity change {:.4} within {:.0} ms ({:.1} standard deviations)",
+                    "{:.3} s to {:.3} s: velocity change {:.4} within {:.0} ms ({:.1} standard deviations){}",
                     e.from as f64 * dt,
                     e.to as f64 * dt,
                     e.velocity,
                     1e3 * self.blow,
-                    e.deviations
+                    e.deviations,
+                    others(&collisions)
                 ))
                 .advice("check the range and bandwidth of the accelerometer; start a new estimate after it"),
             );
@@ -205,6 +207,23 @@ impl SlipSearch {
         let typical = velocity.iter().fold(0.0f64, |m, v| m.max(v.abs()));
         let hard = |z: f64| z.abs() > self.threshold && z.abs() * deviation * span > 0.02 * typical;
         episodes(&z, hard, b, 2 * b, n, |z| (z * deviation * span, z))
+    }
+}
+
+/// Episodes that are told one by one: all of up to five, of more only the largest.
+fn largest(episodes: &[Episode]) -> Vec<Episode> {
+    if episodes.len() <= 5 {
+        return episodes.to_vec();
+    }
+    let size = |e: &&Episode| e.deviations.abs();
+    let most = episodes.iter().max_by(|a, b| size(a).total_cmp(&size(b)));
+    most.into_iter().copied().collect()
+}
+
+fn others(episodes: &[Episode]) -> String {
+    match episodes.len() {
+        0..=5 => String::new(),
+        n => format!("; the largest of {n} episodes"),
     }
 }
 

@@ -1,6 +1,7 @@
 //! Noise parameters by maximum likelihood of the innovations.
 
-use crate::filtering::{Interpolation, innovation_sums};
+use crate::filtering::{Interpolation, innovation_sums, steps};
+use crate::whiteness::autocorrelation;
 use crate::{Bias, KalmanModel, MotionRecord, NoiseForm, Whiteness};
 use proofmass_core::Error;
 use proofmass_uncertainty::{Finding, Severity};
@@ -50,7 +51,7 @@ impl Default for Tuning {
             reading_noise: ReadingNoise::Free,
             bias: BiasChoice::Automatic,
             noise_form: NoiseForm::SampleConstant,
-            interpolation: Interpolation::Linear,
+            interpolation: Interpolation::Curve,
         }
     }
 }
@@ -66,8 +67,12 @@ pub struct Tuned {
     pub log_likelihood_without_bias: Option<f64>,
     /// Half width of ln q at which ln L has fallen by 1.92 (95 %), below and above; `None` at a bound.
     pub log_q_interval: Option<(f64, f64)>,
+    /// Profile of the likelihood: q, and ln L below its maximum there.
+    pub profile: Vec<(f64, f64)>,
     /// Test of the innovations.
     pub whiteness: Whiteness,
+    /// Correlation of the innovations at lags 0, 1, …
+    pub autocorrelation: Vec<f64>,
     /// Number of passes over the record.
     pub passes: usize,
     /// What to doubt.
@@ -115,6 +120,13 @@ impl Tuning {
             tuning: self,
             record,
             scale: scale(record),
+            steps: steps(
+                record,
+                &KalmanModel {
+                    interpolation: self.interpolation,
+                    ..KalmanModel::new(0.0, 1.0)
+                },
+            ),
             passes: 0,
         };
         let plain = match self.bias {
@@ -141,7 +153,13 @@ impl Tuning {
             }
         };
         let (model, _) = search.model(ratio.at, density)?;
-        let run = model.filter(record)?;
+        let run = model.smooth(record)?;
+        if let (ReadingNoise::Free, Some(increment)) = (self.reading_noise, record.increment) {
+            let rounding = increment * increment / 12.0;
+            if model.reading_noise < 0.5 * rounding {
+                return self.with_rounding(record, rounding, model.reading_noise);
+            }
+        }
         let innovations: Vec<f64> = run
             .innovations
             .iter()
@@ -151,6 +169,7 @@ impl Tuning {
             .collect();
         let whiteness = Whiteness::test(&innovations)?;
         let interval = search.interval(ratio.at, density, best)?;
+        let profile = search.profile(ratio.at, density, best)?;
         let mut findings = Vec::new();
         if ratio.at <= RATIO.0 + 0.1 || ratio.at >= RATIO.1 - 0.1 {
             findings.push(
@@ -198,10 +217,46 @@ impl Tuning {
             log_likelihood: best,
             log_likelihood_without_bias: without.filter(|_| density.is_some()),
             log_q_interval: interval,
+            profile,
             whiteness,
+            autocorrelation: autocorrelation(&innovations, whiteness.lags),
             passes: search.passes,
             findings,
         })
+    }
+}
+
+impl Tuning {
+    /// The same search with R at what the increment alone makes.
+    ///
+    /// Rounding that repeats with the motion (whole samples per period, or an axis that rests) passes for motion:
+    /// the readings then fit better than their increment allows.
+    fn with_rounding(
+        &self,
+        record: &MotionRecord,
+        rounding: f64,
+        found: f64,
+    ) -> Result<Tuned, Error> {
+        let known = Self {
+            reading_noise: ReadingNoise::Known { variance: rounding },
+            ..*self
+        };
+        let mut tuned = known.run(record)?;
+        tuned.findings.insert(
+            0,
+            Finding::new(
+                Severity::Note,
+                "rounding-repeats",
+                "the readings seem better than their increment: its rounding repeats with the motion, and the noise of a reading was set to it",
+            )
+            .evidence(format!(
+                "found {:.2e}, increment over the root of twelve {:.2e}",
+                found.sqrt(),
+                rounding.sqrt()
+            ))
+            .advice("a sample rate that is no multiple of the motion's frequency lets the rounding average"),
+        );
+        Ok(tuned)
     }
 }
 
@@ -235,6 +290,7 @@ struct Search<'a> {
     tuning: &'a Tuning,
     record: &'a MotionRecord,
     scale: f64,
+    steps: Option<Vec<[f64; 2]>>,
     passes: usize,
 }
 
@@ -289,10 +345,13 @@ impl Search<'_> {
     fn sums(&self, model: &KalmanModel) -> Result<(usize, f64, f64), Error> {
         let dt = self.record.sample_time;
         let sums = match model.bias {
-            Bias::None => innovation_sums(&model.two(dt)?, self.record, 0.0, SKIP),
+            Bias::None => {
+                let steps = self.steps.as_deref();
+                innovation_sums(&model.two(dt)?, self.record, 0.0, steps, SKIP)
+            }
             _ => {
                 let (kalman, variance) = model.three(dt)?;
-                innovation_sums(&kalman, self.record, variance, SKIP)
+                innovation_sums(&kalman, self.record, variance, self.steps.as_deref(), SKIP)
             }
         };
         if sums.1.is_finite() && sums.2.is_finite() {
@@ -397,6 +456,21 @@ impl Search<'_> {
             }
         }
         Ok(best)
+    }
+
+    /// ln L below its maximum over two decades of q either way.
+    fn profile(
+        &mut self,
+        at: f64,
+        density: Option<f64>,
+        best: f64,
+    ) -> Result<Vec<(f64, f64)>, Error> {
+        (-16..=16)
+            .map(|k| {
+                let (model, value) = self.model(at + 0.125 * f64::from(k), density)?;
+                Ok((model.acceleration_noise, value - best))
+            })
+            .collect()
     }
 
     /// Where ln L has fallen by half the 95 % point of χ²(1).

@@ -1,54 +1,80 @@
 //! Three questions to a record, answered as plain data: estimate, compare, tune.
 
 use crate::{
-    BiasChoice, ComparisonRow, Crossover, Family, Filter, KalmanModel, Method, MotionRecord,
-    Ripple, Rule, SlipReport, SlipSearch, Trace, Tuned, Tuning, compare_methods,
-    crossover_by_smoother, ripple,
+    ComparisonRow, Crossover, Family, Filter, KalmanModel, Method, MotionRecord, Pairing, Ripple,
+    Rule, SlipReport, SlipSearch, Source, Trace, Tuned, Tuning, compare_methods, conditions,
+    crossover_by_smoother, kalman_by_smoother, ripple,
 };
 use proofmass_core::Error;
 use proofmass_uncertainty::{Finding, Severity};
 use serde::Serialize;
+use std::ops::Range;
 
 /// Answer of [`tune`]: the model and the gains of every fused method, found without a truth.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TuneResult {
-    /// Kalman model by maximum likelihood.
+    /// Noise by maximum likelihood; the smoother's model.
     pub tuned: Tuned,
+    /// Kalman filter, closest to the smoother.
+    pub kalman: Crossover,
     /// Two channels, closest to the smoother.
     pub two_channel: Crossover,
     /// Observer, closest to the smoother.
     pub observer: Crossover,
+    /// Samples it was found on.
+    pub samples: Range<usize>,
     /// What to doubt.
     pub findings: Vec<Finding>,
 }
 
 impl TuneResult {
-    /// The tuned methods: Kalman, its steady form, two channels, observer, smoother.
+    /// The tuned methods: Kalman, two channels, observer, smoother.
     pub fn methods(&self) -> Vec<Method> {
-        let model = self.tuned.model;
         vec![
-            Method::Kalman { model },
+            self.kalman.method,
             self.two_channel.method,
             self.observer.method,
-            Method::Smoother { model },
+            Method::Smoother {
+                model: self.tuned.model,
+            },
         ]
     }
 }
 
 /// Finds noise parameters and gains from the record alone.
 ///
+/// The noise is that of the largest likelihood of the longest stretch without slip; the gains of each on-line filter
+/// are those that come closest to the smoother with this noise. Of more than 30 000 samples the 30 000 with the most
+/// motion are used: by then R is known to one per cent.
+///
 /// # Errors
 /// Of the record and of the search ([`Tuning::run`], [`crate::crossover`]).
 pub fn tune(record: &MotionRecord, tuning: &Tuning) -> Result<TuneResult, Error> {
-    let tuned = tuning.run(record)?;
-    let skip = settle(record);
-    let two_channel = crossover_by_smoother(Filter::TwoChannel, &tuned.model, record, skip)?;
-    let observer = crossover_by_smoother(Filter::Observer, &tuned.model, record, skip)?;
-    let findings = tuned.findings.clone();
+    record.check()?;
+    let slip = slip_search(record).ok();
+    tune_without(record, tuning, slip.as_ref())
+}
+
+fn tune_without(
+    record: &MotionRecord,
+    tuning: &Tuning,
+    slip: Option<&SlipReport>,
+) -> Result<TuneResult, Error> {
+    let (part, samples) = tuning_part(record, slip);
+    let tuned = tuning.run(&part)?;
+    let skip = settle(&part);
+    let kalman = kalman_by_smoother(&tuned.model, &part, skip)?;
+    let two_channel = crossover_by_smoother(Filter::TwoChannel, &tuned.model, &part, skip)?;
+    let observer = crossover_by_smoother(Filter::Observer, &tuned.model, &part, skip)?;
+    let mut findings = conditions(record);
+    findings.extend(part_finding(record, &samples));
+    findings.extend(tuned.findings.iter().cloned());
     Ok(TuneResult {
         tuned,
+        kalman,
         two_channel,
         observer,
+        samples,
         findings,
     })
 }
@@ -59,20 +85,122 @@ fn settle(record: &MotionRecord) -> usize {
     ((1.0 / record.sample_time) as usize).min(n / 10)
 }
 
+/// Slip with windows that hold several readings of this record.
+fn slip_search(record: &MotionRecord) -> Result<SlipReport, Error> {
+    let search = SlipSearch::default();
+    let step = record.sample_time;
+    let between = record.reading_stride() as f64 * step;
+    SlipSearch {
+        window: search.window.max(5.0 * step).max(4.0 * between),
+        blow: search.blow.max(2.0 * step),
+        ..search
+    }
+    .run(record)
+}
+
+/// Samples before and after an episode that its windows still touch.
+fn margin(record: &MotionRecord) -> usize {
+    let step = record.sample_time;
+    let between = record.reading_stride() as f64 * step;
+    let window = SlipSearch::default()
+        .window
+        .max(5.0 * step)
+        .max(4.0 * between);
+    (window / step).round() as usize
+}
+
+/// Gain and latency on the longest stretch without slip. Where that is too short to tell, on the whole record, and
+/// then only of one motion beyond doubt: a wrong unit looks like slip all over.
+fn pairing(record: &MotionRecord, slip: Option<&SlipReport>) -> Option<Pairing> {
+    let margin = margin(record);
+    let clean = longest(record.reading.len(), |k| {
+        !slip.is_some_and(|s| s.slips(k, margin))
+    });
+    let whole = clean.len() == record.reading.len();
+    let inside = part(record, clean).and_then(|part| Pairing::of(&part).ok());
+    if whole || inside.as_ref().is_some_and(Pairing::is_clear) {
+        return inside;
+    }
+    let all = Pairing::of(record).ok();
+    all.filter(|p| p.correlation.abs() > 0.97).or(inside)
+}
+
+/// Most samples a search for the noise needs.
+const ENOUGH: usize = 30_000;
+
+/// The longest stretch without slip, or the liveliest part of it.
+fn tuning_part(record: &MotionRecord, slip: Option<&SlipReport>) -> (MotionRecord, Range<usize>) {
+    let n = record.reading.len();
+    let margin = margin(record);
+    let clean = longest(n, |k| !slip.is_some_and(|s| s.slips(k, margin)));
+    let range = if clean.len() <= ENOUGH {
+        clean
+    } else {
+        let mut last = None::<f64>;
+        let path: Vec<f64> = record.reading[clean.clone()]
+            .iter()
+            .map(|r| {
+                let step = match (r, last) {
+                    (Some(r), Some(l)) => (r - l).abs(),
+                    _ => 0.0,
+                };
+                last = r.or(last);
+                step
+            })
+            .collect();
+        let block = |k: &usize| path[*k..*k + ENOUGH].iter().sum::<f64>();
+        let liveliest = (0..=path.len() - ENOUGH)
+            .step_by(ENOUGH / 2)
+            .max_by(|a, b| block(a).total_cmp(&block(b)))
+            .unwrap_or(0);
+        clean.start + liveliest..clean.start + liveliest + ENOUGH
+    };
+    match part(record, range.clone()) {
+        Some(part) => (part, range),
+        None => (record.clone(), 0..n),
+    }
+}
+
+fn part_finding(record: &MotionRecord, samples: &Range<usize>) -> Option<Finding> {
+    let n = record.reading.len();
+    let dt = record.sample_time;
+    (samples.len() < n).then(|| {
+        Finding::new(
+            Severity::Note,
+            "tuned-on-a-part",
+            "the noise was found on a part: the longest without slip, of a long record the liveliest",
+        )
+        .evidence(format!(
+            "{:.3} s to {:.3} s of {:.3} s",
+            samples.start as f64 * dt,
+            samples.end as f64 * dt,
+            n as f64 * dt
+        ))
+    })
+}
+
 /// Answer of [`estimate`].
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct EstimateResult {
     /// Times of the samples, s.
+    #[serde(skip)]
     pub time: Vec<f64>,
     /// Velocity by the chosen method.
     pub trace: Trace,
     /// Velocity by the smoother of the same (or the tuned) model, with its uncertainty.
     pub smoother: Trace,
-    /// The model the uncertainty rests on.
+    /// The model the smoother rests on.
     pub model: KalmanModel,
+    /// How it was found; `None` when it was given.
+    pub tuned: Option<Tuned>,
+    /// Offset of the accelerometer by the smoother with its standard uncertainty, when it is a state.
+    #[serde(skip)]
+    pub offset: Option<(Vec<f64>, Vec<f64>)>,
     /// Share of the samples away from slip where filter and smoother agree within two standard uncertainties of
     /// their difference, √(u_f² − u_s²); `None` when the method states no uncertainty.
     pub agreement: Option<f64>,
+    /// Whether both sensors see one motion; `None` where one of them sees none.
+    pub pairing: Option<Pairing>,
     /// Slip and collisions; `None` for a record too short to look.
     pub slip: Option<SlipReport>,
     /// Repeating errors of the encoder; `None` when the axis hardly moves.
@@ -81,7 +209,7 @@ pub struct EstimateResult {
     pub findings: Vec<Finding>,
 }
 
-/// Velocity of a record by a method, or by the Kalman filter with likelihood tuning when none is given.
+/// Velocity of a record by a method, or by the Kalman filter with tuned gains when none is given.
 ///
 /// The record is searched for slip and collisions first; noise is tuned on the longest stretch without slip, so
 /// that slip does not pass for noise. `circumference` is the distance of one turn, when known.
@@ -94,48 +222,37 @@ pub fn estimate(
     circumference: Option<f64>,
 ) -> Result<EstimateResult, Error> {
     record.check()?;
-    let n = record.reading.len();
-    let mut findings = rate_findings(record);
-    let window = SlipSearch::default().window.max(5.0 * record.sample_time);
-    let blow = SlipSearch::default().blow.max(2.0 * record.sample_time);
-    let search = SlipSearch {
-        window,
-        blow,
-        ..SlipSearch::default()
-    };
-    let slip = search.run(record).ok();
-    let margin = (window / record.sample_time).round() as usize;
+    let slip = slip_search(record).ok();
+    let margin = margin(record);
     let slips = |k: usize| slip.as_ref().is_some_and(|s| s.slips(k, margin));
-    let model = match method {
+    let mut findings = conditions(record);
+    let given = match method {
         Some(
             Method::Kalman { model } | Method::SteadyKalman { model } | Method::Smoother { model },
-        ) => model,
-        _ => {
-            let stretch = longest(n, |k| !slips(k));
-            let quiet = part(record, stretch.clone()).unwrap_or_else(|| record.clone());
-            if quiet.reading.len() < n {
-                findings.push(
-                    Finding::new(
-                        Severity::Note,
-                        "tuned-on-a-part",
-                        "the noise was found on the longest stretch without slip",
-                    )
-                    .evidence(format!(
-                        "{:.3} s to {:.3} s of {:.3} s",
-                        stretch.start as f64 * record.sample_time,
-                        stretch.end as f64 * record.sample_time,
-                        n as f64 * record.sample_time
-                    )),
-                );
-            }
-            let tuned = Tuning::default().run(&quiet)?;
-            findings.extend(tuned.findings);
-            tuned.model
+        ) => Some(model),
+        _ => None,
+    };
+    let (model, tuned, found) = match given {
+        Some(model) => (model, None, Method::Kalman { model }),
+        None => {
+            let (part, samples) = tuning_part(record, slip.as_ref());
+            let tuned = Tuning::default().run(&part)?;
+            let kalman = kalman_by_smoother(&tuned.model, &part, settle(&part))?;
+            findings.extend(part_finding(record, &samples));
+            findings.extend(tuned.findings.iter().cloned());
+            (tuned.model, Some(tuned), kalman.method)
         }
     };
-    let method = method.unwrap_or(Method::Kalman { model });
-    let trace = method.run(record)?;
-    let smoother = Method::Smoother { model }.run(record)?;
+    let trace = method.unwrap_or(found).run(record)?;
+    let smooth = model.smooth(record)?;
+    let offset = smooth.offset;
+    let smoother = Trace {
+        method: Method::Smoother { model },
+        label: Method::Smoother { model }.label(),
+        velocity: smooth.velocity,
+        standard_uncertainty: Some(smooth.velocity_uncertainty),
+        stated_delay: 0.0,
+    };
     let agreement = agreement_share(&trace, &smoother, &slips);
     if let Some(share) = agreement.filter(|s| *s < 0.9) {
         findings.push(
@@ -151,79 +268,32 @@ pub fn estimate(
             .advice("tune on this record, or look for slip, latency and gain errors"),
         );
     }
-    if let Some(slip) = &slip {
-        findings.extend(slip.findings.iter().cloned());
-    }
-    let ripple = ripple(record, circumference, |k| !slips(k)).ok();
-    if let Some(ripple) = &ripple {
-        findings.extend(ripple.findings.iter().cloned());
-    }
+    let pairing = pairing(record, slip.as_ref());
+    findings.extend(pairing.iter().flat_map(|p| p.findings.iter().cloned()));
+    findings.extend(slip.iter().flat_map(|s| s.findings.iter().cloned()));
+    let ripple = match record.source {
+        Source::Position => ripple(record, circumference, |k| !slips(k)).ok(),
+        // A wheel that is not round turns with the distance as well, but a speed shows no place on it.
+        Source::Speed => None,
+    };
+    findings.extend(ripple.iter().flat_map(|r| r.findings.iter().cloned()));
     Ok(EstimateResult {
         time: record.times(),
         trace,
         smoother,
         model,
+        tuned,
+        offset,
         agreement,
+        pairing,
         slip,
         ripple,
         findings,
     })
 }
 
-/// Missing readings and a start in motion.
-fn rate_findings(record: &MotionRecord) -> Vec<Finding> {
-    let mut findings = Vec::new();
-    let stride = record.reading_stride();
-    let at: Vec<usize> = (0..record.reading.len())
-        .filter(|&k| record.reading[k].is_some())
-        .collect();
-    let (first, last) = (
-        at.first().copied().unwrap_or(0),
-        at.last().copied().unwrap_or(0),
-    );
-    let due = (last - first) / stride + 1;
-    if at.len() < due {
-        findings.push(
-            Finding::new(Severity::Note, "missing-readings", "readings are missing")
-                .evidence(format!("{} of {due} readings missing", due - at.len()))
-                .advice(
-                    "fused methods coast on the acceleration there; the uncertainty grows with it",
-                ),
-        );
-    }
-    let Some(v0) = record.initial_velocity else {
-        return findings;
-    };
-    // Slope of the first readings against the claim, in units of what quantisation explains.
-    let early: Vec<usize> = at.iter().copied().take(20).collect();
-    if early.len() == 20 {
-        let positions = record.positions();
-        let x = |k: usize| positions[k].unwrap_or(0.0);
-        let span = (early[19] - early[0]) as f64 * record.sample_time;
-        let mean = (x(early[19]) - x(early[0])) / span;
-        let fastest = record.acceleration[..=early[19]]
-            .iter()
-            .fold(0.0f64, |m, a| m.max(a.abs()));
-        let explained = record.increment.unwrap_or(0.0) / span + fastest * span;
-        if (mean - v0).abs() > 3.0 * explained {
-            findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "start-in-motion",
-                    "the record does not start at the stated velocity",
-                )
-                .evidence(format!(
-                    "{mean:.4} over the first {span:.3} s, stated {v0:.4}"
-                ))
-                .advice("leave the initial velocity unknown"),
-            );
-        }
-    }
-    findings
-}
-
 /// Longest run of samples for which `good` holds.
-fn longest(n: usize, good: impl Fn(usize) -> bool) -> std::ops::Range<usize> {
+fn longest(n: usize, good: impl Fn(usize) -> bool) -> Range<usize> {
     let (mut best, mut from) = (0..0, 0);
     for k in 0..=n {
         if k == n || !good(k) {
@@ -237,7 +307,7 @@ fn longest(n: usize, good: impl Fn(usize) -> bool) -> std::ops::Range<usize> {
 }
 
 /// A stretch of a record; the velocity at its start is unknown unless it is the beginning.
-fn part(record: &MotionRecord, range: std::ops::Range<usize>) -> Option<MotionRecord> {
+fn part(record: &MotionRecord, range: Range<usize>) -> Option<MotionRecord> {
     let part = MotionRecord {
         reading: record.reading.get(range.clone())?.to_vec(),
         acceleration: record.acceleration.get(range.clone())?.to_vec(),
@@ -267,15 +337,31 @@ fn agreement_share(trace: &Trace, smoother: &Trace, slips: &impl Fn(usize) -> bo
     (all > 0).then(|| inside as f64 / all as f64)
 }
 
+/// Tuning at one rate of a comparison.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TunedAtRate {
+    /// Sample rate, Hz.
+    pub rate: f64,
+    /// What was found.
+    pub result: TuneResult,
+}
+
 /// Answer of [`compare`].
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CompareResult {
     /// One row per method and rate.
     pub rows: Vec<ComparisonRow>,
+    /// Seconds at the start that are not compared.
+    pub skip: f64,
     /// Whether the reference is a truth that was given, or the smoother at the full rate.
     pub reference_is_truth: bool,
     /// The reference at the full rate.
+    #[serde(skip)]
     pub reference: Vec<f64>,
+    /// Tuning at each rate at which it was possible: noise, whiteness, gains.
+    pub tuned: Vec<TunedAtRate>,
+    /// Whether both sensors see one motion; `None` where one of them sees none.
+    pub pairing: Option<Pairing>,
     /// What to doubt.
     pub findings: Vec<Finding>,
 }
@@ -288,25 +374,30 @@ pub fn published_sweep() -> Vec<Method> {
     two.into_iter().chain(observer).collect()
 }
 
-/// Single-sensor methods: differences, a fit, and the trapezoid.
-pub fn single_sensor_methods() -> Vec<Method> {
-    vec![
-        Method::FixedTime,
-        Method::SavitzkyGolay {
-            window: 5,
-            degree: 2,
-        },
-        Method::Integration {
-            rule: Rule::Trapezoid,
-            offset: 0.0,
-        },
-    ]
+/// Single-sensor methods: differences and a fit of positions, or the speed as read; and the trapezoid.
+pub fn single_sensor_methods(source: Source) -> Vec<Method> {
+    let alone = match source {
+        Source::Position => vec![
+            Method::FixedTime,
+            Method::SavitzkyGolay {
+                window: 5,
+                degree: 2,
+            },
+        ],
+        Source::Speed => vec![Method::SpeedReading],
+    };
+    let integral = Method::Integration {
+        rule: Rule::Trapezoid,
+        offset: 0.0,
+    };
+    alone.into_iter().chain([integral]).collect()
 }
 
 /// Compares methods at decimated rates; every rate also gets the fused methods tuned on its own samples.
 ///
 /// `truth` is a velocity per sample, or the smoother of the full rate stands in. An empty `methods` stands for
-/// the single-sensor methods and the published sweep.
+/// the single-sensor methods and the published sweep. The start of integration alone is the record's, or the
+/// first reference when it is unknown: it is the drift that counts.
 ///
 /// # Errors
 /// Of the record, the search and the methods.
@@ -317,9 +408,13 @@ pub fn compare(
     decimations: &[usize],
     skip: f64,
 ) -> Result<CompareResult, Error> {
-    let mut findings = rate_findings(record);
+    let mut findings = conditions(record);
+    let slip = slip_search(record).ok();
+    let pairing = pairing(record, slip.as_ref());
+    findings.extend(pairing.iter().flat_map(|p| p.findings.iter().cloned()));
+    findings.extend(slip.iter().flat_map(|s| s.findings.iter().cloned()));
     let chosen: Vec<Method> = if methods.is_empty() {
-        single_sensor_methods()
+        single_sensor_methods(record.source)
             .into_iter()
             .chain(published_sweep())
             .collect()
@@ -329,34 +424,55 @@ pub fn compare(
     let reference = match truth {
         Some(truth) => truth.to_vec(),
         None => {
-            let tuned = Tuning::default().run(record)?;
-            findings.extend(tuned.findings);
-            findings.push(Finding::new(
-                Severity::Note,
-                "smoother-as-reference",
-                "no true velocity was given: errors are differences to the smoother at the full rate",
-            ));
+            findings.push(
+                Finding::new(
+                    Severity::Note,
+                    "smoother-as-reference",
+                    "no true velocity was given: errors are differences to the smoother at the full rate",
+                )
+                .advice("what both sensors have wrong alike does not show"),
+            );
+            let (part, _) = tuning_part(record, slip.as_ref());
+            let tuned = Tuning::default().run(&part)?;
             tuned.model.smooth(record)?.velocity
         }
     };
-    let mut rows = compare_methods(record, &reference, &chosen, decimations, skip)?;
+    let mut started = record.clone();
+    if started.initial_velocity.is_none() {
+        started.initial_velocity = reference.first().copied();
+    }
+    let (alone, others): (Vec<Method>, Vec<Method>) = chosen
+        .into_iter()
+        .partition(|m| m.family() == Family::Acceleration);
+    let mut rows = compare_methods(record, &reference, &others, decimations, skip)?;
+    rows.extend(compare_methods(
+        &started,
+        &reference,
+        &alone,
+        decimations,
+        skip,
+    )?);
+    let mut tuned = Vec::new();
     for &n in decimations {
         let slow = record.decimated(n)?;
-        match tune(
-            &slow,
-            &Tuning {
-                bias: BiasChoice::Automatic,
-                ..Tuning::default()
-            },
-        ) {
-            Ok(tuned) => {
+        let rate = 1.0 / slow.sample_time;
+        let named = (1e4 * rate).round() / 1e4;
+        match tune(&slow, &Tuning::default()) {
+            Ok(result) => {
                 rows.extend(compare_methods(
                     record,
                     &reference,
-                    &tuned.methods(),
+                    &result.methods(),
                     &[n],
                     skip,
                 )?);
+                let at_rate = result.tuned.findings.iter().map(|f| {
+                    Finding::new(f.severity(), f.code(), format!("{named} Hz: {}", f.what()))
+                        .evidence(f.evidence_text())
+                        .advice(f.advice_text())
+                });
+                findings.extend(at_rate);
+                tuned.push(TunedAtRate { rate, result });
             }
             Err(error) => findings.push(
                 Finding::new(
@@ -364,7 +480,7 @@ pub fn compare(
                     "not-tuned",
                     "too little is recorded to tune at this rate",
                 )
-                .evidence(format!("{:.3} Hz: {error}", 1.0 / slow.sample_time)),
+                .evidence(format!("{named} Hz: {error}")),
             ),
         }
     }
@@ -381,8 +497,11 @@ pub fn compare(
     });
     Ok(CompareResult {
         rows,
+        skip,
         reference_is_truth: truth.is_some(),
         reference,
+        tuned,
+        pairing,
         findings,
     })
 }

@@ -49,17 +49,10 @@ impl Whiteness {
             });
         }
         let lags = (n / 5).min(40);
+        let rho = autocorrelation(innovations, lags);
         let square: f64 = innovations.iter().map(|v| v * v).sum();
-        let mean = innovations.iter().sum::<f64>() / n as f64;
-        let power = square - n as f64 * mean * mean;
         let (mut q, mut largest) = (0.0, (0usize, 0.0f64));
-        for k in 1..=lags {
-            let sum: f64 = innovations[k..]
-                .iter()
-                .zip(innovations)
-                .map(|(a, b)| (a - mean) * (b - mean))
-                .sum();
-            let rho = if power > 0.0 { sum / power } else { 1.0 };
+        for (k, rho) in rho.iter().copied().enumerate().skip(1) {
             q += rho * rho / (n - k) as f64;
             if rho.abs() > largest.1.abs() {
                 largest = (k, rho);
@@ -78,6 +71,20 @@ impl Whiteness {
             p_size: (2.0 * above.min(1.0 - above)).min(1.0),
         })
     }
+}
+
+/// ρ_k = Σ (ν_i − ν̄)(ν_{i+k} − ν̄)/Σ (ν_i − ν̄)² for k = 0…lags; one everywhere for a constant.
+pub(crate) fn autocorrelation(innovations: &[f64], lags: usize) -> Vec<f64> {
+    let n = innovations.len();
+    let mean = innovations.iter().sum::<f64>() / n as f64;
+    let at = |k: usize| -> f64 {
+        let pairs = innovations[k..].iter().zip(innovations);
+        pairs.map(|(a, b)| (a - mean) * (b - mean)).sum()
+    };
+    let power = at(0);
+    (0..=lags.min(n.saturating_sub(1)))
+        .map(|k| if power > 0.0 { at(k) / power } else { 1.0 })
+        .collect()
 }
 
 #[cfg(test)]

@@ -68,23 +68,22 @@ fn law_fused_methods_beat_both_sensors_at_every_rate() {
 
 /// One run is one draw: with the truth at hand a search fits the draw as well, so runs are pooled.
 ///
-/// At 100 Hz the straight line between two accelerations loses (ωT)²/12 of the motor's velocity, 0.8 % at 5 Hz and
-/// 7 % at 15 Hz: a coloured error that white noise does not describe. There the whiteness test has to say so.
+/// A motor of 15 Hz has no velocity at 20 Hz: it lies beyond half the rate.
 #[test]
-fn law_likelihood_tuning_comes_within_ten_per_cent_of_the_best_with_truth() {
+fn law_tuning_comes_within_ten_per_cent_of_the_best_with_truth() {
     const SEEDS: [u64; 3] = [41, 42, 43];
-    for motion in [
-        AxisMotion::damped_oscillation(),
-        AxisMotion::servo(5.0),
-        AxisMotion::servo(15.0),
+    for (motion, rates) in [
+        (AxisMotion::damped_oscillation(), &[1, 10, 50][..]),
+        (AxisMotion::servo(5.0), &[1, 10, 50]),
+        (AxisMotion::servo(10.0), &[1, 10]),
+        (AxisMotion::servo(15.0), &[1, 10]),
     ] {
-        for n in [1, 10] {
+        for &n in rates {
             // Kalman: only q/R shapes it; every ratio in steps of an eighth of a decade.
             let ratios: Vec<f64> = (-88..=40).map(|k| 10f64.powf(f64::from(k) / 8.0)).collect();
             let mut exhaustive = vec![0.0; ratios.len()];
             let mut found = [0.0; 3];
             let mut best = [0.0; 3];
-            let mut flagged = 0;
             for seed in SEEDS {
                 let (full, truth) = record(&Axis::new(motion).simulate(seed).unwrap());
                 let slow = full.decimated(n).unwrap();
@@ -97,14 +96,13 @@ fn law_likelihood_tuning_comes_within_ten_per_cent_of_the_best_with_truth() {
                     e.map(|(v, t)| (v - t).powi(2)).sum::<f64>() / (v.len() - skip) as f64
                 };
                 let tuned = tune(&slow, &Tuning::default()).unwrap();
-                let model = tuned.tuned.model;
-                let not_white =
-                    |f: &proofmass_uncertainty::Finding| f.code() == "innovations-not-white";
-                flagged += usize::from(tuned.findings.iter().any(not_white));
-                println!("{motion:?} {:.0} Hz: {model:?}", 1.0 / dt);
-                found[0] += square(&Method::Kalman { model });
+                let r = tuned.tuned.model.reading_noise;
+                println!(
+                    "{motion:?} {n} {seed}: {:?} {:?}",
+                    tuned.tuned.model, tuned.kalman
+                );
+                found[0] += square(&tuned.kalman.method);
                 for (sum, ratio) in exhaustive.iter_mut().zip(&ratios) {
-                    let r = model.reading_noise;
                     let model = KalmanModel::new(ratio * r / dt.powi(4), r);
                     *sum += square(&Method::Kalman { model });
                 }
@@ -131,16 +129,12 @@ fn law_likelihood_tuning_comes_within_ten_per_cent_of_the_best_with_truth() {
                 let (f, b): (f64, f64) = (found[k], best[k]);
                 let ratio = (f / b).sqrt();
                 println!(
-                    "  {name}: {:.6} best {:.6} ({ratio:.3})",
+                    "{motion:?} {:.0} Hz {name}: {:.6} best {:.6} ({ratio:.3})",
+                    1000.0 / n as f64,
                     (f / 3.0).sqrt(),
                     (b / 3.0).sqrt()
                 );
-                let matched = n == 1 || motion == AxisMotion::damped_oscillation();
-                let said = !matched && flagged == SEEDS.len();
-                assert!(
-                    ratio < 1.1 || said,
-                    "{name} {motion:?} {n}: {ratio}, {flagged} flagged"
-                );
+                assert!(ratio < 1.1, "{name} {motion:?} {n}: {ratio}");
             }
         }
     }

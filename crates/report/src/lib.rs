@@ -38,6 +38,7 @@ mod subscript;
 pub mod terminal;
 mod uncertainty;
 mod validation;
+mod velocity;
 
 pub use document::{Alignment, Block, Cell, Column, Figure, KeyFigure, Report, Section, Table};
 pub use error::Error;
@@ -52,5 +53,6 @@ pub use plot::{
 pub use shaker::ShakerReport;
 pub use single_axis::SingleAxisReport;
 pub use spurious::SpuriousReport;
-pub use uncertainty::UncertaintyReport;
+pub use uncertainty::{GivenInput, UncertaintyReport};
 pub use validation::ValidationReport;
+pub use velocity::VelocityReport;

@@ -9,7 +9,7 @@ use proofmass::calibration::shaker::derived::PROBABILITY;
 use proofmass::calibration::shaker::recording::{Assessed, Limits, Quality, assess};
 use proofmass::calibration::shaker::reference::ReferenceTable;
 use proofmass::calibration::shaker::single_axis::{
-    ComparisonBudget, ComparisonRow, SingleAxis, compare,
+    ComparisonBudget, ComparisonRow, SingleAxis, combine, compare,
 };
 use proofmass::io::{
     Cell, Certificate, Input, ResultDocument, RunTable, ShakerSingleCampaign, SingleAxisSeat,
@@ -39,9 +39,11 @@ pub(super) fn run(
         phase: reading.u_phase_deg.to_radians(),
         dof: reading.dof.unwrap_or(f64::INFINITY),
     };
-    let (results, doubts) = compare(&rows, &reference, &budget)?;
+    let (single, doubts) = compare(&rows, &reference, &budget)?;
     findings.extend(doubts);
-    findings.extend(against_datasheet(campaign, &rows, &results));
+    let (results, doubts) = combine(&rows, &single, &budget)?;
+    findings.extend(doubts);
+    findings.extend(against_datasheet(campaign, &results));
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
     let title = heading::title(
         campaign.title.as_ref(),
@@ -73,9 +75,9 @@ pub(super) fn run(
     {
         document = document.input(input.clone());
     }
-    for (row, result) in rows.iter().zip(&results) {
+    for result in &results {
         for quantity in result.estimate.quantities() {
-            let name = format!("S.{}[run={}]", quantity.name, row.run);
+            let name = format!("S.{}[frequency={}]", quantity.name, result.frequency);
             document = document.quantity(&Quantity { name, ..quantity }, PROBABILITY);
         }
     }
@@ -93,7 +95,10 @@ pub(super) fn run(
             json,
             summary: &|| text.summary(&results),
             report: &|| text.full(&results),
-            files: vec![("sensitivity.csv", sensitivity(&rows, &results)?.to_csv()?)],
+            files: vec![
+                ("sensitivity.csv", sensitivity(None, &results)?.to_csv()?),
+                ("repeats.csv", sensitivity(Some(&rows), &single)?.to_csv()?),
+            ],
             findings: &findings,
         },
     )
@@ -187,17 +192,13 @@ fn rows(
 }
 
 /// A sensitivity off its datasheet by more than tolerance and uncertainty together.
-fn against_datasheet(
-    campaign: &ShakerSingleCampaign,
-    rows: &[ComparisonRow],
-    results: &[SingleAxis],
-) -> Vec<Finding> {
+fn against_datasheet(campaign: &ShakerSingleCampaign, results: &[SingleAxis]) -> Vec<Finding> {
     let Some((nominal, tolerance)) = campaign.datasheet else {
         return Vec::new();
     };
-    rows.iter()
-        .zip(results)
-        .filter_map(|(row, result)| {
+    results
+        .iter()
+        .filter_map(|result| {
             let q = result.estimate.get("modulus")?;
             let off = q.value - nominal;
             (off.abs() > tolerance.hypot(q.expanded(PROBABILITY))).then(|| {
@@ -205,14 +206,13 @@ fn against_datasheet(
                     Severity::Warning,
                     "off-datasheet",
                     format!(
-                        "run {}: the sensitivity is not that of the datasheet",
-                        row.run
+                        "the sensitivity at {} Hz is not that of the datasheet",
+                        result.frequency
                     ),
                 )
                 .evidence(format!(
-                    "{:+.1} % at {} Hz, tolerance {:.1} %, U = {:.2} %",
+                    "{:+.1} %, tolerance {:.1} %, U = {:.2} %",
                     100.0 * off / nominal,
-                    row.frequency,
                     100.0 * tolerance / nominal,
                     100.0 * q.expanded(PROBABILITY) / q.value
                 ))
@@ -235,9 +235,9 @@ fn listed(
         .collect()
 }
 
-fn sensitivity(rows: &[ComparisonRow], results: &[SingleAxis]) -> Result<Table, Failure> {
-    let mut table = Table::new([
-        "run",
+/// Sensitivities, run by run where the runs are given.
+fn sensitivity(runs: Option<&[ComparisonRow]>, results: &[SingleAxis]) -> Result<Table, Failure> {
+    let mut header = vec![
         "frequency_Hz",
         "real_V/(m/s2)",
         "imaginary_V/(m/s2)",
@@ -249,16 +249,23 @@ fn sensitivity(rows: &[ComparisonRow], results: &[SingleAxis]) -> Result<Table, 
         "phase_deg",
         "u_phase_deg",
         "U_phase_deg",
-    ]);
-    for (row, result) in rows.iter().zip(results) {
+    ];
+    if runs.is_some() {
+        header.insert(0, "run");
+    }
+    let mut table = Table::new(header);
+    for (i, result) in results.iter().enumerate() {
         let (Some(m), Some(p)) = (result.estimate.get("modulus"), result.estimate.get("phase"))
         else {
             continue;
         };
-        let mut cells = vec![Cell::from(row.run.as_str())];
+        let mut cells: Vec<Cell> = runs
+            .iter()
+            .map(|runs| Cell::from(runs[i].run.as_str()))
+            .collect();
         cells.extend(
             [
-                row.frequency,
+                result.frequency,
                 result.sensitivity.re,
                 result.sensitivity.im,
                 m.value,

@@ -54,8 +54,9 @@ struct TruthFile {
 impl SpuriousMotion {
     pub(super) fn run(self) -> Result<Outcome, Failure> {
         if let Some(f) = self.frequencies.iter().find(|f| !(1.0..=10e3).contains(*f)) {
-            return Err(Failure::new(format!("{f} Hz cannot be simulated"))
-                .hint("from 1 Hz to 10 kHz"));
+            return Err(
+                Failure::new(format!("{f} Hz cannot be simulated")).hint("from 1 Hz to 10 kHz")
+            );
         }
         let folder = OutputFolder::create(&self.output, false)?;
         let standard = Laboratory::default();

@@ -3,7 +3,7 @@
 
 use proofmass::calibration::shaker::c64;
 use proofmass::io::write_f32;
-use proofmass::rig::bench::{Bench, published_plan, waveform::Acquisition};
+use proofmass::rig::bench::{Bench, Campaign, Wedge, published_plan, waveform::Acquisition};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::fmt::Write;
@@ -27,7 +27,21 @@ pub struct Row {
 /// The published plan at some frequencies, drawn with the errors of the bench.
 pub fn rows(frequencies: &[f64]) -> Vec<Row> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
-    let campaign = Bench::default().campaign(&published_plan(), frequencies, &mut rng);
+    rows_of(&Bench::default().campaign(&published_plan(), frequencies, &mut rng))
+}
+
+/// The same on a table that moves aside too, with its truth.
+pub fn rocking(frequencies: &[f64]) -> (Vec<Row>, Campaign) {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(9);
+    let bench = Bench {
+        wedge: Some(Wedge::default()),
+        ..Bench::default()
+    };
+    let campaign = bench.campaign(&published_plan(), frequencies, &mut rng);
+    (rows_of(&campaign), campaign)
+}
+
+fn rows_of(campaign: &Campaign) -> Vec<Row> {
     campaign
         .runs
         .iter()

@@ -45,6 +45,7 @@ pub fn observations(campaign: &ShakerCampaign) -> Result<Observations, Error> {
 fn rows(campaign: &ShakerCampaign, findings: &mut Vec<Finding>) -> Vec<PhasorRow> {
     let mut rows = vec![];
     let mut beyond: Vec<&RunInput> = vec![];
+    let mut doubts: Vec<(&str, Finding)> = vec![];
     for run in &campaign.runs {
         if campaign.excluded.contains(&run.run) {
             findings.push(
@@ -88,7 +89,8 @@ fn rows(campaign: &ShakerCampaign, findings: &mut Vec<Finding>) -> Vec<PhasorRow
             amplitude: reference.norm(),
             target,
         };
-        findings.extend(assess(&assessed, &campaign.limits));
+        let about = assess(&assessed, &campaign.limits);
+        doubts.extend(about.into_iter().map(|f| (run.run.as_str(), f)));
         rows.push(PhasorRow {
             run: run.run.clone(),
             frequency: run.frequency,
@@ -98,6 +100,7 @@ fn rows(campaign: &ShakerCampaign, findings: &mut Vec<Finding>) -> Vec<PhasorRow
             covariance,
         });
     }
+    findings.extend(told_once(doubts));
     if let (Some(table), Some(first)) = (&campaign.reference, beyond.first()) {
         let points = table.points();
         let mut frequencies: Vec<String> = beyond
@@ -125,6 +128,44 @@ fn rows(campaign: &ShakerCampaign, findings: &mut Vec<Finding>) -> Vec<PhasorRow
         );
     }
     rows
+}
+
+/// Doubts of one kind about more runs than this are told once.
+const MANY: usize = 3;
+
+/// One finding for many runs with the same doubt: the first with its numbers, the others by their names.
+fn told_once(doubts: Vec<(&str, Finding)>) -> Vec<Finding> {
+    let mut codes: Vec<String> = vec![];
+    for (_, finding) in &doubts {
+        if !codes.iter().any(|c| c == finding.code()) {
+            codes.push(finding.code().to_owned());
+        }
+    }
+    let mut findings = vec![];
+    for code in codes {
+        let of_kind: Vec<&(&str, Finding)> =
+            doubts.iter().filter(|(_, f)| f.code() == code).collect();
+        match of_kind.as_slice() {
+            [(_, first), others @ ..] if others.len() >= MANY => {
+                let names: Vec<&str> = others.iter().map(|(run, _)| *run).collect();
+                findings.push(
+                    Finding::new(
+                        first.severity(),
+                        code,
+                        format!("{}; {} other runs likewise", first.what(), names.len()),
+                    )
+                    .evidence(format!(
+                        "{}; the others: {}",
+                        first.evidence_text(),
+                        names.join(", ")
+                    ))
+                    .advice(first.advice_text()),
+                );
+            }
+            few => findings.extend(few.iter().map(|(_, f)| f.clone())),
+        }
+    }
+    findings
 }
 
 /// Rows of frequencies whose directions determine S; one run alone at its frequency is mostly a slip of the table.
@@ -167,8 +208,7 @@ fn determined(rows: Vec<PhasorRow>, findings: &mut Vec<Finding>) -> Vec<PhasorRo
         .collect()
 }
 
-/// The budget with the reference calibration of the certificate, where it has none of its own: the largest
-/// uncertainties the certificate states at these frequencies.
+/// The budget with the reference calibration of the certificate at these frequencies, where it has none of its own.
 ///
 /// # Errors
 /// [`Error::OutOfRange`] for an impossible budget or a frequency the certificate does not reach.
@@ -178,32 +218,39 @@ pub fn with_certificate(
     frequencies: impl IntoIterator<Item = f64>,
 ) -> Result<Budget, Error> {
     let mut budget = Budget::new(budget.inputs.clone())?;
-    if let Some(table) = reference {
-        let (mut modulus, mut phase) = (0.0f64, 0.0f64);
-        for frequency in frequencies {
-            let p = table.at(frequency)?;
-            modulus = modulus.max(p.modulus_uncertainty);
-            phase = phase.max(p.phase_uncertainty);
-        }
-        for (acts, u, key, text) in [
-            (
-                Acts::ReferenceModulus,
-                modulus,
-                "reference.calibration",
-                "calibration of the reference standard",
-            ),
-            (
-                Acts::ReferencePhase,
-                phase,
-                "reference.phase",
-                "phase of the reference standard",
-            ),
-        ] {
-            if u > 0.0 && !budget.inputs.iter().any(|i| i.acts == acts) {
-                budget
-                    .inputs
-                    .push(Input::new(key, acts, u, &[Key::Frequency]).described(text));
+    let Some(table) = reference else {
+        return Ok(budget);
+    };
+    let mut frequencies: Vec<f64> = frequencies.into_iter().collect();
+    frequencies.sort_by(f64::total_cmp);
+    frequencies.dedup();
+    let (mut modulus, mut phase) = (vec![], vec![]);
+    for frequency in frequencies {
+        let p = table.at(frequency)?;
+        modulus.push((frequency, p.modulus_uncertainty));
+        phase.push((frequency, p.phase_uncertainty));
+    }
+    for (acts, stated, key, text) in [
+        (
+            Acts::ReferenceModulus,
+            modulus,
+            "reference.calibration",
+            "calibration of the reference standard",
+        ),
+        (
+            Acts::ReferencePhase,
+            phase,
+            "reference.phase",
+            "phase of the reference standard",
+        ),
+    ] {
+        let largest = stated.iter().map(|s| s.1).fold(0.0, f64::max);
+        if largest > 0.0 && !budget.inputs.iter().any(|i| i.acts == acts) {
+            let mut input = Input::new(key, acts, largest, &[Key::Frequency]).described(text);
+            if stated.iter().any(|s| s.1 != largest) {
+                input.at_frequencies = stated;
             }
+            budget.inputs.push(input);
         }
     }
     Ok(budget)

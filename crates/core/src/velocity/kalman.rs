@@ -11,8 +11,12 @@ use crate::{Error, Float};
 pub enum Hold {
     /// The older sample holds: G = [T²/2, T]ᵀ on a_{n−1}. The textbook; late by T/2 on the acceleration.
     Zero,
-    /// A straight line from a_{n−1} to a_n: [T²/3, T/2]ᵀ a_{n−1} + [T²/6, T/2]ᵀ a_n. No delay.
+    /// A straight line from a_{n−1} to a_n: [T²/3, T/2]ᵀ a_{n−1} + [T²/6, T/2]ᵀ a_n. No delay; a motion of ω loses
+    /// (ωT)²/12 of its velocity.
     First,
+    /// The parabola through a_{n−2}, a_{n−1} and a_n: [5T²/12, 2T/3]ᵀ a_{n−1} + [T²/8, 5T/12]ᵀ a_n
+    /// − [T²/24, T/12]ᵀ a_{n−2}, Adams and Moulton's third-order rule. Phase error (ωT)³/24.
+    Second,
 }
 
 /// Form of the process noise.
@@ -54,7 +58,7 @@ pub enum BiasModel {
 
 /// Kalman filter with state [x, v] (N = 2) or [x, v, offset] (N = 3).
 ///
-/// x⁻ = F x + G₀ a_{n−1} + G₁ a_n, P⁻ = F P Fᵀ + Q; K = P⁻Hᵀ/(H P⁻ Hᵀ + R), H = [1, 0, …];
+/// x⁻ = F x + G₀ a_{n−1} + G₁ a_n + G₂ a_{n−2}, P⁻ = F P Fᵀ + Q; K = P⁻Hᵀ/(H P⁻ Hᵀ + R), H = [1, 0, …];
 /// P = (I − K H) P⁻ (I − K H)ᵀ + K R Kᵀ (Joseph's form: stays positive for any K).
 ///
 /// **Delay** none. **Steady-state error** for an offset b: that of an observer with its gains (N = 2), zero (N = 3).
@@ -75,23 +79,23 @@ pub enum BiasModel {
 pub struct Kalman<T, const N: usize> {
     /// Transition F.
     pub f: [[T; N]; N],
-    /// Input G₀ of the older and G₁ of the newer acceleration.
-    pub g: [[T; N]; 2],
+    /// Input G₀ of the older, G₁ of the newer and G₂ of the oldest acceleration.
+    pub g: [[T; N]; 3],
     /// Process noise Q of one step.
     pub q: [[T; N]; N],
     /// Measurement noise R.
     pub r: T,
 }
 
-/// Mean and covariance of the state, and the last acceleration.
+/// Mean and covariance of the state, and the last accelerations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KalmanState<T, const N: usize> {
     /// Position, velocity and, for N = 3, offset.
     pub x: [T; N],
     /// Their covariance P.
     pub p: [[T; N]; N],
-    /// Acceleration of the last sample.
-    pub acceleration: T,
+    /// Accelerations of the last sample and of the one before.
+    pub acceleration: [T; 2],
 }
 
 /// What a position reading said about the prediction.
@@ -117,7 +121,11 @@ impl<T: Float, const N: usize> KalmanState<T, N> {
         for i in 0..N {
             p[i][i] = variances[i];
         }
-        Self { x, p, acceleration }
+        Self {
+            x,
+            p,
+            acceleration: [acceleration; 2],
+        }
     }
 
     /// Standard uncertainty of the velocity.
@@ -126,23 +134,33 @@ impl<T: Float, const N: usize> KalmanState<T, N> {
     }
 }
 
-/// Two rows of two.
-type Square = [[f64; 2]; 2];
+/// G₀, G₁, G₂ and Q of [x, v].
+type Motion = ([[f64; 2]; 3], [[f64; 2]; 2]);
 
-/// G₀ and G₁, and Q, of [x, v] in double precision.
-fn motion(noise: &MotionNoise, hold: Hold, t: f64) -> Result<(Square, Square), Error> {
+/// G₀, G₁, G₂, and Q, of [x, v] in double precision.
+fn motion(noise: &MotionNoise, hold: Hold, t: f64) -> Result<Motion, Error> {
     positive("sample time", t)?;
     let q = not_negative("acceleration noise", noise.acceleration)?;
     positive("position noise", noise.position)?;
     let g = match hold {
-        Hold::Zero => [[0.5 * t * t, t], [0.0, 0.0]],
-        Hold::First => [[t * t / 3.0, 0.5 * t], [t * t / 6.0, 0.5 * t]],
+        Hold::Zero => [[0.5 * t * t, t], [0.0; 2], [0.0; 2]],
+        Hold::First => [[t * t / 3.0, 0.5 * t], [t * t / 6.0, 0.5 * t], [0.0; 2]],
+        Hold::Second => [
+            [5.0 * t * t / 12.0, 2.0 * t / 3.0],
+            [t * t / 8.0, 5.0 * t / 12.0],
+            [-t * t / 24.0, -t / 12.0],
+        ],
     };
     let [xx, xv, vv] = match noise.form {
         ProcessNoise::SampleConstant => [t * t * t * t / 4.0, t * t * t / 2.0, t * t],
         ProcessNoise::Continuous => [t * t * t / 3.0, t * t / 2.0, t],
     };
     Ok((g, [[q * xx, q * xv], [q * xv, q * vv]]))
+}
+
+/// G₀ a_{n−1} + G₁ a_n + G₂ a_{n−2}.
+fn input<T: Float, const N: usize>(g: &[[T; N]; 3], before: &[T; 2], now: T) -> [T; N] {
+    core::array::from_fn(|i| g[0][i] * before[0] + g[1][i] * now + g[2][i] * before[1])
 }
 
 impl<T: Float> Kalman<T, 2> {
@@ -237,10 +255,17 @@ impl<T: Float, const N: usize> Kalman<T, N> {
 
     /// Time update to the sample with this acceleration.
     pub fn predict(&self, state: &mut KalmanState<T, N>, acceleration: T) {
-        let mut x = [T::ZERO; N];
+        let input = input(&self.g, &state.acceleration, acceleration);
+        self.advance(state, input);
+        state.acceleration = [acceleration, state.acceleration[0]];
+    }
+
+    /// Time update with what the acceleration does to the state over the step already known, as off line, where
+    /// the samples after it are at hand.
+    pub fn advance(&self, state: &mut KalmanState<T, N>, input: [T; N]) {
+        let mut x = input;
         let mut fp = [[T::ZERO; N]; N];
         for i in 0..N {
-            x[i] = self.g[0][i] * state.acceleration + self.g[1][i] * acceleration;
             for k in 0..N {
                 x[i] += self.f[i][k] * state.x[k];
                 for j in 0..N {
@@ -257,7 +282,7 @@ impl<T: Float, const N: usize> Kalman<T, N> {
                 p[j][i] = p[i][j];
             }
         }
-        *state = KalmanState { x, p, acceleration };
+        (state.x, state.p) = (x, p);
     }
 
     /// Measurement update with a position reading.
@@ -320,18 +345,37 @@ impl<T: Float, const N: usize> Kalman<T, N> {
     /// [`Error::NotConverged`] when the gain still moves by more than 1e-12 of itself after 10⁶ steps, as it does
     /// with an acceleration noise of zero.
     pub fn steady(&self) -> Result<SteadyKalman<T, N>, Error> {
+        self.steady_for(0)
+    }
+
+    /// The same for readings of another state: component 1 for a speed, whose noise is then R.
+    ///
+    /// # Errors
+    /// As [`steady`](Self::steady); [`Error::OutOfRange`] for a component other than 0 and 1.
+    pub fn steady_for(&self, component: usize) -> Result<SteadyKalman<T, N>, Error> {
         const LIMIT: usize = 1_000_000;
+        if component > 1 {
+            return Err(Error::OutOfRange {
+                name: "component",
+                value: component as f64,
+                min: 0.0,
+                max: 1.0,
+            });
+        }
+        // Speeds leave the position to itself: its variance grows and its gain tells nothing about convergence.
+        let first = component;
         let filter: Kalman<f64, N> = self.cast();
         let mut state = KalmanState::new([0.0; N], [filter.r; N], 0.0);
         let mut last = [0.0; N];
         let mut change = f64::INFINITY;
         for _ in 0..LIMIT {
             filter.predict(&mut state, 0.0);
-            let s = state.p[0][0] + filter.r;
-            let k = state.p[0].map(|p| p / s);
-            filter.update(&mut state, 0.0);
+            let row = state.p[component];
+            let s = row[component] + filter.r;
+            let k = row.map(|p| p / s);
+            Kalman::observe(&mut state, component, 0.0, filter.r);
             change = 0.0;
-            for i in 0..N {
+            for i in first..N {
                 change = f64::max(change, libm::fabs(k[i] - last[i]) / libm::fabs(k[i]));
             }
             last = k;
@@ -340,6 +384,7 @@ impl<T: Float, const N: usize> Kalman<T, N> {
                     f: self.f,
                     g: self.g,
                     k: k.map(T::from_f64),
+                    component,
                     velocity_variance: T::from_f64(state.p[1][1]),
                 });
             }
@@ -357,32 +402,33 @@ impl<T: Float, const N: usize> Kalman<T, N> {
 pub struct SteadyKalman<T, const N: usize> {
     /// Transition F.
     pub f: [[T; N]; N],
-    /// Inputs G₀, G₁.
-    pub g: [[T; N]; 2],
+    /// Inputs G₀, G₁, G₂.
+    pub g: [[T; N]; 3],
     /// Gain K.
     pub k: [T; N],
+    /// State that is read: 0 the position, 1 the speed.
+    pub component: usize,
     /// Steady variance of the velocity after a reading.
     pub velocity_variance: T,
 }
 
 impl<T: Float, const N: usize> SteadyKalman<T, N> {
     /// One sample; returns the velocity. The covariance in the state is left as it is.
-    pub fn step(&self, state: &mut KalmanState<T, N>, position: Option<T>, acceleration: T) -> T {
-        let mut x = [T::ZERO; N];
+    pub fn step(&self, state: &mut KalmanState<T, N>, reading: Option<T>, acceleration: T) -> T {
+        let mut x = input(&self.g, &state.acceleration, acceleration);
         for i in 0..N {
-            x[i] = self.g[0][i] * state.acceleration + self.g[1][i] * acceleration;
             for k in 0..N {
                 x[i] += self.f[i][k] * state.x[k];
             }
         }
-        if let Some(position) = position {
-            let innovation = position - x[0];
+        if let Some(reading) = reading {
+            let innovation = reading - x[self.component];
             for i in 0..N {
                 x[i] += self.k[i] * innovation;
             }
         }
         state.x = x;
-        state.acceleration = acceleration;
+        state.acceleration = [acceleration, state.acceleration[0]];
         x[1]
     }
 }
@@ -456,6 +502,22 @@ mod tests {
     }
 
     #[test]
+    fn law_steady_gain_of_a_speed_is_the_scalar_filter() {
+        // v alone: P⁺ = P + qT², K = P⁺/(P⁺ + R); P = (−qT² + √(q²T⁴ + 4 qT² R))/2.
+        let (q, r, t) = (0.04, 1e-3, 0.01);
+        let filter =
+            Kalman::<f64, 2>::new(&noise(q, r, ProcessNoise::SampleConstant), Hold::First, t)
+                .unwrap();
+        let steady = filter.steady_for(1).unwrap();
+        let step = q * t * t;
+        let p = 0.5 * (-step + (step * step + 4.0 * step * r).sqrt());
+        let k = (p + step) / (p + step + r);
+        assert!((steady.k[1] - k).abs() < 1e-9, "{} {k}", steady.k[1]);
+        assert!((steady.velocity_variance / p - 1.0).abs() < 1e-6);
+        assert!(filter.steady_for(2).is_err());
+    }
+
+    #[test]
     fn law_gauss_markov_becomes_the_random_walk() {
         // σ²·2/τ is the density of the walk for T ≪ τ; the other terms agree to T/τ.
         let n = noise(0.0, 1.0, ProcessNoise::Continuous);
@@ -491,6 +553,21 @@ mod tests {
             assert!(p[0][0] > 0.0 && p[1][1] > 0.0 && p[2][2] > 0.0, "{n}");
             assert!(p[0][1] * p[0][1] <= p[0][0] * p[1][1] * 1.0001, "{n}");
         }
+    }
+
+    #[test]
+    fn law_a_parabola_of_acceleration_is_integrated_exactly() {
+        let n = noise(0.0, 1.0, ProcessNoise::Continuous);
+        let filter = Kalman::<f64, 2>::new(&n, Hold::Second, 0.1).unwrap();
+        let mut state = KalmanState::new([0.0; 2], [0.0; 2], 0.0);
+        // a = t², v = t³/3, x = t⁴/12, begun where three samples are known: a(−0.1) = 0.01.
+        state.acceleration = [0.0, 0.01];
+        for k in 1..=20 {
+            let t = 0.1 * f64::from(k);
+            filter.predict(&mut state, t * t);
+        }
+        assert!((state.x[1] - 8.0 / 3.0).abs() < 1e-13, "{}", state.x[1]);
+        assert!((state.x[0] - 16.0 / 12.0).abs() < 1e-13, "{}", state.x[0]);
     }
 
     #[test]

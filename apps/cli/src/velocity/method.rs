@@ -1,0 +1,100 @@
+//! Methods as words: `observer:5,25`.
+
+use proofmass::motion::{KalmanModel, Method, Rule};
+
+/// What can be asked for, for help and messages.
+pub(super) const METHODS: &str = "fixed-time, backward-difference:ORDER, savitzky-golay:WINDOW,DEGREE, \
+    tracking-loop:BANDWIDTH, speed, trapezoid, simpson, tick, adams-moulton-3 (each also as :OFFSET), two-channel:K1,K2, \
+    observer:KX,KV, offset-observer:KX,KV,KB, adaptive-observer:KX,KV,RATE,FLOOR, kalman:Q,R, steady-kalman:Q,R, \
+    smoother:Q,R";
+
+/// Reads `name` or `name:number,number`.
+pub(super) fn method(text: &str) -> Result<Method, String> {
+    let (name, rest) = text.split_once(':').unwrap_or((text, ""));
+    let numbers: Vec<f64> = rest
+        .split(',')
+        .map(str::trim)
+        .filter(|n| !n.is_empty())
+        .map(|n| {
+            n.parse::<f64>()
+                .ok()
+                .filter(|v| v.is_finite())
+                .ok_or_else(|| format!("{n:?} in {text:?} is no number"))
+        })
+        .collect::<Result<_, _>>()?;
+    let whole = |v: f64| -> Result<usize, String> {
+        if v >= 0.0 && v.fract() == 0.0 && v < 1e6 {
+            Ok(v as usize)
+        } else {
+            Err(format!("{v} in {text:?} must be a whole number"))
+        }
+    };
+    let integration = |rule| match numbers[..] {
+        [] => Some(Method::Integration { rule, offset: 0.0 }),
+        [offset] => Some(Method::Integration { rule, offset }),
+        _ => None,
+    };
+    let found = match (name, &numbers[..]) {
+        ("fixed-time", []) => Some(Method::FixedTime),
+        ("speed", []) => Some(Method::SpeedReading),
+        ("backward-difference", &[order]) => Some(Method::BackwardDifference {
+            order: whole(order)?,
+        }),
+        ("savitzky-golay", &[window, degree]) => Some(Method::SavitzkyGolay {
+            window: whole(window)?,
+            degree: whole(degree)?,
+        }),
+        ("tracking-loop", &[bandwidth]) => Some(Method::TrackingLoop { bandwidth }),
+        ("trapezoid", _) => integration(Rule::Trapezoid),
+        ("simpson", _) => integration(Rule::Simpson),
+        ("tick", _) => integration(Rule::Tick),
+        ("adams-moulton-3", _) => integration(Rule::AdamsMoulton3),
+        ("two-channel", &[k1, k2]) => Some(Method::TwoChannel { k1, k2 }),
+        ("observer", &[k_x, k_v]) => Some(Method::Observer { k_x, k_v }),
+        ("offset-observer", &[k_x, k_v, k_b]) => Some(Method::OffsetObserver { k_x, k_v, k_b }),
+        ("adaptive-observer", &[k_x, k_v, rate, floor]) => Some(Method::AdaptiveObserver {
+            k_x,
+            k_v,
+            rate,
+            floor,
+        }),
+        ("kalman", &[q, r]) => Some(Method::Kalman {
+            model: KalmanModel::new(q, r),
+        }),
+        ("steady-kalman", &[q, r]) => Some(Method::SteadyKalman {
+            model: KalmanModel::new(q, r),
+        }),
+        ("smoother", &[q, r]) => Some(Method::Smoother {
+            model: KalmanModel::new(q, r),
+        }),
+        _ => None,
+    };
+    found.ok_or_else(|| format!("{text:?} is no method with its numbers: {METHODS}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_become_methods() {
+        assert_eq!(
+            method("observer:5,25"),
+            Ok(Method::Observer {
+                k_x: 5.0,
+                k_v: 25.0
+            })
+        );
+        assert_eq!(method("fixed-time"), Ok(Method::FixedTime));
+        for wrong in [
+            "observer",
+            "observer:5",
+            "observer:5,x",
+            "savitzky-golay:5.5,2",
+            "nothing",
+            "kalman:nan,1",
+        ] {
+            assert!(method(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,176 @@
+//! A reference velocity, where one was recorded.
+
+use super::reading::Samples;
+use super::sensors::{Bench, unit};
+use crate::Failure;
+use proofmass::io::{Recording, Unit};
+use proofmass::uncertainty::{Finding, Severity};
+use std::path::PathBuf;
+
+/// Options of the reference.
+#[derive(Clone, Debug)]
+pub(super) struct Reference {
+    pub(super) column: String,
+    pub(super) unit: Option<Unit>,
+    pub(super) file: Option<PathBuf>,
+    pub(super) rate: Option<f64>,
+}
+
+/// The same on the command line.
+#[derive(clap::Args)]
+pub(super) struct ReferenceArguments {
+    /// Column of a reference velocity, from a better instrument or a simulation
+    #[arg(long, value_name = "COLUMN")]
+    reference: Option<String>,
+    /// Unit of the reference, where the heading does not say it: m/s, km/h, mm/s, …
+    #[arg(long, value_name = "UNIT", requires = "reference", value_parser = unit)]
+    reference_unit: Option<Unit>,
+    /// File of the reference, when it has its own; its clock must be that of the recording
+    #[arg(long, value_name = "FILE", requires = "reference")]
+    reference_file: Option<PathBuf>,
+    /// Sampling rate of --reference-file in hertz, when that has no time column
+    #[arg(long, value_name = "HZ", requires = "reference_file")]
+    reference_rate: Option<f64>,
+}
+
+impl ReferenceArguments {
+    pub(super) fn reference(&self) -> Option<Reference> {
+        Some(Reference {
+            column: self.reference.clone()?,
+            unit: self.reference_unit,
+            file: self.reference_file.clone(),
+            rate: self.reference_rate,
+        })
+    }
+}
+
+impl Reference {
+    /// The reference in m/s with its times.
+    pub(super) fn samples(
+        &self,
+        recording: &Recording,
+        clock: &[f64],
+        column: usize,
+    ) -> Result<Samples, Failure> {
+        let missing = recording.missing(column);
+        let column = &recording.columns[column];
+        let name = &column.name;
+        let unit = match (column.unit, self.unit) {
+            (Some(heading), Some(given)) if heading != given => {
+                return Err(Failure::new(format!(
+                    "column {name:?} is in {heading} by its heading, in {given} by --reference-unit"
+                ))
+                .hint("remove --reference-unit, or correct the heading"));
+            }
+            (Some(unit), _) | (None, Some(unit)) => unit,
+            (None, None) => {
+                return Err(
+                    Failure::new(format!("the unit of column {name:?} is not known"))
+                        .hint("add --reference-unit m/s, km/h, …"),
+                );
+            }
+        };
+        let (si, factor) = unit.si();
+        if si != Unit::MetrePerSecond {
+            return Err(Failure::new(format!(
+                "column {name:?} is in {unit}, which is no velocity"
+            )));
+        }
+        let value: Vec<f64> = column.data.iter().map(|v| factor * v).collect();
+        Ok(Samples::present(clock, &value, &[missing]))
+    }
+
+    /// Puts the reference at every sample of the record, on straight lines between its own, and cuts off what it
+    /// does not cover.
+    pub(super) fn attach(&self, bench: &mut Bench, reference: &Samples) -> Result<(), Failure> {
+        let dt = bench.record.sample_time;
+        let n = bench.record.reading.len();
+        let time = |k: usize| bench.start + dt * k as f64;
+        let (Some(first), Some(last)) = (reference.time.first(), reference.time.last()) else {
+            return Err(Failure::new("the reference holds no value"));
+        };
+        if reference.time.len() < 2 {
+            return Err(Failure::new("the reference holds a single value"));
+        }
+        let slack = 1e-6 * dt;
+        let from = (0..n).find(|&k| time(k) >= first - slack).unwrap_or(n);
+        let to = (0..n)
+            .rev()
+            .find(|&k| time(k) <= last + slack)
+            .map_or(0, |k| k + 1);
+        if from + 8 > to {
+            return Err(
+                Failure::new("the reference and the sensors share no stretch of time")
+                    .detail(format!(
+                        "reference {first:.3} s to {last:.3} s, sensors {:.3} s to {:.3} s",
+                        time(0),
+                        time(n - 1)
+                    ))
+                    .hint("both clocks must share their zero"),
+            );
+        }
+        let mut steps: Vec<f64> = reference.time.windows(2).map(|w| w[1] - w[0]).collect();
+        steps.sort_by(f64::total_cmp);
+        let step = steps[steps.len() / 2];
+        let mut bridged = 0usize;
+        let values: Vec<f64> = (from..to)
+            .map(|k| {
+                let t = time(k);
+                let after = reference.time.partition_point(|s| *s < t - slack);
+                let after = after.min(reference.time.len() - 1);
+                if after == 0 || (reference.time[after] - t).abs() <= slack {
+                    return reference.value[after];
+                }
+                let (a, b) = (reference.time[after - 1], reference.time[after]);
+                bridged += usize::from(b - a > 3.0 * step);
+                let share = ((t - a) / (b - a)).clamp(0.0, 1.0);
+                reference.value[after - 1] * (1.0 - share) + reference.value[after] * share
+            })
+            .collect();
+        if bridged > 0 {
+            bench.findings.push(
+                Finding::new(
+                    Severity::Warning,
+                    "gaps-in-reference",
+                    "the reference has gaps, which are bridged by straight lines",
+                )
+                .evidence(format!("{bridged} of {} samples", to - from))
+                .advice("leave them out with --between FROM,TO"),
+            );
+        }
+        if step > 1.5 * dt {
+            bench.findings.push(
+                Finding::new(
+                    Severity::Note,
+                    "slow-reference",
+                    "the reference is slower than the sensors: straight lines stand between its samples",
+                )
+                .evidence(format!(
+                    "{:.4} Hz against {:.4} Hz",
+                    1.0 / step,
+                    1.0 / dt
+                )),
+            );
+        }
+        if to - from < n {
+            bench.findings.push(
+                Finding::new(
+                    Severity::Note,
+                    "cut-to-reference",
+                    "only the stretch that the reference covers is compared",
+                )
+                .evidence(format!("{} of {n} samples", to - from)),
+            );
+            let record = &mut bench.record;
+            record.reading = record.reading[from..to].to_vec();
+            record.acceleration = record.acceleration[from..to].to_vec();
+            if from > 0 {
+                record.initial_velocity = None;
+            }
+            bench.start += from as f64 * dt;
+            record.check()?;
+        }
+        bench.reference = Some(values);
+        Ok(())
+    }
+}

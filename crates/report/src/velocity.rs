@@ -1,0 +1,153 @@
+//! Reports of velocities from an encoder and an accelerometer.
+
+mod compare;
+mod estimate;
+mod figures;
+mod tune;
+
+use crate::{Cell, Column, Report, Section, Table};
+use proofmass_motion::{KalmanModel, Pairing};
+use proofmass_uncertainty::Finding;
+
+use crate::scientific;
+
+/// What a velocity report tells beside the result itself.
+///
+/// **Units** m, s, m/s, m/s² throughout, as the result has them.
+#[derive(Clone, Debug, Default)]
+pub struct VelocityReport<'a> {
+    /// Title.
+    pub title: String,
+    /// Label and value.
+    pub meta: Vec<(String, String)>,
+    /// Name and SHA-256 of each input file.
+    pub inputs: Vec<(String, String)>,
+    /// All findings, those of the files included.
+    pub findings: &'a [Finding],
+    /// Time of the first sample in the clock of the recording, s.
+    pub start: f64,
+    /// Sample time, s.
+    pub sample_time: f64,
+    /// Last line.
+    pub footer: String,
+}
+
+impl VelocityReport<'_> {
+    /// Head of every velocity report.
+    fn head(&self, samples: usize) -> Report {
+        let mut report = Report::new(self.title.clone()).subtitle(format!(
+            "{samples} samples at {} Hz, {} s",
+            scientific(1.0 / self.sample_time, 5),
+            scientific(samples as f64 * self.sample_time, 5)
+        ));
+        for (label, value) in &self.meta {
+            report = report.meta(label.clone(), value.clone());
+        }
+        report.findings(self.findings.iter().cloned())
+    }
+
+    /// Inputs and last line.
+    fn foot(&self, report: Report) -> Report {
+        let mut inputs = Table::new("Inputs", [Column::text("file"), Column::text("SHA-256")]);
+        for (name, digest) in &self.inputs {
+            inputs = inputs.row([Cell::text(name.clone()), Cell::text(digest.clone())]);
+        }
+        report
+            .section(Section::new("Inputs").table(inputs))
+            .footer(self.footer.clone())
+    }
+
+    /// Time of a sample.
+    fn time(&self, sample: usize) -> f64 {
+        self.start + self.sample_time * sample as f64
+    }
+
+    /// Times of samples.
+    fn times(&self, samples: std::ops::Range<usize>) -> Vec<f64> {
+        samples.map(|k| self.time(k)).collect()
+    }
+}
+
+/// Two columns: a quantity and its value.
+fn facts(caption: &str, rows: impl IntoIterator<Item = (String, String)>) -> Table {
+    let mut table = Table::new(caption, [Column::text("quantity"), Column::text("value")]);
+    for (name, value) in rows {
+        table = table.row([Cell::text(name), Cell::text(value)]);
+    }
+    table
+}
+
+/// The noise of a model in words.
+fn noise(model: &KalmanModel) -> Vec<(String, String)> {
+    use proofmass_motion::{Bias, NoiseForm};
+    let mut rows = vec![
+        match model.noise_form {
+            NoiseForm::SampleConstant => (
+                "noise of an acceleration sample by likelihood, √q".to_owned(),
+                format!("{} m/s²", scientific(model.acceleration_noise.sqrt(), 3)),
+            ),
+            NoiseForm::Continuous => (
+                "density of the acceleration's noise by likelihood, √q".to_owned(),
+                format!(
+                    "{} (m/s²)/√Hz, two-sided",
+                    scientific(model.acceleration_noise.sqrt(), 3)
+                ),
+            ),
+        },
+        (
+            "noise of a reading by likelihood, √R".to_owned(),
+            format!(
+                "{} m, or m/s where a speed is read",
+                scientific(model.reading_noise.sqrt(), 3)
+            ),
+        ),
+    ];
+    rows.push((
+        "offset of the accelerometer".to_owned(),
+        match model.bias {
+            Bias::None => "not a state: its likelihood does not pay for it".to_owned(),
+            Bias::RandomWalk { density, .. } => {
+                format!("random walk, {} (m/s²)/√s", scientific(density.sqrt(), 3))
+            }
+            Bias::GaussMarkov { deviation, time } => format!(
+                "Gauss–Markov, {} m/s² over {} s",
+                scientific(deviation, 3),
+                scientific(time, 3)
+            ),
+        },
+    ));
+    rows
+}
+
+/// Gain, latency and correlation of the two sensors.
+fn pairing(pairing: &Pairing) -> Table {
+    facts(
+        "Do both sensors see one motion?",
+        [
+            (
+                "velocity changes of the readings over those of the accelerometer".to_owned(),
+                format!(
+                    "{} with standard uncertainty {}",
+                    scientific(pairing.gain, 5),
+                    scientific(pairing.gain_uncertainty, 2)
+                ),
+            ),
+            (
+                "accelerometer later than the readings by".to_owned(),
+                format!(
+                    "{} ms with standard uncertainty {} ms",
+                    scientific(1e3 * pairing.latency, 3),
+                    scientific(1e3 * pairing.latency_uncertainty, 2)
+                ),
+            ),
+            (
+                "correlation".to_owned(),
+                format!(
+                    "{} over windows of {} s",
+                    scientific(pairing.correlation, 4),
+                    scientific(pairing.window, 3)
+                ),
+            ),
+        ],
+    )
+}

@@ -1,0 +1,269 @@
+//! The report of an estimate: velocity with its uncertainty, and what speaks against it.
+
+use super::{VelocityReport, facts, figures, noise, pairing};
+use crate::{Axis, Cell, Column, KeyFigure, Report, Section, Series, Table, XyPlot, scientific};
+use proofmass_motion::{EstimateResult, Trace, excerpt};
+use std::ops::Range;
+
+impl VelocityReport<'_> {
+    /// What is worth a look in the terminal.
+    pub fn estimate_summary(&self, result: &EstimateResult) -> Report {
+        self.head(result.time.len()).section(
+            Section::new("Velocity")
+                .key_figures(key_figures(result))
+                .table(facts("Model", model(result))),
+        )
+    }
+
+    /// The whole report.
+    pub fn estimate(&self, result: &EstimateResult) -> Report {
+        let n = result.time.len();
+        let zoom = excerpt(&result.smoother.velocity);
+        let mut report = self
+            .head(n)
+            .section(
+                Section::new("Velocity")
+                    .key_figures(key_figures(result))
+                    .figure(
+                        "Velocity over the whole recording, with the interval of 95 % that the model states",
+                        self.curves(result, 0..n),
+                    )
+                    .figure(
+                        format!(
+                            "The liveliest part, {} s to {} s",
+                            scientific(self.time(zoom.start), 4),
+                            scientific(self.time(zoom.end.saturating_sub(1)), 4)
+                        ),
+                        self.curves(result, zoom),
+                    ),
+            )
+            .section(self.trust(result));
+        if let Some((offset, u)) = &result.offset {
+            report = report.section(self.offset(offset, u));
+        }
+        if let Some(section) = self.episodes(result) {
+            report = report.section(section);
+        }
+        if let Some(section) = ripple(result) {
+            report = report.section(section);
+        }
+        self.foot(report)
+    }
+
+    fn curves(&self, result: &EstimateResult, part: Range<usize>) -> XyPlot {
+        let t = self.times(part.clone());
+        let mut plot = XyPlot::new(
+            Axis::linear("time", "s"),
+            figures::framed("velocity", "m/s", &result.smoother.velocity[part.clone()]),
+        );
+        // Slip lies below the curves.
+        if let Some(slip) = &result.slip {
+            let inside = |from: usize, to: usize| {
+                let (a, b) = (from.max(part.start), to.min(part.end));
+                (a < b).then(|| (self.time(a), self.time(b - 1)))
+            };
+            for (name, episodes) in [("slip", &slip.slip), ("collision", &slip.collisions)] {
+                let places: Vec<_> = episodes
+                    .iter()
+                    .filter_map(|e| inside(e.from, e.to))
+                    .collect();
+                if !places.is_empty() {
+                    plot = plot.shade(name, &places);
+                }
+            }
+        }
+        for (trace, name) in [
+            (&result.smoother, "smoother, off line"),
+            (&result.trace, kind(&result.trace)),
+        ] {
+            let v = &trace.velocity[part.clone()];
+            let mut series = Series::line(name, &t, v);
+            if let Some(u) = &trace.standard_uncertainty {
+                let edge = |sign: f64| -> Vec<f64> {
+                    let pairs = v.iter().zip(&u[part.clone()]);
+                    pairs.map(|(v, u)| v + sign * 1.96 * u).collect()
+                };
+                series = series.band(&edge(-1.0), &edge(1.0));
+            }
+            plot = plot.series(series);
+        }
+        plot
+    }
+
+    /// Why the numbers may be believed, or not.
+    fn trust(&self, result: &EstimateResult) -> Section {
+        let mut section = Section::new("Model and its tests").table(facts("Model", model(result)));
+        if let Some(found) = &result.pairing {
+            section = section.table(pairing(found));
+        }
+        if let Some(tuned) = &result.tuned {
+            section = section.figure(
+                "Correlation of the innovations: of a model that describes both sensors 95 % lie within the lines",
+                figures::whiteness(tuned),
+            );
+            if let Some(plot) = figures::profile(tuned) {
+                section = section.figure("Likelihood of the acceleration's noise", plot);
+            }
+        }
+        section
+    }
+
+    fn offset(&self, offset: &[f64], u: &[f64]) -> Section {
+        let edge = |sign: f64| -> Vec<f64> {
+            offset
+                .iter()
+                .zip(u)
+                .map(|(b, u)| b + sign * 1.96 * u)
+                .collect()
+        };
+        let plot = XyPlot::new(Axis::linear("time", "s"), Axis::linear("offset", "m/s²")).series(
+            Series::line("", &self.times(0..offset.len()), offset).band(&edge(-1.0), &edge(1.0)),
+        );
+        Section::new("Offset of the accelerometer")
+            .figure("Offset by the smoother, with its interval of 95 %", plot)
+    }
+
+    fn episodes(&self, result: &EstimateResult) -> Option<Section> {
+        let slip = result.slip.as_ref()?;
+        if slip.slip.is_empty() && slip.collisions.is_empty() {
+            return None;
+        }
+        let mut table = Table::new(
+            "Where encoder and accelerometer do not share one motion, the strongest first",
+            [
+                Column::text("kind"),
+                Column::number("from", "s"),
+                Column::number("to", "s"),
+                Column::number("velocity change", "m/s"),
+                Column::number("strength", "σ"),
+            ],
+        );
+        let mut all: Vec<_> = slip
+            .slip
+            .iter()
+            .map(|e| ("slip", e))
+            .chain(slip.collisions.iter().map(|e| ("collision", e)))
+            .collect();
+        all.sort_by(|a, b| b.1.deviations.abs().total_cmp(&a.1.deviations.abs()));
+        for (kind, e) in all.iter().take(20) {
+            table = table.row([
+                Cell::text(*kind),
+                Cell::number(format!("{:.3}", self.time(e.from))),
+                Cell::number(format!("{:.3}", self.time(e.to))),
+                Cell::number(format!("{:.4}", e.velocity)),
+                Cell::number(format!("{:.1}", e.deviations.abs())),
+            ]);
+        }
+        if all.len() > 20 {
+            table = table.note(format!("{} more are in result.json.", all.len() - 20));
+        }
+        Some(Section::new("Slip and collisions").table(table))
+    }
+}
+
+/// One word for the legend.
+fn kind(trace: &Trace) -> &str {
+    trace.label.split(',').next().unwrap_or_default()
+}
+
+fn key_figures(result: &EstimateResult) -> Vec<KeyFigure> {
+    let v = &result.trace.velocity;
+    let fastest = v.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+    let mut figures = vec![
+        KeyFigure::new("largest speed", scientific(fastest, 4), "m/s"),
+        KeyFigure::new(
+            "delay of the method",
+            scientific(1e3 * result.trace.stated_delay, 3),
+            "ms",
+        )
+        .note("of slow motion"),
+    ];
+    if let Some(u) = &result.trace.standard_uncertainty {
+        let mut sorted = u.clone();
+        sorted.sort_by(f64::total_cmp);
+        figures.push(
+            KeyFigure::new(
+                "standard uncertainty",
+                scientific(sorted[sorted.len() / 2], 2),
+                "m/s",
+            )
+            .note("median over the samples"),
+        );
+    }
+    if let Some(share) = result.agreement {
+        figures.push(
+            KeyFigure::new(
+                "filter and smoother agree",
+                format!("{:.1}", 100.0 * share),
+                "%",
+            )
+            .note("of the samples without slip; 95 % are due"),
+        );
+    }
+    figures
+}
+
+fn model(result: &EstimateResult) -> Vec<(String, String)> {
+    let mut rows = vec![("method".to_owned(), result.trace.label.clone())];
+    rows.extend(noise(&result.model));
+    if let Some(tuned) = &result.tuned {
+        let w = &tuned.whiteness;
+        if let Some((below, above)) = tuned.log_q_interval {
+            let q = result.model.acceleration_noise.sqrt();
+            rows.push((
+                "interval of √q, 95 %".to_owned(),
+                format!(
+                    "{} to {} m/s²",
+                    scientific(q * (-0.5 * below).exp(), 3),
+                    scientific(q * (0.5 * above).exp(), 3)
+                ),
+            ));
+        }
+        rows.push((
+            "innovations white with probability".to_owned(),
+            format!(
+                "{} ({} lags, largest correlation {} at lag {})",
+                scientific(w.p_white, 2),
+                w.lags,
+                scientific(w.largest_correlation.1, 2),
+                w.largest_correlation.0
+            ),
+        ));
+        rows.push((
+            "mean square of the normalised innovations".to_owned(),
+            format!("{} (1 is due)", scientific(w.mean_square, 4)),
+        ));
+    }
+    rows
+}
+
+fn ripple(result: &EstimateResult) -> Option<Section> {
+    let ripple = result.ripple.as_ref()?;
+    if ripple.lines.is_empty() && ripple.once_per_turn.is_none() {
+        return None;
+    }
+    let mut table = Table::new(
+        "Errors of the encoder that repeat with the position",
+        [
+            Column::text("line"),
+            Column::number("period", "mm"),
+            Column::number("amplitude", "mm"),
+            Column::number("standard uncertainty", "mm"),
+            Column::number("share of the velocity", "%"),
+        ],
+    );
+    let turn = ripple.once_per_turn.iter().map(|l| ("once per turn", l));
+    for (name, l) in turn.chain(ripple.lines.iter().map(|l| ("found", l))) {
+        table = table.row([
+            Cell::text(name),
+            Cell::number(scientific(1e3 * l.period, 4)),
+            Cell::number(scientific(1e3 * l.amplitude, 3)),
+            Cell::number(scientific(1e3 * l.amplitude_uncertainty, 2)),
+            Cell::number(scientific(100.0 * l.relative_velocity, 3)),
+        ]);
+    }
+    Some(Section::new("Ripple of the encoder").table(table.note(format!(
+        "Spectrum over {} m of travel; a line stands five times above the median of the spectrum.",
+        scientific(ripple.distance, 3)
+    ))))
+}
