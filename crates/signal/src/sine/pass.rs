@@ -151,13 +151,8 @@ impl WithSimd for Stretch<'_> {
             if x.len() == tables.block {
                 total.series.push(z);
             }
-            let harmonic = #[inline(always)]
-            |r: &[f64], h: usize| {
-                let z = c64::new(dot(r, &tables.cosine[h]), -dot(r, &tables.sine[h]));
-                z * tables.anchor(h + 1, block).conj()
-            };
             for h in 1..harmonics {
-                total.demodulated[h] += harmonic(r, h);
+                total.demodulated[h] += harmonic(tables, r, h, block);
             }
             if ask.weighted {
                 let product = &mut product[..r.len()];
@@ -165,12 +160,19 @@ impl WithSimd for Stretch<'_> {
                     *p = r * (tau + scale * l);
                 }
                 for h in 0..harmonics {
-                    total.weighted[h] += harmonic(product, h);
+                    total.weighted[h] += harmonic(tables, product, h, block);
                 }
             }
         }
         total
     }
+}
+
+/// Σ r e^{−j(h + 1)ωn} over one block.
+#[inline(always)]
+fn harmonic(tables: &Tables, r: &[f64], h: usize, block: usize) -> c64 {
+    let z = c64::new(dot(r, &tables.cosine[h]), -dot(r, &tables.sine[h]));
+    z * tables.anchor(h + 1, block).conj()
 }
 
 /// Σ a b over the length of `a`.
