@@ -171,8 +171,8 @@ impl WithSimd for Stretch<'_> {
 /// Σ r e^{−j(h + 1)ωn} over one block.
 #[inline(always)]
 fn harmonic(tables: &Tables, r: &[f64], h: usize, block: usize) -> c64 {
-    let z = c64::new(dot(r, &tables.cosine[h]), -dot(r, &tables.sine[h]));
-    z * tables.anchor(h + 1, block).conj()
+    let [c, s] = pair(r, &tables.cosine[h], &tables.sine[h]);
+    c64::new(c, -s) * tables.anchor(h + 1, block).conj()
 }
 
 /// Σ a b over the length of `a`.
@@ -189,6 +189,28 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     }
     let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
     lanes.iter().sum::<f64>() + rest
+}
+
+/// Σ r c and Σ r s in one reading of the block.
+#[inline(always)]
+fn pair(r: &[f64], c: &[f64], s: &[f64]) -> [f64; 2] {
+    let (c, s) = (&c[..r.len()], &s[..r.len()]);
+    let mut lanes = [[0.0; LANES]; 2];
+    let (r8, r_rest) = r.as_chunks::<LANES>();
+    let (c8, c_rest) = c.as_chunks::<LANES>();
+    let (s8, s_rest) = s.as_chunks::<LANES>();
+    for ((r, c), s) in r8.iter().zip(c8).zip(s8) {
+        for i in 0..LANES {
+            lanes[0][i] += r[i] * c[i];
+            lanes[1][i] += r[i] * s[i];
+        }
+    }
+    let mut total = lanes.map(|l| l.iter().sum::<f64>());
+    for ((r, c), s) in r_rest.iter().zip(c_rest).zip(s_rest) {
+        total[0] += r * c;
+        total[1] += r * s;
+    }
+    total
 }
 
 /// Σ r², Σ r, Σ r c, Σ r s in one reading of the block.
