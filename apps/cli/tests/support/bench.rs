@@ -159,7 +159,9 @@ pub fn recordings(folder: &Path, rows: &[Row]) {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(8);
     let mut text = "run,frequency_Hz,inclination_deg,rotation_deg,target_m/s2,file\n".to_owned();
     for r in rows {
-        let x = r.channels.map(|z| daq.channel(z, r.vibrated, &mut rng));
+        let x = r
+            .channels
+            .map(|z| daq.channel(&[z, z * 0.01, z * 0.003], r.vibrated, &mut rng));
         let name = format!("{}.f32", r.run);
         write_f32(&folder.join(&name), &[&x[0], &x[1], &x[2], &x[3]]).expect("recording");
         let _ = writeln!(
