@@ -56,11 +56,8 @@ fn coverage_of_the_truth_by_a_recorded_campaign() {
             continue;
         }
         let f = number(&row, "frequency_Hz");
-        let at = truth["frequencies"].as_array().expect("truth").iter();
-        let at = at
-            .filter(|t| t["frequency_Hz"] == f)
-            .next()
-            .expect("the frequency");
+        let mut all = truth["frequencies"].as_array().expect("truth").iter();
+        let at = all.find(|t| t["frequency_Hz"] == f).expect("the frequency");
         let place = |c: u8| (c - b'x') as usize;
         let term = row["term"].as_bytes();
         let s = &at["S_V_per_m_per_s2"][place(term[0])][place(term[1])];

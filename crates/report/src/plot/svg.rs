@@ -23,7 +23,7 @@ fn lowered(c: char) -> Option<char> {
 }
 
 /// Where a run of a text stands.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 enum Level {
     Line,
     Above,
@@ -299,18 +299,20 @@ mod tests {
 
     #[test]
     fn law_rare_superscripts_become_raised_common_characters() {
-        assert_eq!(runs("m/s²"), [(false, "m/s²".into())]);
+        assert_eq!(runs("m/s²"), [(Level::Line, "m/s²".into())]);
         assert_eq!(
             runs("kg·m²·s⁻²"),
             [
-                (false, "kg·m".into()),
-                (true, "2".into()),
-                (false, "·s".into()),
-                (true, "−2".into())
+                (Level::Line, "kg·m".into()),
+                (Level::Above, "2".into()),
+                (Level::Line, "·s".into()),
+                (Level::Above, "−2".into())
             ]
         );
-        assert_eq!(runs("τ⁻¹ᐟ²")[1], (true, "−1/2".into()));
-        assert_eq!(runs(&power_of_ten(-305))[1], (true, "−305".into()));
+        assert_eq!(runs("τ⁻¹ᐟ²")[1], (Level::Above, "−1/2".into()));
+        assert_eq!(runs(&power_of_ten(-305))[1], (Level::Above, "−305".into()));
+        let index = runs("K_xx / 2");
+        assert_eq!(index[1].0, Level::Below, "{index:?}");
         assert!(runs("").iter().all(|run| run.1.is_empty()));
     }
 
