@@ -37,12 +37,8 @@ impl NoiseReport<'_> {
             let rate = analysis.sample_rate / analysis.averaged as f64;
             report = report.section(channel_section(channel, samples, rate));
         }
-        let mut inputs = Table::new("Inputs", [Column::text("file"), Column::text("SHA-256")]);
-        for (name, digest) in &self.inputs {
-            inputs = inputs.row([Cell::text(name.clone()), Cell::text(digest.clone())]);
-        }
         report
-            .section(Section::new("Inputs").table(inputs))
+            .section(Section::new("Inputs").inputs(&self.inputs))
             .footer(self.footer.clone())
     }
 
