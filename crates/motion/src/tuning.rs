@@ -82,8 +82,8 @@ pub struct Tuned {
 /// Innovations of the first readings that belong to the unknown start.
 const SKIP: usize = 4;
 
-/// Range of log₁₀(q T⁴/R): from a filter that forgets in 10⁶ samples to one that follows every reading.
-const RATIO: (f64, f64) = (-20.0, 8.0);
+/// Range of log₁₀(q T⁴/R): from a filter that forgets in 10⁵ samples to one that follows every reading.
+const RATIO: (f64, f64) = (-20.0, 5.0);
 
 impl Tuning {
     /// Finds (q, R, offset) for a record.
