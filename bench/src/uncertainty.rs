@@ -4,14 +4,14 @@
 //! uncertainties. Peers run alone, on the same machine, before ours; each figure is the best of several runs.
 //! One thread is what numpy uses; the second column uses every core the peer leaves idle.
 
+mod peer;
+
+use peer::{Peers, best};
 use proofmass_uncertainty::{
     Distribution, Input, Inputs, Model, MonteCarlo, Number, Trials, propagate_independent,
     propagate_jacobian,
 };
-use std::collections::HashMap;
 use std::hint::black_box;
-use std::process::Command;
-use std::time::Instant;
 
 struct EndGauge;
 
@@ -70,16 +70,6 @@ fn end_gauge() -> Inputs {
         })
 }
 
-fn best(repeats: usize, mut f: impl FnMut()) -> f64 {
-    (0..repeats)
-        .map(|_| {
-            let start = Instant::now();
-            f();
-            start.elapsed().as_secs_f64()
-        })
-        .fold(f64::INFINITY, f64::min)
-}
-
 fn inverse() -> f64 {
     let x = black_box([4.0, 1.0, 0.5, 0.3, 5.0, 0.2, 0.1, 0.7, 6.0]);
     let (_, result) = propagate_independent(
@@ -124,30 +114,7 @@ fn inverse_analytic() -> f64 {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let python = std::env::var("PROOFMASS_BENCH_PYTHON").unwrap_or_else(|_| "python3".into());
-    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/src/uncertainty_peer.py");
-    let output = Command::new(&python).arg(script).output()?;
-    if !output.status.success() {
-        return Err(format!("{python}: {}", String::from_utf8_lossy(&output.stderr)).into());
-    }
-    let text = String::from_utf8(output.stdout)?;
-    let peers: HashMap<&str, (f64, f64)> = text
-        .lines()
-        .filter_map(|line| {
-            let mut words = line.split_whitespace();
-            Some((
-                words.next()?,
-                (words.next()?.parse().ok()?, words.next()?.parse().ok()?),
-            ))
-        })
-        .collect();
-    let peer = |name: &str| {
-        peers
-            .get(name)
-            .copied()
-            .ok_or(format!("the peer did not report {name}"))
-    };
-
+    let peers = Peers::run("uncertainty_peer.py")?;
     let joint = end_gauge().single()?;
     let run = MonteCarlo::new(1)
         .probability(0.99)
@@ -164,7 +131,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 .map_or(f64::NAN, |r| r.outputs[0].standard_uncertainty);
         }));
     }
-    let (theirs, their_u) = peer("end_gauge")?;
+    let (theirs, their_u) = peers.get("end_gauge")?;
     println!("GUM H.1, 10⁶ trials, interval at 99 %");
     println!(
         "  numpy      {:8.1} ms               u = {their_u:.3} nm",
@@ -190,7 +157,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         });
         (seconds / 1000.0, value)
     };
-    let (theirs, their_value) = peer("inverse")?;
+    let (theirs, their_value) = peers.get("inverse")?;
     println!("inverse of a 3 × 3 matrix with its 9 × 9 covariance");
     println!(
         "  uncertainties      {:8.1} µs            u² = {their_value:.10e}",

@@ -8,6 +8,7 @@ mod delivery;
 mod failure;
 mod inspect;
 mod noise;
+mod plan;
 mod plural;
 mod recording_arguments;
 mod shaker;
@@ -37,10 +38,11 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     Calibrate(calibrate::Calibrate),
+    Plan(plan::Plan),
     Apply(apply::Apply),
     Validate(validate::Validate),
-    Velocity(velocity::Velocity),
-    Noise(noise::Noise),
+    Velocity(Box<velocity::Velocity>),
+    Noise(Box<noise::Noise>),
     Inspect(inspect::Inspect),
     Simulate(simulate::Simulate),
     Uncertainty(uncertainty::Uncertainty),
@@ -68,6 +70,7 @@ impl Outcome {
 fn run(arguments: Arguments) -> Result<Outcome, Failure> {
     match arguments.command {
         Command::Calibrate(command) => command.run(),
+        Command::Plan(command) => command.run(),
         Command::Apply(command) => command.run(),
         Command::Validate(command) => command.run(),
         Command::Velocity(command) => command.run(),

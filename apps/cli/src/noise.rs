@@ -1,14 +1,17 @@
 //! `proofmass noise`: stability and noise of a sensor at rest.
 
+mod columns;
+mod stream;
+mod tables;
+
 use crate::delivery::{Delivery, Results};
 use crate::{Failure, Outcome, clock, console};
 use proofmass::io::{
-    AtomicFile, Cell, ColumnRef, Layout, LayoutOptions, OutputFolder, Recording, RecordingOptions,
-    ResultDocument, Software, Table, TimeSource, TimeUnit, Unit,
+    AtomicFile, Input, OutputFolder, ResultDocument, Software, TimeSource, TimeUnit, Unit,
 };
 use proofmass::noise::{
     Analysis, AnalysisOptions, Channel, DeviationOptions, FitOptions, Gaps, ImuPart, Sensor,
-    Statistic, Term, analyse, imu_yaml,
+    Statistic, Taus, Term, analyse, imu_yaml,
 };
 use proofmass::report::NoiseReport;
 use proofmass::signal::Detrend;
@@ -42,9 +45,17 @@ pub(crate) struct Noise {
     /// Sampling rate in hertz, for recordings without a time column
     #[arg(long, value_name = "HZ")]
     rate: Option<f64>,
-    /// Statistic of the curve: adev, oadev, mdev, tdev, hdev, ohdev, totdev, mtotdev, ttotdev, htotdev, theo1
-    #[arg(long, default_value = "oadev", value_parser = statistic)]
-    statistic: Statistic,
+    /// The columns hold integrals of the rate: velocities (m/s) of an accelerometer, angles of a gyroscope
+    ///
+    /// They are differenced. With --unit, state the unit of the rate.
+    #[arg(long)]
+    phase: bool,
+    /// Statistics, the one plotted first: adev, oadev, mdev, tdev, hdev, ohdev, totdev, mtotdev, ttotdev, htotdev, theo1
+    #[arg(long, value_name = "A,B,…", value_delimiter = ',', default_value = "oadev", value_parser = statistic)]
+    statistic: Vec<Statistic>,
+    /// Averaging times: octave, decade, all, a number of them per decade (10/decade), or a list in seconds (0.1,1,10)
+    #[arg(long, default_value = "octave", value_parser = taus)]
+    taus: Taus,
     /// Trend removed first: none, linear or quadratic
     #[arg(long, default_value = "none", value_parser = detrend)]
     detrend: Detrend,
@@ -60,6 +71,11 @@ pub(crate) struct Noise {
     /// Refuse a recording with gaps instead of analysing its longest stretch
     #[arg(long)]
     refuse_gaps: bool,
+    /// Read the recording as a stream, in memory that does not grow with it [default: above 2 GB]
+    ///
+    /// Gives OADEV at octaves of all samples; spectrum, coefficients and disturbances of its averages.
+    #[arg(long)]
+    stream: bool,
     /// Write imu.yaml for visual–inertial programs, units in its comments
     #[arg(long, value_name = "FILE")]
     imu_yaml: Option<PathBuf>,
@@ -70,12 +86,31 @@ pub(crate) struct Noise {
 impl Noise {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
         let folder = self.delivery.begin()?;
-        let mut recording = self.read()?;
-        self.convert(&mut recording)?;
+        let size = std::fs::metadata(&self.recording).map_or(0, |m| m.len());
+        let stream = self.stream || size > LARGEST_IN_MEMORY;
+        if stream && !self.stream {
+            console::note(format!(
+                "the recording has {:.1} GB: read as a stream (--stream)",
+                size as f64 * 1e-9
+            ));
+        }
+        let found = if stream {
+            stream::analyse(&self)?
+        } else {
+            self.analyse_in_memory()?
+        };
+        if let Some(path) = &self.imu_yaml {
+            self.write_imu_yaml(path, &found)?;
+        }
+        self.write(folder, &found)
+    }
+
+    fn analyse_in_memory(&self) -> Result<Found, Failure> {
+        let recording = columns::read(self)?;
         let units: Vec<String> = recording
             .columns
             .iter()
-            .map(|c| c.unit.map_or_else(|| "U".to_owned(), |u| u.to_string()))
+            .map(|c| unit_name(c.unit))
             .collect();
         let channels: Vec<Channel<'_>> = recording
             .columns
@@ -89,79 +124,29 @@ impl Noise {
             })
             .collect();
         let stamps = match recording.time.source() {
-            TimeSource::Column(seconds) => Some(seconds.as_slice()),
+            // The rate between two integrals belongs to the later stamp.
+            TimeSource::Column(seconds) => Some(&seconds[usize::from(self.phase)..]),
             _ => None,
         };
-        let analysis = analyse(&channels, stamps, rate(&recording), &self.options())
-            .map_err(|e| self.failure(e))?;
-        if let Some(path) = &self.imu_yaml {
-            self.write_imu_yaml(path, &channels, &analysis)?;
-        }
-        self.write(folder, &recording, &analysis)
-    }
-
-    fn read(&self) -> Result<Recording, Failure> {
-        let layout = LayoutOptions::default();
-        let time = self.time.as_deref().map(ColumnRef::from_word);
-        let columns = match &self.columns {
-            Some(names) => names.iter().map(|n| ColumnRef::from_word(n)).collect(),
-            None => {
-                let columns = signals(
-                    &Layout::sniff_with(&self.recording, &layout)?,
-                    time.as_ref(),
-                )?;
-                if columns.is_empty() {
-                    return Err(Failure::new("no column holds a signal")
-                        .detail(self.recording.display().to_string())
-                        .hint("name the columns with --columns"));
-                }
-                columns
-            }
-        };
-        Ok(Recording::read(
-            &self.recording,
-            &RecordingOptions {
-                layout,
-                columns,
-                time,
-                time_unit: self.time_unit,
-                sampling_rate_hz: self.rate,
-                temperature: None,
-                // With a scale, --unit is the unit after scaling.
-                unit: self.unit.filter(|_| self.scale.is_none()),
-            },
-        )?)
-    }
-
-    /// Brings every column to SI, raw outputs through `--scale`.
-    fn convert(&self, recording: &mut Recording) -> Result<(), Failure> {
-        for column in &mut recording.columns {
-            let (unit, factor) = match (self.scale, self.unit) {
-                (Some(scale), Some(unit)) => {
-                    if let Some(stated) = column.unit.filter(|u| !u.is_raw()) {
-                        return Err(Failure::new(format!(
-                            "column {:?} is in {stated} by its heading: --scale is for raw outputs",
-                            column.name
-                        ))
-                        .hint("remove --scale and --unit, or correct the heading"));
-                    }
-                    if !(scale.is_finite() && scale > 0.0) {
-                        return Err(Failure::new(format!("--scale {scale} must be positive")));
-                    }
-                    let (si, factor) = unit.si();
-                    (si, scale * factor)
-                }
-                _ => match column.unit {
-                    Some(unit) => unit.si(),
-                    None => continue,
-                },
-            };
-            if factor != 1.0 {
-                column.data.iter_mut().for_each(|v| *v *= factor);
-            }
-            column.unit = Some(unit);
-        }
-        Ok(())
+        let analysis = analyse(
+            &channels,
+            stamps,
+            columns::rate(&recording),
+            &self.options(),
+        )
+        .map_err(|e| self.failure(e))?;
+        let rows = analysis.rows.0..analysis.rows.1;
+        Ok(Found {
+            input: recording.input(),
+            findings: tables::findings(recording.findings(), &analysis),
+            sensors: recording.columns.iter().map(|c| sensor(c.unit)).collect(),
+            samples: recording
+                .columns
+                .into_iter()
+                .map(|c| c.data[rows.clone()].to_vec())
+                .collect(),
+            analysis,
+        })
     }
 
     fn options(&self) -> AnalysisOptions {
@@ -173,8 +158,10 @@ impl Noise {
             .extend(self.gauss_markov.then_some(Term::GaussMarkov));
         fit.terms.extend(self.sinusoids.then_some(Term::Sinusoid));
         AnalysisOptions {
-            statistic: self.statistic,
+            statistic: self.statistic[0],
+            further: self.statistic[1..].to_vec(),
             deviation: DeviationOptions {
+                taus: self.taus.clone(),
                 probability: self.probability,
                 ..DeviationOptions::default()
             },
@@ -196,6 +183,9 @@ impl Noise {
             Error::TooFew { .. } => {
                 "record longer: coefficients need thousands of samples, a curve at least ten"
             }
+            Error::OutOfRange { name: "tau", .. } => {
+                "an averaging time is a whole number of sample intervals, at most a half or a third of the record by statistic"
+            }
             _ if self.refuse_gaps => "leave out --refuse-gaps to analyse the longest stretch",
             _ => "see `proofmass inspect` for what the file holds",
         };
@@ -204,18 +194,14 @@ impl Noise {
             .hint(hint)
     }
 
-    fn write_imu_yaml(
-        &self,
-        path: &PathBuf,
-        channels: &[Channel<'_>],
-        analysis: &Analysis,
-    ) -> Result<(), Failure> {
-        let fits = |sensor: Sensor| -> Vec<_> {
-            channels
+    fn write_imu_yaml(&self, path: &PathBuf, found: &Found) -> Result<(), Failure> {
+        let fits = |wanted: Sensor| -> Vec<_> {
+            found
+                .sensors
                 .iter()
-                .zip(&analysis.channels)
-                .filter(|(channel, _)| channel.sensor == Some(sensor))
-                .filter_map(|(_, found)| found.whittle.as_ref())
+                .zip(&found.analysis.channels)
+                .filter(|(sensor, _)| **sensor == Some(wanted))
+                .filter_map(|(_, channel)| channel.whittle.as_ref())
                 .collect()
         };
         let accelerometers = fits(Sensor::Accelerometer);
@@ -235,22 +221,17 @@ impl Noise {
             .hint("state the unit with --unit, and --scale for raw outputs"));
         }
         let mut file = AtomicFile::create(path, &[&self.recording])?;
-        file.write_all(imu_yaml(&parts, analysis.sample_rate).as_bytes())?;
+        file.write_all(imu_yaml(&parts, found.analysis.sample_rate).as_bytes())?;
         file.commit()?;
         console::note(format!("written: {}", path.display()));
         Ok(())
     }
 
-    fn write(
-        &self,
-        folder: Option<OutputFolder>,
-        recording: &Recording,
-        analysis: &Analysis,
-    ) -> Result<Outcome, Failure> {
-        let findings = findings(recording, analysis);
+    fn write(&self, folder: Option<OutputFolder>, found: &Found) -> Result<Outcome, Failure> {
+        let (analysis, findings) = (&found.analysis, &found.findings);
         let json = ResultDocument::new("noise")
-            .findings(&findings)
-            .input(recording.input())
+            .findings(findings)
+            .input(found.input.clone())
             .section("date", &clock::today())?
             .section("options", &self.options())?
             .section("noise", analysis)?
@@ -258,16 +239,9 @@ impl Noise {
         let text = NoiseReport {
             title: format!("Noise of {}", self.recording.display()),
             meta: vec![("Evaluated on".to_owned(), clock::today())],
-            inputs: vec![(
-                recording.path.display().to_string(),
-                recording.sha256.clone(),
-            )],
-            findings: &findings,
-            samples: recording
-                .columns
-                .iter()
-                .map(|c| &c.data[analysis.rows.0..analysis.rows.1])
-                .collect(),
+            inputs: vec![(found.input.path.clone(), found.input.sha256.clone())],
+            findings,
+            samples: found.samples.iter().map(Vec::as_slice).collect(),
             footer: Software::default().to_string(),
         };
         self.delivery.hand_over(
@@ -277,43 +251,30 @@ impl Noise {
                 summary: &|| text.summary(analysis),
                 report: &|| text.full(analysis),
                 files: vec![
-                    ("deviation.csv", deviations(analysis)?),
-                    ("spectrum.csv", spectra(analysis)?),
+                    ("deviation.csv", tables::deviations(analysis)?),
+                    ("spectrum.csv", tables::spectra(analysis)?),
                 ],
-                findings: &findings,
+                findings,
             },
         )
     }
 }
 
-/// Every numeric column that is neither a time nor a temperature.
-fn signals(layout: &Layout, time: Option<&ColumnRef>) -> Result<Vec<ColumnRef>, Failure> {
-    let time = match time {
-        Some(column) => Some(layout.find(column)?),
-        None => layout.time_column(),
-    };
-    let is_signal = |i: &usize| {
-        let other = |u: Unit| u.is_time() || matches!(u, Unit::DegreeCelsius | Unit::Kelvin);
-        layout.numeric[*i] && Some(*i) != time && !layout.unit(*i).is_some_and(other)
-    };
-    Ok((0..layout.columns)
-        .filter(is_signal)
-        .map(|i| ColumnRef::Index(i + 1))
-        .collect())
+/// Text above which a recording is not held in memory, where it would take some ten times as much.
+const LARGEST_IN_MEMORY: u64 = 2_000_000_000;
+
+/// What was found of a recording, however it was read.
+struct Found {
+    input: Input,
+    analysis: Analysis,
+    findings: Vec<Finding>,
+    sensors: Vec<Option<Sensor>>,
+    /// What is drawn against time: the samples that were analysed, or their averages.
+    samples: Vec<Vec<f64>>,
 }
 
-/// Samples per second: the stated rate, or the mean over the steps that are not gaps, which the resolution of the
-/// time stamps does not bias.
-fn rate(recording: &Recording) -> f64 {
-    let time = &recording.time;
-    match time.source() {
-        TimeSource::Column(seconds) => {
-            let missing: f64 = time.gaps().iter().map(|g| g.step_s).sum();
-            let steps = seconds.len() - 1 - time.gaps().len();
-            steps as f64 / (seconds[seconds.len() - 1] - seconds[0] - missing)
-        }
-        _ => time.rate_hz(),
-    }
+fn unit_name(unit: Option<Unit>) -> String {
+    unit.map_or_else(|| "U".to_owned(), |u| u.to_string())
 }
 
 fn sensor(unit: Option<Unit>) -> Option<Sensor> {
@@ -322,81 +283,6 @@ fn sensor(unit: Option<Unit>) -> Option<Sensor> {
         Unit::RadianPerSecond => Some(Sensor::Gyroscope),
         _ => None,
     }
-}
-
-/// Those of the recording, of the whole analysis, and of each channel with its name.
-fn findings(recording: &Recording, analysis: &Analysis) -> Vec<Finding> {
-    let mut findings = recording.findings().to_vec();
-    findings.extend(analysis.findings.iter().cloned());
-    for channel in &analysis.channels {
-        findings.extend(channel.findings.iter().map(|f| {
-            Finding::new(
-                f.severity(),
-                f.code(),
-                format!("{}: {}", channel.name, f.what()),
-            )
-            .evidence(f.evidence_text())
-            .advice(f.advice_text())
-        }));
-    }
-    findings
-}
-
-fn deviations(analysis: &Analysis) -> Result<Vec<u8>, Failure> {
-    let mut table = Table::new([
-        "channel",
-        "unit",
-        "statistic",
-        "factor",
-        "tau_s",
-        "deviation",
-        "low",
-        "high",
-        "edf",
-    ]);
-    for channel in &analysis.channels {
-        let Some(curve) = &channel.curve else {
-            continue;
-        };
-        for p in &curve.points {
-            table.push([
-                Cell::from(channel.name.as_str()),
-                Cell::from(channel.unit.as_str()),
-                Cell::from(curve.statistic.abbreviation()),
-                Cell::from(p.factor),
-                Cell::from(p.tau),
-                Cell::from(p.deviation),
-                Cell::from(p.interval.map(|i| i.0)),
-                Cell::from(p.interval.map(|i| i.1)),
-                Cell::from(p.edf),
-            ])?;
-        }
-    }
-    Ok(table.to_csv()?)
-}
-
-fn spectra(analysis: &Analysis) -> Result<Vec<u8>, Failure> {
-    let mut table = Table::new([
-        "channel",
-        "unit",
-        "frequency_Hz",
-        "density_one_sided",
-        "low",
-        "high",
-    ]);
-    for channel in &analysis.channels {
-        for p in &channel.spectrum {
-            table.push([
-                Cell::from(channel.name.as_str()),
-                Cell::from(format!("({})²/Hz", channel.unit).as_str()),
-                Cell::from(p.frequency),
-                Cell::from(p.density),
-                Cell::from(p.interval.map(|i| i.0)),
-                Cell::from(p.interval.map(|i| i.1)),
-            ])?;
-        }
-    }
-    Ok(table.to_csv()?)
 }
 
 fn unit(text: &str) -> Result<Unit, String> {
@@ -409,6 +295,26 @@ fn statistic(text: &str) -> Result<Statistic, String> {
         .into_iter()
         .find(|s| s.abbreviation().eq_ignore_ascii_case(text))
         .ok_or_else(|| format!("{text:?} is no known statistic"))
+}
+
+fn taus(text: &str) -> Result<Taus, String> {
+    let refused = || format!("{text:?} is none of octave, decade, all, 10/decade, 0.1,1,10");
+    match text {
+        "octave" => Ok(Taus::Octave),
+        "decade" => Ok(Taus::Decade),
+        "all" => Ok(Taus::All),
+        _ => match text.strip_suffix("/decade") {
+            Some(count) => match count.trim().parse() {
+                Ok(count @ 1..=1000) => Ok(Taus::PerDecade(count)),
+                _ => Err(refused()),
+            },
+            None => {
+                let seconds = text.split(',').map(|t| t.trim().parse::<f64>());
+                let seconds = seconds.collect::<Result<Vec<_>, _>>();
+                seconds.map(Taus::Chosen).map_err(|_| refused())
+            }
+        },
+    }
 }
 
 fn detrend(text: &str) -> Result<Detrend, String> {

@@ -4,8 +4,10 @@ use crate::delivery::{Delivery, Results};
 use crate::{Failure, Outcome, clock, console};
 use indicatif::ProgressStyle;
 use proofmass::io::{Cell, Input, OutputFolder, ResultDocument, Software, Table};
-use proofmass::report::UncertaintyReport;
-use proofmass::uncertainty::{Evaluate, ModelResult, Refusal, Trials, UncertaintyModel};
+use proofmass::report::{GivenInput, UncertaintyReport};
+use proofmass::uncertainty::{
+    Evaluate, InputEntry, ModelResult, Refusal, Trials, UncertaintyModel,
+};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
@@ -13,18 +15,18 @@ use std::path::{Path, PathBuf};
 ///
 /// The model file states formulas, inputs and their distributions. The result is computed twice: by the law of
 /// propagation (with budget and effective degrees of freedom) and by Monte Carlo, which says whether the first may
-/// be used.
+/// be used. docs/uncertainty.md describes the model file, examples/uncertainty/ holds some.
 #[derive(clap::Args)]
 pub(crate) struct Uncertainty {
     /// Model file (TOML)
     model: PathBuf,
     /// Coverage probability of the intervals, between 0 and 1
-    #[arg(long, value_name = "P", default_value_t = 0.95)]
+    #[arg(long, value_name = "P", default_value_t = 0.95, value_parser = probability, allow_negative_numbers = true)]
     probability: f64,
     /// Significant digits of u that are printed and checked
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=6))]
     digits: u32,
-    /// Monte Carlo trials, rounded up to whole blocks [default: until the digits are stable, 2 000 000 at most]
+    /// Monte Carlo trials, rounded up to whole blocks [default: until the digits are stable, 5 000 000 at most]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
     trials: Option<u64>,
     /// Seed of the random numbers: the same seed gives the same result
@@ -36,23 +38,16 @@ pub(crate) struct Uncertainty {
 
 impl Uncertainty {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
-        if !(self.probability > 0.0 && self.probability < 1.0) {
-            return Err(Failure::new(format!(
-                "--probability {} is not possible",
-                self.probability
-            ))
-            .hint("give a number between 0 and 1, such as 0.95"));
-        }
         let input = Input::of(&self.model)?;
         let text = std::fs::read_to_string(&self.model)
             .map_err(|e| Failure::new(format!("{}: {e}", self.model.display())))?;
         let model = UncertaintyModel::parse(&text).map_err(|e| refused(&self.model, &e))?;
         let folder = self.delivery.begin()?;
-        let result = self.evaluate(&model)?;
+        let result = self.evaluate(&text, &model)?;
         self.write(folder, input, &model, &result)
     }
 
-    fn evaluate(&self, model: &UncertaintyModel) -> Result<ModelResult, Failure> {
+    fn evaluate(&self, text: &str, model: &UncertaintyModel) -> Result<ModelResult, Failure> {
         let options = Evaluate {
             probability: self.probability,
             digits: self.digits,
@@ -61,7 +56,7 @@ impl Uncertainty {
                 Some(n) => Trials::Fixed(usize::try_from(n).unwrap_or(usize::MAX)),
                 None => Trials::Adaptive {
                     digits: self.digits,
-                    max: 2_000_000,
+                    max: 5_000_000,
                 },
             },
         };
@@ -75,7 +70,7 @@ impl Uncertainty {
             ControlFlow::Continue(())
         });
         bar.finish_and_clear();
-        result.map_err(|e| refused(&self.model, &e))
+        result.map_err(|e| refused(&self.model, &model.explain(text, e)))
     }
 
     fn write(
@@ -112,6 +107,7 @@ impl Uncertainty {
                 .iter()
                 .map(|i| (i.name.clone(), i.expression.clone()))
                 .collect(),
+            given: model.input.iter().map(given).collect(),
             footer: Software::default().to_string(),
         };
         self.delivery.hand_over(
@@ -164,6 +160,38 @@ fn budget(result: &ModelResult) -> Result<Table, Failure> {
         }
     }
     Ok(table)
+}
+
+/// An input in words, as far as its file states it.
+fn given(entry: &InputEntry) -> GivenInput {
+    let mut known = match (&entry.distribution, &entry.observations) {
+        (Some(distribution), _) => distribution.to_string(),
+        (None, Some(values)) if values.len() <= 12 => {
+            let values: Vec<String> = values.iter().map(f64::to_string).collect();
+            values.join(", ")
+        }
+        (None, Some(values)) => format!("{} observations", values.len()),
+        (None, None) => String::new(),
+    };
+    if let Some(dof) = entry.dof {
+        known += &format!("; ν = {}", dof.get());
+    }
+    if let Some(word) = &entry.together {
+        known += &format!("; together as {word}");
+    }
+    GivenInput {
+        name: entry.name.clone(),
+        unit: entry.unit.clone(),
+        description: entry.description.clone().unwrap_or_default(),
+        known,
+    }
+}
+
+fn probability(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(p) if p > 0.0 && p < 1.0 => Ok(p),
+        _ => Err("a number between 0 and 1 is needed, such as 0.95".to_owned()),
+    }
 }
 
 /// `file:line: what`, and what to do.

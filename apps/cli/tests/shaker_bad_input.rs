@@ -224,6 +224,33 @@ fn edit(path: &Path, change: impl FnOnce(&str) -> String) {
 }
 
 #[test]
+fn names_the_recording_that_ended_early_and_the_correction_with_gaps() {
+    let folder = tempfile::tempdir().expect("folder");
+    let here = folder.path();
+    bench::recordings(here, &rows(&[80.0]));
+    // Half of 5000 instants of four channels, cut between two instants.
+    let path = here.join("r007.f32");
+    let mut all = std::fs::read(&path).expect("recording");
+    all.truncate(2500 * 16);
+    std::fs::write(&path, all).expect("recording");
+    edit(&here.join("campaign.toml"), |t| {
+        format!("{t}[[correction]]\nlabel = \"first\"\nfile = \"spurious.csv\"\n")
+    });
+    std::fs::write(
+        here.join("spurious.csv"),
+        "inclination_deg,frequency_Hz,x_ratio_%,x_phase_deg,u_x_ratio_%\n0,80,0.1,20,0.01\n15,80,0.1,20,0.01\n",
+    )
+    .expect("correction");
+    let said = findings(here);
+    insist(&said, "short-recording", &["r007", "0.1250 s"]);
+    insist(
+        &said,
+        "correction-incomplete",
+        &["first", "4 inclinations", "35"],
+    );
+}
+
+#[test]
 fn refuses_damaged_recordings_by_run_file_and_line() {
     let cut = |bytes: usize| {
         move |folder: &Path| {

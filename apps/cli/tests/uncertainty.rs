@@ -168,6 +168,30 @@ fn refuses_correlations_that_contradict_each_other() {
 }
 
 #[test]
+fn refuses_coefficients_that_no_pair_has() {
+    let start = "[[input]]\nname = \"a\"\nunit = \"1\"\ndistribution = { kind = \"normal\", mean = 1.0, u = 0.1 }\n\
+                 [[input]]\nname = \"b\"\nunit = \"1\"\ndistribution = { kind = \"normal\", mean = 1.0, u = 0.1 }\n\
+                 [[output]]\nname = \"y\"\nunit = \"1\"\nexpression = \"a + b\"\n";
+    let entry = |between: &str, r: &str| {
+        format!("[[correlation]]\nbetween = [{between}]\ncoefficient = {r}\n")
+    };
+    for (entries, wanted) in [
+        (entry("\"a\", \"b\"", "1.5"), ["model.toml:15:", "outside"]),
+        (entry("\"a\", \"a\"", "0.5"), ["model.toml:15:", "itself"]),
+        (
+            entry("\"a\", \"b\"", "0.5") + &entry("\"b\", \"a\"", "-0.5"),
+            ["model.toml:18:", "twice"],
+        ),
+        (
+            entry("\"a\", \"b\", \"a\"", "0.5"),
+            ["model.toml:14:", "not 3"],
+        ),
+    ] {
+        assert_says(&refuse_model(&(start.to_owned() + &entries)), &wanted);
+    }
+}
+
+#[test]
 fn refuses_a_formula_that_is_not_finite() {
     let text = model("{ kind = \"normal\", mean = 0.0, u = 0.1 }", "1 / a");
     assert_says(&refuse_model(&text), &["model.toml", "output y", "finite"]);

@@ -51,7 +51,7 @@ pub use diagnosis::{Suspect, Suspicion, diagnose};
 pub use fit::{Fit, FrequencyFit, complex, joint};
 pub use geometry::Configuration;
 pub use observation::{PhasorRow, Spurious, SpuriousTable};
-pub use screening::{Observations, observations};
+pub use screening::{Observations, observations, with_certificate};
 
 /// Complex number of the interface.
 pub use faer::c64;

@@ -68,7 +68,7 @@ fn recorded(frequencies: &[f64]) -> (ShakerCampaign, proofmass_rig::bench::Campa
                 r.outputs[1],
                 r.outputs[2],
             ]
-            .map(|p| daq.channel(p, f, &mut rng));
+            .map(|p| daq.channel(&[p, p * 0.01, p * 0.003], f, &mut rng));
             let c = Configuration::degrees(r.inclination_deg, r.rotation_deg);
             reading
                 .observe(
@@ -180,7 +180,7 @@ fn refuses_clipped_runs_and_a_wrong_frequency_and_a_short_certificate() {
     let again = |k: usize, gain: f64, f: f64, rng: &mut Xoshiro256PlusPlus| {
         let r = shaker.runs[k].clone();
         let x = [r.reference, r.outputs[0], r.outputs[1], r.outputs[2]]
-            .map(|p| daq.channel(p * gain, f, rng));
+            .map(|p| daq.channel(&[p * gain, p * (0.01 * gain)], f, rng));
         reading
             .observe(
                 &r.run,

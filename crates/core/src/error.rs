@@ -149,7 +149,10 @@ impl fmt::Display for Error {
                 )
             }
             Self::NotFinite { name, index } => {
-                write!(f, "{name} is not a finite number (element {index})")
+                write!(
+                    f,
+                    "{name} is not a finite number (element {index}, counted from 0)"
+                )
             }
             Self::NotIncreasing { name, index } => {
                 write!(

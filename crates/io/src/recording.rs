@@ -64,7 +64,8 @@ pub enum TimeUnit {
 }
 
 impl TimeUnit {
-    fn of(unit: Unit) -> Option<Self> {
+    /// The unit of time that a heading names.
+    pub fn of(unit: Unit) -> Option<Self> {
         match unit {
             Unit::Second => Some(Self::Second),
             Unit::Millisecond => Some(Self::Millisecond),
@@ -75,7 +76,7 @@ impl TimeUnit {
     }
 
     /// Units per second: dividing by a power of ten rounds once, multiplying by its inverse twice.
-    fn per_second(self, rate: Option<f64>) -> Option<f64> {
+    pub fn per_second(self, rate: Option<f64>) -> Option<f64> {
         match self {
             Self::Second => Some(1.0),
             Self::Millisecond => Some(1e3),

@@ -95,6 +95,7 @@ pub struct RowReader {
     pending: Vec<u8>,
     next_line: u64,
     at_end: bool,
+    bytes: u64,
     keep_text: bool,
     bad_fields: BadFields,
     hash: Sha256,
@@ -146,6 +147,7 @@ impl RowReader {
             plan,
             pending: Vec::new(),
             at_end: false,
+            bytes: preamble.len() as u64,
             keep_text: false,
             bad_fields: BadFields::Refuse,
             hash,
@@ -186,6 +188,7 @@ impl RowReader {
                     .read_to_end(&mut fresh)
                     .map_err(|e| Error::access(&self.path, "read", e))?;
                 self.at_end = got < CHUNK - old;
+                self.bytes += got as u64;
                 self.pending = fresh;
             }
             let end = if self.at_end {
@@ -292,6 +295,11 @@ impl RowReader {
                 }
             }
         }
+    }
+
+    /// Bytes of the file taken in so far, for a display of progress.
+    pub fn bytes_read(&self) -> u64 {
+        self.bytes
     }
 
     /// SHA-256 of the file in hexadecimal digits, once every block was read.

@@ -1,7 +1,8 @@
 //! `segments.csv`: standstills given by hand, with or without their attitude.
 
 use crate::field::parse_number;
-use crate::layout::{DecimalMark, sniff};
+use crate::layout::DecimalMark;
+use crate::sheet::Sheet;
 use crate::{Error, ErrorKind, Recording, Result};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -46,74 +47,15 @@ impl Segment {
     }
 
     fn read_inner(path: &Path, recording: &Recording) -> Result<Vec<Self>> {
-        let bytes = {
-            crate::layout::open(path)?;
-            std::fs::read(path).map_err(|e| Error::access(path, "read", e))?
-        };
-        let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&bytes);
-        let first = (1..)
-            .zip(bytes.split(|b| *b == b'\n'))
-            .find(|(_, l)| !passed_over(l));
-        let Some((header_line, first)) = first else {
-            return Err(
-                Error::new(ErrorKind::Format, "the table of segments is empty")
-                    .with_hint("write a header `start,end` and one row per standstill"),
-            );
-        };
-        let delimiter = [b',', b';', b'\t']
-            .into_iter()
-            .find(|b| first.contains(b))
-            .unwrap_or(b',');
-        let mut reader = csv::ReaderBuilder::new()
-            .delimiter(delimiter)
-            .comment(Some(b'#'))
-            .flexible(true)
-            .trim(csv::Trim::All)
-            .from_reader(bytes);
-        let header: Vec<String> = reader
-            .byte_headers()
-            .map_err(|e| Error::new(ErrorKind::Format, e.to_string()))?
-            .iter()
-            .map(sniff::decode)
-            .collect();
-        let table = Header::new(&header).map_err(|e| e.line(header_line))?;
-        let mut segments: Vec<(u64, Self)> = Vec::new();
-        for record in reader.byte_records() {
-            let record = record.map_err(|e| Error::new(ErrorKind::Row, e.to_string()))?;
-            let line = record.position().map_or(0, |p| {
-                // The position is that before the comments above the record.
-                let rest = &bytes[(p.byte() as usize).min(bytes.len())..];
-                p.line() + rest.split(|b| *b == b'\n').take_while(passed_over).count() as u64
-            });
-            let fields: Vec<String> = record.iter().map(sniff::decode).collect();
-            if fields.iter().all(String::is_empty) {
-                continue;
-            }
-            if fields.len() != header.len() {
-                return Err(Error::new(
-                    ErrorKind::Row,
-                    format!(
-                        "the row has {} fields, the header has {}",
-                        fields.len(),
-                        header.len()
-                    ),
-                )
-                .line(line)
-                .with_hint("give every row as many fields as the header; fields may be empty"));
-            }
-            segments.push((
-                line,
-                table
-                    .segment(&fields, recording)
-                    .map_err(|e| e.line(line))?,
-            ));
-        }
-        if segments.is_empty() {
-            return Err(
-                Error::new(ErrorKind::Format, "the table of segments holds no rows")
-                    .with_hint("write one row per standstill below the header"),
-            );
-        }
+        let sheet = Sheet::read(path, "table of segments")?;
+        let table = Header::new(sheet.header()).map_err(|e| e.line(sheet.header_line()))?;
+        let segments = sheet
+            .rows()
+            .map(|row| match table.segment(row.fields(), recording) {
+                Ok(segment) => Ok((row.line, segment)),
+                Err(e) => Err(e.line(row.line)),
+            })
+            .collect::<Result<Vec<(u64, Self)>>>()?;
         let mut order: Vec<&(u64, Self)> = segments.iter().collect();
         order.sort_by_key(|(_, s)| s.start);
         for pair in order.windows(2) {
@@ -134,11 +76,6 @@ impl Segment {
     }
 }
 
-/// Whether a line is blank or a comment.
-fn passed_over(line: &&[u8]) -> bool {
-    line.trim_ascii().is_empty() || line.starts_with(b"#")
-}
-
 struct Header {
     start: usize,
     end: usize,
@@ -150,20 +87,13 @@ struct Header {
 
 impl Header {
     fn new(header: &[String]) -> Result<Self> {
-        for (i, name) in header.iter().enumerate() {
+        for name in header {
             if !KEYS.contains(&name.as_str()) {
                 let near = crate::spelling::nearest(name, KEYS.iter().copied())
                     .map_or(String::new(), |k| format!("did you mean `{k}`? "));
                 return Err(Error::new(ErrorKind::Column, "unknown column")
                     .column(name)
                     .with_hint(format!("{near}valid here: {}", KEYS.join(", "))));
-            }
-            if header[..i].contains(name) {
-                return Err(
-                    Error::new(ErrorKind::Column, "the column stands twice in the header")
-                        .column(name)
-                        .with_hint("keep one of the two"),
-                );
             }
         }
         let at = |name: &str| header.iter().position(|h| h == name);

@@ -245,6 +245,16 @@ impl Sheet {
             .column(heading)
     }
 
+    /// The headings as they stand.
+    pub fn header(&self) -> &[String] {
+        &self.header
+    }
+
+    /// Line of the header.
+    pub fn header_line(&self) -> u64 {
+        self.header_line
+    }
+
     pub fn rows(&self) -> impl Iterator<Item = SheetRow<'_>> {
         self.rows.iter().map(|(line, fields)| SheetRow {
             sheet: self,
@@ -255,6 +265,11 @@ impl Sheet {
 }
 
 impl<'a> SheetRow<'a> {
+    /// All fields as they stand.
+    pub fn fields(&self) -> &'a [String] {
+        self.fields
+    }
+
     /// The text of a field.
     pub fn text(&self, place: Place) -> &'a str {
         &self.fields[place.column]

@@ -1,13 +1,13 @@
 //! Coefficients from the whole Allan curve, with the covariance between averaging times.
 
+use crate::allan_covariance::allan_covariance;
 use crate::coefficients::identified;
-use crate::deviation::of_phase;
 use crate::model::{allan_response, term_density};
 use crate::record::{Record, check_count, check_finite, check_sample_rate};
 use crate::whittle::{normal_quantile, refuse_constant};
 use crate::{
     Coefficient, CoefficientFit, DeviationCurve, DeviationOptions, FitOptions, Method, NoiseModel,
-    Reason, Statistic, Term, Verdict,
+    Reason, Statistic, Term, Verdict, deviation,
 };
 use faer::linalg::solvers::{Llt, Solve};
 use faer::{Mat, Side};
@@ -15,14 +15,11 @@ use proofmass_core::Error;
 use proofmass_uncertainty::{Covariance, Finding, Severity};
 use std::f64::consts::{LN_2, PI};
 
-/// Points of the jittered grid on which the covariance integrals are taken: 2 % in a variance.
-const GRID: usize = 16_384;
-
 /// Noise coefficients by regression on the overlapping Allan variance at octave averaging times.
 ///
 /// The model σ²(τ) = 3Q²/τ² + N²/τ + (2 ln 2/π) B² + K²τ/3 + R²τ²/2 (in its sampled form at small m) is fitted to the
-/// whole curve. The covariance between averaging times follows from the fitted density,
-/// Cov(σ̂²_i, σ̂²_j) = 1/T ∫ S² |H_i|² |H_j|² df, and is iterated with the fit. Residuals are formed of cube roots, in which
+/// whole curve. The covariance between averaging times is that of the fitted noise in a record of this length, its
+/// ends included, and is iterated with the fit. Residuals are formed of cube roots, in which
 /// χ²-distributed variances of few degrees of freedom are nearly Gaussian. Terms enter as in
 /// [`whittle`](crate::whittle()): every combination with positive squares is tried, and a term must gain more than chance.
 ///
@@ -33,7 +30,7 @@ const GRID: usize = 16_384;
 ///
 /// **Accuracy** `coverage_allan_regression`.
 ///
-/// **Source** covariance as spectral integral `[Greenhall1991]`; cube root `[Wilson1931]`.
+/// **Source** covariance `[Greenhall1991]`; cube root `[Wilson1931]`.
 pub fn allan_regression(
     rate: &[f64],
     sample_rate: f64,
@@ -45,9 +42,8 @@ pub fn allan_regression(
     crate::deviation::check_probability(options.probability)?;
     crate::deviation::check_probability(options.false_alarm_rate)?;
     refuse_constant(rate)?;
-    let phase = Record::Rate(rate).phase(sample_rate)?;
-    let curve = of_phase(
-        &phase,
+    let curve = deviation(
+        Record::Rate(rate),
         sample_rate,
         Statistic::OverlappingAllan,
         &DeviationOptions::default(),
@@ -200,8 +196,8 @@ struct Regression {
     /// Cube roots of the observed variances.
     roots: Vec<f64>,
     variances: Vec<f64>,
-    /// Spectral integrals of each pair of terms, (i, j) of the points.
-    integrals: Vec<Vec<Mat<f64>>>,
+    /// Covariance of the variances for unit squares of each pair of terms, (i, j) of the points.
+    covariances: Vec<Vec<Mat<f64>>>,
     /// Relative standard departure of the variances from every model, zero unless one is needed.
     discrepancy: f64,
 }
@@ -243,7 +239,7 @@ impl Regression {
             .collect();
         let variances: Vec<f64> = points.iter().map(|p| p.deviation * p.deviation).collect();
         Ok(Self {
-            integrals: integrals(&terms, &factors, n, rate),
+            covariances: allan_covariance(&terms, &factors, n, rate),
             roots: variances.iter().map(|v| v.cbrt()).collect(),
             terms,
             basis,
@@ -280,7 +276,7 @@ impl Regression {
         let mut sum = Mat::<f64>::zeros(n, n);
         for (&t, a) in chosen.iter().zip(squares) {
             for (&u, b) in chosen.iter().zip(squares) {
-                let part = &self.integrals[t.max(u)][t.min(u)];
+                let part = &self.covariances[t.max(u)][t.min(u)];
                 for i in 0..n {
                     for j in 0..n {
                         sum[(i, j)] += a * b * part[(i, j)];
@@ -459,76 +455,4 @@ fn sampled_flicker(m: usize) -> f64 {
             term_density(Term::Flicker, f, 1.0) * allan_response(m, f, 1.0) * step
         })
         .sum()
-}
-
-/// ∫ s_t s_u |H_i|² |H_j|² df / T_ij for every pair of terms and of averaging times.
-///
-/// The grid is even in ln f with a golden-ratio jitter, which turns the aliasing of the rapid oscillation into noise.
-/// The record length is shortened to N − 3m/2 points, which reproduces the degrees of freedom of the overlapping
-/// variance of white noise to first order in m/N.
-fn integrals(terms: &[Term], factors: &[usize], n: usize, sample_rate: f64) -> Vec<Vec<Mat<f64>>> {
-    let k = factors.len();
-    let record = n as f64 / sample_rate;
-    let (low, high) = ((0.02 / record).ln(), (0.5 * sample_rate).ln());
-    let width = (high - low) / GRID as f64;
-    let pairs: Vec<(usize, usize)> = (0..terms.len())
-        .flat_map(|t| (0..=t).map(move |u| (t, u)))
-        .collect();
-    // Lower triangles by rows; the products of responses are shared by all pairs of terms.
-    let size = k * (k + 1) / 2;
-    let mut triangles = vec![vec![0.0; size]; pairs.len()];
-    let mut response = vec![0.0; k];
-    let mut products = vec![0.0; size];
-    for g in 0..GRID {
-        let jitter = (g as f64 * 0.618_033_988_749_895).fract();
-        let f = (low + (g as f64 + jitter) * width).exp();
-        for (h, &m) in response.iter_mut().zip(factors) {
-            *h = allan_response(m, f, sample_rate);
-        }
-        let mut start = 0;
-        for i in 0..k {
-            for (product, h) in products[start..=start + i].iter_mut().zip(&response) {
-                *product = response[i] * h;
-            }
-            start += i + 1;
-        }
-        let s: Vec<f64> = terms
-            .iter()
-            .map(|&t| term_density(t, f, sample_rate))
-            .collect();
-        for (triangle, &(t, u)) in triangles.iter_mut().zip(&pairs) {
-            let weight = s[t] * s[u] * f * width;
-            if weight > 0.0 {
-                for (sum, product) in triangle.iter_mut().zip(&products) {
-                    *sum += weight * product;
-                }
-            }
-        }
-    }
-    let mut sums: Vec<Vec<Mat<f64>>> = (0..terms.len())
-        .map(|t| vec![Mat::zeros(k, k); t + 1])
-        .collect();
-    for (triangle, &(t, u)) in triangles.iter().zip(&pairs) {
-        for i in 0..k {
-            for j in 0..=i {
-                sums[t][u][(i, j)] = triangle[i * (i + 1) / 2 + j];
-            }
-        }
-    }
-    let length: Vec<f64> = factors
-        .iter()
-        .map(|&m| (n as f64 - 1.5 * m as f64) / sample_rate)
-        .collect();
-    for row in &mut sums {
-        for sum in row {
-            for i in 0..k {
-                for j in 0..=i {
-                    let value = sum[(i, j)] / (length[i] * length[j]).sqrt();
-                    sum[(i, j)] = value;
-                    sum[(j, i)] = value;
-                }
-            }
-        }
-    }
-    sums
 }

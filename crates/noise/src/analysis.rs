@@ -35,6 +35,8 @@ pub struct Channel<'a> {
 pub struct AnalysisOptions {
     /// Statistic of the curve.
     pub statistic: Statistic,
+    /// Further statistics, each with a curve of its own.
+    pub further: Vec<Statistic>,
     /// Averaging times, probability, bias.
     pub deviation: DeviationOptions,
     /// Terms sought and how strictly; its unit is replaced by each channel's.
@@ -53,6 +55,7 @@ impl Default for AnalysisOptions {
     fn default() -> Self {
         Self {
             statistic: Statistic::OverlappingAllan,
+            further: Vec::new(),
             deviation: DeviationOptions::default(),
             fit: FitOptions::default(),
             gaps: Gaps::default(),
@@ -100,6 +103,8 @@ pub struct ChannelAnalysis {
     pub trend: Trend,
     /// The stability curve.
     pub curve: Option<DeviationCurve>,
+    /// The curves of further statistics, in the order asked for.
+    pub further: Vec<DeviationCurve>,
     /// Welch density with its confidence.
     pub density: Option<Density>,
     /// Multitaper spectrum of the whole record in few bins, for the plot over all frequencies.
@@ -127,6 +132,9 @@ pub struct Analysis {
     pub sample_rate: f64,
     /// First row analysed and one past the last.
     pub rows: (usize, usize),
+    /// Samples averaged into one before spectrum, coefficients and disturbances were sought; 1 but for a
+    /// [`LongRecord`](crate::LongRecord).
+    pub averaged: usize,
     /// Interruptions of the record.
     pub gaps: Vec<Gap>,
     /// One entry per channel.
@@ -176,10 +184,13 @@ pub fn analyse(
         FEWEST_SAMPLES,
     )?;
     // A wrong request is an error of the call, not a finding of each channel.
-    options
-        .deviation
-        .taus
-        .factors(options.statistic, rows.1 - rows.0 + 1, sample_rate)?;
+    for &statistic in std::iter::once(&options.statistic).chain(&options.further) {
+        let points = rows.1 - rows.0 + 1;
+        options
+            .deviation
+            .taus
+            .factors(statistic, points, sample_rate)?;
+    }
     crate::deviation::check_probability(options.deviation.probability)?;
 
     let mut findings = Vec::new();
@@ -210,6 +221,7 @@ pub fn analyse(
     Ok(Analysis {
         sample_rate,
         rows,
+        averaged: 1,
         gaps,
         channels,
         findings,
@@ -264,6 +276,7 @@ fn analyse_channel(
         standard_deviation: variance.sqrt(),
         trend,
         curve: None,
+        further: Vec::new(),
         density: None,
         spectrum: Vec::new(),
         whittle: None,
@@ -295,6 +308,11 @@ fn analyse_channel(
         options.statistic,
         &options.deviation,
     )?);
+    result.further = options
+        .further
+        .iter()
+        .map(|&s| deviation(Record::Rate(&prepared), sample_rate, s, &options.deviation))
+        .collect::<Result<_, Error>>()?;
     let mut fit_options = options.fit.clone();
     channel.unit.clone_into(&mut fit_options.unit);
     result.whittle = outcome(

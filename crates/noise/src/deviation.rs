@@ -2,12 +2,15 @@
 
 use crate::bias;
 use crate::noise_type::{self, NoiseBasis};
+use crate::overlapping::{overlapping, overlapping_family};
+use crate::phase::Phase;
 use crate::record::Record;
 use crate::{
     Bias, EdfFormula, NoiseType, Statistic, Taus, allan, chi_square_interval, equivalent_dof,
     hadamard, theo, total,
 };
 use proofmass_core::Error;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// How a curve is computed.
@@ -106,31 +109,25 @@ pub fn deviation(
     statistic: Statistic,
     options: &DeviationOptions,
 ) -> Result<DeviationCurve, Error> {
-    let phase = record.phase(sample_rate)?;
-    of_phase(&phase, sample_rate, statistic, options)
-}
-
-/// The same from phase in units of U·τ0.
-pub(crate) fn of_phase(
-    phase: &[f64],
-    sample_rate: f64,
-    statistic: Statistic,
-    options: &DeviationOptions,
-) -> Result<DeviationCurve, Error> {
     check_probability(options.probability)?;
+    let phase = Phase::new(record, sample_rate)?;
     let n = phase.len();
     let factors = options.taus.factors(statistic, n, sample_rate)?;
+    let mut record_ratio = None;
     let squares: Vec<_> = match statistic {
-        Statistic::OverlappingAllan => allan::overlapping_family(phase, &factors),
-        _ => factors
-            .iter()
-            .map(|&m| mean_square(phase, statistic, m))
-            .collect(),
+        Statistic::OverlappingAllan => overlapping_family(&phase, &factors),
+        _ => {
+            let points = phase.to_vec();
+            if statistic == Statistic::Theo1 && options.bias == Bias::FromRecord {
+                record_ratio = bias::record_ratio(&points);
+            }
+            factors
+                .par_iter()
+                .map(|&m| mean_square(&points, statistic, m))
+                .collect()
+        }
     };
-    let noises = identify(phase, statistic, &factors, options.noise);
-    let record_ratio = (statistic == Statistic::Theo1 && options.bias == Bias::FromRecord)
-        .then(|| bias::record_ratio(phase))
-        .flatten();
+    let noises = identify(&phase, statistic, &factors, options.noise);
     let points = factors
         .iter()
         .zip(squares)
@@ -186,7 +183,7 @@ pub(crate) fn check_probability(probability: f64) -> Result<(), Error> {
 fn mean_square(phase: &[f64], statistic: Statistic, m: usize) -> allan::MeanSquare {
     match statistic {
         Statistic::Allan => allan::allan(phase, m),
-        Statistic::OverlappingAllan => allan::overlapping(phase, m),
+        Statistic::OverlappingAllan => overlapping(phase, m),
         Statistic::ModifiedAllan | Statistic::Time => allan::modified(phase, m),
         Statistic::Hadamard => hadamard::hadamard(phase, m),
         Statistic::OverlappingHadamard => hadamard::overlapping(phase, m),
@@ -199,7 +196,7 @@ fn mean_square(phase: &[f64], statistic: Statistic, m: usize) -> allan::MeanSqua
 
 /// Noise type at each factor, carried over to longer times than can be identified.
 fn identify(
-    phase: &[f64],
+    phase: &Phase<'_>,
     statistic: Statistic,
     factors: &[usize],
     given: Option<NoiseType>,
@@ -217,11 +214,12 @@ fn identify(
         NoiseType::from_alpha((alpha as i32).clamp(lowest, 2))
     };
     let longest = (phase.len().saturating_sub(1)) / (noise_type::FEWEST_AVERAGES - 1);
+    let carried = (longest >= 1).then(|| at(longest)).flatten();
     factors
-        .iter()
+        .par_iter()
         .map(|&m| match at(m) {
             Some(noise) => (noise, NoiseBasis::Identified),
-            None => match (longest >= 1 && m > longest).then(|| at(longest)).flatten() {
+            None => match carried.filter(|_| m > longest) {
                 Some(noise) => (noise, NoiseBasis::CarriedOver),
                 None => (NoiseType::White, NoiseBasis::Assumed),
             },

@@ -1,6 +1,8 @@
 //! Disturbances of a standing record: steps, bursts and spikes that are not noise.
 
-use crate::allan;
+use crate::allan::MeanSquare;
+use crate::overlapping::overlapping_family;
+use crate::phase::Phase;
 use crate::record::{Record, check_count, check_finite, check_sample_rate};
 use crate::whittle::refuse_constant;
 use proofmass_core::Error;
@@ -86,14 +88,15 @@ pub fn disturbances(
         found.extend(bursts(&blocks, &means, l, share));
     }
     let mut merged = merge(found);
-    let phase = Record::Rate(rate).phase(sample_rate)?;
+    let phase = Phase::new(Record::Rate(rate), sample_rate)?;
     let factors: Vec<usize> = (0..)
         .map(|k| 1 << k)
         .take_while(|m| 10 * m < rate.len())
         .collect();
-    let whole = allan::overlapping_family(&phase, &factors);
+    let whole = overlapping_family(&phase, &factors);
+    let points = phase.to_vec();
     for d in &mut merged {
-        weigh(d, &phase, &factors, &whole);
+        weigh(d, &points, &factors, &whole);
         d.seconds = (
             d.samples.0 as f64 / sample_rate,
             d.samples.1 as f64 / sample_rate,
@@ -104,7 +107,7 @@ pub fn disturbances(
 
 /// How much a disturbance adds to the Allan variance: the squares of all differences that touch it, beyond their
 /// share in number.
-fn weigh(d: &mut Disturbance, phase: &[f64], factors: &[usize], whole: &[allan::MeanSquare]) {
+fn weigh(d: &mut Disturbance, phase: &[f64], factors: &[usize], whole: &[MeanSquare]) {
     let length = d.samples.1 - d.samples.0;
     for (&m, &(variance, terms)) in factors.iter().zip(whole) {
         if m > 16 * length || variance <= 0.0 {

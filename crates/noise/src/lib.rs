@@ -2,7 +2,7 @@
 //! intervals or not at all.
 //!
 //! [`analyse`] does everything for the channels of a recording. The parts stand on their own: [`deviation`] for a
-//! curve of any [`Statistic`], [`StreamingAllan`] for recordings larger than memory, [`whittle()`] and
+//! curve of any [`Statistic`], [`LongRecord`] for recordings larger than memory, [`whittle()`] and
 //! [`allan_regression()`] for coefficients, [`disturbances`] for what is not noise, [`simulate()`] for records with known
 //! coefficients.
 //!
@@ -42,8 +42,10 @@
 //! - Cross-spectra and correlation between channels; temperature as a cause of drift.
 
 mod allan;
+mod allan_covariance;
 mod allan_regression;
 mod analysis;
+mod averages;
 mod bias;
 mod coefficients;
 mod consistency;
@@ -53,8 +55,11 @@ mod edf;
 mod gaps;
 mod hadamard;
 mod likelihood;
+mod long_record;
 mod model;
 mod noise_type;
+mod overlapping;
+mod phase;
 mod record;
 mod simulate;
 mod slope;
@@ -78,6 +83,7 @@ pub use deviation::{DeviationCurve, DeviationOptions, DeviationPoint, deviation}
 pub use disturbance::{Disturbance, DisturbanceKind, disturbances};
 pub use edf::{EdfFormula, chi_square_interval, equivalent_dof};
 pub use gaps::{Gap, GapKind, Gaps, Stretches, stretches};
+pub use long_record::{ChannelName, LongRecord};
 pub use model::{GaussMarkov, NoiseModel, Sinusoid, Term};
 pub use noise_type::{NoiseBasis, NoiseType};
 pub use record::Record;

@@ -28,56 +28,6 @@ impl Record<'_> {
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
-
-    /// Phase in units of U·τ0, one point more than there are rate samples.
-    ///
-    /// The mean rate is removed before summing: no statistic of this crate sees it, and the phase stays small, so
-    /// that the second differences of 10⁷ samples keep some ten digits.
-    ///
-    /// # Errors
-    /// [`Error::NotFinite`] with the index of the first sample that is NaN or infinite, [`Error::TooFew`] for
-    /// fewer than two rate samples (three phase samples), [`Error::OutOfRange`] for a rate that is not positive.
-    pub(crate) fn phase(&self, sample_rate: f64) -> Result<Vec<f64>, Error> {
-        check_sample_rate(sample_rate)?;
-        match self {
-            Self::Rate(y) => {
-                check_finite("rate", y)?;
-                check_count("rate samples", y.len(), 2)?;
-                Ok(accumulate(y))
-            }
-            Self::Phase(x) => {
-                check_finite("phase", x)?;
-                check_count("phase samples", x.len(), 3)?;
-                let origin = x[0];
-                Ok(x.iter().map(|x| (x - origin) * sample_rate).collect())
-            }
-        }
-    }
-}
-
-/// Phase x_0 = 0, x_{k+1} = x_k + (y_k − ȳ).
-fn accumulate(y: &[f64]) -> Vec<f64> {
-    let mean = mean(y);
-    let mut phase = Vec::with_capacity(y.len() + 1);
-    let mut x = 0.0;
-    phase.push(x);
-    phase.extend(y.iter().map(|y| {
-        x += y - mean;
-        x
-    }));
-    phase
-}
-
-/// Mean in eight interleaved sums: one running sum would wait for every addition.
-fn mean(y: &[f64]) -> f64 {
-    let (chunks, rest) = y.as_chunks::<8>();
-    let mut lanes = [0.0; 8];
-    for chunk in chunks {
-        for (lane, v) in lanes.iter_mut().zip(chunk) {
-            *lane += v;
-        }
-    }
-    (lanes.iter().sum::<f64>() + rest.iter().sum::<f64>()) / y.len() as f64
 }
 
 pub(crate) fn check_sample_rate(sample_rate: f64) -> Result<(), Error> {

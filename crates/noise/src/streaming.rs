@@ -63,10 +63,18 @@ impl StreamingAllan {
         check_sample_rate(sample_rate)?;
         Ok(Self {
             sample_rate,
+            ..Self::of_samples()
+        })
+    }
+
+    /// An empty stream whose rate is not known yet: times count samples.
+    pub(crate) fn of_samples() -> Self {
+        Self {
+            sample_rate: 1.0,
             samples: 0,
             reference: None,
             levels: vec![Level::default()],
-        })
+        }
     }
 
     /// Samples taken in so far.
@@ -124,6 +132,16 @@ impl StreamingAllan {
     ///
     /// **Errors** [`Error::TooFew`] before the third sample, [`Error::OutOfRange`] for the probability.
     pub fn curve(&self, probability: f64) -> Result<DeviationCurve, Error> {
+        self.curve_at(self.sample_rate, probability)
+    }
+
+    /// The curve at a rate that became known later.
+    pub(crate) fn curve_at(
+        &self,
+        sample_rate: f64,
+        probability: f64,
+    ) -> Result<DeviationCurve, Error> {
+        check_sample_rate(sample_rate)?;
         check_probability(probability)?;
         let mut values: Vec<(usize, f64, u64)> = Vec::new();
         for (j, level) in self.levels.iter().enumerate() {
@@ -150,7 +168,7 @@ impl StreamingAllan {
                 let edf = partly_overlapping(noise, m, phase_points, PER_TAU);
                 DeviationPoint {
                     factor: m,
-                    tau: m as f64 / self.sample_rate,
+                    tau: m as f64 / sample_rate,
                     deviation,
                     terms: terms as usize,
                     noise,
@@ -162,7 +180,7 @@ impl StreamingAllan {
             .collect();
         Ok(DeviationCurve {
             statistic: Statistic::OverlappingAllan,
-            sample_rate: self.sample_rate,
+            sample_rate,
             phase_points,
             probability,
             points,

@@ -1,6 +1,7 @@
 //! THEO1, the theoretical variance that reaches three quarters of the record.
 
-use crate::allan::{self, MeanSquare};
+use crate::allan::MeanSquare;
+use crate::overlapping::overlapping;
 use rayon::prelude::*;
 
 /// THEO1: σ²(0.75 m τ0) = 1/(0.75 (N − m) m²) Σ_i Σ_{δ=0}^{m/2−1} 1/(m/2 − δ)
@@ -43,7 +44,7 @@ pub(crate) fn record_bias(x: &[f64]) -> Option<f64> {
         return None;
     }
     let sum: f64 = (0..=last)
-        .map(|k| allan::overlapping(x, 9 + 3 * k).0 / theo1(x, 12 + 4 * k).0)
+        .map(|k| overlapping(x, 9 + 3 * k).0 / theo1(x, 12 + 4 * k).0)
         .sum();
     let ratio = sum / (last + 1) as f64;
     ratio.is_finite().then_some(ratio)

@@ -39,7 +39,7 @@ pub fn render(report: &Report) -> Result<String, Error> {
         let _ = writeln!(
             page.out,
             "<p class=\"subtitle\">{}</p>",
-            escape(&report.subtitle)
+            marked(&report.subtitle)
         );
     }
     if !report.meta.is_empty() {
@@ -62,7 +62,7 @@ pub fn render(report: &Report) -> Result<String, Error> {
     for (i, section) in report.sections.iter().enumerate() {
         let _ = writeln!(page.out, "<section id=\"section-{}\">", i + 1);
         if !section.title.is_empty() {
-            let _ = writeln!(page.out, "<h2>{}</h2>", escape(&section.title));
+            let _ = writeln!(page.out, "<h2>{}</h2>", marked(&section.title));
         }
         for block in &section.blocks {
             page.block(block)?;
@@ -93,7 +93,7 @@ impl Page {
                     self.out,
                     "<li><a href=\"#section-{}\">{}</a></li>",
                     i + 1,
-                    escape(&section.title)
+                    marked(&section.title)
                 );
             }
         }
@@ -103,7 +103,7 @@ impl Page {
     fn block(&mut self, block: &Block) -> Result<(), Error> {
         match block {
             Block::Paragraph(text) => {
-                let _ = writeln!(self.out, "<p>{}</p>", escape(text));
+                let _ = writeln!(self.out, "<p>{}</p>", marked(text));
             }
             Block::Code(text) => {
                 let _ = writeln!(self.out, "<pre><code>{}</code></pre>", escape(text));
@@ -119,7 +119,7 @@ impl Page {
                 self.out.push_str("</div>\n");
             }
             Block::Folded { title, blocks } => {
-                let _ = writeln!(self.out, "<details>\n<summary>{}</summary>", escape(title));
+                let _ = writeln!(self.out, "<details>\n<summary>{}</summary>", marked(title));
                 for block in blocks {
                     self.block(block)?;
                 }
@@ -139,7 +139,7 @@ impl Page {
                         ""
                     },
                     self.figures,
-                    escape(&figure.caption)
+                    marked(&figure.caption)
                 );
             }
         }
@@ -164,7 +164,7 @@ impl Page {
                 self.out,
                 "<li class=\"{class}\"><p><b>{}</b> {} <code>{}</code></p>",
                 capital(&finding.severity().to_string()),
-                escape(&sentence(finding.what())),
+                marked(&sentence(finding.what())),
                 escape(finding.code())
             );
             for (word, text) in [
@@ -175,7 +175,7 @@ impl Page {
                     let _ = write!(
                         self.out,
                         "<p class=\"{word}\">{}</p>",
-                        escape(&sentence(text))
+                        marked(&sentence(text))
                     );
                 }
             }
@@ -190,7 +190,7 @@ impl Page {
             let _ = write!(
                 self.out,
                 "<div><dt>{}</dt><dd><span class=\"value\">{}</span>",
-                escape(&figure.label),
+                marked(&figure.label),
                 escape(&minus(&figure.value))
             );
             if !figure.unit.is_empty() && figure.unit != "1" {
@@ -201,7 +201,7 @@ impl Page {
                 );
             }
             if !figure.note.is_empty() {
-                let _ = write!(self.out, "<small>{}</small>", escape(&figure.note));
+                let _ = write!(self.out, "<small>{}</small>", marked(&figure.note));
             }
             self.out.push_str("</dd></div>\n");
         }
@@ -230,7 +230,7 @@ impl Page {
                 ""
             }
         );
-        let caption = escape(&table.caption);
+        let caption = marked(&table.caption);
         if let Some(number) = number {
             let _ = writeln!(self.out, "<caption><b>{number}</b> {caption}</caption>");
         } else if !caption.is_empty() {
@@ -242,7 +242,7 @@ impl Page {
                 self.out,
                 "<th scope=\"col\" class=\"{}\">{}",
                 class(column.alignment),
-                escape(&column.heading)
+                marked(&column.heading)
             );
             if let Some(unit) = column.printed_unit() {
                 let _ = write!(
@@ -263,7 +263,7 @@ impl Page {
         }
         self.out.push_str("</tbody>\n</table>\n");
         for note in &table.notes {
-            let _ = writeln!(self.out, "<p class=\"table-note\">{}</p>", escape(note));
+            let _ = writeln!(self.out, "<p class=\"table-note\">{}</p>", marked(note));
         }
         self.out.push_str("</div>\n");
         Ok(())
@@ -293,11 +293,21 @@ impl Page {
                 self.out,
                 "<td class=\"{}\">{}</td>",
                 class(column.alignment),
-                escape(&text)
+                marked(&text)
             );
         }
         Ok(())
     }
+}
+
+/// Text for the page, with its indices set as such.
+fn marked(text: &str) -> String {
+    let pieces = crate::subscript::pieces(text).into_iter();
+    let set = pieces.map(|(index, piece)| match index {
+        true => format!("<sub>{}</sub>", escape(piece)),
+        false => escape(piece),
+    });
+    set.collect()
 }
 
 /// Width of a text in widths of the digit 0.

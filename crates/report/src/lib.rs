@@ -34,6 +34,7 @@ pub mod plot;
 mod shaker;
 mod single_axis;
 mod spurious;
+mod subscript;
 pub mod terminal;
 mod uncertainty;
 mod validation;
@@ -52,6 +53,6 @@ pub use plot::{
 pub use shaker::ShakerReport;
 pub use single_axis::SingleAxisReport;
 pub use spurious::SpuriousReport;
-pub use uncertainty::UncertaintyReport;
+pub use uncertainty::{GivenInput, UncertaintyReport};
 pub use validation::ValidationReport;
 pub use velocity::VelocityReport;

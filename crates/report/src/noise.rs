@@ -32,7 +32,9 @@ impl NoiseReport<'_> {
         let mut report = self.summary(analysis);
         for (i, channel) in analysis.channels.iter().enumerate() {
             let samples = self.samples.get(i).copied().unwrap_or_default();
-            report = report.section(channel_section(channel, samples, analysis.sample_rate));
+            // Rate of what spectrum and time plot show.
+            let rate = analysis.sample_rate / analysis.averaged as f64;
+            report = report.section(channel_section(channel, samples, rate));
         }
         let mut inputs = Table::new("Inputs", [Column::text("file"), Column::text("SHA-256")]);
         for (name, digest) in &self.inputs {
@@ -45,7 +47,8 @@ impl NoiseReport<'_> {
 
     /// What is worth a look in the terminal.
     pub fn summary(&self, analysis: &Analysis) -> Report {
-        let samples = analysis.rows.1 - analysis.rows.0;
+        let channel = analysis.channels.first();
+        let samples = channel.map_or(analysis.rows.1 - analysis.rows.0, |c| c.samples);
         let mut report = Report::new(self.title.clone()).subtitle(format!(
             "{samples} samples at {} Hz, {} s",
             scientific(analysis.sample_rate, 6),

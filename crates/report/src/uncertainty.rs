@@ -17,8 +17,23 @@ pub struct UncertaintyReport {
     pub inputs: Vec<(String, String)>,
     /// Name and formula of the intermediate quantities.
     pub intermediate: Vec<(String, String)>,
+    /// The inputs as the model states them.
+    pub given: Vec<GivenInput>,
     /// Last line.
     pub footer: String,
+}
+
+/// One input as the model states it.
+#[derive(Clone, Debug, Default)]
+pub struct GivenInput {
+    /// Name.
+    pub name: String,
+    /// Unit.
+    pub unit: String,
+    /// What it is.
+    pub description: String,
+    /// Distribution with its parameters, or the observations.
+    pub known: String,
 }
 
 impl UncertaintyReport {
@@ -78,11 +93,48 @@ impl UncertaintyReport {
     }
 
     fn provenance(&self, result: &ModelResult) -> Section {
-        let mut table = Table::new("Inputs", [Column::text("file"), Column::text("SHA-256")]);
+        let mut table = Table::new("Files", [Column::text("file"), Column::text("SHA-256")]);
         for (name, digest) in &self.inputs {
             table = table.row([Cell::text(name.clone()), Cell::text(digest.clone())]);
         }
-        Section::new("Inputs and method")
+        let mut given = Table::new(
+            "What is known of the inputs",
+            [
+                Column::text("input"),
+                Column::text("unit"),
+                Column::text("distribution or observations"),
+                Column::text("description"),
+            ],
+        );
+        for input in &self.given {
+            given = given.row([
+                Cell::text(input.name.clone()),
+                Cell::text(input.unit.clone()),
+                Cell::text(input.known.clone()),
+                Cell::text(input.description.clone()),
+            ]);
+        }
+        let mut section = Section::new("Inputs and method").table(given);
+        if !result.input_correlations.is_empty() {
+            let mut pairs = Table::new(
+                "Correlations of the inputs, given or observed",
+                [
+                    Column::text("between"),
+                    Column::text("and"),
+                    Column::number("coefficient", ""),
+                ],
+            );
+            for pair in &result.input_correlations {
+                let [first, second] = &pair.between;
+                pairs = pairs.row([
+                    Cell::text(first.clone()),
+                    Cell::text(second.clone()),
+                    Cell::number(scientific(pair.coefficient, 3)),
+                ]);
+            }
+            section = section.table(pairs);
+        }
+        section
             .table(table)
             .paragraph(format!(
                 "Law of propagation of uncertainty with the joint covariance of the inputs, coverage factors from \
@@ -102,22 +154,34 @@ fn key_figures(result: &ModelResult) -> Vec<KeyFigure> {
     let mut figures = Vec::new();
     if let [output] = result.outputs.as_slice() {
         let q = &output.quantity;
-        figures.push(
+        figures.push(if use_trials(output) {
+            let interval = output.monte_carlo.symmetric;
+            let end = |v| at_place(v, q.standard_uncertainty, result.options.digits);
+            KeyFigure::new(
+                q.name.clone(),
+                format!("{} to {}", end(interval.lower), end(interval.upper)),
+                shown(&q.unit),
+            )
+            .note(format!(
+                "{} % interval by Monte Carlo",
+                percent(result.options.probability)
+            ))
+        } else {
             KeyFigure::new(
                 q.name.clone(),
                 crate::concise(q.value, q.standard_uncertainty),
-                q.unit.clone(),
+                shown(&q.unit),
             )
-            .note("standard uncertainty in parentheses"),
-        );
+            .note("standard uncertainty in parentheses")
+        });
     }
     figures.push(
         KeyFigure::new(
             "linear result",
             if held == result.outputs.len() {
                 "validated".to_owned()
-            } else if result.outputs.len() == 1 {
-                "not validated".to_owned()
+            } else if let [output] = result.outputs.as_slice() {
+                verdict(output).to_owned()
             } else {
                 format!("validated for {held} of {}", result.outputs.len())
             },
@@ -129,39 +193,69 @@ fn key_figures(result: &ModelResult) -> Vec<KeyFigure> {
     figures
 }
 
+/// Each output by the method that may be used: the law of propagation, or Monte Carlo where that is not validated.
 fn results(result: &ModelResult) -> Table {
     let mut table = Table::new(
         format!(
-            "Results by the law of propagation, intervals value ± U at {} %",
+            "Results with intervals at {} %, by the law of propagation where Monte Carlo does not contradict it",
             percent(result.options.probability)
         ),
         [
             Column::text("quantity"),
             Column::number("value", ""),
             Column::number("u", ""),
-            Column::number("U", ""),
+            Column::number("lower end", ""),
+            Column::number("upper end", ""),
             Column::text("unit"),
             Column::number("k", ""),
             Column::number("ν_eff", ""),
-            Column::text("Monte Carlo check"),
+            Column::text("linear result"),
         ],
     );
     for output in &result.outputs {
         let q = &output.quantity;
         let u = q.standard_uncertainty;
-        let digits = result.options.digits;
+        let number = |v: f64| Cell::number(at_place(v, u, result.options.digits));
+        let numbers = if use_trials(output) {
+            let sampled = &output.monte_carlo;
+            let interval = sampled.symmetric;
+            [
+                sampled.mean,
+                sampled.standard_uncertainty,
+                interval.lower,
+                interval.upper,
+            ]
+        } else {
+            let expanded = output.expanded_uncertainty;
+            [q.value, u, q.value - expanded, q.value + expanded]
+        };
+        let [value, u, lower, upper] = numbers.map(number);
+        let [k, nu] = if use_trials(output) {
+            [Cell::Empty, Cell::Empty]
+        } else {
+            [
+                Cell::number(format!("{:.2}", output.coverage_factor)),
+                Cell::number(degrees(q.dof.get())),
+            ]
+        };
         table = table.row([
             Cell::text(q.name.clone()),
-            Cell::number(at_place(q.value, u, digits)),
-            Cell::number(at_place(u, u, digits)),
-            Cell::number(at_place(output.expanded_uncertainty, u, digits)),
-            Cell::text(q.unit.clone()),
-            Cell::number(format!("{:.2}", output.coverage_factor)),
-            Cell::number(degrees(q.dof.get())),
+            value,
+            u,
+            lower,
+            upper,
+            Cell::text(shown(&q.unit)),
+            k,
+            nu,
             Cell::text(verdict(output)),
         ]);
     }
     table
+}
+
+/// Whether the result to report is that of the trials.
+fn use_trials(output: &OutputResult) -> bool {
+    output.validation.verdict == Verdict::NotValidated
 }
 
 fn detail(result: &ModelResult, output: &OutputResult) -> Section {
@@ -314,6 +408,7 @@ fn statement(output: &OutputResult) -> String {
         match validation.verdict {
             Verdict::Validated => "validated",
             Verdict::NotValidated => "not validated; use the Monte Carlo interval",
+            Verdict::Undecided => "neither validated nor refuted, for the trials scatter too much",
         }
     )
     .replace(" ;", ";")
@@ -324,6 +419,7 @@ fn verdict(output: &OutputResult) -> &'static str {
     match output.validation.verdict {
         Verdict::Validated => "validated",
         Verdict::NotValidated => "not validated",
+        Verdict::Undecided => "undecided",
     }
 }
 
@@ -434,6 +530,6 @@ fn shown(unit: &str) -> &str {
 
 /// A percentage without trailing zeros.
 fn percent(probability: f64) -> String {
-    let text = format!("{:.4}", 100.0 * probability);
+    let text = format!("{:.7}", 100.0 * probability);
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }

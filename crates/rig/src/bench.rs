@@ -1,12 +1,15 @@
 //! The shaker bench: shaker, wedges, transducers, conditioner, sampling, vibrometers, with known truth.
 //!
-//! Two depths of the same bench: [`Bench::campaign`] gives phasors, as cheap as the statistics need them;
-//! [`waveform`] gives the samples of a run, with distortion, drift, noise and quantisation.
+//! Two depths of the same bench: [`Bench::campaign`] gives phasors, as cheap as the statistics need them; a
+//! [`laboratory::Laboratory`] levels the [`shaker`] for every run and records its [`waveform`], with distortion, noise and
+//! quantisation.
 //!
 //! The geometry is composed here from elementary rotations, apart from the formulas of the calibration, so that
 //! one checks the other.
 
 mod device;
+pub mod laboratory;
+pub mod shaker;
 mod vibrometer;
 pub mod waveform;
 
@@ -128,7 +131,7 @@ pub(crate) fn seen_from_device(inclination: f64, rotation: f64) -> [[f64; 3]; 3]
 }
 
 impl Bench {
-    fn type_b<R: Rng + ?Sized>(&self, half_width: f64, rng: &mut R) -> f64 {
+    pub(crate) fn type_b<R: Rng + ?Sized>(&self, half_width: f64, rng: &mut R) -> f64 {
         match self.spread {
             Spread::Normal => half_width / 3f64.sqrt() * normal(rng),
             Spread::Rectangular => match Uniform::new_inclusive(-half_width, half_width) {

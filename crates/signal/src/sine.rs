@@ -3,15 +3,19 @@
 mod basis;
 mod noise;
 mod pass;
+mod residue;
 mod spectrum;
+mod tables;
 
 pub use spectrum::dominant_frequency;
 
 use basis::{Basis, Term};
 use faer::{Mat, Side, c64, linalg::solvers::Solve};
-use pass::{Residue, Tables};
+use pass::Ask;
 use proofmass_core::Error;
+use residue::Residue;
 use std::f64::consts::TAU;
+use tables::Tables;
 
 /// What is known of the drive frequency.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,9 +39,10 @@ pub enum Residuals {
 ///
 /// x(t) = c + d t + Re Σ_h X_h e^{j h Ω t}, h = 1 … `harmonics`, t = 0 at the first sample.
 ///
-/// The moments ⟨x, e^{jhΩt}⟩ are taken block by block against one short table, and each block is anchored to
-/// its exact phase, so that nothing accumulates and no buffer as long as the record is made. A second pass
-/// forms the residuals explicitly: their variance stays right down to rounding, where x² − (fit)² would cancel.
+/// A few blocks give a provisional fit. One reading of the samples then forms the residuals of that fit and their
+/// moments, block by block against one short table, each block anchored to its exact phase: nothing accumulates and
+/// no buffer as long as the record is made. The fit is the provisional one and a small step, so the variance of the
+/// residuals stays right down to rounding, where x² − (fit)² would cancel.
 ///
 /// **Units** frequencies in Hz; amplitudes in the unit of the samples, peak.
 ///
@@ -178,7 +183,7 @@ impl SineApproximation {
     pub fn fit(&self, sampling_frequency: f64, channels: &[&[f64]]) -> Result<SineFit, Error> {
         let n = self.check(sampling_frequency, channels)?;
         let mut omega = TAU * self.nominal / sampling_frequency;
-        let mut state = self.solve(omega, n, channels)?;
+        let mut state = self.solve(omega, n, channels, None)?;
         let mut information = 0.0;
         if self.frequency == Frequency::Common {
             let start = omega;
@@ -190,7 +195,8 @@ impl SineApproximation {
                     break;
                 }
                 omega += step;
-                state = self.solve(omega, n, channels)?;
+                let fitted = std::mem::take(&mut state.fitted);
+                state = self.solve(omega, n, channels, Some(fitted))?;
                 // Phase error left over the whole record.
                 if (step * n as f64).abs() < 1e-10 || (step * information.sqrt()).abs() < 1e-6 {
                     converged = true;
@@ -258,34 +264,30 @@ impl SineApproximation {
         Ok(n)
     }
 
-    fn solve(&self, omega: f64, n: usize, channels: &[&[f64]]) -> Result<State, Error> {
+    fn solve(
+        &self,
+        omega: f64,
+        n: usize,
+        channels: &[&[f64]],
+        provisional: Option<Vec<Coefficients>>,
+    ) -> Result<State, Error> {
         let harmonics = self.harmonics.max(1);
         let tables = Tables::new(omega, n, harmonics);
-        let basis = Basis::new(&tables, self.drift, harmonics);
+        let basis = Basis::new(&tables, self.drift, harmonics, 0..tables.blocks());
         let gram = basis.gram();
         let llt = gram.llt(Side::Lower).map_err(|_| Error::Singular {
             name: "sine approximation",
             condition: f64::INFINITY,
         })?;
         let inverse = llt.solve(Mat::<f64>::identity(gram.nrows(), gram.nrows()));
-        let moments = pass::moments(&tables, channels, self.drift);
-        let mut fitted = Vec::with_capacity(channels.len());
-        for (index, moment) in moments.iter().enumerate() {
-            let right = basis.project(moment);
-            if (0..right.nrows()).any(|i| !right[(i, 0)].is_finite()) {
-                return Err(Error::NotFinite {
-                    name: "channel",
-                    index,
-                });
-            }
-            fitted.push(basis.coefficients(&llt.solve(&right)));
-        }
-        let residues = pass::residues(
-            &tables,
-            channels,
-            &fitted,
-            self.frequency == Frequency::Common,
-        );
+        let provisional = provisional
+            .unwrap_or_else(|| residue::sketch(&tables, channels, self.drift, harmonics));
+        let ask = Ask {
+            drift: self.drift,
+            weighted: self.frequency == Frequency::Common,
+        };
+        let (fitted, residues) =
+            residue::refine(&tables, &basis, &llt, channels, provisional, ask)?;
         Ok(State {
             tables,
             basis,
@@ -313,6 +315,29 @@ pub(crate) struct Coefficients {
     pub(crate) offset: f64,
     pub(crate) drift: f64,
     pub(crate) amplitudes: Vec<c64>,
+}
+
+impl Coefficients {
+    pub(crate) fn zero(harmonics: usize) -> Self {
+        Self {
+            offset: 0.0,
+            drift: 0.0,
+            amplitudes: vec![c64::new(0.0, 0.0); harmonics],
+        }
+    }
+
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.offset += other.offset;
+        self.drift += other.drift;
+        for (a, b) in self.amplitudes.iter_mut().zip(&other.amplitudes) {
+            *a += b;
+        }
+    }
+
+    pub(crate) fn is_finite(&self) -> bool {
+        let parts = self.amplitudes.iter().flat_map(|a| [a.re, a.im]);
+        parts.chain([self.offset, self.drift]).all(f64::is_finite)
+    }
 }
 
 impl State {

@@ -80,6 +80,7 @@ pub struct InputEntry {
 #[serde(deny_unknown_fields)]
 pub struct CorrelationEntry {
     /// Two names, such as `["V", "I"]` or `["reference[frequency=10]", "reference[frequency=20]"]`.
+    #[serde(deserialize_with = "two_names")]
     pub between: [String; 2],
     /// Correlation coefficient.
     pub coefficient: f64,
@@ -192,16 +193,13 @@ impl UncertaintyModel {
             .inputs()
             .and_then(|inputs| inputs.single())
             .and_then(|_| model.equations())
-            .map_err(|refusal| {
-                let place = Place::of(
-                    &refusal,
-                    &model.input,
-                    &model.correlation,
-                    &model.formulas(),
-                );
-                place.explain(text, refusal)
-            })?;
+            .map_err(|refusal| model.explain(text, refusal))?;
         Ok(model)
+    }
+
+    /// A refusal of this model with the line of its text that it speaks of.
+    pub fn explain(&self, text: &str, refusal: Refusal) -> Refusal {
+        Place::of(&refusal, &self.input, &self.correlation, &self.formulas()).explain(text, refusal)
     }
 
     /// The inputs it describes.
@@ -234,8 +232,14 @@ impl UncertaintyModel {
     /// [`Refusal::Expression`], [`Refusal::Duplicate`].
     pub fn equations(&self) -> Result<Equations, Refusal> {
         let mut names: Vec<String> = self.input.iter().map(|i| i.name.clone()).collect();
+        let formulas = self.formulas();
+        let mut all = names
+            .iter()
+            .map(String::as_str)
+            .chain(formulas.iter().map(|f| f.name));
+        all.try_for_each(Expression::check_name)?;
         let mut steps = Vec::new();
-        for formula in self.formulas() {
+        for formula in &formulas {
             if names.iter().any(|name| name == formula.name) {
                 return Err(Refusal::Duplicate {
                     name: formula.name.to_owned(),
@@ -296,6 +300,15 @@ impl Model for Equations {
         }
         y.copy_from_slice(&values[total - y.len()..]);
     }
+}
+
+/// Exactly two: a third name would be passed over by the derived reader.
+fn two_names<'de, D: serde::Deserializer<'de>>(reader: D) -> Result<[String; 2], D::Error> {
+    let names = Vec::<String>::deserialize(reader)?;
+    let count = names.len();
+    names.try_into().map_err(|_| {
+        serde::de::Error::custom(format!("two names are needed in `between`, not {count}"))
+    })
 }
 
 fn read<'de, T: Deserialize<'de>>(text: &'de str) -> Result<T, Refusal> {

@@ -90,6 +90,48 @@ pub enum Distribution {
     },
 }
 
+/// Kind and parameters, for a reader: `rectangular from 9.5e-6 to 1.35e-5`.
+impl std::fmt::Display for Distribution {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let name = self.name();
+        match self {
+            Self::Normal { mean, u } => write!(f, "{name}, mean {mean:?}, u {u:?}"),
+            Self::StudentT {
+                location,
+                scale,
+                dof,
+            } => write!(
+                f,
+                "{name}, location {location:?}, scale {scale:?}, ν = {dof}"
+            ),
+            Self::Rectangular { lower, upper }
+            | Self::Triangular { lower, upper }
+            | Self::Arcsine { lower, upper } => write!(f, "{name} from {lower:?} to {upper:?}"),
+            Self::Trapezoidal { lower, upper, beta } => {
+                write!(f, "{name} from {lower:?} to {upper:?}, β = {beta}")
+            }
+            Self::CurvilinearTrapezoid {
+                lower,
+                upper,
+                inexactness,
+            } => write!(
+                f,
+                "{name} from {lower:?} to {upper:?}, limits ± {inexactness:?}"
+            ),
+            Self::TruncatedNormal {
+                mean,
+                sd,
+                lower,
+                upper,
+            } => write!(
+                f,
+                "{name}, mean {mean:?}, standard deviation {sd:?}, from {lower:?} to {upper:?}"
+            ),
+            Self::Samples { values } => write!(f, "{} {name}", values.len()),
+        }
+    }
+}
+
 impl Distribution {
     /// From observations repeated under the same conditions: Student t of their mean.
     ///
@@ -156,8 +198,12 @@ impl Distribution {
             } => ((upper - lower).powi(2) / 12.0 + inexactness * inexactness / 9.0).sqrt(),
             Self::Arcsine { lower, upper } => 0.5 * (upper - lower) / 2f64.sqrt(),
             Self::TruncatedNormal { .. } => self.truncated_moments().1,
+            // All of a distribution, not a sample of it: n, not n − 1.
             Self::Samples { values } => {
-                mean_and_variance("samples", values).map_or(0.0, |(_, variance)| variance.sqrt())
+                mean_and_variance("samples", values).map_or(0.0, |(_, v)| {
+                    let n = values.len() as f64;
+                    (v * (n - 1.0) / n).sqrt()
+                })
             }
         }
     }

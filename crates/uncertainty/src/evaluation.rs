@@ -1,9 +1,9 @@
 //! Everything a person expects of an uncertainty machine, from one model file.
 
 use crate::{
-    BudgetLine, Covariance, Estimate, Finding, MonteCarlo, Progress, Quantity, Refusal, Region,
-    SampledOutput, SecondOrder, Severity, Trials, UncertaintyModel, Validation, Verdict,
-    propagate_second_order, scientific,
+    BudgetLine, CorrelationEntry, Covariance, Estimate, Finding, MonteCarlo, OutputEntry, Progress,
+    Quantity, Refusal, Region, SampledOutput, SecondOrder, Severity, Trials, UncertaintyModel,
+    Validation, Verdict, numerical_tolerance, propagate_second_order, scientific,
 };
 use proofmass_core::Error;
 use serde::{Deserialize, Serialize};
@@ -30,7 +30,7 @@ impl Default for Evaluate {
             seed: 1,
             trials: Trials::Adaptive {
                 digits: 2,
-                max: 2_000_000,
+                max: 5_000_000,
             },
         }
     }
@@ -72,6 +72,8 @@ pub struct ModelResult {
     pub trials: usize,
     /// Joint covariance by Monte Carlo.
     pub monte_carlo_covariance: Covariance,
+    /// Correlations of the inputs, given or observed.
+    pub input_correlations: Vec<CorrelationEntry>,
     /// Joint coverage region by Monte Carlo.
     pub region: Option<Region>,
     /// What to doubt.
@@ -120,13 +122,20 @@ impl UncertaintyModel {
         let name_output = |refusal| self.name_output(refusal, joint.draws().len());
         let linear =
             propagate_second_order(&equations, &joint).map_err(|e| name_output(e.into()))?;
+        let tolerances: Vec<f64> = linear
+            .estimate()
+            .quantities()
+            .iter()
+            .map(|q| numerical_tolerance(q.standard_uncertainty, options.digits))
+            .collect();
         let monte_carlo = MonteCarlo::new(options.seed)
             .probability(options.probability)
             .trials(options.trials)
-            .run_with(&equations, &joint, progress)
+            .run_resolving(&equations, &joint, &tolerances, progress)
             .map_err(name_output)?;
         let validations = monte_carlo.validate(&linear, options.digits);
-        let mut findings = linear.findings().to_vec();
+        let mut findings = self.doubtful_inputs();
+        findings.extend(linear.findings().iter().cloned());
         findings.extend(monte_carlo.findings);
         let mut outputs = Vec::new();
         let sampled = monte_carlo
@@ -143,34 +152,7 @@ impl UncertaintyModel {
                     name: entry.name.clone(),
                 });
             };
-            // An end of a normal 95 % interval from n trials scatters by 2.7 u/√n; `[S1] 8.2` wants it well below δ.
-            let scatter = 2.7 * sampled.standard_uncertainty / (monte_carlo.trials as f64).sqrt();
-            let blurred = scatter > 0.5 * validation.tolerance;
-            if validation.verdict == Verdict::NotValidated {
-                findings.push(
-                    Finding::new(
-                        Severity::Decision,
-                        "linear-result-not-validated",
-                        format!(
-                            "the linear and the Monte Carlo interval of {} differ",
-                            entry.name
-                        ),
-                    )
-                    .evidence(format!(
-                        "by {} and {} {unit} at the ends; {} is allowed for {} digits of u",
-                        scientific(validation.lower, 2),
-                        scientific(validation.upper, 2),
-                        scientific(validation.tolerance, 2),
-                        options.digits,
-                        unit = if entry.unit == "1" { "" } else { &entry.unit },
-                    ))
-                    .advice(if blurred {
-                        "allow more trials: the ends of the Monte Carlo interval scatter by more than is allowed"
-                    } else {
-                        "report the Monte Carlo interval"
-                    }),
-                );
-            }
+            findings.extend(verdict(&validation, entry, options));
             outputs.push(OutputResult {
                 coverage_factor: quantity.coverage_factor(options.probability),
                 expanded_uncertainty: quantity.expanded(options.probability),
@@ -189,8 +171,95 @@ impl UncertaintyModel {
             estimate: linear.estimate().clone(),
             trials: monte_carlo.trials,
             monte_carlo_covariance: monte_carlo.covariance,
+            input_correlations: joint
+                .correlations()
+                .into_iter()
+                .map(|(a, b, coefficient)| CorrelationEntry {
+                    between: [a.to_owned(), b.to_owned()],
+                    coefficient,
+                })
+                .collect(),
             region: monte_carlo.region,
             findings,
         })
+    }
+}
+
+impl UncertaintyModel {
+    /// What a careful reader would ask about the inputs themselves.
+    fn doubtful_inputs(&self) -> Vec<Finding> {
+        let mut findings = Vec::new();
+        for input in &self.input {
+            let Some(values) = &input.observations else {
+                continue;
+            };
+            if values.windows(2).all(|pair| pair[0] == pair[1]) {
+                findings.push(
+                    Finding::new(
+                        Severity::Warning,
+                        "no-scatter",
+                        format!("the observations of {} are all the same", input.name),
+                    )
+                    .evidence(format!("{} times {}", values.len(), values[0]))
+                    .advice("add an input for the resolution of the instrument: rectangular, one digit wide"),
+                );
+            } else if values.len() < 4 {
+                findings.push(
+                    Finding::new(
+                        Severity::Warning,
+                        "no-standard-deviation",
+                        format!("{} has so few observations that its distribution has no standard deviation", input.name),
+                    )
+                    .evidence(format!("Student's t with ν = {}", values.len() - 1))
+                    .advice("ignore the Monte Carlo u, which has no limit; the intervals stand. Better: four observations or more"),
+                );
+            }
+        }
+        findings
+    }
+}
+
+/// What the verdict asks of the reader.
+fn verdict(validation: &Validation, entry: &OutputEntry, options: &Evaluate) -> Option<Finding> {
+    let unit = match entry.unit.as_str() {
+        "1" => String::new(),
+        unit => format!(" {unit}"),
+    };
+    let evidence = format!(
+        "by {} and {}{unit} at the ends; {}{unit} is allowed for {} digits of u",
+        scientific(validation.lower, 2),
+        scientific(validation.upper, 2),
+        scientific(validation.tolerance, 1),
+        options.digits,
+    );
+    match validation.verdict {
+        Verdict::Validated => None,
+        Verdict::NotValidated => Some(
+            Finding::new(
+                Severity::Decision,
+                "linear-result-not-validated",
+                format!(
+                    "the linear and the Monte Carlo interval of {} differ",
+                    entry.name
+                ),
+            )
+            .evidence(evidence)
+            .advice("report the Monte Carlo interval"),
+        ),
+        Verdict::Undecided => Some(
+            Finding::new(
+                Severity::Warning,
+                "monte-carlo-undecided",
+                format!(
+                    "the trials do not tell whether the linear interval of {} stands",
+                    entry.name
+                ),
+            )
+            .evidence(format!(
+                "{evidence}, and the ends of the Monte Carlo interval scatter by {}{unit}",
+                scientific(validation.scatter, 1)
+            ))
+            .advice("allow more trials, or ask for fewer digits"),
+        ),
     }
 }

@@ -124,6 +124,31 @@ impl Expression {
         })
     }
 
+    /// Whether a formula can speak of a quantity by this name.
+    ///
+    /// # Errors
+    /// [`Refusal::Name`] for a name that does not begin with a letter or an underscore and go on with letters, digits
+    /// and underscores, or that means something else in a formula.
+    pub fn check_name(name: &str) -> Result<(), Refusal> {
+        let mut letters = name.chars();
+        let begins = letters
+            .next()
+            .is_some_and(|c| c.is_alphabetic() || c == '_');
+        let what = if !begins || !letters.all(|c| c.is_alphanumeric() || c == '_') {
+            "must be a letter or underscore followed by letters, digits and underscores"
+        } else if name == "pi" || name == "π" {
+            "means a constant in formulas"
+        } else if name == "atan2" || FUNCTIONS.iter().any(|(known, _)| *known == name) {
+            "means a function in formulas"
+        } else {
+            return Ok(());
+        };
+        Err(Refusal::Name {
+            name: name.to_owned(),
+            what,
+        })
+    }
+
     /// The text it was read from.
     pub fn text(&self) -> &str {
         &self.text

@@ -361,7 +361,8 @@ fn shortest(x: f64) -> String {
 }
 
 fn percent(probability: f64) -> String {
-    let text = format!("{:.2}", 100.0 * probability);
+    // Through nine digits, so that neither 0.955 shows rounding nor 0.9999999 becomes 100 %.
+    let text = format!("{:.7}", 100.0 * probability);
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 

@@ -72,6 +72,18 @@ impl Input {
     pub fn name(&self) -> &str {
         &self.name
     }
+
+    /// What a trial draws: a normal whose u has finite degrees of freedom is a Student t. **Source** `[S1] 6.4.9.7`.
+    pub(crate) fn drawn_from(&self) -> Distribution {
+        match self.distribution {
+            Distribution::Normal { mean, u } if !self.dof.is_infinite() => Distribution::StudentT {
+                location: mean,
+                scale: u,
+                dof: self.dof.get(),
+            },
+            _ => self.distribution.clone(),
+        }
+    }
 }
 
 /// The values of the keys for one observation: frequency, channel, run, …
@@ -308,12 +320,25 @@ impl Inputs {
     /// Coefficients by draw; a bare input name pairs the draws with equal labels.
     fn resolve(&self, draws: &[Draw]) -> Result<Vec<(usize, usize, f64)>, Refusal> {
         let mut resolved = Vec::new();
-        for (first, second, r) in &self.correlations {
-            if !(-1.0..=1.0).contains(r) {
-                return Err(Refusal::Correlation {
+        for (k, (first, second, r)) in self.correlations.iter().enumerate() {
+            let same = |(a, b, _): &(String, String, f64)| {
+                (a == first && b == second) || (a == second && b == first)
+            };
+            let what = if !(-1.0..=1.0).contains(r) {
+                Some("lies outside −1 to 1")
+            } else if first == second {
+                Some("is that of a quantity with itself, which is 1")
+            } else if self.correlations[..k].iter().any(same) {
+                Some("is given twice")
+            } else {
+                None
+            };
+            if let Some(what) = what {
+                return Err(Refusal::Pair {
                     first: first.clone(),
                     second: second.clone(),
                     coefficient: *r,
+                    what,
                 });
             }
             let matching = |name: &str| -> Result<Vec<usize>, Refusal> {
@@ -394,6 +419,25 @@ pub struct JointInputs {
 }
 
 impl JointInputs {
+    /// Correlations between draws that are not zero, each pair once.
+    pub fn correlations(&self) -> Vec<(&str, &str, f64)> {
+        let mut pairs = Vec::new();
+        for cluster in &self.clusters {
+            let Some(r) = &cluster.correlation else {
+                continue;
+            };
+            for a in 0..cluster.draws.len() {
+                for b in 0..a {
+                    if r[(a, b)] != 0.0 {
+                        let name = |k: usize| self.draws[cluster.draws[k]].name.as_str();
+                        pairs.push((name(b), name(a), r[(a, b)]));
+                    }
+                }
+            }
+        }
+        pairs
+    }
+
     fn new(
         inputs: &Inputs,
         draws: Vec<Draw>,

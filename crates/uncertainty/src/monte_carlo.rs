@@ -133,6 +133,21 @@ impl MonteCarlo {
         inputs: &JointInputs,
         progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
     ) -> Result<Sampled, Refusal> {
+        self.run_resolving(model, inputs, &[], progress)
+    }
+
+    /// As [`MonteCarlo::run_with`]; an adaptive run also goes on until the figures of each output are stable to half
+    /// of these tolerances, one per output, so that a comparison with them can be decided. **Source** `[S1] 8.2`.
+    ///
+    /// # Errors
+    /// As [`MonteCarlo::run_with`].
+    pub fn run_resolving<M: Model + Sync>(
+        &self,
+        model: &M,
+        inputs: &JointInputs,
+        tolerances: &[f64],
+        progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    ) -> Result<Sampled, Refusal> {
         let p = self.probability;
         if !(p > 0.0 && p < 1.0) {
             return Err(Error::OutOfRange {
@@ -185,7 +200,7 @@ impl MonteCarlo {
             }
             done += wave;
             if let Trials::Adaptive { digits, .. } = self.trials {
-                stable = stability.stable(digits);
+                stable = stability.stable(digits, tolerances);
             }
             if progress(Progress {
                 done: done * block,
@@ -310,10 +325,12 @@ impl Stability {
         }
     }
 
-    fn stable(&self, digits: u32) -> bool {
+    fn stable(&self, digits: u32, tolerances: &[f64]) -> bool {
         let h = self.count;
-        self.mean.iter().zip(&self.squares).all(|(mean, squares)| {
-            let delta = numerical_tolerance(mean[1], digits);
+        let columns = self.mean.iter().zip(&self.squares).enumerate();
+        columns.into_iter().all(|(k, (mean, squares))| {
+            let asked = tolerances.get(k).map_or(f64::INFINITY, |t| 0.5 * t);
+            let delta = numerical_tolerance(mean[1], digits).min(asked);
             squares
                 .iter()
                 .all(|s| 2.0 * (s / (h * (h - 1.0))).sqrt() <= delta)
@@ -350,6 +367,8 @@ pub struct SampledOutput {
     pub standard_uncertainty: f64,
     /// Probabilistically symmetric interval.
     pub symmetric: Interval,
+    /// Standard uncertainty of its ends from the number of trials, the larger of the two.
+    pub symmetric_scatter: f64,
     /// Shortest interval.
     pub shortest: Interval,
     /// The distribution, for drawing.
@@ -519,6 +538,13 @@ fn summarise(
                 symmetric: Interval {
                     lower: lower(r),
                     upper: upper(r + q),
+                },
+                symmetric_scatter: {
+                    // The rank of a quantile is binomial: one standard deviation of it to either side.
+                    let share = (r + 1) as f64 / trials as f64;
+                    let step = (trials as f64 * share * (1.0 - share)).sqrt().ceil() as usize;
+                    let (below, above) = (r.saturating_sub(step), (r + step).min(count - 1));
+                    0.5 * (low[above] - low[below]).max(high[above] - high[below])
                 },
                 shortest: Interval {
                     lower: lower(shortest),

@@ -2,7 +2,7 @@
 
 use crate::{
     BudgetInput, BudgetLine, Component, Covariance, DegreesOfFreedom, Dual, Effect, Estimate,
-    Evaluation, Finding, Influence, JointInputs, Number, Quantity, Severity,
+    Evaluation, Finding, Influence, JointInputs, Number, Quantity, Severity, scientific,
 };
 use proofmass_core::Error;
 use serde::{Deserialize, Serialize};
@@ -240,8 +240,10 @@ pub fn propagate_second_order<M: Model>(model: &M, inputs: &JointInputs) -> Resu
                     ),
                 )
                 .evidence(format!(
-                    "u = {u1:.3e} to first order, {u2:.3e} to second; the mean shifts by {:.1e}",
-                    shift[k]
+                    "u = {} to first order, {} to second; the mean shifts by {}",
+                    scientific(u1, 3),
+                    scientific(u2, 3),
+                    scientific(shift[k], 2)
                 ))
                 .advice("use the Monte Carlo result"),
             );

@@ -51,6 +51,24 @@ pub enum Refusal {
         /// The coefficient between them.
         coefficient: f64,
     },
+    /// A correlation coefficient that no pair can have.
+    Pair {
+        /// First of the pair.
+        first: String,
+        /// Second of the pair.
+        second: String,
+        /// The coefficient.
+        coefficient: f64,
+        /// What is wrong with it.
+        what: &'static str,
+    },
+    /// A name that a formula could not speak of.
+    Name {
+        /// The name.
+        name: String,
+        /// What is wrong with it.
+        what: &'static str,
+    },
     /// An expression cannot be read.
     Expression {
         /// The expression.
@@ -95,11 +113,27 @@ impl fmt::Display for Refusal {
                 "no joint distribution has these correlations: {coefficient} between {first} and {second} \
                  contradicts the others"
             ),
+            Self::Pair {
+                first,
+                second,
+                coefficient,
+                what,
+            } => write!(
+                f,
+                "the correlation {coefficient} between {first} and {second} {what}"
+            ),
+            Self::Name { name, what } => write!(f, "the name {name:?} {what}"),
             Self::Expression {
                 text,
                 column,
                 expected,
-            } => write!(f, "expression `{text}`, character {column}: {expected}"),
+            } => {
+                write!(
+                    f,
+                    "expression `{}`, character {column}: {expected}",
+                    around(text, *column)
+                )
+            }
             Self::File {
                 line: Some(line),
                 reason,
@@ -108,6 +142,19 @@ impl fmt::Display for Refusal {
             Self::Cancelled => f.write_str("cancelled"),
         }
     }
+}
+
+/// A long text as the part about one of its characters.
+fn around(text: &str, column: usize) -> String {
+    let (before, after) = (40, 40);
+    let start = column.saturating_sub(before + 1);
+    let part: String = text.chars().skip(start).take(before + after).collect();
+    let cut = text.chars().nth(start + before + after).is_some();
+    format!(
+        "{}{part}{}",
+        if start > 0 { "…" } else { "" },
+        if cut { "…" } else { "" }
+    )
 }
 
 impl std::error::Error for Refusal {

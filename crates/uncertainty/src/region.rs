@@ -24,6 +24,19 @@ pub(crate) fn region(
     p: f64,
 ) -> Option<Region> {
     let (m, trials) = (columns.len(), columns[0].len());
+    // Outputs that follow from one another span no region: all that is left is rounding and curvature.
+    let mut correlation = covariance.to_mat();
+    for i in 0..m {
+        for j in 0..m {
+            correlation[(i, j)] /= moments[i].1 * moments[j].1;
+        }
+    }
+    let spread = correlation
+        .self_adjoint_eigenvalues(faer::Side::Lower)
+        .ok()?;
+    if !(spread.iter().copied().fold(f64::INFINITY, f64::min) > 1e-4) {
+        return None;
+    }
     let llt = covariance.to_mat().llt(faer::Side::Lower).ok()?;
     let l = llt.L();
     let mut distances: Vec<f64> = (0..trials)
@@ -45,10 +58,14 @@ pub(crate) fn region(
     let root_determinant: f64 = (0..m).map(|i| l[(i, i)]).product();
     let half = 0.5 * m as f64;
     let unit_ball = std::f64::consts::PI.powf(half) / statrs::function::gamma::gamma(half + 1.0);
+    let ellipsoid_content = unit_ball * ellipsoid_factor.powi(m as i32) * root_determinant;
     Some(Region {
         ellipsoid_factor,
-        ellipsoid_content: unit_ball * ellipsoid_factor.powi(m as i32) * root_determinant,
-        smallest_content: (m <= 3).then(|| smallest_region(columns, moments, p)),
+        ellipsoid_content,
+        // A mesh too coarse for the shape would say more than the ellipsoid does.
+        smallest_content: (m <= 3)
+            .then(|| smallest_region(columns, moments, p))
+            .filter(|smallest| *smallest <= ellipsoid_content),
     })
 }
 

@@ -15,11 +15,9 @@ pub(crate) const STRIP: usize = 256;
 enum Plan {
     /// Draws that depend on nothing else.
     Alone { draw: usize, source: Source },
-    /// Draws of a Student t that share the one estimate of σ.
+    /// Draws of Student t that share the one estimate of σ: draw, location, scale.
     SharedScale {
-        draws: Vec<usize>,
-        location: f64,
-        scale: f64,
+        draws: Vec<(usize, f64, f64)>,
         chi_squared: ChiSquared<f64>,
         dof: f64,
     },
@@ -78,13 +76,10 @@ impl Sampler {
         let mut plans = Vec::new();
         let mut copula = Vec::new();
         for cluster in &inputs.clusters {
-            let distribution = |d: usize| &inputs.inputs[inputs.draws[d].input].distribution;
+            let distribution = |d: usize| inputs.inputs[inputs.draws[d].input].drawn_from();
             if let Some(r) = &cluster.correlation {
-                let marginals: Vec<Distribution> = cluster
-                    .draws
-                    .iter()
-                    .map(|&d| distribution(d).clone())
-                    .collect();
+                let marginals: Vec<Distribution> =
+                    cluster.draws.iter().map(|&d| distribution(d)).collect();
                 let common = common_dof(&marginals);
                 let normal = marginals
                     .iter()
@@ -103,31 +98,30 @@ impl Sampler {
                 });
                 continue;
             }
-            match (
-                &cluster.draws[..],
-                cluster.draws.first().map(|&d| distribution(d)),
-            ) {
-                (
-                    draws,
-                    Some(Distribution::StudentT {
-                        location,
-                        scale,
-                        dof,
-                    }),
-                ) if draws.len() > 1 => {
-                    plans.push(Plan::SharedScale {
-                        draws: draws.to_vec(),
-                        location: *location,
-                        scale: *scale,
-                        chi_squared: chi_squared(*dof)?,
-                        dof: *dof,
-                    });
-                }
-                (draws, _) => {
-                    for &draw in draws {
+            // Several draws without correlation: of one input, or of inputs that were observed together.
+            let marginals: Vec<Distribution> =
+                cluster.draws.iter().map(|&d| distribution(d)).collect();
+            match common_dof(&marginals) {
+                Some(dof) if marginals.len() > 1 => plans.push(Plan::SharedScale {
+                    draws: cluster
+                        .draws
+                        .iter()
+                        .zip(&marginals)
+                        .filter_map(|(&draw, marginal)| match marginal {
+                            Distribution::StudentT {
+                                location, scale, ..
+                            } => Some((draw, *location, *scale)),
+                            _ => None,
+                        })
+                        .collect(),
+                    chi_squared: chi_squared(dof)?,
+                    dof,
+                }),
+                _ => {
+                    for (&draw, marginal) in cluster.draws.iter().zip(&marginals) {
                         plans.push(Plan::Alone {
                             draw,
-                            source: Source::new(distribution(draw))?,
+                            source: Source::new(marginal)?,
                         });
                     }
                 }
@@ -155,15 +149,14 @@ impl Sampler {
                 }
                 Plan::SharedScale {
                     draws,
-                    location,
-                    scale,
                     chi_squared,
                     dof,
                 } => {
                     for row in rows.chunks_exact_mut(n) {
-                        let s = scale * (dof / chi_squared.sample(rng)).sqrt();
-                        for &d in draws {
-                            row[d] = location + s * rng.sample::<f64, _>(StandardNormal);
+                        let stretch = (dof / chi_squared.sample(rng)).sqrt();
+                        for (d, location, scale) in draws {
+                            row[*d] =
+                                location + scale * stretch * rng.sample::<f64, _>(StandardNormal);
                         }
                     }
                 }

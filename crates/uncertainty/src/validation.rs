@@ -11,6 +11,8 @@ pub enum Verdict {
     Validated,
     /// Use the Monte Carlo interval.
     NotValidated,
+    /// The ends of the Monte Carlo interval scatter too much to tell: more trials are needed.
+    Undecided,
 }
 
 /// Comparison of the linear with the Monte Carlo interval.
@@ -24,13 +26,15 @@ pub struct Validation {
     pub lower: f64,
     /// |y + U − y_high|
     pub upper: f64,
+    /// Standard uncertainty of both from the number of trials.
+    pub scatter: f64,
     /// Verdict.
     pub verdict: Verdict,
 }
 
 impl Sampled {
     /// Judges the linear result by this one: do y ± U and the symmetric interval agree to half a unit of the last
-    /// printed digit of u? **Source** `[S1] 8.1`, `[S2] 8`.
+    /// printed digit of u? Twice the scatter of the ends must not matter to the answer. **Source** `[S1] 8.1`, `[S2] 8`.
     pub fn validate(&self, linear: &Linear, digits: u32) -> Vec<Validation> {
         self.outputs
             .iter()
@@ -45,10 +49,16 @@ impl Sampled {
                     tolerance,
                     lower,
                     upper,
-                    verdict: if lower <= tolerance && upper <= tolerance {
-                        Verdict::Validated
-                    } else {
-                        Verdict::NotValidated
+                    scatter: sampled.symmetric_scatter,
+                    verdict: {
+                        let (largest, doubt) = (lower.max(upper), 2.0 * sampled.symmetric_scatter);
+                        if largest + doubt <= tolerance {
+                            Verdict::Validated
+                        } else if largest - doubt > tolerance {
+                            Verdict::NotValidated
+                        } else {
+                            Verdict::Undecided
+                        }
                     },
                 })
             })

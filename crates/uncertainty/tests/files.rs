@@ -67,6 +67,8 @@ fn refuses_wrong_files_with_line_and_field() {
             13,
             "units",
         ),
+        ("name = \"dm_R\"", "name = \"sin\"", 12, "means a function"),
+        ("name = \"dm_R\"", "name = \"d-m\"", 12, "must be a letter"),
         (
             "name = \"dm_R\"",
             "name = \"m_R\"",

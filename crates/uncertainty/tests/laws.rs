@@ -244,6 +244,64 @@ fn law_implicit_equals_explicit() {
 
 /// Binomial bound: four standard deviations of a share 0.95 in 20 000 repetitions are 4 √(0.95 · 0.05 / 20 000)
 /// = 0.0062.
+/// A reading that never changes has no correlation to give, and must not take that of its companion.
+#[test]
+fn regress_a_constant_reading_beside_another_keeps_its_own_draws() {
+    let p = [101_310.0, 101_325.0, 101_340.0, 101_320.0, 101_330.0];
+    let t = [293.1; 5];
+    for columns in [
+        [("p", "Pa", &p[..]), ("T", "K", &t[..])],
+        [("T", "K", &t[..]), ("p", "Pa", &p[..])],
+    ] {
+        let inputs = Inputs::new().observed(&columns).unwrap().single().unwrap();
+        model!(First, ["y" "1"], |x, y, T| { y[0] = x[0] + T::from(0.0) * x[1]; });
+        let n = 100_000;
+        let sampled = MonteCarlo::new(2)
+            .trials(Trials::Fixed(n))
+            .run(&First, &inputs)
+            .unwrap();
+        let (mean, u) = match columns[0].0 {
+            "p" => (101_325.0, 5.0),
+            _ => (293.1, 0.0),
+        };
+        // t with ν = 4 has the standard deviation √2 u; four standard deviations of the mean of n.
+        let bound = 4.0 * 2f64.sqrt() * u / (n as f64).sqrt() + 1e-9;
+        assert!(
+            (sampled.outputs[0].mean - mean).abs() <= bound,
+            "{}",
+            sampled.outputs[0].mean
+        );
+    }
+}
+
+/// A certificate with U, k and ν is drawn from Student's t: the trials then give the interval that k promises.
+#[test]
+fn law_degrees_of_freedom_of_a_normal_input_reach_the_trials() {
+    let inputs = Inputs::new()
+        .add(normal("x", 1.0, 0.1).dof(dof(4.0)))
+        .single()
+        .unwrap();
+    model!(Itself, ["y" "1"], |x, y, T| { y[0] = x[0] + T::from(0.0); });
+    let linear = propagate(&Itself, &inputs).unwrap();
+    let sampled = MonteCarlo::new(2)
+        .trials(Trials::Fixed(400_000))
+        .run(&Itself, &inputs)
+        .unwrap();
+    let expanded = linear.get("y").unwrap().expanded(0.95);
+    assert!((expanded - 0.27764).abs() < 1e-5); // t_0.975(4) = 2.7764
+    let interval = sampled.outputs[0].symmetric;
+    let bound = 4.0 * sampled.outputs[0].symmetric_scatter;
+    assert!(bound < 0.01);
+    assert!(
+        (interval.upper - 1.0 - expanded).abs() < bound,
+        "{interval:?}"
+    );
+    assert!(
+        (1.0 - interval.lower - expanded).abs() < bound,
+        "{interval:?}"
+    );
+}
+
 /// y³ + y = x, solved by iteration and by Cardano's formula.
 struct Iterated;
 impl Implicit for Iterated {

@@ -7,7 +7,7 @@ use self::explanation::explain;
 use super::{Calibrate, heading};
 use crate::delivery::Results;
 use crate::shaker::inputs;
-use crate::shaker::runs::{Observed, observe};
+use crate::shaker::runs::{Observed, observe, recording};
 use crate::{Failure, Outcome};
 use proofmass::calibration::shaker::published::MagnitudeBudget;
 use proofmass::calibration::shaker::recording::{Quality, RunInput};
@@ -87,16 +87,9 @@ impl Data {
         let corrections = campaign.read_corrections()?;
         let budget = campaign.read_budget()?;
         let plan = campaign.read_plan()?;
-        let recording = match &campaign.recording {
-            Some(settings) if table.quantities.is_empty() => {
-                Some((settings, campaign.waveform_options()?))
-            }
-            None if table.quantities.is_empty() => {
-                campaign.waveform_options()?;
-                None
-            }
-            _ => None,
-        };
+        let recording = recording(&table, campaign.recording.as_ref(), || {
+            campaign.waveform_options()
+        })?;
         let mut inputs = vec![campaign.source.input.clone()];
         inputs.extend(certificate.iter().map(|c| c.input.clone()));
         inputs.extend(corrections.iter().filter_map(|c| c.input.clone()));
@@ -119,18 +112,12 @@ impl Data {
                 reference: seen.phasors[0],
                 outputs: [seen.phasors[1], seen.phasors[2], seen.phasors[3]],
                 covariance: std::array::from_fn(|k| seen.covariances[k]),
-                quality: Quality {
-                    transverse: run.seat.transverse,
-                    ..seen.recorded.as_ref().map_or_else(Quality::default, |r| {
-                        let p = &r.phasors;
-                        Quality {
-                            measured_frequency: Some(p.measured_frequency),
-                            distortion: p.distortion,
-                            signal_to_noise: Some(std::array::from_fn(|k| p.signal_to_noise[k])),
-                            clipped: p.clipped.clone(),
-                            transverse: None,
-                        }
-                    })
+                quality: match &seen.recorded {
+                    Some(recorded) => recorded.phasors.quality(run.seat.transverse),
+                    None => Quality {
+                        transverse: run.seat.transverse,
+                        ..Quality::default()
+                    },
                 },
             })
             .collect();

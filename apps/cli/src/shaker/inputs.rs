@@ -101,6 +101,7 @@ fn input(stated: &BudgetInput) -> Result<Input, Failure> {
         evaluation: stated.evaluation,
         dof: stated.dof,
         varies_with,
+        at_frequencies: Vec::new(),
     })
 }
 

@@ -35,6 +35,19 @@ pub(crate) struct Recorded {
     findings: Vec<Finding>,
 }
 
+/// How the recordings of a table are read; `None` for a table of phasors.
+pub(crate) fn recording<'a, S>(
+    table: &RunTable<S>,
+    settings: Option<&'a ShakerRecording>,
+    options: impl FnOnce() -> proofmass::io::Result<WaveformOptions>,
+) -> Result<Option<(&'a ShakerRecording, WaveformOptions)>, Failure> {
+    if !table.quantities.is_empty() {
+        return Ok(None);
+    }
+    let options = options()?;
+    Ok(settings.map(|s| (s, options)))
+}
+
 /// Takes the phasors of a table, or reads and approximates the recordings, run by run and on all cores.
 pub(crate) fn observe<S: Sync>(
     table: &RunTable<S>,

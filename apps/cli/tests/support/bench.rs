@@ -3,7 +3,7 @@
 
 use proofmass::calibration::shaker::c64;
 use proofmass::io::write_f32;
-use proofmass::rig::bench::{Bench, published_plan, waveform::Acquisition};
+use proofmass::rig::bench::{Bench, Campaign, Wedge, published_plan, waveform::Acquisition};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::fmt::Write;
@@ -27,7 +27,21 @@ pub struct Row {
 /// The published plan at some frequencies, drawn with the errors of the bench.
 pub fn rows(frequencies: &[f64]) -> Vec<Row> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
-    let campaign = Bench::default().campaign(&published_plan(), frequencies, &mut rng);
+    rows_of(&Bench::default().campaign(&published_plan(), frequencies, &mut rng))
+}
+
+/// The same on a table that moves aside too, with its truth.
+pub fn rocking(frequencies: &[f64]) -> (Vec<Row>, Campaign) {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(9);
+    let bench = Bench {
+        wedge: Some(Wedge::default()),
+        ..Bench::default()
+    };
+    let campaign = bench.campaign(&published_plan(), frequencies, &mut rng);
+    (rows_of(&campaign), campaign)
+}
+
+fn rows_of(campaign: &Campaign) -> Vec<Row> {
     campaign
         .runs
         .iter()
@@ -145,7 +159,9 @@ pub fn recordings(folder: &Path, rows: &[Row]) {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(8);
     let mut text = "run,frequency_Hz,inclination_deg,rotation_deg,target_m/s2,file\n".to_owned();
     for r in rows {
-        let x = r.channels.map(|z| daq.channel(z, r.vibrated, &mut rng));
+        let x = r
+            .channels
+            .map(|z| daq.channel(&[z, z * 0.01, z * 0.003], r.vibrated, &mut rng));
         let name = format!("{}.f32", r.run);
         write_f32(&folder.join(&name), &[&x[0], &x[1], &x[2], &x[3]]).expect("recording");
         let _ = writeln!(

@@ -73,6 +73,10 @@ pub struct Input {
     pub dof: DegreesOfFreedom,
     /// Keys it varies with; none is one draw for the campaign.
     pub varies_with: Vec<Key>,
+    /// Standard uncertainty at single frequencies (Hz), where it is not the same at all; `standard_uncertainty` is
+    /// then the largest.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub at_frequencies: Vec<(f64, f64)>,
 }
 
 impl Input {
@@ -87,7 +91,16 @@ impl Input {
             evaluation: Evaluation::B,
             dof: DegreesOfFreedom::INFINITE,
             varies_with: varies_with.to_vec(),
+            at_frequencies: vec![],
         }
+    }
+
+    /// Standard uncertainty at a frequency in Hz.
+    pub fn standard_uncertainty_at(&self, frequency: f64) -> f64 {
+        self.at_frequencies
+            .iter()
+            .find(|(f, _)| (f / frequency - 1.0).abs() < 1e-9)
+            .map_or(self.standard_uncertainty, |(_, u)| *u)
     }
 
     /// A rectangular distribution of this half width: u = a/√3.
@@ -222,6 +235,9 @@ impl Budget {
         let mut budget = self.clone();
         for input in budget.inputs.iter_mut().filter(|i| i.key == key) {
             input.standard_uncertainty *= factor;
+            for (_, u) in &mut input.at_frequencies {
+                *u *= factor;
+            }
         }
         budget
     }

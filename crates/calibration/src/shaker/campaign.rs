@@ -234,6 +234,7 @@ pub fn calibrate(campaign: &ShakerCampaign) -> Result<ShakerCalibration, Error> 
         campaign.plan.as_deref(),
     )?;
     findings.extend(doubts);
+    findings.extend(corrections.iter().filter_map(|c| gaps(c, &rows)));
     let mut results = vec![];
     for &method in &campaign.methods {
         for correction in corrections {
@@ -261,6 +262,39 @@ pub fn calibrate(campaign: &ShakerCampaign) -> Result<ShakerCalibration, Error> 
         suspects,
         findings,
     })
+}
+
+/// Places of the campaign that a correction says nothing about.
+fn gaps(correction: &Correction, rows: &[PhasorRow]) -> Option<Finding> {
+    if correction.table.entries.is_empty() {
+        return None;
+    }
+    let mut missing: Vec<String> = vec![];
+    for row in rows {
+        let inclination = row.configuration.inclination;
+        if correction.table.get(inclination, row.frequency).is_none() {
+            let place = format!("{:.4}° at {} Hz", inclination.to_degrees(), row.frequency);
+            if !missing.contains(&place) {
+                missing.push(place);
+            }
+        }
+    }
+    let first = missing.first()?;
+    Some(
+        Finding::new(
+            Severity::Warning,
+            "correction-incomplete",
+            format!(
+                "the correction \"{}\" does not cover the whole campaign",
+                correction.label
+            ),
+        )
+        .evidence(format!(
+            "{} inclinations and frequencies have no entry and were not corrected, the first is {first}",
+            missing.len()
+        ))
+        .advice("measure the spurious motion there too, or check the angles and frequencies of its table"),
+    )
 }
 
 fn rigorous(

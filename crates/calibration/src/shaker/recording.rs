@@ -14,9 +14,9 @@ pub struct Quality {
     pub measured_frequency: Option<f64>,
     /// Total harmonic distortion of the reference.
     pub distortion: Option<f64>,
-    /// Signal-to-noise ratio of reference, x, y, z in dB.
-    pub signal_to_noise: Option<[f64; 4]>,
-    /// Channels with samples at full scale: 0 reference, 1 to 3 for x to z.
+    /// Signal-to-noise ratio of the channels in dB, the reference first; empty for ready phasors.
+    pub signal_to_noise: Vec<f64>,
+    /// Channels with samples at full scale: 0 is the reference.
     pub clipped: Vec<usize>,
     /// Transverse motion relative to the excitation.
     pub transverse: Option<f64>,
@@ -134,13 +134,7 @@ impl Reading {
             reference: a[0],
             outputs: [a[1], a[2], a[3]],
             covariance: std::array::from_fn(|k| p.covariances[k]),
-            quality: Quality {
-                measured_frequency: Some(p.measured_frequency),
-                distortion: p.distortion,
-                signal_to_noise: Some(std::array::from_fn(|k| p.signal_to_noise[k])),
-                clipped: p.clipped,
-                transverse: None,
-            },
+            quality: p.quality(None),
         })
     }
 }
@@ -160,6 +154,19 @@ pub struct Phasors {
     pub signal_to_noise: Vec<f64>,
     /// Channels with samples at full scale.
     pub clipped: Vec<usize>,
+}
+
+impl Phasors {
+    /// What they say about the run; `transverse` is the transverse motion, where it was measured.
+    pub fn quality(&self, transverse: Option<f64>) -> Quality {
+        Quality {
+            measured_frequency: Some(self.measured_frequency),
+            distortion: self.distortion,
+            signal_to_noise: self.signal_to_noise.clone(),
+            clipped: self.clipped.clone(),
+            transverse,
+        }
+    }
 }
 
 /// Rules of a sound run.
@@ -187,17 +194,31 @@ impl Default for Limits {
     }
 }
 
-const CHANNELS: [&str; 4] = ["reference", "x", "y", "z"];
+/// Channels of a triaxial run.
+pub const CHANNELS: [&str; 4] = ["reference", "x", "y", "z"];
 
-/// Findings about single runs; `amplitude` is the acceleration reached in m/s², `target` the one wanted.
-pub fn assess(
-    run: &RunInput,
-    amplitude: f64,
-    target: Option<f64>,
-    limits: &Limits,
-) -> Vec<Finding> {
+/// One run, for its assessment.
+#[derive(Clone, Copy, Debug)]
+pub struct Assessed<'a> {
+    /// Name of the run.
+    pub run: &'a str,
+    /// Nominal frequency in Hz.
+    pub frequency: f64,
+    /// What the samples said.
+    pub quality: &'a Quality,
+    /// Names of its channels.
+    pub channels: &'a [&'a str],
+    /// Acceleration reached, m/s².
+    pub amplitude: f64,
+    /// Acceleration wanted, m/s².
+    pub target: Option<f64>,
+}
+
+/// Findings about a single run.
+pub fn assess(run: &Assessed<'_>, limits: &Limits) -> Vec<Finding> {
     let mut findings = vec![];
-    let (name, f, q) = (&run.run, run.frequency, &run.quality);
+    let (name, f, q) = (run.run, run.frequency, run.quality);
+    let (amplitude, target) = (run.amplitude, run.target);
     if let Some(found) = q.measured_frequency
         && (found / f - 1.0).abs() > limits.frequency
     {
@@ -217,7 +238,7 @@ pub fn assess(
         let channels: Vec<&str> = q
             .clipped
             .iter()
-            .filter_map(|&k| CHANNELS.get(k).copied())
+            .filter_map(|&k| run.channels.get(k).copied())
             .collect();
         findings.push(
             Finding::new(
@@ -247,7 +268,11 @@ pub fn assess(
             .advice("lower the amplitude or look for a loose mounting"),
         );
     }
-    if let Some(snr) = q.signal_to_noise.filter(|s| s[0] < limits.signal_to_noise) {
+    if let Some(snr) = q
+        .signal_to_noise
+        .first()
+        .filter(|&&snr| snr < limits.signal_to_noise)
+    {
         findings.push(
             Finding::new(
                 Severity::Warning,
@@ -256,7 +281,7 @@ pub fn assess(
             )
             .evidence(format!(
                 "{:.0} dB at {f} Hz, {:.0} dB wanted",
-                snr[0], limits.signal_to_noise
+                snr, limits.signal_to_noise
             ))
             .advice("raise the amplitude or the gain, or record for longer"),
         );

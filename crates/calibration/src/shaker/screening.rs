@@ -5,7 +5,8 @@ use super::campaign::ShakerCampaign;
 use super::geometry::Configuration;
 use super::observation::PhasorRow;
 use super::plan::conditioning;
-use super::recording::{RunInput, assess};
+use super::recording::{Assessed, CHANNELS, RunInput, assess};
+use super::reference::ReferenceTable;
 use proofmass_core::Error;
 use proofmass_uncertainty::{Finding, Severity};
 
@@ -28,7 +29,11 @@ pub struct Observations {
 pub fn observations(campaign: &ShakerCampaign) -> Result<Observations, Error> {
     let mut findings = vec![];
     let rows = determined(rows(campaign, &mut findings), &mut findings);
-    let budget = with_certificate(campaign, &rows)?;
+    let budget = with_certificate(
+        &campaign.budget,
+        campaign.reference.as_ref(),
+        rows.iter().map(|r| r.frequency),
+    )?;
     Ok(Observations {
         rows,
         budget,
@@ -75,7 +80,15 @@ fn rows(campaign: &ShakerCampaign, findings: &mut Vec<Finding>) -> Vec<PhasorRow
             .iter()
             .find(|(f, _)| (f / run.frequency - 1.0).abs() < 1e-6)
             .map(|t| t.1);
-        findings.extend(assess(run, reference.norm(), target, &campaign.limits));
+        let assessed = Assessed {
+            run: &run.run,
+            frequency: run.frequency,
+            quality: &run.quality,
+            channels: &CHANNELS,
+            amplitude: reference.norm(),
+            target,
+        };
+        findings.extend(assess(&assessed, &campaign.limits));
         rows.push(PhasorRow {
             run: run.run.clone(),
             frequency: run.frequency,
@@ -154,35 +167,49 @@ fn determined(rows: Vec<PhasorRow>, findings: &mut Vec<Finding>) -> Vec<PhasorRo
         .collect()
 }
 
-/// The budget with the reference calibration of the certificate, where it has none of its own.
-fn with_certificate(campaign: &ShakerCampaign, rows: &[PhasorRow]) -> Result<Budget, Error> {
-    let mut budget = Budget::new(campaign.budget.inputs.clone())?;
-    if let Some(table) = &campaign.reference {
-        let (mut modulus, mut phase) = (0.0f64, 0.0f64);
-        for row in rows {
-            let p = table.at(row.frequency)?;
-            modulus = modulus.max(p.modulus_uncertainty);
-            phase = phase.max(p.phase_uncertainty);
-        }
-        for (acts, u, key, text) in [
-            (
-                Acts::ReferenceModulus,
-                modulus,
-                "reference.calibration",
-                "calibration of the reference standard",
-            ),
-            (
-                Acts::ReferencePhase,
-                phase,
-                "reference.phase",
-                "phase of the reference standard",
-            ),
-        ] {
-            if u > 0.0 && !budget.inputs.iter().any(|i| i.acts == acts) {
-                budget
-                    .inputs
-                    .push(Input::new(key, acts, u, &[Key::Frequency]).described(text));
+/// The budget with the reference calibration of the certificate at these frequencies, where it has none of its own.
+///
+/// # Errors
+/// [`Error::OutOfRange`] for an impossible budget or a frequency the certificate does not reach.
+pub fn with_certificate(
+    budget: &Budget,
+    reference: Option<&ReferenceTable>,
+    frequencies: impl IntoIterator<Item = f64>,
+) -> Result<Budget, Error> {
+    let mut budget = Budget::new(budget.inputs.clone())?;
+    let Some(table) = reference else {
+        return Ok(budget);
+    };
+    let mut frequencies: Vec<f64> = frequencies.into_iter().collect();
+    frequencies.sort_by(f64::total_cmp);
+    frequencies.dedup();
+    let (mut modulus, mut phase) = (vec![], vec![]);
+    for frequency in frequencies {
+        let p = table.at(frequency)?;
+        modulus.push((frequency, p.modulus_uncertainty));
+        phase.push((frequency, p.phase_uncertainty));
+    }
+    for (acts, stated, key, text) in [
+        (
+            Acts::ReferenceModulus,
+            modulus,
+            "reference.calibration",
+            "calibration of the reference standard",
+        ),
+        (
+            Acts::ReferencePhase,
+            phase,
+            "reference.phase",
+            "phase of the reference standard",
+        ),
+    ] {
+        let largest = stated.iter().map(|s| s.1).fold(0.0, f64::max);
+        if largest > 0.0 && !budget.inputs.iter().any(|i| i.acts == acts) {
+            let mut input = Input::new(key, acts, largest, &[Key::Frequency]).described(text);
+            if stated.iter().any(|s| s.1 != largest) {
+                input.at_frequencies = stated;
             }
+            budget.inputs.push(input);
         }
     }
     Ok(budget)

@@ -157,6 +157,104 @@ pub fn compare(
     Ok((results, findings))
 }
 
+/// Mean over the runs of each frequency, in ascending frequency; a frequency of one run stays as it is.
+///
+/// The mean is of the complex sensitivities. Certificate and reading are common to the repeats and stay; the
+/// scatter adds the influence `repeatability`, s/√n with n − 1 degrees of freedom.
+///
+/// A scatter beyond the declared uncertainty of a reading (χ² with 2 (n − 1) degrees of freedom) is a finding.
+///
+/// # Errors
+/// As [`Estimate::new`].
+pub fn combine(
+    rows: &[ComparisonRow],
+    results: &[SingleAxis],
+    budget: &ComparisonBudget,
+) -> Result<(Vec<SingleAxis>, Vec<Finding>), Error> {
+    let mut frequencies: Vec<f64> = results.iter().map(|r| r.frequency).collect();
+    frequencies.sort_by(f64::total_cmp);
+    frequencies.dedup();
+    let (mut means, mut findings) = (vec![], vec![]);
+    for frequency in frequencies {
+        let group: Vec<usize> = (0..results.len())
+            .filter(|&i| results[i].frequency == frequency)
+            .collect();
+        let first = &results[group[0]];
+        if group.len() == 1 {
+            means.push(first.clone());
+            continue;
+        }
+        let n = group.len() as f64;
+        let mean = group.iter().map(|&i| results[i].sensitivity).sum::<c64>() / n;
+        // Along and across the mean: modulus and phase.
+        let turned: Vec<[f64; 2]> = group
+            .iter()
+            .map(|&i| {
+                let d = results[i].sensitivity / mean - 1.0;
+                [d.re, d.im]
+            })
+            .collect();
+        let moment = |p: usize, q: usize| turned.iter().map(|d| d[p] * d[q]).sum::<f64>();
+        let scale = 1.0 / (n * (n - 1.0));
+        let m = mean.norm();
+        let covariance = [
+            scale * moment(0, 0) * m * m,
+            scale * moment(0, 1) * m,
+            scale * moment(0, 1) * m,
+            scale * moment(1, 1),
+        ];
+        let mut influences = first.estimate.influences().to_vec();
+        influences.push(Influence {
+            key: "repeatability".to_owned(),
+            description: "scatter of the repeats".to_owned(),
+            evaluation: Evaluation::A,
+            distribution: "normal".to_owned(),
+            dof: DegreesOfFreedom::new(n - 1.0).unwrap_or(DegreesOfFreedom::INFINITE),
+            effect: Effect::Joint {
+                covariance: proofmass_uncertainty::Covariance::try_from_rows(2, &covariance)?,
+            },
+        });
+        if budget.ratio > 0.0 && budget.phase > 0.0 {
+            let statistic =
+                moment(0, 0) / budget.ratio.powi(2) + moment(1, 1) / budget.phase.powi(2);
+            let dof = 2.0 * (n - 1.0);
+            if super::fit::upper_tail(statistic, dof) < 1e-4 {
+                let size = |d: &[f64; 2]| (d[0] / budget.ratio).hypot(d[1] / budget.phase);
+                let worst = (0..group.len())
+                    .max_by(|&a, &b| size(&turned[a]).total_cmp(&size(&turned[b])))
+                    .unwrap_or(0);
+                findings.push(
+                    Finding::new(
+                        Severity::Warning,
+                        "scatter-exceeds-reading",
+                        format!("the runs at {frequency} Hz scatter more than a reading is declared to"),
+                    )
+                    .evidence(format!(
+                        "{n} runs, {:.2} times the declared uncertainty; farthest from the mean is run {} ({:+.3} %, {:+.3}°)",
+                        (statistic / dof).sqrt(),
+                        rows[group[worst]].run,
+                        100.0 * turned[worst][0],
+                        turned[worst][1].to_degrees()
+                    ))
+                    .advice("look at that run, or declare what a reading is worth"),
+                );
+            }
+        }
+        means.push(SingleAxis {
+            frequency,
+            sensitivity: mean,
+            estimate: Estimate::new(
+                vec![
+                    Component::new("modulus", "V/(m/s²)", m),
+                    Component::new("phase", "rad", mean.arg()),
+                ],
+                influences,
+            )?,
+        });
+    }
+    Ok((means, findings))
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::reference::ReferencePoint;
@@ -191,5 +289,50 @@ mod tests {
         // √(0.2² + 0.15²) % = 0.25 %.
         assert!((e.get("modulus").unwrap().standard_uncertainty / 0.02 - 0.0025).abs() < 1e-12);
         assert_eq!(findings[0].code(), "transverse-motion");
+    }
+
+    #[test]
+    fn law_the_mean_of_repeats_has_their_scatter() {
+        let table = ReferenceTable::new(vec![ReferencePoint {
+            frequency: 160.0,
+            sensitivity: 0.01,
+            phase: 0.0,
+            modulus_uncertainty: 0.002,
+            phase_uncertainty: 0.001,
+        }])
+        .unwrap();
+        let row = |run: &str, modulus: f64, phase: f64| ComparisonRow {
+            run: run.into(),
+            frequency: 160.0,
+            reference: c64::from_polar(0.1, 3.0),
+            output: c64::from_polar(0.2 * modulus, 3.0 + phase),
+            transverse: Some(0.01),
+        };
+        let rows = [
+            row("a", 0.999, 0.0),
+            row("b", 1.0, 0.0),
+            row("c", 1.001, 0.0),
+        ];
+        let budget = ComparisonBudget {
+            ratio: 0.001,
+            phase: 0.001,
+            dof: f64::INFINITY,
+        };
+        let (results, _) = compare(&rows, &table, &budget).unwrap();
+        let (means, findings) = combine(&rows, &results, &budget).unwrap();
+        assert!(means.len() == 1 && findings.is_empty());
+        let q = means[0].estimate.get("modulus").unwrap();
+        // s = 0.1 %, n = 3: √(0.2² + 0.1² + 0.1²/3) %.
+        let u = (0.2f64.powi(2) + 0.01 + 0.01 / 3.0).sqrt() / 100.0;
+        assert!((q.standard_uncertainty / q.value / u - 1.0).abs() < 1e-9);
+        // A run that is turned by 2° is named.
+        let rows = [
+            row("a", 1.0, 0.0),
+            row("b", 1.0, 0.0),
+            row("turned", 1.0, 0.035),
+        ];
+        let (results, _) = compare(&rows, &table, &budget).unwrap();
+        let (_, findings) = combine(&rows, &results, &budget).unwrap();
+        assert!(findings[0].evidence_text().contains("run turned"));
     }
 }

@@ -22,21 +22,33 @@ fn lowered(c: char) -> Option<char> {
     })
 }
 
-/// Runs of a text that stand on the line or, lowered, above it.
+/// Where a run of a text stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Level {
+    Line,
+    Above,
+    Below,
+}
+
+/// Runs of a text that stand on the line, above it or, as an index, below it.
 ///
 /// Superscript characters beyond ¹, ² and ³ are missing in many fonts and come out uneven from a substitute; a
 /// text with one of them is drawn with raised common characters instead.
-fn runs(text: &str) -> Vec<(bool, String)> {
+fn runs(text: &str) -> Vec<(Level, String)> {
     let common = |c: char| matches!(c, '¹' | '²' | '³') || lowered(c).is_none();
-    if text.chars().all(common) {
-        return vec![(false, text.into())];
-    }
-    let mut runs: Vec<(bool, String)> = Vec::new();
-    for c in text.chars() {
-        let (raised, c) = lowered(c).map_or((false, c), |plain| (true, plain));
-        match runs.last_mut() {
-            Some((above, run)) if *above == raised => run.push(c),
-            _ => runs.push((raised, c.to_string())),
+    let plain = text.chars().all(common);
+    let mut runs: Vec<(Level, String)> = Vec::new();
+    for (index, piece) in crate::subscript::pieces(text) {
+        for c in piece.chars() {
+            let (level, c) = match lowered(c) {
+                _ if index => (Level::Below, c),
+                Some(raised) if !plain => (Level::Above, raised),
+                _ => (Level::Line, c),
+            };
+            match runs.last_mut() {
+                Some((last, run)) if *last == level => run.push(c),
+                _ => runs.push((level, c.to_string())),
+            }
         }
     }
     runs
@@ -185,7 +197,7 @@ impl Svg {
         let _ = writeln!(self.out, "<path d=\"{d}\" {attributes}/>");
     }
 
-    /// A text; superscripts are raised.
+    /// A text; superscripts are raised, indices lowered.
     pub(super) fn text(&mut self, at: (f64, f64), anchor: Anchor, text: &str, attributes: &str) {
         let (x, y) = (self.number(at.0), self.number(at.1));
         let held = match anchor {
@@ -194,16 +206,23 @@ impl Svg {
             Anchor::End => "end",
         };
         let mut body = String::new();
-        let mut above = false;
-        for (raised, run) in runs(text) {
+        // A shift lasts until it is taken back; it is counted in the size of its own run.
+        let mut shifted = 0.0;
+        for (level, run) in runs(text) {
             let run = escape(&run);
-            // A shift lasts until it is taken back.
-            let _ = match (raised, above) {
-                (true, _) => write!(body, "<tspan dy=\"-0.4em\" font-size=\"78%\">{run}</tspan>"),
-                (false, true) => write!(body, "<tspan dy=\"0.31em\">{run}</tspan>"),
-                (false, false) => write!(body, "{run}"),
+            let (level, size) = match level {
+                Level::Line => (0.0, 1.0),
+                Level::Above => (-0.31, 0.78),
+                Level::Below => (0.2, 0.78),
             };
-            above = raised;
+            let _ = if level == shifted && size == 1.0 {
+                write!(body, "{run}")
+            } else {
+                let shift = (level - shifted) / size;
+                let small = if size < 1.0 { " font-size=\"78%\"" } else { "" };
+                write!(body, "<tspan dy=\"{shift:.2}em\"{small}>{run}</tspan>")
+            };
+            shifted = level;
         }
         let _ = writeln!(
             self.out,
@@ -280,18 +299,20 @@ mod tests {
 
     #[test]
     fn law_rare_superscripts_become_raised_common_characters() {
-        assert_eq!(runs("m/s²"), [(false, "m/s²".into())]);
+        assert_eq!(runs("m/s²"), [(Level::Line, "m/s²".into())]);
         assert_eq!(
             runs("kg·m²·s⁻²"),
             [
-                (false, "kg·m".into()),
-                (true, "2".into()),
-                (false, "·s".into()),
-                (true, "−2".into())
+                (Level::Line, "kg·m".into()),
+                (Level::Above, "2".into()),
+                (Level::Line, "·s".into()),
+                (Level::Above, "−2".into())
             ]
         );
-        assert_eq!(runs("τ⁻¹ᐟ²")[1], (true, "−1/2".into()));
-        assert_eq!(runs(&power_of_ten(-305))[1], (true, "−305".into()));
+        assert_eq!(runs("τ⁻¹ᐟ²")[1], (Level::Above, "−1/2".into()));
+        assert_eq!(runs(&power_of_ten(-305))[1], (Level::Above, "−305".into()));
+        let index = runs("K_xx / 2");
+        assert_eq!(index[1].0, Level::Below, "{index:?}");
         assert!(runs("").iter().all(|run| run.1.is_empty()));
     }
 

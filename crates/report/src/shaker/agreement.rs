@@ -207,6 +207,8 @@ pub(super) fn angles(result: &MethodResult) -> Option<Section> {
 /// Verdicts of the law of propagation against Monte Carlo.
 pub(super) fn monte_carlo(checks: &[FrequencyCheck]) -> Option<Section> {
     let first = checks.first()?;
+    // Two standard deviations of the 2.5 % quantile of a normal distribution: √(p (1 − p)/n) over its density there.
+    let scatter = 2.0 * (0.975 * 0.025 / first.trials.max(1) as f64).sqrt() / 0.058_45;
     let total: usize = checks.iter().map(|c| c.verdicts.len()).sum();
     let good = |c: &FrequencyCheck| c.verdicts.iter().filter(|v| v.holds).count();
     let hold: usize = checks.iter().map(good).sum();
@@ -234,7 +236,11 @@ pub(super) fn monte_carlo(checks: &[FrequencyCheck]) -> Option<Section> {
             Cell::number(check.trials.to_string()),
             Cell::number(format!("{} of {}", good(check), check.verdicts.len())),
             Cell::text(worst.map_or(String::new(), |v| {
-                format!("{} u at S_{}", two_digits(departure(v)), v.component)
+                format!(
+                    "{} u at {}",
+                    two_digits(departure(v)),
+                    component(&v.component)
+                )
             })),
         ]);
     }
@@ -243,9 +249,20 @@ pub(super) fn monte_carlo(checks: &[FrequencyCheck]) -> Option<Section> {
             .paragraph(format!(
                 "Every input drawn from its distribution with what shares it, angles through sines and products through \
                  products, {} trials per frequency: {hold} of {total} components of S have 95 % intervals that agree with \
-                 the law of propagation within half a unit of the last digit of u (JCGM 101:2008, clause 8).",
-                first.trials
+                 the law of propagation within half a unit of the last digit of u (JCGM 101:2008, clause 8). With so many trials \
+                 an end of an interval is itself known to ± {} u.",
+                first.trials,
+                two_digits(scatter)
             ))
             .table(table),
     )
+}
+
+/// `xx.re` as Re S_xx.
+fn component(name: &str) -> String {
+    match name.split_once('.') {
+        Some((term, "re")) => format!("Re S_{term}"),
+        Some((term, "im")) => format!("Im S_{term}"),
+        _ => name.to_owned(),
+    }
 }

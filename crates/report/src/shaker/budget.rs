@@ -1,6 +1,6 @@
 //! Where the uncertainty of every term comes from.
 
-use super::digits::{CROSS, MAIN, TERMS, Unit, representative};
+use super::digits::{CROSS, MAIN, TERMS, Unit, degrees_of_freedom, representative};
 use crate::number::{plain, two_digits};
 use crate::{BarPlot, Block, Cell, Column, Section, Table};
 use proofmass_calibration::shaker::{FrequencyResult, MethodResult};
@@ -101,7 +101,7 @@ fn table(f: &FrequencyResult, causes: &[(String, String, String)], unit: Unit) -
         "mV/(m/s²)" => ("µV/(m/s²)", 1e6),
         _ => ("nV/(m/s²)", 1e9),
     };
-    let mut columns = vec![Column::text("cause"), Column::text("")];
+    let mut columns = vec![Column::text("cause (type)")];
     columns.extend(TERMS.map(|t| Column::number(t, "")));
     let mut table = Table::new(
         format!(
@@ -111,10 +111,7 @@ fn table(f: &FrequencyResult, causes: &[(String, String, String)], unit: Unit) -
         columns,
     );
     for (key, description, evaluation) in causes {
-        let mut cells = vec![
-            Cell::text(description.clone()),
-            Cell::text(evaluation.clone()),
-        ];
+        let mut cells = vec![Cell::text(format!("{description} ({evaluation})"))];
         cells.extend((0..9).map(|k| {
             let line = f.sensitivity[k].budget.iter().find(|l| l.key == *key);
             let value = line.map_or(0.0, |l| l.contribution);
@@ -128,7 +125,7 @@ fn table(f: &FrequencyResult, causes: &[(String, String, String)], unit: Unit) -
         table = table.row(cells);
     }
     let mut total = |name: &str, value: &dyn Fn(usize) -> String| {
-        let mut cells = vec![Cell::text(name), Cell::Empty];
+        let mut cells = vec![Cell::text(name)];
         cells.extend((0..9).map(|k| Cell::number(value(k))));
         let row = std::mem::take(&mut table).row(cells);
         table = row;
@@ -137,9 +134,7 @@ fn table(f: &FrequencyResult, causes: &[(String, String, String)], unit: Unit) -
     total("u", &|k| {
         two_digits(factor * modulus(k).standard_uncertainty)
     });
-    total("ν_eff", &|k| {
-        modulus(k).dof.map_or("∞".to_owned(), |d| format!("{d:.0}"))
-    });
+    total("ν_eff", &|k| degrees_of_freedom(modulus(k).dof));
     total("k", &|k| format!("{:.2}", modulus(k).coverage_factor));
     total("U", &|k| two_digits(factor * modulus(k).expanded));
     table

@@ -246,7 +246,7 @@ pub(super) fn datasheet(
     }
     let mut columns = vec![Column::number("f", "Hz")];
     for axis in ["xx", "yy", "zz"] {
-        columns.push(Column::number(format!("|S_{axis}| against it"), "%"));
+        columns.push(Column::number(format!("Δ|S_{axis}|"), "%"));
         columns.push(Column::number("E_n", ""));
     }
     let mut table = Table::new("Main terms against the datasheet", columns);

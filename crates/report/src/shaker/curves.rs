@@ -1,6 +1,6 @@
 //! Sensitivity against frequency.
 
-use super::digits::{CROSS, MAIN, TERMS, Unit, degrees, plus_minus, scaled};
+use super::digits::{CROSS, MAIN, TERMS, Unit, degrees, degrees_of_freedom, plus_minus, scaled};
 use crate::number::plain;
 use crate::{Axis, Cell, Column, Section, Series, Table, XyPlot};
 use proofmass_calibration::shaker::{FrequencyResult, MethodResult};
@@ -66,9 +66,7 @@ fn phases(result: &MethodResult) -> Table {
                     .map_or(Cell::Empty, |(v, u)| Cell::number(plus_minus(v, u))),
             );
             cells.push(Cell::number(format!("{:.2}", m.coverage_factor)));
-            cells.push(Cell::number(
-                m.dof.map_or("∞".to_owned(), |dof| format!("{dof:.0}")),
-            ));
+            cells.push(Cell::number(degrees_of_freedom(m.dof)));
         }
         table = table.row(cells);
     }

@@ -59,6 +59,15 @@ pub(super) fn degrees(term: &Term) -> Option<(f64, f64)> {
     Some((value, phase.expanded.to_degrees()))
 }
 
+/// Degrees of freedom; from ten thousand on Student's t is a normal distribution to every digit printed.
+pub(super) fn degrees_of_freedom(dof: Option<f64>) -> String {
+    match dof {
+        Some(dof) if dof < 9999.5 => format!("{dof:.0}"),
+        Some(_) => "> 9999".to_owned(),
+        None => "∞".to_owned(),
+    }
+}
+
 /// The frequency that stands for the device: the one nearest to 160 Hz, where datasheets are written.
 pub(super) fn representative(result: &MethodResult) -> Option<&FrequencyResult> {
     result.frequencies.iter().min_by(|a, b| {

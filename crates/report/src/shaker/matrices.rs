@@ -6,18 +6,17 @@ use crate::{Alignment, Block, Cell, Column, Section, Table};
 use proofmass_calibration::shaker::{FrequencyResult, MethodResult};
 
 pub(super) fn section(result: &MethodResult, unit: Unit) -> Section {
-    let mut section = Section::new("Matrices").paragraph(
+    let shown = representative(result).map(|f| f.frequency);
+    let mut section = Section::new("Matrices").paragraph(format!(
         "Rows of observations: o = a S and a = o A, o the outputs in V, a the acceleration in m/s². S_ij is the output j per \
          unit acceleration along i; A = S⁻¹. Normalised: S*_ij = Re(S_ij/S_ii), A*_ij = Re(A_ij/A_ii), with the sign \
          of the cross term. Each value stands with its expanded uncertainty U (95 %), both to two digits of U. A phase is \
-         given where the modulus exceeds its U; elsewhere every phase is compatible.",
-    );
-    let shown = representative(result).map(|f| f.frequency);
+         given where the modulus exceeds its U; elsewhere every phase is compatible. These are the matrices at {}.",
+        shown.map_or("one frequency".to_owned(), |f| format!("{} Hz", plain(f)))
+    ));
     for f in &result.frequencies {
         if Some(f.frequency) == shown {
-            section = section
-                .paragraph(format!("At {} Hz:", plain(f.frequency)))
-                .beside(tables(f, unit));
+            section = section.beside(tables(f, unit));
         }
     }
     for f in &result.frequencies {

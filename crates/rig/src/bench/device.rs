@@ -47,39 +47,52 @@ impl Device {
     }
 }
 
-/// Motion of a wedge beside the excitation: a rocking of the table and a bending that grows with frequency.
+/// Motion of a wedge beside the excitation: the transverse motion of the shaker, and a bending of the wedge with a
+/// resonance of its own along each axis of the table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wedge {
     /// Transverse motion of the shaker relative to the excitation along x′ and y′.
     pub transverse: [c64; 2],
-    /// First bending frequency of a wedge of 90° in Hz; flatter wedges are stiffer.
-    pub bending: f64,
-    /// Quality factor of the bending.
+    /// Resonances of a wedge of 90° along x′, y′ and z′ in Hz; flatter wedges are stiffer.
+    pub resonance: [f64; 3],
+    /// Quality factor of the resonances.
     pub quality: f64,
+    /// Motion along x′, y′ and z′ at the height of a wedge of 90°, relative to what the resonance adds.
+    pub participation: [f64; 3],
 }
 
 impl Default for Wedge {
     fn default() -> Self {
         Self {
             transverse: [c64::from_polar(0.010, 2.2), c64::from_polar(0.008, -1.1)],
-            bending: 2.4e3,
+            resonance: [2.4e3, 3.1e3, 2.6e3],
             quality: 30.0,
+            participation: [0.6, 0.1, 1.0],
         }
     }
 }
 
 impl Wedge {
-    /// Ratios ε along x′, y′, z′ at an inclination (degrees) and frequency (Hz).
+    /// Ratios ε along x′, y′, z′ at an inclination (degrees) and frequency (Hz); along z′ the departure from the
+    /// excitation.
     pub fn ratio(&self, inclination_deg: f64, frequency: f64) -> [c64; 3] {
         let slope = inclination_deg.to_radians().sin();
-        // Stiffness falls with height: the flat table has no bending at all.
-        let bending = self.bending * (2.0 - slope);
-        let x = frequency / bending;
-        let gain = c64::new(1.0 - x * x, x / self.quality).inv() - 1.0;
+        let bending: [c64; 3] = std::array::from_fn(|k| {
+            // Stiffness falls with height: the flat table has no bending at all.
+            let x = frequency / (self.resonance[k] * (2.0 - slope));
+            let gain = c64::new(1.0 - x * x, x / self.quality).inv() - 1.0;
+            gain * (self.participation[k] * slope)
+        });
         [
-            self.transverse[0] + gain * (0.6 * slope),
-            self.transverse[1] + gain * (0.1 * slope),
-            gain * slope,
+            self.transverse[0] + bending[0],
+            self.transverse[1] + bending[1],
+            bending[2],
         ]
+    }
+
+    /// Transverse motion relative to the excitation, as a transverse sensor on the wedge would read it.
+    pub fn transverse_motion(&self, inclination_deg: f64, frequency: f64) -> f64 {
+        let [x, y, _] = self.ratio(inclination_deg, frequency);
+        x.norm().hypot(y.norm())
     }
 }

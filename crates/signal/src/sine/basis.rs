@@ -1,7 +1,8 @@
 //! The functions a record is fitted with, and their exact inner products.
 
 use super::Coefficients;
-use super::pass::{Moments, Tables};
+use super::pass::Look;
+use super::tables::Tables;
 use faer::{Mat, c64};
 
 /// One real function Re(u τᵖ e^{jkω n}) about the middle of the record; k = 0 is the trend.
@@ -32,7 +33,13 @@ pub(crate) struct Basis {
 }
 
 impl Basis {
-    pub(crate) fn new(tables: &Tables, drift: bool, harmonics: usize) -> Self {
+    /// Over some blocks of a record.
+    pub(crate) fn new(
+        tables: &Tables,
+        drift: bool,
+        harmonics: usize,
+        blocks: impl Iterator<Item = usize> + Clone,
+    ) -> Self {
         let one = c64::new(1.0, 0.0);
         let mut terms = vec![Term::new(one, 0, 0)];
         if drift {
@@ -46,7 +53,7 @@ impl Basis {
             terms,
             drift,
             harmonics,
-            sums: tables.power_sums(2 * harmonics),
+            sums: tables.power_sums(blocks),
         }
     }
 
@@ -79,7 +86,7 @@ impl Basis {
     }
 
     /// ⟨basis, x⟩ from the moments ⟨x, e^{jkωn}⟩ of a channel.
-    pub(crate) fn project(&self, moments: &Moments) -> Mat<f64> {
+    pub(crate) fn project(&self, moments: &Look) -> Mat<f64> {
         let mut right = vec![moments.sum];
         if self.drift {
             right.push(moments.slope);

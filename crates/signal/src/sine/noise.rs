@@ -1,8 +1,8 @@
 //! The noise that matters to an amplitude is the noise beside its frequency.
 
-use super::pass::{Residue, Tables};
+use super::residue::Residue;
+use super::tables::Tables;
 use faer::c64;
-use std::f64::consts::TAU;
 
 /// Bins on each side of the drive that are averaged.
 const BINS: usize = 10;
@@ -23,8 +23,7 @@ pub(crate) fn local(residue: &Residue, tables: &Tables) -> ([f64; 3], f64) {
     for m in 2..bins + 2 {
         let (mut zr, mut zi) = (c64::new(0.0, 0.0), c64::new(0.0, 0.0));
         for (b, z) in residue.series.iter().enumerate() {
-            let (s, c) = (TAU * ((m * b) % blocks) as f64 / blocks as f64).sin_cos();
-            let e = c64::new(c, -s);
+            let e = tables.circle[(m * b) % blocks];
             zr += e * z.re;
             zi += e * z.im;
         }

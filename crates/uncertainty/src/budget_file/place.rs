@@ -40,6 +40,18 @@ impl Place {
                 ("input", number, key)
             }),
             Refusal::Incomplete { name, .. } => input(name).map(|number| ("input", number, "name")),
+            Refusal::Name { name, .. } => {
+                let formula = formulas.iter().find(|f| f.name == name);
+                let place = formula.map(|f| (f.table, f.number, "name"));
+                place.or_else(|| {
+                    let first = inputs.iter().position(|i| &i.name == name);
+                    first.map(|number| ("input", number, "name"))
+                })
+            }
+            Refusal::Output { name, .. } => {
+                let formula = formulas.iter().find(|f| f.name == name);
+                formula.map(|f| (f.table, f.number, "expression"))
+            }
             Refusal::Duplicate { name } => {
                 let formula = formulas.iter().rev().find(|f| f.name == name);
                 formula.map(|f| (f.table, f.number, "name")).or_else(|| {
@@ -52,6 +64,20 @@ impl Place {
                 formula.map(|f| (f.table, f.number, "expression"))
             }
             Refusal::Unknown { name, .. } => pair(&|c| c.between.contains(name), "between"),
+            Refusal::Pair {
+                first,
+                second,
+                coefficient,
+                ..
+            } => {
+                // The last one: of two it is the second that is one too many.
+                let found = correlations.iter().rposition(|c| {
+                    c.between.contains(first)
+                        && c.between.contains(second)
+                        && c.coefficient.to_bits() == coefficient.to_bits()
+                });
+                found.map(|number| ("correlation", number, "coefficient"))
+            }
             Refusal::Correlation { first, second, .. } => pair(
                 &|c| c.between.contains(first) && c.between.contains(second),
                 "coefficient",

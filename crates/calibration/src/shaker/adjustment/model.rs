@@ -261,7 +261,7 @@ impl Model<'_> {
 /// How one draw (standard deviation one) of an input that is not an angle acts on a row.
 fn column(input: &Input, part: usize, row: &PhasorRow, y: &[c64; 3], scale: f64) -> [f64; 6] {
     let j = c64::new(0.0, 1.0);
-    let u = input.standard_uncertainty;
+    let u = input.standard_uncertainty_at(row.frequency);
     let channel = part % 3;
     let only = |v: c64| -> [c64; 3] {
         std::array::from_fn(|k| if k == channel { v } else { c64::new(0.0, 0.0) })

@@ -1,0 +1,75 @@
+//! Monte Carlo of a triaxial calibration beside numpy: 44 configurations, one frequency and nine.
+//!
+//! The Python interpreter is taken from the variable PROOFMASS_BENCH_PYTHON, else `python3`; it needs numpy. The peer
+//! draws 10⁵ trials in batches and is scaled to a million; it estimates by ordinary least squares, ours with the weights
+//! of the budget, so the two uncertainties are near each other and not the same.
+
+mod peer;
+
+use faer::c64;
+use peer::{Peers, best};
+use proofmass_calibration::shaker::{
+    Acts, Budget, Input, Key, PhasorRow,
+    geometry::published_plan,
+    matrix::{Matrix, row_times},
+    monte_carlo::{Verdict, validate},
+};
+
+fn case() -> Result<(Vec<PhasorRow>, Matrix, Budget), proofmass_core::Error> {
+    let s: Matrix = std::array::from_fn(|i| {
+        std::array::from_fn(|j| c64::new(if i == j { 0.0104 } else { 3e-4 }, 1e-5))
+    });
+    let rows = published_plan()
+        .into_iter()
+        .map(|c| {
+            let a = c.direction().map(|d| c64::new(10.0 * d, 0.0));
+            PhasorRow::new("", 160.0, c, c64::new(10.0, 0.0), row_times(a, &s))
+        })
+        .collect();
+    let mut inputs = Budget::published_bench().inputs;
+    inputs.push(Input::new(
+        "noise",
+        Acts::OutputAdditive,
+        5e-5,
+        &[Key::Run, Key::Channel],
+    ));
+    inputs.push(Input::new(
+        "reference.phase",
+        Acts::ReferencePhase,
+        0.003,
+        &[Key::Frequency],
+    ));
+    Ok((rows, s, Budget::new(inputs)?))
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let peers = Peers::run("shaker_monte_carlo_peer.py")?;
+    let (rows, s, budget) = case()?;
+    let (theirs, their_u) = peers.get("one_frequency")?;
+    println!("Monte Carlo of one frequency, 44 configurations, 10⁶ trials");
+    println!("  numpy       {theirs:8.2} s              u(Re S_xx) = {their_u:.4e}");
+    let all = std::thread::available_parallelism()?.get();
+    let run = || validate(&rows, &s, &budget, 1_000_000, 2, 1);
+    for threads in [1, all] {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()?;
+        let mut verdicts: Vec<Verdict> = vec![];
+        let ours = best(3, || {
+            verdicts = pool.install(run).unwrap_or_default();
+        });
+        let u = verdicts.first().map_or(f64::NAN, |v| v.monte_carlo);
+        println!(
+            "  {threads} thread{}   {ours:8.2} s   {:6.1} ×   u(Re S_xx) = {u:.4e}",
+            if threads == 1 { " " } else { "s" },
+            theirs / ours
+        );
+    }
+    let nine = best(1, || {
+        for seed in 0..9 {
+            let _ = std::hint::black_box(validate(&rows, &s, &budget, 1_000_000, 2, seed));
+        }
+    });
+    println!("  nine frequencies, {all} threads: {nine:.1} s");
+    Ok(())
+}

@@ -1,0 +1,128 @@
+//! One block of sines, the phase of every block, and exact sums of their products.
+
+use faer::c64;
+use std::f64::consts::TAU;
+
+/// Samples per block: the tables of a few harmonics stay in the first-level cache.
+const BLOCK: usize = 512;
+
+/// cos(hωl) and sin(hωl) for one block, and the exact anchor of every block.
+pub(crate) struct Tables {
+    pub(crate) omega: f64,
+    pub(crate) samples: usize,
+    pub(crate) block: usize,
+    middle: f64,
+    pub(crate) cosine: Vec<Vec<f64>>,
+    pub(crate) sine: Vec<Vec<f64>>,
+    pub(crate) ramp: Vec<f64>,
+    /// e^{jω(n − middle)} for the first sample n of every block.
+    anchors: Vec<c64>,
+    /// Σ_l (scale l)ᵖ e^{jkωl} over a full and over the last block, for k = 0 … 2H.
+    inside: [Vec<[c64; 3]>; 2],
+    /// e^{−j2πb/B} over the B full blocks.
+    pub(crate) circle: Vec<c64>,
+}
+
+impl Tables {
+    pub(crate) fn new(omega: f64, samples: usize, harmonics: usize) -> Self {
+        // At least sixteen blocks, so that the demodulated series has bins beside the drive.
+        let block = (samples / 16).clamp(8, BLOCK);
+        let table = |f: fn(f64) -> f64| -> Vec<Vec<f64>> {
+            (1..=harmonics)
+                .map(|h| (0..block).map(|l| f(h as f64 * omega * l as f64)).collect())
+                .collect()
+        };
+        let middle = 0.5 * (samples - 1) as f64;
+        let scale = 2.0 / samples as f64;
+        let unit = |angle: f64| {
+            let (s, c) = angle.sin_cos();
+            c64::new(c, s)
+        };
+        let sums = |length: usize| -> Vec<[c64; 3]> {
+            (0..=2 * harmonics)
+                .map(|k| {
+                    let mut sums = [c64::new(0.0, 0.0); 3];
+                    for l in 0..length {
+                        let (e, t) = (unit(k as f64 * omega * l as f64), scale * l as f64);
+                        sums[0] += e;
+                        sums[1] += e * t;
+                        sums[2] += e * (t * t);
+                    }
+                    sums
+                })
+                .collect()
+        };
+        let full = samples / block;
+        Self {
+            omega,
+            samples,
+            block,
+            middle,
+            cosine: table(f64::cos),
+            sine: table(f64::sin),
+            ramp: (0..block).map(|l| l as f64).collect(),
+            anchors: (0..samples)
+                .step_by(block)
+                .map(|start| unit(omega * (start as f64 - middle)))
+                .collect(),
+            inside: [sums(block), sums(samples % block)],
+            circle: (0..full)
+                .map(|b| unit(-TAU * b as f64 / full as f64))
+                .collect(),
+        }
+    }
+
+    /// Number of blocks, the last and shorter one included.
+    pub(crate) fn blocks(&self) -> usize {
+        self.anchors.len()
+    }
+
+    /// e^{jkω(n − middle)} for the first sample n of a block.
+    pub(crate) fn anchor(&self, k: usize, block: usize) -> c64 {
+        // Powers of one exact phase: k ε at most.
+        (1..k).fold(self.anchors[block], |power, _| power * self.anchors[block])
+    }
+
+    /// τ of the first sample of a block: −1 … 1 over the record.
+    pub(crate) fn tau(&self, block: usize) -> f64 {
+        2.0 * ((block * self.block) as f64 - self.middle) / self.samples as f64
+    }
+
+    /// τ per sample.
+    pub(crate) fn scale(&self) -> f64 {
+        2.0 / self.samples as f64
+    }
+
+    /// Σ τᵖ e^{jkω(n − middle)} over one block, p = 0, 1, 2.
+    pub(crate) fn block_sums(&self, k: usize, block: usize) -> [c64; 3] {
+        let full = (block + 1) * self.block <= self.samples;
+        let [zeroth, first, second] = self.inside[usize::from(!full)][k];
+        let e = match k {
+            0 => c64::new(1.0, 0.0),
+            _ => self.anchor(k, block),
+        };
+        let t = self.tau(block);
+        [
+            e * zeroth,
+            e * (first + zeroth * t),
+            e * (second + first * (2.0 * t) + zeroth * (t * t)),
+        ]
+    }
+
+    /// The same over some blocks, for every k up to twice the highest harmonic: `[p][k]`.
+    pub(crate) fn power_sums(&self, blocks: impl Iterator<Item = usize> + Clone) -> [Vec<c64>; 3] {
+        let mut result = [vec![], vec![], vec![]];
+        for k in 0..self.inside[0].len() {
+            let mut sums = [c64::new(0.0, 0.0); 3];
+            for block in blocks.clone() {
+                for (sum, part) in sums.iter_mut().zip(self.block_sums(k, block)) {
+                    *sum += part;
+                }
+            }
+            for (r, s) in result.iter_mut().zip(sums) {
+                r.push(s);
+            }
+        }
+        result
+    }
+}
