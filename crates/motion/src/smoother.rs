@@ -83,6 +83,10 @@ fn backward<const N: usize>(
                 }
             }
         }
+        // A difference of doubles resolves no less of what it is taken from.
+        for i in 0..N {
+            state.p[i][i] = state.p[i][i].max(1e-12 * prior.p[i][i]);
+        }
         // λ̂ = Fᵀ λ̃, Λ̂ = Fᵀ Λ̃ F
         let f = &kalman.f;
         vector = std::array::from_fn(|i| (0..N).map(|l| f[l][i] * vector[l]).sum());

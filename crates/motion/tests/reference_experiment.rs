@@ -49,6 +49,9 @@ fn law_fused_methods_beat_both_sensors_at_every_rate() {
         axis.accelerometer.offset = 0.0005;
         let (record, truth) = record(&axis.simulate(31).unwrap());
         let result = compare(&record, Some(&truth), &[], decimations, 0.5).unwrap();
+        for f in &result.findings {
+            println!("{f}");
+        }
         let rates: Vec<f64> = decimations.iter().map(|n| 1000.0 / *n as f64).collect();
         let mut table: Vec<(String, Vec<f64>)> = Vec::new();
         for rate in &rates {
