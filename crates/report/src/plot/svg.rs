@@ -218,9 +218,10 @@ impl Svg {
             let _ = if level == shifted && size == 1.0 {
                 write!(body, "{run}")
             } else {
-                let shift = (level - shifted) / size;
+                // Two decimals, and no sign or zeros that say nothing.
+                let shift = (100.0 * (level - shifted) / size).round() / 100.0;
                 let small = if size < 1.0 { " font-size=\"78%\"" } else { "" };
-                write!(body, "<tspan dy=\"{shift:.2}em\"{small}>{run}</tspan>")
+                write!(body, "<tspan dy=\"{shift}em\"{small}>{run}</tspan>")
             };
             shifted = level;
         }
