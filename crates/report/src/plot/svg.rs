@@ -207,10 +207,10 @@ impl Svg {
         };
         let mut body = String::new();
         // A shift lasts until it is taken back; it is counted in the size of its own run.
-        let mut shifted = 0.0;
+        let mut shifted: f64 = 0.0;
         for (level, run) in runs(text) {
             let run = escape(&run);
-            let (level, size) = match level {
+            let (level, size): (f64, f64) = match level {
                 Level::Line => (0.0, 1.0),
                 Level::Above => (-0.31, 0.78),
                 Level::Below => (0.2, 0.78),
