@@ -207,10 +207,10 @@ impl Svg {
         };
         let mut body = String::new();
         // A shift lasts until it is taken back; it is counted in the size of its own run.
-        let mut shifted = 0.0;
+        let mut shifted: f64 = 0.0;
         for (level, run) in runs(text) {
             let run = escape(&run);
-            let (level, size) = match level {
+            let (level, size): (f64, f64) = match level {
                 Level::Line => (0.0, 1.0),
                 Level::Above => (-0.31, 0.78),
                 Level::Below => (0.2, 0.78),
@@ -218,9 +218,10 @@ impl Svg {
             let _ = if level == shifted && size == 1.0 {
                 write!(body, "{run}")
             } else {
-                let shift = (level - shifted) / size;
+                // Two decimals, and no sign or zeros that say nothing.
+                let shift = (100.0 * (level - shifted) / size).round() / 100.0;
                 let small = if size < 1.0 { " font-size=\"78%\"" } else { "" };
-                write!(body, "<tspan dy=\"{shift:.2}em\"{small}>{run}</tspan>")
+                write!(body, "<tspan dy=\"{shift}em\"{small}>{run}</tspan>")
             };
             shifted = level;
         }
