@@ -246,7 +246,10 @@ impl Section {
         match files.len() {
             0 => self,
             n if n <= FEW => self.table(table),
-            n => self.folded(format!("{n} input files with their SHA-256"), [Block::Table(table)]),
+            n => self.folded(
+                format!("{n} input files with their SHA-256"),
+                [Block::Table(table)],
+            ),
         }
     }
 
