@@ -337,6 +337,35 @@ fn agreement_share(trace: &Trace, smoother: &Trace, slips: &impl Fn(usize) -> bo
     (all > 0).then(|| inside as f64 / all as f64)
 }
 
+/// A reference against which every fused method is late or early alike has a delay of its own.
+fn reference_delay(rows: &[ComparisonRow]) -> Option<Finding> {
+    let highest = rows.iter().fold(0.0f64, |m, r| m.max(r.rate));
+    let fused = |r: &&ComparisonRow| matches!(r.family, Family::Fused | Family::OffLine);
+    let mut delays: Vec<f64> = rows
+        .iter()
+        .filter(|r| r.rate == highest)
+        .filter(fused)
+        .filter_map(|r| r.agreement.delay)
+        .collect();
+    delays.sort_by(f64::total_cmp);
+    let middle = *delays.get(delays.len() / 2)?;
+    let alike = delays
+        .iter()
+        .all(|d| (d - middle).abs() < 0.2 * middle.abs());
+    (delays.len() > 2 && alike && middle.abs() > 2.0 / highest).then(|| {
+        let what = if middle < 0.0 { "late" } else { "early" };
+        Finding::new(
+            Severity::Warning,
+            "reference-delay",
+            format!(
+                "the reference is {what}: every fused velocity differs from it by the same time"
+            ),
+        )
+        .evidence(format!("{:.1} ms", 1e3 * middle.abs()))
+        .advice("shift the reference by this time, else the errors are mostly its delay")
+    })
+}
+
 /// Tuning at one rate of a comparison.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TunedAtRate {
@@ -483,6 +512,9 @@ pub fn compare(
                 .evidence(format!("{named} Hz: {error}")),
             ),
         }
+    }
+    if truth.is_some() {
+        findings.extend(reference_delay(&rows));
     }
     let rank = |f: Family| match f {
         Family::Position => 0,

@@ -15,6 +15,7 @@ pub(super) struct Reference {
     pub(super) file: Option<PathBuf>,
     pub(super) time: Option<String>,
     pub(super) rate: Option<f64>,
+    pub(super) latency: f64,
 }
 
 /// The same on the command line.
@@ -35,6 +36,15 @@ pub(super) struct ReferenceArguments {
     /// Sampling rate of --reference-file in hertz, when that has no time column
     #[arg(long, value_name = "HZ", requires = "reference_file")]
     reference_rate: Option<f64>,
+    /// Time by which the reference is late, s; it is shifted back by it
+    #[arg(
+        long,
+        value_name = "SECONDS",
+        default_value_t = 0.0,
+        requires = "reference",
+        allow_negative_numbers = true
+    )]
+    reference_latency: f64,
 }
 
 impl ReferenceArguments {
@@ -45,6 +55,7 @@ impl ReferenceArguments {
             file: self.reference_file.clone(),
             time: self.reference_time.clone(),
             rate: self.reference_rate,
+            latency: self.reference_latency,
         })
     }
 }
@@ -69,7 +80,11 @@ impl Reference {
             )));
         }
         let value: Vec<f64> = column.data.iter().map(|v| factor * v).collect();
-        Ok(Samples::present(clock, &value, &[missing]))
+        if !self.latency.is_finite() {
+            return Err(Failure::new("--reference-latency must be a finite number"));
+        }
+        let clock: Vec<f64> = clock.iter().map(|t| t - self.latency).collect();
+        Ok(Samples::present(&clock, &value, &[missing]))
     }
 
     /// Puts the reference at every sample of the record, on straight lines between its own, and cuts off what it
