@@ -203,7 +203,16 @@ pub fn combine(
             scale * moment(0, 1) * m,
             scale * moment(1, 1),
         ];
-        let mut influences = first.estimate.influences().to_vec();
+        let components = vec![
+            Component::new("modulus", "V/(m/s²)", m),
+            Component::new("phase", "rad", mean.arg()),
+        ];
+        // Certificate and reading are relative: those of one run, scaled to the mean.
+        let scaled = first.estimate.propagate(
+            components.clone(),
+            &[m / first.sensitivity.norm(), 0.0, 0.0, 1.0],
+        )?;
+        let mut influences = scaled.influences().to_vec();
         influences.push(Influence {
             key: "repeatability".to_owned(),
             description: "scatter of the repeats".to_owned(),
@@ -243,13 +252,7 @@ pub fn combine(
         means.push(SingleAxis {
             frequency,
             sensitivity: mean,
-            estimate: Estimate::new(
-                vec![
-                    Component::new("modulus", "V/(m/s²)", m),
-                    Component::new("phase", "rad", mean.arg()),
-                ],
-                influences,
-            )?,
+            estimate: Estimate::new(components, influences)?,
         });
     }
     Ok((means, findings))
