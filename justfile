@@ -33,3 +33,8 @@ licences:
 # The example of the README.
 example:
     cargo run --release -- calibrate examples/hand-held
+
+# Instructions per step of the velocity estimators and of the compensation; needs valgrind.
+instructions:
+    cargo build --release -p proofmass-core --example step_cost
+    python3 bench/instructions.py

@@ -5,9 +5,11 @@
 //! of the budget, so the two uncertainties are near each other and not the same.
 
 mod peer;
+mod processor;
 
 use faer::c64;
 use peer::{Peers, best};
+use processor::processor_time;
 use proofmass_calibration::shaker::{
     Acts, Budget, Input, Key, PhasorRow,
     geometry::published_plan,
@@ -62,6 +64,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         println!(
             "  {threads} thread{}   {ours:8.2} s   {:6.1} ×   u(Re S_xx) = {u:.4e}",
             if threads == 1 { " " } else { "s" },
+            theirs / ours
+        );
+    }
+    let used = processor_time(1, || {
+        let _ = std::hint::black_box(run());
+    });
+    if let Some(ours) = used {
+        let (theirs, _) = peers.get("one_frequency_processor")?;
+        println!(
+            "  processor time: numpy {theirs:.2} s, ours {ours:.2} s   {:.1} × on one core",
             theirs / ours
         );
     }

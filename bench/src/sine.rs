@@ -5,8 +5,10 @@
 //! and the covariance from the noise beside the drive as well.
 
 mod peer;
+mod processor;
 
 use peer::{Peers, best};
+use processor::processor_time;
 use proofmass_signal::sine::{Frequency, SineApproximation};
 use std::f64::consts::TAU;
 
@@ -68,6 +70,20 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 theirs / ours
             );
         }
+    }
+    let sine = SineApproximation::new(OMEGA / TAU);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    let fit = || {
+        std::hint::black_box(pool.install(|| sine.fit(1.0, &views)).is_ok());
+    };
+    if let Some(ours) = processor_time(100, fit) {
+        let (theirs, _) = peers.get("least_squares_processor")?;
+        println!(
+            "  processor time, known frequency: numpy {:.2} ms, ours {:.2} ms   {:.1} ×",
+            1e3 * theirs,
+            1e3 * ours,
+            theirs / ours
+        );
     }
     Ok(())
 }

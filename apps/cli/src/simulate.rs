@@ -6,7 +6,9 @@ mod multi_position;
 mod shaker;
 mod spurious_motion;
 
-use crate::{Failure, Outcome};
+use crate::{Failure, Outcome, console};
+use proofmass::io::OutputFolder;
+use serde::Serialize;
 
 /// Make a campaign whose truth is known.
 #[derive(clap::Args)]
@@ -32,4 +34,22 @@ impl Simulate {
             Scenario::Axis(scenario) => scenario.run(),
         }
     }
+}
+
+/// Writes campaign.toml and truth.json, puts the folder in its place and says what comes next.
+fn hand_over(
+    folder: OutputFolder,
+    campaign: String,
+    truth: &impl Serialize,
+) -> Result<Outcome, Failure> {
+    let truth = serde_json::to_vec_pretty(truth)
+        .map_err(|e| Failure::new(format!("the truth cannot be written: {e}")))?;
+    folder.write("campaign.toml", campaign)?;
+    folder.write("truth.json", truth)?;
+    let place = folder.commit()?;
+    console::note(format!(
+        "written: {0}; next: proofmass calibrate {0}",
+        place.display()
+    ));
+    Ok(Outcome::Done)
 }

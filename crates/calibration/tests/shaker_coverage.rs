@@ -175,6 +175,24 @@ fn coverage_complex_without_and_with_spurious_motion() {
 }
 
 #[test]
+fn coverage_with_rectangular_errors_of_wedges_gluings_and_gains() {
+    // The budget knows half widths over √3; a rectangular error never leaves its half width, so a region of a normal
+    // distribution holds the truth at least as often.
+    let bench = Bench {
+        spread: Spread::Rectangular,
+        ..bench(true)
+    };
+    let budget = budget(&bench);
+    let trials = 400;
+    let counts = count(&bench, &[160.0], trials, |rows, spurious| {
+        complex(rows, spurious, &budget).unwrap()
+    });
+    println!("rectangular: {counts:?} of {trials}");
+    let least = *bound(trials).start();
+    assert!(counts.iter().all(|&c| c >= least), "{counts:?}");
+}
+
+#[test]
 fn refuses_to_pass_without_the_common_reference_error() {
     // Negative control: the same campaigns with the calibration of the reference left out of the budget. The
     // main terms miss: 0.2 % common to all runs is most of their uncertainty.

@@ -245,7 +245,10 @@ pub(crate) fn start<const N: usize>(
     if N > 2 {
         variances[2] = bias_variance;
     }
-    KalmanState::new(state, variances, record.acceleration[0])
+    let mut state = KalmanState::new(state, variances, record.acceleration[0]);
+    // Before the first sample nothing is known: the first step takes a straight line.
+    state.acceleration[1] = 2.0 * record.acceleration[0] - record.acceleration[1];
+    state
 }
 
 fn time_update<const N: usize>(

@@ -25,8 +25,8 @@
 //!
 //! # Not covered
 //! Motion in a plane (a robot's yaw enters through two wheels that the caller averages), flexible couplings,
-//! estimation of a latency between the sensors, and quantisation as anything but noise: with an axis slower than
-//! an increment per several samples use the M/T reading of `core` as a speed record.
+//! correction of a latency ([`Pairing`] measures it), and quantisation as anything but noise: with an axis slower
+//! than an increment per several samples use the M/T reading of `core` as a speed record.
 
 mod comparison;
 mod condition;

@@ -64,7 +64,7 @@ impl Pairing {
     /// long enough to see through quantisation, short enough to see the motion.
     ///
     /// **Assumes** a latency below one window. **Accuracy** noise of the accelerometer lowers the gain by up to
-    /// 1 − ρ²; the findings allow for it.
+    /// 1 − ρ²; the findings allow for it. **Source** `[Huber64]` for the weights, `[Efron82]` for leaving out blocks.
     ///
     /// # Errors
     /// Of the record; [`Error::TooFew`] below 64 samples; [`Error::Constant`] when one of the sensors shows no
@@ -375,16 +375,25 @@ fn huber(y: &[f64], x: &[f64], independent: f64) -> Option<(f64, f64)> {
         }
     }
     let blocks = (independent / 2.0).clamp(8.0, 40.0) as usize;
-    let (bottom, top) = (xx.iter().sum::<f64>(), xy.iter().sum::<f64>());
-    // Two neighbours at a time: a blow may lie on a boundary.
+    // Two neighbours at a time: a blow may lie on a boundary. Each time with its own means.
+    let sums = |part: std::ops::Range<usize>| -> [f64; 5] {
+        part.fold([0.0; 5], |s, k| {
+            let (w, x, y) = (weight[k], x[k], y[k]);
+            [
+                s[0] + w,
+                s[1] + w * x,
+                s[2] + w * y,
+                s[3] + w * x * x,
+                s[4] + w * x * y,
+            ]
+        })
+    };
+    let all = sums(0..n);
     let without: Vec<f64> = (0..blocks - 1)
         .map(|b| {
-            let part = b * n / blocks..(b + 2) * n / blocks;
-            let (a, c) = (
-                xx[part.clone()].iter().sum::<f64>(),
-                xy[part].iter().sum::<f64>(),
-            );
-            (top - c) / (bottom - a).max(f64::MIN_POSITIVE)
+            let part = sums(b * n / blocks..(b + 2) * n / blocks);
+            let [w, x, y, xx, xy]: [f64; 5] = std::array::from_fn(|i| all[i] - part[i]);
+            (xy - x * y / w) / (xx - x * x / w).max(f64::MIN_POSITIVE)
         })
         .collect();
     let pairs = without.len() as f64;

@@ -231,9 +231,11 @@ impl Stamped<'_> {
     }
 
     /// Straight line between the neighbours of a time; `None` outside or over a gap longer than `gap`.
-    fn at(&self, t: f64, gap: f64) -> Option<f64> {
-        let after = self.time.partition_point(|&s| s < t);
-        if after < self.time.len() && self.time[after] == t {
+    ///
+    /// A sample within `slack` of the time is taken as it is: a line would smear its rounding.
+    fn at(&self, t: f64, gap: f64, slack: f64) -> Option<f64> {
+        let after = self.time.partition_point(|&s| s < t - slack);
+        if after < self.time.len() && self.time[after] <= t + slack {
             return Some(self.value[after]);
         }
         if after == 0 || after == self.time.len() {
@@ -346,6 +348,7 @@ pub fn align(
     }
     // A rounding of the stamps must not cost the last sample.
     let n = ((end - start) / dt + 1e-6).floor() as usize + 1;
+    let slack = 1e-6 * dt;
     let gap = 3.0 * own.max(dt);
     let reading_gap = match timing {
         Timing::Sampled => 3.0 * median(reading.time),
@@ -355,7 +358,7 @@ pub fn align(
     let mut r = vec![None; n];
     for (k, r) in r.iter_mut().enumerate() {
         let t = (start + k as f64 * dt).min(end);
-        let Some(value) = acceleration.at(t, gap) else {
+        let Some(value) = acceleration.at(t, gap, slack) else {
             let after = acceleration.time.partition_point(|&s| s < t).max(1);
             return Err(Error::OutOfRange {
                 name: "gap of the accelerometer",
@@ -375,7 +378,7 @@ pub fn align(
         if let Some(own) = own {
             let close = (reading.time[own] - t).abs() <= 0.01 * dt;
             *r = reading
-                .at(t, reading_gap)
+                .at(t, reading_gap, slack)
                 .or_else(|| close.then(|| reading.value[own]));
         }
     }

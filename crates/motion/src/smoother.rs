@@ -50,19 +50,19 @@ fn backward<const N: usize>(
         let prior = &pass.prior[k];
         if let Some(innovation) = pass.innovations[k] {
             let s = innovation.variance;
-            // (I − K H)ᵀ x = x − Hᵀ (K · x)
+            // (I − K H)ᵀ x = x − Hᵀ (K · x); its diagonal is R/S, which 1 − K would lose for an exact reading.
             let gain: [f64; N] = std::array::from_fn(|i| prior.p[i][at] / s);
-            let dot: f64 = (0..N).map(|i| gain[i] * vector[i]).sum();
-            vector[at] -= dot + innovation.value / s;
-            let right: [f64; N] =
-                std::array::from_fn(|i| (0..N).map(|j| matrix[i][j] * gain[j]).sum());
+            let rest = kalman.r / s;
+            let dot = |x: &dyn Fn(usize) -> f64| -> f64 {
+                let others = (0..N).filter(|i| *i != at);
+                rest * x(at) - others.map(|i| gain[i] * x(i)).sum::<f64>()
+            };
+            vector[at] = dot(&|i| vector[i]) - innovation.value / s;
             for i in 0..N {
-                matrix[i][at] -= right[i];
+                matrix[i][at] = dot(&|j| matrix[i][j]);
             }
-            let left: [f64; N] =
-                std::array::from_fn(|j| (0..N).map(|i| gain[i] * matrix[i][j]).sum());
             for j in 0..N {
-                matrix[at][j] -= left[j];
+                matrix[at][j] = dot(&|i| matrix[i][j]);
             }
             matrix[at][at] += 1.0 / s;
         }
@@ -82,6 +82,10 @@ fn backward<const N: usize>(
                     state.p[i][j] -= half[i][l] * prior.p[l][j];
                 }
             }
+        }
+        // A difference of doubles resolves no less of what it is taken from.
+        for i in 0..N {
+            state.p[i][i] = state.p[i][i].max(1e-12 * prior.p[i][i]);
         }
         // λ̂ = Fᵀ λ̃, Λ̂ = Fᵀ Λ̃ F
         let f = &kalman.f;

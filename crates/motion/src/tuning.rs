@@ -82,8 +82,8 @@ pub struct Tuned {
 /// Innovations of the first readings that belong to the unknown start.
 const SKIP: usize = 4;
 
-/// Range of log₁₀(q T⁴/R): from a filter that forgets in 10⁶ samples to one that follows every reading.
-const RATIO: (f64, f64) = (-20.0, 8.0);
+/// Range of log₁₀(q T⁴/R): from a filter that forgets in 10⁵ samples to one that follows every reading.
+const RATIO: (f64, f64) = (-20.0, 5.0);
 
 impl Tuning {
     /// Finds (q, R, offset) for a record.
@@ -274,10 +274,15 @@ fn resting_share(record: &MotionRecord) -> f64 {
     resting as f64 / readings.len().max(1) as f64
 }
 
-/// Mean square of the acceleration: what an offset may be at most.
+/// Variance of the offset at the start: three times the mean acceleration, and three per cent of its size.
+///
+/// Far wider, it would cost the first steps their digits; an offset of that size is found all the same, within a few
+/// samples.
 fn scale(record: &MotionRecord) -> f64 {
-    let square: f64 = record.acceleration.iter().map(|a| a * a).sum();
-    (square / record.acceleration.len() as f64).max(f64::MIN_POSITIVE)
+    let n = record.acceleration.len() as f64;
+    let mean = record.acceleration.iter().sum::<f64>() / n;
+    let square = record.acceleration.iter().map(|a| a * a).sum::<f64>() / n;
+    (9.0 * mean * mean + 9e-4 * square).max(f64::MIN_POSITIVE)
 }
 
 #[derive(Clone, Copy)]

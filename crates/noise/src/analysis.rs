@@ -1,5 +1,6 @@
 //! The whole noise analysis of a record at rest: curve, density, coefficients, and what to doubt.
 
+use crate::coefficients::figure;
 use crate::record::check_count;
 use crate::spectrum_bins::SpectrumBins;
 use crate::{
@@ -430,7 +431,7 @@ fn densities(
                     "density-and-allan-differ",
                     "the Allan variance does not follow from the density",
                 )
-                .evidence(format!("ratio {:.3} at τ = {} s", p.ratio(), p.tau))
+                .evidence(format!("ratio {:.3} at τ = {} s", p.ratio(), figure(p.tau)))
                 .advice("the record is not stationary: look at the time plot for a disturbance"),
             );
         }
@@ -505,12 +506,12 @@ fn disagreement(result: &ChannelAnalysis) -> Option<Finding> {
             );
             (a.1 < b.0 || b.1 < a.0).then(|| {
                 format!(
-                    "{} {:.4e} to {:.4e} against {:.4e} to {:.4e}",
+                    "{} {} to {} against {} to {}",
                     c.term.symbol(),
-                    a.0,
-                    a.1,
-                    b.0,
-                    b.1
+                    figure(a.0),
+                    figure(a.1),
+                    figure(b.0),
+                    figure(b.1)
                 )
             })
         })

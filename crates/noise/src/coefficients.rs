@@ -51,8 +51,36 @@ impl fmt::Display for Reason {
                 standard_uncertainty,
             } => write!(
                 f,
-                "the slope {slope:.3e} lies within the noise of {standard_uncertainty:.3e}"
+                "the slope {} lies within its uncertainty of {} from the noise",
+                figure(*slope),
+                figure(*standard_uncertainty)
             ),
+        }
+    }
+}
+
+/// Four significant digits as a person writes them: 31.67, 0.0042, 1.34×10⁻⁵.
+pub(crate) fn figure(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
+    let rounded = format!("{value:.3e}");
+    let (mantissa, exponent) = rounded.split_once('e').unwrap_or((&rounded, "0"));
+    match exponent.parse::<i32>() {
+        Ok(e @ -3..=5) => format!("{value:.*}", usize::try_from(3 - e).unwrap_or(0)),
+        _ => {
+            let digit = |c: char| match c {
+                '-' => '⁻',
+                '0' => '⁰',
+                '1' => '¹',
+                '2' => '²',
+                '3' => '³',
+                _ => char::from_u32('⁰' as u32 + c.to_digit(10).unwrap_or(0)).unwrap_or(c),
+            };
+            format!(
+                "{mantissa}×10{}",
+                exponent.chars().map(digit).collect::<String>()
+            )
         }
     }
 }
@@ -243,5 +271,24 @@ impl NoiseModel {
             frequency,
             phase,
         });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::figure;
+
+    #[test]
+    fn figures_are_for_people() {
+        for (value, text) in [
+            (31.67, "31.67"),
+            (0.0042, "0.004200"),
+            (1.34e-5, "1.340×10⁻⁵"),
+            (-2.5e12, "-2.500×10¹²"),
+            (123_456.0, "123456"),
+            (0.0, "0"),
+        ] {
+            assert_eq!(figure(value), text);
+        }
     }
 }

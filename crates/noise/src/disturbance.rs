@@ -59,7 +59,7 @@ const FEWEST_BLOCKS: usize = 40;
 /// or a probability outside (0, 1).
 ///
 /// **Accuracy** the stated rate is kept for white noise with flicker and random walk
-/// (`law_disturbance_false_alarms`).
+/// (`law_disturbance_false_alarms`), power by `law_disturbances_are_found_every_time`).
 pub fn disturbances(
     rate: &[f64],
     sample_rate: f64,

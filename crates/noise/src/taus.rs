@@ -77,8 +77,9 @@ impl Taus {
                         return Err(Error::OutOfRange {
                             name: "tau",
                             value: tau,
-                            min: min as f64 / sample_rate,
-                            max: max as f64 / sample_rate,
+                            // To the nanosecond: a rate read from stamps has digits that mean nothing.
+                            min: (1e9 * min as f64 / sample_rate).round() / 1e9,
+                            max: (1e9 * max as f64 / sample_rate).round() / 1e9,
                         });
                     }
                     factors.push(m as usize);

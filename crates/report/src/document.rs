@@ -234,6 +234,22 @@ impl Section {
         })
     }
 
+    /// Adds the names and digests of input files; a long list is folded.
+    #[must_use]
+    pub fn inputs(self, files: &[(String, String)]) -> Self {
+        /// Files that are listed openly.
+        const FEW: usize = 12;
+        let mut table = Table::new("Inputs", [Column::text("file"), Column::text("SHA-256")]);
+        for (name, digest) in files {
+            table = table.row([Cell::text(name.clone()), Cell::text(digest.clone())]);
+        }
+        match files.len() {
+            0 => self,
+            n if n <= FEW => self.table(table),
+            n => self.folded(format!("{n} input files with their SHA-256"), [Block::Table(table)]),
+        }
+    }
+
     /// Adds key figures.
     #[must_use]
     pub fn key_figures(self, figures: impl IntoIterator<Item = KeyFigure>) -> Self {

@@ -313,12 +313,8 @@ impl MultiPositionReport<'_> {
     }
 
     fn provenance(&self, fit: &MultiPositionFit) -> Section {
-        let mut table = Table::new("Inputs", [Column::text("file"), Column::text("SHA-256")]);
-        for (name, digest) in &self.inputs {
-            table = table.row([Cell::text(name.clone()), Cell::text(digest.clone())]);
-        }
         Section::new("Inputs and method")
-            .table(table)
+            .inputs(&self.inputs)
             .paragraph(format!(
                 "Model {}: {} parameters, {} iterations of weighted least squares. Uncertainty: law of propagation, \
                  coverage factors from Student's t at the effective degrees of freedom (JCGM 100:2008). Standstill \

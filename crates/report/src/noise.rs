@@ -2,7 +2,8 @@
 
 use crate::{Axis, Cell, Column, Report, Section, Series, Table, XyPlot, scientific};
 use proofmass_noise::{
-    Analysis, ChannelAnalysis, Coefficient, Disturbance, DisturbanceKind, Statistic, Term, Verdict,
+    Analysis, ChannelAnalysis, Coefficient, DeviationCurve, Disturbance, DisturbanceKind,
+    NoiseType, Reason, Statistic, Term, Verdict,
 };
 use proofmass_uncertainty::Finding;
 
@@ -36,12 +37,8 @@ impl NoiseReport<'_> {
             let rate = analysis.sample_rate / analysis.averaged as f64;
             report = report.section(channel_section(channel, samples, rate));
         }
-        let mut inputs = Table::new("Inputs", [Column::text("file"), Column::text("SHA-256")]);
-        for (name, digest) in &self.inputs {
-            inputs = inputs.row([Cell::text(name.clone()), Cell::text(digest.clone())]);
-        }
         report
-            .section(Section::new("Inputs").table(inputs))
+            .section(Section::new("Inputs").inputs(&self.inputs))
             .footer(self.footer.clone())
     }
 
@@ -67,6 +64,7 @@ impl NoiseReport<'_> {
 fn coefficients(analysis: &Analysis) -> Table {
     let fits = || analysis.channels.iter().filter_map(|c| c.whittle.as_ref());
     let probability = fits().next().map_or(0.95, |f| f.probability);
+    let rate = fits().next().map_or(1e-4, |f| f.false_alarm_rate);
     let mut table = Table::new(
         format!(
             "Noise coefficients with their {} % intervals, by maximum likelihood on the spectrum",
@@ -76,7 +74,7 @@ fn coefficients(analysis: &Analysis) -> Table {
             Column::text("channel"),
             Column::text("coefficient"),
             Column::text("value"),
-            Column::text("interval"),
+            Column::text("interval, or limit"),
             Column::text("unit"),
             Column::text("by Allan regression"),
         ],
@@ -102,9 +100,16 @@ fn coefficients(analysis: &Analysis) -> Table {
                     reason,
                     upper_limit,
                 } => {
-                    let limit = upper_limit
-                        .map_or(String::new(), |l| format!("below {}; ", scientific(l, 3)));
-                    ("not identifiable".to_owned(), format!("{limit}{reason}"))
+                    let limit = upper_limit.map(|l| format!("below {}", scientific(l, 3)));
+                    // Why, where it is not the usual reason that the note below gives.
+                    let why = match reason {
+                        Reason::NoSupport { .. } => None,
+                        Reason::OtherTermsSuffice | Reason::WithinNoise { .. } => {
+                            Some(reason.to_string())
+                        }
+                    };
+                    let words: Vec<String> = limit.into_iter().chain(why).collect();
+                    ("not identifiable".to_owned(), words.join("; "))
                 }
             };
             let check = channel.regression.as_ref().and_then(|f| f.get(c.term));
@@ -128,6 +133,11 @@ fn coefficients(analysis: &Analysis) -> Table {
              sheets is √2 N.",
         )
         .note("B is the coefficient; the floor of the Allan deviation is 0.664 B.")
+        .note(format!(
+            "Not identifiable: the data are as well described without the term; among {} records without it, one would \
+             show it by chance. The limit is one-sided at the same probability as the intervals.",
+            scientific(1.0 / rate, 1).trim_end_matches(".0")
+        ))
 }
 
 /// `N white noise`, with its parameter where the term has one.
@@ -158,6 +168,9 @@ fn channel_section(channel: &ChannelAnalysis, samples: &[f64], sample_rate: f64)
             "Stability of the channel with its intervals; dotted, the power laws of the identified coefficients",
             plot,
         );
+    }
+    for curve in channel.curve.iter().chain(&channel.further) {
+        section = section.table(deviations(channel, curve));
     }
     if let Some(plot) = spectrum(channel, sample_rate) {
         section = section.figure(
@@ -203,10 +216,7 @@ fn stability(channel: &ChannelAnalysis) -> Option<XyPlot> {
         let of = |p: &&proofmass_noise::DeviationPoint| p.interval.map_or(p.deviation, side);
         points.iter().map(of).collect()
     };
-    let unit = match curve.statistic {
-        Statistic::Time | Statistic::TimeTotal => Term::Quantisation.unit(&channel.unit),
-        _ => channel.unit.clone(),
-    };
+    let unit = deviation_unit(channel, curve);
     let mut plot = XyPlot::new(
         Axis::log("averaging time τ", "s"),
         Axis::log(curve.statistic.abbreviation(), unit),
@@ -383,6 +393,68 @@ fn disturbances(found: &[Disturbance]) -> Table {
         table = table.note(format!("{} more are in result.json.", found.len() - 20));
     }
     table
+}
+
+/// Rows of a table of deviations; more stand in `deviation.csv`.
+const TABLE_ROWS: usize = 40;
+
+/// The numbers of a curve.
+fn deviations(channel: &ChannelAnalysis, curve: &DeviationCurve) -> Table {
+    let unit = deviation_unit(channel, curve);
+    let name = curve.statistic.abbreviation();
+    let mut table = Table::new(
+        format!(
+            "{name} with {} % intervals",
+            scientific(100.0 * curve.probability, 3).trim_end_matches(".0")
+        ),
+        [
+            Column::number("τ", "s"),
+            Column::number(name, unit.clone()),
+            Column::number("from", unit.clone()),
+            Column::number("to", unit),
+            Column::number("degrees of freedom", ""),
+            Column::text("noise at this τ"),
+        ],
+    );
+    for p in curve.points.iter().take(TABLE_ROWS) {
+        let limit = |side: fn((f64, f64)) -> f64| {
+            let value = p.interval.map(side);
+            value.map_or(Cell::Empty, |v| Cell::number(scientific(v, 4)))
+        };
+        table = table.row([
+            Cell::number(scientific(p.tau, 4)),
+            Cell::number(scientific(p.deviation, 4)),
+            limit(|i| i.0),
+            limit(|i| i.1),
+            p.edf
+                .map_or(Cell::Empty, |edf| Cell::number(scientific(edf, 3))),
+            Cell::text(noise_name(p.noise)),
+        ]);
+    }
+    if curve.points.len() > TABLE_ROWS {
+        let more = curve.points.len() - TABLE_ROWS;
+        table = table.note(format!("{more} more are in deviation.csv."));
+    }
+    table
+}
+
+fn noise_name(noise: NoiseType) -> &'static str {
+    match noise {
+        NoiseType::RandomRun => "random run",
+        NoiseType::FlickerWalk => "flicker walk",
+        NoiseType::RandomWalk => "random walk",
+        NoiseType::Flicker => "flicker",
+        NoiseType::White => "white",
+        NoiseType::FlickerPhase => "flicker of the integral",
+        NoiseType::WhitePhase => "quantisation",
+    }
+}
+
+fn deviation_unit(channel: &ChannelAnalysis, curve: &DeviationCurve) -> String {
+    match curve.statistic {
+        Statistic::Time | Statistic::TimeTotal => Term::Quantisation.unit(&channel.unit),
+        _ => channel.unit.clone(),
+    }
 }
 
 fn units(channel: &ChannelAnalysis) -> Table {

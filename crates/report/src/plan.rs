@@ -36,11 +36,7 @@ impl PlanReport<'_> {
         let mut report = self.summary(conditioning, predicted);
         report = report.section(self.configurations());
         if !self.inputs.is_empty() {
-            let mut table = Table::new("Inputs", [Column::text("file"), Column::text("SHA-256")]);
-            for (name, digest) in &self.inputs {
-                table = table.row([Cell::text(name.clone()), Cell::text(digest.clone())]);
-            }
-            report = report.section(Section::new("Inputs").table(table));
+            report = report.section(Section::new("Inputs").inputs(&self.inputs));
         }
         report.footer(self.footer.clone())
     }

@@ -177,17 +177,7 @@ impl ShakerReport<'_> {
     }
 
     fn provenance(&self) -> Section {
-        let mut table = Table::new("Inputs", [Column::text("file"), Column::text("SHA-256")]);
-        for (name, digest) in &self.inputs {
-            table = table.row([Cell::text(name.clone()), Cell::text(digest.clone())]);
-        }
-        let section = Section::new("Inputs and method");
-        let section = if self.inputs.is_empty() {
-            section
-        } else {
-            section.table(table)
-        };
-        section.paragraph(
+        Section::new("Inputs and method").inputs(&self.inputs).paragraph(
             "Phasors by least-squares sine approximation (ISO 16063-11, method 3); reference transducer and checks as in ISO \
              16063-21; transverse sensitivity as in ISO 16063-31. Sensitivity matrices by generalised least squares with \
              mounting angles as errors in variables; uncertainty by the law of propagation, coverage factors from Student's \

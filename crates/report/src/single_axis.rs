@@ -35,14 +35,7 @@ impl SingleAxisReport<'_> {
         if self.runs.iter().any(|r| r.transverse.is_some()) {
             report = report.section(self.transverse());
         }
-        let mut section = Section::new("Inputs and method");
-        if !self.inputs.is_empty() {
-            let mut table = Table::new("Inputs", [Column::text("file"), Column::text("SHA-256")]);
-            for (name, digest) in &self.inputs {
-                table = table.row([Cell::text(name.clone()), Cell::text(digest.clone())]);
-            }
-            section = section.table(table);
-        }
+        let section = Section::new("Inputs and method").inputs(&self.inputs);
         report
             .section(section.paragraph(
                 "Comparison with a reference transducer (ISO 16063-21): S₂ = (X₂/X₁) S₁, φ₂ = φ₂,₁ + φ₁. Uncertainty by the \

@@ -36,14 +36,7 @@ impl SpuriousReport<'_> {
         if let Some((label, comparison)) = self.comparison {
             report = report.section(compared(label, comparison));
         }
-        let mut section = Section::new("Inputs and method");
-        if !self.inputs.is_empty() {
-            let mut inputs = Table::new("Inputs", [Column::text("file"), Column::text("SHA-256")]);
-            for (name, digest) in &self.inputs {
-                inputs = inputs.row([Cell::text(name.clone()), Cell::text(digest.clone())]);
-            }
-            section = section.table(inputs);
-        }
+        let section = Section::new("Inputs and method").inputs(&self.inputs);
         report
             .section(section.paragraph(
                 "Ratios of the motion along each axis of the bench to the reference acceleration, jΩ v/a. Averages are of \

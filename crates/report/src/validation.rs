@@ -43,17 +43,13 @@ impl ValidationReport<'_> {
         for (i, a) in attitudes.iter().enumerate() {
             sphere = sphere.point(a.acceleration, 1e3 * a.residual, format!("{}", i + 1));
         }
-        let mut inputs = Table::new("Inputs", [Column::text("file"), Column::text("SHA-256")]);
-        for (name, digest) in &self.inputs {
-            inputs = inputs.row([Cell::text(name.clone()), Cell::text(digest.clone())]);
-        }
         self.summary(validation)
             .section(
                 Section::new("Residuals")
                     .figure("Residual of each standstill; bars are two standard uncertainties (calibration, noise, gravity)", plot)
                     .figure("Directions of the specific force, coloured by the residual", sphere),
             )
-            .section(Section::new("Inputs").table(inputs))
+            .section(Section::new("Inputs").inputs(&self.inputs))
             .footer(self.footer.clone())
     }
 

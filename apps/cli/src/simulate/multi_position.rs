@@ -1,6 +1,7 @@
 //! A recording turned by hand, with its truth.
 
-use crate::{Failure, Outcome, console};
+use super::hand_over;
+use crate::{Failure, Outcome};
 use proofmass::io::{OutputFolder, Table};
 use proofmass::rig::HandHeld;
 use serde::Serialize;
@@ -76,17 +77,8 @@ impl MultiPosition {
             wander_m_per_s2: self.wander,
             standstills: recording.rests,
         };
-        let truth = serde_json::to_vec_pretty(&truth)
-            .map_err(|e| Failure::new(format!("the truth cannot be written: {e}")))?;
-        folder.write("campaign.toml", campaign(self.seed))?;
         folder.write("recording.csv", table.to_csv()?)?;
-        folder.write("truth.json", truth)?;
-        let place = folder.commit()?;
-        console::note(format!(
-            "written: {0}; next: proofmass calibrate {0}",
-            place.display()
-        ));
-        Ok(Outcome::Done)
+        hand_over(folder, campaign(self.seed), &truth)
     }
 }
 

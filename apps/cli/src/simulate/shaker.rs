@@ -1,6 +1,7 @@
 //! A triaxial campaign on the shaker, with its truth.
 
 use super::fault::{Chosen, Practice};
+use super::hand_over;
 use crate::{Failure, Outcome, console};
 use proofmass::calibration::shaker::geometry::{self, Configuration};
 use proofmass::calibration::shaker::plan::best;
@@ -116,16 +117,7 @@ impl Shaker {
                 .collect(),
             truth: setup.truth(),
         };
-        let truth = serde_json::to_vec_pretty(&truth)
-            .map_err(|e| Failure::new(format!("the truth cannot be written: {e}")))?;
-        folder.write("truth.json", truth)?;
-        folder.write("campaign.toml", self.campaign(&laboratory))?;
-        let place = folder.commit()?;
-        console::note(format!(
-            "written: {0}; next: proofmass calibrate {0}",
-            place.display()
-        ));
-        Ok(Outcome::Done)
+        hand_over(folder, self.campaign(&laboratory), &truth)
     }
 
     /// Numbers that can be simulated; the faults with the index of their run.
@@ -291,7 +283,6 @@ label = "none"
         } else {
             ""
         };
-        let degrees = |a: f64| (a.to_degrees() * 1e9).round() * 1e-9;
         format!(
             r#"# A triaxial campaign of a simulated laboratory (seed {seed}); its truth is in truth.json.
 kind = "shaker-triaxial"
@@ -316,67 +307,81 @@ methods = ["joint", "complex", "published"]
 sensitivity = 10.2
 tolerance = 1.02
 unit = "mV/(m/s²)"
-
-[[budget]]
-name = "wedge.angle"
-description = "machining tolerance of the wedge faces"
-acts = "inclination"
-unit = "deg"
-distribution = {{ kind = "rectangular", lower = -{wedge}, upper = {wedge} }}
-varies_with = ["inclination"]
-
-[[budget]]
-name = "gluing.angle"
-description = "angle at which the device was glued"
-acts = "rotation"
-unit = "deg"
-distribution = {{ kind = "rectangular", lower = -{gluing}, upper = {gluing} }}
-varies_with = ["inclination", "rotation"]
-
-[[budget]]
-name = "conditioner.gain"
-description = "gain stability of the conditioner"
-acts = "output-modulus"
-unit = "1"
-distribution = {{ kind = "rectangular", lower = -{gain}, upper = {gain} }}
-varies_with = ["channel"]
-
-[[budget]]
-name = "reading"
-description = "repeatability and reproducibility of one reading"
-acts = "output-modulus"
-unit = "1"
-distribution = {{ kind = "normal", mean = 0.0, u = {reading} }}
-varies_with = ["run", "channel"]
-
-[[budget]]
-name = "reading.phase"
-description = "phase of one reading"
-acts = "output-phase"
-unit = "rad"
-distribution = {{ kind = "normal", mean = 0.0, u = {phase} }}
-varies_with = ["run", "channel"]
-
-[[budget]]
-name = "noise"
-description = "noise of the conditioner"
-acts = "output-additive"
-unit = "V"
-distribution = {{ kind = "normal", mean = 0.0, u = {floor} }}
-varies_with = ["run", "channel"]
-"#,
+{budget}"#,
             seed = self.seed,
-            wedge = degrees(bench.wedge_angle),
-            gluing = degrees(bench.gluing_angle),
-            gain = bench.gain,
-            reading = bench.reading,
-            phase = bench.reading_phase,
-            floor = bench.floor,
+            budget = budget(bench),
         )
     }
 }
 
-pub(super) fn unreached(u: Unreached) -> Failure {
+/// The budget that describes the bench, as entries of campaign.toml.
+fn budget(bench: &Bench) -> String {
+    let rectangular =
+        |half: f64| format!("{{ kind = \"rectangular\", lower = -{half}, upper = {half} }}");
+    let normal = |u: f64| format!("{{ kind = \"normal\", mean = 0.0, u = {u} }}");
+    let degrees = |a: f64| rectangular((a.to_degrees() * 1e9).round() * 1e-9);
+    let run = "\"run\", \"channel\"";
+    [
+        (
+            "wedge.angle",
+            "machining tolerance of the wedge faces",
+            "inclination",
+            "deg",
+            degrees(bench.wedge_angle),
+            "\"inclination\"",
+        ),
+        (
+            "gluing.angle",
+            "angle at which the device was glued",
+            "rotation",
+            "deg",
+            degrees(bench.gluing_angle),
+            "\"inclination\", \"rotation\"",
+        ),
+        (
+            "conditioner.gain",
+            "gain stability of the conditioner",
+            "output-modulus",
+            "1",
+            rectangular(bench.gain),
+            "\"channel\"",
+        ),
+        (
+            "reading",
+            "repeatability and reproducibility of one reading",
+            "output-modulus",
+            "1",
+            normal(bench.reading),
+            run,
+        ),
+        (
+            "reading.phase",
+            "phase of one reading",
+            "output-phase",
+            "rad",
+            normal(bench.reading_phase),
+            run,
+        ),
+        (
+            "noise",
+            "noise of the conditioner",
+            "output-additive",
+            "V",
+            normal(bench.floor),
+            run,
+        ),
+    ]
+    .iter()
+    .map(|(name, description, acts, unit, distribution, keys)| {
+        format!(
+            "\n[[budget]]\nname = \"{name}\"\ndescription = \"{description}\"\nacts = \"{acts}\"\nunit = \"{unit}\"\n\
+             distribution = {distribution}\nvaries_with = [{keys}]\n"
+        )
+    })
+    .collect()
+}
+
+fn unreached(u: Unreached) -> Failure {
     Failure::new(format!(
         "the shaker does not reach {} m/s² at {} Hz",
         u.target, u.frequency

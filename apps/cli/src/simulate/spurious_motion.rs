@@ -1,7 +1,8 @@
 //! A measurement of the spurious motion, with its truth.
 
+use super::hand_over;
 use super::shaker::inclinations;
-use crate::{Failure, Outcome, console};
+use crate::{Failure, Outcome};
 use proofmass::io::{Cell, OutputFolder, Table};
 use proofmass::rig::bench::laboratory::Laboratory;
 use proofmass::rig::bench::{Vibrometer, published_plan, target_amplitude};
@@ -114,17 +115,8 @@ impl SpuriousMotion {
             common_clock: !self.no_common_clock,
             ratios,
         };
-        let truth = serde_json::to_vec_pretty(&truth)
-            .map_err(|e| Failure::new(format!("the truth cannot be written: {e}")))?;
         folder.write("runs.csv", table.to_csv()?)?;
-        folder.write("truth.json", truth)?;
-        folder.write("campaign.toml", campaign(self.seed))?;
-        let place = folder.commit()?;
-        console::note(format!(
-            "written: {0}; next: proofmass calibrate {0}",
-            place.display()
-        ));
-        Ok(Outcome::Done)
+        hand_over(folder, campaign(self.seed), &truth)
     }
 }
 

@@ -151,7 +151,7 @@ fn velocities(bench: &Bench, result: &CompareResult) -> Result<Vec<u8>, Failure>
     names.extend(rows.iter().map(|r| format!("{} (m/s)", r.label)));
     let mut table = Table::new(names);
     for (k, reference) in result.reference.iter().step_by(stride).enumerate() {
-        let time = bench.start + bench.record.sample_time * (k * stride) as f64;
+        let time = bench.origin + bench.start + bench.record.sample_time * (k * stride) as f64;
         let velocities = rows.iter().map(|r| r.velocity[k]);
         table.push([time, *reference].into_iter().chain(velocities))?;
     }

@@ -77,7 +77,7 @@ pub(super) fn document(
             "samples": bench.record.reading.len(),
             "readings": bench.record.reading.iter().flatten().count(),
             "sample_time_s": sample_time,
-            "start_s": bench.start,
+            "start_s": bench.origin + bench.start,
             "source": source,
             "increment_m": increment,
             "initial_velocity_m_per_s": initial_velocity,
@@ -100,7 +100,7 @@ pub(super) fn report<'a>(
             .map(|i| (i.path.clone(), i.sha256.clone()))
             .collect(),
         findings,
-        start: bench.start,
+        start: bench.origin + bench.start,
         sample_time: bench.record.sample_time,
         footer: Software::default().to_string(),
     }
@@ -127,7 +127,7 @@ fn table(bench: &Bench, result: &EstimateResult) -> Result<Vec<u8>, Failure> {
     for k in 0..bench.record.reading.len() {
         let slips = result.slip.as_ref().is_some_and(|s| s.slips(k, 0));
         table.push([
-            Cell::from(bench.start + bench.record.sample_time * k as f64),
+            Cell::from(bench.origin + bench.start + bench.record.sample_time * k as f64),
             Cell::from(result.trace.velocity[k]),
             at(&result.trace.standard_uncertainty, k),
             Cell::from(result.smoother.velocity[k]),

@@ -1,12 +1,12 @@
 //! Methods as words: `observer:5,25`.
 
-use proofmass::motion::{KalmanModel, Method, Rule};
+use proofmass::motion::{Bias, KalmanModel, Method, Rule};
 
 /// What can be asked for, for help and messages.
 pub(super) const METHODS: &str = "fixed-time, backward-difference:ORDER, savitzky-golay:WINDOW,DEGREE, \
     tracking-loop:BANDWIDTH, speed, trapezoid, simpson, tick, adams-moulton-3 (each also as :OFFSET), two-channel:K1,K2, \
     observer:KX,KV, offset-observer:KX,KV,KB, adaptive-observer:KX,KV,RATE,FLOOR, kalman:Q,R, steady-kalman:Q,R, \
-    smoother:Q,R";
+    smoother:Q,R (each also as :Q,R,WALK,START with an offset that walks)";
 
 /// Reads `name` or `name:number,number`.
 pub(super) fn method(text: &str) -> Result<Method, String> {
@@ -58,18 +58,24 @@ pub(super) fn method(text: &str) -> Result<Method, String> {
             rate,
             floor,
         }),
-        ("kalman", &[q, r]) => Some(Method::Kalman {
-            model: KalmanModel::new(q, r),
-        }),
-        ("steady-kalman", &[q, r]) => Some(Method::SteadyKalman {
-            model: KalmanModel::new(q, r),
-        }),
-        ("smoother", &[q, r]) => Some(Method::Smoother {
-            model: KalmanModel::new(q, r),
-        }),
+        ("kalman", noise) => model(noise).map(|model| Method::Kalman { model }),
+        ("steady-kalman", noise) => model(noise).map(|model| Method::SteadyKalman { model }),
+        ("smoother", noise) => model(noise).map(|model| Method::Smoother { model }),
         _ => None,
     };
     found.ok_or_else(|| format!("{text:?} is no method with its numbers: {METHODS}"))
+}
+
+/// q and R, and of an offset that walks its density and its deviation at the start.
+fn model(numbers: &[f64]) -> Option<KalmanModel> {
+    match *numbers {
+        [q, r] => Some(KalmanModel::new(q, r)),
+        [q, r, density, initial] => Some(KalmanModel {
+            bias: Bias::RandomWalk { density, initial },
+            ..KalmanModel::new(q, r)
+        }),
+        _ => None,
+    }
 }
 
 #[cfg(test)]
@@ -93,6 +99,7 @@ mod tests {
             "savitzky-golay:5.5,2",
             "nothing",
             "kalman:nan,1",
+            "kalman:1,2,3",
         ] {
             assert!(method(wrong).is_err(), "{wrong}");
         }

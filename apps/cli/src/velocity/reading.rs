@@ -1,6 +1,6 @@
 //! The slow, drift-free sensor: encoder, resolver, wheel speed.
 
-use super::sensors::unit;
+use super::sensors::{stated_unit, unit, unknown_unit};
 use crate::Failure;
 use proofmass::core::encoder::Decoding;
 use proofmass::io::{Column, ColumnRef, Recording, Unit};
@@ -155,7 +155,9 @@ impl Reading {
 
     /// Length of one count, m, where counts are read.
     pub(super) fn increment(&self) -> Option<f64> {
-        self.counts().then(|| self.count_length().ok()).flatten()
+        // An edge is a place, not an interval.
+        let rounded = self.counts() && !self.edges;
+        rounded.then(|| self.count_length().ok()).flatten()
     }
 
     /// Length of one count, m.
@@ -244,21 +246,13 @@ impl Reading {
         findings: &mut Vec<Finding>,
     ) -> Result<Vec<f64>, Failure> {
         let name = &column.name;
-        let unit = match (column.unit, self.unit) {
-            (Some(heading), Some(given)) if heading != given => {
-                return Err(Failure::new(format!(
-                    "column {name:?} is in {heading} by its heading, in {given} by --unit"
-                ))
-                .hint("remove --unit, or correct the heading"));
-            }
-            (Some(unit), _) | (None, Some(unit)) => unit,
-            (None, None) if self.counts() => Unit::Count,
-            (None, None) => {
-                return Err(
-                    Failure::new(format!("the unit of column {name:?} is not known"))
-                        .detail(recording.path.display().to_string())
-                        .hint("add --unit m, mm, rad, turn, m/s, km/h, …, or --counts-per-turn N for counts"),
-                );
+        let unit = match stated_unit(recording, column, (self.unit, "--unit"))? {
+            Some(unit) => unit,
+            None if self.counts() => Unit::Count,
+            None => {
+                let hint =
+                    "add --unit m, mm, rad, turn, m/s, km/h, …, or --counts-per-turn N for counts";
+                return Err(unknown_unit(recording, column, hint));
             }
         };
         let speed = self.source() == Source::Speed;

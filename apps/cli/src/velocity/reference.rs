@@ -1,7 +1,7 @@
 //! A reference velocity, where one was recorded.
 
 use super::reading::Samples;
-use super::sensors::{Bench, unit};
+use super::sensors::{Bench, stated_unit, unit, unknown_unit};
 use crate::Failure;
 use proofmass::io::{Recording, Unit};
 use proofmass::uncertainty::{Finding, Severity};
@@ -13,6 +13,7 @@ pub(super) struct Reference {
     pub(super) column: String,
     pub(super) unit: Option<Unit>,
     pub(super) file: Option<PathBuf>,
+    pub(super) time: Option<String>,
     pub(super) rate: Option<f64>,
 }
 
@@ -28,6 +29,9 @@ pub(super) struct ReferenceArguments {
     /// File of the reference, when it has its own; its clock must be that of the recording
     #[arg(long, value_name = "FILE", requires = "reference")]
     reference_file: Option<PathBuf>,
+    /// Time column of --reference-file, where its heading does not tell
+    #[arg(long, value_name = "COLUMN", requires = "reference_file")]
+    reference_time: Option<String>,
     /// Sampling rate of --reference-file in hertz, when that has no time column
     #[arg(long, value_name = "HZ", requires = "reference_file")]
     reference_rate: Option<f64>,
@@ -39,6 +43,7 @@ impl ReferenceArguments {
             column: self.reference.clone()?,
             unit: self.reference_unit,
             file: self.reference_file.clone(),
+            time: self.reference_time.clone(),
             rate: self.reference_rate,
         })
     }
@@ -55,21 +60,8 @@ impl Reference {
         let missing = recording.missing(column);
         let column = &recording.columns[column];
         let name = &column.name;
-        let unit = match (column.unit, self.unit) {
-            (Some(heading), Some(given)) if heading != given => {
-                return Err(Failure::new(format!(
-                    "column {name:?} is in {heading} by its heading, in {given} by --reference-unit"
-                ))
-                .hint("remove --reference-unit, or correct the heading"));
-            }
-            (Some(unit), _) | (None, Some(unit)) => unit,
-            (None, None) => {
-                return Err(
-                    Failure::new(format!("the unit of column {name:?} is not known"))
-                        .hint("add --reference-unit m/s, km/h, …"),
-                );
-            }
-        };
+        let unit = stated_unit(recording, column, (self.unit, "--reference-unit"))?
+            .ok_or_else(|| unknown_unit(recording, column, "add --reference-unit m/s, km/h, …"))?;
         let (si, factor) = unit.si();
         if si != Unit::MetrePerSecond {
             return Err(Failure::new(format!(

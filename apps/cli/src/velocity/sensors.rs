@@ -5,8 +5,8 @@ use super::reference::Reference;
 use crate::Failure;
 use proofmass::core::{Matrix3, SensorModel};
 use proofmass::io::{
-    Absent, CalibrationFile, ColumnRef, Input, LayoutOptions, Recording, RecordingOptions,
-    TimeSource, TimeUnit, Unit,
+    Absent, CalibrationFile, Column, ColumnRef, Input, Layout, LayoutOptions, Recording,
+    RecordingOptions, TimeSource, TimeUnit, Unit,
 };
 use proofmass::motion::{
     MotionRecord, Source, Stamped, Timing, align, conditions, even_clock, repetition,
@@ -30,6 +30,9 @@ pub(crate) struct Sensors {
     /// File of the accelerometer, when it has its own; its clock must be that of the recording
     #[arg(long, value_name = "FILE")]
     acceleration_file: Option<PathBuf>,
+    /// Time column of --acceleration-file, where its heading does not tell
+    #[arg(long, value_name = "COLUMN", requires = "acceleration_file")]
+    acceleration_time: Option<String>,
     /// Sampling rate of --acceleration-file in hertz, when that has no time column
     #[arg(long, value_name = "HZ", requires = "acceleration_file")]
     acceleration_rate: Option<f64>,
@@ -97,11 +100,37 @@ pub(super) fn unit(text: &str) -> Result<Unit, String> {
     })
 }
 
+/// Unit of a column by its heading or by an option, which must not contradict each other.
+pub(super) fn stated_unit(
+    recording: &Recording,
+    column: &Column,
+    (given, option): (Option<Unit>, &str),
+) -> Result<Option<Unit>, Failure> {
+    match (column.unit, given) {
+        (Some(heading), Some(given)) if heading != given => Err(Failure::new(format!(
+            "column {:?} is in {heading} by its heading, in {given} by {option}",
+            column.name
+        ))
+        .detail(recording.path.display().to_string())
+        .hint(format!("remove {option}, or correct the heading"))),
+        (heading, given) => Ok(heading.or(given)),
+    }
+}
+
+/// Neither heading nor option tells the unit.
+pub(super) fn unknown_unit(recording: &Recording, column: &Column, hint: &str) -> Failure {
+    Failure::new(format!("the unit of column {:?} is not known", column.name))
+        .detail(recording.path.display().to_string())
+        .hint(hint)
+}
+
 /// What a velocity command works on.
 pub(super) struct Bench {
     /// Both sensors in SI on one time base.
     pub(super) record: MotionRecord,
-    /// Time of the first sample in the clock of the recording, s.
+    /// Zero of the times below in the clock of the recording, s: its first row.
+    pub(super) origin: f64,
+    /// Time of the first sample after that, s.
     pub(super) start: f64,
     /// Reference velocity per sample, m/s.
     pub(super) reference: Option<Vec<f64>>,
@@ -134,13 +163,18 @@ impl Sensors {
         }
         let main = Recording::read_sparse(
             &self.recording,
-            &self.options(columns, self.rate, true),
+            &self.options(&self.recording, columns, self.time.as_deref(), self.rate)?,
             &absent,
         )?;
         let mut inputs = vec![main.input()];
         let mut findings = main.findings().to_vec();
-        let clock = clock(&main, self.reading.edges());
-        let origin = clock.first().copied().unwrap_or(0.0);
+        if self.reading.edges() {
+            // Edges come when they come.
+            findings.retain(|f| f.code() != "time-gaps");
+        }
+        // Seconds since an epoch leave a double too few digits for a step.
+        let origin = main.time.seconds(0);
+        let clock = clock(&main, origin, self.reading.edges());
 
         let reading = self
             .reading
@@ -148,12 +182,17 @@ impl Sensors {
         let mut acceleration = match &self.acceleration_file {
             None => self.accelerations(&main, &clock, of_reading)?,
             Some(path) => {
-                let options = self.options(of_acceleration.clone(), self.acceleration_rate, false);
+                let options = self.options(
+                    path,
+                    of_acceleration.clone(),
+                    self.acceleration_time.as_deref(),
+                    self.acceleration_rate,
+                )?;
                 let absent = vec![Absent::Empty; of_acceleration.len()];
                 let other = Recording::read_sparse(path, &options, &absent)?;
                 findings.extend(other.findings().iter().cloned());
                 inputs.push(other.input());
-                let own = self::clock(&other, false);
+                let own = self::clock(&other, origin, false);
                 self.accelerations(&other, &own, 0)?
             }
         };
@@ -161,19 +200,18 @@ impl Sensors {
             *t -= self.latency;
         }
         if let Some(Stretch(from, to)) = self.still {
-            let offset =
-                mean_between(&acceleration, origin + from, origin + to).ok_or_else(|| {
-                    Failure::new(format!(
-                        "no sample lies in the still stretch {from} s to {to} s"
-                    ))
-                    .detail(self.recording.display().to_string())
-                })?;
+            let offset = mean_between(&acceleration, from, to).ok_or_else(|| {
+                Failure::new(format!(
+                    "no sample lies in the still stretch {from} s to {to} s"
+                ))
+                .detail(self.recording.display().to_string())
+            })?;
             acceleration.value.iter_mut().for_each(|a| *a -= offset);
         }
         if let Some(Stretch(from, to)) = self.between {
-            acceleration.keep(|t| t >= origin + from && t <= origin + to);
+            acceleration.keep(|t| t >= from && t <= to);
         }
-        findings.extend(longest_stretch(&mut acceleration, origin));
+        findings.extend(longest_stretch(&mut acceleration));
 
         let (mut record, start) = self.common(&reading, &acceleration)?;
         record.increment = self.reading.increment();
@@ -185,6 +223,7 @@ impl Sensors {
         }
         let mut bench = Bench {
             record,
+            origin,
             start,
             reference: None,
             inputs,
@@ -195,10 +234,11 @@ impl Sensors {
                 None => reference.samples(&main, &clock, main.columns.len() - 1)?,
                 Some(path) => {
                     let column = ColumnRef::from_word(&reference.column);
-                    let options = self.options(vec![column], reference.rate, false);
+                    let time = reference.time.as_deref();
+                    let options = self.options(path, vec![column], time, reference.rate)?;
                     let other = Recording::read_sparse(path, &options, &[Absent::EmptyOrNan])?;
                     bench.inputs.push(other.input());
-                    reference.samples(&other, &self::clock(&other, false), 0)?
+                    reference.samples(&other, &self::clock(&other, origin, false), 0)?
                 }
             };
             reference.attach(&mut bench, &samples)?;
@@ -222,18 +262,35 @@ impl Sensors {
             .collect())
     }
 
-    fn options(&self, columns: Vec<ColumnRef>, rate: Option<f64>, main: bool) -> RecordingOptions {
-        // A second file may call its time as it likes; without a rate its heading tells.
-        let time = self.time.as_deref().filter(|_| main && rate.is_none());
-        RecordingOptions {
+    fn options(
+        &self,
+        path: &Path,
+        columns: Vec<ColumnRef>,
+        time: Option<&str>,
+        rate: Option<f64>,
+    ) -> Result<RecordingOptions, Failure> {
+        let time = time.map(ColumnRef::from_word);
+        // --time-unit is for headings that do not say it; one of several files may.
+        let layout = Layout::sniff(path)?;
+        let at = match &time {
+            Some(column) => Some(
+                layout
+                    .find(column)
+                    .map_err(|e| Failure::from(e).detail(path.display().to_string()))?,
+            ),
+            None => layout.time_column(),
+        };
+        let told = at.is_some_and(|i| layout.unit(i).is_some_and(Unit::is_time));
+        let main = path == self.recording;
+        Ok(RecordingOptions {
             layout: LayoutOptions::default(),
             columns,
-            time: time.map(ColumnRef::from_word),
-            time_unit: self.time_unit.filter(|_| rate.is_none()),
+            time,
+            time_unit: self.time_unit.filter(|_| rate.is_none() && (main || !told)),
             sampling_rate_hz: rate,
             temperature: None,
             unit: None,
-        }
+        })
     }
 
     /// Acceleration along the motion in m/s², where the file holds one.
@@ -248,19 +305,14 @@ impl Sensors {
             .map(|i| recording.missing(i))
             .collect();
         let unit = |i: usize| -> Result<Unit, Failure> {
-            let name = &columns[i].name;
-            match (columns[i].unit, self.acceleration_unit) {
-                (Some(heading), Some(given)) if heading != given => Err(Failure::new(format!(
-                    "column {name:?} is in {heading} by its heading, in {given} by --acceleration-unit"
-                ))
-                .hint("remove --acceleration-unit, or correct the heading")),
-                (Some(unit), _) | (None, Some(unit)) => Ok(unit),
-                (None, None) => Err(Failure::new(format!(
-                    "the unit of column {name:?} is not known"
-                ))
-                .detail(recording.path.display().to_string())
-                .hint("add --acceleration-unit m/s2, g, mg, …")),
-            }
+            let given = (self.acceleration_unit, "--acceleration-unit");
+            stated_unit(recording, &columns[i], given)?.ok_or_else(|| {
+                unknown_unit(
+                    recording,
+                    &columns[i],
+                    "add --acceleration-unit m/s2, g, mg, …",
+                )
+            })
         };
         let value: Vec<f64> = match &self.calibration {
             None => {
@@ -350,19 +402,20 @@ impl Sensors {
     }
 }
 
-/// Times of the rows: of an even clock behind rounded stamps, the clock.
-fn clock(recording: &Recording, edges: bool) -> Vec<f64> {
+/// Times of the rows after an origin: of an even clock behind rounded stamps, the clock.
+fn clock(recording: &Recording, origin: f64, edges: bool) -> Vec<f64> {
     let n = recording.samples();
+    let own: Vec<f64> = (0..n).map(|k| recording.time.seconds(k) - origin).collect();
     let TimeSource::Column(stamps) = recording.time.source() else {
-        return (0..n).map(|k| recording.time.seconds(k)).collect();
+        return own;
     };
     match even_clock(stamps).filter(|_| !edges) {
         Some(step) => {
             let middle = 0.5 * (n - 1) as f64;
-            let mean = stamps[0] + stamps.iter().map(|t| t - stamps[0]).sum::<f64>() / n as f64;
+            let mean = own.iter().sum::<f64>() / n as f64;
             (0..n).map(|k| mean + step * (k as f64 - middle)).collect()
         }
-        None => stamps.clone(),
+        None => own,
     }
 }
 
@@ -378,7 +431,7 @@ fn mean_between(samples: &Samples, from: f64, to: f64) -> Option<f64> {
 }
 
 /// Keeps the longest stretch of the accelerometer without a gap of more than three steps.
-fn longest_stretch(samples: &mut Samples, origin: f64) -> Option<Finding> {
+fn longest_stretch(samples: &mut Samples) -> Option<Finding> {
     let mut steps: Vec<f64> = samples.time.windows(2).map(|w| w[1] - w[0]).collect();
     steps.sort_by(f64::total_cmp);
     let limit = 3.0 * steps.get(steps.len() / 2)?;
@@ -402,8 +455,8 @@ fn longest_stretch(samples: &mut Samples, origin: f64) -> Option<Finding> {
     .evidence(format!(
         "{} gaps of more than three steps; used {:.3} s to {:.3} s after the start",
         cuts.len() - 2,
-        samples.time[from] - origin,
-        samples.time[to - 1] - origin
+        samples.time[from],
+        samples.time[to - 1]
     ))
     .advice("choose another stretch with --between FROM,TO");
     samples.time = samples.time[from..to].to_vec();

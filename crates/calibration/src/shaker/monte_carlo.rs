@@ -8,7 +8,7 @@ use super::matrix::{AXES, Matrix, row_times};
 use super::observation::{PhasorRow, SpuriousTable};
 use faer::{Mat, Side};
 use proofmass_core::Error;
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
@@ -135,16 +135,16 @@ pub fn validate(
                     seed ^ block.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15),
                 );
                 let wanted = BLOCK.min(trials - block * BLOCK);
-                arch.dispatch(
-                    #[inline(always)]
-                    || {
-                        for first in (0..wanted).step_by(LANES) {
-                            let mut delta = model.trials(&gains, &mut draws, &mut rng);
-                            add_columns(&within, &mut delta, &mut rng);
-                            tally.add(&delta, &per_bin, LANES.min((wanted - first) as usize));
-                        }
-                    },
-                );
+                arch.dispatch(Block {
+                    model: &model,
+                    gains: &gains,
+                    within: &within,
+                    per_bin: &per_bin,
+                    draws: &mut draws,
+                    rng: &mut rng,
+                    tally: &mut tally,
+                    wanted,
+                });
             }
             tally
         })
@@ -199,6 +199,33 @@ pub fn validate(
             }
         })
         .collect())
+}
+
+/// Some trials of one stream; a type of its own rather than a closure, so that it is compiled as a whole for the
+/// widest vectors.
+struct Block<'a> {
+    model: &'a Model,
+    gains: &'a [[[f64; 6]; 18]],
+    within: &'a [[f64; 18]],
+    per_bin: &'a [f64; 18],
+    draws: &'a mut [Lanes],
+    rng: &'a mut Xoshiro256PlusPlus,
+    tally: &'a mut Tally,
+    wanted: u64,
+}
+
+impl WithSimd for Block<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        for first in (0..self.wanted).step_by(LANES) {
+            let mut delta = self.model.trials(self.gains, self.draws, self.rng);
+            add_columns(self.within, &mut delta, self.rng);
+            let left = (self.wanted - first) as usize;
+            self.tally.add(&delta, self.per_bin, LANES.min(left));
+        }
+    }
 }
 
 /// Columns of a square root of the covariance of S from all normal errors within runs and the noise of the

@@ -45,6 +45,7 @@ pub fn observations(campaign: &ShakerCampaign) -> Result<Observations, Error> {
 fn rows(campaign: &ShakerCampaign, findings: &mut Vec<Finding>) -> Vec<PhasorRow> {
     let mut rows = vec![];
     let mut beyond: Vec<&RunInput> = vec![];
+    let mut doubts: Vec<(&str, Finding)> = vec![];
     for run in &campaign.runs {
         if campaign.excluded.contains(&run.run) {
             findings.push(
@@ -88,7 +89,8 @@ fn rows(campaign: &ShakerCampaign, findings: &mut Vec<Finding>) -> Vec<PhasorRow
             amplitude: reference.norm(),
             target,
         };
-        findings.extend(assess(&assessed, &campaign.limits));
+        let about = assess(&assessed, &campaign.limits);
+        doubts.extend(about.into_iter().map(|f| (run.run.as_str(), f)));
         rows.push(PhasorRow {
             run: run.run.clone(),
             frequency: run.frequency,
@@ -98,6 +100,7 @@ fn rows(campaign: &ShakerCampaign, findings: &mut Vec<Finding>) -> Vec<PhasorRow
             covariance,
         });
     }
+    findings.extend(told_once(doubts));
     if let (Some(table), Some(first)) = (&campaign.reference, beyond.first()) {
         let points = table.points();
         let mut frequencies: Vec<String> = beyond
@@ -125,6 +128,44 @@ fn rows(campaign: &ShakerCampaign, findings: &mut Vec<Finding>) -> Vec<PhasorRow
         );
     }
     rows
+}
+
+/// Doubts of one kind about more runs than this are told once.
+const MANY: usize = 3;
+
+/// One finding for many runs with the same doubt: the first with its numbers, the others by their names.
+fn told_once(doubts: Vec<(&str, Finding)>) -> Vec<Finding> {
+    let mut codes: Vec<String> = vec![];
+    for (_, finding) in &doubts {
+        if !codes.iter().any(|c| c == finding.code()) {
+            codes.push(finding.code().to_owned());
+        }
+    }
+    let mut findings = vec![];
+    for code in codes {
+        let of_kind: Vec<&(&str, Finding)> =
+            doubts.iter().filter(|(_, f)| f.code() == code).collect();
+        match of_kind.as_slice() {
+            [(_, first), others @ ..] if others.len() >= MANY => {
+                let names: Vec<&str> = others.iter().map(|(run, _)| *run).collect();
+                findings.push(
+                    Finding::new(
+                        first.severity(),
+                        code,
+                        format!("{}; {} other runs likewise", first.what(), names.len()),
+                    )
+                    .evidence(format!(
+                        "{}; the others: {}",
+                        first.evidence_text(),
+                        names.join(", ")
+                    ))
+                    .advice(first.advice_text()),
+                );
+            }
+            few => findings.extend(few.iter().map(|(_, f)| f.clone())),
+        }
+    }
+    findings
 }
 
 /// Rows of frequencies whose directions determine S; one run alone at its frequency is mostly a slip of the table.

@@ -312,15 +312,26 @@ impl<T: Float, const N: usize> Kalman<T, N> {
         for i in 0..N {
             state.x[i] += k[i] * innovation.value;
         }
+        // 1 − p/(p + R) is R/(p + R): the difference loses all digits of an exact reading.
+        let rest = variance * inverse;
         let mut half = state.p;
         for i in 0..N {
             for j in 0..N {
-                half[i][j] -= k[i] * row[j];
+                half[i][j] = if i == component {
+                    rest * row[j]
+                } else {
+                    half[i][j] - k[i] * row[j]
+                };
             }
         }
         for i in 0..N {
             for j in 0..=i {
-                let p = half[i][j] - half[i][component] * k[j] + k[i] * variance * k[j];
+                let kept = if j == component {
+                    rest * half[i][j]
+                } else {
+                    half[i][j] - half[i][component] * k[j]
+                };
+                let p = kept + k[i] * variance * k[j];
                 state.p[i][j] = p;
                 state.p[j][i] = p;
             }

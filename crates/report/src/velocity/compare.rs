@@ -36,14 +36,15 @@ impl VelocityReport<'_> {
             // Errors of several times the others' would fill the frame.
             let smallest = best.iter().map(|r| r.agreement.rms);
             let smallest = smallest.fold(f64::INFINITY, f64::min);
+            let best: Vec<_> = best.into_iter().enumerate().collect();
             let (near, far): (Vec<_>, Vec<_>) = best
                 .iter()
                 .copied()
-                .partition(|r| r.agreement.rms < 12.0 * smallest);
+                .partition(|(_, r)| r.agreement.rms < 12.0 * smallest);
             let beyond = if far.is_empty() {
                 String::new()
             } else {
-                let names: Vec<String> = far.iter().map(|r| short(result, r)).collect();
+                let names: Vec<String> = far.iter().map(|(_, r)| short(result, r)).collect();
                 format!("; beyond the frame: {}", names.join(", "))
             };
             report = report.section(
@@ -57,7 +58,7 @@ impl VelocityReport<'_> {
                         self.overlaid(result, &best, rate, zoom.clone(), false),
                     )
                     .figure(
-                        format!("Errors there{beyond}"),
+                        format!("Errors in the same part{beyond}"),
                         self.overlaid(result, &near, rate, zoom.clone(), true),
                     ),
             );
@@ -102,7 +103,7 @@ impl VelocityReport<'_> {
     fn overlaid(
         &self,
         result: &CompareResult,
-        rows: &[&ComparisonRow],
+        rows: &[(usize, &ComparisonRow)],
         rate: f64,
         part: Range<usize>,
         error: bool,
@@ -114,17 +115,16 @@ impl VelocityReport<'_> {
         let of = |row: &ComparisonRow| -> Vec<f64> {
             slow.iter()
                 .map(|&k| {
-                    let from = if error {
-                        result.reference[k * stride]
+                    if error {
+                        1e3 * (row.velocity[k] - result.reference[k * stride])
                     } else {
-                        0.0
-                    };
-                    row.velocity[k] - from
+                        row.velocity[k]
+                    }
                 })
                 .collect()
         };
         let axis = if error {
-            Axis::linear("error", "m/s")
+            Axis::linear("error", "mm/s")
         } else {
             figures::framed("velocity", "m/s", reference)
         };
@@ -137,8 +137,9 @@ impl VelocityReport<'_> {
             };
             plot = plot.series(Series::line(name, &self.times(part), reference).look(4));
         }
-        for (i, row) in rows.iter().enumerate() {
-            plot = plot.series(Series::line(short(result, row), &t, &of(row)).look(i));
+        // A method looks alike in every figure of a rate.
+        for (i, row) in rows {
+            plot = plot.series(Series::line(short(result, row), &t, &of(row)).look(*i));
         }
         plot
     }
@@ -190,11 +191,11 @@ fn short(result: &CompareResult, row: &ComparisonRow) -> String {
     let gains = |name: &str, gains: &[f64]| {
         let list: Vec<String> = gains.iter().map(|g| gain(*g)).collect();
         let found = if tuned { ", tuned" } else { "" };
-        format!("{name} {}{found}", list.join("; "))
+        format!("{name} {}{found}", list.join(";\u{a0}"))
     };
     match row.method {
         Method::SavitzkyGolay { window, degree } => {
-            format!("Savitzky–Golay {window}; {degree}")
+            format!("Savitzky–Golay {window};\u{a0}{degree}")
         }
         Method::TwoChannel { k1, k2 } => gains("two channels", &[k1, k2]),
         Method::Observer { k_x, k_v } => gains("observer", &[k_x, k_v]),

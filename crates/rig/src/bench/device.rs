@@ -65,7 +65,7 @@ impl Default for Wedge {
     fn default() -> Self {
         Self {
             transverse: [c64::from_polar(0.010, 2.2), c64::from_polar(0.008, -1.1)],
-            resonance: [2.4e3, 3.1e3, 2.6e3],
+            resonance: [3.2e3, 4.1e3, 3.6e3],
             quality: 30.0,
             participation: [0.6, 0.1, 1.0],
         }

@@ -3,7 +3,7 @@
 use super::Coefficients;
 use super::tables::Tables;
 use faer::c64;
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 /// Blocks that one task takes; sums over tasks are added in order, so the thread count changes nothing.
@@ -69,19 +69,14 @@ pub(crate) fn look(
     let parts: Vec<Look> = (0..channels.len() * tasks.len())
         .into_par_iter()
         .map(|task| {
-            let (channel, stretch) = (task / tasks.len(), tasks[task % tasks.len()]);
-            arch.dispatch(
-                #[inline(always)]
-                || {
-                    stretch_look(
-                        tables,
-                        channels[channel],
-                        &provisional[channel],
-                        stretch,
-                        ask,
-                    )
-                },
-            )
+            let channel = task / tasks.len();
+            arch.dispatch(Stretch {
+                tables,
+                x: channels[channel],
+                fit: &provisional[channel],
+                blocks: tasks[task % tasks.len()],
+                ask,
+            })
         })
         .collect();
     let mut looks = vec![Look::default(); channels.len()];
@@ -91,75 +86,93 @@ pub(crate) fn look(
     looks
 }
 
-#[inline(always)]
-fn stretch_look(
-    tables: &Tables,
-    x: &[f64],
-    fit: &Coefficients,
-    blocks: &[usize],
+/// Some blocks of one channel; a type of its own rather than a closure, so that it is compiled as a whole for the
+/// widest vectors.
+struct Stretch<'a> {
+    tables: &'a Tables,
+    x: &'a [f64],
+    fit: &'a Coefficients,
+    blocks: &'a [usize],
     ask: Ask,
-) -> Look {
-    let harmonics = fit.amplitudes.len();
-    let scale = tables.scale();
-    let zeros = || vec![c64::new(0.0, 0.0); harmonics];
-    let mut total = Look {
-        demodulated: zeros(),
-        weighted: if ask.weighted { zeros() } else { vec![] },
-        series: Vec::with_capacity(blocks.len()),
-        ..Look::default()
-    };
-    let (mut r, mut product) = (vec![0.0; tables.block], vec![0.0; tables.block]);
-    for &block in blocks {
-        let start = block * tables.block;
-        let x = &x[start..(start + tables.block).min(tables.samples)];
-        let tau = tables.tau(block);
-        let r = &mut r[..x.len()];
-        let trend = fit.offset + fit.drift * tau;
-        let simple = fit.drift == 0.0 && harmonics == 1;
-        let sums = if simple {
-            let a = fit.amplitudes[0] * tables.anchor(1, block);
-            subtract(x, &tables.cosine[0], &tables.sine[0], trend, a, r)
-        } else {
-            let slope = fit.drift * scale;
-            for ((r, x), l) in r.iter_mut().zip(x).zip(&tables.ramp) {
-                *r = x - trend - slope * l;
+}
+
+impl WithSimd for Stretch<'_> {
+    type Output = Look;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Look {
+        let Self {
+            tables,
+            x,
+            fit,
+            blocks,
+            ask,
+        } = self;
+        let harmonics = fit.amplitudes.len();
+        let scale = tables.scale();
+        let zeros = || vec![c64::new(0.0, 0.0); harmonics];
+        let mut total = Look {
+            demodulated: zeros(),
+            weighted: if ask.weighted { zeros() } else { vec![] },
+            series: Vec::with_capacity(blocks.len()),
+            ..Look::default()
+        };
+        let (mut r, mut product) = (vec![0.0; tables.block], vec![0.0; tables.block]);
+        for &block in blocks {
+            let start = block * tables.block;
+            let x = &x[start..(start + tables.block).min(tables.samples)];
+            let tau = tables.tau(block);
+            let r = &mut r[..x.len()];
+            let trend = fit.offset + fit.drift * tau;
+            let simple = fit.drift == 0.0 && harmonics == 1;
+            let sums = if simple {
+                let a = fit.amplitudes[0] * tables.anchor(1, block);
+                subtract(x, &tables.cosine[0], &tables.sine[0], trend, a, r)
+            } else {
+                let slope = fit.drift * scale;
+                for ((r, x), l) in r.iter_mut().zip(x).zip(&tables.ramp) {
+                    *r = x - trend - slope * l;
+                }
+                for (h, amplitude) in fit.amplitudes.iter().enumerate() {
+                    let a = amplitude * tables.anchor(h + 1, block);
+                    for ((r, c), s) in r.iter_mut().zip(&tables.cosine[h]).zip(&tables.sine[h]) {
+                        *r -= a.re * c - a.im * s;
+                    }
+                }
+                moments(r, &tables.cosine[0], &tables.sine[0])
+            };
+            total.power += sums[0];
+            total.sum += sums[1];
+            if ask.drift {
+                total.slope += tau * sums[1] + scale * dot(r, &tables.ramp);
             }
-            for (h, amplitude) in fit.amplitudes.iter().enumerate() {
-                let a = amplitude * tables.anchor(h + 1, block);
-                for ((r, c), s) in r.iter_mut().zip(&tables.cosine[h]).zip(&tables.sine[h]) {
-                    *r -= a.re * c - a.im * s;
+            let z = c64::new(sums[2], -sums[3]) * tables.anchor(1, block).conj();
+            total.demodulated[0] += z;
+            if x.len() == tables.block {
+                total.series.push(z);
+            }
+            for h in 1..harmonics {
+                total.demodulated[h] += harmonic(tables, r, h, block);
+            }
+            if ask.weighted {
+                let product = &mut product[..r.len()];
+                for ((p, r), l) in product.iter_mut().zip(&*r).zip(&tables.ramp) {
+                    *p = r * (tau + scale * l);
+                }
+                for h in 0..harmonics {
+                    total.weighted[h] += harmonic(tables, product, h, block);
                 }
             }
-            moments(r, &tables.cosine[0], &tables.sine[0])
-        };
-        total.power += sums[0];
-        total.sum += sums[1];
-        if ask.drift {
-            total.slope += tau * sums[1] + scale * dot(r, &tables.ramp);
         }
-        let z = c64::new(sums[2], -sums[3]) * tables.anchor(1, block).conj();
-        total.demodulated[0] += z;
-        if x.len() == tables.block {
-            total.series.push(z);
-        }
-        let harmonic = |r: &[f64], h: usize| {
-            let z = c64::new(dot(r, &tables.cosine[h]), -dot(r, &tables.sine[h]));
-            z * tables.anchor(h + 1, block).conj()
-        };
-        for h in 1..harmonics {
-            total.demodulated[h] += harmonic(r, h);
-        }
-        if ask.weighted {
-            let product = &mut product[..r.len()];
-            for ((p, r), l) in product.iter_mut().zip(&*r).zip(&tables.ramp) {
-                *p = r * (tau + scale * l);
-            }
-            for h in 0..harmonics {
-                total.weighted[h] += harmonic(product, h);
-            }
-        }
+        total
     }
-    total
+}
+
+/// Σ r e^{−j(h + 1)ωn} over one block.
+#[inline(always)]
+fn harmonic(tables: &Tables, r: &[f64], h: usize, block: usize) -> c64 {
+    let [c, s] = pair(r, &tables.cosine[h], &tables.sine[h]);
+    c64::new(c, -s) * tables.anchor(h + 1, block).conj()
 }
 
 /// Σ a b over the length of `a`.
@@ -176,6 +189,28 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     }
     let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
     lanes.iter().sum::<f64>() + rest
+}
+
+/// Σ r c and Σ r s in one reading of the block.
+#[inline(always)]
+fn pair(r: &[f64], c: &[f64], s: &[f64]) -> [f64; 2] {
+    let (c, s) = (&c[..r.len()], &s[..r.len()]);
+    let mut lanes = [[0.0; LANES]; 2];
+    let (r8, r_rest) = r.as_chunks::<LANES>();
+    let (c8, c_rest) = c.as_chunks::<LANES>();
+    let (s8, s_rest) = s.as_chunks::<LANES>();
+    for ((r, c), s) in r8.iter().zip(c8).zip(s8) {
+        for i in 0..LANES {
+            lanes[0][i] += r[i] * c[i];
+            lanes[1][i] += r[i] * s[i];
+        }
+    }
+    let mut total = lanes.map(|l| l.iter().sum::<f64>());
+    for ((r, c), s) in r_rest.iter().zip(c_rest).zip(s_rest) {
+        total[0] += r * c;
+        total[1] += r * s;
+    }
+    total
 }
 
 /// Σ r², Σ r, Σ r c, Σ r s in one reading of the block.

@@ -27,45 +27,51 @@ impl Tables {
     pub(crate) fn new(omega: f64, samples: usize, harmonics: usize) -> Self {
         // At least sixteen blocks, so that the demodulated series has bins beside the drive.
         let block = (samples / 16).clamp(8, BLOCK);
-        let table = |f: fn(f64) -> f64| -> Vec<Vec<f64>> {
-            (1..=harmonics)
-                .map(|h| (0..block).map(|l| f(h as f64 * omega * l as f64)).collect())
-                .collect()
-        };
         let middle = 0.5 * (samples - 1) as f64;
         let scale = 2.0 / samples as f64;
         let unit = |angle: f64| {
             let (s, c) = angle.sin_cos();
             c64::new(c, s)
         };
-        let sums = |length: usize| -> Vec<[c64; 3]> {
-            (0..=2 * harmonics)
-                .map(|k| {
-                    let mut sums = [c64::new(0.0, 0.0); 3];
-                    for l in 0..length {
-                        let (e, t) = (unit(k as f64 * omega * l as f64), scale * l as f64);
-                        sums[0] += e;
-                        sums[1] += e * t;
-                        sums[2] += e * (t * t);
-                    }
-                    sums
-                })
-                .collect()
-        };
+        // Powers of one row of exact phases: k ε at most.
+        let first: Vec<c64> = (0..block).map(|l| unit(omega * l as f64)).collect();
+        let mut power = vec![c64::new(1.0, 0.0); block];
+        let (mut cosine, mut sine, mut inside) = (vec![], vec![], [vec![], vec![]]);
+        for k in 0..=2 * harmonics {
+            if k > 0 {
+                for (p, e) in power.iter_mut().zip(&first) {
+                    *p *= e;
+                }
+            }
+            if (1..=harmonics).contains(&k) {
+                cosine.push(power.iter().map(|e| e.re).collect());
+                sine.push(power.iter().map(|e| e.im).collect());
+            }
+            for (inside, length) in inside.iter_mut().zip([block, samples % block]) {
+                let mut sums = [c64::new(0.0, 0.0); 3];
+                for (l, e) in power[..length].iter().enumerate() {
+                    let t = scale * l as f64;
+                    sums[0] += e;
+                    sums[1] += e * t;
+                    sums[2] += e * (t * t);
+                }
+                inside.push(sums);
+            }
+        }
         let full = samples / block;
         Self {
             omega,
             samples,
             block,
             middle,
-            cosine: table(f64::cos),
-            sine: table(f64::sin),
+            cosine,
+            sine,
             ramp: (0..block).map(|l| l as f64).collect(),
             anchors: (0..samples)
                 .step_by(block)
                 .map(|start| unit(omega * (start as f64 - middle)))
                 .collect(),
-            inside: [sums(block), sums(samples % block)],
+            inside,
             circle: (0..full)
                 .map(|b| unit(-TAU * b as f64 / full as f64))
                 .collect(),

@@ -283,13 +283,17 @@ pub(super) fn add_columns<R: Rng>(columns: &[[f64; 18]], delta: &mut [Lanes; 18]
 fn draw<R: Rng>(u: f64, rectangular: bool, rng: &mut R) -> Lanes {
     let mut z = [0.0; LANES];
     if rectangular {
-        // 32 bits for each: 5e-10 of the width is far below what a trial can show.
+        // 32 bits for each: 5e-10 of the width is far below what a trial can show. The bits become a number as the
+        // mantissa of 2⁵², which vectors can do.
         let scale = u * 3f64.sqrt() * 2f64.powi(-31);
-        for pair in z.as_chunks_mut::<2>().0 {
+        let mut halves = [0u64; LANES];
+        for pair in halves.as_chunks_mut::<2>().0 {
             let bits = rng.next_u64();
-            for (z, half) in pair.iter_mut().zip([bits as u32, (bits >> 32) as u32]) {
-                *z = scale * (f64::from(half) + 0.5 - 2f64.powi(31));
-            }
+            *pair = [bits & 0xffff_ffff, bits >> 32];
+        }
+        let (whole, middle) = (2f64.powi(52), 2f64.powi(31) - 0.5);
+        for (z, half) in z.iter_mut().zip(halves) {
+            *z = scale * (f64::from_bits(0x4330_0000_0000_0000 | half) - whole - middle);
         }
     } else {
         for z in &mut z {
