@@ -203,16 +203,16 @@ pub fn combine(
             scale * moment(0, 1) * m,
             scale * moment(1, 1),
         ];
-        // What is common to the repeats is relative: it moves with the modulus, from the first run to the mean.
-        let moved = [m / first.sensitivity.norm(), 1.0];
-        let mut influences = first.estimate.influences().to_vec();
-        for influence in &mut influences {
-            if let Effect::Joint { covariance } = &mut influence.effect {
-                let at = |k: usize| covariance[(k / 2, k % 2)] * moved[k / 2] * moved[k % 2];
-                let rows: [f64; 4] = std::array::from_fn(at);
-                *covariance = proofmass_uncertainty::Covariance::try_from_rows(2, &rows)?;
-            }
-        }
+        let components = vec![
+            Component::new("modulus", "V/(m/s²)", m),
+            Component::new("phase", "rad", mean.arg()),
+        ];
+        // Certificate and reading are relative: those of one run, scaled to the mean.
+        let scaled = first.estimate.propagate(
+            components.clone(),
+            &[m / first.sensitivity.norm(), 0.0, 0.0, 1.0],
+        )?;
+        let mut influences = scaled.influences().to_vec();
         influences.push(Influence {
             key: "repeatability".to_owned(),
             description: "scatter of the repeats".to_owned(),
@@ -252,13 +252,7 @@ pub fn combine(
         means.push(SingleAxis {
             frequency,
             sensitivity: mean,
-            estimate: Estimate::new(
-                vec![
-                    Component::new("modulus", "V/(m/s²)", m),
-                    Component::new("phase", "rad", mean.arg()),
-                ],
-                influences,
-            )?,
+            estimate: Estimate::new(components, influences)?,
         });
     }
     Ok((means, findings))
