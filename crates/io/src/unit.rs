@@ -98,8 +98,8 @@ const SPELLINGS: &[(Unit, &str, &str, &[&str])] = &[
         "m/s²",
         "m/s2",
         &[
-            "m/s/s", "m/s**2", "mps2", "ms-2", "m.s-2", "m·s-2", "m*s-2", "m_s2", "m_per_s2", "m/sec2",
-            "meter/s2",
+            "m/s/s", "m/s**2", "mps2", "ms-2", "m.s-2", "m·s-2", "m*s-2", "m_s2", "m_per_s2",
+            "m/sec2", "meter/s2",
         ],
     ),
     (
@@ -183,14 +183,21 @@ const SPELLINGS: &[(Unit, &str, &str, &[&str])] = &[
         "cm",
         &["centimetre", "centimetres", "centimeter"],
     ),
-    (MetrePerSecond, "m/s", "m/s", &["mps", "m_s", "m_per_s", "m/sec"]),
+    (
+        MetrePerSecond,
+        "m/s",
+        "m/s",
+        &["mps", "m_s", "m_per_s", "m/sec"],
+    ),
     (MillimetrePerSecond, "mm/s", "mm/s", &["mm_s", "mm_per_s"]),
     (CentimetrePerSecond, "cm/s", "cm/s", &["cm_s", "cm_per_s"]),
     (
         KilometrePerHour,
         "km/h",
         "km/h",
-        &["kmh", "kph", "kmph", "KPH", "Km/h", "KM/H", "km/hr", "km_h", "km_per_h"],
+        &[
+            "kmh", "kph", "kmph", "KPH", "Km/h", "KM/H", "km/hr", "km_h", "km_per_h",
+        ],
     ),
     (
         MilePerHour,
