@@ -345,6 +345,7 @@ fn averaging_times_and_statistics_are_chosen_by_name() {
             assert!(said.contains(word), "{word:?} is missing from: {said}");
         }
     }
-    let said = refuse(&["noise", text(&path), "--taus", "often"]);
-    assert!(said.contains("octave"), "{said}");
+    let wrong = proofmass(&["noise", text(&path), "--taus", "often"]);
+    assert_eq!(wrong.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&wrong.stderr).contains("octave"));
 }

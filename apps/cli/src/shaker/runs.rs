@@ -96,9 +96,10 @@ pub(crate) fn observe<S: Sync>(
             ))
             .hint("add [recording] to campaign.toml")),
         })
-        .collect::<Result<Vec<_>, Failure>>();
+        .collect::<Vec<Result<ObservedRun, Failure>>>();
     bar.finish_and_clear();
-    observed.runs = runs?;
+    // Of several that fail the first in the table is named, whichever thread was first.
+    observed.runs = runs.into_iter().collect::<Result<_, Failure>>()?;
     for (run, seen) in table.runs.iter().zip(&observed.runs) {
         if let Some(recorded) = &seen.recorded {
             observed.inputs.push(recorded.input.clone());
