@@ -1,7 +1,7 @@
 """The peer of shaker_monte_carlo.rs: the same trials with numpy, in batches that fit the cache.
 
 One frequency, 44 configurations: every error of the published bench is drawn with what shares it, the outputs
-follow exactly, S is their generalised linear estimate. Prints seconds per million trials and u(Re S_xx).
+follow exactly, S is their ordinary least-squares estimate. Prints seconds per million trials and u(Re S_xx).
 """
 import time
 

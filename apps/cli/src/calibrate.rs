@@ -29,8 +29,10 @@ impl Calibrate {
     /// Begins the folder of results, by default beside the campaign.
     fn begin(&self, campaign: &CampaignFile) -> Result<OutputFolder, Failure> {
         let place = self.delivery.output.clone();
-        self.delivery
-            .begin_at(place.unwrap_or_else(|| campaign.resolve("result")))
+        self.delivery.begin_at(
+            place.unwrap_or_else(|| campaign.resolve("result")),
+            &[&campaign.path],
+        )
     }
 
     pub(crate) fn run(self) -> Result<Outcome, Failure> {

@@ -4,7 +4,7 @@ use crate::{Failure, Outcome, console};
 use proofmass::io::OutputFolder;
 use proofmass::report::{Report, html};
 use proofmass::uncertainty::Finding;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Options that every command with results has.
 #[derive(clap::Args)]
@@ -39,15 +39,33 @@ pub(crate) struct Results<'a> {
 
 impl Delivery {
     /// Begins the folder, where one is asked for: a place that is taken is refused before the work, not after it.
-    pub(crate) fn begin(&self) -> Result<Option<OutputFolder>, Failure> {
+    pub(crate) fn begin(&self, inputs: &[&Path]) -> Result<Option<OutputFolder>, Failure> {
         match &self.output {
-            Some(path) => self.begin_at(path.clone()).map(Some),
+            Some(path) => self.begin_at(path.clone(), inputs).map(Some),
             None => Ok(None),
         }
     }
 
-    /// Begins the folder of a command that always writes one.
-    pub(crate) fn begin_at(&self, place: PathBuf) -> Result<OutputFolder, Failure> {
+    /// Begins the folder of a command that always writes one. A folder with one of the inputs is never replaced.
+    pub(crate) fn begin_at(
+        &self,
+        place: PathBuf,
+        inputs: &[&Path],
+    ) -> Result<OutputFolder, Failure> {
+        if let Ok(folder) = place.canonicalize() {
+            let inside = |input: &&&Path| {
+                let input = input.canonicalize();
+                input.is_ok_and(|input| input.starts_with(&folder))
+            };
+            if let Some(input) = inputs.iter().find(inside) {
+                return Err(Failure::new(format!(
+                    "{} holds the input {}, which would be lost",
+                    place.display(),
+                    input.display()
+                ))
+                .hint("name another folder, such as one inside it"));
+            }
+        }
         Ok(OutputFolder::create(place, self.force)?)
     }
 

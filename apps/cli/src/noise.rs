@@ -85,7 +85,7 @@ pub(crate) struct Noise {
 
 impl Noise {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
-        let folder = self.delivery.begin()?;
+        let folder = self.delivery.begin(&[&self.recording])?;
         let size = std::fs::metadata(&self.recording).map_or(0, |m| m.len());
         let stream = self.stream || size > LARGEST_IN_MEMORY;
         if stream && !self.stream {

@@ -51,7 +51,7 @@ struct Stated {
 
 impl Plan {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
-        let folder = self.delivery.begin()?;
+        let folder = self.delivery.begin(&[&self.campaign])?;
         let campaign = match Campaign::open(&self.campaign)? {
             Campaign::ShakerTriaxial(campaign) => campaign,
             other => {

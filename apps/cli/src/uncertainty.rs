@@ -42,7 +42,7 @@ impl Uncertainty {
         let text = std::fs::read_to_string(&self.model)
             .map_err(|e| Failure::new(format!("{}: {e}", self.model.display())))?;
         let model = UncertaintyModel::parse(&text).map_err(|e| refused(&self.model, &e))?;
-        let folder = self.delivery.begin()?;
+        let folder = self.delivery.begin(&[&self.model])?;
         let result = self.evaluate(&text, &model)?;
         self.write(folder, input, &model, &result)
     }

@@ -43,7 +43,7 @@ pub(crate) struct Validate {
 
 impl Validate {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
-        let folder = self.delivery.begin()?;
+        let folder = self.delivery.begin(&[&self.calibration, &self.recording])?;
         let file = CalibrationFile::read(&self.calibration)?;
         let sensor = SensorModel::new(Matrix3(file.k), file.b)?;
         let mut recording = Recording::read(&self.recording, &self.reading.options(&file)?)?;

@@ -349,3 +349,13 @@ fn averaging_times_and_statistics_are_chosen_by_name() {
     assert_eq!(wrong.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&wrong.stderr).contains("octave"));
 }
+
+#[test]
+fn refuses_to_replace_the_folder_of_its_input() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let path = folder.path().join("rest.csv");
+    std::fs::write(&path, "time_s,a_m/s2\n0,1\n1,2\n").expect("recording");
+    let said = refuse(&["noise", text(&path), "-o", text(folder.path()), "--force"]);
+    assert!(said.contains("rest.csv") && said.contains("lost"), "{said}");
+    assert!(path.is_file());
+}

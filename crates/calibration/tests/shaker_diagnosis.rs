@@ -2,7 +2,8 @@
 
 use faer::c64;
 use proofmass_calibration::shaker::{
-    Acts, Budget, Configuration, Input, Key, PhasorRow, SpuriousTable, Suspicion, complex, diagnose,
+    Acts, Budget, Configuration, Input, Key, PhasorRow, SpuriousTable, Suspicion, complex,
+    diagnose, joint,
 };
 use proofmass_rig::bench::{Bench, published_plan};
 use rand::SeedableRng;
@@ -59,6 +60,32 @@ fn law_good_campaigns_raise_no_alarm() {
     for seed in 0..20 {
         let codes = codes(&campaign(seed));
         assert!(codes.is_empty(), "seed {seed}: {codes:?}");
+    }
+}
+
+/// A wrong run pulls the result of every method; what the residuals say of it must stand in the uncertainty.
+#[test]
+fn law_residuals_beyond_the_budget_enlarge_the_uncertainty() {
+    let good = campaign(1);
+    let mut wrong = good.clone();
+    wrong[17].outputs.swap(0, 1);
+    let none = SpuriousTable::default();
+    for method in [complex, joint] {
+        let fit = |rows: &[PhasorRow]| method(rows, &none, &budget()).unwrap();
+        let (good, wrong) = (fit(&good), fit(&wrong));
+        for (a, b) in good.frequencies.iter().zip(&wrong.frequencies) {
+            for (a, b) in a.estimate.quantities().iter().zip(&b.estimate.quantities()) {
+                let change = (a.value - b.value).abs();
+                assert!(change < 2.0 * b.standard_uncertainty, "{}: {a} {b}", a.name);
+            }
+        }
+        // The budget names the cause.
+        let u = |fit: &proofmass_calibration::shaker::Fit| {
+            fit.frequencies[0].estimate.quantities()[0].standard_uncertainty
+        };
+        assert!(u(&wrong) > u(&good));
+        let influences = wrong.frequencies[0].estimate.influences();
+        assert!(influences.iter().any(|i| i.key == "excess.residuals"));
     }
 }
 

@@ -40,7 +40,7 @@ fn still(record: &MotionRecord) -> Option<Finding> {
     let same = record.reading.iter().flatten().all(|r| r == first);
     same.then(|| {
         Finding::new(
-            Severity::Warning,
+            Severity::Decision,
             "readings-never-change",
             "the axis never leaves one increment, or the channel is dead",
         )

@@ -183,6 +183,10 @@ impl SlipSearch {
         // The mean after a sample minus that before it: braking is slow against it, and an offset drops out.
         let jump: Vec<f64> = (b..mean.len()).map(|k| mean[k] - mean[k - b]).collect();
         let (centre, deviation) = quiet(&jump);
+        // An accelerometer without noise is dead for the most part: it tells of no blow.
+        if !(deviation > 0.0) {
+            return Vec::new();
+        }
         let positions = held(&record.positions());
         let velocity: Vec<f64> = (0..n)
             .map(|k| {

@@ -52,7 +52,12 @@ impl TuneResult {
 pub fn tune(record: &MotionRecord, tuning: &Tuning) -> Result<TuneResult, Error> {
     record.check()?;
     let slip = slip_search(record).ok();
-    tune_without(record, tuning, slip.as_ref())
+    let mut result = tune_without(record, tuning, slip.as_ref())?;
+    // Wrong units and senses first: the gains are worth nothing with them.
+    let pairing = pairing(record, slip.as_ref());
+    let doubts = pairing.into_iter().flat_map(|p| p.findings);
+    result.findings.splice(0..0, doubts);
+    Ok(result)
 }
 
 fn tune_without(

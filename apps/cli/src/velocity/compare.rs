@@ -35,7 +35,9 @@ pub(crate) struct Compare {
 
 impl Compare {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
-        let folder = self.delivery.begin()?;
+        let mut files = self.sensors.files();
+        files.extend(self.reference.reference_file());
+        let folder = self.delivery.begin(&files)?;
         let bench = self.sensors.read(self.reference.reference().as_ref())?;
         let decimations = self.decimations(&bench)?;
         let duration = bench.record.sample_time * bench.record.reading.len() as f64;

@@ -29,7 +29,7 @@ pub(crate) struct Estimate {
 
 impl Estimate {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
-        let folder = self.delivery.begin()?;
+        let folder = self.delivery.begin(&self.sensors.files())?;
         let bench = self.sensors.read(None)?;
         let result = estimate(&bench.record, self.method, self.circumference)
             .map_err(|e| failure(e, &self.sensors.recording))?;

@@ -5,7 +5,7 @@ use super::sensors::{Bench, stated_unit, unit, unknown_unit};
 use crate::Failure;
 use proofmass::io::{Recording, Unit};
 use proofmass::uncertainty::{Finding, Severity};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Options of the reference.
 #[derive(Clone, Debug)]
@@ -48,6 +48,11 @@ pub(super) struct ReferenceArguments {
 }
 
 impl ReferenceArguments {
+    /// A file of its own.
+    pub(super) fn reference_file(&self) -> Option<&Path> {
+        self.reference_file.as_deref()
+    }
+
     pub(super) fn reference(&self) -> Option<Reference> {
         Some(Reference {
             column: self.reference.clone()?,

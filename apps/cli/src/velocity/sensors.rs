@@ -141,6 +141,14 @@ pub(super) struct Bench {
 }
 
 impl Sensors {
+    /// The files that are read.
+    pub(super) fn files(&self) -> Vec<&Path> {
+        let second = self.acceleration_file.as_deref();
+        std::iter::once(self.recording.as_path())
+            .chain(second)
+            .collect()
+    }
+
     /// Reads both sensors and, where one is asked for, the reference.
     pub(super) fn read(&self, reference: Option<&Reference>) -> Result<Bench, Failure> {
         for (name, value) in [("--latency", Some(self.latency)), ("--rate", self.rate)] {

@@ -37,7 +37,7 @@ enum Offset {
 
 impl Tune {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
-        let folder = self.delivery.begin()?;
+        let folder = self.delivery.begin(&self.sensors.files())?;
         let bench = self.sensors.read(None)?;
         if unusable(&bench.record) {
             return Err(

@@ -170,8 +170,15 @@ pub fn joint(rows: &[PhasorRow], spurious: &SpuriousTable, budget: &Budget) -> R
 
 fn adjust(rows: &[PhasorRow], spurious: &SpuriousTable, budget: &Budget) -> Result<Fit, Error> {
     let adjustment = Adjustment::new(rows, spurious, budget)?;
+    let (chi_squared, dof) = (adjustment.chi_squared, adjustment.dof());
+    // By how much the variance of the residuals exceeds what the budget allows; zero within one case in a thousand.
+    let excess = if upper_tail(chi_squared, dof as f64) < 1e-3 {
+        (chi_squared / dof as f64 - 1.0).max(0.0)
+    } else {
+        0.0
+    };
     let frequencies = (0..adjustment.frequencies.len())
-        .map(|f| frequency_fit(&adjustment, f, rows, budget))
+        .map(|f| frequency_fit(&adjustment, f, rows, budget, excess))
         .collect::<Result<Vec<_>, _>>()?;
     let runs = adjustment
         .deletions()?
@@ -210,9 +217,7 @@ fn adjust(rows: &[PhasorRow], spurious: &SpuriousTable, budget: &Budget) -> Resu
         })
         .collect();
     let (angles, mut findings) = angles(&adjustment, rows, budget)?;
-    let (chi_squared, dof) = (adjustment.chi_squared, adjustment.dof());
-    let p = upper_tail(chi_squared, dof as f64);
-    if p < 1e-3 {
+    if excess > 0.0 {
         let place = if frequencies.len() == 1 {
             format!("at {} Hz", adjustment.frequencies[0])
         } else {
@@ -228,7 +233,10 @@ fn adjust(rows: &[PhasorRow], spurious: &SpuriousTable, budget: &Budget) -> Resu
                 "χ² = {chi_squared:.1} with {dof} degrees of freedom, a factor of {:.2} in u",
                 (chi_squared / dof as f64).sqrt()
             ))
-            .advice("look at the runs with the largest statistic, then at the repeatability in the budget"),
+            .advice(
+                "the uncertainties are enlarged by that factor; look at the runs with the largest statistic, then at the \
+                 repeatability in the budget",
+            ),
         );
     }
     Ok(Fit {
@@ -247,14 +255,19 @@ fn frequency_fit(
     f: usize,
     rows: &[PhasorRow],
     budget: &Budget,
+    excess: f64,
 ) -> Result<FrequencyFit, Error> {
     let sensitivity = adjustment.sensitivity(f);
     let exploitation = inverse(&sensitivity)?;
     let contributions = adjustment.contributions(f, rows, budget);
-    let mut influences = Vec::with_capacity(contributions.len());
+    let mut influences = Vec::with_capacity(contributions.len() + 1);
+    let mut total = vec![0.0; 18 * 18];
     for (index, elements) in contributions.into_iter().enumerate() {
         if elements.iter().all(|&v| v == 0.0) {
             continue;
+        }
+        for (sum, v) in total.iter_mut().zip(&elements) {
+            *sum += v;
         }
         let (key, description, evaluation, distribution, dof) = match budget.inputs.get(index) {
             Some(i) => (
@@ -287,6 +300,21 @@ fn frequency_fit(
             dof,
             effect: Effect::Joint {
                 covariance: Covariance::try_from_rows(18, &symmetric(elements))?,
+            },
+        });
+    }
+    // What contradicts the budget by this much is no part of it: the residuals say how large it is, not where.
+    if excess > 0.0 {
+        total.iter_mut().for_each(|v| *v *= excess);
+        influences.push(Influence {
+            key: "excess.residuals".to_owned(),
+            description: "residuals beyond the budget".to_owned(),
+            evaluation: Evaluation::A,
+            distribution: "normal".to_owned(),
+            dof: DegreesOfFreedom::new(adjustment.dof() as f64)
+                .unwrap_or(DegreesOfFreedom::INFINITE),
+            effect: Effect::Joint {
+                covariance: Covariance::try_from_rows(18, &symmetric(total))?,
             },
         });
     }
