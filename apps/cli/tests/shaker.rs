@@ -242,8 +242,15 @@ fn law_a_measured_spurious_motion_corrects_the_calibration() {
             .expect("frequency");
         let term = field(row, "term").as_bytes();
         let s = truth.truth[k][usize::from(term[0] - b'x')][usize::from(term[1] - b'x')];
-        let off =
-            (number(row, "modulus_V/(m/s2)") - s.norm()).abs() / number(row, "U_modulus_V/(m/s2)");
+        // The uncorrected result is judged by U of the corrected one: its own is enlarged by what its residuals show.
+        let corrected = table.iter().find(|r| {
+            field(r, "method") == "joint"
+                && field(r, "correction") == "measured"
+                && field(r, "term") == field(row, "term")
+                && number(r, "frequency_Hz") == number(row, "frequency_Hz")
+        });
+        let u = number(corrected.expect("a corrected row"), "U_modulus_V/(m/s2)");
+        let off = (number(row, "modulus_V/(m/s2)") - s.norm()).abs() / u;
         if field(row, "correction") == "measured" {
             total += 1;
             inside += usize::from(off < 1.0);
