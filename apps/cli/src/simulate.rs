@@ -1,6 +1,7 @@
 //! `proofmass simulate`: recordings with truth.
 
 mod axis;
+mod bench_arguments;
 mod fault;
 mod multi_position;
 mod shaker;

@@ -335,26 +335,3 @@ fn refuses_a_prior_three_times_too_small() {
     assert!((0..10).all(|seed| noticed(&wrong, seed)));
     assert!((0..10).all(|seed| !noticed(&truth, seed)));
 }
-
-#[test]
-#[ignore = "a measurement, not a check"]
-fn speed_of_one_frequency() {
-    let bench = bench(true);
-    let budget = budget(&bench);
-    let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
-    let campaign = bench.campaign(&published_plan(), &[1000.0], &mut rng);
-    let (rows, spurious) = (rows(&campaign), spurious(&campaign));
-    for sequential in [false, true] {
-        if sequential {
-            faer::set_global_parallelism(faer::Par::Seq);
-        }
-        let start = std::time::Instant::now();
-        for _ in 0..50 {
-            complex(&rows, &spurious, &budget).unwrap();
-        }
-        println!(
-            "{sequential}: {:.2} ms",
-            start.elapsed().as_secs_f64() * 20.0
-        );
-    }
-}

@@ -1,5 +1,6 @@
 //! A triaxial campaign on the shaker, with its truth.
 
+use super::bench_arguments::BenchArguments;
 use super::fault::{Chosen, Practice};
 use super::hand_over;
 use crate::{Failure, Outcome, console};
@@ -12,26 +13,13 @@ use proofmass::rig::bench::laboratory::{Laboratory, PreparedRun, Setup, Truth, U
 use proofmass::rig::bench::waveform::Acquisition;
 use rayon::prelude::*;
 use serde::Serialize;
-use std::path::PathBuf;
 
 /// A triaxial accelerometer on wedges on a shaker: campaign.toml, runs.csv, one recording per run, reference.csv,
 /// spurious.csv, truth.json.
 #[derive(clap::Args)]
 pub(super) struct Shaker {
-    /// Folder for the campaign
-    #[arg(short, long, value_name = "FOLDER")]
-    output: PathBuf,
-    /// The same seed makes the same campaign on every machine
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-    /// Drive frequencies, Hz
-    #[arg(
-        long,
-        value_name = "LIST",
-        value_delimiter = ',',
-        default_value = "5,10,20,40,80,160,315,630,1000"
-    )]
-    frequencies: Vec<f64>,
+    #[command(flatten)]
+    bench: BenchArguments,
     /// Number of configurations: the best ones of the published 44
     #[arg(long, default_value_t = 44, value_parser = clap::value_parser!(u32).range(3..=44))]
     configurations: u32,
@@ -73,10 +61,10 @@ struct TruthFile {
 impl Shaker {
     pub(super) fn run(self) -> Result<Outcome, Failure> {
         let faults = self.check()?;
-        let folder = OutputFolder::create(&self.output, false)?;
+        let folder = OutputFolder::create(&self.bench.output, false)?;
         let laboratory = self.laboratory();
         let plan = self.plan()?;
-        let setup = laboratory.set_up(&plan, &self.frequencies, self.seed);
+        let setup = laboratory.set_up(&plan, &self.bench.frequencies, self.bench.seed);
         let digits = setup.len().to_string().len();
         let name = |run: usize| format!("run-{:0digits$}", run + 1);
         let bar = console::progress(setup.len() as u64, "runs");
@@ -99,11 +87,19 @@ impl Shaker {
             .collect::<Result<_, Failure>>()?;
         bar.finish_and_clear();
         folder.write("runs.csv", self.runs(&prepared, &name, &faults)?.to_csv()?)?;
-        folder.write("reference.csv", reference(&laboratory, &self.frequencies)?)?;
+        folder.write(
+            "reference.csv",
+            reference(&laboratory, &self.bench.frequencies)?,
+        )?;
         if laboratory.bench.wedge.is_some() {
             folder.write(
                 "spurious.csv",
-                spurious(&setup, &plan, &self.frequencies, self.repeats as usize)?,
+                spurious(
+                    &setup,
+                    &plan,
+                    &self.bench.frequencies,
+                    self.repeats as usize,
+                )?,
             )?;
         }
         let truth = TruthFile {
@@ -132,13 +128,13 @@ impl Shaker {
             }
         }
         let highest = 0.5 * self.sampling_rate;
-        for (i, &f) in self.frequencies.iter().enumerate() {
+        for (i, &f) in self.bench.frequencies.iter().enumerate() {
             // The certificate and the models of the bench reach this far.
             if !(1.0..=10e3).contains(&f) || f >= highest {
                 return Err(Failure::new(format!("{f} Hz cannot be simulated"))
                     .hint("from 1 Hz to 10 kHz, below half the sampling rate"));
             }
-            if self.frequencies[..i].contains(&f) {
+            if self.bench.frequencies[..i].contains(&f) {
                 return Err(Failure::new(format!("{f} Hz is given twice")));
             }
             if !self.phasors && f * self.duration < 2.0 {
@@ -149,7 +145,7 @@ impl Shaker {
                 .hint("raise --duration"));
             }
         }
-        let count = self.frequencies.len() * self.configurations as usize;
+        let count = self.bench.frequencies.len() * self.configurations as usize;
         self.fault
             .iter()
             .map(|chosen| {
@@ -308,7 +304,7 @@ sensitivity = 10.2
 tolerance = 1.02
 unit = "mV/(m/s²)"
 {budget}"#,
-            seed = self.seed,
+            seed = self.bench.seed,
             budget = budget(bench),
         )
     }

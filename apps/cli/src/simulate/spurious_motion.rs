@@ -1,5 +1,6 @@
 //! A measurement of the spurious motion, with its truth.
 
+use super::bench_arguments::BenchArguments;
 use super::hand_over;
 use super::shaker::inclinations;
 use crate::{Failure, Outcome};
@@ -7,26 +8,13 @@ use proofmass::io::{Cell, OutputFolder, Table};
 use proofmass::rig::bench::laboratory::Laboratory;
 use proofmass::rig::bench::{Vibrometer, published_plan, target_amplitude};
 use serde::Serialize;
-use std::path::PathBuf;
 
 /// A vibrometer along the three axes of the table, wedge by wedge: campaign.toml, runs.csv with the phasors of every
 /// repeat, truth.json.
 #[derive(clap::Args)]
 pub(super) struct SpuriousMotion {
-    /// Folder for the campaign
-    #[arg(short, long, value_name = "FOLDER")]
-    output: PathBuf,
-    /// The same seed makes the same campaign on every machine
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-    /// Drive frequencies, Hz
-    #[arg(
-        long,
-        value_name = "LIST",
-        value_delimiter = ',',
-        default_value = "5,10,20,40,80,160,315,630,1000"
-    )]
-    frequencies: Vec<f64>,
+    #[command(flatten)]
+    bench: BenchArguments,
     /// Repeats of every reading
     #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(2..=1000))]
     repeats: u32,
@@ -53,12 +41,17 @@ struct TruthFile {
 
 impl SpuriousMotion {
     pub(super) fn run(self) -> Result<Outcome, Failure> {
-        if let Some(f) = self.frequencies.iter().find(|f| !(1.0..=10e3).contains(*f)) {
+        if let Some(f) = self
+            .bench
+            .frequencies
+            .iter()
+            .find(|f| !(1.0..=10e3).contains(*f))
+        {
             return Err(
                 Failure::new(format!("{f} Hz cannot be simulated")).hint("from 1 Hz to 10 kHz")
             );
         }
-        let folder = OutputFolder::create(&self.output, false)?;
+        let folder = OutputFolder::create(&self.bench.output, false)?;
         let standard = Laboratory::default();
         let laboratory = Laboratory {
             vibrometer: Vibrometer {
@@ -68,7 +61,7 @@ impl SpuriousMotion {
             ..standard
         };
         let plan = published_plan();
-        let setup = laboratory.set_up(&plan, &self.frequencies, self.seed);
+        let setup = laboratory.set_up(&plan, &self.bench.frequencies, self.bench.seed);
         let mut table = Table::new([
             "run",
             "frequency_Hz",
@@ -82,7 +75,7 @@ impl SpuriousMotion {
         let mut ratios = vec![];
         let mut number = 0;
         for inclination in inclinations(&plan) {
-            for &frequency in &self.frequencies {
+            for &frequency in &self.bench.frequencies {
                 if let Some(wedge) = &laboratory.bench.wedge {
                     let ratio = wedge.ratio(inclination, frequency);
                     ratios.push(Ratio {
@@ -111,12 +104,12 @@ impl SpuriousMotion {
         }
         let truth = TruthFile {
             scenario: "spurious-motion",
-            seed: self.seed,
+            seed: self.bench.seed,
             common_clock: !self.no_common_clock,
             ratios,
         };
         folder.write("runs.csv", table.to_csv()?)?;
-        hand_over(folder, campaign(self.seed), &truth)
+        hand_over(folder, campaign(self.bench.seed), &truth)
     }
 }
 

@@ -183,23 +183,3 @@ fn refuses_what_cannot_be_fitted() {
         })
     );
 }
-
-/// Speed at a realistic size; run with `--release -- --ignored --nocapture`.
-#[test]
-#[ignore = "a measurement, not a check"]
-fn speed_of_four_channels_of_a_million_samples() {
-    let x = record(1 << 20, 0.0123, &mut gaussian(1, 1e-3), &[(1.0, 0.2)]);
-    let channels = [x.clone(), x.clone(), x.clone(), x];
-    let views: Vec<&[f64]> = channels.iter().map(Vec::as_slice).collect();
-    for (name, frequency) in [("known", Frequency::Known), ("common", Frequency::Common)] {
-        let sine = SineApproximation::new(0.0123 / TAU).frequency(frequency);
-        let best = (0..20)
-            .map(|_| {
-                let start = std::time::Instant::now();
-                sine.fit(1.0, &views).unwrap();
-                start.elapsed().as_secs_f64()
-            })
-            .fold(f64::INFINITY, f64::min);
-        println!("{name}: {:.2} ms", 1e3 * best);
-    }
-}
