@@ -3,7 +3,7 @@
 use super::{Calibrate, heading};
 use crate::delivery::Results;
 use crate::shaker::inputs;
-use crate::shaker::runs::{Observed, observe, recording};
+use crate::shaker::runs::{Observed, observe};
 use crate::{Failure, Outcome, clock};
 use proofmass::calibration::shaker::derived::PROBABILITY;
 use proofmass::calibration::shaker::recording::{Assessed, Limits, Quality, assess};
@@ -25,10 +25,9 @@ pub(super) fn run(
     let folder = arguments.begin(&campaign.source)?;
     let table = campaign.read_runs()?;
     let certificate = campaign.read_reference()?;
-    let recording = recording(&table, campaign.recording.as_ref(), || {
+    let observed = observe(&table, campaign.recording.as_ref(), || {
         campaign.waveform_options()
     })?;
-    let observed = observe(&table, recording)?;
     let reference = inputs::reference(&certificate)?;
     let mut findings = certificate.findings.clone();
     findings.extend(observed.findings.iter().cloned());

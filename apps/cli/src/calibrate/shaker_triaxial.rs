@@ -7,7 +7,7 @@ use self::explanation::explain;
 use super::{Calibrate, heading};
 use crate::delivery::Results;
 use crate::shaker::inputs;
-use crate::shaker::runs::{Observed, observe, recording};
+use crate::shaker::runs::{Observed, observe};
 use crate::{Failure, Outcome};
 use proofmass::calibration::shaker::published::MagnitudeBudget;
 use proofmass::calibration::shaker::recording::{Quality, RunInput};
@@ -87,9 +87,6 @@ impl Data {
         let corrections = campaign.read_corrections()?;
         let budget = campaign.read_budget()?;
         let plan = campaign.read_plan()?;
-        let recording = recording(&table, campaign.recording.as_ref(), || {
-            campaign.waveform_options()
-        })?;
         let mut inputs = vec![campaign.source.input.clone()];
         inputs.extend(certificate.iter().map(|c| c.input.clone()));
         inputs.extend(corrections.iter().filter_map(|c| c.input.clone()));
@@ -97,7 +94,9 @@ impl Data {
             inputs.push(input.clone());
         }
         inputs.extend(plan.iter().filter_map(|(_, input)| input.clone()));
-        let observed = observe(&table, recording)?;
+        let observed = observe(&table, campaign.recording.as_ref(), || {
+            campaign.waveform_options()
+        })?;
         let runs = table
             .runs
             .iter()

@@ -5,7 +5,7 @@ mod documents;
 use super::{Calibrate, heading};
 use crate::delivery::Results;
 use crate::shaker::inputs;
-use crate::shaker::runs::{Observed, observe, recording};
+use crate::shaker::runs::{Observed, observe};
 use crate::{Failure, Outcome};
 use proofmass::calibration::shaker::recording::{Assessed, Limits, Quality, assess};
 use proofmass::calibration::shaker::spurious::{
@@ -42,10 +42,9 @@ pub(super) fn run(
     let folder = arguments.begin(&campaign.source)?;
     let table = campaign.read_runs()?;
     let certificate = campaign.read_reference()?;
-    let recording = recording(&table, campaign.recording.as_ref(), || {
+    let observed = observe(&table, campaign.recording.as_ref(), || {
         campaign.waveform_options()
     })?;
-    let observed = observe(&table, recording)?;
     let mut findings: Vec<Finding> = certificate
         .iter()
         .flat_map(|c| c.findings.clone())

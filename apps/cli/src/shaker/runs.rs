@@ -35,24 +35,20 @@ pub(crate) struct Recorded {
     findings: Vec<Finding>,
 }
 
-/// How the recordings of a table are read; `None` for a table of phasors.
-pub(crate) fn recording<'a, S>(
-    table: &RunTable<S>,
-    settings: Option<&'a ShakerRecording>,
-    options: impl FnOnce() -> proofmass::io::Result<WaveformOptions>,
-) -> Result<Option<(&'a ShakerRecording, WaveformOptions)>, Failure> {
-    if !table.quantities.is_empty() {
-        return Ok(None);
-    }
-    let options = options()?;
-    Ok(settings.map(|s| (s, options)))
-}
-
 /// Takes the phasors of a table, or reads and approximates the recordings, run by run and on all cores.
+///
+/// `options` tells how recordings are read, and is asked only where there are some.
 pub(crate) fn observe<S: Sync>(
     table: &RunTable<S>,
-    recording: Option<(&ShakerRecording, WaveformOptions)>,
+    settings: Option<&ShakerRecording>,
+    options: impl FnOnce() -> proofmass::io::Result<WaveformOptions>,
 ) -> Result<Observed, Failure> {
+    let recording = if table.quantities.is_empty() {
+        let options = options()?;
+        settings.map(|s| (s, options))
+    } else {
+        None
+    };
     let mut observed = Observed {
         runs: Vec::with_capacity(table.runs.len()),
         inputs: vec![table.input.clone()],
