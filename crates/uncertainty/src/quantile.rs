@@ -149,16 +149,15 @@ fn root_in_ln(start: f64, f: impl Fn(f64) -> (f64, f64)) -> f64 {
         }
         // A step of Newton's from far out may be any length.
         let newton = x - (value / slope).clamp(-2.0, 2.0);
-        let next = if newton > low && newton < high {
+        if (newton - x).abs() < 1e-14 * (1.0 + x.abs()) {
+            x = newton;
+            break;
+        }
+        x = if newton > low && newton < high {
             newton
         } else {
             0.5 * (low + high)
         };
-        let still = (next - x).abs() < 1e-14 * (1.0 + x.abs());
-        x = next;
-        if still {
-            break;
-        }
     }
     x.exp()
 }
