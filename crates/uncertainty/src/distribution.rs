@@ -208,6 +208,19 @@ impl Distribution {
         }
     }
 
+    /// Whether it has two limits, which a finite number of degrees of freedom puts in doubt.
+    pub fn is_bounded(&self) -> bool {
+        matches!(
+            self,
+            Self::Rectangular { .. }
+                | Self::Triangular { .. }
+                | Self::Trapezoidal { .. }
+                | Self::CurvilinearTrapezoid { .. }
+                | Self::Arcsine { .. }
+                | Self::TruncatedNormal { .. }
+        )
+    }
+
     /// Degrees of freedom: finite for Student t, infinite otherwise.
     pub fn dof(&self) -> DegreesOfFreedom {
         match self {

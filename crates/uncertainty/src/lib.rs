@@ -174,11 +174,11 @@ pub use refusal::Refusal;
 mod joint {
     pub use crate::covariance::Covariance;
     pub use crate::effective_dof::{CorrelatedGroup, GroupDof, willink, willink_hall};
-    pub use crate::estimate::{BudgetInput, BudgetLine, Component, Effect, Estimate, Influence};
+    pub use crate::estimate::{BudgetInput, BudgetLine, Component, Effect, Estimate, Influence, Member};
     pub use crate::implicit::{
         Implicit, LeastSquares, propagate_implicit, propagate_least_squares,
     };
-    pub use crate::input::{Draw, Input, Inputs, JointInputs, Labels};
+    pub use crate::input::{Draw, Input, Inputs, JointInputs, JointReadings, Labels};
     pub use crate::propagation::{
         Linear, Model, SecondOrder, jacobian, linear, propagate, propagate_second_order,
     };

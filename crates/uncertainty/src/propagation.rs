@@ -2,7 +2,7 @@
 
 use crate::{
     BudgetInput, BudgetLine, Component, Covariance, DegreesOfFreedom, Dual, Effect, Estimate,
-    Evaluation, Finding, Influence, JointInputs, Number, Quantity, Severity, scientific,
+    Evaluation, Finding, Influence, JointInputs, Member, Number, Quantity, Severity, scientific,
 };
 use proofmass_core::Error;
 use serde::{Deserialize, Serialize};
@@ -456,7 +456,8 @@ fn influence(
     m: usize,
 ) -> Result<Influence, Error> {
     let n = inputs.draws.len();
-    let members: Vec<_> = cluster.inputs.iter().map(|&i| &inputs.inputs[i]).collect();
+    let of_inputs: Vec<_> = cluster.inputs.iter().map(|&i| &inputs.inputs[i]).collect();
+    let members = &of_inputs;
     let join = |f: fn(&crate::Input) -> &str| {
         let mut words: Vec<&str> = members.iter().map(|i| f(i)).collect();
         words.dedup();
@@ -471,6 +472,31 @@ fn influence(
             sensitivity: (0..m).map(|k| jacobian[k * n + d]).collect(),
         };
         (members[0].dof, effect)
+    } else if let (Some(correlation), true) = (
+        &cluster.correlation,
+        cluster.draws.len() <= MEMBERS && members.len() > 1,
+    ) {
+        let members = cluster.draws.iter().map(|&d| {
+            let draw = &inputs.draws[d];
+            let input = &inputs.inputs[draw.input];
+            Member {
+                key: draw.name.clone(),
+                description: input.description.clone(),
+                evaluation: input.evaluation,
+                distribution: input.distribution.name().into(),
+                dof: input.dof,
+                estimate_of_scatter: inputs.estimated_with(d),
+                value: draw.estimate,
+                unit: input.unit.clone(),
+                standard_uncertainty: draw.standard_uncertainty,
+                sensitivity: (0..m).map(|k| jacobian[k * n + d]).collect(),
+            }
+        });
+        let effect = Effect::Correlated {
+            members: members.collect(),
+            correlation: correlation.clone(),
+        };
+        (least_dof(&of_inputs), effect)
     } else {
         let u: Vec<f64> = cluster
             .draws
@@ -497,14 +523,7 @@ fn influence(
         } else {
             c.propagate(&rows)?
         };
-        // An influence has one number of degrees of freedom: the least of its members is on the safe side.
-        let dof = members
-            .iter()
-            .map(|i| i.dof)
-            .fold(DegreesOfFreedom::INFINITE, |a, b| {
-                if b.get() < a.get() { b } else { a }
-            });
-        (dof, Effect::Joint { covariance })
+        (least_dof(members), Effect::Joint { covariance })
     };
     let evaluation = if members.iter().all(|i| i.evaluation == Evaluation::A) {
         Evaluation::A
@@ -519,6 +538,17 @@ fn influence(
         dof,
         effect,
     })
+}
+
+/// Inputs of one correlated group that an estimate keeps one by one; a larger group keeps its joint covariance.
+const MEMBERS: usize = 200;
+
+/// A group has one number of degrees of freedom: the least of its members is on the safe side.
+fn least_dof(members: &[&crate::Input]) -> DegreesOfFreedom {
+    members
+        .iter()
+        .map(|i| i.dof)
+        .fold(DegreesOfFreedom::INFINITE, |a, b| if b < a { b } else { a })
 }
 
 /// S with S Sᵀ = C for a semi-definite C, row-major: eigenvectors times root eigenvalues.
