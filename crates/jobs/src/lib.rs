@@ -11,6 +11,7 @@ mod outcome;
 mod record;
 mod store;
 mod trouble;
+pub mod uncertainty;
 
 pub use outcome::{CALIBRATION, Filed, Job, Outcome, REPORT, RESULT, section};
 pub use proofmass_core::{Unwatched, Watch};

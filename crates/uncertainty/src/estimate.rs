@@ -198,13 +198,18 @@ impl Effect {
         let shares = member_shares(members, correlation, i);
         let mut groups: Vec<(usize, f64, DegreesOfFreedom)> = Vec::new();
         for (member, (_, v)) in members.iter().zip(shares) {
-            let group = groups.iter_mut().find(|g| g.0 == member.estimate_of_scatter);
+            let group = groups
+                .iter_mut()
+                .find(|g| g.0 == member.estimate_of_scatter);
             match group {
                 Some(group) => group.1 += v,
                 None => groups.push((member.estimate_of_scatter, v, member.dof)),
             }
         }
-        groups.into_iter().map(|(_, v, nu)| (v.abs().sqrt(), nu)).collect()
+        groups
+            .into_iter()
+            .map(|(_, v, nu)| (v.abs().sqrt(), nu))
+            .collect()
     }
 
     fn propagate(&self, jacobian: &[f64], n: usize) -> Result<Self, Error> {
@@ -235,7 +240,12 @@ impl Effect {
                     .map(|member| Member {
                         sensitivity: jacobian
                             .chunks(n)
-                            .map(|row| row.iter().zip(&member.sensitivity).map(|(j, c)| j * c).sum())
+                            .map(|row| {
+                                row.iter()
+                                    .zip(&member.sensitivity)
+                                    .map(|(j, c)| j * c)
+                                    .sum()
+                            })
                             .collect(),
                         ..member.clone()
                     })

@@ -83,7 +83,12 @@ impl Input {
     pub(crate) fn drawn_from(&self) -> (Distribution, Doubt) {
         let nu = self.dof.get();
         match (&self.distribution, self.dof.is_infinite()) {
-            (Distribution::StudentT { location, scale, .. }, true) => (
+            (
+                Distribution::StudentT {
+                    location, scale, ..
+                },
+                true,
+            ) => (
                 Distribution::Normal {
                     mean: *location,
                     u: *scale,

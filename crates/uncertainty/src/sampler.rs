@@ -121,7 +121,14 @@ pub(crate) struct Sampler {
 /// A Student t as a normal with a stretch, anything else as it is.
 fn unstretched(drawn: &(Distribution, Doubt)) -> (Distribution, Doubt) {
     match drawn {
-        (Distribution::StudentT { location, scale, dof }, _) => (
+        (
+            Distribution::StudentT {
+                location,
+                scale,
+                dof,
+            },
+            _,
+        ) => (
             Distribution::Normal {
                 mean: *location,
                 u: *scale,
@@ -161,7 +168,9 @@ impl Sampler {
                 }
             }
             match &cluster.correlation {
-                Some(r) => result.correlated(inputs, &cluster.draws, square_root(r)?, &drawn, &groups)?,
+                Some(r) => {
+                    result.correlated(inputs, &cluster.draws, square_root(r)?, &drawn, &groups)?
+                }
                 None => {
                     for (_, members) in &groups {
                         result.independent(&cluster.draws, members, &drawn)?;
@@ -181,7 +190,11 @@ impl Sampler {
         let several = members.len() > 1;
         if let (true, Some(stretch)) = (
             several,
-            Stretch::new(members.first().map_or(Doubt::None, |&a| unstretched(&drawn[a]).1))?,
+            Stretch::new(
+                members
+                    .first()
+                    .map_or(Doubt::None, |&a| unstretched(&drawn[a]).1),
+            )?,
         ) {
             let draws = members.iter().map(|&a| {
                 let (distribution, _) = unstretched(&drawn[a]);
@@ -225,9 +238,13 @@ impl Sampler {
         let mut marginals: Vec<Marginal> = Vec::with_capacity(draws.len());
         let mut of_group = vec![None; draws.len()];
         for (_, members) in groups {
-            let doubt = members.first().map_or(Doubt::None, |&a| unstretched(&drawn[a]).1);
+            let doubt = members
+                .first()
+                .map_or(Doubt::None, |&a| unstretched(&drawn[a]).1);
             if let Some(stretch) = Stretch::new(doubt)? {
-                members.iter().for_each(|&a| of_group[a] = Some(stretches.len()));
+                members
+                    .iter()
+                    .for_each(|&a| of_group[a] = Some(stretches.len()));
                 stretches.push(stretch);
             }
         }

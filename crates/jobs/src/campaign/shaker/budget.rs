@@ -2,7 +2,7 @@
 
 use crate::campaign::CampaignFile;
 use proofmass_io::{Error, ErrorKind, Input, Result};
-use proofmass_uncertainty::{Budget, DegreesOfFreedom, Distribution, Evaluation, InputEntry};
+use proofmass_uncertainty::{DegreesOfFreedom, Distribution, Evaluation, InputEntry};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -183,7 +183,7 @@ impl ShakerBudget {
                 let input = Input::of(&path)?;
                 let text = std::fs::read_to_string(&path)
                     .map_err(|e| Error::access(&path, "read", e))?;
-                let budget = Budget::parse(&text).map_err(|refusal| {
+                let budget = proofmass_io::read_budget(&text).map_err(|refusal| {
                     let (line, what) = match refusal {
                         proofmass_uncertainty::Refusal::File { line, reason } => (line, reason),
                         other => (None, other.to_string()),
