@@ -1,13 +1,12 @@
 //! `proofmass uncertainty`: from a formula and what is known of its inputs to a result with its budget.
 
-use crate::delivery::{Delivery, Results};
-use crate::{Failure, Outcome, clock, console};
-use indicatif::{ProgressBar, ProgressStyle};
+use crate::console::Progress;
+use crate::delivery::Delivery;
+use crate::{Failure, Outcome, clock};
 use proofmass::io::{self, Input};
 use proofmass::jobs::uncertainty::{UncertaintyJob, trouble};
-use proofmass::jobs::{Filed, Outcome as _, Record, Watch};
+use proofmass::jobs::{Filed, Record};
 use proofmass::uncertainty::{Evaluate, Refusal, Trials};
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 /// Evaluate the uncertainty of a measurement from its equations.
@@ -52,12 +51,7 @@ impl Uncertainty {
             model,
             options: self.options(),
         };
-        let bar = console::progress(0, "trials");
-        if let Ok(style) = ProgressStyle::with_template("{msg} [{wide_bar}] {pos}/{len} {eta}") {
-            bar.set_style(style);
-        }
-        let outcome = job.run(&Bar(&bar));
-        bar.finish_and_clear();
+        let outcome = job.run(&Progress::new());
         let outcome =
             outcome.map_err(|e| refused(&self.model, &io::explain_model(&job.model, &text, e)))?;
         let record = Record {
@@ -66,22 +60,7 @@ impl Uncertainty {
             ..Record::default()
         };
         let filed = Filed::new(record, outcome);
-        let mut files = Vec::new();
-        for (name, table) in filed.outcome.tables()? {
-            if name == "budget.csv" {
-                files.push(("budget.csv", table.to_csv()?));
-            }
-        }
-        self.delivery.hand_over(
-            folder,
-            &Results {
-                json: filed.to_json()?,
-                summary: &|| filed.summary(),
-                report: &|| filed.outcome.report(&filed.record),
-                files,
-                findings: filed.outcome.findings(),
-            },
-        )
+        self.delivery.deliver(folder, &filed)
     }
 
     fn options(&self) -> Evaluate {
@@ -99,17 +78,6 @@ impl Uncertainty {
                 },
             },
         }
-    }
-}
-
-/// Progress of the trials.
-struct Bar<'a>(&'a ProgressBar);
-
-impl Watch for Bar<'_> {
-    fn progress(&self, _stage: &'static str, done: u64, of: u64) -> ControlFlow<()> {
-        self.0.set_length(of);
-        self.0.set_position(done);
-        ControlFlow::Continue(())
     }
 }
 

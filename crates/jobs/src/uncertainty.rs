@@ -103,6 +103,17 @@ pub struct UncertaintyOutcome {
 impl Outcome for UncertaintyOutcome {
     const KIND: &'static str = "uncertainty";
 
+    fn title(&self, record: &Record) -> String {
+        let own = || {
+            if self.model.title.is_empty() {
+                "Uncertainty of a measurement".to_owned()
+            } else {
+                self.model.title.clone()
+            }
+        };
+        record.title.clone().unwrap_or_else(own)
+    }
+
     fn quantities(&self) -> Vec<StatedQuantity> {
         let outputs = self.result.outputs.iter();
         outputs
@@ -154,26 +165,11 @@ impl Outcome for UncertaintyOutcome {
 }
 
 impl UncertaintyOutcome {
-    /// Title of the model, or what it is.
-    fn title(&self) -> String {
-        if self.model.title.is_empty() {
-            "Uncertainty of a measurement".to_owned()
-        } else {
-            self.model.title.clone()
-        }
-    }
-
     fn page(&self, record: &Record) -> UncertaintyReport {
-        let mut meta = record.meta();
-        meta.dedup();
         UncertaintyReport {
-            title: record.title.clone().unwrap_or_else(|| self.title()),
-            meta,
-            inputs: record
-                .inputs
-                .iter()
-                .map(|input| (input.path.clone(), input.sha256.clone()))
-                .collect(),
+            title: self.title(record),
+            meta: record.meta(),
+            inputs: record.digests(),
             intermediate: self
                 .model
                 .intermediate

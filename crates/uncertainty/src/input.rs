@@ -113,6 +113,12 @@ impl Input {
                 Doubt::None,
             ),
             (other, true) => (other.clone(), Doubt::None),
+            // The same doubt, stated already.
+            (other @ Distribution::CurvilinearTrapezoid { inexactness, .. }, _)
+                if *inexactness > 0.0 =>
+            {
+                (other.clone(), Doubt::None)
+            }
             (other, false) if other.is_bounded() => {
                 (other.clone(), Doubt::Limits((1.5 / nu).sqrt().min(1.0)))
             }
@@ -143,6 +149,7 @@ pub enum JointReadings {
     Gum,
     /// Scatter over n − N for N quantities, and ν = n − N: the multivariate t of the Bayesian analysis. **Source**
     /// `[S2] 5.3.2`.
+    #[serde(rename = "jcgm-102")]
     Jcgm102,
 }
 

@@ -49,7 +49,7 @@ pub enum Trials {
 /// }
 /// let result = MonteCarlo::new(1).trials(Trials::Fixed(200_000)).run(&Sum, &inputs.single()?)?;
 /// let y = result.get("y").unwrap();
-/// assert!((y.standard_uncertainty - 2.0).abs() < 0.015);
+/// assert!((y.standard_uncertainty.unwrap() - 2.0).abs() < 0.015);
 /// assert!((y.symmetric.upper - 3.88).abs() < 0.04); // `[S1]` 9.2.3
 /// # Ok::<(), Refusal>(())
 /// ```

@@ -189,10 +189,11 @@ pub fn propagate_second_order<M: Model>(model: &M, inputs: &JointInputs) -> Resu
     let root = square_root(&covariance)?;
     let diagonal = (0..n).all(|i| (0..n).all(|j| i == j || root[i * n + j] == 0.0));
     // Uᵀg, one row per output.
-    let gradient = jacobian(model, &x)?.1;
+    let gradient = derivatives(&x, m, |x, y| model.evaluate(x, y)).1;
     let mut weighted = vec![0.0; m * n];
     for k in 0..m {
-        for i in (0..n).filter(|&i| gradient[k * n + i] != 0.0) {
+        let varies = |i: &usize| covariance[(*i, *i)] > 0.0;
+        for i in (0..n).filter(varies) {
             for l in 0..n {
                 weighted[k * n + l] += gradient[k * n + i] * covariance[(i, l)];
             }
@@ -255,7 +256,8 @@ pub fn propagate_second_order<M: Model>(model: &M, inputs: &JointInputs) -> Resu
                 continue;
             }
             for b in 0..n {
-                let h: f64 = (0..n).map(|l| row[l] * root[l * n + b]).sum();
+                let varies = (0..n).filter(|&l| root[l * n + b] != 0.0);
+                let h: f64 = varies.map(|l| row[l] * root[l * n + b]).sum();
                 extra[k] += 0.5 * h * h;
             }
         }
