@@ -1,6 +1,6 @@
 //! `calibration.json`: what compensation needs, with its uncertainty, its units and where it is valid.
 
-use crate::campaign::Device;
+use crate::Device;
 use crate::layout::ColumnRef;
 use crate::output::AtomicFile;
 use crate::software::{Schema, Software};
