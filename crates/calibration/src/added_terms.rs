@@ -42,7 +42,10 @@ impl<'a> AddedTerms<'a> {
         excess: f64,
         freedom: usize,
     ) -> Self {
-        let root: Vec<f64> = variances.iter().map(|v| (v + excess).sqrt().recip()).collect();
+        let root: Vec<f64> = variances
+            .iter()
+            .map(|v| (v + excess).sqrt().recip())
+            .collect();
         let noise = variances.iter().map(|v| v / (v + excess)).sum::<f64>();
         Self {
             jacobian,
@@ -91,11 +94,12 @@ impl<'a> AddedTerms<'a> {
         let rest = (dot(&self.residual, &self.residual) - explained).max(0.0) / left as f64;
         let variance = rest.max(self.floor).max(f64::MIN_POSITIVE);
         let f = explained / m as f64 / variance;
-        let p_value = FisherSnedecor::new(m as f64, left as f64)
-            .map_or(1.0, |d| d.sf(f));
+        let p_value = FisherSnedecor::new(m as f64, left as f64).map_or(1.0, |d| d.sf(f));
         let mut amplitudes = vec![0.0; m];
         for c in (0..m).rev() {
-            let later: f64 = (c + 1..m).map(|k| triangle[c * m + k] * amplitudes[k]).sum();
+            let later: f64 = (c + 1..m)
+                .map(|k| triangle[c * m + k] * amplitudes[k])
+                .sum();
             amplitudes[c] = (shares[c] - later) / triangle[c * m + c];
         }
         Some(Test {
@@ -160,7 +164,10 @@ mod tests {
         assert!((test.p_value - FisherSnedecor::new(1.0, 4.0).unwrap().sf(157.5)).abs() < 1e-12);
         let mut after = terms.clone();
         after.accept(&test);
-        assert!(after.test(&[x.to_vec()]).is_none(), "nothing is left to tell");
+        assert!(
+            after.test(&[x.to_vec()]).is_none(),
+            "nothing is left to tell"
+        );
         assert!(terms.test(&[vec![1.0; 6]]).is_none(), "the model holds it");
     }
 }

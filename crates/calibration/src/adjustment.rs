@@ -38,7 +38,13 @@ pub(crate) fn adjust(
     weights: &[f64],
     equations: impl Fn(&[f64]) -> Result<Equations, Error>,
 ) -> Result<Solution, Error> {
-    let cost = |e: &Equations| -> f64 { weights.iter().zip(&e.residual).map(|(w, r)| w * r * r).sum() };
+    let cost = |e: &Equations| -> f64 {
+        weights
+            .iter()
+            .zip(&e.residual)
+            .map(|(w, r)| w * r * r)
+            .sum()
+    };
     let mut parameters = start.to_vec();
     let mut here = equations(&parameters)?;
     let mut step_norm = f64::INFINITY;
@@ -52,7 +58,11 @@ pub(crate) fn adjust(
         let now = cost(&here);
         let mut factor = 1.0;
         (parameters, here) = loop {
-            let trial: Vec<f64> = parameters.iter().zip(&step).map(|(x, s)| x - factor * s).collect();
+            let trial: Vec<f64> = parameters
+                .iter()
+                .zip(&step)
+                .map(|(x, s)| x - factor * s)
+                .collect();
             match equations(&trial) {
                 Ok(there) if cost(&there) <= now * (1.0 + 1e-9) + 1e-18 || factor < 1e-3 => {
                     break (trial, there);

@@ -1,5 +1,6 @@
 //! Multi-position calibration: bias, scale factors and misalignments from standstills in many attitudes.
 
+mod compensated;
 mod findings;
 mod fit;
 mod misfit;
@@ -9,6 +10,7 @@ mod solved;
 mod suspects;
 mod wiring;
 
+pub use compensated::CompensatedReading;
 pub use fit::{MultiPositionFit, PoseResidual, ScatterParts, WithoutSuspects};
 pub use misfit::{Misfit, MisfitCause};
 pub use model::Model;

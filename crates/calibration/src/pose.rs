@@ -60,7 +60,7 @@ impl<'a> Samples<'a> {
 }
 
 /// A half-open range of samples during which the sensor stood still.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Segment {
     /// First sample.
     pub start: usize,
@@ -85,19 +85,35 @@ impl Segment {
 }
 
 /// One standstill reduced to what the fit needs.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Pose {
     /// Where it lies in the recording.
     pub segment: Segment,
     /// Mean output, output units.
     pub mean: Triple,
-    /// Covariance of that mean from the noise of the samples, output units squared.
-    pub covariance: [Triple; 3],
-    /// Standard deviation of the samples about the mean per axis, output units.
-    pub deviation: Triple,
+    /// Covariance of that mean from the noise of the samples, output units squared; `None` where it is not known.
+    pub covariance: Option<[Triple; 3]>,
+    /// Standard deviation of the samples about the mean per axis, output units; `None` for a single reading.
+    pub deviation: Option<Triple>,
+    /// Middle of the standstill, s from any origin, where it is known.
+    pub time: Option<f64>,
+    /// Mean temperature, °C, where it is known.
+    pub temperature: Option<f64>,
 }
 
 impl Pose {
+    /// A mean output of which nothing else is known.
+    pub fn reading(segment: Segment, mean: Triple) -> Self {
+        Self {
+            segment,
+            mean,
+            covariance: None,
+            deviation: None,
+            time: None,
+            temperature: None,
+        }
+    }
+
     /// What to call it: its label, or its number counted from one.
     pub fn name(&self, index: usize) -> String {
         self.segment

@@ -1,8 +1,8 @@
 //! What the model leaves out: terms that would explain the residuals, each with a name and a size.
 
 use super::{Model, Problem, Solved};
-use crate::added_terms::{AddedTerms, Test};
 use crate::Triple;
+use crate::added_terms::{AddedTerms, Test};
 use proofmass_core::STANDARD_GRAVITY;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -66,7 +66,10 @@ impl fmt::Display for MisfitCause {
             Self::LargerModel { model } => write!(f, "elements of K that model {model} has free"),
             Self::Drift => f.write_str("biases that drift with time"),
             Self::WarmUp { time_constant } => {
-                write!(f, "biases that settle with a time constant of {time_constant:.0} s")
+                write!(
+                    f,
+                    "biases that settle with a time constant of {time_constant:.0} s"
+                )
             }
             Self::Temperature { .. } => f.write_str("biases that follow the temperature"),
             Self::Quadratic => f.write_str("a quadratic term of each axis"),
@@ -80,7 +83,11 @@ impl fmt::Display for MisfitCause {
 ///
 /// The one that explains most is taken into the model before the others are tested again, so that a drift is not
 /// told a second time as hysteresis. The residuals left over judge each ([`AddedTerms`]).
-pub(super) fn of(problem: &Problem<'_>, solved: &Solved, terms: &mut AddedTerms<'_>) -> Vec<Misfit> {
+pub(super) fn of(
+    problem: &Problem<'_>,
+    solved: &Solved,
+    terms: &mut AddedTerms<'_>,
+) -> Vec<Misfit> {
     let Some(candidates) = candidates(problem, solved) else {
         return Vec::new();
     };
@@ -88,7 +95,10 @@ pub(super) fn of(problem: &Problem<'_>, solved: &Solved, terms: &mut AddedTerms<
     loop {
         let mut rest: Vec<(Misfit, Test)> = Vec::new();
         for family in &candidates {
-            if family.iter().any(|(cause, _)| found.iter().any(|f| same_family(&f.cause, cause))) {
+            if family
+                .iter()
+                .any(|(cause, _)| found.iter().any(|f| same_family(&f.cause, cause)))
+            {
                 continue;
             }
             let best = family

@@ -202,9 +202,9 @@ impl<'a> Problem<'a> {
                     };
                     let whole = Mat::from_fn(3, 3, |i, j| noise[i][j] + tilt[i][j]);
                     check_variance(whole[(0, 0)], index)?;
-                    let eigen = whole.self_adjoint_eigen(Side::Lower).map_err(|_| {
-                        not_definite(whole[(0, 0)], index)
-                    })?;
+                    let eigen = whole
+                        .self_adjoint_eigen(Side::Lower)
+                        .map_err(|_| not_definite(whole[(0, 0)], index))?;
                     let rotation: [Triple; 3] =
                         std::array::from_fn(|k| std::array::from_fn(|i| eigen.U()[(i, k)]));
                     for (axis, &value) in rotation.iter().zip(eigen.S().column_vector().iter()) {
@@ -289,7 +289,10 @@ impl<'a> Problem<'a> {
             .map(|index| {
                 let y = self.points[index];
                 let direction = unit(inverse.times(std::array::from_fn(|i| y[i] - parameters[i])))?;
-                Some(proofmass_core::dot(transpose.times(direction), error(index)))
+                Some(proofmass_core::dot(
+                    transpose.times(direction),
+                    error(index),
+                ))
             })
             .collect()
     }

@@ -58,8 +58,8 @@ impl Solved {
             }
             solved.excess = sum_of_squares(&solution) / solved.freedom as f64;
             solved.gain = gain(&solution, &vec![1.0; n], p)?;
-            solved.dof = DegreesOfFreedom::new(solved.freedom as f64)
-                .unwrap_or(DegreesOfFreedom::INFINITE);
+            solved.dof =
+                DegreesOfFreedom::new(solved.freedom as f64).unwrap_or(DegreesOfFreedom::INFINITE);
             solved.factor = solved.dof.coverage_factor(settings.probability);
             weighting.variances = vec![0.0; n];
             weighting.tilt = vec![0.0; n];
@@ -145,10 +145,15 @@ fn sum_of_squares(solution: &Solution) -> f64 {
 fn gain(solution: &Solution, weights: &[f64], p: usize) -> Result<Vec<f64>, Error> {
     let n = weights.len();
     let root: Vec<f64> = weights.iter().map(|w| w.sqrt()).collect();
-    let jacobian = Mat::from_fn(n, p, |i, j| root[i] * solution.equations.jacobian[i * p + j]);
+    let jacobian = Mat::from_fn(n, p, |i, j| {
+        root[i] * solution.equations.jacobian[i * p + j]
+    });
     let diagonal = Mat::from_fn(n, n, |i, j| if i == j { root[i] } else { 0.0 });
     let gain = jacobian.qr().solve_lstsq(&diagonal);
-    let rows: Vec<f64> = (0..p).flat_map(|a| (0..n).map(move |i| (a, i))).map(|i| gain[i]).collect();
+    let rows: Vec<f64> = (0..p)
+        .flat_map(|a| (0..n).map(move |i| (a, i)))
+        .map(|i| gain[i])
+        .collect();
     match rows.iter().position(|v| !v.is_finite()) {
         Some(index) => Err(Error::NotFinite {
             name: "gain of the fit",

@@ -93,7 +93,8 @@ fn label(problem: &Problem<'_>, solved: &Solved, suspects: &mut [Suspect]) {
         let rows = suspect.index * 3..suspect.index * 3 + 3;
         weights[rows].fill(0.0);
     }
-    let Ok(others) = problem.adjust(&solved.solution.parameters, &solved.weighting, &weights) else {
+    let Ok(others) = problem.adjust(&solved.solution.parameters, &solved.weighting, &weights)
+    else {
         return;
     };
     let Ok(inverse) = Matrix3(problem.model.matrix(&others.parameters)).inverse() else {
@@ -104,8 +105,8 @@ fn label(problem: &Problem<'_>, solved: &Solved, suspects: &mut [Suspect]) {
         let a = inverse.times(std::array::from_fn(|i| y[i] - others.parameters[i]));
         let given = attitudes[suspect.index];
         suspect.deviation = norm(std::array::from_fn(|i| a[i] - given[i]));
-        suspect.seen = unit(a)
-            .filter(|seen| dot(*seen, given) < OTHER_ATTITUDE_DEG.to_radians().cos());
+        suspect.seen =
+            unit(a).filter(|seen| dot(*seen, given) < OTHER_ATTITUDE_DEG.to_radians().cos());
     }
 }
 

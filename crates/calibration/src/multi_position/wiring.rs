@@ -17,7 +17,11 @@ pub(super) fn of(kappa: &[Triple; 3]) -> Option<Finding> {
         let axis = (0..3)
             .max_by(|&a, &b| kappa[row][a].abs().total_cmp(&kappa[row][b].abs()))
             .unwrap_or(row);
-        (axis, kappa[row][axis].signum(), kappa[row][axis].abs() / norm)
+        (
+            axis,
+            kappa[row][axis].signum(),
+            kappa[row][axis].abs() / norm,
+        )
     });
     let left_handed = Matrix3(*kappa).determinant() < 0.0;
     let mirror = if left_handed {
@@ -46,8 +50,14 @@ pub(super) fn of(kappa: &[Triple; 3]) -> Option<Finding> {
         let swapped = (0..3).any(|row| follows[row].0 != row);
         let inverted = follows.iter().any(|f| f.1 < 0.0);
         return match (swapped, inverted) {
-            (true, _) => Some(decision("axes-swapped", "the outputs follow other axes than they are named after")),
-            (false, true) => Some(decision("axis-inverted", "an output falls where it should rise")),
+            (true, _) => Some(decision(
+                "axes-swapped",
+                "the outputs follow other axes than they are named after",
+            )),
+            (false, true) => Some(decision(
+                "axis-inverted",
+                "an output falls where it should rise",
+            )),
             (false, false) => None,
         };
     }
@@ -79,7 +89,10 @@ mod tests {
     #[test]
     fn known_wirings_are_named() {
         let code = |k: [[f64; 3]; 3]| of(&k).map(|f| f.code().to_owned());
-        assert_eq!(code([[1.0, 0.02, 0.0], [0.0, 0.98, 0.01], [0.0, 0.0, 1.0]]), None);
+        assert_eq!(
+            code([[1.0, 0.02, 0.0], [0.0, 0.98, 0.01], [0.0, 0.0, 1.0]]),
+            None
+        );
         let swapped = of(&[[0.01, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]).unwrap();
         assert_eq!(swapped.code(), "axes-swapped");
         assert!(swapped.evidence_text().contains("output x follows +y"));
