@@ -42,6 +42,7 @@ mod rows;
 mod segments;
 pub mod sheet;
 mod software;
+mod source;
 pub mod spelling;
 mod table;
 mod time_base;
@@ -51,7 +52,9 @@ mod waveform;
 pub use calibration_file::{CALIBRATION_SCHEMA, CALIBRATION_VERSION, CalibrationFile, TRIAXIAL};
 pub use device::{Ambient, Device};
 pub use error::{Error, ErrorKind, Result};
-pub use inspection::{BadEntry, ColumnSummary, Inspection, Statistics, TimeSummary, inspect};
+pub use inspection::{
+    BadEntry, ColumnSummary, Inspection, Statistics, TimeSummary, inspect, inspect_source,
+};
 pub use layout::{ColumnRef, DecimalMark, Layout, LayoutOptions, Separator};
 pub use output::{AtomicFile, OutputFolder};
 pub use recording::{Absent, Column, Input, Recording, RecordingOptions, TimeUnit};
@@ -62,6 +65,7 @@ pub use rewriter::Rewriter;
 pub use rows::{Block, RowReader};
 pub use segments::Segment;
 pub use software::{Schema, Software};
+pub use source::{LARGEST_DOCUMENT, Source};
 pub use table::{Cell, RowWriter, Table};
 pub use time_base::{Gap, TimeBase, TimeSource};
 pub use unit::{Unit, split_heading};

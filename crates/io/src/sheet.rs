@@ -2,7 +2,8 @@
 
 use crate::field::{is_reading, parse_number, shown};
 use crate::layout::{DecimalMark, sniff};
-use crate::{Error, ErrorKind, Input, Result};
+use crate::source::LARGEST_DOCUMENT;
+use crate::{Error, ErrorKind, Input, Result, Source};
 use std::path::{Path, PathBuf};
 
 /// Unit endings of the headings of one quantity, and what a number is multiplied with to be in SI.
@@ -72,12 +73,21 @@ impl Sheet {
     /// # Errors
     /// A missing or empty file, a header without rows, a heading given twice, a row of another width.
     pub fn read(path: &Path, what: &'static str) -> Result<Self> {
-        Self::read_inner(path, what).map_err(|e| e.at(path))
+        Self::from_source(Source::open(path)?, what)
     }
 
-    fn read_inner(path: &Path, what: &'static str) -> Result<Self> {
-        crate::layout::open(path)?;
-        let bytes = std::fs::read(path).map_err(|e| Error::access(path, "read", e))?;
+    /// Reads a whole table from a source.
+    ///
+    /// # Errors
+    /// As [`Sheet::read`].
+    pub fn from_source(source: Source, what: &'static str) -> Result<Self> {
+        let name = source.name().to_path_buf();
+        Self::read_inner(source, what).map_err(|e| e.at(&name))
+    }
+
+    fn read_inner(source: Source, what: &'static str) -> Result<Self> {
+        let path = source.name().to_path_buf();
+        let (bytes, input) = source.into_bytes(LARGEST_DOCUMENT)?;
         let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&bytes);
         if bytes.contains(&0) {
             return Err(
@@ -155,8 +165,8 @@ impl Sheet {
             );
         }
         Ok(Self {
-            path: path.to_path_buf(),
-            input: Input::of(path)?,
+            path,
+            input,
             what,
             claimed: vec![false; header.len()],
             header,
