@@ -7,7 +7,7 @@
 use proofmass_calibration::{Model, MultiPosition, Pose, Segment};
 use proofmass_core::{Gravity, Matrix3, SensorModel};
 use proofmass_uncertainty::DegreesOfFreedom;
-use rand::{RngExt, SeedableRng};
+use rand::SeedableRng;
 use rand_distr::{ChiSquared, Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;

@@ -57,7 +57,7 @@ pub struct WithoutSuspects {
 }
 
 /// Result of a [`MultiPosition`] fit.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MultiPositionFit {
     pub(crate) model: Model,
     pub(crate) sensor: SensorModel<f64>,

@@ -69,7 +69,7 @@ struct Fit<'a> {
     #[serde(rename = "K")]
     k: [[f64; 3]; 3],
     b: [f64; 3],
-    chi_square: f64,
+    chi_square: Option<f64>,
     degrees_of_freedom: usize,
     birge_ratio: Option<f64>,
     excess_m_per_s2: f64,
@@ -128,7 +128,7 @@ pub(super) fn parameters(
 ) -> Result<Table, Failure> {
     let p = campaign.method.confidence;
     let mut table = Table::new(["quantity", "value", "unit", "u", "U", "k", "nu_eff"]);
-    for q in calibration.fit.estimate().quantities() {
+    for q in calibration.fit.quantities() {
         let nu = q.dof.get();
         table.push([
             Cell::from(q.name.as_str()),
