@@ -182,8 +182,12 @@ impl MeanNoise {
                             .map(|row| row.map(|v| v * factor)),
                     ),
                     deviation: Some(deviation),
-                    time: None,
-                    temperature: None,
+                    time: samples
+                        .time()
+                        .map(|t| 0.5 * (t[segment.start] + t[segment.end - 1])),
+                    temperature: samples.temperature().map(|t| {
+                        t[segment.start..segment.end].iter().sum::<f64>() / segment.len() as f64
+                    }),
                     segment: segment.clone(),
                 }
             })
