@@ -5,7 +5,7 @@ use proofmass_core::Error;
 use std::fmt;
 
 /// One of the six directions a sensor axis can point along or against the specific force.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub struct Direction {
     /// 0, 1, 2 for x, y, z.
     pub axis: usize,
@@ -44,7 +44,7 @@ impl fmt::Display for Direction {
 }
 
 /// How well a set of directions covers the sphere.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct DirectionCoverage {
     /// Principal directions without any attitude within 45°.
     pub missing: Vec<Direction>,

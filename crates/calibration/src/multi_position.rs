@@ -17,7 +17,7 @@ use proofmass_uncertainty::DegreesOfFreedom;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// How well given attitudes are known, standard uncertainties in radians.
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct AttitudeUncertainty {
     /// Of each attitude for itself, about any axis across the specific force.
     pub independent: f64,

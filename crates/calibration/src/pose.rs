@@ -60,7 +60,7 @@ impl<'a> Samples<'a> {
 }
 
 /// A half-open range of samples during which the sensor stood still.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Segment {
     /// First sample.
     pub start: usize,
@@ -85,7 +85,7 @@ impl Segment {
 }
 
 /// One standstill reduced to what the fit needs.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Pose {
     /// Where it lies in the recording.
     pub segment: Segment,

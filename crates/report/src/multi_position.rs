@@ -5,7 +5,8 @@ use crate::{
     Axis, BarPlot, Cell, Column, KeyFigure, MatrixPlot, Report, Section, Series, SpherePlot, Table,
     XyPlot,
 };
-use proofmass_calibration::{Ferraris, MultiPositionFit, StandstillCalibration, WindowedVariance};
+use proofmass_calibration::{Ferraris, MultiPositionFit, StandstillCalibration};
+use proofmass_signal::Trace;
 use proofmass_uncertainty::{Finding, Format, Quantity};
 
 /// What the report tells beside the calibration itself.
@@ -23,10 +24,12 @@ pub struct MultiPositionReport<'a> {
     pub probability: f64,
     /// All findings, those of the recording included.
     pub findings: &'a [Finding],
-    /// Times (s) and outputs of the recording, for its plot.
-    pub recording: Option<(&'a [f64], [&'a [f64]; 3])>,
-    /// The statistic of the standstill search, for its plot.
-    pub windowed: Option<&'a WindowedVariance>,
+    /// Outputs x, y, z against time, s, for their plot.
+    pub outputs: Option<&'a [Trace; 3]>,
+    /// The statistic of the standstill search against time, for its plot.
+    pub windowed: Option<&'a Trace>,
+    /// Beginning and end of each standstill, s.
+    pub standstills: &'a [(f64, f64)],
     /// Last line.
     pub footer: String,
 }
@@ -40,7 +43,7 @@ impl MultiPositionReport<'_> {
             .section(self.result(fit))
             .section(self.agreement(fit))
             .section(self.budget(fit));
-        if self.recording.is_some() {
+        if self.outputs.is_some() {
             report = report.section(self.standstills(calibration));
         }
         report
@@ -251,29 +254,19 @@ impl MultiPositionReport<'_> {
             ),
             None => "The standstills were given.".to_owned(),
         });
-        if let Some((time, outputs)) = self.recording {
-            let at = |sample: usize| time[sample.min(time.len() - 1)];
-            let shades: Vec<(f64, f64)> = sweep
-                .segments
-                .iter()
-                .map(|s| (at(s.start), at(s.end - 1)))
-                .collect();
+        if let Some(outputs) = self.outputs {
+            let shades = self.standstills;
             let unit = calibration.fit.output_unit();
             let mut plot = XyPlot::new(Axis::linear("time", "s"), Axis::linear("output", unit));
             for (name, output) in ["x", "y", "z"].iter().zip(outputs) {
-                plot = plot.series(Series::line(*name, time, output));
+                plot = plot.series(Series::line(*name, &output.x, &output.y));
             }
-            plot = plot.shade("standstill", &shades);
+            plot = plot.shade("standstill", shades);
             if let Some(windowed) = self.windowed {
-                let floor = windowed
-                    .statistic()
-                    .iter()
-                    .map(|v| v.max(1e-3))
-                    .collect::<Vec<_>>();
                 plot = plot
                     .below(Axis::log("variance / floor", ""))
-                    .series(Series::line("windowed variance", time, &floor).look(3))
-                    .shade("", &shades);
+                    .series(Series::line("windowed variance", &windowed.x, &windowed.y).look(3))
+                    .shade("", shades);
                 if let Some(threshold) = sweep.threshold {
                     plot = plot.horizontal(threshold, "threshold");
                 }

@@ -10,7 +10,7 @@ use proofmass_uncertainty::{
 };
 
 /// How one standstill agrees with the fit.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct PoseResidual {
     /// Name of the standstill.
     pub name: String,
@@ -32,7 +32,7 @@ pub struct PoseResidual {
 }
 
 /// Result of a [`MultiPosition`] fit.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct MultiPositionFit {
     pub(crate) model: Model,
     pub(crate) sensor: SensorModel<f64>,
