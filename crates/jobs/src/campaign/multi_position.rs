@@ -402,6 +402,7 @@ impl MultiPositionCampaign {
             sampling_rate_hz: t.sampling_rate_hz,
             temperature: t.temperature.clone(),
             unit: t.unit,
+            ..RecordingOptions::default()
         }
     }
 
