@@ -4,6 +4,7 @@ use super::estimate::{document, report};
 use super::sensors::{Sensors, failure, unusable};
 use crate::delivery::{Delivery, Results};
 use crate::{Failure, Outcome, clock};
+use proofmass::core::Unwatched;
 use proofmass::io::Table;
 use proofmass::motion::{BiasChoice, ReadingNoise, TuneResult, Tuning, tune};
 
@@ -67,8 +68,8 @@ impl Tune {
             },
             ..Tuning::default()
         };
-        let result =
-            tune(&bench.record, &tuning).map_err(|e| failure(e, &self.sensors.recording))?;
+        let result = tune(&bench.record, &tuning, &Unwatched)
+            .map_err(|e| failure(e, &self.sensors.recording))?;
         let mut findings = bench.findings.clone();
         findings.extend(result.findings.iter().cloned());
         let json = document("velocity-tuning", &bench, &findings)?
