@@ -14,9 +14,9 @@ use proofmass::calibration::shaker::recording::{Quality, RunInput};
 use proofmass::calibration::shaker::{
     Configuration, FrequencyCheck, Method, ShakerCalibration, ShakerCampaign, calibrate, check,
 };
-use proofmass::io::{
-    Certificate, Input, Mounting, RunTable, ShakerBudget, ShakerMethod, ShakerTriaxialCampaign,
-    Software,
+use proofmass::io::{Input, Software};
+use proofmass::jobs::campaign::{
+    Certificate, Mounting, RunTable, ShakerBudget, ShakerMethod, ShakerTriaxialCampaign,
 };
 use proofmass::report::ShakerReport;
 use proofmass::uncertainty::Finding;

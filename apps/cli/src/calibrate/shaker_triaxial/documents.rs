@@ -6,7 +6,8 @@ use proofmass::calibration::shaker::derived::{Expanded, PROBABILITY, Term};
 use proofmass::calibration::shaker::{
     FrequencyCheck, FrequencyResult, Method, MethodResult, ShakerCalibration,
 };
-use proofmass::io::{Cell, PhasorQuantity, ResultDocument, ShakerTriaxialCampaign, Table};
+use proofmass::io::{Cell, ResultDocument, Table};
+use proofmass::jobs::campaign::{PhasorQuantity, ShakerTriaxialCampaign};
 use proofmass::uncertainty::{DegreesOfFreedom, Finding, Quantity};
 
 pub(super) fn result(

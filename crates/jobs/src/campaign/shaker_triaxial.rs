@@ -1,11 +1,12 @@
 //! `kind = "shaker-triaxial"`: a triaxial accelerometer on a single-axis shaker, by wedges and rotations.
 
+use super::CampaignFile;
 use super::shaker::{
     BudgetSource, Certificate, CertificateTable, Mounting, PhasorQuantity, RunTable, RunsTable,
     ShakerBudget, ShakerRecording, SpuriousFile, read_runs,
 };
-use super::{Ambient, CampaignFile, Device};
-use crate::{Input, Result, WaveformOptions};
+use proofmass_io::{Ambient, Device};
+use proofmass_io::{Input, Result, WaveformOptions};
 use serde::{Deserialize, Serialize};
 
 /// Which calculation.
@@ -394,8 +395,14 @@ impl ShakerTriaxialCampaign {
 impl Datasheet {
     pub(super) fn si(&self, source: &CampaignFile) -> Result<(f64, f64)> {
         let unit: String = self.unit.replace('²', "2").replace(' ', "");
-        let Some(&(_, factor)) = crate::sheet::SENSITIVITY.iter().find(|(u, _)| *u == unit) else {
-            let valid: Vec<&str> = crate::sheet::SENSITIVITY.iter().map(|u| u.0).collect();
+        let Some(&(_, factor)) = proofmass_io::sheet::SENSITIVITY
+            .iter()
+            .find(|(u, _)| *u == unit)
+        else {
+            let valid: Vec<&str> = proofmass_io::sheet::SENSITIVITY
+                .iter()
+                .map(|u| u.0)
+                .collect();
             return Err(source
                 .refuse(
                     "datasheet",
