@@ -295,7 +295,7 @@ pub fn crossover_by_smoother(
 /// trust in the difference to an estimate of the same readings goes, to ten thousand times it.
 ///
 /// All variances are then scaled so that the mean variance the filter states is its mean square difference to the
-/// smoother plus the smoother's own; below that they are left as they are.
+/// smoother plus the smoother's own: the error of an optimal smoother is uncorrelated with that difference.
 ///
 /// # Errors
 /// Of the record and of the smoother.
@@ -356,7 +356,7 @@ pub fn kalman_by_smoother(
     Ok(Crossover {
         method: Method::Kalman {
             model: found.scaled(if factor.is_finite() {
-                factor.max(1.0)
+                factor.clamp(0.3, 1e6)
             } else {
                 1.0
             }),

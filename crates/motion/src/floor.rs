@@ -15,7 +15,7 @@ const BLOCK: usize = 8;
 /// lowest mean of eight neighbouring lines above a tenth of the lines, times half the rate. White noise: 0.92 to 0.99 of
 /// the true standard deviation. Zero for a channel that never changes; `None` below 128 samples.
 ///
-/// **Source** `[Welch67]`.
+/// **Source** `[Welch1967]`.
 pub(crate) fn noise_floor(acceleration: &[f64]) -> Option<f64> {
     let n = acceleration.len();
     let m = SEGMENT.min(n / 8);
@@ -98,6 +98,14 @@ pub(crate) fn effective_readings(whitened: &[f64]) -> f64 {
     };
     while period + 1 < half && rho[period + 1] > rho[period] {
         period += 1;
+    }
+    // A shorter period of which it is a multiple.
+    if let Some(part) = (2..=5)
+        .rev()
+        .map(|m| (period as f64 / f64::from(m)).round() as usize)
+        .find(|&l| l > 2 && rho[l] > threshold)
+    {
+        period = part;
     }
     let mut repeated = 0.0;
     let mut lag = period;

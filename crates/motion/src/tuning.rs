@@ -1,6 +1,7 @@
 //! Noise of both sensors, and offset, gain and latency between them, by maximum likelihood.
 
 use crate::diffuse::{ColouredNoise, Noise, Prepared, Solution, Sums, Trajectory, Unknowns};
+use crate::filtering::steps;
 use crate::floor::{effective_readings, noise_floor, variance};
 use crate::search::{line, simplex};
 use crate::whiteness::autocorrelation;
@@ -170,7 +171,7 @@ impl Tuning {
     /// **Assumes** white noise of the accelerometer, and of readings of position; that of a speed may have a part
     /// that is correlated in time.
     /// **Accuracy** coverage after tuning: `tests/tuned_coverage.rs`.
-    /// **Source** `[DeJong91]`, `[Schweppe65]`, `[Schwarz78]`; `[Welch67]` for the floor.
+    /// **Source** `[DeJong91]`, `[Schweppe65]`, `[Schwarz78]`; `[Welch1967]` for the floor.
     ///
     /// # Errors
     /// Of the record; [`Error::TooFew`] below 24 readings; [`Error::OutOfRange`] for a known variance that is
@@ -270,6 +271,8 @@ struct Search<'a> {
     floor: Option<f64>,
     /// Largest q: the variance of the acceleration.
     ceiling: f64,
+    /// Root of the mean square by which the steps differ from those of straight lines, over that of the steps.
+    bend: f64,
     effective: f64,
     readings: f64,
     late: bool,
@@ -307,6 +310,7 @@ impl<'a> Search<'a> {
                 .filter(|q| *q > 0.0)
                 .map(|q| unit * q),
             ceiling: unit * variance(&record.acceleration).max(f64::MIN_POSITIVE),
+            bend: bend(record, &model),
             effective: readings,
             readings,
             late: false,
@@ -314,9 +318,13 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Whether the acceleration stands clear of its own noise.
+    /// Whether the acceleration stands clear of its own noise, in a motion that the samples follow: at fewer than some
+    /// thirteen samples per period what a curve through them loses would pass for gain and latency.
     fn moves(&self) -> bool {
-        self.floor.is_none_or(|floor| self.ceiling > 100.0 * floor)
+        let noise = self.floor.map_or(0.0, |floor| floor / self.ceiling);
+        // White noise alone bends the steps by 0.17.
+        let bend = self.bend * self.bend - 0.17 * 0.17 * noise;
+        noise < 0.01 && bend < 0.02 * 0.02
     }
 
     /// What one parameter more has to bring.
@@ -680,6 +688,7 @@ impl<'a> Search<'a> {
             findings.push(rounding_repeats(r, point.noise.r));
         }
         findings.extend(at_bound(&point.noise, self.unit()));
+        findings.extend(resting(self.record));
         findings.extend(not_white(&whiteness, &correlation));
         let model = KalmanModel {
             acceleration_noise: point.noise.q,
@@ -814,6 +823,20 @@ fn resolution(record: &MotionRecord) -> Option<f64> {
     let off = |d: f64| (d / least - (d / least).round()).abs() > 1e-3 * (d / least).max(1.0).sqrt();
     // Steps of a ten-thousandth of the range are digits of a number, not of a sensor.
     (least.is_finite() && least > 1e-6 * largest && !steps().any(off)).then_some(least)
+}
+
+/// Bend of the velocity's steps against straight lines between the samples.
+fn bend(record: &MotionRecord, model: &KalmanModel) -> f64 {
+    let Some(curve) = steps(record, model) else {
+        return 0.0;
+    };
+    let half = 0.5 * record.sample_time;
+    let (mut off, mut all) = (0.0, 0.0);
+    for (w, [_, dv]) in record.acceleration.windows(2).zip(&curve[1..]) {
+        off += (dv - half * (w[0] + w[1])).powi(2);
+        all += dv * dv;
+    }
+    if all > 0.0 { (off / all).sqrt() } else { 0.0 }
 }
 
 /// Number of parameters of the noise beside a common scale.
@@ -1007,6 +1030,32 @@ fn at_bound(noise: &Noise, unit: f64) -> Option<Finding> {
         )
         .evidence(format!("log10(q T^4/R) = {ratio:.1} of {RATIO:?}"))
         .advice("check that both sensors move and share unit and sense")
+    })
+}
+
+/// Equal readings in a row that count as resting.
+const LONG_RUN: usize = 20;
+
+/// Readings that mostly stand in long runs of equal ones.
+fn resting(record: &MotionRecord) -> Option<Finding> {
+    let readings: Vec<f64> = record.reading.iter().flatten().copied().collect();
+    let resting: usize = readings
+        .chunk_by(|a, b| a == b)
+        .map(<[f64]>::len)
+        .filter(|&n| n >= LONG_RUN)
+        .sum();
+    let share = resting as f64 / readings.len().max(1) as f64;
+    (share > 0.3).then(|| {
+        Finding::new(
+            Severity::Warning,
+            "slow-quantised-readings",
+            "the readings rest on one value for long stretches: quantisation is not noise there",
+        )
+        .evidence(format!(
+            "{:.0} % of the readings lie in runs of {LONG_RUN} and more equal ones",
+            100.0 * share
+        ))
+        .advice("tune on a stretch in motion, or time the edges (M/T)")
     })
 }
 

@@ -2,9 +2,9 @@
 
 use crate::tuning::Constants;
 use crate::{
-    ComparisonRow, Crossover, Family, Filter, IntegratorRule, KalmanModel, Method, MotionRecord,
-    Pairing, Ripple, SlipReport, SlipSearch, Source, Trace, Tuned, Tuning, compare_methods,
-    conditions, crossover_by_smoother, kalman_by_smoother, ripple,
+    ComparisonRow, Crossover, Family, Filter, Found, IntegratorRule, KalmanModel, Method,
+    MotionRecord, Pairing, Ripple, SlipReport, SlipSearch, Source, Trace, Tuned, Tuning,
+    compare_methods, conditions, crossover_by_smoother, kalman_by_smoother, ripple,
 };
 use proofmass_core::{Error, Watch};
 use proofmass_uncertainty::{Finding, Severity};
@@ -337,7 +337,7 @@ pub fn estimate(
             watch.step("velocity", 1, 2)?;
             let trace = match method {
                 Some(method) => method.run(record)?,
-                None => kalman.method.run(&tuned.corrected(record))?,
+                None => on_line(&tuned, kalman.method, record)?,
             };
             // Slip would pass for an offset.
             let constants = match slip.as_ref().is_some_and(|s| !s.slip.is_empty()) {
@@ -402,6 +402,30 @@ pub fn estimate(
         ripple,
         findings,
     })
+}
+
+/// An on-line method on the record with gain and latency put right; their uncertainty adds what moving each by it does.
+fn on_line(tuned: &Tuned, method: Method, record: &MotionRecord) -> Result<Trace, Error> {
+    let mut trace = method.run(&tuned.corrected(record))?;
+    let value =
+        |found: Option<Found>, other: f64| found.map_or((other, 0.0), |f| (f.value, f.uncertainty));
+    let (gain, u_gain) = value(tuned.gain, 1.0);
+    let (latency, u_latency) = value(tuned.latency, 0.0);
+    for (gain, latency, u) in [
+        (gain + u_gain, latency, u_gain),
+        (gain, latency + u_latency, u_latency),
+    ] {
+        if u == 0.0 {
+            continue;
+        }
+        let moved = method.run(&record.corrected(gain, latency))?;
+        if let Some(own) = &mut trace.standard_uncertainty {
+            for (k, u) in own.iter_mut().enumerate() {
+                *u = u.hypot(moved.velocity[k] - trace.velocity[k]);
+            }
+        }
+    }
+    Ok(trace)
 }
 
 /// Longest run of samples for which `good` holds.

@@ -150,6 +150,13 @@ fn law_tuning_comes_within_ten_per_cent_of_the_best_with_truth() {
                     e.map(|(v, t)| (v - t).powi(2)).sum::<f64>() / (v.len() - skip) as f64
                 };
                 let tuned = tune(&slow, &Tuning::default(), &Unwatched).unwrap();
+                println!(
+                    "   gain {:?} latency {:?} offset {:?} of {:.0} readings",
+                    tuned.tuned.gain.map(|g| g.value),
+                    tuned.tuned.latency.map(|t| t.value),
+                    tuned.tuned.offset.map(|b| b.value),
+                    tuned.tuned.effective_readings
+                );
                 let r = tuned.tuned.model.reading_noise;
                 found[0] += square(&tuned.kalman.method);
                 for (sum, ratio) in exhaustive.iter_mut().zip(&ratios) {

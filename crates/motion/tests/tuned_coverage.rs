@@ -96,25 +96,98 @@ fn scenario(name: &str, axis: &Axis, seeds: std::ops::Range<u64>) -> Vec<Outcome
     list
 }
 
+/// Five seconds hold some thirty independent values, whose share inside scatters by √(0.05 · 0.95/30) = 0.04; the mean
+/// over n seeds by 0.04/√n, and three of that.
+fn judge(list: &[Outcome]) {
+    let slack = 3.0 * 0.04 / (list.len() as f64).sqrt();
+    for coverage in [
+        mean(list.iter().map(|o| o.filter)),
+        mean(list.iter().map(|o| o.smoother)),
+    ] {
+        assert!(coverage > 0.95 - slack, "{coverage}");
+    }
+    // Three deviations of one seed.
+    for o in list {
+        assert!(
+            o.smoother > 0.83 && o.filter > 0.83,
+            "{} {}",
+            o.filter,
+            o.smoother
+        );
+    }
+}
+
 #[test]
 fn coverage_of_a_motor_after_tuning() {
     for frequency in [5.0, 10.0, 15.0] {
-        scenario("motor", &Axis::new(AxisMotion::servo(frequency)), 1..4);
+        let axis = Axis::new(AxisMotion::servo(frequency));
+        let list = scenario("motor", &axis, 1..7);
+        judge(&list);
+        // A filter that was told everything has 1.3e-4 and 2.5e-4 m/s.
+        for o in &list {
+            assert!(o.smoother_rms < 2e-4 && o.filter_rms < 4e-4);
+            let tuned = o.result.tuned.as_ref().unwrap();
+            assert!(tuned.gain.is_none() && tuned.latency.is_none());
+        }
     }
-    scenario(
-        "oscillation",
-        &Axis::new(AxisMotion::damped_oscillation()),
-        1..5,
-    );
-    scenario("ramp", &Axis::new(AxisMotion::ramp()), 1..4);
+}
+
+#[test]
+fn coverage_of_an_oscillation_after_tuning() {
+    let axis = Axis::new(AxisMotion::damped_oscillation());
+    judge(&scenario("oscillation", &axis, 1..10));
+}
+
+#[test]
+fn coverage_with_gravity_on_the_axis() {
+    let mut axis = Axis::new(AxisMotion::servo(5.0));
+    // The largest acceleration is 20 m/s²: the offset is near that of a vertical axis.
+    axis.accelerometer.offset = 0.5;
+    let list = scenario("vertical", &axis, 1..6);
+    judge(&list);
+    for o in &list {
+        let tuned = o.result.tuned.as_ref().unwrap();
+        let q = tuned.model.acceleration_noise.sqrt();
+        assert!((0.5..2.0).contains(&(q / 0.02)), "{q}");
+        assert!(tuned.offset.unwrap().value > 5.0);
+    }
+}
+
+#[test]
+fn coverage_with_a_gain_error_and_a_latency() {
     let mut axis = Axis::new(AxisMotion::servo(5.0));
     axis.accelerometer.gain_error = 0.02;
-    scenario("gain", &axis, 1..3);
+    let list = scenario("gain 2 %", &axis, 1..4);
+    judge(&list);
+    for o in &list {
+        let gain = o.result.tuned.as_ref().unwrap().gain.unwrap();
+        assert!(
+            (gain.value - 1.02).abs() < 3.0 * gain.uncertainty,
+            "{gain:?}"
+        );
+    }
     axis.accelerometer.gain_error = 0.0;
-    axis.accelerometer.latency = 0.0005;
-    scenario("latency 0.5", &axis, 1..3);
-    axis.accelerometer.latency = 0.005;
-    scenario("latency 5", &axis, 1..3);
-    axis.accelerometer.latency = 0.0;
-    scenario("vertical", &axis, 1..3);
+    for late in [0.0005, 0.005, -0.003] {
+        axis.accelerometer.latency = late;
+        let list = scenario("latency", &axis, 1..4);
+        judge(&list);
+        for o in &list {
+            let latency = o.result.tuned.as_ref().unwrap().latency.unwrap();
+            assert!(
+                (latency.value - late).abs() < 3.0 * latency.uncertainty,
+                "{latency:?}"
+            );
+            // Uncorrected: 1.9e-3 m/s and more.
+            assert!(o.filter_rms < 8e-4, "{}", o.filter_rms);
+        }
+    }
+}
+
+#[test]
+fn known_slow_motion_stays_below_the_best_low_pass() {
+    // 20 mm/s over increments of 0.94 mm: 47 samples to a count.
+    for o in scenario("ramp", &Axis::new(AxisMotion::ramp()), 1..6) {
+        assert!(o.filter_rms < 7e-4 && o.smoother_rms < 5e-4);
+        assert!(o.smoother > 0.85 && o.filter > 0.85);
+    }
 }

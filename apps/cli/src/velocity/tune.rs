@@ -30,9 +30,11 @@ pub(crate) struct Tune {
 enum Offset {
     /// It was removed before, or is part of the noise
     None,
+    /// An unknown constant
+    Constant,
     /// A random walk
     RandomWalk,
-    /// The better of the two by the Bayesian criterion
+    /// The one whose likelihood pays for its parameters
     Automatic,
 }
 
@@ -63,6 +65,7 @@ impl Tune {
             reading_noise,
             bias: match self.offset {
                 Offset::None => BiasChoice::None,
+                Offset::Constant => BiasChoice::Constant,
                 Offset::RandomWalk => BiasChoice::RandomWalk,
                 Offset::Automatic => BiasChoice::Automatic,
             },

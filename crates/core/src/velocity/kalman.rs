@@ -38,8 +38,8 @@ pub enum Hold {
     serde(rename_all = "kebab-case")
 )]
 pub enum ProcessNoise {
-    #[default]
     /// One random acceleration per sample: q [[T⁴/4, T³/2],[T³/2, T²]], q in (m/s²)².
+    #[default]
     SampleConstant,
     /// White acceleration in continuous time: q [[T³/3, T²/2],[T²/2, T]], q in (m/s²)²/Hz, two-sided.
     Continuous,
@@ -582,7 +582,10 @@ mod tests {
     fn law_gauss_markov_becomes_the_random_walk() {
         // σ²·2/τ is the density of the walk for T ≪ τ; the other terms agree to T/τ.
         let n = noise(0.0, 1.0, ProcessNoise::Continuous);
-        let walk = BiasModel::RandomWalk { density: 2e-6 };
+        let walk = BiasModel::RandomWalk {
+            density: 2e-6,
+            initial: 0.0,
+        };
         let markov = BiasModel::GaussMarkov {
             deviation: 1.0,
             time: 1e6,
@@ -601,7 +604,10 @@ mod tests {
     fn law_covariance_stays_positive_in_single_precision() {
         let filter = Kalman::<f32, 3>::with_bias(
             &noise(1e-4, 8e-7, ProcessNoise::SampleConstant),
-            BiasModel::RandomWalk { density: 1e-8 },
+            BiasModel::RandomWalk {
+                density: 1e-8,
+                initial: 0.0,
+            },
             Hold::First,
             1e-3,
         )
