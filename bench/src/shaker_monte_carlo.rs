@@ -7,7 +7,7 @@
 mod peer;
 mod processor;
 
-use faer::c64;
+use num_complex::Complex64;
 use peer::{Peers, best};
 use processor::processor_time;
 use proofmass_calibration::shaker::{
@@ -19,13 +19,13 @@ use proofmass_calibration::shaker::{
 
 fn case() -> Result<(Vec<PhasorRow>, Matrix, Budget), proofmass_core::Error> {
     let s: Matrix = std::array::from_fn(|i| {
-        std::array::from_fn(|j| c64::new(if i == j { 0.0104 } else { 3e-4 }, 1e-5))
+        std::array::from_fn(|j| Complex64::new(if i == j { 0.0104 } else { 3e-4 }, 1e-5))
     });
     let rows = published_plan()
         .into_iter()
         .map(|c| {
-            let a = c.direction().map(|d| c64::new(10.0 * d, 0.0));
-            PhasorRow::new("", 160.0, c, c64::new(10.0, 0.0), row_times(a, &s))
+            let a = c.direction().map(|d| Complex64::new(10.0 * d, 0.0));
+            PhasorRow::new("", 160.0, c, Complex64::new(10.0, 0.0), row_times(a, &s))
         })
         .collect();
     let mut inputs = Budget::published_bench().inputs;

@@ -181,7 +181,7 @@ pub use format::{Alphabet, DecimalMark, Format, Formatted, Notation, Rounded, Sh
 pub use histogram::Histogram;
 pub use implicit::{Implicit, LeastSquares, propagate_implicit, propagate_least_squares};
 pub use input::{Draw, Input, Inputs, JointInputs, Labels};
-pub use monte_carlo::{Interval, MonteCarlo, Progress, Sampled, SampledOutput, Trials};
+pub use monte_carlo::{Interval, MonteCarlo, Progress, Sampled, SampledOutput, Trial, Trials};
 pub use notation::{scientific, superscript};
 pub use number::{Complex, Dual, Number};
 pub use propagation::{
