@@ -67,10 +67,10 @@ pub struct Options {
 }
 
 impl Default for Options {
-    /// 20 000 trials, one digit, seed 1.
+    /// 10 000 trials, one digit, seed 1.
     fn default() -> Self {
         Self {
-            trials: 20_000,
+            trials: 10_000,
             digits: 1,
             seed: 1,
         }

@@ -75,11 +75,11 @@ fn crosscheck_propagation_against_monte_carlo() {
         &rows,
         &SpuriousTable::default(),
         &bench(),
-        40_000,
+        20_000,
     );
-    println!("40 000 trials: {:.2} s", start.elapsed().as_secs_f64());
+    println!("20 000 trials: {:.2} s", start.elapsed().as_secs_f64());
     for c in &checks[0].components {
-        // A standard deviation from 4e4 trials has 0.35 %; four of them, and 0.5 % for Student's t with ν = 20, whose
+        // A standard deviation from 2e4 trials has 0.5 %; three of them, and 0.5 % for Student's t with ν = 20, whose
         // standard deviation is larger by √(20/18) in the share that has it.
         assert!((c.monte_carlo / c.linear - 1.0).abs() < 0.02, "{c:?}");
         assert_eq!(c.validation.verdict, Verdict::Validated, "{c:?}");
@@ -230,7 +230,7 @@ fn crosscheck_finite_degrees_of_freedom_reach_the_trials() {
 fn law_the_joint_estimator_is_tried_with_the_spurious_motion() {
     // Six configurations and an uncertain motion along x′ that is most of the uncertainty of the cross terms: the
     // joint method states it, and the trials of its own estimator agree.
-    let plan: Vec<Configuration> = published_plan().into_iter().step_by(4).collect();
+    let plan: Vec<Configuration> = published_plan().into_iter().step_by(3).collect();
     let frequencies = [80.0, 160.0];
     let mut entries = vec![];
     let mut inclinations: Vec<f64> = plan.iter().map(|c| c.inclination).collect();
@@ -242,7 +242,7 @@ fn law_the_joint_estimator_is_tried_with_the_spurious_motion() {
                 inclination,
                 frequency,
                 ratio: [Complex64::new(0.01, 0.002); 3],
-                covariance: [[4e-6, 1e-6, 3e-6]; 3],
+                covariance: [[4e-5, 1e-5, 3e-5]; 3],
             });
         }
     }
@@ -280,24 +280,19 @@ fn law_the_joint_estimator_is_tried_with_the_spurious_motion() {
 
 #[test]
 fn law_large_angles_go_through_the_estimator_itself() {
-    // Gluings of ±15°: a linear estimator of frozen gains scatters several times more than the real one.
-    let mut budget = bench().without("gluing.angle");
-    budget.inputs.push(Input::rectangular(
-        "gluing.angle",
-        Acts::Rotation,
-        15f64.to_radians(),
-        &[Key::Inclination, Key::Rotation],
-    ));
-    let rows = rows(&published_plan(), &[160.0]);
+    // Gluings of ±5°: with the gains frozen at the drawing the trials would scatter by the square of the angles more.
+    let budget = bench().scaled("gluing.angle", 5.0);
+    let plan: Vec<Configuration> = published_plan().into_iter().step_by(3).collect();
     let checks = run(
         Method::Complex,
-        &rows,
+        &rows(&plan, &[160.0]),
         &SpuriousTable::default(),
         &budget,
         10_000,
     );
     for c in &checks[0].components {
-        assert!((0.8..1.25).contains(&(c.monte_carlo / c.linear)), "{c:?}");
+        // Scatter of a standard deviation from 1e4 trials: 0.7 %; four of them, t, and what is left of the curvature.
+        assert!((0.95..1.08).contains(&(c.monte_carlo / c.linear)), "{c:?}");
     }
 }
 
