@@ -8,9 +8,8 @@ use proofmass::calibration::shaker::plan::{
     Conditioning, PlanCost, Predicted, best, conditioning, costs, predict,
 };
 use proofmass::calibration::shaker::{Budget, Complex64, Configuration, with_certificate};
-use proofmass::io::{
-    Campaign, Cell, Input, ResultDocument, ShakerBudget, ShakerTriaxialCampaign, Software, Table,
-};
+use proofmass::io::{Cell, Input, ResultDocument, Software, Table};
+use proofmass::jobs::campaign::{Campaign, ShakerBudget, ShakerTriaxialCampaign};
 use proofmass::report::PlanReport;
 use proofmass::uncertainty::{Finding, Severity};
 use std::path::PathBuf;

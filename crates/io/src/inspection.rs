@@ -1,10 +1,10 @@
 //! What is in a recording: columns, ranges, rate, gaps. One pass, bounded memory.
 
-use crate::layout::Layout;
+use crate::layout::{Layout, LayoutOptions};
 use crate::recording::time_column;
 use crate::rows::RowReader;
 use crate::time_base::{Steps, median};
-use crate::{Error, Gap, Result, Unit};
+use crate::{Error, Gap, Result, Source, Unit};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
@@ -105,12 +105,21 @@ pub struct Inspection {
 /// # Errors
 /// A file that is no text with rows, or a row of another width.
 pub fn inspect(path: impl AsRef<Path>) -> Result<Inspection> {
-    let path = path.as_ref();
-    inspect_inner(path).map_err(|e: Error| e.at(path))
+    inspect_source(Source::open(path)?)
 }
 
-fn inspect_inner(path: &Path) -> Result<Inspection> {
-    let layout = Layout::sniff(path)?;
+/// Looks through a source, such as standard input, without refusing what is bad in it.
+///
+/// # Errors
+/// As [`inspect`].
+pub fn inspect_source(source: Source) -> Result<Inspection> {
+    let name = source.name().to_path_buf();
+    inspect_inner(source).map_err(|e: Error| e.at(&name))
+}
+
+fn inspect_inner(mut source: Source) -> Result<Inspection> {
+    let path = source.name().to_path_buf();
+    let layout = Layout::of(&mut source, &LayoutOptions::default())?;
     let selected: Vec<usize> = (0..layout.columns).filter(|&i| layout.numeric[i]).collect();
     let time_at = time_column(&layout).and_then(|t| selected.iter().position(|&i| i == t));
     let unit = time_at.and_then(|i| layout.unit(selected[i]));
@@ -118,7 +127,7 @@ fn inspect_inner(path: &Path) -> Result<Inspection> {
     let mut time = Times::new();
     let mut sums: Vec<Sums> = selected.iter().map(|_| Sums::default()).collect();
     let (mut rows, mut bad, mut bad_count) = (0_u64, Vec::new(), 0);
-    let mut reader = RowReader::open(path, layout.clone(), &selected)?.locate_bad_fields();
+    let mut reader = RowReader::new(source, layout.clone(), &selected)?.locate_bad_fields();
     while let Some(block) = reader.next_block()? {
         for (i, sum) in sums.iter_mut().enumerate() {
             block
@@ -160,7 +169,7 @@ fn inspect_inner(path: &Path) -> Result<Inspection> {
         .collect();
     let time = time_at.and_then(|i| time.summary(layout.name(selected[i]), unit));
     Ok(Inspection {
-        path: path.to_path_buf(),
+        path,
         sha256,
         layout,
         rows,

@@ -2,11 +2,9 @@
 
 use crate::layout::{ColumnRef, Layout, LayoutOptions};
 use crate::rows::{RowReader, bad_field, line_of};
-use crate::{Error, ErrorKind, Result, TimeBase, Unit, split_heading};
+use crate::{Error, ErrorKind, Result, Source, TimeBase, Unit, split_heading};
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// A file that went into a result, with its digest.
@@ -24,22 +22,7 @@ impl Input {
     /// # Errors
     /// The file cannot be read.
     pub fn of(path: &Path) -> Result<Self> {
-        let mut hash = Sha256::new();
-        let mut file = crate::layout::open(path)?;
-        let mut buffer = vec![0; 1 << 16];
-        loop {
-            match file
-                .read(&mut buffer)
-                .map_err(|e| Error::access(path, "read", e))?
-            {
-                0 => break,
-                n => hash.update(&buffer[..n]),
-            }
-        }
-        Ok(Self {
-            path: path.display().to_string(),
-            sha256: crate::rows::hexadecimal(&hash.finalize()),
-        })
+        Source::open(path)?.finish()
     }
 }
 
@@ -158,7 +141,7 @@ impl Recording {
     /// A file that cannot be read as numbers (with line and column), fewer than two rows, a time column that does
     /// not run forward, no time base at all, a stated unit that contradicts the heading.
     pub fn read(path: &Path, options: &RecordingOptions) -> Result<Self> {
-        Self::read_sparse(path, options, &[])
+        Self::from_source(Source::open(path)?, options)
     }
 
     /// Reads the chosen columns of a file in which a row need not hold every sensor.
@@ -169,11 +152,37 @@ impl Recording {
     /// # Errors
     /// As [`Recording::read`]; a column without any value.
     pub fn read_sparse(path: &Path, options: &RecordingOptions, absent: &[Absent]) -> Result<Self> {
-        Self::read_inner(path, options, absent).map_err(|e| e.at(path))
+        Self::from_source_sparse(Source::open(path)?, options, absent)
     }
 
-    fn read_inner(path: &Path, options: &RecordingOptions, absent: &[Absent]) -> Result<Self> {
-        let layout = Layout::sniff_with(path, &options.layout)?;
+    /// Reads the chosen columns of a source: a pipe, standard input, bytes in memory.
+    ///
+    /// # Errors
+    /// As [`Recording::read`].
+    pub fn from_source(source: Source, options: &RecordingOptions) -> Result<Self> {
+        Self::from_source_sparse(source, options, &[])
+    }
+
+    /// Reads a source in which a row need not hold every sensor, as [`Recording::read_sparse`] does.
+    ///
+    /// # Errors
+    /// As [`Recording::read_sparse`].
+    pub fn from_source_sparse(
+        source: Source,
+        options: &RecordingOptions,
+        absent: &[Absent],
+    ) -> Result<Self> {
+        let name = source.name().to_path_buf();
+        Self::read_inner(source, options, absent).map_err(|e| e.at(&name))
+    }
+
+    fn read_inner(
+        mut source: Source,
+        options: &RecordingOptions,
+        absent: &[Absent],
+    ) -> Result<Self> {
+        let path = source.name().to_path_buf();
+        let layout = Layout::of(&mut source, &options.layout)?;
         if options.columns.is_empty() {
             return Err(
                 Error::new(ErrorKind::Column, "no column was chosen").with_hint(
@@ -204,7 +213,7 @@ impl Recording {
             .transpose()?;
         selected.extend(temperature);
 
-        let mut reader = RowReader::open(path, layout, &selected)?;
+        let mut reader = RowReader::new(source, layout, &selected)?;
         let sparse = absent.iter().any(|a| *a != Absent::Refused);
         if sparse {
             reader = reader.locate_bad_fields();
@@ -248,6 +257,8 @@ impl Recording {
             rows += block.rows();
         }
         let layout = reader.layout().clone();
+        let mut findings = layout.findings();
+        findings.extend(reader.findings());
         let sha256 = reader.sha256()?;
         if rows < 2 {
             return Err(Error::new(
@@ -272,7 +283,6 @@ impl Recording {
             }
         }
 
-        let mut findings = layout.findings();
         let temperature = temperature.map(|index| Column {
             name: layout.name(index),
             unit: layout.unit(index),
@@ -315,7 +325,7 @@ impl Recording {
             })
             .collect::<Result<Vec<_>>>()?;
         Ok(Self {
-            path: path.to_path_buf(),
+            path,
             sha256,
             layout,
             columns,

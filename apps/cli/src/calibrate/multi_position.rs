@@ -15,7 +15,8 @@ use proofmass::calibration::{
     StandstillCalibration, WindowedVariance, clipping, suspected_clipping, temperature_drift,
 };
 use proofmass::core::{Error, Gravity};
-use proofmass::io::{GravityInput, MethodModel, MultiPositionCampaign, Software};
+use proofmass::io::Software;
+use proofmass::jobs::campaign::{GravityInput, MethodModel, MultiPositionCampaign};
 use proofmass::report::MultiPositionReport;
 use proofmass::uncertainty::Finding;
 

@@ -12,7 +12,8 @@ use proofmass::calibration::shaker::spurious::{
     Comparison, RatioSummary, Repeats, compare, ratio_from_velocity, summaries, table,
 };
 use proofmass::calibration::shaker::{Complex64, SpuriousTable};
-use proofmass::io::{Certificate, Direction, RunTable, Software, SpuriousMotionCampaign};
+use proofmass::io::Software;
+use proofmass::jobs::campaign::{Certificate, Direction, RunTable, SpuriousMotionCampaign};
 use proofmass::report::SpuriousReport;
 use proofmass::uncertainty::{Finding, Severity};
 use std::f64::consts::TAU;

@@ -6,7 +6,9 @@ use proofmass::calibration::shaker::reference::{ReferencePoint, ReferenceTable};
 use proofmass::calibration::shaker::{
     Acts, Budget, Complex64, Configuration, Correction, Input, Key, Spurious, SpuriousTable,
 };
-use proofmass::io::{BudgetInput, Certificate, Plan, ShakerBudget, SpuriousFile, SpuriousRow};
+use proofmass::jobs::campaign::{
+    BudgetInput, Certificate, Plan, ShakerBudget, SpuriousFile, SpuriousRow,
+};
 
 pub(crate) fn reference(certificate: &Certificate) -> Result<ReferenceTable, Failure> {
     let points = certificate.points.iter().map(|p| ReferencePoint {

@@ -3,9 +3,8 @@
 use crate::{Failure, console};
 use proofmass::calibration::shaker::Complex64;
 use proofmass::calibration::shaker::recording::{Phasors, Reading};
-use proofmass::io::{
-    DriveFrequency, Input, RunData, RunTable, ShakerRecording, ShakerRun, Waveform, WaveformOptions,
-};
+use proofmass::io::{Input, Waveform, WaveformOptions};
+use proofmass::jobs::campaign::{DriveFrequency, RunData, RunTable, ShakerRecording, ShakerRun};
 use proofmass::signal::sine::Frequency;
 use proofmass::uncertainty::{Finding, Severity};
 use rayon::prelude::*;

@@ -1,6 +1,6 @@
 //! Finding the shape of a text from its head.
 
-use super::{DecimalMark, HEAD, Layout, LayoutOptions, Separator};
+use super::{DecimalMark, LARGEST_HEAD, Layout, LayoutOptions, Separator};
 use crate::field::{Fields, parse_number};
 use crate::{Error, ErrorKind, Result, Unit};
 
@@ -153,15 +153,22 @@ pub(super) fn layout(head: &[u8], complete: bool, options: &LayoutOptions) -> Re
     })
 }
 
+fn control(head: &[u8]) -> Option<usize> {
+    head.iter()
+        .position(|&b| b < 0x20 && !matches!(b, b'\t' | b'\n' | b'\r' | 0x0C | 0x1A))
+}
+
+/// Whether the head cannot be that of a text.
+pub(super) fn is_binary(head: &[u8]) -> bool {
+    control(head).is_some()
+}
+
 fn refuse_binary(head: &[u8]) -> Result<()> {
     if head.starts_with(&[0xFF, 0xFE]) || head.starts_with(&[0xFE, 0xFF]) {
         return Err(Error::new(ErrorKind::Format, "the text is coded as UTF-16")
             .with_hint("save it again as UTF-8 or plain ASCII"));
     }
-    let control = head
-        .iter()
-        .position(|&b| b < 0x20 && !matches!(b, b'\t' | b'\n' | b'\r' | 0x0C | 0x1A));
-    match control {
+    match control(head) {
         Some(at) => Err(Error::new(
             ErrorKind::Format,
             format!(
@@ -203,7 +210,7 @@ fn lines(head: &[u8], complete: bool) -> Result<Vec<Line<'_>>> {
     if lines.is_empty() && !complete {
         return Err(Error::new(
             ErrorKind::Format,
-            format!("the first line is longer than {} KiB", HEAD / 1024),
+            format!("the first line is longer than {} MiB", LARGEST_HEAD >> 20),
         )
         .line(1)
         .with_hint("a recording is text with one row per sample and a line end after each"));

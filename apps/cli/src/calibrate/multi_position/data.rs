@@ -3,7 +3,8 @@
 use crate::Failure;
 use proofmass::calibration::Samples;
 use proofmass::core::Error;
-use proofmass::io::{Input, MultiPositionCampaign, Recording, Unit};
+use proofmass::io::{Input, Recording, Unit};
+use proofmass::jobs::campaign::MultiPositionCampaign;
 
 /// All recordings of the campaign, one after the other, in SI where their unit has a place in it.
 pub(super) struct Data {

@@ -5,9 +5,8 @@ use super::title;
 use crate::{Failure, clock};
 use proofmass::calibration::{DirectionCoverage, Ferraris, StandstillCalibration};
 use proofmass::core::Gravity;
-use proofmass::io::{
-    CalibrationFile, Cell, MethodModel, MultiPositionCampaign, ResultDocument, Table,
-};
+use proofmass::io::{CalibrationFile, Cell, ResultDocument, Table};
+use proofmass::jobs::campaign::{MethodModel, MultiPositionCampaign};
 use proofmass::uncertainty::{DegreesOfFreedom, Finding, Quantity};
 use serde::Serialize;
 

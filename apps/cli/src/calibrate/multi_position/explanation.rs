@@ -6,7 +6,7 @@ use crate::Failure;
 use crate::plural::count;
 use proofmass::calibration::{DirectionCoverage, Segment, WindowedVariance};
 use proofmass::core::Error;
-use proofmass::io::{MethodModel, MultiPositionCampaign};
+use proofmass::jobs::campaign::{MethodModel, MultiPositionCampaign};
 
 /// What a fit that failed says to the person who recorded the data.
 pub(super) fn explain(

@@ -1,7 +1,7 @@
 //! What a row of the table of runs says about the device or the motion, beside name, frequency and data.
 
-use crate::sheet::{ACCELERATION, ANGLE, PERCENT, Place, Sheet, SheetRow};
-use crate::{Input, Result};
+use proofmass_io::sheet::{ACCELERATION, ANGLE, PERCENT, Place, Sheet, SheetRow};
+use proofmass_io::{Input, Result};
 use std::path::Path;
 
 /// Inclination and rotation of the device.

@@ -2,10 +2,10 @@
 
 use super::seat::Seat;
 use crate::campaign::CampaignFile;
-use crate::sheet::{
+use proofmass_io::sheet::{
     ACCELERATION, ANGLE, Endings, FREQUENCY, Place, Sheet, SheetRow, VELOCITY, VOLTAGE,
 };
-use crate::{Input, Result};
+use proofmass_io::{Input, Result};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -186,7 +186,7 @@ pub(crate) fn read_runs<S: Seat>(
     }
     for name in &table.exclude {
         if !names.contains_key(name) {
-            let near = crate::spelling::nearest(name, names.keys().map(String::as_str))
+            let near = proofmass_io::spelling::nearest(name, names.keys().map(String::as_str))
                 .map_or(String::new(), |k| format!("did you mean \"{k}\"? "));
             return Err(source
                 .refuse("runs", "exclude", format!("there is no run \"{name}\""))

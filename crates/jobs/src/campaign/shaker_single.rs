@@ -1,12 +1,13 @@
 //! `kind = "shaker-single"`: comparison of a single-axis accelerometer with a reference (ISO 16063-21).
 
+use super::CampaignFile;
 use super::shaker::{
     Certificate, CertificateTable, PhasorQuantity, RunTable, RunsTable, ShakerRecording,
     SingleAxisSeat, read_runs,
 };
 use super::shaker_triaxial::{Datasheet, waveform_options};
-use super::{Ambient, CampaignFile, Device};
-use crate::{Result, WaveformOptions};
+use proofmass_io::{Ambient, Device};
+use proofmass_io::{Result, WaveformOptions};
 use serde::Deserialize;
 
 /// `[reading]`: standard uncertainties of the comparison beside those of the certificate.

@@ -1,8 +1,8 @@
 //! `reference.csv`: what the certificate of the reference standard says.
 
 use crate::campaign::CampaignFile;
-use crate::sheet::{ANGLE, FREQUENCY, PERCENT, Place, SENSITIVITY, Sheet, SheetRow};
-use crate::{Input, Result};
+use proofmass_io::sheet::{ANGLE, FREQUENCY, PERCENT, Place, SENSITIVITY, Sheet, SheetRow};
+use proofmass_io::{Input, Result};
 use proofmass_uncertainty::{Finding, Severity};
 use serde::Deserialize;
 

@@ -1,8 +1,8 @@
 //! `[recording]`: how the waveforms of the runs are read.
 
 use crate::campaign::{CampaignFile, Prefixes};
-use crate::layout::{ColumnRef, DecimalMark, LayoutOptions, Separator};
-use crate::{Result, Unit, WaveformFormat, WaveformOptions};
+use proofmass_io::{ColumnRef, DecimalMark, LayoutOptions, Separator};
+use proofmass_io::{Result, Unit, WaveformFormat, WaveformOptions};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 

@@ -7,8 +7,8 @@ mod shaker_triaxial;
 mod spurious_motion;
 
 pub use multi_position::{
-    Ambient, Attitude, Axes, Device, GravityInput, Method, MethodModel, MultiPositionCampaign,
-    Prefixes, RecordingTable, StandstillTable,
+    Attitude, Axes, GravityInput, Method, MethodModel, MultiPositionCampaign, Prefixes,
+    RecordingTable, StandstillTable,
 };
 pub use shaker::{
     BudgetInput, Certificate, CertificatePoint, CertificateTable, Direction, DriveFrequency,
@@ -22,7 +22,7 @@ pub use shaker_triaxial::{
 };
 pub use spurious_motion::{SpuriousMotionCampaign, VibrometerTable};
 
-use crate::{Error, ErrorKind, Input, Result};
+use proofmass_io::{Error, ErrorKind, Input, Result};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
@@ -97,7 +97,7 @@ impl Campaign {
                 SpuriousMotionCampaign::from_file(file).map(|c| Self::SpuriousMotion(Box::new(c)))
             }
             other => {
-                let near = crate::spelling::nearest(other, KINDS.iter().copied())
+                let near = proofmass_io::spelling::nearest(other, KINDS.iter().copied())
                     .map_or(String::new(), |k| format!("did you mean \"{k}\"? "));
                 Err(Error::new(
                     ErrorKind::Configuration,
@@ -180,7 +180,7 @@ impl CampaignFile {
             let words: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
             if let (Some(unknown), true) = (words.first(), message.starts_with("unknown ")) {
                 let valid = &words[1..];
-                let near = crate::spelling::nearest(unknown, valid.iter().copied())
+                let near = proofmass_io::spelling::nearest(unknown, valid.iter().copied())
                     .map_or(String::new(), |near| format!("did you mean `{near}`? "));
                 let what = if message.starts_with("unknown variant") {
                     "value"

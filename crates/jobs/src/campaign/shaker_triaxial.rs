@@ -1,11 +1,12 @@
 //! `kind = "shaker-triaxial"`: a triaxial accelerometer on a single-axis shaker, by wedges and rotations.
 
+use super::CampaignFile;
 use super::shaker::{
     BudgetSource, Certificate, CertificateTable, Mounting, PhasorQuantity, RunTable, RunsTable,
     ShakerBudget, ShakerRecording, SpuriousFile, read_runs,
 };
-use super::{Ambient, CampaignFile, Device};
-use crate::{Input, Result, WaveformOptions};
+use proofmass_io::{Ambient, Device};
+use proofmass_io::{Input, Result, WaveformOptions};
 use serde::{Deserialize, Serialize};
 
 /// Which calculation.
@@ -26,7 +27,7 @@ pub enum ShakerMethod {
 pub struct ShakerMethods {
     /// Calculations to set side by side; the first is the result.
     pub methods: Vec<ShakerMethod>,
-    /// Monte Carlo trials per frequency for the check of the propagation; zero for none.
+    /// Monte Carlo trials for the check of the propagation; zero for none.
     pub trials: u64,
     /// Seed of the random numbers.
     pub seed: u64,
@@ -36,7 +37,7 @@ impl Default for ShakerMethods {
     fn default() -> Self {
         Self {
             methods: vec![ShakerMethod::Joint, ShakerMethod::Complex],
-            trials: 100_000,
+            trials: 10_000,
             seed: 1,
         }
     }
@@ -232,7 +233,7 @@ impl ShakerTriaxialCampaign {
                     "trials",
                     format!("{} trials tell nothing", self.method.trials),
                 )
-                .with_hint("10 000 at least, 100 000 by default, 0 for no check"));
+                .with_hint("10 000 at least and by default, 0 for no check"));
         }
         for (i, a) in self.corrections.iter().enumerate() {
             if self.corrections[..i].iter().any(|b| b.label == a.label) {
@@ -394,8 +395,14 @@ impl ShakerTriaxialCampaign {
 impl Datasheet {
     pub(super) fn si(&self, source: &CampaignFile) -> Result<(f64, f64)> {
         let unit: String = self.unit.replace('²', "2").replace(' ', "");
-        let Some(&(_, factor)) = crate::sheet::SENSITIVITY.iter().find(|(u, _)| *u == unit) else {
-            let valid: Vec<&str> = crate::sheet::SENSITIVITY.iter().map(|u| u.0).collect();
+        let Some(&(_, factor)) = proofmass_io::sheet::SENSITIVITY
+            .iter()
+            .find(|(u, _)| *u == unit)
+        else {
+            let valid: Vec<&str> = proofmass_io::sheet::SENSITIVITY
+                .iter()
+                .map(|u| u.0)
+                .collect();
             return Err(source
                 .refuse(
                     "datasheet",

@@ -1,12 +1,13 @@
 //! `kind = "spurious-motion"`: what the table and the wedges do beside the excitation, by a vibrometer.
 
+use super::CampaignFile;
 use super::shaker::{
     Certificate, CertificateTable, Direction, PhasorQuantity, RunTable, RunsTable, ShakerRecording,
     read_runs,
 };
 use super::shaker_triaxial::waveform_options;
-use super::{Ambient, CampaignFile, Device};
-use crate::{Result, WaveformOptions};
+use proofmass_io::{Ambient, Device};
+use proofmass_io::{Result, WaveformOptions};
 use serde::Deserialize;
 
 /// `[vibrometer]`: its decoder, where the runs carry its volts.

@@ -1,9 +1,10 @@
 //! `kind = "multi-position"`: a triaxial accelerometer held still in many positions.
 
 use super::CampaignFile;
-use crate::layout::{ColumnRef, DecimalMark, LayoutOptions, Separator};
-use crate::segments::Segment;
-use crate::{Recording, RecordingOptions, Result, TimeUnit, Unit};
+use proofmass_io::Segment;
+use proofmass_io::{Ambient, Device};
+use proofmass_io::{ColumnRef, DecimalMark, LayoutOptions, Separator};
+use proofmass_io::{Recording, RecordingOptions, Result, TimeUnit, Unit};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -68,24 +69,6 @@ struct File {
     attitude: Attitude,
     #[serde(default)]
     ambient: Ambient,
-}
-
-/// `[device]`: who made it and which one it is.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Device {
-    /// Maker.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub manufacturer: Option<String>,
-    /// Type.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub model: Option<String>,
-    /// Serial number.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub serial: Option<String>,
-    /// Anything else worth filing.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub description: Option<String>,
 }
 
 /// Columns of the three axes.
@@ -273,22 +256,6 @@ impl Default for Method {
 pub struct Attitude {
     /// Standard uncertainty of a given direction, per transverse axis, degrees.
     pub standard_uncertainty_deg: Option<f64>,
-}
-
-/// `[ambient]`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Ambient {
-    /// Temperature, °C.
-    #[serde(
-        rename = "temperature_degC",
-        default,
-        skip_serializing_if = "Option::is_none"
-    )]
-    pub temperature_deg_c: Option<f64>,
-    /// Anything else worth filing.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub description: Option<String>,
 }
 
 impl MultiPositionCampaign {

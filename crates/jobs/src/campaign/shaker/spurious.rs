@@ -1,7 +1,7 @@
 //! `spurious.csv`: the motion of the seat beside the excitation, per inclination and frequency.
 
-use crate::sheet::{ANGLE, FREQUENCY, Place, RATIO, Sheet, SheetRow};
-use crate::{Cell, Input, Result, Table};
+use proofmass_io::sheet::{ANGLE, FREQUENCY, Place, RATIO, Sheet, SheetRow};
+use proofmass_io::{Cell, Input, Result, Table};
 use std::path::Path;
 
 /// Motion of the seat at one inclination and frequency, relative to the excitation.

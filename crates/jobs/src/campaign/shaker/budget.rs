@@ -1,7 +1,7 @@
 //! `[[budget]]` or a budget file: what is uncertain on the bench, what it acts on, with what it varies.
 
 use crate::campaign::CampaignFile;
-use crate::{Error, ErrorKind, Input, Result};
+use proofmass_io::{Error, ErrorKind, Input, Result};
 use proofmass_uncertainty::{Budget, DegreesOfFreedom, Distribution, Evaluation, InputEntry};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -87,7 +87,7 @@ impl BudgetInput {
 
     fn new(entry: &InputEntry) -> std::result::Result<Self, (String, String)> {
         let choice = |what: &str, word: &str, valid: &[&str]| {
-            let near = crate::spelling::nearest(word, valid.iter().copied())
+            let near = proofmass_io::spelling::nearest(word, valid.iter().copied())
                 .map_or(String::new(), |k| format!("did you mean \"{k}\"? "));
             (
                 format!("input \"{}\": unknown {what} \"{word}\"", entry.name),
