@@ -358,7 +358,7 @@ impl ShakerTriaxialCampaign {
         self.corrections
             .iter()
             .map(|c| match &c.file {
-                Some(file) => SpuriousFile::read(&self.source.resolve(file), &c.label),
+                Some(file) => SpuriousFile::read(self.source.source(file)?, &c.label),
                 None => Ok(SpuriousFile {
                     label: c.label.clone(),
                     input: None,
@@ -383,7 +383,7 @@ impl ShakerTriaxialCampaign {
     pub fn read_plan(&self) -> Result<Option<(Plan, Option<Input>)>> {
         match self.plan.as_ref().map(|p| (&p.file, &p.name)) {
             Some((Some(file), _)) => {
-                let (input, plan) = super::shaker::read_plan(&self.source.resolve(file))?;
+                let (input, plan) = super::shaker::read_plan(self.source.source(file)?)?;
                 Ok(Some((Plan::Configurations(plan), Some(input))))
             }
             Some((None, Some(_))) => Ok(Some((Plan::Published, None))),

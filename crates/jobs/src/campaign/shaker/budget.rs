@@ -177,9 +177,7 @@ impl ShakerBudget {
             }
             BudgetSource::Table(BudgetTable { file: Some(file), bench: None }) => {
                 let path = source.resolve(file);
-                let input = Input::of(&path)?;
-                let text = std::fs::read_to_string(&path)
-                    .map_err(|e| Error::access(&path, "read", e))?;
+                let (text, input) = source.text(file)?;
                 let budget = Budget::parse(&text).map_err(|refusal| {
                     let (line, what) = match refusal {
                         proofmass_uncertainty::Refusal::File { line, reason } => (line, reason),
