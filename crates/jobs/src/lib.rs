@@ -7,7 +7,9 @@
 //! [`Watch`](proofmass_core::Watch), files as a [`Store`].
 
 pub mod campaign;
+pub mod multi_position;
 mod outcome;
+mod plural;
 mod record;
 mod store;
 mod trouble;

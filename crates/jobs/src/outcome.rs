@@ -33,6 +33,9 @@ pub trait Outcome: Serialize + DeserializeOwned {
     /// Kind of the result, as `kind` in result.json.
     const KIND: &'static str;
 
+    /// Title of a report and of result.json: the one given, or one of the job's own.
+    fn title(&self, record: &Record) -> String;
+
     /// The principal result.
     fn quantities(&self) -> Vec<StatedQuantity>;
 
@@ -124,7 +127,7 @@ impl<O: Outcome> Filed<O> {
             .device(&record.device)
             .findings(self.outcome.findings());
         document.software = record.software.clone();
-        document.title = record.title.clone();
+        document.title = Some(self.outcome.title(record));
         document.model = self.outcome.model();
         document.inputs = record.inputs.clone();
         document.quantities = self.outcome.quantities();

@@ -1,26 +1,25 @@
 //! What a fit that failed says to the person who recorded the data.
 
-use super::data::Data;
-use super::search;
-use crate::Failure;
+use super::{MultiPositionData, MultiPositionJob};
+use crate::campaign::MethodModel;
 use crate::plural::count;
-use proofmass::calibration::{DirectionCoverage, Segment, WindowedVariance};
-use proofmass::core::Error;
-use proofmass::jobs::campaign::{MethodModel, MultiPositionCampaign};
+use crate::trouble::Trouble;
+use proofmass_calibration::{DirectionCoverage, Samples, Segment, WindowedVariance};
+use proofmass_core::Error;
 
 /// What a fit that failed says to the person who recorded the data.
 pub(super) fn explain(
     error: Error,
-    campaign: &MultiPositionCampaign,
-    data: &Data,
+    job: &MultiPositionJob,
+    data: &MultiPositionData<'_>,
     given: Option<&[Segment]>,
-) -> Failure {
-    let failure = Failure::new(error.to_string());
-    let model = campaign.method.model.name();
+) -> Trouble {
+    let trouble = Trouble::from(error);
+    let model = job.method.name();
     match error {
-        Error::Constant { .. } => failure
-            .detail(data.names())
-            .hint("check the columns named in [recording], and that the sensor was switched on"),
+        Error::Constant { .. } => trouble.detail(data.name).with_hint(
+            "check the columns named in [recording], and that the sensor was switched on",
+        ),
         Error::OutOfRange {
             name: "magnitude of the output at rest",
             value,
@@ -33,34 +32,34 @@ pub(super) fn explain(
             } else {
                 "at rest a sensor reads about 9.8 m/s²: check `unit` and the columns in [recording]"
             };
-            failure
+            trouble
                 .detail(format!(
                     "{}: declared as m/s² or a multiple of it",
-                    data.names()
+                    data.name
                 ))
-                .hint(hint)
+                .with_hint(hint)
         }
         Error::TooFew { .. }
         | Error::Unobservable { .. }
         | Error::TooUncertain { .. }
         | Error::NotConverged { .. }
         | Error::NotPositiveDefinite { .. } => {
-            let failure = match directions(campaign, data, given) {
-                Some((standstills, coverage)) => failure.detail(format!(
+            let trouble = match directions(job, data, given) {
+                Some((standstills, coverage)) => trouble.detail(format!(
                     "{}: {}, {coverage}",
-                    data.names(),
+                    data.name,
                     count(standstills, "standstill")
                 )),
-                None => failure.detail(data.names()),
+                None => trouble.detail(data.name),
             };
-            failure.hint(match smaller(campaign.method.model) {
+            trouble.with_hint(match smaller(job.method) {
                 Some(smaller) => format!(
                     "record at least twelve standstills of 3 s in well-spread attitudes, each axis up and down among them, or fit a smaller model (`model = \"{smaller}\"` in [method])"
                 ),
                 None => format!("record more standstills in other attitudes; `{model}` is the smallest model"),
             })
         }
-        _ => failure.detail(data.names()),
+        _ => trouble.detail(data.name),
     }
 }
 
@@ -77,17 +76,18 @@ fn smaller(model: MethodModel) -> Option<&'static str> {
 
 /// Number of standstills and the directions they reach, as far as they can be told without a fit.
 fn directions(
-    campaign: &MultiPositionCampaign,
-    data: &Data,
+    job: &MultiPositionJob,
+    data: &MultiPositionData<'_>,
     given: Option<&[Segment]>,
 ) -> Option<(usize, DirectionCoverage)> {
-    let samples = data.samples().ok()?;
+    let [x, y, z] = data.outputs;
+    let samples = Samples::new(x, y, z).ok()?;
     let segments = match given {
         Some(given) => given.to_vec(),
         None => {
             let windowed =
-                WindowedVariance::new(&samples, data.rate, &data.breaks, &search(campaign)).ok()?;
-            windowed.segments(campaign.standstill.threshold.unwrap_or(6.0))
+                WindowedVariance::new(&samples, data.rate, data.breaks, &job.search).ok()?;
+            windowed.segments(job.search.threshold.unwrap_or(6.0))
         }
     };
     let attitudes: Option<Vec<[f64; 3]>> = segments.iter().map(|s| s.attitude).collect();
@@ -97,7 +97,7 @@ fn directions(
         .collect();
     let coverage = match attitudes {
         Some(attitudes) if !attitudes.is_empty() => DirectionCoverage::of(&attitudes),
-        _ => DirectionCoverage::of_outputs(&means, data.is_acceleration()).ok()?,
+        _ => DirectionCoverage::of_outputs(&means, data.unit.is_acceleration()).ok()?,
     };
     Some((segments.len(), coverage))
 }
