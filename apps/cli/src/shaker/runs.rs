@@ -1,7 +1,7 @@
 //! The runs of a campaign on the shaker: recordings or a table in, phasors out.
 
 use crate::{Failure, console};
-use proofmass::calibration::shaker::c64;
+use proofmass::calibration::shaker::Complex64;
 use proofmass::calibration::shaker::recording::{Phasors, Reading};
 use proofmass::io::{Input, Waveform, WaveformOptions};
 use proofmass::jobs::campaign::{DriveFrequency, RunData, RunTable, ShakerRecording, ShakerRun};
@@ -19,7 +19,7 @@ pub(crate) struct Observed {
 
 pub(crate) struct ObservedRun {
     /// Complex peak amplitudes, channel by channel.
-    pub phasors: Vec<c64>,
+    pub phasors: Vec<Complex64>,
     pub covariances: Vec<[f64; 3]>,
     /// What the samples say; `None` for a table of phasors.
     pub recorded: Option<Recorded>,
@@ -69,7 +69,7 @@ pub(crate) fn observe<S: Sync>(
             (RunData::Phasors(phasors), _) => Ok(ObservedRun {
                 phasors: phasors
                     .iter()
-                    .map(|p| c64::from_polar(p.amplitude, p.phase))
+                    .map(|p| Complex64::from_polar(p.amplitude, p.phase))
                     .collect(),
                 covariances: phasors
                     .iter()
