@@ -6,8 +6,8 @@ use crate::spectrum_bins::SpectrumBins;
 use crate::{
     CoefficientFit, ConsistencyPoint, DeviationCurve, DeviationOptions, Disturbance,
     DisturbanceKind, FitOptions, Gap, Gaps, InUnit, KalmanNoise, Record, Sensor, Statistic, Term,
-    allan_regression, chi_square_interval, consistency, deviation, disturbances, gaps, in_units,
-    kalman_noise, whittle,
+    chi_square_interval, consistency, deviation, disturbances, gaps, in_units, kalman_noise,
+    whittle,
 };
 use proofmass_core::Error;
 use proofmass_signal::{Density, Detrend, Trend, Welch};
@@ -112,8 +112,6 @@ pub struct ChannelAnalysis {
     pub spectrum: Vec<SpectrumPoint>,
     /// Coefficients by maximum likelihood on the spectrum: the ones to use.
     pub whittle: Option<CoefficientFit>,
-    /// Coefficients by regression on the Allan curve: the check.
-    pub regression: Option<CoefficientFit>,
     /// The identified coefficients in every unit in use.
     pub units: Vec<TermUnits>,
     /// Q and R of a Kalman filter at this sample rate.
@@ -281,7 +279,6 @@ fn analyse_channel(
         density: None,
         spectrum: Vec::new(),
         whittle: None,
-        regression: None,
         units: Vec::new(),
         kalman: None,
         consistency: Vec::new(),
@@ -318,17 +315,11 @@ fn analyse_channel(
     channel.unit.clone_into(&mut fit_options.unit);
     result.whittle = outcome(
         whittle(&prepared, sample_rate, &fit_options),
-        "whittle",
-        &mut result.findings,
-    );
-    result.regression = outcome(
-        allan_regression(&prepared, sample_rate, &fit_options),
-        "regression",
         &mut result.findings,
     );
 
     let probability = options.deviation.probability;
-    let bins = SpectrumBins::new(detrended, sample_rate, 1.0);
+    let bins = SpectrumBins::new(detrended, sample_rate);
     result.spectrum = bins
         .bins
         .iter()
@@ -350,7 +341,6 @@ fn analyse_channel(
     result
         .findings
         .extend(disturbance_findings(&result.disturbances, options));
-    result.findings.extend(disagreement(&result));
     if let Some(fit) = &result.whittle {
         result.kalman = Some(kalman_noise(&fit.model, sample_rate)?);
         if let Some(sensor) = channel.sensor {
@@ -373,7 +363,6 @@ fn analyse_channel(
 /// A fit, or a finding that says why there is none.
 fn outcome(
     fit: Result<CoefficientFit, Error>,
-    name: &str,
     findings: &mut Vec<Finding>,
 ) -> Option<CoefficientFit> {
     match fit {
@@ -385,7 +374,7 @@ fn outcome(
             findings.push(
                 Finding::new(
                     Severity::Warning,
-                    format!("no-coefficients-{name}"),
+                    "no-coefficients",
                     "coefficients could not be estimated",
                 )
                 .evidence(error.to_string())
@@ -491,38 +480,4 @@ fn disturbance_findings(found: &[Disturbance], options: &AnalysisOptions) -> Vec
         .advice("cut the record there and analyse the longer part; coefficients of a disturbed record describe the disturbance"),
     );
     findings
-}
-
-/// The two ways must agree where both give an interval.
-fn disagreement(result: &ChannelAnalysis) -> Option<Finding> {
-    let (whittle, regression) = (result.whittle.as_ref()?, result.regression.as_ref()?);
-    let apart: Vec<String> = whittle
-        .coefficients
-        .iter()
-        .filter_map(|c| {
-            let (a, b) = (
-                c.verdict.interval()?,
-                regression.get(c.term)?.verdict.interval()?,
-            );
-            (a.1 < b.0 || b.1 < a.0).then(|| {
-                format!(
-                    "{} {} to {} against {} to {}",
-                    c.term.symbol(),
-                    figure(a.0),
-                    figure(a.1),
-                    figure(b.0),
-                    figure(b.1)
-                )
-            })
-        })
-        .collect();
-    (!apart.is_empty()).then(|| {
-        Finding::new(
-            Severity::Warning,
-            "methods-disagree",
-            "the spectrum and the Allan curve give coefficients whose intervals do not meet",
-        )
-        .evidence(apart.join("; "))
-        .advice("the sensor does not follow the model: prefer the curve itself to its coefficients")
-    })
 }

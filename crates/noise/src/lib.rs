@@ -43,41 +43,46 @@
 
 mod allan;
 mod allan_covariance;
-mod allan_regression;
 mod analysis;
 mod averages;
 mod bias;
 mod coefficients;
 mod consistency;
+mod cosine_spectrum;
 mod deviation;
 mod disturbance;
 mod edf;
 mod gaps;
 mod hadamard;
-mod likelihood;
+mod lines;
 mod long_record;
+mod markov;
 mod model;
 mod noise_type;
 mod overlapping;
 mod phase;
+mod profile;
 mod record;
 mod simulate;
-mod slope;
 mod spectrum_bins;
 mod statistic;
 mod streaming;
 mod taus;
+mod term_density;
 mod theo;
 mod total;
 mod units;
+mod usable_band;
+mod variance_fit;
 mod whittle;
 
-pub use allan_regression::{allan_regression, fit_curve};
 pub use analysis::{
     Analysis, AnalysisOptions, Channel, ChannelAnalysis, SpectrumPoint, TermUnits, analyse,
 };
 pub use bias::Bias;
-pub use coefficients::{Coefficient, CoefficientFit, FitOptions, Method, Reason, Verdict};
+pub use coefficients::{
+    BandUse, Coefficient, CoefficientFit, FitOptions, Parameter, Reason, Verdict,
+};
 pub use consistency::{ConsistencyPoint, consistency};
 pub use deviation::{DeviationCurve, DeviationOptions, DeviationPoint, deviation};
 pub use disturbance::{Disturbance, DisturbanceKind, disturbances};
@@ -92,4 +97,4 @@ pub use statistic::Statistic;
 pub use streaming::StreamingAllan;
 pub use taus::Taus;
 pub use units::{ImuPart, InUnit, KalmanNoise, Sensor, imu_yaml, in_units, kalman_noise};
-pub use whittle::whittle;
+pub use whittle::{whittle, whittle_stretches};

@@ -239,11 +239,9 @@ pub fn imu_yaml(parts: &[ImuPart<'_>], sample_rate: f64) -> String {
             let identified: Vec<(f64, (f64, f64))> = part
                 .axes
                 .iter()
-                .filter_map(|fit| match fit.get(term)?.verdict {
-                    Verdict::Identified {
-                        value, interval, ..
-                    } => Some((value, interval)),
-                    Verdict::NotIdentifiable { .. } => None,
+                .filter_map(|fit| {
+                    let verdict = fit.get(term)?.verdict;
+                    Some((verdict.value()?, verdict.interval()?))
                 })
                 .collect();
             let largest = identified
@@ -267,7 +265,7 @@ pub fn imu_yaml(parts: &[ImuPart<'_>], sample_rate: f64) -> String {
                         .iter()
                         .filter_map(|fit| match fit.get(term)?.verdict {
                             Verdict::NotIdentifiable { upper_limit, .. } => upper_limit,
-                            Verdict::Identified { .. } => None,
+                            _ => None,
                         })
                         .fold(None, |a: Option<f64>, b| Some(a.map_or(b, |a| a.max(b))));
                     let bound = limit.map_or(String::new(), |l| format!("; below {l:.3e} {unit}"));
