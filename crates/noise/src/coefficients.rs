@@ -119,9 +119,9 @@ impl Verdict {
     /// The value, when there is one to report.
     pub fn value(&self) -> Option<f64> {
         match *self {
-            Self::Identified { value, .. } | Self::Present { value, .. } | Self::Fixed { value } => {
-                Some(value)
-            }
+            Self::Identified { value, .. }
+            | Self::Present { value, .. }
+            | Self::Fixed { value } => Some(value),
             Self::NotIdentifiable { .. } => None,
         }
     }
@@ -285,7 +285,17 @@ impl CoefficientFit {
         self.coefficients.iter().find(|c| c.term == term)
     }
 
-    /// Value of a term, if identified.
+    /// The most likely random walk, or its upper limit (`true`) where that is zero.
+    pub fn random_walk_or_limit(&self) -> (f64, bool) {
+        let best = self.model.random_walk;
+        let limit = self.get(Term::RandomWalk).and_then(|c| c.verdict.upper());
+        match limit {
+            Some(limit) if best <= 0.0 => (limit, true),
+            _ => (best, false),
+        }
+    }
+
+    /// Value of a term, if there is one to report.
     pub fn value(&self, term: Term) -> Option<f64> {
         self.get(term).and_then(|c| c.verdict.value())
     }
@@ -356,9 +366,11 @@ impl FitOptions {
                 min: 0.0,
                 max: nyquist,
             }),
-            _ => match self.fixed.iter().find(|f| {
-                !f.1.is_finite() || (f.1 < 0.0 && f.0 != Term::Ramp)
-            }) {
+            _ => match self
+                .fixed
+                .iter()
+                .find(|f| !f.1.is_finite() || (f.1 < 0.0 && f.0 != Term::Ramp))
+            {
                 Some(f) => Err(Error::OutOfRange {
                     name: "fixed coefficient",
                     value: f.1,

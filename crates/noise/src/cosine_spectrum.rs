@@ -56,8 +56,6 @@ pub(crate) struct Bin {
 pub(crate) struct CosineSpectrum {
     /// Samples per second.
     pub(crate) sample_rate: f64,
-    /// Samples of all stretches.
-    pub(crate) samples: usize,
     /// Longest stretch in s.
     pub(crate) longest: f64,
     /// The bins; the single ones first, then by frequency.
@@ -87,7 +85,6 @@ impl CosineSpectrum {
         bins.extend(pool(shared));
         Self {
             sample_rate,
-            samples: used.iter().map(|s| s.len()).sum(),
             longest: used.iter().map(|s| s.len()).max().unwrap_or(0) as f64 / sample_rate,
             bins,
         }
@@ -293,7 +290,10 @@ mod tests {
                             .sum::<f64>()
                 };
                 assert!((c[k] - sum(&y)).abs() < 1e-12, "{n} {k}");
-                assert!((ramp_cosine(k, n, 4.0) - sum(&ramp)).abs() < 1e-12, "{n} {k}");
+                assert!(
+                    (ramp_cosine(k, n, 4.0) - sum(&ramp)).abs() < 1e-12,
+                    "{n} {k}"
+                );
             }
         }
     }

@@ -290,7 +290,12 @@ mod tests {
         let fit = Fitted::new(fixture(), vec![None; 4], Line::Restricted, Some(3)).unwrap();
         println!("{:?}", fit.best);
         assert!((fit.best.value + 31.5391).abs() < 2e-3);
-        for (v, expected) in fit.best.squares.iter().zip([0.019_384_1, 0.0, 0.0, 0.034_263_4]) {
+        for (v, expected) in fit
+            .best
+            .squares
+            .iter()
+            .zip([0.019_384_1, 0.0, 0.0, 0.034_263_4])
+        {
             assert!((v - expected).abs() < 1e-4, "{v} {expected}");
         }
         let limits = [

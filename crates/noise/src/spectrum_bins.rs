@@ -1,4 +1,4 @@
-//! The multitaper spectrum of a whole record in few bins: for the plot, and for lines.
+//! The multitaper spectrum of a whole record, in which lines are sought.
 
 use crate::NoiseModel;
 use proofmass_signal::fourier;
@@ -7,9 +7,6 @@ use statrs::distribution::{ContinuousCDF, Gamma};
 
 /// Sine tapers averaged per frequency.
 const TAPERS: usize = 3;
-
-/// Variance of an average over many frequencies relative to independent periodograms: 1 + 1/(2K).
-const INEFFICIENCY: f64 = 1.0 + 0.5 / TAPERS as f64;
 
 /// Multitaper spectrum at the Fourier frequencies, and its averages over bins of growing width.
 pub(crate) struct SpectrumBins {
@@ -23,13 +20,10 @@ pub(crate) struct SpectrumBins {
     pub(crate) bins: Vec<Bin>,
 }
 
+/// Fourier indices whose density is compared with its own median.
 pub(crate) struct Bin {
     /// First and one past the last Fourier index.
     pub(crate) range: (usize, usize),
-    /// Mean density over the indices used.
-    pub(crate) mean: f64,
-    /// Equivalent degrees of freedom.
-    pub(crate) dof: f64,
 }
 
 impl SpectrumBins {
@@ -67,7 +61,9 @@ impl SpectrumBins {
             if last - end < width / 2 {
                 end = last;
             }
-            bins.push(bin(&density, start, end));
+            bins.push(Bin {
+                range: (start, end),
+            });
             start = end;
         }
         Self {
@@ -118,14 +114,5 @@ impl SpectrumBins {
             }
         }
         lines
-    }
-}
-
-fn bin(density: &[f64], start: usize, end: usize) -> Bin {
-    let count = (end - start) as f64;
-    Bin {
-        range: (start, end),
-        mean: density[start..end].iter().sum::<f64>() / count,
-        dof: 2.0 * count / INEFFICIENCY,
     }
 }

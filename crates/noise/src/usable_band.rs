@@ -1,7 +1,7 @@
 //! Up to which frequency a spectrum follows the noise terms: what lies behind a filter is left out.
 
-use crate::variance_fit::{Likelihood, Line};
 use crate::term_density::LowPass;
+use crate::variance_fit::{Likelihood, Line};
 
 /// Rise of the likelihood by a filter above which the band is made narrower.
 const ENOUGH: f64 = 2.7;
@@ -221,8 +221,8 @@ pub(crate) fn misfit(
     let (mut statistic, mut groups, mut excess) = (0.0, 0, 0.0);
     let (mut ratio, mut count) = (0.0, 0.0);
     for i in order {
-        let seen = likelihood.cc[i] - 2.0 * slope * likelihood.cd[i]
-            + slope * slope * likelihood.dd[i];
+        let seen =
+            likelihood.cc[i] - 2.0 * slope * likelihood.cd[i] + slope * slope * likelihood.dd[i];
         ratio += likelihood.count[i] * seen / density[i];
         count += likelihood.count[i];
         if count >= 12.0 {

@@ -29,9 +29,8 @@ pub(crate) struct Minimum {
     pub(crate) value: f64,
 }
 
-/// Value, gradient, expected Hessian (row by row).
+/// Gradient and expected Hessian (row by row).
 struct Local {
-    value: f64,
     gradient: Vec<f64>,
     hessian: Vec<f64>,
 }
@@ -101,7 +100,7 @@ impl Likelihood {
 
     fn local(&self, squares: &[f64], line: Line) -> Option<Local> {
         let s = self.density(squares)?;
-        let (value, slope, dd) = self.value_at(&s, line);
+        let (_, slope, dd) = self.value_at(&s, line);
         let p = self.terms();
         let restricted = line == Line::Restricted && dd > 0.0;
         let mut gradient = vec![0.0; p];
@@ -152,11 +151,7 @@ impl Likelihood {
                 hessian[b * p + a] = hessian[a * p + b];
             }
         }
-        Some(Local {
-            value,
-            gradient,
-            hessian,
-        })
+        Some(Local { gradient, hessian })
     }
 
     /// Expected Hessian of −2 ln L at these squares, row by row.

@@ -116,9 +116,7 @@ pub fn whittle_stretches(
     }
     let frequencies: Vec<f64> = spectrum.bins.iter().map(|b| b.frequency).collect();
     let line = if options.seeks(Term::Ramp) {
-        options
-            .fixed(Term::Ramp)
-            .map_or(Line::Restricted, Line::At)
+        options.fixed(Term::Ramp).map_or(Line::Restricted, Line::At)
     } else {
         Line::At(0.0)
     };
@@ -129,16 +127,33 @@ pub fn whittle_stretches(
             filter: None,
             resonance: false,
         },
-        None => usable_band(&Candidate {
-            likelihood: &whole,
-            frequencies: &frequencies,
-            quantisation,
-            sample_rate,
-            lowest: FEWEST_CYCLES / spectrum.longest,
-            line,
-        }),
+        None => {
+            // A process that is sought is no filter.
+            let with_processes = if options.seeks(Term::GaussMarkov) {
+                let search = markov::Search {
+                    spectrum: &spectrum,
+                    highest: 0.5 * sample_rate,
+                    line,
+                    walk: terms.iter().position(|t| *t == Term::RandomWalk),
+                };
+                search
+                    .add(whole.clone(), &vec![None; terms.len()], options)
+                    .0
+            } else {
+                whole.clone()
+            };
+            usable_band(&Candidate {
+                likelihood: &with_processes,
+                frequencies: &frequencies,
+                quantisation,
+                sample_rate,
+                lowest: FEWEST_CYCLES / spectrum.longest,
+                line,
+            })
+        }
     };
-    let chosen_narrower = options.highest_frequency.is_none() && band.highest < 0.4999 * sample_rate;
+    let chosen_narrower =
+        options.highest_frequency.is_none() && band.highest < 0.4999 * sample_rate;
     let without = quantisation.filter(|_| chosen_narrower);
     let mut likelihood = below(&whole, &frequencies, band.highest, without);
     let used: Vec<f64> = frequencies
@@ -305,10 +320,7 @@ pub fn whittle_stretches(
             verdict: Verdict::Identified {
                 value: found.amplitude,
                 standard_uncertainty: u,
-                interval: (
-                    (found.amplitude - k * u).max(0.0),
-                    found.amplitude + k * u,
-                ),
+                interval: ((found.amplitude - k * u).max(0.0), found.amplitude + k * u),
                 gain: (found.amplitude / u).powi(2),
             },
             parameter: Some(crate::Parameter {
