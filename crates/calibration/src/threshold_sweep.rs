@@ -34,6 +34,7 @@ pub struct Candidate {
 /// motion in.
 ///
 /// **Source** after `[Tedaldi2014]` III-C, with the figure above in place of the residual norm.
+#[doc(alias("static detector"))]
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct ThresholdSweep {
     /// The standstills of the chosen threshold.
@@ -123,12 +124,7 @@ fn try_threshold(
     let segments = windowed.segments(threshold);
     let poses: Vec<Pose> = segments
         .iter()
-        .map(|segment| Pose {
-            mean: samples.mean(segment.start, segment.end),
-            covariance: [[0.0; 3]; 3],
-            deviation: [0.0; 3],
-            segment: segment.clone(),
-        })
+        .map(|segment| Pose::reading(segment.clone(), samples.mean(segment.start, segment.end)))
         .collect();
     let mut candidate = Candidate {
         threshold,

@@ -107,6 +107,8 @@ pub struct Layout {
     pub columns: usize,
     /// Whether each column holds numbers, judged on the head of the file.
     pub numeric: Vec<bool>,
+    /// Whether each column holds dates with times, judged on the head of the file.
+    pub dated: Vec<bool>,
     /// Line of the first row of data, counted from one.
     pub first_data_line: u64,
     /// Byte at which that line begins.

@@ -25,9 +25,11 @@
 //! - Outputs appear whole or not at all.
 //!
 //! # Not covered
-//! Times of day, missing rows, UTF-16, binary recordings other than raw 32-bit floats and WAV.
+//! Times of day without a date, missing rows, UTF-16, binary recordings other than raw 32-bit floats and WAV.
 
 mod calibration_file;
+mod clock;
+mod clock_findings;
 mod device;
 mod error;
 mod field;
@@ -45,12 +47,14 @@ pub mod sheet;
 mod software;
 mod source;
 pub mod spelling;
+mod stamp;
 mod table;
 mod time_base;
 mod unit;
 mod waveform;
 
 pub use calibration_file::{CALIBRATION_SCHEMA, CALIBRATION_VERSION, CalibrationFile, TRIAXIAL};
+pub use clock::{Clock, Gap};
 pub use device::{Ambient, Device};
 pub use error::{Error, ErrorKind, Result};
 pub use inspection::{
@@ -68,7 +72,8 @@ pub use rows::{Block, RowReader};
 pub use segments::Segment;
 pub use software::{Schema, Software};
 pub use source::{LARGEST_DOCUMENT, Source};
+pub use stamp::Stamp;
 pub use table::{Cell, RowWriter, Table};
-pub use time_base::{Gap, TimeBase, TimeSource};
+pub use time_base::{TimeBase, TimeSource};
 pub use unit::{Unit, split_heading};
 pub use waveform::{Waveform, WaveformFormat, WaveformOptions, write_f32};

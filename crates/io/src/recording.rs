@@ -2,6 +2,8 @@
 
 use crate::layout::{ColumnRef, Layout, LayoutOptions};
 use crate::rows::{RowReader, bad_field, line_of};
+use crate::stamp::Stamp;
+use crate::time_base::TimeBaseBuilder;
 use crate::{Error, ErrorKind, Result, Source, TimeBase, Unit, split_heading};
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
@@ -58,6 +60,16 @@ impl TimeUnit {
         }
     }
 
+    /// The unit in which a stamp is a moment between 2001 and 2286, counted from 1970; the second otherwise.
+    pub(crate) fn since_1970(stamp: f64) -> (Self, &'static str) {
+        match stamp.abs().log10().floor() as i32 {
+            12 => (Self::Millisecond, "milliseconds since 1970"),
+            15 => (Self::Microsecond, "microseconds since 1970"),
+            18 => (Self::Nanosecond, "nanoseconds since 1970"),
+            _ => (Self::Second, "seconds"),
+        }
+    }
+
     /// Units per second: dividing by a power of ten rounds once, multiplying by its inverse twice.
     pub fn per_second(self, rate: Option<f64>) -> Option<f64> {
         match self {
@@ -87,6 +99,8 @@ pub struct RecordingOptions {
     pub temperature: Option<ColumnRef>,
     /// Unit of the signals where the headings do not say it.
     pub unit: Option<Unit>,
+    /// Rows are events that come when they come, such as the edges of an encoder, not samples of a clock.
+    pub events: bool,
 }
 
 /// One column of a recording.
@@ -213,7 +227,13 @@ impl Recording {
             .transpose()?;
         selected.extend(temperature);
 
+        let mut findings = layout.findings();
+        findings.extend(unused_time(&layout, options, &selected));
         let mut reader = RowReader::new(source, layout, &selected)?;
+        if time.is_some() {
+            reader = reader.stamps(signals);
+        }
+        let mut times: Option<TimeBaseBuilder> = None;
         let sparse = absent.iter().any(|a| *a != Absent::Refused);
         if sparse {
             reader = reader.locate_bad_fields();
@@ -249,6 +269,20 @@ impl Recording {
                 }
                 column.extend_from_slice(block.column(i));
             }
+            for (row, stamp) in block.stamps().iter().enumerate() {
+                let Some(stamp) = stamp else { continue };
+                let times = match (&mut times, time) {
+                    (Some(times), _) => times,
+                    (none, column) => {
+                        let column = column.unwrap_or_default();
+                        let (scale, finding) =
+                            time_scale(reader.layout(), column, options, *stamp)?;
+                        findings.extend(finding);
+                        none.insert(TimeBaseBuilder::new(scale, options.events))
+                    }
+                };
+                times.push(*stamp, block.line(row));
+            }
             for &(row, line) in block.line_runs() {
                 if lines.is_empty() || line_of(&lines, rows + row) != line {
                     lines.push((rows + row, line));
@@ -257,7 +291,6 @@ impl Recording {
             rows += block.rows();
         }
         let layout = reader.layout().clone();
-        let mut findings = layout.findings();
         findings.extend(reader.findings());
         let sha256 = reader.sha256()?;
         if rows < 2 {
@@ -288,30 +321,26 @@ impl Recording {
             unit: layout.unit(index),
             data: data.pop().unwrap_or_default(),
         });
-        let time = match time {
-            Some(index) => {
-                let ticks = data.pop().unwrap_or_default();
-                let (scale, finding) = time_scale(&layout, index, options)?;
-                let seconds = if scale == 1.0 {
-                    ticks
-                } else {
-                    ticks.iter().map(|t| t / scale).collect()
-                };
-                let base = TimeBase::from_seconds(seconds, |i| line_of(&lines, i))
-                    .map_err(|e| e.column(layout.name(index)))?;
-                findings.extend(finding.map(|f: Finding| {
-                    f.evidence(format!(
-                        "{} samples in {:.6} s, {:.6} Hz",
-                        rows,
-                        base.duration_s(),
-                        base.rate_hz()
-                    ))
-                }));
+        if time.is_some() {
+            data.pop();
+        }
+        let time = match (times, time) {
+            (Some(times), Some(index)) => {
+                let base = times.finish().map_err(|e| e.column(layout.name(index)))?;
+                for finding in &mut findings {
+                    if finding.code() == "time-unit-assumed" {
+                        *finding = finding.clone().evidence(format!(
+                            "{rows} samples in {:.6} s, {:.6} Hz",
+                            base.duration_s(),
+                            base.rate_hz()
+                        ));
+                    }
+                }
                 base
             }
-            None => TimeBase::uniform(options.sampling_rate_hz.unwrap_or(f64::NAN), rows)?,
+            _ => TimeBase::uniform(options.sampling_rate_hz.unwrap_or(f64::NAN), rows)?,
         };
-        findings.extend(gap_finding(&time));
+        findings.extend(time.findings().iter().cloned());
         let columns = data
             .into_iter()
             .zip(&selected[..signals])
@@ -391,7 +420,7 @@ pub(crate) fn time_column(layout: &Layout) -> Option<usize> {
     let header = layout.header.as_ref()?;
     (0..layout.columns.min(header.len())).find(|&i| {
         let name = split_heading(&header[i]).0.to_ascii_lowercase();
-        layout.numeric[i]
+        (layout.numeric[i] || layout.dated[i])
             && (matches!(
                 name.as_str(),
                 "t" | "time" | "timestamp" | "time_stamp" | "seconds" | "elapsed"
@@ -399,10 +428,30 @@ pub(crate) fn time_column(layout: &Layout) -> Option<usize> {
     })
 }
 
+/// A time column beside a stated rate is not read, which is said.
+fn unused_time(layout: &Layout, options: &RecordingOptions, selected: &[usize]) -> Option<Finding> {
+    let rate = options.sampling_rate_hz?;
+    let index = time_column(layout).filter(|i| !selected.contains(i))?;
+    options.time.is_none().then(|| {
+        Finding::new(
+            Severity::Note,
+            "time-column-unused",
+            format!(
+                "the column {} holds times, which the stated sampling rate takes the place of",
+                layout.name(index)
+            ),
+        )
+        .evidence(format!("{rate} Hz is stated"))
+        .advice("leave the rate out to have it from the column, with gaps and jitter")
+    })
+}
+
+/// Units of the time column per second, and what was assumed about them.
 fn time_scale(
     layout: &Layout,
     index: usize,
     options: &RecordingOptions,
+    first: Stamp,
 ) -> Result<(f64, Option<Finding>)> {
     let stated = layout.unit(index).and_then(TimeUnit::of);
     let name = layout.name(index);
@@ -418,6 +467,10 @@ fn time_scale(
         return Err(error("both a time column and a sampling rate are given")
             .with_hint("keep one of them; a column that counts samples needs `time_unit = \"index\"` beside the rate"));
     }
+    // A date with a time is one whatever the heading says.
+    if first.dated {
+        return Ok((1.0, None));
+    }
     match unit {
         Some(unit) => match unit.per_second(options.sampling_rate_hz) {
             Some(scale) if scale.is_finite() && scale > 0.0 => Ok((scale, None)),
@@ -430,13 +483,14 @@ fn time_scale(
             ),
         },
         None => {
+            let (unit, why) = TimeUnit::since_1970(first.value());
             let finding = Finding::new(
                 Severity::Note,
                 "time-unit-assumed",
-                format!("the heading of {name} names no unit, so its values are taken as seconds"),
+                format!("the heading of {name} names no unit, so its values are taken as {why}"),
             )
             .advice("say `time_unit` in [recording] when they are not");
-            Ok((1.0, Some(finding)))
+            Ok((unit.per_second(None).unwrap_or(1.0), Some(finding)))
         }
     }
 }
@@ -452,27 +506,4 @@ fn signal_unit(layout: &Layout, index: usize, given: Option<Unit>) -> Result<Opt
         .with_hint("correct `unit`, or leave it out: the heading counts")),
         (given, stated) => Ok(given.or(stated)),
     }
-}
-
-fn gap_finding(time: &TimeBase) -> Option<Finding> {
-    let longest = time
-        .gaps()
-        .iter()
-        .max_by(|a, b| a.step_s.total_cmp(&b.step_s))?;
-    let missing: f64 = time
-        .gaps()
-        .iter()
-        .map(|g| (g.step_s * time.rate_hz()).round() - 1.0)
-        .sum();
-    Some(
-        Finding::new(Severity::Warning, "time-gaps", "samples are missing in the recording")
-            .evidence(format!(
-                "{} gaps, about {missing:.0} samples; the longest is {:.4} s after {:.4} s (line {})",
-                time.gaps().len(),
-                longest.step_s,
-                longest.at_s,
-                longest.line
-            ))
-            .advice("check the transport of the data; a standstill that contains a gap counts fewer samples than it seems to"),
-    )
 }

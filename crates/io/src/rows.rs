@@ -2,6 +2,7 @@
 
 use crate::field::{Fields, is_reading, parse_number, shown};
 use crate::layout::{DecimalMark, Layout, sniff};
+use crate::stamp::Stamp;
 use crate::{Error, ErrorKind, Input, Result, Source};
 use proofmass_uncertainty::{Finding, Severity};
 use rayon::prelude::*;
@@ -41,6 +42,7 @@ pub struct Block {
     rows: usize,
     text: Vec<u8>,
     ranges: Vec<Range<usize>>,
+    stamps: Vec<Option<Stamp>>,
     pub(crate) bad: Vec<BadField>,
 }
 
@@ -63,6 +65,12 @@ impl Block {
     /// The row as it stands in the file, where [`RowReader::keep_text`] asked for it.
     pub fn text(&self, row: usize) -> &[u8] {
         self.ranges.get(row).map_or(&[], |r| &self.text[r.clone()])
+    }
+
+    /// The stamps of the time column, exactly, where [`RowReader::stamps`] asked for them; `None` where a field is
+    /// no stamp and that is not refused.
+    pub fn stamps(&self) -> &[Option<Stamp>] {
+        &self.stamps
     }
 
     pub(crate) fn line_runs(&self) -> &[(usize, u64)] {
@@ -97,6 +105,7 @@ pub struct RowReader {
     /// A refusal met while reading ahead, due after the rows before it.
     late: Option<Error>,
     keep_text: bool,
+    stamp_slot: Option<usize>,
     bad_fields: BadFields,
     open_end: Option<OpenEnd>,
 }
@@ -174,6 +183,7 @@ impl RowReader {
             more: true,
             late: None,
             keep_text: false,
+            stamp_slot: None,
             bad_fields: BadFields::Refuse,
             open_end: None,
         })
@@ -183,6 +193,14 @@ impl RowReader {
     #[must_use]
     pub fn keep_text(mut self) -> Self {
         self.keep_text = true;
+        self
+    }
+
+    /// Reads one of the selected columns, counted from zero in their order, as time stamps: exactly, and dates with
+    /// times too.
+    #[must_use]
+    pub fn stamps(mut self, selected: usize) -> Self {
+        self.stamp_slot = Some(selected);
         self
     }
 
@@ -231,6 +249,7 @@ impl RowReader {
                 plan: &self.plan,
                 selected: self.selected.len(),
                 keep_text: self.keep_text,
+                stamp_slot: self.stamp_slot,
                 bad_fields: self.bad_fields,
             };
             let (source, more) = (&mut self.source, self.more);
@@ -290,6 +309,7 @@ impl RowReader {
             for (all, part) in block.columns.iter_mut().zip(&piece.columns) {
                 all.extend_from_slice(part);
             }
+            block.stamps.extend_from_slice(&piece.stamps);
             block.rows += piece.rows;
             block.ranges.extend(
                 piece
@@ -490,6 +510,7 @@ struct Piece {
     lines: u64,
     runs: Vec<(usize, u64)>,
     ranges: Vec<Range<usize>>,
+    stamps: Vec<Option<Stamp>>,
     bad: Vec<BadField>,
     fault: Option<Fault>,
 }
@@ -510,6 +531,7 @@ struct Scan<'a> {
     plan: &'a [Option<usize>],
     selected: usize,
     keep_text: bool,
+    stamp_slot: Option<usize>,
     bad_fields: BadFields,
 }
 
@@ -525,6 +547,7 @@ impl Scan<'_> {
             ..Piece::default()
         };
         let mut numbers = vec![0.0; self.selected];
+        let mut stamp = None;
         let mut at = 0;
         while at < bytes.len() {
             let end = memchr::memchr(b'\n', &bytes[at..]).map_or(bytes.len(), |i| at + i);
@@ -547,10 +570,10 @@ impl Scan<'_> {
                 Some(0x1A) if line.trim_ascii() == [0x1A] => continue,
                 Some(_) => {}
             }
-            match self.row(line, &mut numbers) {
+            match self.row(line, &mut numbers, &mut stamp) {
                 Ok(()) => {}
                 Err(Reason::Field(..)) if self.bad_fields == BadFields::Locate => {
-                    self.locate(line, number, &mut numbers, &mut piece.bad);
+                    stamp = self.locate(line, number, &mut numbers, &mut piece.bad);
                 }
                 Err(reason) => {
                     piece.fault = Some(Fault {
@@ -569,13 +592,21 @@ impl Scan<'_> {
             if self.keep_text {
                 piece.ranges.push(range);
             }
+            if self.stamp_slot.is_some() {
+                piece.stamps.push(stamp);
+            }
             piece.rows += 1;
         }
         piece
     }
 
     /// Converts one row. Fields are checked in order, then the width.
-    fn row(&self, line: &[u8], numbers: &mut [f64]) -> Result<(), Reason> {
+    fn row(
+        &self,
+        line: &[u8],
+        numbers: &mut [f64],
+        stamp: &mut Option<Stamp>,
+    ) -> Result<(), Reason> {
         if line.len() > LONGEST_LINE {
             return Err(Reason::Long);
         }
@@ -588,7 +619,9 @@ impl Scan<'_> {
         loop {
             // The numbers are read where they stand, without first looking for the end of the field.
             let slot = self.plan.get(count).copied().flatten();
+            let timed = slot.is_some() && slot == self.stamp_slot;
             if let (Some(slot), DecimalMark::Point) = (slot, decimal)
+                && !timed
                 && let Some(value) = fields.number()
             {
                 numbers[slot] = value;
@@ -600,7 +633,14 @@ impl Scan<'_> {
                 break;
             };
             last_empty = field.is_empty();
-            if let Some(slot) = slot {
+            if timed {
+                *stamp = Stamp::parse(field, decimal);
+                match (slot, *stamp) {
+                    (Some(slot), Some(stamp)) => numbers[slot] = stamp.value(),
+                    _ if bad.is_none() => bad = Some((count, field)),
+                    _ => {}
+                }
+            } else if let Some(slot) = slot {
                 match parse_number(field, decimal) {
                     Some(value) if is_reading(value) => numbers[slot] = value,
                     _ if bad.is_none() => bad = Some((count, field)),
@@ -619,21 +659,34 @@ impl Scan<'_> {
         }
     }
 
-    fn locate(&self, line: &[u8], number: u64, numbers: &mut [f64], bad: &mut Vec<BadField>) {
+    /// Converts what can be converted of a row and lists the rest.
+    fn locate(
+        &self,
+        line: &[u8],
+        number: u64,
+        numbers: &mut [f64],
+        bad: &mut Vec<BadField>,
+    ) -> Option<Stamp> {
+        let decimal = self.layout.decimal;
+        let mut stamp = None;
         let fields = sniff::split(line, self.layout.separator);
         for (field, slot) in fields.iter().zip(self.plan) {
             let Some(slot) = *slot else { continue };
-            numbers[slot] = match parse_number(field, self.layout.decimal) {
-                Some(value) if is_reading(value) => value,
-                _ => {
-                    bad.push(BadField {
-                        line: number,
-                        selected: slot,
-                        text: shown(field),
-                    });
-                    f64::NAN
-                }
+            let value = if Some(slot) == self.stamp_slot {
+                stamp = Stamp::parse(field, decimal);
+                stamp.map(Stamp::value)
+            } else {
+                parse_number(field, decimal).filter(|v| is_reading(*v))
             };
+            numbers[slot] = value.unwrap_or_else(|| {
+                bad.push(BadField {
+                    line: number,
+                    selected: slot,
+                    text: shown(field),
+                });
+                f64::NAN
+            });
         }
+        stamp
     }
 }

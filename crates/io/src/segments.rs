@@ -162,7 +162,15 @@ impl Header {
         };
         let samples = recording.samples();
         let [start, end] = if self.in_seconds {
-            let [a, b] = [number(self.start, "start_s")?, number(self.end, "end_s")?];
+            let time = |i: usize, name: &str| {
+                let plain = number(i, name)?;
+                // Exactly, where the times of the recording count from a far origin.
+                Ok(recording
+                    .time
+                    .at(&fields[i], DecimalMark::Point)
+                    .unwrap_or(plain))
+            };
+            let [a, b] = [time(self.start, "start_s")?, time(self.end, "end_s")?];
             let step = 1.0 / recording.time.rate_hz();
             let first = recording.time.seconds(0);
             let last = recording.time.seconds(samples - 1) + step;
@@ -171,7 +179,14 @@ impl Header {
                 if t < first - 0.5 * step || t > last + 0.5 * step {
                     return Err(Error::new(
                         ErrorKind::Row,
-                        format!("{t} s lies outside the recording, which lasts from {first} s to {last} s"),
+                        format!(
+                            "{} s lies outside the recording, which lasts from {first} s to {last} s{}",
+                            t,
+                            match recording.time.origin().value() {
+                                0.0 => String::new(),
+                                _ => " counted from its first stamp".into(),
+                            }
+                        ),
                     )
                     .column(name)
                     .with_hint("times are in the scale of the recording's own time, in seconds"));

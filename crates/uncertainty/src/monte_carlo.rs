@@ -12,6 +12,47 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
+/// What one trial computes from its draws.
+///
+/// Every [`Model`] is one. A procedure that has a value but no derivatives at hand, such as an estimator that
+/// iterates, implements it directly.
+///
+/// ```
+/// use proofmass_uncertainty::*;
+/// struct Median; // of three readings
+/// impl Trial for Median {
+///     fn names(&self) -> Vec<(String, String)> { vec![("median".into(), "V".into())] }
+///     fn trial(&self, x: &[f64], y: &mut [f64]) { y[0] = x[0].max(x[1]).min(x[2]).max(x[0].min(x[1])); }
+/// }
+/// let reading = |name| Input::new(name, "V", Distribution::Normal { mean: 1.0, u: 0.1 });
+/// let inputs = Inputs::new().add(reading("a")).add(reading("b")).add(reading("c")).single()?;
+/// let result = MonteCarlo::new(1).trials(Trials::Fixed(100_000)).run(&Median, &inputs)?;
+/// assert!((result.get("median").unwrap().standard_uncertainty.unwrap() / 0.1 - 0.6698).abs() < 0.01);
+/// # Ok::<(), Refusal>(())
+/// ```
+pub trait Trial {
+    /// Names and units of the outputs.
+    fn names(&self) -> Vec<(String, String)>;
+    /// The outputs of one trial: one input per draw, in the order of [`JointInputs::draws`].
+    fn trial(&self, x: &[f64], y: &mut [f64]);
+    /// Period of each output that lives on a circle, as [`Model::periods`]; none by default.
+    fn circles(&self) -> Vec<Option<f64>> {
+        Vec::new()
+    }
+}
+
+impl<M: Model> Trial for M {
+    fn names(&self) -> Vec<(String, String)> {
+        self.outputs()
+    }
+    fn trial(&self, x: &[f64], y: &mut [f64]) {
+        self.evaluate(x, y);
+    }
+    fn circles(&self) -> Vec<Option<f64>> {
+        self.periods()
+    }
+}
+
 /// When to stop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -53,6 +94,7 @@ pub enum Trials {
 /// assert!((y.symmetric.upper - 3.88).abs() < 0.04); // `[S1]` 9.2.3
 /// # Ok::<(), Refusal>(())
 /// ```
+#[doc(alias("propagation of distributions", "MCM", "GUM Supplement 1"))]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MonteCarlo {
     /// Seed of all streams.
@@ -113,7 +155,7 @@ impl MonteCarlo {
     ///
     /// # Errors
     /// As [`MonteCarlo::run_with`].
-    pub fn run<M: Model + Sync>(
+    pub fn run<M: Trial + Sync>(
         &self,
         model: &M,
         inputs: &JointInputs,
@@ -127,7 +169,7 @@ impl MonteCarlo {
     /// [`Refusal::Cancelled`]; [`Error::OutOfRange`] for a probability not inside (0, 1) or no trials;
     /// [`Error::NotFinite`] when no output is finite in enough trials to have an interval. Trials in which an output is
     /// not finite are left out of it, counted, and said in a finding.
-    pub fn run_with<M: Model + Sync>(
+    pub fn run_with<M: Trial + Sync>(
         &self,
         model: &M,
         inputs: &JointInputs,
@@ -141,7 +183,7 @@ impl MonteCarlo {
     ///
     /// # Errors
     /// As [`MonteCarlo::run_with`].
-    pub fn run_resolving<M: Model + Sync>(
+    pub fn run_resolving<M: Trial + Sync>(
         &self,
         model: &M,
         inputs: &JointInputs,
@@ -158,7 +200,7 @@ impl MonteCarlo {
             }
             .into());
         }
-        let outputs = model.outputs();
+        let outputs = model.names();
         let m = outputs.len();
         let sampler = Sampler::new(inputs)?;
         // `[S1]` 7.9.4: a block must hold enough trials outside the interval to have quantiles at all.
@@ -242,7 +284,7 @@ impl MonteCarlo {
         Ok(result)
     }
 
-    fn block<M: Model + Sync>(
+    fn block<M: Trial + Sync>(
         &self,
         model: &M,
         sampler: &Sampler,
@@ -266,7 +308,7 @@ impl MonteCarlo {
             sampler.fill(&mut rows, &mut rng);
             let count = STRIP.min(size - start);
             for (t, x) in rows.chunks_exact(width).take(count).enumerate() {
-                model.evaluate(&x[..n], &mut y);
+                model.trial(&x[..n], &mut y);
                 for (column, y) in columns.iter_mut().zip(&y) {
                     column[start + t] = *y;
                 }
@@ -506,12 +548,12 @@ fn smallest(values: &[f64], count: usize, side: impl Fn(f64) -> f64 + Sync) -> V
 }
 
 /// Estimate and period of the outputs that live on a circle.
-fn circles<M: Model>(model: &M, inputs: &JointInputs) -> Vec<Option<(f64, f64)>> {
-    let m = model.outputs().len();
-    let periods = model.periods();
+fn circles<M: Trial>(model: &M, inputs: &JointInputs) -> Vec<Option<(f64, f64)>> {
+    let m = model.names().len();
+    let periods = model.circles();
     let mut centre = vec![0.0; m];
     if periods.iter().any(Option::is_some) {
-        model.evaluate(&inputs.estimates(), &mut centre);
+        model.trial(&inputs.estimates(), &mut centre);
     }
     (0..m)
         .map(|k| {

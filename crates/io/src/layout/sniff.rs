@@ -2,6 +2,7 @@
 
 use super::{DecimalMark, LARGEST_HEAD, Layout, LayoutOptions, Separator};
 use crate::field::{Fields, parse_number};
+use crate::stamp::Stamp;
 use crate::{Error, ErrorKind, Result, Unit};
 
 /// One line of the head: number from one, offset of its first byte, text without its end.
@@ -44,7 +45,14 @@ pub(super) fn layout(head: &[u8], complete: bool, options: &LayoutOptions) -> Re
     let voters = &content[content.len().saturating_sub(VOTERS)..];
     let (separator, decimal) = separator_and_decimal(voters, options);
     let columns = width(voters, separator);
-    let numeric = numeric_columns(voters, separator, decimal, columns);
+    let numeric = columns_that(voters, separator, columns, |f| is_number(f, decimal), 0);
+    let dated = columns_that(
+        voters,
+        separator,
+        columns,
+        |f| Stamp::parse(f, decimal).is_some_and(|s| s.dated),
+        1,
+    );
 
     // What LabVIEW marks as its header, or the user skips, is no longer among the content here.
     let mut preamble: Vec<&Line> = Vec::new();
@@ -148,6 +156,7 @@ pub(super) fn layout(head: &[u8], complete: bool, options: &LayoutOptions) -> Re
         passed_over,
         columns,
         numeric,
+        dated,
         first_data_line: first_data.number,
         data_offset: first_data.offset as u64,
     })
@@ -332,23 +341,25 @@ fn fits(fields: &[&[u8]], columns: usize) -> bool {
         || (fields.len() == columns + 1 && fields.last().is_some_and(|f| f.is_empty()))
 }
 
-fn numeric_columns(
+/// Columns whose fields are mostly of a kind; `least` is the lead that a vote needs.
+fn columns_that(
     voters: &[&Line],
     separator: Separator,
-    decimal: DecimalMark,
     columns: usize,
+    kind: impl Fn(&[u8]) -> bool,
+    least: i64,
 ) -> Vec<bool> {
     let mut votes = vec![0_i64; columns];
     for line in voters {
         let fields = split(line.text, separator);
         if fits(&fields, columns) {
             for (vote, field) in votes.iter_mut().zip(&fields) {
-                *vote += if is_number(field, decimal) { 1 } else { -1 };
+                *vote += if kind(field) { 1 } else { -1 };
             }
         }
     }
-    // A tie is a header with one row below it.
-    votes.iter().map(|&v| v >= 0).collect()
+    // For numbers a tie is a header with one row below it.
+    votes.iter().map(|&v| v >= least).collect()
 }
 
 /// Column names in the comment line just above the data, as numerical programs write them.
