@@ -3,7 +3,7 @@
 mod support;
 
 use proofmass_jobs::uncertainty::UncertaintyJob;
-use proofmass_jobs::{Filed, Job, Outcome, TroubleKind, Unwatched};
+use proofmass_jobs::{Filed, Job, TroubleKind, Unwatched};
 use proofmass_uncertainty::{Evaluate, Method, Trials};
 
 fn job(text: &str) -> UncertaintyJob {
