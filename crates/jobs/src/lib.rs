@@ -13,6 +13,7 @@ mod plural;
 mod record;
 mod store;
 mod trouble;
+pub mod uncertainty;
 pub mod velocity;
 
 pub use outcome::{CALIBRATION, Filed, Job, Outcome, REPORT, RESULT, section};
