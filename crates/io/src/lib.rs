@@ -60,7 +60,10 @@ pub use inspection::{
     BadEntry, ColumnSummary, Inspection, Statistics, TimeSummary, inspect, inspect_source,
 };
 pub use layout::{ColumnRef, DecimalMark, Layout, LayoutOptions, Separator};
-pub use output::{AtomicFile, OutputFolder};
+pub use output::{
+    AtomicFile, Listed, MANIFEST, MANIFEST_SCHEMA, MANIFEST_VERSION, Manifest, OutputFolder,
+    discard_unfinished,
+};
 pub use recording::{Absent, Column, Input, Recording, RecordingOptions, TimeUnit};
 pub use result_document::{
     NamedCovariance, RESULT_SCHEMA, RESULT_VERSION, ResultDocument, StatedQuantity,
