@@ -177,10 +177,17 @@ impl MeanNoise {
                 let factor = if ratio > RESTLESS { ratio } else { 1.0 };
                 Pose {
                     mean,
-                    covariance: self
-                        .of_mean(segment.len())
-                        .map(|row| row.map(|v| v * factor)),
-                    deviation,
+                    covariance: Some(
+                        self.of_mean(segment.len())
+                            .map(|row| row.map(|v| v * factor)),
+                    ),
+                    deviation: Some(deviation),
+                    time: samples
+                        .time()
+                        .map(|t| 0.5 * (t[segment.start] + t[segment.end - 1])),
+                    temperature: samples.temperature().map(|t| {
+                        t[segment.start..segment.end].iter().sum::<f64>() / segment.len() as f64
+                    }),
                     segment: segment.clone(),
                 }
             })

@@ -123,12 +123,7 @@ fn try_threshold(
     let segments = windowed.segments(threshold);
     let poses: Vec<Pose> = segments
         .iter()
-        .map(|segment| Pose {
-            mean: samples.mean(segment.start, segment.end),
-            covariance: [[0.0; 3]; 3],
-            deviation: [0.0; 3],
-            segment: segment.clone(),
-        })
+        .map(|segment| Pose::reading(segment.clone(), samples.mean(segment.start, segment.end)))
         .collect();
     let mut candidate = Candidate {
         threshold,

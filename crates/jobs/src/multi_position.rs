@@ -84,6 +84,7 @@ impl MultiPositionJob {
         };
         let mut settings = MultiPosition::new(self.gravity)
             .model(model)
+            .probability(self.probability)
             .output_unit(data.unit.to_string());
         if data.unit.is_acceleration() {
             settings = settings.nominal_sensitivity(1.0);
@@ -216,7 +217,19 @@ impl Job for MultiPositionJob {
         watch.step("standstills and fit", 0, 2)?;
         let settings = self.settings(data)?;
         let [x, y, z] = data.outputs;
-        let samples = Samples::new(x, y, z)?;
+        let steady: Vec<f64>;
+        let time = match data.time {
+            Some(time) => time,
+            None => {
+                steady = (0..x.len()).map(|i| i as f64 / data.rate).collect();
+                &steady
+            }
+        };
+        let samples = Samples::new(x, y, z)?.at_times(time)?;
+        let samples = match data.temperature {
+            Some(temperature) => samples.at_temperatures(temperature)?,
+            None => samples,
+        };
         let calibration = self.calibrate(data, &samples, &settings)?;
         watch.step("standstills and fit", 1, 2)?;
         let findings = self.findings(data, &samples, &calibration);

@@ -106,7 +106,7 @@ impl MultiPositionReport<'_> {
                 Column::number("ν_eff", ""),
             ],
         );
-        for quantity in fit.estimate().quantities() {
+        for quantity in fit.quantities() {
             let (value, expanded) = rounded(quantity.value, quantity.expanded(self.probability));
             table = table.row([
                 Cell::text(quantity.name.clone()),
@@ -149,19 +149,9 @@ impl MultiPositionReport<'_> {
         }
         Section::new("Agreement of the standstills")
             .paragraph(format!(
-                "χ² = {:.1} with {} degrees of freedom against the noise of the means{}. Attitudes: {}; the largest \
-                 part of the sphere without an attitude has a radius of {:.0}°. Condition number {:.1}.",
-                fit.chi_square(),
-                fit.degrees_of_freedom(),
-                match fit.birge_ratio() {
-                    Some(birge) if fit.excess() > 0.0 => format!(
-                        " (Birge ratio {birge:.2}); a standard deviation of {:.2} mm/s² common to all standstills \
-                         was added to it",
-                        1e3 * fit.excess()
-                    ),
-                    Some(birge) => format!(" (Birge ratio {birge:.2})"),
-                    None => String::new(),
-                },
+                "{} Attitudes: {}; the largest part of the sphere without an attitude has a radius of {:.0}°. Condition \
+                 number {:.1}.",
+                scatter(fit),
                 fit.coverage(),
                 fit.coverage().largest_hole_deg,
                 fit.condition(),
@@ -317,6 +307,26 @@ impl MultiPositionReport<'_> {
                 fit.iterations(),
             ))
     }
+}
+
+/// What the residuals say of the standstills, and what the intervals do with it.
+fn scatter(fit: &MultiPositionFit) -> String {
+    let tau = 1e3 * fit.excess();
+    let (Some(chi_square), Some(birge)) = (fit.chi_square(), fit.birge_ratio()) else {
+        return format!(
+            "The noise of the readings is not known: their scatter about the model, {tau:.2} mm/s², is all there is.",
+        );
+    };
+    let nu = fit.degrees_of_freedom();
+    let range = fit.scatter().map_or(String::new(), |s| {
+        let [low, high] = s.birge_range;
+        format!("; {low:.2} to {high:.2} in 95 % of cases where the noise is all there is")
+    });
+    format!(
+        "χ² = {chi_square:.1} with {nu} degrees of freedom against the noise of the means (Birge ratio {birge:.2}{range}). \
+         The estimated standard deviation between standstills beyond that noise is {tau:.2} mm/s²; the intervals carry \
+         it, and how well the residuals fix it, without a test in between.",
+    )
 }
 
 fn key_figures(fit: &MultiPositionFit) -> Vec<KeyFigure> {

@@ -91,7 +91,7 @@ impl MultiPositionOutcome {
     ) -> Self {
         let fit = &calibration.fit;
         let gravity = gravity_quantity(fit.gravity());
-        let quantities = fit.estimate().quantities();
+        let quantities = fit.quantities();
         Self {
             method: job.method,
             probability: job.probability,
@@ -218,7 +218,7 @@ struct Fit<'a> {
     #[serde(rename = "K")]
     k: [[f64; 3]; 3],
     b: [f64; 3],
-    chi_square: f64,
+    chi_square: Option<f64>,
     degrees_of_freedom: usize,
     birge_ratio: Option<f64>,
     excess_m_per_s2: f64,
