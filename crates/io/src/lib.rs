@@ -36,6 +36,7 @@ mod field;
 pub mod finite;
 mod inspection;
 mod layout;
+mod model_file;
 mod output;
 mod recording;
 mod result_document;
@@ -60,6 +61,7 @@ pub use inspection::{
     BadEntry, ColumnSummary, Inspection, Statistics, TimeSummary, inspect, inspect_source,
 };
 pub use layout::{ColumnRef, DecimalMark, Layout, LayoutOptions, Separator};
+pub use model_file::{explain as explain_model, read_budget, read_model};
 pub use output::{
     AtomicFile, Listed, MANIFEST, MANIFEST_SCHEMA, MANIFEST_VERSION, Manifest, OutputFolder,
     discard_unfinished,
