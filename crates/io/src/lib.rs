@@ -62,7 +62,10 @@ pub use inspection::{
 };
 pub use layout::{ColumnRef, DecimalMark, Layout, LayoutOptions, Separator};
 pub use model_file::{explain as explain_model, read_budget, read_model};
-pub use output::{AtomicFile, OutputFolder};
+pub use output::{
+    AtomicFile, Listed, MANIFEST, MANIFEST_SCHEMA, MANIFEST_VERSION, Manifest, OutputFolder,
+    discard_unfinished,
+};
 pub use recording::{Absent, Column, Input, Recording, RecordingOptions, TimeUnit};
 pub use result_document::{
     NamedCovariance, RESULT_SCHEMA, RESULT_VERSION, ResultDocument, StatedQuantity,
