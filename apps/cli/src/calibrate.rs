@@ -8,7 +8,8 @@ mod spurious_motion;
 
 use crate::delivery::Delivery;
 use crate::{Failure, Outcome};
-use proofmass::io::{Campaign, CampaignFile, OutputFolder};
+use proofmass::io::OutputFolder;
+use proofmass::jobs::campaign::{Campaign, CampaignFile};
 use std::path::PathBuf;
 
 /// Calibrate a sensor from a campaign folder.

@@ -2,10 +2,12 @@
 
 use crate::Failure;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use proofmass::jobs::Watch;
 use proofmass::report::{Report, terminal};
 use proofmass::uncertainty::{Finding, Severity};
 use std::io::{IsTerminal, Write};
-use std::time::Duration;
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
 
 /// Prints a report as text, as wide as the terminal, with colour where a person looks at it.
 pub(crate) fn show(report: &Report) -> Result<(), Failure> {
@@ -51,11 +53,49 @@ pub(crate) fn progress(total: u64, what: &str) -> ProgressBar {
         return ProgressBar::hidden();
     }
     let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr());
-    let style = ProgressStyle::with_template("{msg} [{wide_bar}] {bytes}/{total_bytes} {eta}");
+    let style = ProgressStyle::with_template("{msg} [{wide_bar}] {pos}/{len} {eta}");
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
     bar.set_message(what.to_owned());
     bar.enable_steady_tick(Duration::from_millis(500));
     bar
+}
+
+/// What a person sees of a long calculation: a line on standard error that appears after a second.
+pub(crate) struct Progress {
+    bar: ProgressBar,
+    began: Instant,
+}
+
+impl Progress {
+    pub(crate) fn new() -> Self {
+        let bar = ProgressBar::hidden();
+        let style = ProgressStyle::with_template("{msg} [{wide_bar}] {percent} % {eta}");
+        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+        Self {
+            bar,
+            began: Instant::now(),
+        }
+    }
+}
+
+impl Watch for Progress {
+    fn progress(&self, stage: &'static str, done: u64, of: u64) -> ControlFlow<()> {
+        if self.began.elapsed() > Duration::from_secs(1) && std::io::stderr().is_terminal() {
+            if self.bar.is_hidden() {
+                self.bar.set_draw_target(ProgressDrawTarget::stderr());
+            }
+            self.bar.set_message(stage);
+            self.bar.set_length(of.max(1));
+            self.bar.set_position(done.min(of.max(1)));
+        }
+        ControlFlow::Continue(())
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
 }
 
 fn width() -> usize {

@@ -2,6 +2,7 @@
 
 use crate::{Failure, Outcome, console};
 use proofmass::io::OutputFolder;
+use proofmass::jobs::{self, Filed};
 use proofmass::report::{Report, html};
 use proofmass::uncertainty::Finding;
 use std::path::{Path, PathBuf};
@@ -67,6 +68,30 @@ impl Delivery {
             }
         }
         Ok(OutputFolder::create(place, self.force)?)
+    }
+
+    /// Writes every file of an outcome, prints what is asked for and says how it ended.
+    pub(crate) fn deliver<O: jobs::Outcome>(
+        &self,
+        folder: Option<OutputFolder>,
+        filed: &Filed<O>,
+    ) -> Result<Outcome, Failure> {
+        let mut place = None;
+        if let Some(folder) = folder {
+            for (name, bytes) in filed.files()? {
+                folder.write(&name, bytes)?;
+            }
+            place = Some(folder.commit()?);
+        }
+        if self.json {
+            console::print_json(&filed.to_json()?)?;
+        } else {
+            console::show(&filed.summary())?;
+        }
+        if let Some(place) = place {
+            console::note(format!("written: {}", place.display()));
+        }
+        Ok(Outcome::of(self.strict, filed.outcome.findings()))
     }
 
     /// Writes the folder, prints what is asked for and says how it ended.

@@ -63,6 +63,15 @@ impl From<io::Error> for Failure {
     }
 }
 
+impl From<proofmass::jobs::Trouble> for Failure {
+    fn from(trouble: proofmass::jobs::Trouble) -> Self {
+        let mut failure = Self::new(trouble.to_string());
+        failure.details = trouble.place().to_vec();
+        failure.hint = trouble.hint().map(str::to_owned);
+        failure
+    }
+}
+
 impl From<proofmass::core::Error> for Failure {
     fn from(error: proofmass::core::Error) -> Self {
         Self::new(error.to_string())

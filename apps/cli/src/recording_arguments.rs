@@ -63,8 +63,8 @@ impl RecordingArguments {
             time: self.time.as_deref().map(ColumnRef::from_word),
             time_unit: self.time_unit,
             sampling_rate_hz: self.rate,
-            temperature: None,
             unit: self.unit,
+            ..RecordingOptions::default()
         })
     }
 

@@ -5,7 +5,7 @@ use proofmass_core::Error;
 use std::fmt;
 
 /// One of the six directions a sensor axis can point along or against the specific force.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub struct Direction {
     /// 0, 1, 2 for x, y, z.
     pub axis: usize,
@@ -44,7 +44,7 @@ impl fmt::Display for Direction {
 }
 
 /// How well a set of directions covers the sphere.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct DirectionCoverage {
     /// Principal directions without any attitude within 45°.
     pub missing: Vec<Direction>,
@@ -111,7 +111,7 @@ impl fmt::Display for DirectionCoverage {
 }
 
 /// Principal directions without any of these unit vectors within 45°.
-pub(crate) fn missing(units: &[Triple]) -> Vec<Direction> {
+fn missing(units: &[Triple]) -> Vec<Direction> {
     Direction::ALL
         .into_iter()
         .filter(|d| {
@@ -129,7 +129,7 @@ pub(crate) fn unit(v: Triple) -> Option<Triple> {
 }
 
 /// Points spread evenly over the sphere (Fibonacci spiral); with 2000 of them none is further than 3° from any.
-fn spiral(n: usize) -> impl Iterator<Item = Triple> {
+pub(crate) fn spiral(n: usize) -> impl Iterator<Item = Triple> {
     let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
     (0..n).map(move |i| {
         let z = 1.0 - (2.0 * i as f64 + 1.0) / n as f64;

@@ -2,6 +2,7 @@
 
 pub mod shaker;
 
+mod added_terms;
 mod adjustment;
 mod direction_coverage;
 mod ellipsoid;
@@ -19,7 +20,8 @@ pub use direction_coverage::{Direction, DirectionCoverage};
 pub use ellipsoid::Ellipsoid;
 pub use mean_noise::MeanNoise;
 pub use multi_position::{
-    AttitudeUncertainty, Model, MultiPosition, MultiPositionFit, PoseResidual,
+    AttitudeUncertainty, CompensatedReading, Misfit, MisfitCause, Model, MultiPosition,
+    MultiPositionFit, PoseResidual, ScatterParts, Suspect, WithoutSuspects,
 };
 pub use pose::{Pose, Samples, Segment};
 pub use recording_quality::{clipping, suspected_clipping, temperature_drift};

@@ -19,7 +19,7 @@ use proofmass_uncertainty::DegreesOfFreedom;
 /// of the fit residuals.
 ///
 /// **Source** `[Andrews1991]` eq. 6.2 and 6.4, `[Priestley1981]` 6.2.3.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct MeanNoise {
     /// Γ_k with the lag window applied, k = 0, 1, …
     autocovariance: Vec<[Triple; 3]>,
@@ -177,10 +177,17 @@ impl MeanNoise {
                 let factor = if ratio > RESTLESS { ratio } else { 1.0 };
                 Pose {
                     mean,
-                    covariance: self
-                        .of_mean(segment.len())
-                        .map(|row| row.map(|v| v * factor)),
-                    deviation,
+                    covariance: Some(
+                        self.of_mean(segment.len())
+                            .map(|row| row.map(|v| v * factor)),
+                    ),
+                    deviation: Some(deviation),
+                    time: samples
+                        .time()
+                        .map(|t| 0.5 * (t[segment.start] + t[segment.end - 1])),
+                    temperature: samples.temperature().map(|t| {
+                        t[segment.start..segment.end].iter().sum::<f64>() / segment.len() as f64
+                    }),
                     segment: segment.clone(),
                 }
             })

@@ -7,6 +7,8 @@ use proofmass_core::Error;
 #[derive(Clone, Copy, Debug)]
 pub struct Samples<'a> {
     columns: [&'a [f64]; 3],
+    time: Option<&'a [f64]>,
+    temperature: Option<&'a [f64]>,
 }
 
 impl<'a> Samples<'a> {
@@ -29,7 +31,55 @@ impl<'a> Samples<'a> {
                 return Err(Error::NotFinite { name, index });
             }
         }
-        Ok(Self { columns: [x, y, z] })
+        Ok(Self {
+            columns: [x, y, z],
+            time: None,
+            temperature: None,
+        })
+    }
+
+    /// With the time of every sample, s.
+    ///
+    /// # Errors
+    /// [`Error::Length`]; [`Error::NotFinite`].
+    pub fn at_times(mut self, time: &'a [f64]) -> Result<Self, Error> {
+        self.check("time", time)?;
+        self.time = Some(time);
+        Ok(self)
+    }
+
+    /// With the temperature of every sample, °C.
+    ///
+    /// # Errors
+    /// [`Error::Length`]; [`Error::NotFinite`].
+    pub fn at_temperatures(mut self, temperature: &'a [f64]) -> Result<Self, Error> {
+        self.check("temperature", temperature)?;
+        self.temperature = Some(temperature);
+        Ok(self)
+    }
+
+    fn check(&self, name: &'static str, column: &[f64]) -> Result<(), Error> {
+        if column.len() != self.len() {
+            return Err(Error::Length {
+                name,
+                expected: self.len(),
+                got: column.len(),
+            });
+        }
+        match column.iter().position(|v| !v.is_finite()) {
+            Some(index) => Err(Error::NotFinite { name, index }),
+            None => Ok(()),
+        }
+    }
+
+    /// Time of every sample, s, where it is known.
+    pub fn time(&self) -> Option<&'a [f64]> {
+        self.time
+    }
+
+    /// Temperature of every sample, °C, where it is known.
+    pub fn temperature(&self) -> Option<&'a [f64]> {
+        self.temperature
     }
 
     /// Number of samples of each column.
@@ -60,7 +110,7 @@ impl<'a> Samples<'a> {
 }
 
 /// A half-open range of samples during which the sensor stood still.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Segment {
     /// First sample.
     pub start: usize,
@@ -85,19 +135,35 @@ impl Segment {
 }
 
 /// One standstill reduced to what the fit needs.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Pose {
     /// Where it lies in the recording.
     pub segment: Segment,
     /// Mean output, output units.
     pub mean: Triple,
-    /// Covariance of that mean from the noise of the samples, output units squared.
-    pub covariance: [Triple; 3],
-    /// Standard deviation of the samples about the mean per axis, output units.
-    pub deviation: Triple,
+    /// Covariance of that mean from the noise of the samples, output units squared; `None` where it is not known.
+    pub covariance: Option<[Triple; 3]>,
+    /// Standard deviation of the samples about the mean per axis, output units; `None` for a single reading.
+    pub deviation: Option<Triple>,
+    /// Middle of the standstill, s from any origin, where it is known.
+    pub time: Option<f64>,
+    /// Mean temperature, °C, where it is known.
+    pub temperature: Option<f64>,
 }
 
 impl Pose {
+    /// A mean output of which nothing else is known.
+    pub fn reading(segment: Segment, mean: Triple) -> Self {
+        Self {
+            segment,
+            mean,
+            covariance: None,
+            deviation: None,
+            time: None,
+            temperature: None,
+        }
+    }
+
     /// What to call it: its label, or its number counted from one.
     pub fn name(&self, index: usize) -> String {
         self.segment

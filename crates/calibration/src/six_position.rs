@@ -1,6 +1,6 @@
 //! The classical six positions, each axis up and down, in closed form; and Ferraris' way to write the result.
 
-use crate::multi_position::{Model, MultiPosition, MultiPositionFit, Problem};
+use crate::multi_position::{Model, MultiPosition, MultiPositionFit, Problem, Solved};
 use crate::{Direction, Pose, Triple};
 use faer::Mat;
 use proofmass_core::Error;
@@ -9,8 +9,8 @@ impl MultiPosition {
     /// The six-position test in closed form: all twelve elements from each axis up and down.
     ///
     /// b_i = (ã₊ᵢ + ã₋ᵢ)_i / 2, and column j of K = (ã₊ⱼ − ã₋ⱼ) / 2g. Standstills of the same direction are
-    /// averaged. χ² and the excess are those of the weighted least-squares fit to the same standstills; the
-    /// covariance is that of the closed form.
+    /// averaged. χ², the excess and the degrees of freedom are those of the weighted least-squares fit to the same
+    /// standstills; the covariance is that of the closed form.
     ///
     /// **Assumes** attitudes along the axes of the fixture; how far they may be off is declared through
     /// [`MultiPosition::attitude_uncertainty`].
@@ -33,20 +33,29 @@ impl MultiPosition {
             })
             .collect();
         let problem = Problem::new(&settings, &nominal)?;
-        let (mut adjustment, excess, chi_square) = problem.solve()?;
+        let mut solved = Solved::of(&settings, &problem)?;
         let estimator = closed_form(&positions);
-        adjustment.parameters = (0..estimator.nrows())
+        let (p, rows) = (estimator.nrows(), estimator.ncols());
+        solved.solution.parameters = (0..p)
             .map(|i| {
-                (0..estimator.ncols())
+                (0..rows)
                     .map(|j| estimator[(i, j)] * problem.point(j / 3)[j % 3])
                     .sum()
             })
             .collect();
-        // Residuals are y − β − κu, so the gain from residuals to parameters has the opposite sign.
-        adjustment.gain = Mat::from_fn(estimator.nrows(), estimator.ncols(), |i, j| {
-            -estimator[(i, j)]
-        });
-        MultiPositionFit::assemble(&settings, &problem, adjustment, excess, chi_square)
+        solved.solution.equations =
+            problem.equations(&solved.solution.parameters, &solved.weighting)?;
+        // Residuals are y − β − κu along the directions of the weighting; the parameters move by −G r.
+        solved.gain = (0..p)
+            .flat_map(|i| (0..rows).map(move |row| (i, row)))
+            .map(|(i, row)| {
+                let axis = solved.weighting.rotations[row / 3][row % 3];
+                -(0..3)
+                    .map(|k| estimator[(i, row / 3 * 3 + k)] * axis[k])
+                    .sum::<f64>()
+            })
+            .collect();
+        MultiPositionFit::assemble(&settings, &problem, solved)
     }
 }
 
@@ -114,7 +123,7 @@ fn closed_form(positions: &[Direction]) -> Mat<f64> {
 /// ```
 ///
 /// **Source** `[Ferraris1995]`.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Ferraris {
     /// Length of each row of K, output unit per m/s².
     pub scale: Triple,

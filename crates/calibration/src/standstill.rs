@@ -10,7 +10,7 @@ use proofmass_core::Error;
 /// let search = Standstill { minimum_duration: 2.0, ..Standstill::default() };
 /// assert_eq!(search.window, 1.0);
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Standstill {
     /// Length of the window over which the variance is taken, s.
     pub window: f64,

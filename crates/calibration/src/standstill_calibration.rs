@@ -6,7 +6,7 @@ use crate::{
 use proofmass_core::Error;
 
 /// A multi-position calibration with everything it went through.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct StandstillCalibration {
     /// The standstills and how they were found.
     pub sweep: ThresholdSweep,

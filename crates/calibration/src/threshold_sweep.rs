@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// One threshold of a sweep and what came of it.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Candidate {
     /// Largest windowed variance of a standstill, in multiples of the noise floor.
     pub threshold: f64,
@@ -34,7 +34,7 @@ pub struct Candidate {
 /// motion in.
 ///
 /// **Source** after `[Tedaldi2014]` III-C, with the figure above in place of the residual norm.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct ThresholdSweep {
     /// The standstills of the chosen threshold.
     pub segments: Vec<Segment>,
@@ -123,12 +123,7 @@ fn try_threshold(
     let segments = windowed.segments(threshold);
     let poses: Vec<Pose> = segments
         .iter()
-        .map(|segment| Pose {
-            mean: samples.mean(segment.start, segment.end),
-            covariance: [[0.0; 3]; 3],
-            deviation: [0.0; 3],
-            segment: segment.clone(),
-        })
+        .map(|segment| Pose::reading(segment.clone(), samples.mean(segment.start, segment.end)))
         .collect();
     let mut candidate = Candidate {
         threshold,

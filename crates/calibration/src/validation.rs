@@ -10,7 +10,7 @@ use proofmass_uncertainty::{Effect, Estimate, Finding, Severity};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// One new standstill under a calibration.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct AttitudeCheck {
     /// Name of the standstill.
     pub name: String,
@@ -31,7 +31,7 @@ pub struct AttitudeCheck {
 /// A calibration put to the test on standstills it was not made from.
 ///
 /// **Source** the 0.1 % rule: good practice of accelerometer compensation; χ²: `[GUM]` H.3 in matrix form.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Validation {
     /// One per standstill.
     pub attitudes: Vec<AttitudeCheck>,
@@ -224,7 +224,9 @@ fn covariance(
                 }
             }
         }
-        let noise = crate::multi_position::quadratic_form(&pose.covariance, w);
+        let noise = pose
+            .covariance
+            .map_or(0.0, |c| crate::multi_position::quadratic_form(&c, w));
         v[(row, row)] = noise.max(0.0) + calibration.repeatability.powi(2);
     }
     let ones = Mat::from_fn(n, 1, |_, _| 1.0);

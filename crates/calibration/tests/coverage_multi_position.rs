@@ -1,9 +1,12 @@
 //! Do the 95 % intervals hold the truth in 95 % of recordings?
 //!
-//! Each variant runs 2000 simulated recordings from samples to intervals, the standstill search included. Each
-//! of the m = 69 counts below is binomial with p = 0.95, so its relative frequency has the standard deviation
-//! √(0.95 · 0.05/2000) = 0.487 %. A family-wise false-alarm probability of 1 % over 69 two-sided counts leaves
-//! 0.01/138 per tail, 3.80 standard deviations: 95 % ± 1.85 %.
+//! Each variant runs 1000 simulated recordings from samples to intervals, the standstill search included. Each
+//! of the m = 69 counts below is binomial, so at 95 % its relative frequency has the standard deviation
+//! √(0.95 · 0.05/1000) = 0.689 %. A family-wise false-alarm probability of 1 % over 69 two-sided counts leaves
+//! 0.01/138 per tail, 3.80 standard deviations: ± 2.62 %. Below, that is allowed about 94.5 %: what the rule for
+//! scatter of unknown size keeps at 15 degrees of freedom; above, about 98.5 %: an interval is never narrower than the
+//! noise alone makes it, which is more than 95 % where nothing else varies, the more the fewer degrees of freedom
+//! there are. How wide the intervals are is tested by `coverage_map_*`.
 
 use proofmass_calibration::*;
 use proofmass_core::{Gravity, Matrix3, SensorModel};
@@ -14,8 +17,12 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-const RUNS: u64 = 2000;
-const BOUND: f64 = 3.80 * 0.00487;
+#[path = "../examples/coverage_map.rs"]
+mod coverage_map;
+
+const RUNS: u64 = 1000;
+const BOUND: f64 = 3.80 * 0.00689;
+const RANGE: [f64; 2] = [0.945, 0.985];
 const GRAVITY: f64 = 9.80665;
 const GRAVITY_UNCERTAINTY: f64 = 3e-4;
 
@@ -103,10 +110,9 @@ impl Variant {
             .into_par_iter()
             .map(|seed| {
                 let (fit, sensor) = self.run(seed);
-                let quantities = fit.estimate().quantities();
-                let hit = quantities.into_iter().map(|q| {
+                let hit = fit.quantities().iter().map(|q| {
                     let inside = (q.value - truth(&sensor, &q.name)).abs() <= q.expanded(0.95);
-                    (q.name, inside)
+                    (q.name.clone(), inside)
                 });
                 hit.collect()
             })
@@ -122,7 +128,7 @@ impl Variant {
         for (name, share) in self.coverage() {
             println!("{variant:>12} {name:<16} {:.2} %", 100.0 * share);
             assert!(
-                (share - 0.95).abs() < BOUND,
+                share > RANGE[0] - BOUND && share < RANGE[1] + BOUND,
                 "{variant}: {name} covered in {:.2} %",
                 100.0 * share
             );
@@ -205,6 +211,44 @@ fn coverage_triangular_with_wander_between_standstills() {
     variant.check("wander");
 }
 
+/// The README's own advice: twelve attitudes, and an ordinary hand.
+#[test]
+fn coverage_twelve_attitudes_with_wander_like_the_noise() {
+    let mut variant = Variant::new(TRIANGULAR, Model::Triangular);
+    variant.rig.rests = 12;
+    variant.rig.wander = 2e-3;
+    variant.check("twelve");
+}
+
+/// The map of docs/multi-position.md at its most telling places, with a sixth of its recordings: the mean over the
+/// nine parameters of 340 recordings scatters by 0.6 % (the parameters of one recording are not independent).
+#[test]
+fn coverage_map_without_a_gap_where_wander_is_like_the_noise() {
+    for (attitudes, ratio, widest) in [
+        (10, 1.0, 6.0),
+        (12, 0.0, 1.75),
+        (12, 1.0, 1.75),
+        (12, 2.0, 1.8),
+        (16, 1.5, 1.4),
+        (24, 0.5, 1.25),
+        (24, 1.5, 1.2),
+        (40, 3.0, 1.12),
+    ] {
+        let place = coverage_map::Place {
+            model: Model::Triangular,
+            attitudes,
+            ratio,
+            lengths: 1.0,
+        };
+        let cell = place.cell(340);
+        println!("{place:?} {cell:?}");
+        assert!(cell.mean > 0.94 - 3.0 * 0.006, "{place:?}: {cell:?}");
+        // Single parameters: 4 standard deviations of 340 counts at 94.5 %.
+        assert!(cell.worst > 0.945 - 4.0 * 0.0124, "{place:?}: {cell:?}");
+        assert!(cell.width < widest, "{place:?}: {cell:?}");
+    }
+}
+
 #[test]
 fn coverage_full_with_given_attitudes() {
     let mut variant = Variant::new(FULL, Model::Full);
@@ -243,7 +287,7 @@ fn coverage_fails_when_gravity_is_taken_as_exact() {
     variant.rig.noise = 0.005;
     let share = variant.coverage()["scale.x"];
     assert!(
-        share < 0.95 - 5.0 * BOUND,
+        share < 0.945 - 5.0 * BOUND,
         "scale.x covered in {:.1} %",
         100.0 * share
     );

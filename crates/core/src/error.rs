@@ -102,6 +102,11 @@ pub enum Error {
         /// Last relative step.
         step: f64,
     },
+    /// The onlooker of a long calculation stopped it.
+    Cancelled {
+        /// Where it was.
+        stage: &'static str,
+    },
 }
 
 impl Error {
@@ -121,6 +126,11 @@ impl Error {
                 | Self::TooUncertain { .. }
                 | Self::Constant { .. }
         )
+    }
+
+    /// Nothing is wrong: the caller wanted it to stop.
+    pub fn is_cancelled(&self) -> bool {
+        matches!(self, Self::Cancelled { .. })
     }
 
     /// Arithmetic could not go on: a singular or indefinite matrix, an iteration without end.
@@ -236,6 +246,7 @@ impl fmt::Display for Error {
                 f,
                 "{name} did not converge in {iterations} iterations (last relative step {step:.1e})"
             ),
+            Self::Cancelled { stage } => write!(f, "cancelled during {stage}"),
         }
     }
 }

@@ -7,9 +7,31 @@ pub const STANDARD_GRAVITY: f64 = 9.806_65;
 
 /// Local acceleration of gravity with its standard uncertainty, both in m/s².
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "Form")
+)]
 pub struct Gravity {
     value: f64,
     standard_uncertainty: f64,
+}
+
+/// The form in a file, before it is checked.
+#[cfg(feature = "serde")]
+#[derive(serde::Deserialize)]
+struct Form {
+    value: f64,
+    standard_uncertainty: f64,
+}
+
+#[cfg(feature = "serde")]
+impl TryFrom<Form> for Gravity {
+    type Error = Error;
+
+    fn try_from(form: Form) -> Result<Self, Error> {
+        Self::given(form.value, form.standard_uncertainty)
+    }
 }
 
 /// GRS80: equatorial normal gravity, m/s². **Source** `[Moritz2000]`.

@@ -16,6 +16,9 @@
 //! - SI: accelerations in m/s², angles in radians, time in seconds. Degrees stand in the name of an argument.
 //! - Specific force: a level sensor at rest with z up reads +g on z.
 //! - Column vectors: ã = K a + b.
+//!
+//! # Features
+//! `serde`: values of the models can be written and read. Off by default.
 #![cfg_attr(not(test), no_std)]
 
 pub mod encoder;
@@ -25,9 +28,11 @@ mod gravity;
 mod matrix3;
 mod sensor_model;
 pub mod velocity;
+mod watch;
 
 pub use error::Error;
 pub use float::Float;
 pub use gravity::{Gravity, STANDARD_GRAVITY};
 pub use matrix3::{Matrix3, dot, norm};
 pub use sensor_model::SensorModel;
+pub use watch::{Unwatched, Watch};

@@ -4,6 +4,7 @@ use crate::{Error, Float};
 
 /// Row-major 3 × 3 matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Matrix3<F>(pub [[F; 3]; 3]);
 
 impl<F: Float> Matrix3<F> {

@@ -20,6 +20,18 @@ use crate::{Error, Float, Matrix3};
 /// # Ok::<(), proofmass_core::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(
+        into = "Coefficients<F>",
+        try_from = "Coefficients<F>",
+        bound(
+            serialize = "F: Float + serde::Serialize",
+            deserialize = "F: Float + serde::Deserialize<'de>"
+        )
+    )
+)]
 pub struct SensorModel<F> {
     k: Matrix3<F>,
     k_inverse: Matrix3<F>,
@@ -91,6 +103,33 @@ impl<F: Float> SensorModel<F> {
             k_inverse: self.k_inverse.cast(),
             bias: self.bias.map(|v| G::from_f64(v.to_f64())),
         }
+    }
+}
+
+/// The form in a file: what cannot be derived from the rest.
+#[cfg(feature = "serde")]
+#[derive(serde::Serialize, serde::Deserialize)]
+struct Coefficients<F> {
+    k: Matrix3<F>,
+    bias: [F; 3],
+}
+
+#[cfg(feature = "serde")]
+impl<F: Float> From<SensorModel<F>> for Coefficients<F> {
+    fn from(model: SensorModel<F>) -> Self {
+        Self {
+            k: model.k,
+            bias: model.bias,
+        }
+    }
+}
+
+#[cfg(feature = "serde")]
+impl<F: Float> TryFrom<Coefficients<F>> for SensorModel<F> {
+    type Error = Error;
+
+    fn try_from(c: Coefficients<F>) -> Result<Self, Error> {
+        Self::new(c.k, c.bias)
     }
 }
 

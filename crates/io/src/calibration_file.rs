@@ -1,10 +1,11 @@
 //! `calibration.json`: what compensation needs, with its uncertainty, its units and where it is valid.
 
-use crate::campaign::Device;
+use crate::Device;
 use crate::layout::ColumnRef;
 use crate::output::AtomicFile;
 use crate::software::{Schema, Software};
-use crate::{Error, ErrorKind, Input, Result, Unit};
+use crate::source::LARGEST_DOCUMENT;
+use crate::{Error, ErrorKind, Input, Result, Source, Unit};
 use proofmass_uncertainty::{Estimate, Quantity};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -104,9 +105,18 @@ impl CalibrationFile {
     /// # Errors
     /// Another form, version or kind (with advice), a number that is not finite, a K that cannot be inverted.
     pub fn read(path: &Path) -> Result<Self> {
-        crate::layout::open(path)?;
-        let text = std::fs::read(path).map_err(|e| Error::access(path, "read", e))?;
-        Self::from_json(&text).map_err(|e| e.at(path))
+        Self::from_source(Source::open(path)?).map(|(file, _)| file)
+    }
+
+    /// Reads and checks a source; its name and digest come with it.
+    ///
+    /// # Errors
+    /// As [`CalibrationFile::read`].
+    pub fn from_source(source: Source) -> Result<(Self, Input)> {
+        let name = source.name().to_path_buf();
+        let (bytes, input) = source.into_bytes(LARGEST_DOCUMENT)?;
+        let file = Self::from_json(&bytes).map_err(|e| e.at(&name))?;
+        Ok((file, input))
     }
 
     /// Reads and checks the bytes of a file.

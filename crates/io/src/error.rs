@@ -52,7 +52,8 @@ struct Place {
 }
 
 impl Error {
-    pub(crate) fn new(kind: ErrorKind, what: impl Into<String>) -> Self {
+    /// An error of a kind: what is wrong, in one line.
+    pub fn new(kind: ErrorKind, what: impl Into<String>) -> Self {
         Self {
             source: None,
             place: Box::new(Place {
@@ -67,7 +68,7 @@ impl Error {
     }
 
     /// An operating-system error while `doing` something with `path`.
-    pub(crate) fn access(path: &Path, doing: &str, source: std::io::Error) -> Self {
+    pub fn access(path: &Path, doing: &str, source: std::io::Error) -> Self {
         let (kind, what, hint) = match source.kind() {
             std::io::ErrorKind::NotFound => (
                 ErrorKind::NotFound,
@@ -94,30 +95,32 @@ impl Error {
         error
     }
 
-    pub(crate) fn at(mut self, path: &Path) -> Self {
+    /// Adds the file, unless one is named already.
+    pub fn at(mut self, path: &Path) -> Self {
         self.place.path.get_or_insert_with(|| path.to_path_buf());
         self
     }
 
-    pub(crate) fn line(mut self, line: u64) -> Self {
+    /// Adds the line, counted from one.
+    pub fn line(mut self, line: u64) -> Self {
         self.place.line = Some(line);
         self
     }
 
-    pub(crate) fn column(mut self, column: impl Into<String>) -> Self {
+    /// Adds the column, key or value.
+    pub fn column(mut self, column: impl Into<String>) -> Self {
         self.place.column = Some(column.into());
         self
     }
 
-    pub(crate) fn with_hint(mut self, hint: impl Into<String>) -> Self {
+    /// Sets what to do about it.
+    pub fn with_hint(mut self, hint: impl Into<String>) -> Self {
         self.place.hint = Some(hint.into());
         self
     }
 
-    pub(crate) fn because(
-        mut self,
-        source: impl Into<Box<dyn std::error::Error + Send + Sync>>,
-    ) -> Self {
+    /// Keeps the error it comes from.
+    pub fn because(mut self, source: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
         self.source = Some(source.into());
         self
     }

@@ -5,7 +5,7 @@ use serde::ser::{self, Serialize};
 use std::fmt;
 
 /// Indented JSON with a line end, or the place of a number that is not finite.
-pub(crate) fn to_json(value: &impl Serialize) -> Result<Vec<u8>> {
+pub fn to_json(value: &impl Serialize) -> Result<Vec<u8>> {
     check(value)?;
     let mut bytes = serde_json::to_vec_pretty(value).map_err(write_error)?;
     bytes.push(b'\n');
@@ -13,7 +13,7 @@ pub(crate) fn to_json(value: &impl Serialize) -> Result<Vec<u8>> {
 }
 
 /// A JSON value, or the place of a number that is not finite.
-pub(crate) fn to_value(value: &impl Serialize) -> Result<serde_json::Value> {
+pub fn to_value(value: &impl Serialize) -> Result<serde_json::Value> {
     check(value)?;
     serde_json::to_value(value).map_err(write_error)
 }

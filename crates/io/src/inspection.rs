@@ -1,19 +1,17 @@
 //! What is in a recording: columns, ranges, rate, gaps. One pass, bounded memory.
 
-use crate::layout::Layout;
+use crate::clock::{Clock, ClockEstimator, LISTED};
+use crate::layout::{Layout, LayoutOptions};
+use crate::recording::TimeUnit;
 use crate::recording::time_column;
 use crate::rows::RowReader;
-use crate::time_base::{Steps, median};
-use crate::{Error, Gap, Result, Unit};
+use crate::stamp::Stamp;
+use crate::{Error, Gap, Result, Source, Unit};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 /// Distinct values that are told apart; a column with more is called continuous.
 const DISTINCT: usize = 1 << 16;
-/// Steps at the beginning that settle the median step.
-const FIRST_STEPS: usize = 1 << 16;
-/// Bad fields and gaps that are listed; all are counted.
-const LISTED: usize = 100;
 
 /// A field that is not a finite number.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
@@ -63,12 +61,14 @@ pub struct Statistics {
 pub struct TimeSummary {
     /// Name of the column.
     pub column: String,
-    /// Unit of the heading; seconds are assumed without one.
+    /// Unit of the heading; seconds, or units since 1970, are assumed without one.
     pub unit: Option<Unit>,
-    /// Inverse of the median of the first 65 536 steps, Hz.
+    /// Sampling rate by the straight line through the stamps, Hz.
     pub rate_hz: f64,
     /// Standard deviation of the steps that are not gaps, s.
     pub jitter_s: Option<f64>,
+    /// What else the stamps tell about their clock: uncertainty of the rate, resolution, bursts, wraps.
+    pub clock: Clock,
     /// From first to last sample and one step more, s.
     pub duration_s: f64,
     /// The first hundred gaps.
@@ -105,20 +105,37 @@ pub struct Inspection {
 /// # Errors
 /// A file that is no text with rows, or a row of another width.
 pub fn inspect(path: impl AsRef<Path>) -> Result<Inspection> {
-    let path = path.as_ref();
-    inspect_inner(path).map_err(|e: Error| e.at(path))
+    inspect_source(Source::open(path)?)
 }
 
-fn inspect_inner(path: &Path) -> Result<Inspection> {
-    let layout = Layout::sniff(path)?;
-    let selected: Vec<usize> = (0..layout.columns).filter(|&i| layout.numeric[i]).collect();
-    let time_at = time_column(&layout).and_then(|t| selected.iter().position(|&i| i == t));
+/// Looks through a source, such as standard input, without refusing what is bad in it.
+///
+/// # Errors
+/// As [`inspect`].
+pub fn inspect_source(source: Source) -> Result<Inspection> {
+    let name = source.name().to_path_buf();
+    inspect_inner(source).map_err(|e: Error| e.at(&name))
+}
+
+fn inspect_inner(mut source: Source) -> Result<Inspection> {
+    let path = source.name().to_path_buf();
+    let layout = Layout::of(&mut source, &LayoutOptions::default())?;
+    let mut selected: Vec<usize> = (0..layout.columns).filter(|&i| layout.numeric[i]).collect();
+    let time_column = time_column(&layout);
+    if let Some(index) = time_column
+        && !selected.contains(&index)
+    {
+        selected.push(index);
+    }
+    let time_at = time_column.and_then(|t| selected.iter().position(|&i| i == t));
     let unit = time_at.and_then(|i| layout.unit(selected[i]));
-    let scale = unit.map_or(1.0, |u| u.si().1);
-    let mut time = Times::new();
+    let mut times: Option<Times> = None;
     let mut sums: Vec<Sums> = selected.iter().map(|_| Sums::default()).collect();
     let (mut rows, mut bad, mut bad_count) = (0_u64, Vec::new(), 0);
-    let mut reader = RowReader::open(path, layout.clone(), &selected)?.locate_bad_fields();
+    let mut reader = RowReader::new(source, layout.clone(), &selected)?.locate_bad_fields();
+    if let Some(slot) = time_at {
+        reader = reader.stamps(slot);
+    }
     while let Some(block) = reader.next_block()? {
         for (i, sum) in sums.iter_mut().enumerate() {
             block
@@ -127,15 +144,11 @@ fn inspect_inner(path: &Path) -> Result<Inspection> {
                 .filter(|v| v.is_finite())
                 .for_each(|&v| sum.add(v));
         }
-        if let Some(i) = time_at {
-            for (row, &t) in block
-                .column(i)
-                .iter()
-                .enumerate()
-                .filter(|(_, t)| t.is_finite())
-            {
-                time.add(rows as usize + row, block.line(row), t * scale);
-            }
+        for (row, stamp) in block.stamps().iter().enumerate() {
+            let Some(stamp) = *stamp else { continue };
+            let times = times.get_or_insert_with(|| Times::new(unit, stamp));
+            let line = block.line(row);
+            times.clock.add(rows as usize + row, line, stamp);
         }
         bad_count += block.bad.len() as u64;
         let room = LISTED - bad.len();
@@ -158,9 +171,11 @@ fn inspect_inner(path: &Path) -> Result<Inspection> {
                 .and_then(|i| sums[i].statistics()),
         })
         .collect();
-    let time = time_at.and_then(|i| time.summary(layout.name(selected[i]), unit));
+    let time = times
+        .zip(time_column)
+        .and_then(|(times, i)| times.summary(layout.name(i), unit));
     Ok(Inspection {
-        path: path.to_path_buf(),
+        path,
         sha256,
         layout,
         rows,
@@ -224,94 +239,44 @@ impl Sums {
     }
 }
 
-/// Steps wait until the median of the first of them is known.
+/// The clock behind the time column.
 struct Times {
-    waiting: Vec<(usize, u64, f64, f64)>,
-    steps: Option<(f64, Steps)>,
-    first: f64,
-    last: Option<(usize, u64, f64)>,
-    gaps: Vec<Gap>,
-    gap_count: u64,
-    backward: Vec<u64>,
+    clock: ClockEstimator,
+    per_second: f64,
 }
 
 impl Times {
-    fn new() -> Self {
+    fn new(unit: Option<Unit>, first: Stamp) -> Self {
+        let known = unit.and_then(TimeUnit::of);
+        let unit = known.unwrap_or_else(|| TimeUnit::since_1970(first.value()).0);
+        let per_second = match first.dated {
+            true => 1.0,
+            false => unit.per_second(None).unwrap_or(1.0),
+        };
         Self {
-            waiting: Vec::new(),
-            steps: None,
-            first: 0.0,
-            last: None,
-            gaps: Vec::new(),
-            gap_count: 0,
-            backward: Vec::new(),
-        }
-    }
-
-    fn add(&mut self, sample: usize, line: u64, t: f64) {
-        match self.last {
-            None => self.first = t,
-            Some((_, _, before)) if t <= before => {
-                if self.backward.len() < LISTED {
-                    self.backward.push(line);
-                }
-            }
-            Some((sample, line, before)) => {
-                let step = (sample, line, before, t - before);
-                if self.steps.is_some() {
-                    self.count(step);
-                } else {
-                    self.waiting.push(step);
-                    if self.waiting.len() == FIRST_STEPS {
-                        self.settle();
-                    }
-                }
-            }
-        }
-        self.last = Some((sample, line, t));
-    }
-
-    fn settle(&mut self) {
-        let waiting = std::mem::take(&mut self.waiting);
-        if waiting.is_empty() {
-            return;
-        }
-        let mut steps: Vec<f64> = waiting.iter().map(|w| w.3).collect();
-        let median = median(&mut steps);
-        self.steps = Some((median, Steps::new(median)));
-        waiting.into_iter().for_each(|w| self.count(w));
-    }
-
-    fn count(&mut self, (after_sample, line, at_s, step_s): (usize, u64, f64, f64)) {
-        if let Some((_, steps)) = &mut self.steps
-            && steps.is_gap(step_s)
-        {
-            self.gap_count += 1;
-            if self.gaps.len() < LISTED {
-                self.gaps.push(Gap {
-                    after_sample,
-                    line,
-                    at_s,
-                    step_s,
-                });
-            }
+            clock: ClockEstimator::new(per_second),
+            per_second,
         }
     }
 
     fn summary(mut self, column: String, unit: Option<Unit>) -> Option<TimeSummary> {
-        if self.steps.is_none() {
-            self.settle();
+        let (first, last) = (self.clock.first()?, self.clock.last()?);
+        let clock = self.clock.finish()?;
+        let mut gaps = std::mem::take(&mut self.clock.gaps);
+        let start = first.value() / self.per_second;
+        for gap in &mut gaps {
+            gap.at_s += start;
         }
-        let (median, steps) = self.steps?;
         Some(TimeSummary {
             column,
             unit,
-            rate_hz: 1.0 / median,
-            jitter_s: steps.deviation(),
-            duration_s: self.last?.2 - self.first + median,
-            gaps: self.gaps,
-            gap_count: self.gap_count,
-            backward_lines: self.backward,
+            rate_hz: clock.rate_hz,
+            jitter_s: clock.jitter_s,
+            clock,
+            duration_s: last.since(first) / self.per_second + 1.0 / clock.rate_hz,
+            gaps,
+            gap_count: clock.gaps,
+            backward_lines: self.clock.backward.iter().map(|b| b.0).collect(),
         })
     }
 }

@@ -2,12 +2,10 @@
 
 pub(crate) mod sniff;
 
-use crate::{Error, ErrorKind, Result, Unit, split_heading};
+use crate::{Error, ErrorKind, Result, Source, Unit, split_heading};
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
 use std::fmt;
-use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
 /// What stands between two fields.
@@ -109,6 +107,8 @@ pub struct Layout {
     pub columns: usize,
     /// Whether each column holds numbers, judged on the head of the file.
     pub numeric: Vec<bool>,
+    /// Whether each column holds dates with times, judged on the head of the file.
+    pub dated: Vec<bool>,
     /// Line of the first row of data, counted from one.
     pub first_data_line: u64,
     /// Byte at which that line begins.
@@ -116,30 +116,50 @@ pub struct Layout {
 }
 
 /// How much of a file is looked at.
-pub(crate) const HEAD: usize = 64 * 1024;
+const HEAD: usize = 64 << 10;
+/// How much at most, where rows are long.
+const LARGEST_HEAD: usize = 4 << 20;
+/// Line ends that make a head long enough.
+const ROWS_WANTED: usize = 8;
 
 impl Layout {
-    /// Looks at the first 64 KiB of a file.
+    /// Looks at the beginning of a file.
     ///
     /// # Errors
-    /// A file that is missing, empty, a folder, binary, or holds no rows.
+    /// A file that is missing, empty, a folder, a pipe, binary, or holds no rows.
     pub fn sniff(path: &Path) -> Result<Self> {
         Self::sniff_with(path, &LayoutOptions::default())
     }
 
-    /// Looks at the first 64 KiB of a file; what `options` says is taken as given.
+    /// Looks at the beginning of a file; what `options` says is taken as given.
     ///
     /// # Errors
     /// As [`Layout::sniff`].
     pub fn sniff_with(path: &Path, options: &LayoutOptions) -> Result<Self> {
-        let file = open(path)?;
-        let mut head = Vec::with_capacity(HEAD);
-        file.take(HEAD as u64 + 1)
-            .read_to_end(&mut head)
-            .map_err(|e| Error::access(path, "read", e))?;
-        let complete = head.len() <= HEAD;
-        head.truncate(HEAD);
-        sniff::layout(&head, complete, options).map_err(|e| e.at(path))
+        regular(path)?;
+        Self::of(&mut Source::open(path)?, options)
+    }
+
+    /// Looks at what lies ahead in a source, 64 KiB or as much as a wide table needs; nothing is consumed.
+    ///
+    /// # Errors
+    /// A source that is empty, binary, or holds no rows.
+    pub fn of(source: &mut Source, options: &LayoutOptions) -> Result<Self> {
+        let name = source.name().to_path_buf();
+        let mut size = HEAD;
+        loop {
+            // One byte more tells whether the head is the whole text.
+            let (ahead, at_end) = source.ahead(size + 1)?;
+            let complete = at_end && ahead.len() <= size;
+            let head = &ahead[..ahead.len().min(size)];
+            // A header of thousands of columns fills the head by itself.
+            let few = memchr::memchr_iter(b'\n', head).take(ROWS_WANTED).count() < ROWS_WANTED;
+            if !complete && few && size < LARGEST_HEAD && !sniff::is_binary(head) {
+                size *= 4;
+                continue;
+            }
+            return sniff::layout(head, complete, options).map_err(|e| e.at(&name));
+        }
     }
 
     /// What is doubtful about the shape: lines that were passed over though nothing marks them as comments.
@@ -296,18 +316,18 @@ impl Layout {
     }
 }
 
-/// Opens a regular file for reading, with a clear word for a folder.
-pub(crate) fn open(path: &Path) -> Result<File> {
-    let file = File::open(path).map_err(|e| Error::access(path, "open", e))?;
-    let meta = file
-        .metadata()
-        .map_err(|e| Error::access(path, "open", e))?;
-    if meta.is_dir() {
-        return Err(Error::new(ErrorKind::Format, "is a folder, not a file")
-            .at(path)
-            .with_hint("name the recording inside it"));
+/// Refuses what can be read only once, where a file is to be opened twice.
+pub(crate) fn regular(path: &Path) -> Result<()> {
+    let meta = std::fs::metadata(path).map_err(|e| Error::access(path, "open", e))?;
+    if meta.is_file() || meta.is_dir() {
+        return Ok(());
     }
-    Ok(file)
+    Err(Error::new(
+        ErrorKind::Format,
+        "is a pipe or a device, which can be read only once",
+    )
+    .at(path)
+    .with_hint("read it through a `Source`, or write it to a file first"))
 }
 
 /// A column by its name or by its number counted from one.

@@ -25,13 +25,15 @@
 //! - Outputs appear whole or not at all.
 //!
 //! # Not covered
-//! Times of day, missing rows, UTF-16, binary recordings other than raw 32-bit floats and WAV.
+//! Times of day without a date, missing rows, UTF-16, binary recordings other than raw 32-bit floats and WAV.
 
 mod calibration_file;
-mod campaign;
+mod clock;
+mod clock_findings;
+mod device;
 mod error;
 mod field;
-mod finite;
+pub mod finite;
 mod inspection;
 mod layout;
 mod output;
@@ -40,26 +42,23 @@ mod result_document;
 mod rewriter;
 mod rows;
 mod segments;
-mod sheet;
+pub mod sheet;
 mod software;
-mod spelling;
+mod source;
+pub mod spelling;
+mod stamp;
 mod table;
 mod time_base;
 mod unit;
 mod waveform;
 
 pub use calibration_file::{CALIBRATION_SCHEMA, CALIBRATION_VERSION, CalibrationFile, TRIAXIAL};
-pub use campaign::{
-    Ambient, Attitude, Axes, BudgetInput, Campaign, CampaignFile, Certificate, CertificatePoint,
-    CertificateTable, CorrectionTable, Device, Direction, DriveFrequency, GravityInput, KINDS,
-    Method, MethodModel, Mounting, MultiPositionCampaign, PhasorQuantity, Plan, PlanTable,
-    Prefixes, PublishedInputs, ReadingTable, RecordingTable, RunData, RunPhasor, RunTable,
-    RunsTable, ShakerBudget, ShakerMethod, ShakerMethods, ShakerRecording, ShakerRun,
-    ShakerSingleCampaign, ShakerTriaxialCampaign, SingleAxisSeat, SpuriousFile,
-    SpuriousMotionCampaign, SpuriousRow, StandstillTable, VibrometerTable,
-};
+pub use clock::{Clock, Gap};
+pub use device::{Ambient, Device};
 pub use error::{Error, ErrorKind, Result};
-pub use inspection::{BadEntry, ColumnSummary, Inspection, Statistics, TimeSummary, inspect};
+pub use inspection::{
+    BadEntry, ColumnSummary, Inspection, Statistics, TimeSummary, inspect, inspect_source,
+};
 pub use layout::{ColumnRef, DecimalMark, Layout, LayoutOptions, Separator};
 pub use output::{AtomicFile, OutputFolder};
 pub use recording::{Absent, Column, Input, Recording, RecordingOptions, TimeUnit};
@@ -70,7 +69,9 @@ pub use rewriter::Rewriter;
 pub use rows::{Block, RowReader};
 pub use segments::Segment;
 pub use software::{Schema, Software};
+pub use source::{LARGEST_DOCUMENT, Source};
+pub use stamp::Stamp;
 pub use table::{Cell, RowWriter, Table};
-pub use time_base::{Gap, TimeBase, TimeSource};
+pub use time_base::{TimeBase, TimeSource};
 pub use unit::{Unit, split_heading};
 pub use waveform::{Waveform, WaveformFormat, WaveformOptions, write_f32};

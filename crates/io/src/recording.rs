@@ -2,11 +2,11 @@
 
 use crate::layout::{ColumnRef, Layout, LayoutOptions};
 use crate::rows::{RowReader, bad_field, line_of};
-use crate::{Error, ErrorKind, Result, TimeBase, Unit, split_heading};
+use crate::stamp::Stamp;
+use crate::time_base::TimeBaseBuilder;
+use crate::{Error, ErrorKind, Result, Source, TimeBase, Unit, split_heading};
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// A file that went into a result, with its digest.
@@ -24,22 +24,7 @@ impl Input {
     /// # Errors
     /// The file cannot be read.
     pub fn of(path: &Path) -> Result<Self> {
-        let mut hash = Sha256::new();
-        let mut file = crate::layout::open(path)?;
-        let mut buffer = vec![0; 1 << 16];
-        loop {
-            match file
-                .read(&mut buffer)
-                .map_err(|e| Error::access(path, "read", e))?
-            {
-                0 => break,
-                n => hash.update(&buffer[..n]),
-            }
-        }
-        Ok(Self {
-            path: path.display().to_string(),
-            sha256: crate::rows::hexadecimal(&hash.finalize()),
-        })
+        Source::open(path)?.finish()
     }
 }
 
@@ -75,6 +60,16 @@ impl TimeUnit {
         }
     }
 
+    /// The unit in which a stamp is a moment between 2001 and 2286, counted from 1970; the second otherwise.
+    pub(crate) fn since_1970(stamp: f64) -> (Self, &'static str) {
+        match stamp.abs().log10().floor() as i32 {
+            12 => (Self::Millisecond, "milliseconds since 1970"),
+            15 => (Self::Microsecond, "microseconds since 1970"),
+            18 => (Self::Nanosecond, "nanoseconds since 1970"),
+            _ => (Self::Second, "seconds"),
+        }
+    }
+
     /// Units per second: dividing by a power of ten rounds once, multiplying by its inverse twice.
     pub fn per_second(self, rate: Option<f64>) -> Option<f64> {
         match self {
@@ -104,6 +99,8 @@ pub struct RecordingOptions {
     pub temperature: Option<ColumnRef>,
     /// Unit of the signals where the headings do not say it.
     pub unit: Option<Unit>,
+    /// Rows are events that come when they come, such as the edges of an encoder, not samples of a clock.
+    pub events: bool,
 }
 
 /// One column of a recording.
@@ -158,7 +155,7 @@ impl Recording {
     /// A file that cannot be read as numbers (with line and column), fewer than two rows, a time column that does
     /// not run forward, no time base at all, a stated unit that contradicts the heading.
     pub fn read(path: &Path, options: &RecordingOptions) -> Result<Self> {
-        Self::read_sparse(path, options, &[])
+        Self::from_source(Source::open(path)?, options)
     }
 
     /// Reads the chosen columns of a file in which a row need not hold every sensor.
@@ -169,11 +166,37 @@ impl Recording {
     /// # Errors
     /// As [`Recording::read`]; a column without any value.
     pub fn read_sparse(path: &Path, options: &RecordingOptions, absent: &[Absent]) -> Result<Self> {
-        Self::read_inner(path, options, absent).map_err(|e| e.at(path))
+        Self::from_source_sparse(Source::open(path)?, options, absent)
     }
 
-    fn read_inner(path: &Path, options: &RecordingOptions, absent: &[Absent]) -> Result<Self> {
-        let layout = Layout::sniff_with(path, &options.layout)?;
+    /// Reads the chosen columns of a source: a pipe, standard input, bytes in memory.
+    ///
+    /// # Errors
+    /// As [`Recording::read`].
+    pub fn from_source(source: Source, options: &RecordingOptions) -> Result<Self> {
+        Self::from_source_sparse(source, options, &[])
+    }
+
+    /// Reads a source in which a row need not hold every sensor, as [`Recording::read_sparse`] does.
+    ///
+    /// # Errors
+    /// As [`Recording::read_sparse`].
+    pub fn from_source_sparse(
+        source: Source,
+        options: &RecordingOptions,
+        absent: &[Absent],
+    ) -> Result<Self> {
+        let name = source.name().to_path_buf();
+        Self::read_inner(source, options, absent).map_err(|e| e.at(&name))
+    }
+
+    fn read_inner(
+        mut source: Source,
+        options: &RecordingOptions,
+        absent: &[Absent],
+    ) -> Result<Self> {
+        let path = source.name().to_path_buf();
+        let layout = Layout::of(&mut source, &options.layout)?;
         if options.columns.is_empty() {
             return Err(
                 Error::new(ErrorKind::Column, "no column was chosen").with_hint(
@@ -204,7 +227,13 @@ impl Recording {
             .transpose()?;
         selected.extend(temperature);
 
-        let mut reader = RowReader::open(path, layout, &selected)?;
+        let mut findings = layout.findings();
+        findings.extend(unused_time(&layout, options, &selected));
+        let mut reader = RowReader::new(source, layout, &selected)?;
+        if time.is_some() {
+            reader = reader.stamps(signals);
+        }
+        let mut times: Option<TimeBaseBuilder> = None;
         let sparse = absent.iter().any(|a| *a != Absent::Refused);
         if sparse {
             reader = reader.locate_bad_fields();
@@ -240,6 +269,20 @@ impl Recording {
                 }
                 column.extend_from_slice(block.column(i));
             }
+            for (row, stamp) in block.stamps().iter().enumerate() {
+                let Some(stamp) = stamp else { continue };
+                let times = match (&mut times, time) {
+                    (Some(times), _) => times,
+                    (none, column) => {
+                        let column = column.unwrap_or_default();
+                        let (scale, finding) =
+                            time_scale(reader.layout(), column, options, *stamp)?;
+                        findings.extend(finding);
+                        none.insert(TimeBaseBuilder::new(scale, options.events))
+                    }
+                };
+                times.push(*stamp, block.line(row));
+            }
             for &(row, line) in block.line_runs() {
                 if lines.is_empty() || line_of(&lines, rows + row) != line {
                     lines.push((rows + row, line));
@@ -248,6 +291,7 @@ impl Recording {
             rows += block.rows();
         }
         let layout = reader.layout().clone();
+        findings.extend(reader.findings());
         let sha256 = reader.sha256()?;
         if rows < 2 {
             return Err(Error::new(
@@ -272,36 +316,31 @@ impl Recording {
             }
         }
 
-        let mut findings = layout.findings();
         let temperature = temperature.map(|index| Column {
             name: layout.name(index),
             unit: layout.unit(index),
             data: data.pop().unwrap_or_default(),
         });
-        let time = match time {
-            Some(index) => {
-                let ticks = data.pop().unwrap_or_default();
-                let (scale, finding) = time_scale(&layout, index, options)?;
-                let seconds = if scale == 1.0 {
-                    ticks
-                } else {
-                    ticks.iter().map(|t| t / scale).collect()
-                };
-                let base = TimeBase::from_seconds(seconds, |i| line_of(&lines, i))
-                    .map_err(|e| e.column(layout.name(index)))?;
-                findings.extend(finding.map(|f: Finding| {
-                    f.evidence(format!(
-                        "{} samples in {:.6} s, {:.6} Hz",
-                        rows,
-                        base.duration_s(),
-                        base.rate_hz()
-                    ))
-                }));
+        if time.is_some() {
+            data.pop();
+        }
+        let time = match (times, time) {
+            (Some(times), Some(index)) => {
+                let base = times.finish().map_err(|e| e.column(layout.name(index)))?;
+                for finding in &mut findings {
+                    if finding.code() == "time-unit-assumed" {
+                        *finding = finding.clone().evidence(format!(
+                            "{rows} samples in {:.6} s, {:.6} Hz",
+                            base.duration_s(),
+                            base.rate_hz()
+                        ));
+                    }
+                }
                 base
             }
-            None => TimeBase::uniform(options.sampling_rate_hz.unwrap_or(f64::NAN), rows)?,
+            _ => TimeBase::uniform(options.sampling_rate_hz.unwrap_or(f64::NAN), rows)?,
         };
-        findings.extend(gap_finding(&time));
+        findings.extend(time.findings().iter().cloned());
         let columns = data
             .into_iter()
             .zip(&selected[..signals])
@@ -315,7 +354,7 @@ impl Recording {
             })
             .collect::<Result<Vec<_>>>()?;
         Ok(Self {
-            path: path.to_path_buf(),
+            path,
             sha256,
             layout,
             columns,
@@ -381,7 +420,7 @@ pub(crate) fn time_column(layout: &Layout) -> Option<usize> {
     let header = layout.header.as_ref()?;
     (0..layout.columns.min(header.len())).find(|&i| {
         let name = split_heading(&header[i]).0.to_ascii_lowercase();
-        layout.numeric[i]
+        (layout.numeric[i] || layout.dated[i])
             && (matches!(
                 name.as_str(),
                 "t" | "time" | "timestamp" | "time_stamp" | "seconds" | "elapsed"
@@ -389,10 +428,30 @@ pub(crate) fn time_column(layout: &Layout) -> Option<usize> {
     })
 }
 
+/// A time column beside a stated rate is not read, which is said.
+fn unused_time(layout: &Layout, options: &RecordingOptions, selected: &[usize]) -> Option<Finding> {
+    let rate = options.sampling_rate_hz?;
+    let index = time_column(layout).filter(|i| !selected.contains(i))?;
+    options.time.is_none().then(|| {
+        Finding::new(
+            Severity::Note,
+            "time-column-unused",
+            format!(
+                "the column {} holds times, which the stated sampling rate takes the place of",
+                layout.name(index)
+            ),
+        )
+        .evidence(format!("{rate} Hz is stated"))
+        .advice("leave the rate out to have it from the column, with gaps and jitter")
+    })
+}
+
+/// Units of the time column per second, and what was assumed about them.
 fn time_scale(
     layout: &Layout,
     index: usize,
     options: &RecordingOptions,
+    first: Stamp,
 ) -> Result<(f64, Option<Finding>)> {
     let stated = layout.unit(index).and_then(TimeUnit::of);
     let name = layout.name(index);
@@ -408,6 +467,10 @@ fn time_scale(
         return Err(error("both a time column and a sampling rate are given")
             .with_hint("keep one of them; a column that counts samples needs `time_unit = \"index\"` beside the rate"));
     }
+    // A date with a time is one whatever the heading says.
+    if first.dated {
+        return Ok((1.0, None));
+    }
     match unit {
         Some(unit) => match unit.per_second(options.sampling_rate_hz) {
             Some(scale) if scale.is_finite() && scale > 0.0 => Ok((scale, None)),
@@ -420,13 +483,14 @@ fn time_scale(
             ),
         },
         None => {
+            let (unit, why) = TimeUnit::since_1970(first.value());
             let finding = Finding::new(
                 Severity::Note,
                 "time-unit-assumed",
-                format!("the heading of {name} names no unit, so its values are taken as seconds"),
+                format!("the heading of {name} names no unit, so its values are taken as {why}"),
             )
             .advice("say `time_unit` in [recording] when they are not");
-            Ok((1.0, Some(finding)))
+            Ok((unit.per_second(None).unwrap_or(1.0), Some(finding)))
         }
     }
 }
@@ -442,27 +506,4 @@ fn signal_unit(layout: &Layout, index: usize, given: Option<Unit>) -> Result<Opt
         .with_hint("correct `unit`, or leave it out: the heading counts")),
         (given, stated) => Ok(given.or(stated)),
     }
-}
-
-fn gap_finding(time: &TimeBase) -> Option<Finding> {
-    let longest = time
-        .gaps()
-        .iter()
-        .max_by(|a, b| a.step_s.total_cmp(&b.step_s))?;
-    let missing: f64 = time
-        .gaps()
-        .iter()
-        .map(|g| (g.step_s * time.rate_hz()).round() - 1.0)
-        .sum();
-    Some(
-        Finding::new(Severity::Warning, "time-gaps", "samples are missing in the recording")
-            .evidence(format!(
-                "{} gaps, about {missing:.0} samples; the longest is {:.4} s after {:.4} s (line {})",
-                time.gaps().len(),
-                longest.step_s,
-                longest.at_s,
-                longest.line
-            ))
-            .advice("check the transport of the data; a standstill that contains a gap counts fewer samples than it seems to"),
-    )
 }

@@ -1,6 +1,6 @@
 //! `result.json`: everything a calculation found, in a form that machines can rely on.
 
-use crate::campaign::Device;
+use crate::Device;
 use crate::software::{Schema, Software};
 use crate::{Error, ErrorKind, Input, Result};
 use proofmass_uncertainty::{Covariance, DegreesOfFreedom, Estimate, Finding, Quantity};
@@ -58,6 +58,18 @@ pub struct NamedCovariance {
     pub units: Vec<String>,
     /// Rows.
     pub matrix: Covariance,
+}
+
+impl NamedCovariance {
+    /// That of all components of an estimate.
+    pub fn of(estimate: &Estimate) -> Self {
+        let components = estimate.components();
+        Self {
+            names: components.iter().map(|c| c.name.clone()).collect(),
+            units: components.iter().map(|c| c.unit.clone()).collect(),
+            matrix: estimate.covariance().clone(),
+        }
+    }
 }
 
 /// A result in the making; written with [`ResultDocument::to_json`].
@@ -159,19 +171,7 @@ impl ResultDocument {
                 .iter()
                 .map(|q| StatedQuantity::new(q, probability)),
         );
-        self.covariance = Some(NamedCovariance {
-            names: estimate
-                .components()
-                .iter()
-                .map(|c| c.name.clone())
-                .collect(),
-            units: estimate
-                .components()
-                .iter()
-                .map(|c| c.unit.clone())
-                .collect(),
-            matrix: estimate.covariance().clone(),
-        });
+        self.covariance = Some(NamedCovariance::of(estimate));
         self.estimate = Some(estimate.clone());
         self
     }

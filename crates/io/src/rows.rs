@@ -1,12 +1,11 @@
 //! Reading the rows of a delimited text as numbers, block by block, in bounded memory.
 
 use crate::field::{Fields, is_reading, parse_number, shown};
-use crate::layout::{DecimalMark, Layout, open, sniff};
-use crate::{Error, ErrorKind, Result};
+use crate::layout::{DecimalMark, Layout, sniff};
+use crate::stamp::Stamp;
+use crate::{Error, ErrorKind, Input, Result, Source};
+use proofmass_uncertainty::{Finding, Severity};
 use rayon::prelude::*;
-use sha2::{Digest, Sha256};
-use std::fs::File;
-use std::io::Read;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -43,6 +42,7 @@ pub struct Block {
     rows: usize,
     text: Vec<u8>,
     ranges: Vec<Range<usize>>,
+    stamps: Vec<Option<Stamp>>,
     pub(crate) bad: Vec<BadField>,
 }
 
@@ -67,6 +67,12 @@ impl Block {
         self.ranges.get(row).map_or(&[], |r| &self.text[r.clone()])
     }
 
+    /// The stamps of the time column, exactly, where [`RowReader::stamps`] asked for them; `None` where a field is
+    /// no stamp and that is not refused.
+    pub fn stamps(&self) -> &[Option<Stamp>] {
+        &self.stamps
+    }
+
     pub(crate) fn line_runs(&self) -> &[(usize, u64)] {
         &self.lines
     }
@@ -86,28 +92,52 @@ pub(crate) fn line_of(runs: &[(usize, u64)], row: usize) -> u64 {
 /// Memory is bounded by the block (2 MiB of text), whatever the size of the file. The SHA-256 of the whole file,
 /// preamble included, is computed in the same pass.
 pub struct RowReader {
-    path: PathBuf,
-    file: File,
+    name: PathBuf,
+    source: Source,
     layout: Layout,
     selected: Vec<usize>,
     /// For each file column up to the last selected one, where its number goes.
     plan: Vec<Option<usize>>,
+    /// Text read but not yet turned into numbers.
     pending: Vec<u8>,
     next_line: u64,
-    at_end: bool,
-    bytes: u64,
+    more: bool,
+    /// A refusal met while reading ahead, due after the rows before it.
+    late: Option<Error>,
     keep_text: bool,
+    stamp_slot: Option<usize>,
     bad_fields: BadFields,
-    hash: Sha256,
+    open_end: Option<OpenEnd>,
+}
+
+/// A last row without a line end.
+#[derive(Clone, Debug)]
+struct OpenEnd {
+    line: u64,
+    field: String,
+    /// Fewer characters than every one of so many rows before it.
+    shorter_than: Option<usize>,
 }
 
 impl RowReader {
     /// Opens a file with a known layout; `selected` are column indices from zero.
     ///
+    /// The file is opened a second time, after the layout was found: for what can be read only once, such as a
+    /// pipe, use [`Source`], [`Layout::of`] and [`RowReader::new`].
+    ///
     /// # Errors
     /// The file cannot be opened; a column is selected twice or does not exist.
     pub fn open(path: &Path, layout: Layout, selected: &[usize]) -> Result<Self> {
-        let mut file = open(path)?;
+        crate::layout::regular(path)?;
+        Self::new(Source::open(path)?, layout, selected)
+    }
+
+    /// Reads the rows of a source whose layout [`Layout::of`] found; `selected` are column indices from zero.
+    ///
+    /// # Errors
+    /// The source refuses; a column is selected twice or does not exist.
+    pub fn new(mut source: Source, layout: Layout, selected: &[usize]) -> Result<Self> {
+        let name = source.name().to_path_buf();
         let mut plan = vec![None; selected.iter().max().map_or(0, |m| m + 1)];
         for (to, &from) in selected.iter().enumerate() {
             if from >= layout.columns {
@@ -119,12 +149,12 @@ impl RowReader {
                         layout.columns
                     ),
                 )
-                .at(path));
+                .at(&name));
             }
             if plan[from].replace(to).is_some() {
                 return Err(
                     Error::new(ErrorKind::Column, "the same column is named twice")
-                        .at(path)
+                        .at(&name)
                         .column(layout.name(from))
                         .with_hint(
                             "every axis, the time and the temperature need a column of their own",
@@ -132,25 +162,30 @@ impl RowReader {
                 );
             }
         }
-        // The preamble counts for the hash only.
-        let mut hash = Sha256::new();
-        let mut preamble = vec![0; layout.data_offset as usize];
-        file.read_exact(&mut preamble)
-            .map_err(|e| Error::access(path, "read", e))?;
-        hash.update(&preamble);
+        let mut preamble = Vec::new();
+        source.fill(&mut preamble, layout.data_offset as usize)?;
+        if preamble.len() as u64 != layout.data_offset {
+            return Err(Error::new(
+                ErrorKind::Format,
+                "the file became shorter while it was read",
+            )
+            .at(&name)
+            .with_hint("wait until it is complete, then run again"));
+        }
         Ok(Self {
-            path: path.to_path_buf(),
-            file,
+            name,
+            source,
             next_line: layout.first_data_line,
             layout,
             selected: selected.to_vec(),
             plan,
             pending: Vec::new(),
-            at_end: false,
-            bytes: preamble.len() as u64,
+            more: true,
+            late: None,
             keep_text: false,
+            stamp_slot: None,
             bad_fields: BadFields::Refuse,
-            hash,
+            open_end: None,
         })
     }
 
@@ -158,6 +193,14 @@ impl RowReader {
     #[must_use]
     pub fn keep_text(mut self) -> Self {
         self.keep_text = true;
+        self
+    }
+
+    /// Reads one of the selected columns, counted from zero in their order, as time stamps: exactly, and dates with
+    /// times too.
+    #[must_use]
+    pub fn stamps(mut self, selected: usize) -> Self {
+        self.stamp_slot = Some(selected);
         self
     }
 
@@ -177,24 +220,20 @@ impl RowReader {
     /// A field that is not a finite number, a row of another width, a line of more than 1 MiB.
     pub fn next_block(&mut self) -> Result<Option<Block>> {
         loop {
-            if self.at_end && self.pending.is_empty() {
-                return Ok(None);
+            if self.more && self.late.is_none() {
+                let wanted = CHUNK.saturating_sub(self.pending.len());
+                self.more = self.source.fill(&mut self.pending, wanted)?;
             }
-            let old = self.pending.len();
-            if !self.at_end {
-                let mut fresh = std::mem::take(&mut self.pending);
-                let got = (&mut self.file)
-                    .take((CHUNK - old) as u64)
-                    .read_to_end(&mut fresh)
-                    .map_err(|e| Error::access(&self.path, "read", e))?;
-                self.at_end = got < CHUNK - old;
-                self.bytes += got as u64;
-                self.pending = fresh;
+            if self.pending.is_empty() || self.late.is_some() {
+                return match self.late.take() {
+                    Some(error) => Err(error),
+                    None => Ok(None),
+                };
             }
-            let end = if self.at_end {
-                self.pending.len()
-            } else {
+            let end = if self.more {
                 memchr::memrchr(b'\n', &self.pending).map_or(0, |i| i + 1)
+            } else {
+                self.pending.len()
             };
             if self.pending.len() - end > LONGEST_LINE {
                 let lines = memchr::memchr_iter(b'\n', &self.pending[..end]).count();
@@ -203,22 +242,26 @@ impl RowReader {
                     reason: Reason::Long,
                 }));
             }
-            let rest = self.pending.split_off(end);
-            let chunk = std::mem::replace(&mut self.pending, rest);
-            let hash = &mut self.hash;
+            let mut next = self.pending.split_off(end);
+            let chunk = std::mem::take(&mut self.pending);
             let scan = Scan {
                 layout: &self.layout,
                 plan: &self.plan,
                 selected: self.selected.len(),
                 keep_text: self.keep_text,
+                stamp_slot: self.stamp_slot,
                 bad_fields: self.bad_fields,
             };
-            let fresh = &chunk[old.min(chunk.len())..];
-            let (left_of_old, rest_fresh) = (old.saturating_sub(chunk.len()), &self.pending);
-            let ((), pieces) = rayon::join(
+            let (source, more) = (&mut self.source, self.more);
+            // The next text is read, unpacked and digested while this one is turned into numbers.
+            let (ahead, pieces) = rayon::join(
                 || {
-                    hash.update(fresh);
-                    hash.update(&rest_fresh[left_of_old.min(rest_fresh.len())..]);
+                    if !more {
+                        return Ok(false);
+                    }
+                    next.reserve_exact(CHUNK.saturating_sub(next.len()));
+                    let wanted = CHUNK.saturating_sub(next.len());
+                    source.fill(&mut next, wanted)
                 },
                 || {
                     pieces(&chunk)
@@ -227,14 +270,24 @@ impl RowReader {
                         .collect::<Vec<_>>()
                 },
             );
-            let block = self.assemble(pieces, &chunk)?;
+            if !more {
+                self.open_end = open_end(&chunk, &self.layout);
+            }
+            match ahead {
+                Ok(more) => (self.pending, self.more) = (next, more),
+                Err(error) => (self.late, self.more) = (Some(error), false),
+            }
+            let block = self.assemble(pieces, chunk)?;
+            if let (false, Some(end)) = (more, &mut self.open_end) {
+                end.line = self.next_line - 1;
+            }
             if block.rows > 0 || !block.bad.is_empty() {
                 return Ok(Some(block));
             }
         }
     }
 
-    fn assemble(&mut self, pieces: Vec<Piece>, chunk: &[u8]) -> Result<Block> {
+    fn assemble(&mut self, pieces: Vec<Piece>, chunk: Vec<u8>) -> Result<Block> {
         let mut block = Block {
             columns: vec![Vec::new(); self.selected.len()],
             ..Block::default()
@@ -256,6 +309,7 @@ impl RowReader {
             for (all, part) in block.columns.iter_mut().zip(&piece.columns) {
                 all.extend_from_slice(part);
             }
+            block.stamps.extend_from_slice(&piece.stamps);
             block.rows += piece.rows;
             block.ranges.extend(
                 piece
@@ -266,14 +320,14 @@ impl RowReader {
             self.next_line += piece.lines;
         }
         if self.keep_text {
-            block.text = chunk.to_vec();
+            block.text = chunk;
         }
         Ok(block)
     }
 
     fn refusal(&self, fault: &Fault) -> Error {
         let line = self.next_line + fault.line;
-        let at = |error: Error| error.at(&self.path).line(line);
+        let at = |error: Error| error.at(&self.name).line(line);
         match &fault.reason {
             Reason::Width(got) => at(Error::new(
                 ErrorKind::Row,
@@ -297,16 +351,89 @@ impl RowReader {
         }
     }
 
-    /// Bytes of the file taken in so far, for a display of progress.
+    /// Bytes of the file taken in so far, as they stand there, for a display of progress.
     pub fn bytes_read(&self) -> u64 {
-        self.bytes
+        self.source.bytes_read()
+    }
+
+    /// Size of the file, where it is known beforehand.
+    pub fn size(&self) -> Option<u64> {
+        self.source.size()
+    }
+
+    /// What is doubtful about the end of the file, once every block was read: a last row without a line end.
+    ///
+    /// A program that ends every row with a line end leaves such a row only when it was interrupted, perhaps inside
+    /// the last number. It is a warning where the row is shorter than each of up to fifty before it: among n + 1
+    /// rows of a complete file, equally distributed, the last is the shortest by itself with a probability of at
+    /// most 1/(n + 1).
+    pub fn findings(&self) -> Vec<Finding> {
+        let Some(end) = &self.open_end else {
+            return Vec::new();
+        };
+        let (severity, more) = match end.shorter_than {
+            Some(n) => (
+                Severity::Warning,
+                format!(", and the row is shorter than each of the {n} before it"),
+            ),
+            None => (Severity::Note, String::new()),
+        };
+        vec![
+            Finding::new(
+                severity,
+                "last-row-open",
+                "the last row has no line end: the file may have been cut inside its last number",
+            )
+            .evidence(format!(
+                "line {} ends with \"{}\"{more}",
+                end.line, end.field
+            ))
+            .advice("one sample is in doubt: compare the end of the file with its source, or remove that row"),
+        ]
     }
 
     /// SHA-256 of the file in hexadecimal digits, once every block was read.
+    ///
+    /// # Errors
+    /// The rest of the file cannot be read.
     pub fn sha256(self) -> Result<String> {
-        debug_assert!(self.at_end);
-        Ok(hexadecimal(&self.hash.finalize()))
+        Ok(self.finish()?.sha256)
     }
+
+    /// Name and digest of what was read, once every block was.
+    ///
+    /// # Errors
+    /// The rest of the file cannot be read.
+    pub fn finish(self) -> Result<Input> {
+        self.source.finish()
+    }
+}
+
+/// Looks at the end of the last chunk; the line is filled in by the caller.
+fn open_end(chunk: &[u8], layout: &Layout) -> Option<OpenEnd> {
+    const BEFORE: usize = 50;
+    if chunk
+        .last()
+        .is_none_or(|b| matches!(b, b'\n' | b'\r' | 0x1A))
+    {
+        return None;
+    }
+    let mut rows = chunk
+        .rsplit(|b| *b == b'\n')
+        .map(|l| l.strip_suffix(b"\r").unwrap_or(l))
+        .filter(|l| !l.trim_ascii().is_empty() && !sniff::is_comment(l, &layout.comment));
+    let last = rows.next()?;
+    if !std::ptr::eq(last.as_ptr_range().end, chunk.as_ptr_range().end) {
+        return None;
+    }
+    let before: Vec<usize> = rows.take(BEFORE).map(<[u8]>::len).collect();
+    let shorter = before.len() >= 10 && before.iter().all(|&n| last.len() < n);
+    let field = sniff::split(last, layout.separator).pop().unwrap_or(last);
+    Some(OpenEnd {
+        line: 0,
+        field: shown(field),
+        shorter_than: shorter.then_some(before.len()),
+    })
 }
 
 impl Error {
@@ -383,6 +510,7 @@ struct Piece {
     lines: u64,
     runs: Vec<(usize, u64)>,
     ranges: Vec<Range<usize>>,
+    stamps: Vec<Option<Stamp>>,
     bad: Vec<BadField>,
     fault: Option<Fault>,
 }
@@ -403,6 +531,7 @@ struct Scan<'a> {
     plan: &'a [Option<usize>],
     selected: usize,
     keep_text: bool,
+    stamp_slot: Option<usize>,
     bad_fields: BadFields,
 }
 
@@ -418,6 +547,7 @@ impl Scan<'_> {
             ..Piece::default()
         };
         let mut numbers = vec![0.0; self.selected];
+        let mut stamp = None;
         let mut at = 0;
         while at < bytes.len() {
             let end = memchr::memchr(b'\n', &bytes[at..]).map_or(bytes.len(), |i| at + i);
@@ -440,10 +570,10 @@ impl Scan<'_> {
                 Some(0x1A) if line.trim_ascii() == [0x1A] => continue,
                 Some(_) => {}
             }
-            match self.row(line, &mut numbers) {
+            match self.row(line, &mut numbers, &mut stamp) {
                 Ok(()) => {}
                 Err(Reason::Field(..)) if self.bad_fields == BadFields::Locate => {
-                    self.locate(line, number, &mut numbers, &mut piece.bad);
+                    stamp = self.locate(line, number, &mut numbers, &mut piece.bad);
                 }
                 Err(reason) => {
                     piece.fault = Some(Fault {
@@ -462,13 +592,21 @@ impl Scan<'_> {
             if self.keep_text {
                 piece.ranges.push(range);
             }
+            if self.stamp_slot.is_some() {
+                piece.stamps.push(stamp);
+            }
             piece.rows += 1;
         }
         piece
     }
 
     /// Converts one row. Fields are checked in order, then the width.
-    fn row(&self, line: &[u8], numbers: &mut [f64]) -> Result<(), Reason> {
+    fn row(
+        &self,
+        line: &[u8],
+        numbers: &mut [f64],
+        stamp: &mut Option<Stamp>,
+    ) -> Result<(), Reason> {
         if line.len() > LONGEST_LINE {
             return Err(Reason::Long);
         }
@@ -481,7 +619,9 @@ impl Scan<'_> {
         loop {
             // The numbers are read where they stand, without first looking for the end of the field.
             let slot = self.plan.get(count).copied().flatten();
+            let timed = slot.is_some() && slot == self.stamp_slot;
             if let (Some(slot), DecimalMark::Point) = (slot, decimal)
+                && !timed
                 && let Some(value) = fields.number()
             {
                 numbers[slot] = value;
@@ -493,7 +633,14 @@ impl Scan<'_> {
                 break;
             };
             last_empty = field.is_empty();
-            if let Some(slot) = slot {
+            if timed {
+                *stamp = Stamp::parse(field, decimal);
+                match (slot, *stamp) {
+                    (Some(slot), Some(stamp)) => numbers[slot] = stamp.value(),
+                    _ if bad.is_none() => bad = Some((count, field)),
+                    _ => {}
+                }
+            } else if let Some(slot) = slot {
                 match parse_number(field, decimal) {
                     Some(value) if is_reading(value) => numbers[slot] = value,
                     _ if bad.is_none() => bad = Some((count, field)),
@@ -512,21 +659,34 @@ impl Scan<'_> {
         }
     }
 
-    fn locate(&self, line: &[u8], number: u64, numbers: &mut [f64], bad: &mut Vec<BadField>) {
+    /// Converts what can be converted of a row and lists the rest.
+    fn locate(
+        &self,
+        line: &[u8],
+        number: u64,
+        numbers: &mut [f64],
+        bad: &mut Vec<BadField>,
+    ) -> Option<Stamp> {
+        let decimal = self.layout.decimal;
+        let mut stamp = None;
         let fields = sniff::split(line, self.layout.separator);
         for (field, slot) in fields.iter().zip(self.plan) {
             let Some(slot) = *slot else { continue };
-            numbers[slot] = match parse_number(field, self.layout.decimal) {
-                Some(value) if is_reading(value) => value,
-                _ => {
-                    bad.push(BadField {
-                        line: number,
-                        selected: slot,
-                        text: shown(field),
-                    });
-                    f64::NAN
-                }
+            let value = if Some(slot) == self.stamp_slot {
+                stamp = Stamp::parse(field, decimal);
+                stamp.map(Stamp::value)
+            } else {
+                parse_number(field, decimal).filter(|v| is_reading(*v))
             };
+            numbers[slot] = value.unwrap_or_else(|| {
+                bad.push(BadField {
+                    line: number,
+                    selected: slot,
+                    text: shown(field),
+                });
+                f64::NAN
+            });
         }
+        stamp
     }
 }

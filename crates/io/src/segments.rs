@@ -3,7 +3,7 @@
 use crate::field::parse_number;
 use crate::layout::DecimalMark;
 use crate::sheet::Sheet;
-use crate::{Error, ErrorKind, Recording, Result};
+use crate::{Error, ErrorKind, Input, Recording, Result, Source};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -43,11 +43,20 @@ impl Segment {
     /// An unknown or missing column, a field that is no number, a segment that is reversed, lies outside the
     /// recording or overlaps another: each with its line.
     pub fn read(path: &Path, recording: &Recording) -> Result<Vec<Self>> {
-        Self::read_inner(path, recording).map_err(|e| e.at(path))
+        Self::from_source(Source::open(path)?, recording).map(|(segments, _)| segments)
     }
 
-    fn read_inner(path: &Path, recording: &Recording) -> Result<Vec<Self>> {
-        let sheet = Sheet::read(path, "table of segments")?;
+    /// Reads a table of segments from a source; its name and digest come with it.
+    ///
+    /// # Errors
+    /// As [`Segment::read`].
+    pub fn from_source(source: Source, recording: &Recording) -> Result<(Vec<Self>, Input)> {
+        let name = source.name().to_path_buf();
+        Self::read_inner(source, recording).map_err(|e| e.at(&name))
+    }
+
+    fn read_inner(source: Source, recording: &Recording) -> Result<(Vec<Self>, Input)> {
+        let sheet = Sheet::from_source(source, "table of segments")?;
         let table = Header::new(sheet.header()).map_err(|e| e.line(sheet.header_line()))?;
         let segments = sheet
             .rows()
@@ -72,7 +81,7 @@ impl Segment {
                 .with_hint("a sample may belong to one standstill only; the end is not included"));
             }
         }
-        Ok(segments.into_iter().map(|(_, s)| s).collect())
+        Ok((segments.into_iter().map(|(_, s)| s).collect(), sheet.input))
     }
 }
 
@@ -153,7 +162,15 @@ impl Header {
         };
         let samples = recording.samples();
         let [start, end] = if self.in_seconds {
-            let [a, b] = [number(self.start, "start_s")?, number(self.end, "end_s")?];
+            let time = |i: usize, name: &str| {
+                let plain = number(i, name)?;
+                // Exactly, where the times of the recording count from a far origin.
+                Ok(recording
+                    .time
+                    .at(&fields[i], DecimalMark::Point)
+                    .unwrap_or(plain))
+            };
+            let [a, b] = [time(self.start, "start_s")?, time(self.end, "end_s")?];
             let step = 1.0 / recording.time.rate_hz();
             let first = recording.time.seconds(0);
             let last = recording.time.seconds(samples - 1) + step;
@@ -162,7 +179,14 @@ impl Header {
                 if t < first - 0.5 * step || t > last + 0.5 * step {
                     return Err(Error::new(
                         ErrorKind::Row,
-                        format!("{t} s lies outside the recording, which lasts from {first} s to {last} s"),
+                        format!(
+                            "{} s lies outside the recording, which lasts from {first} s to {last} s{}",
+                            t,
+                            match recording.time.origin().value() {
+                                0.0 => String::new(),
+                                _ => " counted from its first stamp".into(),
+                            }
+                        ),
                     )
                     .column(name)
                     .with_hint("times are in the scale of the recording's own time, in seconds"));

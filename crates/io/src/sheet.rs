@@ -2,36 +2,45 @@
 
 use crate::field::{is_reading, parse_number, shown};
 use crate::layout::{DecimalMark, sniff};
-use crate::{Error, ErrorKind, Input, Result};
+use crate::source::LARGEST_DOCUMENT;
+use crate::{Error, ErrorKind, Input, Result, Source};
 use std::path::{Path, PathBuf};
 
 /// Unit endings of the headings of one quantity, and what a number is multiplied with to be in SI.
-pub(crate) type Endings = &'static [(&'static str, f64)];
+pub type Endings = &'static [(&'static str, f64)];
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 const G: f64 = proofmass_core::STANDARD_GRAVITY;
 
-pub(crate) const FREQUENCY: Endings = &[("Hz", 1.0), ("kHz", 1e3)];
-pub(crate) const ANGLE: Endings = &[("deg", DEGREE), ("rad", 1.0)];
-pub(crate) const VOLTAGE: Endings = &[("V", 1.0), ("mV", 1e-3), ("uV", 1e-6)];
-pub(crate) const ACCELERATION: Endings = &[("m/s2", 1.0), ("g", G)];
-pub(crate) const VELOCITY: Endings = &[("m/s", 1.0), ("mm/s", 1e-3), ("um/s", 1e-6)];
-pub(crate) const SENSITIVITY: Endings = &[
+/// Frequencies.
+pub const FREQUENCY: Endings = &[("Hz", 1.0), ("kHz", 1e3)];
+/// Angles.
+pub const ANGLE: Endings = &[("deg", DEGREE), ("rad", 1.0)];
+/// Voltages.
+pub const VOLTAGE: Endings = &[("V", 1.0), ("mV", 1e-3), ("uV", 1e-6)];
+/// Accelerations.
+pub const ACCELERATION: Endings = &[("m/s2", 1.0), ("g", G)];
+/// Velocities.
+pub const VELOCITY: Endings = &[("m/s", 1.0), ("mm/s", 1e-3), ("um/s", 1e-6)];
+/// Sensitivities of transducers with voltage output.
+pub const SENSITIVITY: Endings = &[
     ("V/(m/s2)", 1.0),
     ("mV/(m/s2)", 1e-3),
     ("V/g", 1.0 / G),
     ("mV/g", 1e-3 / G),
 ];
 /// A pure number; the heading may stand without an ending.
-pub(crate) const RATIO: Endings = &[("", 1.0), ("%", 0.01)];
-pub(crate) const PERCENT: Endings = &[("%", 0.01), ("1", 1.0)];
+pub const RATIO: Endings = &[("", 1.0), ("%", 0.01)];
+/// A pure number whose heading must say whether it is in percent.
+pub const PERCENT: Endings = &[("%", 0.01), ("1", 1.0)];
 
 /// Headings that are for people and never read.
 const FREE: &[&str] = &["note", "comment", "operator", "date", "time"];
 
 /// A table in memory. Comment lines begin with `#`; the separator is comma, semicolon or tabulator.
-pub(crate) struct Sheet {
+pub struct Sheet {
     path: PathBuf,
+    /// Path and digest.
     pub input: Input,
     what: &'static str,
     header: Vec<String>,
@@ -44,15 +53,16 @@ pub(crate) struct Sheet {
 
 /// Where a quantity stands, and its factor to SI.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Place {
+pub struct Place {
     column: usize,
     factor: f64,
 }
 
 /// One row.
 #[derive(Clone, Copy)]
-pub(crate) struct SheetRow<'a> {
+pub struct SheetRow<'a> {
     sheet: &'a Sheet,
+    /// Line in the file, counted from one.
     pub line: u64,
     fields: &'a [String],
 }
@@ -63,12 +73,21 @@ impl Sheet {
     /// # Errors
     /// A missing or empty file, a header without rows, a heading given twice, a row of another width.
     pub fn read(path: &Path, what: &'static str) -> Result<Self> {
-        Self::read_inner(path, what).map_err(|e| e.at(path))
+        Self::from_source(Source::open(path)?, what)
     }
 
-    fn read_inner(path: &Path, what: &'static str) -> Result<Self> {
-        crate::layout::open(path)?;
-        let bytes = std::fs::read(path).map_err(|e| Error::access(path, "read", e))?;
+    /// Reads a whole table from a source.
+    ///
+    /// # Errors
+    /// As [`Sheet::read`].
+    pub fn from_source(source: Source, what: &'static str) -> Result<Self> {
+        let name = source.name().to_path_buf();
+        Self::read_inner(source, what).map_err(|e| e.at(&name))
+    }
+
+    fn read_inner(source: Source, what: &'static str) -> Result<Self> {
+        let path = source.name().to_path_buf();
+        let (bytes, input) = source.into_bytes(LARGEST_DOCUMENT)?;
         let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&bytes);
         if bytes.contains(&0) {
             return Err(
@@ -146,8 +165,8 @@ impl Sheet {
             );
         }
         Ok(Self {
-            path: path.to_path_buf(),
-            input: Input::of(path)?,
+            path,
+            input,
             what,
             claimed: vec![false; header.len()],
             header,
@@ -255,6 +274,7 @@ impl Sheet {
         self.header_line
     }
 
+    /// The rows, in their order.
     pub fn rows(&self) -> impl Iterator<Item = SheetRow<'_>> {
         self.rows.iter().map(|(line, fields)| SheetRow {
             sheet: self,

@@ -1,10 +1,7 @@
 //! The nearest known word, for messages about misspelt names.
 
 /// The candidate that differs least from `word`, when it differs by at most a third of its letters.
-pub(crate) fn nearest<'a>(
-    word: &str,
-    candidates: impl IntoIterator<Item = &'a str>,
-) -> Option<&'a str> {
+pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let limit = (word.chars().count() / 3).max(1);
     candidates
         .into_iter()

@@ -1,23 +1,14 @@
 //! When the samples were taken: a checked time column or a stated rate.
 
-use crate::{Error, ErrorKind, Result};
-use serde::{Deserialize, Serialize};
+use crate::clock::{Backward, Clock, ClockEstimator, Gap};
+use crate::layout::DecimalMark;
+use crate::stamp::Stamp;
+use crate::{Error, ErrorKind, Result, clock_findings};
+use proofmass_uncertainty::Finding;
 
-/// A step longer than this many median steps is a gap.
-const GAP: f64 = 1.5;
-
-/// A place where samples are missing.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Gap {
-    /// Index of the last sample before the gap.
-    pub after_sample: usize,
-    /// Line of that sample.
-    pub line: u64,
-    /// Time of that sample, s.
-    pub at_s: f64,
-    /// Length of the step, s.
-    pub step_s: f64,
-}
+/// Beyond so many seconds a recording counts its times from its first stamp: a double then tells less than
+/// 2·10⁻¹¹ s, which stamps since 1970 would not leave it.
+const FAR: f64 = 1e5;
 
 /// Where the times come from.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,15 +22,27 @@ pub enum TimeSource {
 
 /// The times of a recording.
 ///
+/// Times count from the zero of the time column, unless its first stamp lies beyond 10⁵ s, as stamps since 1970 do:
+/// then they count from that stamp, and [`TimeBase::origin`] is it. Differences are exact in either case.
+///
 /// **Units** seconds and hertz.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TimeBase {
     source: TimeSource,
     samples: usize,
     rate: f64,
-    jitter: Option<f64>,
+    clock: Option<Clock>,
     gaps: Vec<Gap>,
+    origin: Stamp,
+    per_second: f64,
+    findings: Vec<Finding>,
 }
+
+const ZERO: Stamp = Stamp {
+    parts: 0,
+    decimals: 0,
+    dated: false,
+};
 
 impl TimeBase {
     /// Equal steps at a stated rate.
@@ -58,50 +61,49 @@ impl TimeBase {
             source: TimeSource::Uniform,
             samples,
             rate: rate_hz,
-            jitter: None,
+            clock: None,
             gaps: Vec::new(),
+            origin: ZERO,
+            per_second: 1.0,
+            findings: Vec::new(),
         })
     }
 
     /// From times in seconds; `line` tells the line of a sample for messages.
     ///
-    /// The nominal rate is the inverse of the median step, the jitter the standard deviation of the steps that
-    /// are not gaps about it. Gaps are steps of more than 1.5 median steps; they are reported, not refused.
+    /// # Errors
+    /// Fewer than two times; one that is not finite, repeats or runs backwards.
+    pub fn from_seconds(seconds: &[f64], line: impl Fn(usize) -> u64) -> Result<Self> {
+        let stamps = seconds
+            .iter()
+            .enumerate()
+            .map(|(i, t)| {
+                Stamp::of(*t).ok_or_else(|| {
+                    Error::new(ErrorKind::Time, format!("{t} s is no time")).line(line(i))
+                })
+            })
+            .collect::<Result<Vec<Stamp>>>()?;
+        Self::from_stamps(&stamps, 1.0, line)
+    }
+
+    /// From stamps in units of which `per_second` make a second; `line` tells the line of a sample for messages.
+    ///
+    /// The rate is that of the straight line through the stamps, gaps left out ([`Clock`]). A counter that began
+    /// again is undone. Where stamps repeat because they are coarser than the sampling or come in bursts, the times
+    /// are those of the line; otherwise they are the stamps. Gaps are reported, not refused.
     ///
     /// # Errors
-    /// Fewer than two times; a time that repeats or runs backwards.
-    pub fn from_seconds(seconds: Vec<f64>, line: impl Fn(usize) -> u64) -> Result<Self> {
-        if seconds.len() < 2 {
-            return Err(Error::new(
-                ErrorKind::Time,
-                format!("{} samples give no time step", seconds.len()),
-            )
-            .with_hint("a recording needs at least two rows"));
+    /// Fewer than two stamps; one that runs backwards, or repeats as a doubled row does.
+    pub fn from_stamps(
+        stamps: &[Stamp],
+        per_second: f64,
+        line: impl Fn(usize) -> u64,
+    ) -> Result<Self> {
+        let mut builder = TimeBaseBuilder::new(per_second, false);
+        for (i, stamp) in stamps.iter().enumerate() {
+            builder.push(*stamp, line(i));
         }
-        for (i, pair) in seconds.windows(2).enumerate() {
-            check_step(pair[0], pair[1]).map_err(|e| e.line(line(i + 1)))?;
-        }
-        let mut steps: Vec<f64> = seconds.windows(2).map(|w| w[1] - w[0]).collect();
-        let median = median(&mut steps);
-        let mut jitter = Steps::new(median);
-        let mut gaps = Vec::new();
-        for (i, pair) in seconds.windows(2).enumerate() {
-            if jitter.is_gap(pair[1] - pair[0]) {
-                gaps.push(Gap {
-                    after_sample: i,
-                    line: line(i),
-                    at_s: pair[0],
-                    step_s: pair[1] - pair[0],
-                });
-            }
-        }
-        Ok(Self {
-            samples: seconds.len(),
-            source: TimeSource::Column(seconds),
-            rate: 1.0 / median,
-            jitter: jitter.deviation(),
-            gaps,
-        })
+        builder.finish()
     }
 
     /// Where the times come from.
@@ -109,19 +111,57 @@ impl TimeBase {
         &self.source
     }
 
-    /// Nominal sampling rate, Hz.
+    /// Sampling rate, Hz: stated, or that of the clock line.
     pub fn rate_hz(&self) -> f64 {
         self.rate
     }
 
-    /// Standard deviation of the steps about their median, gaps left out, s; `None` for a stated rate.
+    /// What the stamps tell about their clock; `None` for a stated rate.
+    pub fn clock(&self) -> Option<&Clock> {
+        self.clock.as_ref()
+    }
+
+    /// Standard deviation of the steps, gaps left out, s; `None` for a stated rate.
     pub fn jitter_s(&self) -> Option<f64> {
-        self.jitter
+        self.clock.and_then(|c| c.jitter_s)
     }
 
     /// Places where samples are missing.
     pub fn gaps(&self) -> &[Gap] {
         &self.gaps
+    }
+
+    /// What is doubtful about the times: gaps, coarse stamps, bursts, counters that began again.
+    pub fn findings(&self) -> &[Finding] {
+        &self.findings
+    }
+
+    /// The stamp that is time zero, in units of the time column: 0, or the first stamp where it lies far from 0.
+    pub fn origin(&self) -> Stamp {
+        self.origin
+    }
+
+    /// Seconds from the zero of another recording by the same clock to the zero of this one, exactly.
+    pub fn offset_s(&self, other: &Self) -> f64 {
+        if self.per_second == other.per_second {
+            self.origin.since(other.origin) / self.per_second
+        } else {
+            self.origin.value() / self.per_second - other.origin.value() / other.per_second
+        }
+    }
+
+    /// The time of this recording at a stamp written in seconds in the scale of its time column, exactly.
+    pub fn at(&self, field: &str, decimal: DecimalMark) -> Option<f64> {
+        let stamp = Stamp::parse(field.as_bytes(), decimal)?;
+        if self.per_second == 1.0 {
+            return Some(stamp.since(self.origin));
+        }
+        let scale = self.per_second.round() as i128;
+        let scaled = Stamp {
+            parts: stamp.parts.checked_mul(scale)?,
+            ..stamp
+        };
+        Some(scaled.since(self.origin) / self.per_second)
     }
 
     /// Time of a sample, s.
@@ -135,7 +175,7 @@ impl TimeBase {
         }
     }
 
-    /// From the first to the last sample, one nominal step added: n/f for a recording without gaps, s.
+    /// From the first to the last sample, one step added: n/f for a recording without gaps, s.
     pub fn duration_s(&self) -> f64 {
         match &self.source {
             TimeSource::Column(t) => t[t.len() - 1] - t[0] + 1.0 / self.rate,
@@ -155,72 +195,129 @@ impl TimeBase {
     }
 }
 
-/// Refuses a time that does not come after the one before.
-pub(crate) fn check_step(before: f64, after: f64) -> Result<()> {
-    if after > before {
-        return Ok(());
-    }
-    let same = after == before;
-    Err(Error::new(
-        ErrorKind::Time,
-        if same {
-            format!("the time {after} s repeats the one before")
-        } else {
-            format!("the time runs backwards, from {before} s to {after} s")
-        },
-    )
-    .with_hint(if same {
-        "remove the doubled row, export the time with more digits, or give `sampling_rate_Hz` instead of a time column"
-    } else {
-        "look for a restart of the clock or two recordings in one file, and split it there"
-    }))
+/// Takes the stamps of a recording one by one.
+pub(crate) struct TimeBaseBuilder {
+    estimator: ClockEstimator,
+    per_second: f64,
+    events: bool,
+    origin: Stamp,
+    seconds: Vec<f64>,
+    repeated: Option<(u64, f64)>,
 }
 
-/// Median of a non-empty slice, which it reorders.
-pub(crate) fn median(values: &mut [f64]) -> f64 {
-    let n = values.len();
-    let (below, &mut upper, _) = values.select_nth_unstable_by(n / 2, f64::total_cmp);
-    if n % 2 == 1 {
-        upper
-    } else {
-        let lower = below.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        0.5 * (lower + upper)
-    }
-}
-
-/// Running statistics of time steps about their median.
-pub(crate) struct Steps {
-    median: f64,
-    sum: f64,
-    sum2: f64,
-    count: u64,
-}
-
-impl Steps {
-    pub(crate) fn new(median: f64) -> Self {
+impl TimeBaseBuilder {
+    /// For stamps in units of which so many make a second; `events` come when they come and have no rate.
+    pub(crate) fn new(per_second: f64, events: bool) -> Self {
         Self {
-            median,
-            sum: 0.0,
-            sum2: 0.0,
-            count: 0,
+            estimator: ClockEstimator::new(per_second).keep_all_gaps(),
+            per_second,
+            events,
+            origin: ZERO,
+            seconds: Vec::new(),
+            repeated: None,
         }
     }
 
-    /// Whether the step is a gap; other steps count for the jitter.
-    pub(crate) fn is_gap(&mut self, step: f64) -> bool {
-        let gap = step > GAP * self.median;
-        if !gap {
-            let d = step - self.median;
-            self.sum += d;
-            self.sum2 += d * d;
-            self.count += 1;
+    pub(crate) fn push(&mut self, stamp: Stamp, line: u64) {
+        if self.seconds.is_empty() && (stamp.value() / self.per_second).abs() >= FAR {
+            self.origin = stamp;
         }
-        gap
+        let stamp = self.estimator.add(self.seconds.len(), line, stamp);
+        let t = stamp.since(self.origin) / self.per_second;
+        if self.repeated.is_none() && self.seconds.last() == Some(&t) {
+            self.repeated = Some((line, stamp.value() / self.per_second));
+        }
+        self.seconds.push(t);
     }
 
-    pub(crate) fn deviation(&self) -> Option<f64> {
-        let n = self.count as f64;
-        (self.count > 1)
-            .then(|| ((self.sum2 - self.sum * self.sum / n).max(0.0) / (n - 1.0)).sqrt())
+    pub(crate) fn finish(mut self) -> Result<TimeBase> {
+        let samples = self.seconds.len();
+        if samples < 2 {
+            return Err(Error::new(
+                ErrorKind::Time,
+                format!("{samples} samples give no time step"),
+            )
+            .with_hint("a recording needs at least two rows"));
+        }
+        let repeats = self.estimator.may_repeat();
+        let clock = self.estimator.finish();
+        if let Some((line, what)) = self.estimator.backward.first() {
+            return Err(backward(*what).line(*line));
+        }
+        let (clock, events) = match (clock, self.repeated) {
+            (Some(clock), None) => (clock, self.events),
+            // The line through stamps that repeat is that of samples, not of events.
+            (Some(clock), Some(_)) if !self.events => (clock, false),
+            (_, at) => {
+                let (line, at_s) = at.unwrap_or((0, self.seconds[0]));
+                return Err(backward(Backward::Repeats { at_s }).line(line));
+            }
+        };
+        let mut base = TimeBase {
+            samples,
+            source: TimeSource::Uniform,
+            rate: clock.rate_hz,
+            clock: None,
+            gaps: Vec::new(),
+            origin: self.origin,
+            per_second: self.per_second,
+            findings: Vec::new(),
+        };
+        if events {
+            base.rate = (samples - 1) as f64 / (self.seconds[samples - 1] - self.seconds[0]);
+            base.findings = clock_findings::of(&clock, self.estimator.wraps(), &[], false);
+            base.findings
+                .retain(|f| f.code() == clock_findings::WRAPPED);
+        } else {
+            base.gaps = std::mem::take(&mut self.estimator.gaps);
+            for gap in &mut base.gaps {
+                gap.at_s = self.seconds[gap.after_sample];
+            }
+            if repeats {
+                along_the_line(&mut self.seconds, &base.gaps, 1.0 / clock.rate_hz);
+            }
+            base.findings = clock_findings::of(&clock, self.estimator.wraps(), &base.gaps, repeats);
+            base.clock = Some(clock);
+        }
+        base.source = TimeSource::Column(self.seconds);
+        Ok(base)
     }
+}
+
+/// Puts the samples of every stretch without a gap on their line: mean of the stamps, slope of the clock.
+fn along_the_line(seconds: &mut [f64], gaps: &[Gap], period: f64) {
+    let mut start = 0;
+    let ends = gaps.iter().map(|g| g.after_sample + 1);
+    for end in ends.chain([seconds.len()]) {
+        let stretch = &mut seconds[start..end];
+        let n = stretch.len() as f64;
+        let first = stretch.first().copied().unwrap_or(0.0);
+        let mean = stretch.iter().map(|t| t - first).sum::<f64>() / n;
+        let begin = first + mean - 0.5 * (n - 1.0) * period;
+        for (k, t) in stretch.iter_mut().enumerate() {
+            *t = begin + k as f64 * period;
+        }
+        start = end;
+    }
+    // Two lines that meet in a gap may cross by less than their scatter.
+    for i in 1..seconds.len() {
+        if seconds[i] <= seconds[i - 1] {
+            seconds[i] = seconds[i - 1].next_up();
+        }
+    }
+}
+
+/// Why a stamp is refused.
+fn backward(what: Backward) -> Error {
+    let (what, hint) = match what {
+        Backward::Repeats { at_s } => (
+            format!("the time {at_s} s repeats the one before"),
+            "remove the doubled row, export the time with more digits, or give `sampling_rate_Hz` instead of a time column",
+        ),
+        Backward::Runs { from_s, to_s } => (
+            format!("the time runs backwards, from {from_s} s to {to_s} s"),
+            "look for a restart or a correction of the clock, or two recordings in one file, and split it there; or give `sampling_rate_Hz` instead of a time column",
+        ),
+    };
+    Error::new(ErrorKind::Time, what).with_hint(hint)
 }

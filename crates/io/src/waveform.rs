@@ -2,11 +2,9 @@
 
 use crate::layout::{ColumnRef, LayoutOptions};
 use crate::output::AtomicFile;
-use crate::rows::hexadecimal;
-use crate::{Error, ErrorKind, Input, Recording, RecordingOptions, Result, Unit};
+use crate::{Error, ErrorKind, Input, Recording, RecordingOptions, Result, Source, Unit};
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
 /// Form of the samples.
@@ -80,12 +78,21 @@ impl Waveform {
     /// A missing or empty file, one that ends inside a sample, a channel that is not there, a sample that is not
     /// finite (with its number), a unit other than volts, no sampling rate.
     pub fn read(path: &Path, options: &WaveformOptions) -> Result<Self> {
+        Self::from_source(Source::open(path)?, options)
+    }
+
+    /// Reads the channels of a source: a pipe, bytes in memory.
+    ///
+    /// # Errors
+    /// As [`Waveform::read`].
+    pub fn from_source(source: Source, options: &WaveformOptions) -> Result<Self> {
+        let name = source.name().to_path_buf();
         match options.format {
-            WaveformFormat::F32 => Self::read_f32(path, options),
-            WaveformFormat::Wav => Self::read_wav(path, options),
-            WaveformFormat::Text => Self::read_text(path, options),
+            WaveformFormat::F32 => Self::read_f32(source, options),
+            WaveformFormat::Wav => Self::read_wav(source, options),
+            WaveformFormat::Text => Self::read_text(source, options),
         }
-        .map_err(|e| e.at(path))
+        .map_err(|e| e.at(&name))
     }
 
     /// Number of samples of each channel.
@@ -106,8 +113,9 @@ impl Waveform {
         }
     }
 
-    fn read_f32(path: &Path, options: &WaveformOptions) -> Result<Self> {
-        let bytes = bytes(path)?;
+    fn read_f32(source: Source, options: &WaveformOptions) -> Result<Self> {
+        let path = source.name().to_path_buf();
+        let (bytes, input) = bytes(source)?;
         let count = options.channel_count;
         let frame = 4 * count;
         if count == 0 || bytes.len() % frame != 0 {
@@ -130,16 +138,17 @@ impl Waveform {
         }
         finite(&channels, options)?;
         Ok(Self {
-            path: path.to_path_buf(),
-            sha256: digest(&bytes),
+            path,
+            sha256: input.sha256,
             sampling_rate_hz: rate(options.sampling_rate_hz)?,
             channels,
             findings: Vec::new(),
         })
     }
 
-    fn read_wav(path: &Path, options: &WaveformOptions) -> Result<Self> {
-        let bytes = bytes(path)?;
+    fn read_wav(source: Source, options: &WaveformOptions) -> Result<Self> {
+        let path = source.name().to_path_buf();
+        let (bytes, input) = bytes(source)?;
         let fail = |e: hound::Error| {
             Error::new(ErrorKind::Format, format!("no WAV file that can be read: {e}"))
                 .with_hint("integers of 16, 24 or 32 bits and 32-bit floats are understood; a file cut short is refused")
@@ -199,17 +208,18 @@ impl Waveform {
             ));
         }
         Ok(Self {
-            path: path.to_path_buf(),
-            sha256: digest(&bytes),
+            path,
+            sha256: input.sha256,
             sampling_rate_hz: stated,
             channels,
             findings: Vec::new(),
         })
     }
 
-    fn read_text(path: &Path, options: &WaveformOptions) -> Result<Self> {
-        let recording = Recording::read(
-            path,
+    fn read_text(source: Source, options: &WaveformOptions) -> Result<Self> {
+        let path = source.name().to_path_buf();
+        let recording = Recording::from_source(
+            source,
             &RecordingOptions {
                 layout: options.layout.clone(),
                 columns: options.channels.iter().map(|c| c.1.clone()).collect(),
@@ -246,7 +256,7 @@ impl Waveform {
                 ));
         }
         Ok(Self {
-            path: path.to_path_buf(),
+            path,
             sampling_rate_hz: recording.time.rate_hz(),
             findings: recording.findings().to_vec(),
             sha256: recording.sha256,
@@ -290,18 +300,16 @@ pub fn write_f32(path: &Path, channels: &[&[f64]]) -> Result<()> {
     file.commit()
 }
 
-fn bytes(path: &Path) -> Result<Vec<u8>> {
-    crate::layout::open(path)?;
-    let bytes = std::fs::read(path).map_err(|e| Error::access(path, "read", e))?;
+/// Most bytes of a recording that has to be held whole; a WAV file cannot be larger.
+const LARGEST: u64 = 4 << 30;
+
+fn bytes(source: Source) -> Result<(Vec<u8>, Input)> {
+    let (bytes, input) = source.into_bytes(LARGEST)?;
     if bytes.is_empty() {
         return Err(Error::new(ErrorKind::Format, "the recording is empty")
             .with_hint("measure the run again, or take its row out of the table of runs"));
     }
-    Ok(bytes)
-}
-
-fn digest(bytes: &[u8]) -> String {
-    hexadecimal(&Sha256::digest(bytes))
+    Ok((bytes, input))
 }
 
 fn rate(given: Option<f64>) -> Result<f64> {

@@ -52,8 +52,8 @@ fn refuses_what_is_no_text_file() {
     assert!(error.to_string().contains("binary"), "{error}");
     let error = refused(b"\xFF\xFEt\x00,\x00", &xyz());
     assert!(error.to_string().contains("UTF-16"), "{error}");
-    let error = refused("1,".repeat(100_000), &xyz());
-    assert!(error.to_string().contains("longer than 64 KiB"), "{error}");
+    let error = refused("1,".repeat(3_000_000), &xyz());
+    assert!(error.to_string().contains("longer than 4 MiB"), "{error}");
     let folder = tempfile::tempdir().unwrap();
     let error = Recording::read(folder.path(), &xyz()).unwrap_err();
     assert!(error.to_string().contains("folder"), "{error}");

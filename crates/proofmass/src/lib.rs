@@ -23,6 +23,7 @@
 pub use proofmass_calibration as calibration;
 pub use proofmass_core as core;
 pub use proofmass_io as io;
+pub use proofmass_jobs as jobs;
 pub use proofmass_motion as motion;
 pub use proofmass_noise as noise;
 pub use proofmass_report as report;

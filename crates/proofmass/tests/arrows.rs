@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::process::Command;
 
 /// Room and what it may use. `proofmass` (the façade) may use all, `proofmass-cli` the façade alone.
-const ROOMS: [(&str, &[&str]); 9] = [
+const ROOMS: [(&str, &[&str]); 10] = [
     ("core", &[]),
     ("uncertainty", &["core"]),
     ("signal", &["core", "uncertainty"]),
@@ -22,6 +22,20 @@ const ROOMS: [(&str, &[&str]); 9] = [
             "noise",
             "calibration",
             "motion",
+        ],
+    ),
+    (
+        "jobs",
+        &[
+            "core",
+            "uncertainty",
+            "signal",
+            "noise",
+            "calibration",
+            "motion",
+            "rig",
+            "io",
+            "report",
         ],
     ),
 ];

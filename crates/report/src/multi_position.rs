@@ -5,7 +5,8 @@ use crate::{
     Axis, BarPlot, Cell, Column, KeyFigure, MatrixPlot, Report, Section, Series, SpherePlot, Table,
     XyPlot,
 };
-use proofmass_calibration::{Ferraris, MultiPositionFit, StandstillCalibration, WindowedVariance};
+use proofmass_calibration::{Ferraris, MultiPositionFit, StandstillCalibration};
+use proofmass_signal::Trace;
 use proofmass_uncertainty::{Finding, Format, Quantity};
 
 /// What the report tells beside the calibration itself.
@@ -23,10 +24,12 @@ pub struct MultiPositionReport<'a> {
     pub probability: f64,
     /// All findings, those of the recording included.
     pub findings: &'a [Finding],
-    /// Times (s) and outputs of the recording, for its plot.
-    pub recording: Option<(&'a [f64], [&'a [f64]; 3])>,
-    /// The statistic of the standstill search, for its plot.
-    pub windowed: Option<&'a WindowedVariance>,
+    /// Outputs x, y, z against time, s, for their plot.
+    pub outputs: Option<&'a [Trace; 3]>,
+    /// The statistic of the standstill search against time, for its plot.
+    pub windowed: Option<&'a Trace>,
+    /// Beginning and end of each standstill, s.
+    pub standstills: &'a [(f64, f64)],
     /// Last line.
     pub footer: String,
 }
@@ -40,7 +43,7 @@ impl MultiPositionReport<'_> {
             .section(self.result(fit))
             .section(self.agreement(fit))
             .section(self.budget(fit));
-        if self.recording.is_some() {
+        if self.outputs.is_some() {
             report = report.section(self.standstills(calibration));
         }
         report
@@ -103,7 +106,7 @@ impl MultiPositionReport<'_> {
                 Column::number("ν_eff", ""),
             ],
         );
-        for quantity in fit.estimate().quantities() {
+        for quantity in fit.quantities() {
             let (value, expanded) = rounded(quantity.value, quantity.expanded(self.probability));
             table = table.row([
                 Cell::text(quantity.name.clone()),
@@ -146,19 +149,9 @@ impl MultiPositionReport<'_> {
         }
         Section::new("Agreement of the standstills")
             .paragraph(format!(
-                "χ² = {:.1} with {} degrees of freedom against the noise of the means{}. Attitudes: {}; the largest \
-                 part of the sphere without an attitude has a radius of {:.0}°. Condition number {:.1}.",
-                fit.chi_square(),
-                fit.degrees_of_freedom(),
-                match fit.birge_ratio() {
-                    Some(birge) if fit.excess() > 0.0 => format!(
-                        " (Birge ratio {birge:.2}); a standard deviation of {:.2} mm/s² common to all standstills \
-                         was added to it",
-                        1e3 * fit.excess()
-                    ),
-                    Some(birge) => format!(" (Birge ratio {birge:.2})"),
-                    None => String::new(),
-                },
+                "{} Attitudes: {}; the largest part of the sphere without an attitude has a radius of {:.0}°. Condition \
+                 number {:.1}.",
+                scatter(fit),
                 fit.coverage(),
                 fit.coverage().largest_hole_deg,
                 fit.condition(),
@@ -251,29 +244,19 @@ impl MultiPositionReport<'_> {
             ),
             None => "The standstills were given.".to_owned(),
         });
-        if let Some((time, outputs)) = self.recording {
-            let at = |sample: usize| time[sample.min(time.len() - 1)];
-            let shades: Vec<(f64, f64)> = sweep
-                .segments
-                .iter()
-                .map(|s| (at(s.start), at(s.end - 1)))
-                .collect();
+        if let Some(outputs) = self.outputs {
+            let shades = self.standstills;
             let unit = calibration.fit.output_unit();
             let mut plot = XyPlot::new(Axis::linear("time", "s"), Axis::linear("output", unit));
             for (name, output) in ["x", "y", "z"].iter().zip(outputs) {
-                plot = plot.series(Series::line(*name, time, output));
+                plot = plot.series(Series::line(*name, &output.x, &output.y));
             }
-            plot = plot.shade("standstill", &shades);
+            plot = plot.shade("standstill", shades);
             if let Some(windowed) = self.windowed {
-                let floor = windowed
-                    .statistic()
-                    .iter()
-                    .map(|v| v.max(1e-3))
-                    .collect::<Vec<_>>();
                 plot = plot
                     .below(Axis::log("variance / floor", ""))
-                    .series(Series::line("windowed variance", time, &floor).look(3))
-                    .shade("", &shades);
+                    .series(Series::line("windowed variance", &windowed.x, &windowed.y).look(3))
+                    .shade("", shades);
                 if let Some(threshold) = sweep.threshold {
                     plot = plot.horizontal(threshold, "threshold");
                 }
@@ -324,6 +307,26 @@ impl MultiPositionReport<'_> {
                 fit.iterations(),
             ))
     }
+}
+
+/// What the residuals say of the standstills, and what the intervals do with it.
+fn scatter(fit: &MultiPositionFit) -> String {
+    let tau = 1e3 * fit.excess();
+    let (Some(chi_square), Some(birge)) = (fit.chi_square(), fit.birge_ratio()) else {
+        return format!(
+            "The noise of the readings is not known: their scatter about the model, {tau:.2} mm/s², is all there is.",
+        );
+    };
+    let nu = fit.degrees_of_freedom();
+    let range = fit.scatter().map_or(String::new(), |s| {
+        let [low, high] = s.birge_range;
+        format!("; {low:.2} to {high:.2} in 95 % of cases where the noise is all there is")
+    });
+    format!(
+        "χ² = {chi_square:.1} with {nu} degrees of freedom against the noise of the means (Birge ratio {birge:.2}{range}). \
+         The estimated standard deviation between standstills beyond that noise is {tau:.2} mm/s²; the intervals carry \
+         it, and how well the residuals fix it, without a test in between.",
+    )
 }
 
 fn key_figures(fit: &MultiPositionFit) -> Vec<KeyFigure> {

@@ -12,11 +12,13 @@ pub mod sine;
 mod density;
 mod detrend;
 mod multitaper;
+mod trace;
 mod welch;
 mod window;
 
 pub use density::Density;
 pub use detrend::{Detrend, Trend};
 pub use multitaper::{Multitaper, Tapers, slepian};
+pub use trace::Trace;
 pub use welch::Welch;
 pub use window::{Window, equivalent_noise_bandwidth};

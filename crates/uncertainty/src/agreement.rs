@@ -1,6 +1,8 @@
 //! E_n: do two results agree within what their uncertainties allow.
 
-use crate::{Estimate, Quantity};
+#[cfg(feature = "estimate")]
+use crate::Estimate;
+use crate::Quantity;
 use proofmass_core::Error;
 use serde::{Deserialize, Serialize};
 
@@ -85,6 +87,7 @@ impl En {
     }
 }
 
+#[cfg(feature = "estimate")]
 impl Estimate {
     /// E_n of two components of this estimate, with the correlation they have here.
     ///

@@ -73,6 +73,7 @@ impl Input {
         &self.name
     }
 
+    #[cfg(feature = "monte-carlo")]
     /// What a trial draws: a normal whose u has finite degrees of freedom is a Student t. **Source** `[S1] 6.4.9.7`.
     pub(crate) fn drawn_from(&self) -> Distribution {
         match self.distribution {

@@ -135,64 +135,108 @@
 )]
 
 mod agreement;
-mod budget_file;
-mod covariance;
+mod between_scatter;
 mod coverage;
 mod distribution;
 mod effective_dof;
-mod estimate;
-mod evaluation;
 mod expression;
 mod finding;
 mod fixed_size;
 mod format;
-mod histogram;
-mod implicit;
-mod input;
-mod monte_carlo;
 mod notation;
 mod number;
-mod propagation;
+mod quantile;
+mod quantity;
 mod refusal;
-mod region;
-mod sampler;
-mod solved;
 mod student;
-mod validation;
-mod ziggurat;
 
 pub use agreement::En;
-pub use budget_file::{
-    Budget, CorrelationEntry, Equations, InputEntry, IntermediateEntry, OutputEntry,
-    UncertaintyModel,
+pub use between_scatter::{
+    BetweenScatter, CommonErrors, Linearised, MeanOfRepeats, NoiseDof, Repeats, WithCommonErrors,
 };
-pub use covariance::Covariance;
 pub use coverage::DegreesOfFreedom;
 pub use distribution::Distribution;
-pub use effective_dof::{CorrelatedGroup, GroupDof, welch_satterthwaite, willink, willink_hall};
-pub use estimate::{
-    BudgetInput, BudgetLine, Component, Effect, Estimate, Evaluation, Influence, Quantity,
-};
-pub use evaluation::{Evaluate, ModelResult, OutputResult};
+pub use effective_dof::welch_satterthwaite;
 pub use expression::Expression;
 pub use finding::{Finding, Severity};
 pub use fixed_size::{propagate_fixed, propagate_independent, propagate_jacobian};
 pub use format::{Alphabet, DecimalMark, Format, Formatted, Notation, Rounded, ShowDof};
-pub use histogram::Histogram;
-pub use implicit::{Implicit, LeastSquares, propagate_implicit, propagate_least_squares};
-pub use input::{Draw, Input, Inputs, JointInputs, Labels};
-pub use monte_carlo::{Interval, MonteCarlo, Progress, Sampled, SampledOutput, Trials};
 pub use notation::{scientific, superscript};
 pub use number::{Complex, Dual, Number};
-pub use propagation::{
-    Linear, Model, SecondOrder, jacobian, linear, propagate, propagate_second_order,
+pub use quantile::{
+    chi_squared_quantile, dof_of_coverage_factor, f_quantile, normal_quantile, student_quantile,
 };
+pub use quantity::{Evaluation, Quantity};
 pub use refusal::Refusal;
-pub use region::Region;
-pub use solved::{NormalEquations, Solved};
-pub use validation::{Validation, Verdict, numerical_tolerance};
+
+/// Joint covariances, estimates and the law of propagation.
+#[cfg(feature = "estimate")]
+mod joint {
+    pub use crate::covariance::Covariance;
+    pub use crate::effective_dof::{CorrelatedGroup, GroupDof, willink, willink_hall};
+    pub use crate::estimate::{BudgetInput, BudgetLine, Component, Effect, Estimate, Influence};
+    pub use crate::implicit::{
+        Implicit, LeastSquares, propagate_implicit, propagate_least_squares,
+    };
+    pub use crate::input::{Draw, Input, Inputs, JointInputs, Labels};
+    pub use crate::propagation::{
+        Linear, Model, SecondOrder, jacobian, linear, propagate, propagate_second_order,
+    };
+    pub use crate::solved::{NormalEquations, Solved};
+}
+#[cfg(feature = "estimate")]
+mod covariance;
+#[cfg(feature = "estimate")]
+mod estimate;
+#[cfg(feature = "estimate")]
+mod implicit;
+#[cfg(feature = "estimate")]
+mod input;
+#[cfg(feature = "estimate")]
+mod propagation;
+#[cfg(feature = "estimate")]
+mod solved;
+#[cfg(feature = "estimate")]
+pub use joint::*;
+
+/// Propagation of distributions.
+#[cfg(feature = "monte-carlo")]
+mod trials {
+    pub use crate::histogram::Histogram;
+    pub use crate::monte_carlo::{
+        Interval, MonteCarlo, Progress, Sampled, SampledOutput, Trial, Trials,
+    };
+    pub use crate::region::Region;
+    pub use crate::validation::{Validation, Verdict, numerical_tolerance};
+}
+#[cfg(feature = "monte-carlo")]
+mod histogram;
+#[cfg(feature = "monte-carlo")]
+mod monte_carlo;
+#[cfg(feature = "monte-carlo")]
+mod region;
+#[cfg(feature = "monte-carlo")]
+mod sampler;
+#[cfg(feature = "monte-carlo")]
+mod validation;
+#[cfg(feature = "monte-carlo")]
+mod ziggurat;
+#[cfg(feature = "monte-carlo")]
+pub use trials::*;
+
+#[cfg(feature = "model-file")]
+mod budget_file;
+#[cfg(feature = "model-file")]
+mod evaluation;
+#[cfg(feature = "model-file")]
+pub use budget_file::{
+    Budget, CorrelationEntry, Equations, InputEntry, IntermediateEntry, OutputEntry,
+    UncertaintyModel,
+};
+#[cfg(feature = "model-file")]
+pub use evaluation::{Evaluate, ModelResult, OutputResult};
 
 /// The example of the README, so that it stays true.
-#[cfg(doctest)]
+#[cfg(all(doctest, feature = "model-file"))]
 #[doc = include_str!("../README.md")]
 struct Readme;

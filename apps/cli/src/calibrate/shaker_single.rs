@@ -11,10 +11,8 @@ use proofmass::calibration::shaker::reference::ReferenceTable;
 use proofmass::calibration::shaker::single_axis::{
     ComparisonBudget, ComparisonRow, SingleAxis, combine, compare,
 };
-use proofmass::io::{
-    Cell, Certificate, Input, ResultDocument, RunTable, ShakerSingleCampaign, SingleAxisSeat,
-    Software, Table,
-};
+use proofmass::io::{Cell, Input, ResultDocument, Software, Table};
+use proofmass::jobs::campaign::{Certificate, RunTable, ShakerSingleCampaign, SingleAxisSeat};
 use proofmass::report::SingleAxisReport;
 use proofmass::uncertainty::{Finding, Quantity, Severity};
 

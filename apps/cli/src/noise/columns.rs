@@ -18,9 +18,9 @@ pub(super) fn read(noise: &Noise) -> Result<Recording, Failure> {
             time: noise.time.as_deref().map(ColumnRef::from_word),
             time_unit: noise.time_unit,
             sampling_rate_hz: noise.rate,
-            temperature: None,
             // With a scale or for integrals, --unit is not the unit of the columns as they stand.
             unit: noise.unit.filter(|_| noise.scale.is_none() && !noise.phase),
+            ..RecordingOptions::default()
         },
     )?;
     let rate = rate(&recording);

@@ -4,9 +4,11 @@ use crate::Failure;
 use proofmass::calibration::shaker::geometry::published_plan;
 use proofmass::calibration::shaker::reference::{ReferencePoint, ReferenceTable};
 use proofmass::calibration::shaker::{
-    Acts, Budget, Configuration, Correction, Input, Key, Spurious, SpuriousTable, c64,
+    Acts, Budget, Complex64, Configuration, Correction, Input, Key, Spurious, SpuriousTable,
 };
-use proofmass::io::{BudgetInput, Certificate, Plan, ShakerBudget, SpuriousFile, SpuriousRow};
+use proofmass::jobs::campaign::{
+    BudgetInput, Certificate, Plan, ShakerBudget, SpuriousFile, SpuriousRow,
+};
 
 pub(crate) fn reference(certificate: &Certificate) -> Result<ReferenceTable, Failure> {
     let points = certificate.points.iter().map(|p| ReferencePoint {
@@ -23,7 +25,7 @@ pub(crate) fn correction(file: &SpuriousFile) -> Correction {
     let entries = file.rows.iter().map(|r| Spurious {
         inclination: r.inclination,
         frequency: r.frequency_hz,
-        ratio: r.ratio.map(|[re, im]| c64::new(re, im)),
+        ratio: r.ratio.map(|[re, im]| Complex64::new(re, im)),
         covariance: r.covariance,
     });
     Correction {
@@ -96,7 +98,6 @@ fn input(stated: &BudgetInput) -> Result<Input, Failure> {
         key: stated.name.clone(),
         description: stated.description.clone(),
         acts,
-        standard_uncertainty: stated.standard_uncertainty,
         distribution: stated.distribution.clone(),
         evaluation: stated.evaluation,
         dof: stated.dof,

@@ -182,7 +182,7 @@ impl Sensors {
         }
         // Seconds since an epoch leave a double too few digits for a step.
         let origin = main.time.seconds(0);
-        let clock = clock(&main, origin, self.reading.edges());
+        let clock = clock(&main, &main, origin, self.reading.edges());
 
         let reading = self
             .reading
@@ -200,7 +200,7 @@ impl Sensors {
                 let other = Recording::read_sparse(path, &options, &absent)?;
                 findings.extend(other.findings().iter().cloned());
                 inputs.push(other.input());
-                let own = self::clock(&other, origin, false);
+                let own = self::clock(&other, &main, origin, false);
                 self.accelerations(&other, &own, 0)?
             }
         };
@@ -246,7 +246,7 @@ impl Sensors {
                     let options = self.options(path, vec![column], time, reference.rate)?;
                     let other = Recording::read_sparse(path, &options, &[Absent::EmptyOrNan])?;
                     bench.inputs.push(other.input());
-                    reference.samples(&other, &self::clock(&other, origin, false), 0)?
+                    reference.samples(&other, &self::clock(&other, &main, origin, false), 0)?
                 }
             };
             reference.attach(&mut bench, &samples)?;
@@ -296,8 +296,8 @@ impl Sensors {
             time,
             time_unit: self.time_unit.filter(|_| rate.is_none() && (main || !told)),
             sampling_rate_hz: rate,
-            temperature: None,
-            unit: None,
+            events: self.reading.edges() && main,
+            ..RecordingOptions::default()
         })
     }
 
@@ -411,8 +411,10 @@ impl Sensors {
 }
 
 /// Times of the rows after an origin: of an even clock behind rounded stamps, the clock.
-fn clock(recording: &Recording, origin: f64, edges: bool) -> Vec<f64> {
+fn clock(recording: &Recording, main: &Recording, origin: f64, edges: bool) -> Vec<f64> {
     let n = recording.samples();
+    // Recordings with stamps since 1970 count from their own first one.
+    let origin = origin - recording.time.offset_s(&main.time);
     let own: Vec<f64> = (0..n).map(|k| recording.time.seconds(k) - origin).collect();
     let TimeSource::Column(stamps) = recording.time.source() else {
         return own;

@@ -1,16 +1,19 @@
 //! What a multi-position fit gives: the model, the joint estimate, the residuals, the doubts.
 
-use super::{BIAS, ELEMENT, Model, MultiPosition, Problem, UNDETERMINED, findings};
-use crate::adjustment::Adjustment;
+use super::misfit::{self, Misfit};
+use super::suspects::{self, Suspect};
+use super::{BIAS, ELEMENT, Model, MultiPosition, Problem, Solved, findings};
 use crate::{DirectionCoverage, Pose, Triple};
 use faer::Mat;
 use proofmass_core::{Error, Gravity, Matrix3, SensorModel};
 use proofmass_uncertainty::{
-    Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence,
+    BetweenScatter, CommonErrors, Component, Covariance, DegreesOfFreedom, Effect, Estimate,
+    Evaluation, Finding, Influence, Quantity,
 };
+use serde::{Deserialize, Serialize};
 
 /// How one standstill agrees with the fit.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PoseResidual {
     /// Name of the standstill.
     pub name: String,
@@ -22,7 +25,7 @@ pub struct PoseResidual {
     pub acceleration: Triple,
     /// ‖a‖ − g, m/s².
     pub magnitude_residual: f64,
-    /// Standard uncertainty of that residual from the noise of the mean alone, m/s².
+    /// Standard uncertainty of that residual from the noise of the mean alone, m/s²; zero where it is not known.
     pub noise: f64,
     /// a − g u, m/s², where the attitude was given.
     pub vector_residual: Option<Triple>,
@@ -31,22 +34,52 @@ pub struct PoseResidual {
     pub studentised: Option<f64>,
 }
 
+/// Contributions to the standard uncertainty of one quantity from the standstills, in its unit; they add in squares.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ScatterParts {
+    /// The quantity.
+    pub name: String,
+    /// Noise within the standstills.
+    pub noise: f64,
+    /// Own errors of the given attitudes.
+    pub attitude: f64,
+    /// What varies between the standstills beyond that.
+    pub between: f64,
+}
+
+/// The result without the standstills that are suspected.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WithoutSuspects {
+    /// Who is left out.
+    pub suspects: Vec<Suspect>,
+    /// The quantities then; `None` where the rest does not determine them.
+    pub quantities: Option<Vec<Quantity>>,
+}
+
 /// Result of a [`MultiPosition`] fit.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MultiPositionFit {
     pub(crate) model: Model,
     pub(crate) sensor: SensorModel<f64>,
     pub(crate) estimate: Estimate,
+    pub(crate) quantities: Vec<Quantity>,
+    pub(crate) parts: Vec<ScatterParts>,
+    pub(crate) probability: f64,
     pub(crate) gravity: Gravity,
     pub(crate) output_unit: String,
+    pub(crate) are_accelerations: bool,
+    pub(crate) attitudes_given: bool,
     pub(crate) poses: Vec<Pose>,
     pub(crate) residuals: Vec<PoseResidual>,
     pub(crate) coverage: DirectionCoverage,
-    pub(crate) chi_square: f64,
+    pub(crate) chi_square: Option<f64>,
     pub(crate) degrees_of_freedom: usize,
+    pub(crate) scatter: Option<BetweenScatter>,
     pub(crate) excess: f64,
     pub(crate) condition: f64,
     pub(crate) iterations: usize,
+    pub(crate) misfits: Vec<Misfit>,
+    pub(crate) without_suspects: Option<WithoutSuspects>,
     pub(crate) findings: Vec<Finding>,
 }
 
@@ -66,6 +99,56 @@ impl MultiPositionFit {
     /// bias in output units; scale K_ii in output units per m/s²; misalignment K_ij/K_ii in rad.
     pub fn estimate(&self) -> &Estimate {
         &self.estimate
+    }
+
+    /// The quantities with their expanded uncertainties at the probability of the fit: the principal result.
+    ///
+    /// As [`Estimate::quantities`], but that with fewer than four degrees of freedom the scatter of the standstills
+    /// and the common errors add as expanded uncertainties
+    /// ([`CommonErrors::with_scatter`](proofmass_uncertainty::CommonErrors::with_scatter)).
+    pub fn quantities(&self) -> &[Quantity] {
+        &self.quantities
+    }
+
+    /// One of [`Self::quantities`] by its dotted name.
+    pub fn quantity(&self, name: &str) -> Option<&Quantity> {
+        self.quantities.iter().find(|q| q.name == name)
+    }
+
+    /// The budget row "standstills" of each quantity taken apart.
+    pub fn scatter_parts(&self) -> &[ScatterParts] {
+        &self.parts
+    }
+
+    /// Probability of the intervals of [`Self::quantities`].
+    pub fn probability(&self) -> f64 {
+        self.probability
+    }
+
+    /// Whether outputs are accelerations, so that a bias is one too.
+    pub fn are_accelerations(&self) -> bool {
+        self.are_accelerations
+    }
+
+    /// Whether the attitudes were given; else a rotation and a mirror image of the sensor cannot be seen.
+    pub fn attitudes_given(&self) -> bool {
+        self.attitudes_given
+    }
+
+    /// What was looked for in the residuals, found or not.
+    pub fn misfits(&self) -> &[Misfit] {
+        &self.misfits
+    }
+
+    /// The result without the standstills that are suspected; `None` where none is.
+    pub fn without_suspects(&self) -> Option<&WithoutSuspects> {
+        self.without_suspects.as_ref()
+    }
+
+    /// What the rule for scatter of unknown size says, in natural units (variances in g²); `None` without degrees
+    /// of freedom or without known noise.
+    pub fn scatter(&self) -> Option<&BetweenScatter> {
+        self.scatter.as_ref()
     }
 
     /// Gravity the fit was made with.
@@ -103,8 +186,9 @@ impl MultiPositionFit {
         &self.coverage
     }
 
-    /// χ² of the residuals against the noise of the means (and the attitudes' uncertainty).
-    pub fn chi_square(&self) -> f64 {
+    /// χ² of the residuals against the noise of the means (and the attitudes' uncertainty); `None` where the noise is
+    /// not known.
+    pub fn chi_square(&self) -> Option<f64> {
         self.chi_square
     }
 
@@ -114,14 +198,14 @@ impl MultiPositionFit {
     }
 
     /// √(χ²/ν): how many times the residuals exceed what the noise of the means explains; `None` without
-    /// degrees of freedom.
+    /// degrees of freedom or known noise.
     pub fn birge_ratio(&self) -> Option<f64> {
-        (self.degrees_of_freedom > 0)
-            .then(|| (self.chi_square / self.degrees_of_freedom as f64).sqrt())
+        let chi_square = self.chi_square.filter(|_| self.degrees_of_freedom > 0)?;
+        Some((chi_square / self.degrees_of_freedom as f64).sqrt())
     }
 
-    /// Standard deviation common to all standstills that was added to meet the residuals, m/s²; zero when the
-    /// noise explains them.
+    /// Estimated standard deviation between the standstills beyond the noise, m/s²; zero where the residuals are no
+    /// larger than the noise. Where the noise is not known, all of their scatter.
     pub fn excess(&self) -> f64 {
         self.excess
     }
@@ -144,157 +228,206 @@ impl MultiPositionFit {
     pub(crate) fn assemble(
         settings: &MultiPosition,
         problem: &Problem<'_>,
-        adjustment: Adjustment,
-        excess: f64,
-        chi_square: f64,
+        solved: Solved,
     ) -> Result<Self, Error> {
         let model = settings.model;
         let g = settings.gravity.value();
-        let kappa = model.matrix(&adjustment.parameters);
+        let parameters = &solved.solution.parameters;
+        let kappa = model.matrix(parameters);
         let scale = problem.radius / g;
         let k = kappa.map(|row| row.map(|v| v * scale));
-        let bias =
-            std::array::from_fn(|i| problem.centre[i] + problem.radius * adjustment.parameters[i]);
+        let bias = std::array::from_fn(|i| problem.centre[i] + problem.radius * parameters[i]);
         let sensor = SensorModel::new(Matrix3(k), bias)?;
 
-        let causes = causes(settings, problem, &adjustment, excess)?;
-        check_determined(model, &causes)?;
+        let causes = causes(settings, problem, &solved)?;
+        check_determined(model, settings.limit, &causes)?;
         let unit = &settings.output_unit;
         let (components, jacobian) = quantities(model, &k, bias, scale, problem.radius, unit);
         let natural: Vec<Component> = (0..model.parameters())
-            .map(|i| Component::new(model.parameter_name(i), "1", adjustment.parameters[i]))
+            .map(|i| Component::new(model.parameter_name(i), "1", parameters[i]))
             .collect();
         let estimate = Estimate::new(natural, causes)?.propagate(components, &jacobian)?;
+        let quantities = stated(&estimate, &solved, settings.probability);
+        let parts = parts(&estimate, &solved, &jacobian);
 
-        let residuals = residuals(problem, &sensor, &adjustment, excess, g);
+        let residuals = residuals(problem, &sensor, &solved, g);
         let directions: Vec<Triple> = residuals.iter().map(|r| r.acceleration).collect();
+        let mut terms = solved.terms();
+        let suspects = suspects::accept(problem, &solved, &mut terms);
+        let misfits = misfit::of(problem, &solved, &mut terms);
         let mut fit = Self {
             model,
             sensor,
             estimate,
+            quantities,
+            parts,
+            probability: settings.probability,
             gravity: settings.gravity,
             output_unit: unit.clone(),
+            are_accelerations: settings.nominal_sensitivity.is_some(),
+            attitudes_given: problem.attitudes.is_some(),
             poses: problem.poses.to_vec(),
             residuals,
             coverage: DirectionCoverage::of(&directions),
-            chi_square,
-            degrees_of_freedom: adjustment.degrees_of_freedom,
-            excess: excess.sqrt() * g,
-            condition: adjustment.condition,
-            iterations: adjustment.iterations,
+            chi_square: solved.chi_square,
+            degrees_of_freedom: solved.freedom,
+            scatter: solved.scatter,
+            excess: solved.excess.sqrt() * g,
+            condition: solved.condition,
+            iterations: solved.solution.iterations,
+            misfits,
+            without_suspects: (!suspects.is_empty()).then(|| WithoutSuspects {
+                quantities: without(settings, problem.poses, &suspects),
+                suspects,
+            }),
             findings: Vec::new(),
         };
-        fit.findings = findings::of(&fit);
+        fit.findings = findings::of(&fit, &kappa);
         Ok(fit)
     }
 }
+
+/// The quantities of a fit to the others.
+fn without(
+    settings: &MultiPosition,
+    poses: &[Pose],
+    suspects: &[Suspect],
+) -> Option<Vec<Quantity>> {
+    let poses = suspects::others(poses, suspects);
+    let problem = Problem::new(settings, &poses).ok()?;
+    let solved = Solved::of(settings, &problem).ok()?;
+    // Suspects of the rest are not chased any further.
+    let causes = causes(settings, &problem, &solved).ok()?;
+    check_determined(settings.model, settings.limit, &causes).ok()?;
+    let (g, parameters) = (settings.gravity.value(), &solved.solution.parameters);
+    let scale = problem.radius / g;
+    let k = settings
+        .model
+        .matrix(parameters)
+        .map(|row| row.map(|v| v * scale));
+    let bias = std::array::from_fn(|i| problem.centre[i] + problem.radius * parameters[i]);
+    let unit = &settings.output_unit;
+    let (components, jacobian) = quantities(settings.model, &k, bias, scale, problem.radius, unit);
+    let natural = (0..settings.model.parameters())
+        .map(|i| Component::new(settings.model.parameter_name(i), "1", parameters[i]))
+        .collect();
+    let estimate = Estimate::new(natural, causes)
+        .ok()?
+        .propagate(components, &jacobian)
+        .ok()?;
+    Some(stated(&estimate, &solved, settings.probability))
+}
+
+/// Key of the influence that holds everything the residuals show.
+const STANDSTILLS: &str = "standstills";
 
 /// The independent causes of uncertainty as seen in the natural parameters.
 fn causes(
     settings: &MultiPosition,
     problem: &Problem<'_>,
-    adjustment: &Adjustment,
-    excess: f64,
+    solved: &Solved,
 ) -> Result<Vec<Influence>, Error> {
-    let gain = &adjustment.gain;
-    let (p, rows) = (gain.nrows(), gain.ncols());
-    let blocks = problem.equations(&adjustment.parameters)?;
-    let d = rows / blocks.len();
-    let kappa = Matrix3(problem.model.matrix(&adjustment.parameters));
-    let mut noise = Mat::<f64>::zeros(p, p);
-    let mut tilt = Mat::<f64>::zeros(p, p);
-    let mut noise_level = 0.0;
-    for (index, block) in blocks.iter().enumerate() {
-        let g = gain.subcols(index * d, d);
-        let tilt_part = match &problem.attitudes {
-            Some(attitudes) => {
-                let t = problem.tilt_covariance(&kappa, attitudes[index]);
-                Mat::from_fn(3, 3, |i, j| t[i][j])
-            }
-            None => Mat::zeros(d, d),
-        };
-        let noise_part = &block.covariance - &tilt_part;
-        noise_level += (0..d).map(|i| block.covariance[(i, i)]).sum::<f64>() / rows as f64;
-        noise += g * &noise_part * g.transpose();
-        tilt += g * &tilt_part * g.transpose();
-    }
-    let joint = |m: &Mat<f64>| covariance_of(m);
-    let nu = adjustment.degrees_of_freedom as f64;
-    let mut causes = vec![Influence {
-        key: "noise".to_owned(),
-        description: "noise of the standstill means".to_owned(),
-        evaluation: Evaluation::A,
-        distribution: "normal".to_owned(),
-        dof: settings.noise_dof,
-        effect: Effect::Joint {
-            covariance: joint(&noise)?,
-        },
-    }];
-    if excess > 0.0 {
-        // The residuals fix the sum of noise and excess with ν degrees of freedom; seen from the excess alone,
-        // which is the smaller part of that sum, it is worth fewer.
-        let share = excess / (excess + noise_level);
-        let gg = gain * gain.transpose() * faer::Scale(excess);
-        causes.push(Influence {
-            key: "excess".to_owned(),
-            description: "residuals beyond the noise of the means".to_owned(),
+    let kappa = Matrix3(problem.model.matrix(&solved.solution.parameters));
+    let mut causes = vec![
+        Influence {
+            key: STANDSTILLS.to_owned(),
+            description: "standstills: noise of their means and what varies between them"
+                .to_owned(),
             evaluation: Evaluation::A,
             distribution: "normal".to_owned(),
-            dof: DegreesOfFreedom::new(nu * share * share).unwrap_or(DegreesOfFreedom::INFINITE),
+            dof: solved.dof,
             effect: Effect::Joint {
-                covariance: joint(&gg)?,
+                covariance: covariance_of(&solved.covariance())?,
+            },
+        },
+        gravity(settings, problem, solved, &kappa),
+    ];
+    if let Some(attitudes) = &problem.attitudes
+        && settings.attitude.common > 0.0
+    {
+        let turned = frame_rotation(problem, solved, &kappa, attitudes, settings.attitude.common);
+        causes.push(Influence {
+            key: "attitude-common".to_owned(),
+            description: "orientation of the frame of all attitudes".to_owned(),
+            evaluation: Evaluation::B,
+            distribution: "normal".to_owned(),
+            dof: DegreesOfFreedom::INFINITE,
+            effect: Effect::Joint {
+                covariance: covariance_of(&turned)?,
             },
         });
     }
-    causes.push(gravity(settings, problem, gain, &kappa));
-    if let Some(attitudes) = &problem.attitudes {
-        if settings.attitude.independent > 0.0 {
-            causes.push(Influence {
-                key: "attitude".to_owned(),
-                description: "attitude of each standstill".to_owned(),
-                evaluation: Evaluation::B,
-                distribution: "normal".to_owned(),
-                dof: DegreesOfFreedom::INFINITE,
-                effect: Effect::Joint {
-                    covariance: joint(&tilt)?,
-                },
-            });
-        }
-        if settings.attitude.common > 0.0 {
-            causes.push(Influence {
-                key: "attitude-common".to_owned(),
-                description: "orientation of the frame of all attitudes".to_owned(),
-                evaluation: Evaluation::B,
-                distribution: "normal".to_owned(),
-                dof: DegreesOfFreedom::INFINITE,
-                effect: Effect::Joint {
-                    covariance: joint(&frame_rotation(
-                        gain,
-                        &kappa,
-                        attitudes,
-                        settings.attitude.common,
-                    ))?,
-                },
-            });
-        }
-    }
     Ok(causes)
+}
+
+/// The quantities with the degrees of freedom of their expanded uncertainties.
+fn stated(estimate: &Estimate, solved: &Solved, probability: f64) -> Vec<Quantity> {
+    estimate
+        .quantities()
+        .into_iter()
+        .map(|quantity| {
+            let mut scatter = 0.0;
+            let mut common = CommonErrors::new();
+            for line in estimate.budget(&quantity.name).unwrap_or_default() {
+                if line.key == STANDSTILLS {
+                    scatter = line.contribution;
+                } else {
+                    common = common.with(line.contribution, line.dof);
+                }
+            }
+            if solved.freedom == 0 {
+                return quantity;
+            }
+            let nu = solved.freedom as f64;
+            let whole = common.with_scatter(scatter, solved.factor, nu, probability);
+            Quantity {
+                dof: whole.dof,
+                ..quantity
+            }
+        })
+        .collect()
+}
+
+/// Noise, attitude and excess as seen in the reported quantities.
+fn parts(estimate: &Estimate, solved: &Solved, jacobian: &[f64]) -> Vec<ScatterParts> {
+    let w = &solved.weighting;
+    let p = solved.solution.parameters.len();
+    let noise = solved.through_gain(|i| w.variances[i] - w.tilt[i]);
+    let attitude = solved.through_gain(|i| w.tilt[i]);
+    let between = solved.through_gain(|_| solved.excess);
+    let along = |row: &[f64], m: &Mat<f64>| {
+        let mut sum = 0.0;
+        for (a, x) in row.iter().enumerate() {
+            for (b, y) in row.iter().enumerate() {
+                sum += x * y * m[(a, b)];
+            }
+        }
+        sum.max(0.0).sqrt()
+    };
+    estimate
+        .components()
+        .iter()
+        .zip(jacobian.chunks(p))
+        .map(|(component, row)| ScatterParts {
+            name: component.name.clone(),
+            noise: along(row, &noise),
+            attitude: along(row, &attitude),
+            between: along(row, &between),
+        })
+        .collect()
 }
 
 /// Gravity: ∂r/∂g = −1/g per equation (unknown attitudes), −κu/g (known), carried through the gain.
 fn gravity(
     settings: &MultiPosition,
     problem: &Problem<'_>,
-    gain: &Mat<f64>,
+    solved: &Solved,
     kappa: &Matrix3<f64>,
 ) -> Influence {
     let g = settings.gravity.value();
     let by_gravity: Vec<f64> = match &problem.attitudes {
-        None => vec![-1.0 / g; gain.ncols()],
-        Some(attitudes) => attitudes
-            .iter()
-            .flat_map(|u| kappa.times(*u).map(|v| -v / g))
-            .collect(),
+        None => vec![-1.0 / g; problem.rows()],
+        Some(attitudes) => along_rotations(solved, attitudes, |u| kappa.times(u).map(|v| -v / g)),
     };
     Influence {
         key: "gravity".to_owned(),
@@ -306,41 +439,46 @@ fn gravity(
             value: g,
             unit: "m/s²".to_owned(),
             standard_uncertainty: settings.gravity.standard_uncertainty(),
-            sensitivity: through(gain, &by_gravity),
+            sensitivity: solved.through(&by_gravity),
         },
     }
 }
 
-/// −G ∂r/∂x: how an input x appears in the parameters.
-fn through(gain: &Mat<f64>, derivative: &[f64]) -> Vec<f64> {
-    (0..gain.nrows())
-        .map(|i| {
-            -derivative
-                .iter()
-                .enumerate()
-                .map(|(j, v)| gain[(i, j)] * v)
-                .sum::<f64>()
+/// What f makes of each given attitude, along the directions in which the equations are taken.
+fn along_rotations(
+    solved: &Solved,
+    attitudes: &[Triple],
+    f: impl Fn(Triple) -> Triple,
+) -> Vec<f64> {
+    let pairs = attitudes.iter().zip(&solved.weighting.rotations);
+    pairs
+        .flat_map(|(u, rotation)| {
+            let d = f(*u);
+            rotation.map(|axis| proofmass_core::dot(axis, d))
         })
         .collect()
 }
 
 /// Covariance of the parameters from one rotation of all attitudes, `u` rad about each axis.
-fn frame_rotation(gain: &Mat<f64>, kappa: &Matrix3<f64>, attitudes: &[Triple], u: f64) -> Mat<f64> {
-    let p = gain.nrows();
+fn frame_rotation(
+    problem: &Problem<'_>,
+    solved: &Solved,
+    kappa: &Matrix3<f64>,
+    attitudes: &[Triple],
+    u: f64,
+) -> Mat<f64> {
+    let p = problem.model.parameters();
     let mut sum = Mat::zeros(p, p);
     for axis in 0..3 {
-        let by_angle: Vec<f64> = attitudes
-            .iter()
-            .flat_map(|a| {
-                // e_axis × a
-                let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
-                let mut turned = [0.0; 3];
-                turned[i] = -a[j];
-                turned[j] = a[i];
-                kappa.times(turned).map(|v| -v)
-            })
-            .collect();
-        let s = through(gain, &by_angle);
+        let by_angle = along_rotations(solved, attitudes, |a| {
+            // e_axis × a
+            let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
+            let mut turned = [0.0; 3];
+            turned[i] = -a[j];
+            turned[j] = a[i];
+            kappa.times(turned).map(|v| -v)
+        });
+        let s = solved.through(&by_angle);
         sum += Mat::from_fn(p, p, |i, j| s[i] * s[j] * u * u);
     }
     sum
@@ -355,7 +493,7 @@ fn covariance_of(m: &Mat<f64>) -> Result<Covariance, Error> {
 }
 
 /// A parameter so uncertain that the linear model itself fails is not a result.
-fn check_determined(model: Model, causes: &[Influence]) -> Result<(), Error> {
+fn check_determined(model: Model, limit: f64, causes: &[Influence]) -> Result<(), Error> {
     let p = model.parameters();
     let mut variance = vec![0.0; p];
     for cause in causes {
@@ -368,11 +506,11 @@ fn check_determined(model: Model, causes: &[Influence]) -> Result<(), Error> {
         .max_by(|&a, &b| variance[a].total_cmp(&variance[b]))
         .unwrap_or(0);
     let u = variance[worst].sqrt();
-    if u > UNDETERMINED {
+    if !(u <= limit) {
         return Err(Error::TooUncertain {
             parameter: model.parameter_name(worst),
             uncertainty: u,
-            limit: UNDETERMINED,
+            limit,
         });
     }
     Ok(())
@@ -432,47 +570,55 @@ fn quantities(
 fn residuals(
     problem: &Problem<'_>,
     sensor: &SensorModel<f64>,
-    adjustment: &Adjustment,
-    excess: f64,
+    solved: &Solved,
     g: f64,
 ) -> Vec<PoseResidual> {
-    let d = adjustment.whitened.len() / problem.poses.len();
-    // Scaled by the residuals themselves when they were found to exceed the noise.
-    let nu = adjustment.degrees_of_freedom as f64;
+    let d = problem.each();
+    let p = problem.model.parameters();
+    let n = problem.rows();
+    let equations = &solved.solution.equations;
+    // 1 − leverage of each equation, and its residual in units of its own standard deviation.
+    let internal = |row: usize| {
+        let jacobian = &equations.jacobian[row * p..(row + 1) * p];
+        let leverage: f64 = (0..p).map(|c| jacobian[c] * solved.gain[c * n + row]).sum();
+        let variance = solved.weighting.variances[row] + solved.excess;
+        let freedom = 1.0 - leverage;
+        (freedom > 1e-6).then(|| equations.residual[row] / (freedom * variance).sqrt())
+    };
+    // Scaled by the other residuals when they were found to exceed the noise.
+    let nu = solved.freedom as f64;
+    let external = |t: f64| {
+        if solved.excess > 0.0 && nu > 1.0 {
+            t / ((nu - t * t).max(1e-3) / (nu - 1.0)).sqrt()
+        } else {
+            t
+        }
+    };
     problem
         .poses
         .iter()
         .enumerate()
         .map(|(index, pose)| {
             let a = sensor.apply(pose.mean);
-            let n = crate::direction_coverage::unit(a).unwrap_or([0.0; 3]);
-            let w = sensor.k_inverse().transpose().times(n);
-            let studentised = (index * d..(index + 1) * d)
-                .filter_map(|row| {
-                    let freedom = 1.0 - adjustment.leverage[row];
-                    let internal = adjustment.whitened[row] / freedom.max(0.0).sqrt();
-                    if freedom < 1e-6 {
-                        None
-                    } else if excess > 0.0 && nu > 1.0 {
-                        let scale = (nu - internal * internal).max(1e-3) / (nu - 1.0);
-                        Some(internal / scale.sqrt())
-                    } else {
-                        Some(internal)
-                    }
-                })
-                .max_by(|a, b| a.abs().total_cmp(&b.abs()));
+            let direction = crate::direction_coverage::unit(a).unwrap_or([0.0; 3]);
+            let w = sensor.k_inverse().transpose().times(direction);
+            let noise = pose
+                .covariance
+                .map_or(0.0, |c| super::quadratic_form(&c, w));
             PoseResidual {
                 name: pose.name(index),
                 samples: (pose.segment.start, pose.segment.end),
                 output: pose.mean,
                 acceleration: a,
                 magnitude_residual: proofmass_core::norm(a) - g,
-                noise: super::quadratic_form(&pose.covariance, w).max(0.0).sqrt(),
+                noise: noise.max(0.0).sqrt(),
                 vector_residual: problem
                     .attitudes
                     .as_ref()
                     .map(|u| std::array::from_fn(|i| a[i] - g * u[index][i])),
-                studentised,
+                studentised: (index * d..(index + 1) * d)
+                    .filter_map(|row| internal(row).map(external))
+                    .max_by(|a, b| a.abs().total_cmp(&b.abs())),
             }
         })
         .collect()

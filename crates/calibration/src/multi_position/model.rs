@@ -136,6 +136,16 @@ impl Model {
         }
     }
 
+    /// The next model with more parameters; `known`: whether attitudes are given.
+    pub fn larger(self, known: bool) -> Option<Self> {
+        match self {
+            Self::Bias => Some(Self::BiasScale),
+            Self::BiasScale => Some(Self::Triangular),
+            Self::Triangular | Self::Symmetric if known => Some(Self::Full),
+            Self::Triangular | Self::Symmetric | Self::Full => None,
+        }
+    }
+
     /// Refuses fewer equations than parameters.
     pub(crate) fn check_count(self, equations: usize, each: usize) -> Result<(), Error> {
         let needed = self.parameters().div_ceil(each);

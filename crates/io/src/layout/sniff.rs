@@ -1,7 +1,8 @@
 //! Finding the shape of a text from its head.
 
-use super::{DecimalMark, HEAD, Layout, LayoutOptions, Separator};
+use super::{DecimalMark, LARGEST_HEAD, Layout, LayoutOptions, Separator};
 use crate::field::{Fields, parse_number};
+use crate::stamp::Stamp;
 use crate::{Error, ErrorKind, Result, Unit};
 
 /// One line of the head: number from one, offset of its first byte, text without its end.
@@ -44,7 +45,14 @@ pub(super) fn layout(head: &[u8], complete: bool, options: &LayoutOptions) -> Re
     let voters = &content[content.len().saturating_sub(VOTERS)..];
     let (separator, decimal) = separator_and_decimal(voters, options);
     let columns = width(voters, separator);
-    let numeric = numeric_columns(voters, separator, decimal, columns);
+    let numeric = columns_that(voters, separator, columns, |f| is_number(f, decimal), 0);
+    let dated = columns_that(
+        voters,
+        separator,
+        columns,
+        |f| Stamp::parse(f, decimal).is_some_and(|s| s.dated),
+        1,
+    );
 
     // What LabVIEW marks as its header, or the user skips, is no longer among the content here.
     let mut preamble: Vec<&Line> = Vec::new();
@@ -148,9 +156,20 @@ pub(super) fn layout(head: &[u8], complete: bool, options: &LayoutOptions) -> Re
         passed_over,
         columns,
         numeric,
+        dated,
         first_data_line: first_data.number,
         data_offset: first_data.offset as u64,
     })
+}
+
+fn control(head: &[u8]) -> Option<usize> {
+    head.iter()
+        .position(|&b| b < 0x20 && !matches!(b, b'\t' | b'\n' | b'\r' | 0x0C | 0x1A))
+}
+
+/// Whether the head cannot be that of a text.
+pub(super) fn is_binary(head: &[u8]) -> bool {
+    control(head).is_some()
 }
 
 fn refuse_binary(head: &[u8]) -> Result<()> {
@@ -158,10 +177,7 @@ fn refuse_binary(head: &[u8]) -> Result<()> {
         return Err(Error::new(ErrorKind::Format, "the text is coded as UTF-16")
             .with_hint("save it again as UTF-8 or plain ASCII"));
     }
-    let control = head
-        .iter()
-        .position(|&b| b < 0x20 && !matches!(b, b'\t' | b'\n' | b'\r' | 0x0C | 0x1A));
-    match control {
+    match control(head) {
         Some(at) => Err(Error::new(
             ErrorKind::Format,
             format!(
@@ -203,7 +219,7 @@ fn lines(head: &[u8], complete: bool) -> Result<Vec<Line<'_>>> {
     if lines.is_empty() && !complete {
         return Err(Error::new(
             ErrorKind::Format,
-            format!("the first line is longer than {} KiB", HEAD / 1024),
+            format!("the first line is longer than {} MiB", LARGEST_HEAD >> 20),
         )
         .line(1)
         .with_hint("a recording is text with one row per sample and a line end after each"));
@@ -325,23 +341,25 @@ fn fits(fields: &[&[u8]], columns: usize) -> bool {
         || (fields.len() == columns + 1 && fields.last().is_some_and(|f| f.is_empty()))
 }
 
-fn numeric_columns(
+/// Columns whose fields are mostly of a kind; `least` is the lead that a vote needs.
+fn columns_that(
     voters: &[&Line],
     separator: Separator,
-    decimal: DecimalMark,
     columns: usize,
+    kind: impl Fn(&[u8]) -> bool,
+    least: i64,
 ) -> Vec<bool> {
     let mut votes = vec![0_i64; columns];
     for line in voters {
         let fields = split(line.text, separator);
         if fits(&fields, columns) {
             for (vote, field) in votes.iter_mut().zip(&fields) {
-                *vote += if is_number(field, decimal) { 1 } else { -1 };
+                *vote += if kind(field) { 1 } else { -1 };
             }
         }
     }
-    // A tie is a header with one row below it.
-    votes.iter().map(|&v| v >= 0).collect()
+    // For numbers a tie is a header with one row below it.
+    votes.iter().map(|&v| v >= least).collect()
 }
 
 /// Column names in the comment line just above the data, as numerical programs write them.

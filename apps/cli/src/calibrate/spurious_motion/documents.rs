@@ -5,9 +5,8 @@ use crate::shaker::inputs;
 use crate::shaker::runs::Observed;
 use crate::{Failure, clock};
 use proofmass::calibration::shaker::spurious::{Average, CircularStatistics, Comparison};
-use proofmass::io::{
-    Cell, Certificate, Input, ResultDocument, SpuriousFile, SpuriousMotionCampaign, Table,
-};
+use proofmass::io::{Cell, Input, ResultDocument, Table};
+use proofmass::jobs::campaign::{Certificate, SpuriousFile, SpuriousMotionCampaign};
 use proofmass::uncertainty::Finding;
 use serde::Serialize;
 

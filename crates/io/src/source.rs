@@ -1,0 +1,347 @@
+//! Where bytes come from: a file, a pipe, standard input or memory, plain or compressed; read once, from front to end.
+
+mod zstd;
+
+use crate::rows::hexadecimal;
+use crate::{Error, ErrorKind, Input, Result};
+use flate2::read::MultiGzDecoder;
+use sha2::{Digest, Sha256};
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+use zstd::ZstdReader;
+
+/// Most bytes of a document that has to be held whole: a campaign, a table, a calibration, a result.
+pub const LARGEST_DOCUMENT: u64 = 64 << 20;
+
+/// Bytes that are asked of the system at once.
+const PIECE: usize = 1 << 16;
+
+/// A stream of bytes with a name, opened once and read once.
+///
+/// gzip and zstd are recognised by their first bytes, whatever the name says, and come out unpacked. The SHA-256
+/// belongs to the bytes as they came, so that `sha256sum` of the file gives the same.
+///
+/// ```
+/// use proofmass_io::{Recording, RecordingOptions, Source};
+///
+/// let text: &[u8] = b"time_s,acc_g\n0.00,1.0\n0.01,1.5\n";
+/// let source = Source::new("measured over the wire", text)?;
+/// let options = RecordingOptions { columns: vec!["acc".into()], ..RecordingOptions::default() };
+/// let recording = Recording::from_source(source, &options)?;
+/// assert_eq!(recording.columns[0].data, [1.0, 1.5]);
+/// # Ok::<(), proofmass_io::Error>(())
+/// ```
+pub struct Source {
+    name: PathBuf,
+    size: Option<u64>,
+    body: Body,
+    /// Read ahead of the caller.
+    head: Vec<u8>,
+    at: usize,
+    /// The end of the content was seen.
+    at_end: bool,
+}
+
+enum Body {
+    Plain(Tap),
+    Gzip(Box<MultiGzDecoder<Tap>>),
+    Zstd(Box<ZstdReader<Tap>>),
+}
+
+/// Counts and digests what passes.
+struct Tap {
+    reader: Box<dyn Read + Send>,
+    /// The first bytes, taken for a look and given back.
+    first: Vec<u8>,
+    given: usize,
+    hash: Sha256,
+    bytes: u64,
+    /// The system itself refused, so that the content is not to blame.
+    refused: Option<io::ErrorKind>,
+}
+
+impl Tap {
+    fn pull(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        loop {
+            match self.reader.read(buffer) {
+                Ok(n) => {
+                    self.hash.update(&buffer[..n]);
+                    self.bytes += n as u64;
+                    return Ok(n);
+                }
+                Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
+                Err(e) => {
+                    self.refused = Some(e.kind());
+                    return Err(e);
+                }
+            }
+        }
+    }
+}
+
+impl Read for Tap {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        if self.given < self.first.len() {
+            let n = buffer.len().min(self.first.len() - self.given);
+            buffer[..n].copy_from_slice(&self.first[self.given..self.given + n]);
+            self.given += n;
+            return Ok(n);
+        }
+        self.pull(buffer)
+    }
+}
+
+impl Source {
+    /// Opens a file, a named pipe or, for `-`, standard input.
+    ///
+    /// # Errors
+    /// Nothing there, a folder, no permission.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self> {
+        let path = path.as_ref();
+        if path == Path::new("-") {
+            return Self::new("-", io::stdin());
+        }
+        let file = File::open(path).map_err(|e| Error::access(path, "open", e))?;
+        let meta = file
+            .metadata()
+            .map_err(|e| Error::access(path, "open", e))?;
+        if meta.is_dir() {
+            return Err(Error::new(ErrorKind::Format, "is a folder, not a file")
+                .at(path)
+                .with_hint("name the recording inside it"));
+        }
+        let mut source = Self::new(path, file)?;
+        source.size = meta.is_file().then_some(meta.len());
+        Ok(source)
+    }
+
+    /// From any reader; `name` stands in messages and in the list of inputs.
+    ///
+    /// # Errors
+    /// The reader refuses its first bytes.
+    pub fn new(name: impl Into<PathBuf>, reader: impl Read + Send + 'static) -> Result<Self> {
+        Self::boxed(name.into(), Box::new(reader))
+    }
+
+    /// From bytes in memory.
+    ///
+    /// # Errors
+    /// None in practice: memory does not refuse.
+    pub fn from_bytes(name: impl Into<PathBuf>, bytes: impl Into<Vec<u8>>) -> Result<Self> {
+        let bytes = bytes.into();
+        let size = bytes.len() as u64;
+        let mut source = Self::new(name, io::Cursor::new(bytes))?;
+        source.size = Some(size);
+        Ok(source)
+    }
+
+    fn boxed(name: PathBuf, reader: Box<dyn Read + Send>) -> Result<Self> {
+        let mut tap = Tap {
+            reader,
+            first: Vec::new(),
+            given: 0,
+            hash: Sha256::new(),
+            bytes: 0,
+            refused: None,
+        };
+        let mut first = [0; 4];
+        let mut known = 0;
+        while known < first.len() {
+            match tap.pull(&mut first[known..]) {
+                Ok(0) => break,
+                Ok(n) => known += n,
+                Err(e) => return Err(Error::access(&name, "read", e)),
+            }
+        }
+        tap.first = first[..known].to_vec();
+        let body = match tap.first[..] {
+            [0x1F, 0x8B, ..] => Body::Gzip(Box::new(MultiGzDecoder::new(tap))),
+            // A frame, or one of the sixteen forms of a frame that is to be skipped.
+            [0x28, 0xB5, 0x2F, 0xFD] | [0x50..=0x5F, 0x2A, 0x4D, 0x18] => {
+                Body::Zstd(Box::new(ZstdReader::new(tap)))
+            }
+            _ => Body::Plain(tap),
+        };
+        Ok(Self {
+            name,
+            size: None,
+            body,
+            head: Vec::new(),
+            at: 0,
+            at_end: false,
+        })
+    }
+
+    /// The name that stands in messages and in the list of inputs.
+    pub fn name(&self) -> &Path {
+        &self.name
+    }
+
+    /// Size of the file as it stands, where it is known beforehand.
+    pub fn size(&self) -> Option<u64> {
+        self.size
+    }
+
+    /// Bytes taken in so far, as they stand in the file: for a display of progress against [`Source::size`].
+    pub fn bytes_read(&self) -> u64 {
+        self.tap().bytes
+    }
+
+    /// The whole content, where it has no more than `limit` bytes, and its digest.
+    ///
+    /// # Errors
+    /// More bytes than that, damaged compression, the system's own.
+    pub fn into_bytes(mut self, limit: u64) -> Result<(Vec<u8>, Input)> {
+        let mut bytes = Vec::new();
+        loop {
+            let more = self.fill(&mut bytes, PIECE)?;
+            if bytes.len() as u64 > limit {
+                return Err(Error::new(
+                    ErrorKind::Format,
+                    format!("holds more than {}, the most that is read of such a file", size_in_words(limit)),
+                )
+                .at(&self.name)
+                .with_hint("name the right file: one that never ends, such as a device, has no content to read"));
+            }
+            if !more {
+                break;
+            }
+        }
+        let input = self.finish()?;
+        Ok((bytes, input))
+    }
+
+    /// What lies ahead, at least `bytes` of it where there are so many; nothing is consumed. The flag tells whether
+    /// that is all there is.
+    pub(crate) fn ahead(&mut self, bytes: usize) -> Result<(&[u8], bool)> {
+        while self.head.len() - self.at < bytes && !self.at_end {
+            let mut head = std::mem::take(&mut self.head);
+            let wanted = bytes - (head.len() - self.at);
+            let read = self.read_content(&mut head, wanted);
+            self.head = head;
+            read?;
+        }
+        Ok((&self.head[self.at..], self.at_end))
+    }
+
+    /// Appends up to `bytes` bytes; `false` at the end of the content.
+    pub(crate) fn fill(&mut self, to: &mut Vec<u8>, bytes: usize) -> Result<bool> {
+        let mut wanted = bytes;
+        if self.at < self.head.len() {
+            let n = wanted.min(self.head.len() - self.at);
+            to.extend_from_slice(&self.head[self.at..self.at + n]);
+            self.at += n;
+            wanted -= n;
+            if self.at == self.head.len() {
+                self.head = Vec::new();
+                self.at = 0;
+            }
+        }
+        if wanted > 0 && !self.at_end {
+            self.read_content(to, wanted)?;
+        }
+        Ok(!(self.at_end && self.head.len() == self.at))
+    }
+
+    /// Reads `bytes` bytes of content, or to its end.
+    fn read_content(&mut self, to: &mut Vec<u8>, bytes: usize) -> Result<()> {
+        let reader: &mut dyn Read = match &mut self.body {
+            Body::Plain(tap) => tap,
+            Body::Gzip(gzip) => gzip,
+            Body::Zstd(zstd) => zstd,
+        };
+        match reader.take(bytes as u64).read_to_end(to) {
+            Ok(got) => {
+                self.at_end = got < bytes;
+                Ok(())
+            }
+            Err(e) => Err(self.refusal(e)),
+        }
+    }
+
+    fn refusal(&self, e: io::Error) -> Error {
+        let form = match self.body {
+            Body::Gzip(_) => "gzip",
+            Body::Zstd(_) => "zstd",
+            Body::Plain(_) => return Error::access(&self.name, "read", e),
+        };
+        if self.tap().refused.is_some() {
+            return Error::access(&self.name, "read", e);
+        }
+        Error::new(
+            ErrorKind::Format,
+            format!("the {form} data are damaged or cut short: {e}"),
+        )
+        .at(&self.name)
+        .with_hint("fetch or pack the file again; nothing is taken from a damaged one")
+        .because(e)
+    }
+
+    /// Name and digest of what was read, once all of it was.
+    ///
+    /// # Errors
+    /// The rest cannot be read.
+    pub fn finish(mut self) -> Result<Input> {
+        let mut rest = Vec::new();
+        while !self.at_end {
+            rest.clear();
+            self.read_content(&mut rest, PIECE)?;
+        }
+        let tap = match self.body {
+            Body::Plain(tap) => tap,
+            Body::Gzip(gzip) => gzip.into_inner(),
+            Body::Zstd(zstd) => zstd.into_inner(),
+        };
+        Ok(Input {
+            path: self.name.display().to_string(),
+            sha256: hexadecimal(&tap.hash.finalize()),
+        })
+    }
+
+    fn tap(&self) -> &Tap {
+        match &self.body {
+            Body::Plain(tap) => tap,
+            Body::Gzip(gzip) => gzip.get_ref(),
+            Body::Zstd(zstd) => zstd.get_ref(),
+        }
+    }
+}
+
+impl Read for Source {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        if self.at < self.head.len() {
+            let n = buffer.len().min(self.head.len() - self.at);
+            buffer[..n].copy_from_slice(&self.head[self.at..self.at + n]);
+            self.at += n;
+            return Ok(n);
+        }
+        if self.at_end || buffer.is_empty() {
+            return Ok(0);
+        }
+        let n = match &mut self.body {
+            Body::Plain(tap) => tap.read(buffer),
+            Body::Gzip(gzip) => gzip.read(buffer),
+            Body::Zstd(zstd) => zstd.read(buffer),
+        }?;
+        self.at_end = n == 0;
+        Ok(n)
+    }
+}
+
+impl std::fmt::Debug for Source {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Source")
+            .field("name", &self.name)
+            .field("size", &self.size)
+            .finish_non_exhaustive()
+    }
+}
+
+fn size_in_words(bytes: u64) -> String {
+    match bytes {
+        b if b >= 1 << 30 => format!("{} GiB", b >> 30),
+        b if b >= 1 << 20 => format!("{} MiB", b >> 20),
+        b => format!("{b} bytes"),
+    }
+}

@@ -1,0 +1,321 @@
+//! `campaign.toml`: what was measured, with what, and how it is to be evaluated. One file per kind.
+
+mod multi_position;
+mod shaker;
+mod shaker_single;
+mod shaker_triaxial;
+mod spurious_motion;
+
+pub use multi_position::{
+    Attitude, Axes, GravityInput, Method, MethodModel, MultiPositionCampaign, Prefixes,
+    RecordingTable, StandstillTable,
+};
+pub use shaker::{
+    BudgetInput, Certificate, CertificatePoint, CertificateTable, Direction, DriveFrequency,
+    Mounting, PhasorQuantity, RunData, RunPhasor, RunTable, RunsTable, ShakerBudget,
+    ShakerRecording, ShakerRun, SingleAxisSeat, SpuriousFile, SpuriousRow,
+};
+pub use shaker_single::{ReadingTable, ShakerSingleCampaign};
+pub use shaker_triaxial::{
+    CorrectionTable, Plan, PlanTable, PublishedInputs, ShakerMethod, ShakerMethods,
+    ShakerTriaxialCampaign,
+};
+pub use spurious_motion::{SpuriousMotionCampaign, VibrometerTable};
+
+use crate::store::{Folder, Store};
+use proofmass_io::{Error, ErrorKind, Input, LARGEST_DOCUMENT, Result, Source};
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Kinds that can be read, as written after `kind =`.
+pub const KINDS: &[&str] = &[
+    "multi-position",
+    "shaker-triaxial",
+    "shaker-single",
+    "spurious-motion",
+];
+
+/// A campaign of any kind.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Campaign {
+    /// A triaxial accelerometer held still in many positions.
+    MultiPosition(Box<MultiPositionCampaign>),
+    /// A triaxial accelerometer on a shaker.
+    ShakerTriaxial(Box<ShakerTriaxialCampaign>),
+    /// A single-axis accelerometer against a reference.
+    ShakerSingle(Box<ShakerSingleCampaign>),
+    /// Motion of table and wedges beside the excitation.
+    SpuriousMotion(Box<SpuriousMotionCampaign>),
+}
+
+/// A campaign file as text, with the store of the files that it names: what every kind is read from.
+#[derive(Clone)]
+pub struct CampaignFile {
+    /// The file `campaign.toml` itself, as it stands in messages.
+    pub path: PathBuf,
+    /// Path and digest.
+    pub input: Input,
+    text: String,
+    store: Arc<dyn Store>,
+}
+
+impl std::fmt::Debug for CampaignFile {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let mut form = f.debug_struct("CampaignFile");
+        form.field("path", &self.path).field("input", &self.input);
+        form.finish_non_exhaustive()
+    }
+}
+
+impl PartialEq for CampaignFile {
+    fn eq(&self, other: &Self) -> bool {
+        self.path == other.path && self.input == other.input
+    }
+}
+
+impl Campaign {
+    /// Opens a folder that holds `campaign.toml`, or the file itself.
+    ///
+    /// # Errors
+    /// A missing file, a line that is no TOML, an unknown kind or key (with the nearest valid one), a value outside
+    /// its range: each with its line.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self> {
+        Self::of(CampaignFile::open(path.as_ref())?)
+    }
+
+    /// Reads the campaign of a store; what it names is read from the same store.
+    ///
+    /// # Errors
+    /// As [`Campaign::open`].
+    pub fn read(store: Arc<dyn Store>, name: &str) -> Result<Self> {
+        Self::of(CampaignFile::read(store, name)?)
+    }
+
+    fn of(file: CampaignFile) -> Result<Self> {
+        #[derive(Deserialize)]
+        struct Kind {
+            kind: Option<toml::Spanned<String>>,
+        }
+        let kind: Kind = file.parse()?;
+        let list = KINDS.join(", ");
+        let Some(kind) = kind.kind else {
+            return Err(Error::new(
+                ErrorKind::Configuration,
+                "the campaign does not say of which kind it is",
+            )
+            .at(&file.path)
+            .with_hint(format!(
+                "begin the file with kind = \"…\"; known kinds: {list}"
+            )));
+        };
+        match kind.get_ref().as_str() {
+            "multi-position" => {
+                MultiPositionCampaign::from_file(file).map(|c| Self::MultiPosition(Box::new(c)))
+            }
+            "shaker-triaxial" => {
+                ShakerTriaxialCampaign::from_file(file).map(|c| Self::ShakerTriaxial(Box::new(c)))
+            }
+            "shaker-single" => {
+                ShakerSingleCampaign::from_file(file).map(|c| Self::ShakerSingle(Box::new(c)))
+            }
+            "spurious-motion" => {
+                SpuriousMotionCampaign::from_file(file).map(|c| Self::SpuriousMotion(Box::new(c)))
+            }
+            other => {
+                let near = proofmass_io::spelling::nearest(other, KINDS.iter().copied())
+                    .map_or(String::new(), |k| format!("did you mean \"{k}\"? "));
+                Err(Error::new(
+                    ErrorKind::Configuration,
+                    format!("unknown kind \"{other}\""),
+                )
+                .at(&file.path)
+                .line(file.line_at(kind.span().start))
+                .column("kind")
+                .with_hint(format!("{near}known kinds: {list}")))
+            }
+        }
+    }
+
+    /// The kind as written in the file.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::MultiPosition(_) => "multi-position",
+            Self::ShakerTriaxial(_) => "shaker-triaxial",
+            Self::ShakerSingle(_) => "shaker-single",
+            Self::SpuriousMotion(_) => "spurious-motion",
+        }
+    }
+}
+
+impl CampaignFile {
+    /// Reads the text of a campaign from a folder or a file.
+    ///
+    /// # Errors
+    /// A missing or empty file, or one that is not UTF-8.
+    pub fn open(path: &Path) -> Result<Self> {
+        let path = if path.is_dir() {
+            let inside = path.join("campaign.toml");
+            if !inside.is_file() {
+                return Err(
+                    Error::new(ErrorKind::NotFound, "the folder holds no campaign.toml")
+                        .at(path)
+                        .with_hint(
+                            "name the folder of a campaign, or write a campaign.toml into it",
+                        ),
+                );
+            }
+            inside
+        } else {
+            path.to_path_buf()
+        };
+        let (Some(folder), Some(name)) = (path.parent(), path.file_name().and_then(|n| n.to_str()))
+        else {
+            return Err(Error::new(ErrorKind::NotFound, "is no campaign").at(&path));
+        };
+        Self::read(Arc::new(Folder::new(folder)), name)
+    }
+
+    /// Reads the text of a campaign from a store.
+    ///
+    /// # Errors
+    /// As [`CampaignFile::open`].
+    pub fn read(store: Arc<dyn Store>, name: &str) -> Result<Self> {
+        let path = store.describe(name);
+        let (bytes, input) = store.open(name)?.into_bytes(LARGEST_DOCUMENT)?;
+        let text = String::from_utf8(bytes).map_err(|e| {
+            let line = e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count();
+            Error::new(ErrorKind::Format, "the text is not UTF-8")
+                .at(&path)
+                .line(line as u64 + 1)
+                .with_hint("a campaign is a TOML text in UTF-8; name the folder or its campaign.toml, not a recording")
+        })?;
+        if text.trim().is_empty() {
+            return Err(
+                Error::new(ErrorKind::Configuration, "the campaign is empty")
+                    .at(&path)
+                    .with_hint(format!(
+                        "begin the file with kind = \"…\"; known kinds: {}",
+                        KINDS.join(", ")
+                    )),
+            );
+        }
+        Ok(Self {
+            path,
+            input,
+            text,
+            store,
+        })
+    }
+
+    /// Reads the text as the table of one kind.
+    ///
+    /// # Errors
+    /// As TOML says, with line and key; an unknown key comes with the nearest valid one.
+    pub fn parse<T: DeserializeOwned>(&self) -> Result<T> {
+        toml::from_str(&self.text).map_err(|e| {
+            let message = e.message().lines().next().unwrap_or_default().to_string();
+            let mut error = Error::new(ErrorKind::Configuration, message.clone()).at(&self.path);
+            if let Some(span) = e.span() {
+                error = error.line(self.line_at(span.start));
+            }
+            // serde writes: unknown field `a`, expected one of `b`, `c`
+            let words: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
+            if let (Some(unknown), true) = (words.first(), message.starts_with("unknown ")) {
+                let valid = &words[1..];
+                let near = proofmass_io::spelling::nearest(unknown, valid.iter().copied())
+                    .map_or(String::new(), |near| format!("did you mean `{near}`? "));
+                let what = if message.starts_with("unknown variant") {
+                    "value"
+                } else {
+                    "key"
+                };
+                error = Error::new(ErrorKind::Configuration, format!("unknown {what}"))
+                    .at(&self.path)
+                    .column(*unknown)
+                    .with_hint(format!("{near}valid here: {}", valid.join(", ")));
+                if let Some(span) = e.span() {
+                    error = error.line(self.line_at(span.start));
+                }
+            }
+            error.because(e)
+        })
+    }
+
+    /// Line of a byte of the text, from one.
+    pub fn line_at(&self, byte: usize) -> u64 {
+        1 + self.text.as_bytes()[..byte.min(self.text.len())]
+            .iter()
+            .filter(|b| **b == b'\n')
+            .count() as u64
+    }
+
+    /// Whether the budget is written as `[[budget]]` entries, not as one table.
+    pub(crate) fn has_budget_entries(&self) -> Result<bool> {
+        #[derive(Deserialize)]
+        struct Head {
+            budget: Option<toml::Value>,
+        }
+        let head: Head = self.parse()?;
+        Ok(head.budget.is_some_and(|b| b.is_array()))
+    }
+
+    /// A file named in the campaign, as it stands in messages.
+    pub fn resolve(&self, name: &str) -> PathBuf {
+        self.store.describe(name)
+    }
+
+    /// Opens a file named in the campaign.
+    ///
+    /// # Errors
+    /// No such file, or it cannot be read.
+    pub fn source(&self, name: &str) -> Result<Source> {
+        self.store.open(name)
+    }
+
+    /// A text named in the campaign, and its digest.
+    ///
+    /// # Errors
+    /// As [`CampaignFile::source`]; a text that is not UTF-8.
+    pub fn text(&self, name: &str) -> Result<(String, Input)> {
+        let (bytes, input) = self.source(name)?.into_bytes(LARGEST_DOCUMENT)?;
+        let text = String::from_utf8(bytes).map_err(|_| {
+            Error::new(ErrorKind::Format, "the text is not UTF-8").at(&self.resolve(name))
+        })?;
+        Ok((text, input))
+    }
+
+    /// Whether there is a file that the campaign names.
+    pub fn holds(&self, name: &str) -> bool {
+        self.store.holds(name)
+    }
+
+    /// An error about the value of a key of a table.
+    pub(crate) fn refuse(&self, table: &str, key: &str, what: impl Into<String>) -> Error {
+        let mut inside = table.is_empty();
+        let line = self.text.lines().position(|line| {
+            let line = line.trim();
+            if line.starts_with('[') {
+                inside = line.trim_matches(['[', ']']).trim() == table;
+            }
+            inside
+                && line
+                    .split(['=', '.'])
+                    .next()
+                    .is_some_and(|k| k.trim().trim_matches('"') == key)
+        });
+        let error = Error::new(ErrorKind::Configuration, what)
+            .at(&self.path)
+            .column(if table.is_empty() {
+                key.to_string()
+            } else {
+                format!("{table}.{key}")
+            });
+        match line {
+            Some(line) => error.line(line as u64 + 1),
+            None => error,
+        }
+    }
+}

@@ -1,0 +1,538 @@
+//! `kind = "multi-position"`: a triaxial accelerometer held still in many positions.
+
+use super::CampaignFile;
+use proofmass_io::Segment;
+use proofmass_io::{Ambient, Device};
+use proofmass_io::{ColumnRef, DecimalMark, LayoutOptions, Separator};
+use proofmass_io::{Input, Recording, RecordingOptions, Result, TimeUnit, Unit};
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+
+/// The tables of a multi-position campaign.
+///
+/// ```toml
+/// kind = "multi-position"
+/// title = "Hand-held positions, unit 0300"
+///
+/// [device]
+/// manufacturer = "Xsens"
+/// model = "MTi"
+///
+/// [recording]
+/// file = "recording.txt"
+/// columns = { x = 2, y = 3, z = 4 }
+/// time = 1
+/// time_unit = "s"
+/// unit = "count"
+///
+/// [gravity]
+/// value = 9.81744
+/// standard_uncertainty = 2e-5
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct MultiPositionCampaign {
+    /// The file it was read from.
+    pub source: CampaignFile,
+    /// One line for the head of the report.
+    pub title: Option<String>,
+    /// The device under calibration.
+    pub device: Device,
+    /// Where the samples are.
+    pub recording: RecordingTable,
+    /// Local gravity.
+    pub gravity: GravityInput,
+    /// How standstills are found.
+    pub standstill: StandstillTable,
+    /// What is fitted.
+    pub method: Method,
+    /// Uncertainty of given attitudes.
+    pub attitude: Attitude,
+    /// Conditions.
+    pub ambient: Ambient,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    #[serde(rename = "kind")]
+    _kind: String,
+    title: Option<String>,
+    #[serde(default)]
+    device: Device,
+    recording: RecordingTable,
+    gravity: GravityTable,
+    #[serde(default)]
+    standstill: StandstillTable,
+    #[serde(default)]
+    method: Method,
+    #[serde(default)]
+    attitude: Attitude,
+    #[serde(default)]
+    ambient: Ambient,
+}
+
+/// Columns of the three axes.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Axes {
+    /// Column of x.
+    pub x: ColumnRef,
+    /// Column of y.
+    pub y: ColumnRef,
+    /// Column of z.
+    pub z: ColumnRef,
+}
+
+/// `[recording]`: files, shape of the text, columns, times, unit.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RecordingTable {
+    /// One file, relative to the campaign.
+    pub file: Option<String>,
+    /// Several files, each a recording of its own.
+    pub files: Option<Vec<String>>,
+    /// `comma`, `semicolon`, `tab`, `pipe` or `whitespace`.
+    pub separator: Option<Separator>,
+    /// Whether there is a header row.
+    pub header: Option<bool>,
+    /// Prefixes of comment lines.
+    pub comment: Option<Prefixes>,
+    /// `point` or `comma`.
+    pub decimal: Option<DecimalMark>,
+    /// Lines to pass over at the top.
+    pub skip_lines: Option<usize>,
+    /// Columns of the axes, by name or number.
+    pub columns: Axes,
+    /// Time column, by name or number.
+    pub time: Option<ColumnRef>,
+    /// `s`, `ms`, `us`, `ns` or `index`.
+    pub time_unit: Option<TimeUnit>,
+    /// Sampling rate, Hz, instead of a time column.
+    #[serde(rename = "sampling_rate_Hz", alias = "sampling_rate_hz")]
+    pub sampling_rate_hz: Option<f64>,
+    /// Temperature column, by name or number.
+    pub temperature: Option<ColumnRef>,
+    /// Unit of the three axes.
+    pub unit: Option<Unit>,
+    /// Smallest and largest output in that unit, beyond which the converter clips.
+    pub range: Option<[f64; 2]>,
+}
+
+/// One prefix or several.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(untagged)]
+pub enum Prefixes {
+    /// One.
+    One(String),
+    /// Several.
+    Several(Vec<String>),
+}
+
+impl Prefixes {
+    pub(super) fn list(&self) -> Vec<String> {
+        match self {
+            Self::One(one) => vec![one.clone()],
+            Self::Several(all) => all.clone(),
+        }
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct GravityTable {
+    value: Option<f64>,
+    standard_uncertainty: Option<f64>,
+    latitude_deg: Option<f64>,
+    height_m: Option<f64>,
+    latitude_standard_uncertainty_deg: Option<f64>,
+    height_standard_uncertainty_m: Option<f64>,
+}
+
+/// `[gravity]`: given, or from the place.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum GravityInput {
+    /// A value, m/s², with its standard uncertainty.
+    Given {
+        /// Local gravity, m/s².
+        value: f64,
+        /// Standard uncertainty, m/s².
+        standard_uncertainty: f64,
+    },
+    /// Geodetic latitude and height above the ellipsoid (or the sea).
+    Place {
+        /// Latitude, degrees.
+        latitude_deg: f64,
+        /// Height, m.
+        height_m: f64,
+        /// Standard uncertainty of the latitude, degrees; `None` when not given.
+        latitude_standard_uncertainty_deg: Option<f64>,
+        /// Standard uncertainty of the height, m; `None` when not given.
+        height_standard_uncertainty_m: Option<f64>,
+        /// Standard uncertainty of the resulting value, m/s², in place of the model's own; `None` when not given.
+        standard_uncertainty: Option<f64>,
+    },
+}
+
+/// `[standstill]`: everything may be left out.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StandstillTable {
+    /// Shortest standstill, s.
+    pub minimum_duration_s: Option<f64>,
+    /// Window of the moving variance, s.
+    pub window_s: Option<f64>,
+    /// Threshold of the variance relative to that of the quietest stretch, instead of a sweep.
+    pub threshold: Option<f64>,
+    /// Table of given segments, relative to the campaign.
+    pub segments: Option<String>,
+}
+
+/// What is fitted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MethodModel {
+    /// Bias only.
+    Bias,
+    /// Bias and three scale factors.
+    BiasScale,
+    /// Bias and an upper-triangular K, nine parameters.
+    #[default]
+    Triangular,
+    /// Bias and a symmetric K, nine parameters.
+    Symmetric,
+    /// All twelve; needs given attitudes.
+    Full,
+    /// Six positions, closed form.
+    SixPosition,
+    /// Six positions after Ferraris.
+    Ferraris,
+    /// Ellipsoid fit.
+    Ellipsoid,
+}
+
+impl MethodModel {
+    /// The word in the campaign.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Bias => "bias",
+            Self::BiasScale => "bias-scale",
+            Self::Triangular => "triangular",
+            Self::Symmetric => "symmetric",
+            Self::Full => "full",
+            Self::SixPosition => "six-position",
+            Self::Ferraris => "ferraris",
+            Self::Ellipsoid => "ellipsoid",
+        }
+    }
+
+    /// Whether the fit needs attitudes to be given.
+    pub fn needs_attitudes(self) -> bool {
+        matches!(self, Self::Full | Self::SixPosition | Self::Ferraris)
+    }
+}
+
+/// `[method]`.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Method {
+    /// What is fitted.
+    pub model: MethodModel,
+    /// Probability of the intervals.
+    pub confidence: f64,
+}
+
+impl Default for Method {
+    fn default() -> Self {
+        Self {
+            model: MethodModel::default(),
+            confidence: 0.95,
+        }
+    }
+}
+
+/// `[attitude]`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Attitude {
+    /// Standard uncertainty of a given direction, per transverse axis, degrees.
+    pub standard_uncertainty_deg: Option<f64>,
+}
+
+impl MultiPositionCampaign {
+    pub(crate) fn from_file(source: CampaignFile) -> Result<Self> {
+        let file: File = source.parse()?;
+        let gravity = gravity(&source, &file.gravity)?;
+        let campaign = Self {
+            title: file.title,
+            device: file.device,
+            recording: file.recording,
+            gravity,
+            standstill: file.standstill,
+            method: file.method,
+            attitude: file.attitude,
+            ambient: file.ambient,
+            source,
+        };
+        campaign.check()?;
+        Ok(campaign)
+    }
+
+    fn check(&self) -> Result<()> {
+        let table = &self.recording;
+        let refuse =
+            |table: &str, key: &str, what: String| Err(self.source.refuse(table, key, what));
+        match (&table.file, &table.files) {
+            (Some(_), Some(_)) => {
+                return refuse(
+                    "recording",
+                    "files",
+                    "`file` and `files` exclude each other".into(),
+                );
+            }
+            (None, None) => {
+                return Err(self
+                    .source
+                    .refuse("recording", "file", "no recording is named")
+                    .with_hint(
+                        "add file = \"…\" to [recording], relative to the folder of the campaign",
+                    ));
+            }
+            (None, Some(files)) if files.is_empty() => {
+                return refuse(
+                    "recording",
+                    "files",
+                    "the list of recordings is empty".into(),
+                );
+            }
+            _ => {}
+        }
+        let positive = |table: &str, key: &str, value: Option<f64>| match value {
+            Some(v) if !(v.is_finite() && v > 0.0) => {
+                Err(self
+                    .source
+                    .refuse(table, key, format!("{v} is not a positive number")))
+            }
+            _ => Ok(()),
+        };
+        positive("recording", "sampling_rate_Hz", table.sampling_rate_hz)?;
+        positive(
+            "standstill",
+            "minimum_duration_s",
+            self.standstill.minimum_duration_s,
+        )?;
+        positive("standstill", "window_s", self.standstill.window_s)?;
+        positive("standstill", "threshold", self.standstill.threshold)?;
+        positive(
+            "attitude",
+            "standard_uncertainty_deg",
+            self.attitude.standard_uncertainty_deg,
+        )?;
+        if let Some(t) = self.ambient.temperature_deg_c
+            && !(-273.15..=10_000.0).contains(&t)
+        {
+            return refuse(
+                "ambient",
+                "temperature_degC",
+                format!("{t} °C is impossible"),
+            );
+        }
+        if let Some([lo, hi]) = table.range
+            && !(lo.is_finite() && hi.is_finite() && lo < hi)
+        {
+            return refuse(
+                "recording",
+                "range",
+                format!("[{lo}, {hi}] is not an interval"),
+            );
+        }
+        if let Some(unit) = table.unit
+            && !(unit.is_acceleration() || unit.is_raw())
+        {
+            return Err(self
+                .source
+                .refuse(
+                    "recording",
+                    "unit",
+                    format!("{unit} is not a unit of an accelerometer's output"),
+                )
+                .with_hint("known units: m/s², mm/s², g, mg, µg, Gal, count, V, mV, µV"));
+        }
+        let confidence = self.method.confidence;
+        if !(confidence > 0.5 && confidence < 1.0) {
+            return Err(self
+                .source
+                .refuse(
+                    "method",
+                    "confidence",
+                    format!("a probability of {confidence} is out of place"),
+                )
+                .with_hint("give a number between 0.5 and 1, such as 0.95"));
+        }
+        Ok(())
+    }
+
+    /// The recordings, with their paths resolved.
+    pub fn files(&self) -> Vec<PathBuf> {
+        self.names().map(|name| self.source.resolve(name)).collect()
+    }
+
+    fn names(&self) -> impl Iterator<Item = &String> {
+        let table = &self.recording;
+        table.file.iter().chain(table.files.iter().flatten())
+    }
+
+    /// How each recording is to be read.
+    pub fn recording_options(&self) -> RecordingOptions {
+        let t = &self.recording;
+        RecordingOptions {
+            layout: LayoutOptions {
+                separator: t.separator,
+                header: t.header,
+                comment: t.comment.as_ref().map(Prefixes::list),
+                decimal: t.decimal,
+                skip_lines: t.skip_lines,
+            },
+            columns: vec![
+                t.columns.x.clone(),
+                t.columns.y.clone(),
+                t.columns.z.clone(),
+            ],
+            time: t.time.clone(),
+            time_unit: t.time_unit,
+            sampling_rate_hz: t.sampling_rate_hz,
+            temperature: t.temperature.clone(),
+            unit: t.unit,
+            ..RecordingOptions::default()
+        }
+    }
+
+    /// Reads the recordings, columns x, y, z in the unit of the file.
+    ///
+    /// # Errors
+    /// As [`Recording::read`].
+    pub fn read_recordings(&self) -> Result<Vec<Recording>> {
+        let options = self.recording_options();
+        self.names()
+            .map(|name| Recording::from_source(self.source.source(name)?, &options))
+            .collect()
+    }
+
+    /// The table of given segments, where there is one.
+    pub fn segments_file(&self) -> Option<PathBuf> {
+        self.standstill
+            .segments
+            .as_ref()
+            .map(|name| self.source.resolve(name))
+    }
+
+    /// Reads the given segments against a recording; `None` where standstills are to be found.
+    ///
+    /// # Errors
+    /// As [`Segment::from_source`].
+    pub fn read_segments(&self, recording: &Recording) -> Result<Option<(Vec<Segment>, Input)>> {
+        let Some(name) = &self.standstill.segments else {
+            return Ok(None);
+        };
+        Segment::from_source(self.source.source(name)?, recording).map(Some)
+    }
+}
+
+fn gravity(source: &CampaignFile, table: &GravityTable) -> Result<GravityInput> {
+    let refuse = |key: &str, what: String, hint: &str| {
+        Err(source.refuse("gravity", key, what).with_hint(hint))
+    };
+    for (key, u) in [
+        ("standard_uncertainty", table.standard_uncertainty),
+        (
+            "latitude_standard_uncertainty_deg",
+            table.latitude_standard_uncertainty_deg,
+        ),
+        (
+            "height_standard_uncertainty_m",
+            table.height_standard_uncertainty_m,
+        ),
+    ] {
+        if let Some(u) = u
+            && !(u.is_finite() && u >= 0.0)
+        {
+            return refuse(
+                key,
+                format!("a standard uncertainty of {u} is impossible"),
+                "give a number from zero up",
+            );
+        }
+    }
+    match (table.value, table.latitude_deg) {
+        (Some(_), Some(_)) => refuse(
+            "value",
+            "`value` and `latitude_deg` exclude each other".into(),
+            "keep the measured value",
+        ),
+        (Some(value), None) => {
+            if table.height_m.is_some()
+                || table.latitude_standard_uncertainty_deg.is_some()
+                || table.height_standard_uncertainty_m.is_some()
+            {
+                return refuse(
+                    "value",
+                    "a given value needs neither latitude nor height".into(),
+                    "keep `value` and `standard_uncertainty`",
+                );
+            }
+            // The Earth's surface spans 9.76 to 9.84; beyond 9.7 to 9.9 the unit or the digits are wrong.
+            if !(9.7..=9.9).contains(&value) {
+                return refuse(
+                    "value",
+                    format!("a local gravity of {value} m/s² is impossible on the ground"),
+                    "give it in m/s², such as 9.8127",
+                );
+            }
+            let Some(standard_uncertainty) = table.standard_uncertainty else {
+                return refuse(
+                    "standard_uncertainty",
+                    "the uncertainty of gravity is missing".into(),
+                    "add standard_uncertainty = … in m/s² (a surveyed value: 1e-5, a value from a map: 1e-3)",
+                );
+            };
+            Ok(GravityInput::Given {
+                value,
+                standard_uncertainty,
+            })
+        }
+        (None, Some(latitude_deg)) => {
+            if !(-90.0..=90.0).contains(&latitude_deg) {
+                return refuse(
+                    "latitude_deg",
+                    format!("a latitude of {latitude_deg}° is impossible"),
+                    "give degrees north, −90 to 90",
+                );
+            }
+            let Some(height_m) = table.height_m else {
+                return refuse(
+                    "height_m",
+                    "the height is missing".into(),
+                    "add height_m = …; 100 m change gravity by 0.3 mm/s²",
+                );
+            };
+            if !(-500.0..=9_000.0).contains(&height_m) {
+                return refuse(
+                    "height_m",
+                    format!("a height of {height_m} m is not on the ground"),
+                    "give metres above the sea",
+                );
+            }
+            Ok(GravityInput::Place {
+                latitude_deg,
+                height_m,
+                latitude_standard_uncertainty_deg: table.latitude_standard_uncertainty_deg,
+                height_standard_uncertainty_m: table.height_standard_uncertainty_m,
+                standard_uncertainty: table.standard_uncertainty,
+            })
+        }
+        (None, None) => refuse(
+            "value",
+            "local gravity is not given".into(),
+            "add `value` and `standard_uncertainty`, or `latitude_deg` and `height_m`",
+        ),
+    }
+}

@@ -1,0 +1,246 @@
+//! `[[budget]]` or a budget file: what is uncertain on the bench, what it acts on, with what it varies.
+
+use crate::campaign::CampaignFile;
+use proofmass_io::{Error, ErrorKind, Input, Result};
+use proofmass_uncertainty::{Budget, DegreesOfFreedom, Distribution, Evaluation, InputEntry};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// `[[budget]]` entries, or `[budget]` with a file or the name of a known bench.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct BudgetTable {
+    pub file: Option<String>,
+    pub bench: Option<String>,
+}
+
+/// Where a budget is written.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum BudgetSource {
+    Entries(Vec<InputEntry>),
+    Table(BudgetTable),
+    Missing,
+}
+
+/// The inputs of a campaign on the shaker.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ShakerBudget {
+    /// Inputs one by one, with the file they came from when it is not the campaign itself.
+    Inputs(Vec<BudgetInput>, Option<Input>),
+    /// A budget that is known by name; `published` is that of the published bench.
+    Bench(String),
+}
+
+/// One input, in SI.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct BudgetInput {
+    /// Stable name.
+    pub name: String,
+    /// What it is, for a reader of the budget.
+    pub description: String,
+    /// One of [`BudgetInput::ACTS`].
+    pub acts: String,
+    /// What is known of the error, about zero: relative, radians or volts, as `acts` says.
+    pub distribution: Distribution,
+    /// Type A or B.
+    pub evaluation: Evaluation,
+    /// Degrees of freedom.
+    pub dof: DegreesOfFreedom,
+    /// Some of [`BudgetInput::KEYS`].
+    pub varies_with: Vec<String>,
+}
+
+/// Units an action admits, with their factors to SI.
+type Units = &'static [(&'static str, f64)];
+const RELATIVE: Units = &[("1", 1.0), ("%", 0.01)];
+const ANGULAR: Units = &[
+    ("rad", 1.0),
+    ("mrad", 1e-3),
+    ("deg", std::f64::consts::PI / 180.0),
+    ("°", std::f64::consts::PI / 180.0),
+];
+const ELECTRIC: Units = &[("V", 1.0), ("mV", 1e-3), ("µV", 1e-6), ("uV", 1e-6)];
+
+impl BudgetInput {
+    /// What an input can act on.
+    pub const ACTS: &[&str] = &[
+        "reference-modulus",
+        "reference-phase",
+        "output-modulus",
+        "output-phase",
+        "output-additive",
+        "inclination",
+        "rotation",
+    ];
+    /// What an input can vary with.
+    pub const KEYS: &[&str] = &["frequency", "inclination", "rotation", "channel", "run"];
+    /// Budgets known by name.
+    pub const BENCHES: &[&str] = &["published"];
+
+    fn units(acts: &str) -> Units {
+        match acts {
+            "reference-modulus" | "output-modulus" => RELATIVE,
+            "output-additive" => ELECTRIC,
+            _ => ANGULAR,
+        }
+    }
+
+    fn new(entry: &InputEntry) -> std::result::Result<Self, (String, String)> {
+        let choice = |what: &str, word: &str, valid: &[&str]| {
+            let near = proofmass_io::spelling::nearest(word, valid.iter().copied())
+                .map_or(String::new(), |k| format!("did you mean \"{k}\"? "));
+            (
+                format!("input \"{}\": unknown {what} \"{word}\"", entry.name),
+                format!("{near}valid here: {}", valid.join(", ")),
+            )
+        };
+        let Some(acts) = &entry.acts else {
+            return Err((
+                format!("input \"{}\" does not say what it acts on", entry.name),
+                format!("add acts = \"…\": {}", Self::ACTS.join(", ")),
+            ));
+        };
+        if !Self::ACTS.contains(&acts.as_str()) {
+            return Err(choice("action", acts, Self::ACTS));
+        }
+        for key in &entry.varies_with {
+            if !Self::KEYS.contains(&key.as_str()) {
+                return Err(choice("grouping key", key, Self::KEYS));
+            }
+        }
+        let units = Self::units(acts);
+        let Some(&(_, factor)) = units.iter().find(|(u, _)| *u == entry.unit) else {
+            let valid: Vec<&str> = units.iter().map(|u| u.0).collect();
+            return Err(choice("unit", &entry.unit, &valid));
+        };
+        let impossible = |e: proofmass_core::Error| {
+            (
+                format!("input \"{}\": {e}", entry.name),
+                "docs/uncertainty.md lists the distributions and their parameters".to_owned(),
+            )
+        };
+        let distribution = match (&entry.distribution, &entry.observations) {
+            (Some(distribution), None) => {
+                distribution.check().map_err(impossible)?;
+                let mean = distribution.estimate();
+                if mean.abs() > 1e-9 * distribution.standard_uncertainty() {
+                    return Err((
+                        format!(
+                            "input \"{}\" has the mean {mean}, and an error has none",
+                            entry.name
+                        ),
+                        "correct the data for what is known, and state what is left about zero"
+                            .to_owned(),
+                    ));
+                }
+                distribution.clone()
+            }
+            // Of observations only the scatter is an error; their mean is for the operator to correct.
+            (None, Some(values)) => Distribution::from_observations(values).map_err(impossible)?,
+            _ => {
+                return Err((
+                    format!(
+                        "input \"{}\": either `distribution` or `observations` is needed",
+                        entry.name
+                    ),
+                    "such as distribution = { kind = \"normal\", mean = 0.0, u = 0.002 }"
+                        .to_owned(),
+                ));
+            }
+        };
+        Ok(Self {
+            name: entry.name.clone(),
+            description: entry
+                .description
+                .clone()
+                .unwrap_or_else(|| entry.name.clone()),
+            acts: acts.clone(),
+            evaluation: entry.evaluation.unwrap_or(match distribution {
+                Distribution::StudentT { .. } => Evaluation::A,
+                _ => Evaluation::B,
+            }),
+            dof: entry.dof.unwrap_or(distribution.dof()),
+            distribution: distribution.scaled(factor, -factor * distribution.estimate()),
+            varies_with: entry.varies_with.clone(),
+        })
+    }
+}
+
+impl ShakerBudget {
+    pub(crate) fn read(source: &CampaignFile, budget: &BudgetSource) -> Result<Self> {
+        match budget {
+            BudgetSource::Missing => Err(source
+                .refuse("", "budget", "the campaign states no budget of uncertainty")
+                .with_hint("add [[budget]] entries, [budget] file = \"budget.toml\", or [budget] bench = \"published\"")),
+            BudgetSource::Entries(entries) => {
+                Ok(Self::Inputs(convert(entries, &source.path, &source.text)?, None))
+            }
+            BudgetSource::Table(BudgetTable { file: Some(file), bench: None }) => {
+                let path = source.resolve(file);
+                let (text, input) = source.text(file)?;
+                let budget = Budget::parse(&text).map_err(|refusal| {
+                    let (line, what) = match refusal {
+                        proofmass_uncertainty::Refusal::File { line, reason } => (line, reason),
+                        other => (None, other.to_string()),
+                    };
+                    let error = Error::new(ErrorKind::Configuration, what)
+                        .at(&path)
+                        .with_hint("docs/uncertainty.md describes the budget file");
+                    match line {
+                        Some(line) => error.line(line as u64),
+                        None => error,
+                    }
+                })?;
+                if let Some(correlation) = budget.correlation.first() {
+                    return Err(Error::new(
+                        ErrorKind::Configuration,
+                        format!("a correlation between {} and {} has no place on the shaker", correlation.between[0], correlation.between[1]),
+                    )
+                    .at(&path)
+                    .with_hint("make the common part an input of its own, with the keys it varies with"));
+                }
+                Ok(Self::Inputs(convert(&budget.input, &path, &text)?, Some(input)))
+            }
+            BudgetSource::Table(BudgetTable { file: None, bench: Some(bench) }) => {
+                if BudgetInput::BENCHES.contains(&bench.as_str()) {
+                    return Ok(Self::Bench(bench.clone()));
+                }
+                Err(source
+                    .refuse("budget", "bench", format!("unknown bench \"{bench}\""))
+                    .with_hint(format!("known: {}", BudgetInput::BENCHES.join(", "))))
+            }
+            BudgetSource::Table(_) => Err(source
+                .refuse("budget", "file", "[budget] names either `file` or `bench`")
+                .with_hint("[budget] file = \"budget.toml\", or bench = \"published\"")),
+        }
+    }
+}
+
+fn convert(entries: &[InputEntry], path: &Path, text: &str) -> Result<Vec<BudgetInput>> {
+    let mut inputs: Vec<BudgetInput> = Vec::new();
+    for entry in entries {
+        let refuse = |what: String, hint: String| {
+            let quoted = format!("\"{}\"", entry.name);
+            let line = text
+                .lines()
+                .position(|l| l.trim_start().starts_with("name") && l.contains(&quoted));
+            let error = Error::new(ErrorKind::Configuration, what)
+                .at(path)
+                .column("budget")
+                .with_hint(hint);
+            match line {
+                Some(line) => error.line(line as u64 + 1),
+                None => error,
+            }
+        };
+        let input = BudgetInput::new(entry).map_err(|(what, hint)| refuse(what, hint))?;
+        if inputs.iter().any(|i| i.name == input.name) {
+            return Err(refuse(
+                format!("input \"{}\" stands twice in the budget", input.name),
+                "give every input a name of its own".to_owned(),
+            ));
+        }
+        inputs.push(input);
+    }
+    Ok(inputs)
+}

@@ -1,0 +1,177 @@
+//! `[recording]`: how the waveforms of the runs are read.
+
+use crate::campaign::{CampaignFile, Prefixes};
+use proofmass_io::{ColumnRef, DecimalMark, LayoutOptions, Separator};
+use proofmass_io::{Result, Unit, WaveformFormat, WaveformOptions};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// What is known of the drive frequency of a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum DriveFrequency {
+    /// The generator shares the clock of the acquisition: the frequency is that of the table.
+    Known,
+    /// One frequency for all channels of a run, estimated.
+    #[default]
+    Common,
+}
+
+/// `[recording]`.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ShakerRecording {
+    /// `f32`, `wav` or `text`.
+    pub format: WaveformFormat,
+    /// Sampling rate in Hz.
+    #[serde(rename = "sampling_rate_Hz", alias = "sampling_rate_hz")]
+    pub sampling_rate_hz: Option<f64>,
+    /// Place of every channel: a number from one, or a heading of a text table.
+    pub channels: BTreeMap<String, ColumnRef>,
+    /// Channels in a file of raw floats, when there are more than are named.
+    pub channel_count: Option<usize>,
+    /// Full scale of the acquisition in volts.
+    #[serde(rename = "full_scale_V", alias = "full_scale_v")]
+    pub full_scale_v: Option<f64>,
+    /// Unit of the columns of a text table where the headings do not say it.
+    pub unit: Option<Unit>,
+    /// `common` or `known`.
+    #[serde(default)]
+    pub frequency: DriveFrequency,
+    /// Highest harmonic that is fitted.
+    #[serde(default = "five")]
+    pub harmonics: usize,
+    /// Whether a linear drift is fitted.
+    #[serde(default)]
+    pub drift: bool,
+    /// `comma`, `semicolon`, `tab`, `pipe` or `whitespace`.
+    pub separator: Option<Separator>,
+    /// Whether there is a header row.
+    pub header: Option<bool>,
+    /// Prefixes of comment lines.
+    pub comment: Option<Prefixes>,
+    /// `point` or `comma`.
+    pub decimal: Option<DecimalMark>,
+    /// Lines to pass over at the top.
+    pub skip_lines: Option<usize>,
+}
+
+fn five() -> usize {
+    5
+}
+
+impl ShakerRecording {
+    /// How the waveforms are read, channels in this order.
+    ///
+    /// # Errors
+    /// A channel that is missing, unknown or named twice, a number out of place.
+    pub(crate) fn options(&self, source: &CampaignFile, names: &[&str]) -> Result<WaveformOptions> {
+        for (key, value) in [
+            ("sampling_rate_Hz", self.sampling_rate_hz),
+            ("full_scale_V", self.full_scale_v),
+        ] {
+            if let Some(v) = value
+                && !(v.is_finite() && v > 0.0)
+            {
+                return Err(source.refuse(
+                    "recording",
+                    key,
+                    format!("{v} is not a positive number"),
+                ));
+            }
+        }
+        if !(1..=50).contains(&self.harmonics) {
+            return Err(source
+                .refuse(
+                    "recording",
+                    "harmonics",
+                    format!("{} is out of place", self.harmonics),
+                )
+                .with_hint("1 is the fundamental alone; 5 is usual"));
+        }
+        for name in self.channels.keys() {
+            if !names.contains(&name.as_str()) {
+                return Err(source
+                    .refuse(
+                        "recording",
+                        "channels",
+                        format!("unknown channel \"{name}\""),
+                    )
+                    .with_hint(format!("channels of this kind: {}", names.join(", "))));
+            }
+        }
+        let channels = names
+            .iter()
+            .map(|name| match self.channels.get(*name) {
+                Some(place) => Ok(((*name).to_owned(), place.clone())),
+                None => Err(source
+                    .refuse(
+                        "recording",
+                        "channels",
+                        format!("the channel \"{name}\" is missing"),
+                    )
+                    .with_hint(format!(
+                        "such as channels = {{ {} }}",
+                        names
+                            .iter()
+                            .enumerate()
+                            .map(|(i, n)| format!("{n} = {}", i + 1))
+                            .collect::<Vec<_>>()
+                            .join(", ")
+                    ))),
+            })
+            .collect::<Result<Vec<_>>>()?;
+        for (i, (name, place)) in channels.iter().enumerate() {
+            if let Some((other, _)) = channels[..i].iter().find(|(_, p)| p == place) {
+                return Err(source.refuse(
+                    "recording",
+                    "channels",
+                    format!("{name} and {other} are both {place}"),
+                ));
+            }
+        }
+        let highest = channels
+            .iter()
+            .map(|(_, place)| match place {
+                ColumnRef::Index(i) => *i,
+                ColumnRef::Name(_) => 0,
+            })
+            .max()
+            .unwrap_or(0);
+        if self.format == WaveformFormat::F32 {
+            if self.sampling_rate_hz.is_none() {
+                return Err(source
+                    .refuse(
+                        "recording",
+                        "sampling_rate_Hz",
+                        "the sampling rate is missing",
+                    )
+                    .with_hint(
+                        "a file of raw floats does not say it: add sampling_rate_Hz = 51200",
+                    ));
+            }
+            if self.channel_count.is_some_and(|c| c < highest) {
+                return Err(source.refuse(
+                    "recording",
+                    "channel_count",
+                    format!("channel {highest} is named, and there are fewer"),
+                ));
+            }
+        }
+        Ok(WaveformOptions {
+            format: self.format,
+            sampling_rate_hz: self.sampling_rate_hz,
+            channels,
+            channel_count: self.channel_count.unwrap_or(highest),
+            full_scale_v: self.full_scale_v,
+            layout: LayoutOptions {
+                separator: self.separator,
+                header: self.header,
+                comment: self.comment.as_ref().map(Prefixes::list),
+                decimal: self.decimal,
+                skip_lines: self.skip_lines,
+            },
+            unit: self.unit,
+        })
+    }
+}

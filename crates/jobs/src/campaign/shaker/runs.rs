@@ -1,0 +1,288 @@
+//! `runs.csv`: one row per run, with its recording or its phasors.
+
+use super::seat::Seat;
+use crate::campaign::CampaignFile;
+use proofmass_io::sheet::{
+    ACCELERATION, ANGLE, Endings, FREQUENCY, Place, Sheet, SheetRow, VELOCITY, VOLTAGE,
+};
+use proofmass_io::{Input, Result};
+use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
+use std::path::PathBuf;
+
+/// `[runs]`.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RunsTable {
+    /// The table, relative to the campaign.
+    pub file: String,
+    /// Names of runs that somebody decided to leave out.
+    #[serde(default)]
+    pub exclude: Vec<String>,
+}
+
+/// What a phasor is the amplitude of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum PhasorQuantity {
+    /// V.
+    Voltage,
+    /// m/s².
+    Acceleration,
+    /// m/s.
+    Velocity,
+}
+
+impl PhasorQuantity {
+    fn endings(self) -> Endings {
+        match self {
+            Self::Voltage => VOLTAGE,
+            Self::Acceleration => ACCELERATION,
+            Self::Velocity => VELOCITY,
+        }
+    }
+}
+
+/// Complex peak amplitude.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct RunPhasor {
+    /// Peak amplitude in V, m/s² or m/s.
+    pub amplitude: f64,
+    /// Phase in radians.
+    pub phase: f64,
+    /// Standard uncertainty of its real and of its imaginary part.
+    pub standard_uncertainty: f64,
+}
+
+/// Where the phasors of a run come from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum RunData {
+    /// A recording, by the name in the store of the campaign.
+    Recording(String),
+    /// Ready phasors, in the order of the channels of the kind.
+    Phasors(Vec<RunPhasor>),
+}
+
+/// One run, with the seat of its kind.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShakerRun<S> {
+    /// Name.
+    pub run: String,
+    /// Line of the table.
+    pub line: u64,
+    /// Nominal frequency in Hz.
+    pub frequency_hz: f64,
+    /// How the device was mounted, or which motion was measured.
+    pub seat: S,
+    /// Samples or phasors.
+    pub data: RunData,
+}
+
+/// `runs.csv`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunTable<S> {
+    /// The campaign that names it, from whose store the recordings are read.
+    pub source: CampaignFile,
+    /// Path as given.
+    pub path: PathBuf,
+    /// Path and digest.
+    pub input: Input,
+    /// Rows.
+    pub runs: Vec<ShakerRun<S>>,
+    /// Quantity of each channel of a phasor table; empty for recordings, whose channels are voltages.
+    pub quantities: Vec<PhasorQuantity>,
+}
+
+/// Name of a channel and what it may be the amplitude of.
+pub(crate) type Channel = (&'static str, &'static [PhasorQuantity]);
+
+struct ChannelColumns {
+    amplitude: Option<Place>,
+    phase: Option<Place>,
+    uncertainty: Option<Place>,
+    quantity: PhasorQuantity,
+}
+
+/// Reads `runs.csv` with the channels of a kind.
+pub(crate) fn read_runs<S: Seat>(
+    source: &CampaignFile,
+    table: &RunsTable,
+    channels: &[Channel],
+) -> Result<RunTable<S>> {
+    let path = source.resolve(&table.file);
+    let mut sheet = Sheet::from_source(source.source(&table.file)?, "table of runs")?;
+    let run = sheet.text("run");
+    let frequency = sheet.quantity("frequency", FREQUENCY)?;
+    let seat = S::find(&mut sheet)?;
+    let file = sheet.text("file");
+    let columns = channels
+        .iter()
+        .map(|channel| ChannelColumns::find(&mut sheet, channel))
+        .collect::<Result<Vec<_>>>()?;
+    sheet.finish()?;
+    let run = sheet.required(run, "run")?;
+    let frequency = sheet.required(frequency, "frequency_Hz")?;
+    S::complete(&sheet, &seat)?;
+    let ready = columns.iter().any(|c| c.amplitude.is_some());
+    if file.is_some() && ready {
+        return Err(sheet
+            .header_error("file", "recordings and phasors exclude each other")
+            .with_hint("keep the column `file`, or the columns of the phasors"));
+    }
+    if file.is_none() {
+        if !ready {
+            return Err(sheet
+                    .header_error("file", "the table of runs names neither recordings nor phasors")
+                    .with_hint("add a column `file`, or amplitude and phase of every channel (x_V, x_phase_deg)"));
+        }
+        for (column, (name, quantities)) in columns.iter().zip(channels) {
+            let ending = quantities[0].endings()[0].0;
+            sheet.required(column.amplitude, &format!("{name}_{ending}"))?;
+            sheet.required(column.phase, &format!("{name}_phase_deg"))?;
+        }
+    }
+    let mut runs: Vec<ShakerRun<S>> = Vec::new();
+    let mut names: HashMap<String, u64> = HashMap::new();
+    let mut files: HashMap<String, u64> = HashMap::new();
+    for row in sheet.rows() {
+        let name = row.text(run);
+        if name.is_empty() {
+            return Err(row
+                .refuse(run, "the run has no name")
+                .with_hint("give every run a name of its own; messages call it by that"));
+        }
+        if let Some(line) = names.insert(name.to_owned(), row.line) {
+            return Err(row
+                .refuse(run, format!("run \"{name}\" stands in line {line} already"))
+                .with_hint("take one of the two out; a true repeat needs a name of its own"));
+        }
+        let frequency_hz = row.positive(frequency)?;
+        let place = S::read(&seat, &row)?;
+        let data = match file {
+            Some(column) => {
+                let path = recording_name(source, &row, column, name)?;
+                if let Some(line) = files.insert(path.clone(), row.line) {
+                    return Err(row
+                        .refuse(
+                            column,
+                            format!("run \"{name}\" names the recording of line {line}"),
+                        )
+                        .with_hint("every run has a recording of its own"));
+                }
+                RunData::Recording(path)
+            }
+            None => RunData::Phasors(
+                columns
+                    .iter()
+                    .map(|c| c.phasor(&row, name))
+                    .collect::<Result<_>>()?,
+            ),
+        };
+        runs.push(ShakerRun {
+            run: name.to_owned(),
+            line: row.line,
+            frequency_hz,
+            seat: place,
+            data,
+        });
+    }
+    for name in &table.exclude {
+        if !names.contains_key(name) {
+            let near = proofmass_io::spelling::nearest(name, names.keys().map(String::as_str))
+                .map_or(String::new(), |k| format!("did you mean \"{k}\"? "));
+            return Err(source
+                .refuse("runs", "exclude", format!("there is no run \"{name}\""))
+                .with_hint(format!("{near}names stand in {}", path.display())));
+        }
+    }
+    Ok(RunTable {
+        quantities: if file.is_some() {
+            Vec::new()
+        } else {
+            columns.iter().map(|c| c.quantity).collect()
+        },
+        input: sheet.input.clone(),
+        source: source.clone(),
+        path,
+        runs,
+    })
+}
+
+fn recording_name(
+    source: &CampaignFile,
+    row: &SheetRow,
+    column: Place,
+    name: &str,
+) -> Result<String> {
+    let word = row.text(column);
+    if word.is_empty() {
+        return Err(row
+            .refuse(column, format!("run \"{name}\" names no recording"))
+            .with_hint("write the name of its recording, or take the row out"));
+    }
+    if source.holds(word) {
+        return Ok(word.to_owned());
+    }
+    let path = source.resolve(word);
+    Err(row
+        .refuse(
+            column,
+            format!("run \"{name}\": there is no recording {}", path.display()),
+        )
+        .with_hint("names of recordings are taken relative to the folder of campaign.toml; take the row out when the run was not measured"))
+}
+
+impl ChannelColumns {
+    fn find(sheet: &mut Sheet, (name, quantities): &Channel) -> Result<Self> {
+        let mut found: Option<(Place, PhasorQuantity)> = None;
+        for &quantity in *quantities {
+            if let Some(place) = sheet.quantity(name, quantity.endings())?
+                && found.replace((place, quantity)).is_some()
+            {
+                return Err(sheet
+                    .header_error(name, "the channel stands in two columns of different units")
+                    .with_hint("keep one of the two"));
+            }
+        }
+        let quantity = found.map_or(quantities[0], |f| f.1);
+        Ok(Self {
+            amplitude: found.map(|f| f.0),
+            phase: sheet.quantity(&format!("{name}_phase"), ANGLE)?,
+            uncertainty: sheet.quantity(&format!("u_{name}"), quantity.endings())?,
+            quantity,
+        })
+    }
+
+    fn phasor(&self, row: &SheetRow, run: &str) -> Result<RunPhasor> {
+        let (Some(amplitude), Some(phase)) = (self.amplitude, self.phase) else {
+            return Err(row.refuse_row("a phasor needs amplitude and phase"));
+        };
+        let value = row.number(amplitude)?;
+        if value < 0.0 {
+            return Err(row
+                .refuse(
+                    amplitude,
+                    format!("run \"{run}\": an amplitude is not negative"),
+                )
+                .with_hint("an inverted signal has a positive amplitude and a phase near 180°"));
+        }
+        let angle = row.number(phase)?;
+        // One turn either way, with grace for sums of phases.
+        if angle.abs() > 2.01 * std::f64::consts::TAU {
+            return Err(row
+                .refuse(
+                    phase,
+                    format!(
+                        "run \"{run}\": a phase of {} is more than two turns",
+                        row.text(phase)
+                    ),
+                )
+                .with_hint("if the phases are in degrees, the heading has to end with _deg"));
+        }
+        Ok(RunPhasor {
+            amplitude: value,
+            phase: angle,
+            standard_uncertainty: row.uncertainty(self.uncertainty)?,
+        })
+    }
+}

@@ -1,0 +1,180 @@
+//! What a row of the table of runs says about the device or the motion, beside name, frequency and data.
+
+use proofmass_io::Source;
+use proofmass_io::sheet::{ACCELERATION, ANGLE, PERCENT, Place, Sheet, SheetRow};
+use proofmass_io::{Input, Result};
+
+/// Inclination and rotation of the device.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mounting {
+    /// Inclination in radians.
+    pub inclination: f64,
+    /// Rotation in radians.
+    pub rotation: f64,
+    /// Acceleration wanted, m/s².
+    pub target: Option<f64>,
+    /// Transverse motion relative to the excitation.
+    pub transverse: Option<f64>,
+}
+
+/// A single-axis device on the table.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SingleAxisSeat {
+    /// Acceleration wanted, m/s².
+    pub target: Option<f64>,
+    /// Transverse motion relative to the excitation.
+    pub transverse: Option<f64>,
+}
+
+/// A motion of the seat, measured beside the reference.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Direction {
+    /// Inclination in radians.
+    pub inclination: f64,
+    /// Axis of the bench, 0 for x′ to 2 for z′.
+    pub axis: usize,
+    /// Label of the measurement it belongs to.
+    pub measurement: String,
+}
+
+/// What a row says beside run, frequency and data.
+pub(crate) trait Seat: Sized {
+    type Columns;
+    fn find(sheet: &mut Sheet) -> Result<Self::Columns>;
+    fn complete(sheet: &Sheet, columns: &Self::Columns) -> Result<()>;
+    fn read(columns: &Self::Columns, row: &SheetRow) -> Result<Self>;
+}
+
+fn inclination(row: &SheetRow, place: Place) -> Result<f64> {
+    let value = row.number(place)?;
+    if (-1e-9..=std::f64::consts::PI + 1e-9).contains(&value) {
+        return Ok(value);
+    }
+    Err(row
+        .refuse(
+            place,
+            format!("an inclination of {} is impossible", row.text(place)),
+        )
+        .with_hint(
+            "from 0° (on the table) to 180°; the heading says degrees (_deg) or radians (_rad)",
+        ))
+}
+
+impl Seat for Mounting {
+    type Columns = [Option<Place>; 4];
+
+    fn find(sheet: &mut Sheet) -> Result<Self::Columns> {
+        Ok([
+            sheet.quantity("inclination", ANGLE)?,
+            sheet.quantity("rotation", ANGLE)?,
+            sheet.quantity("target", ACCELERATION)?,
+            sheet.quantity("transverse", PERCENT)?,
+        ])
+    }
+
+    fn complete(sheet: &Sheet, columns: &Self::Columns) -> Result<()> {
+        sheet.required(columns[0], "inclination_deg")?;
+        sheet.required(columns[1], "rotation_deg")?;
+        Ok(())
+    }
+
+    fn read(columns: &Self::Columns, row: &SheetRow) -> Result<Self> {
+        let [Some(tilt), Some(turn), target, transverse] = *columns else {
+            return Err(row.refuse_row("inclination and rotation are needed"));
+        };
+        let rotation = row.number(turn)?;
+        if rotation.abs() > std::f64::consts::TAU + 1e-9 {
+            return Err(row
+                .refuse(
+                    turn,
+                    format!("a rotation of {} is more than a turn", row.text(turn)),
+                )
+                .with_hint(
+                    "from −360° to 360°; the heading says degrees (_deg) or radians (_rad)",
+                ));
+        }
+        Ok(Self {
+            inclination: inclination(row, tilt)?,
+            rotation,
+            target: row.optional(target)?,
+            transverse: row.optional(transverse)?,
+        })
+    }
+}
+
+impl Seat for SingleAxisSeat {
+    type Columns = [Option<Place>; 2];
+
+    fn find(sheet: &mut Sheet) -> Result<Self::Columns> {
+        Ok([
+            sheet.quantity("target", ACCELERATION)?,
+            sheet.quantity("transverse", PERCENT)?,
+        ])
+    }
+
+    fn complete(_: &Sheet, _: &Self::Columns) -> Result<()> {
+        Ok(())
+    }
+
+    fn read(columns: &Self::Columns, row: &SheetRow) -> Result<Self> {
+        Ok(Self {
+            target: row.optional(columns[0])?,
+            transverse: row.optional(columns[1])?,
+        })
+    }
+}
+
+impl Seat for Direction {
+    type Columns = [Option<Place>; 3];
+
+    fn find(sheet: &mut Sheet) -> Result<Self::Columns> {
+        Ok([
+            sheet.quantity("inclination", ANGLE)?,
+            sheet.text("axis"),
+            sheet.text("measurement"),
+        ])
+    }
+
+    fn complete(sheet: &Sheet, columns: &Self::Columns) -> Result<()> {
+        sheet.required(columns[0], "inclination_deg")?;
+        sheet.required(columns[1], "axis")?;
+        Ok(())
+    }
+
+    fn read(columns: &Self::Columns, row: &SheetRow) -> Result<Self> {
+        let [Some(tilt), Some(axis), measurement] = *columns else {
+            return Err(row.refuse_row("inclination and axis are needed"));
+        };
+        let word = row.text(axis).trim_end_matches(['\'', '′']);
+        let Some(number) = ["x", "y", "z"].iter().position(|a| a == &word) else {
+            return Err(row
+                .refuse(axis, format!("\"{}\" is no axis", row.text(axis)))
+                .with_hint("write x, y or z: the axes of the bench, z along the excitation"));
+        };
+        Ok(Self {
+            inclination: inclination(row, tilt)?,
+            axis: number,
+            measurement: measurement
+                .map(|m| row.text(m))
+                .filter(|t| !t.is_empty())
+                .unwrap_or("measurement")
+                .to_owned(),
+        })
+    }
+}
+
+/// A plan: inclinations and rotations in radians.
+pub(crate) fn read_plan(source: Source) -> Result<(Input, Vec<[f64; 2]>)> {
+    let mut sheet = Sheet::from_source(source, "plan")?;
+    let tilt = sheet.quantity("inclination", ANGLE)?;
+    let turn = sheet.quantity("rotation", ANGLE)?;
+    sheet.text("configuration");
+    sheet.finish()?;
+    let tilt = sheet.required(tilt, "inclination_deg")?;
+    let turn = sheet.required(turn, "rotation_deg")?;
+    let plan = sheet
+        .rows()
+        .map(|row| Ok([inclination(&row, tilt)?, row.number(turn)?]))
+        .collect::<Result<Vec<_>>>()?;
+    Ok((sheet.input.clone(), plan))
+}

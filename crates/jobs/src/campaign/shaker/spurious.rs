@@ -1,0 +1,242 @@
+//! `spurious.csv`: the motion of the seat beside the excitation, per inclination and frequency.
+
+use proofmass_io::Source;
+use proofmass_io::sheet::{ANGLE, FREQUENCY, Place, RATIO, Sheet, SheetRow};
+use proofmass_io::{Cell, Input, Result, Table};
+
+/// Motion of the seat at one inclination and frequency, relative to the excitation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpuriousRow {
+    /// Line of the table; zero for a row that was not read.
+    pub line: u64,
+    /// Inclination in radians.
+    pub inclination: f64,
+    /// Frequency in Hz.
+    pub frequency_hz: f64,
+    /// Real and imaginary part along x′, y′, z′; along z′ the departure from the excitation itself.
+    pub ratio: [[f64; 2]; 3],
+    /// Covariance `[rr, ri, ii]` of each.
+    pub covariance: [[f64; 3]; 3],
+}
+
+/// One measurement of the spurious motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SpuriousFile {
+    /// Label in results.
+    pub label: String,
+    /// Path and digest; `None` for a table without a file.
+    pub input: Option<Input>,
+    /// Rows.
+    pub rows: Vec<SpuriousRow>,
+}
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+enum AxisColumns {
+    Absent,
+    Polar {
+        ratio: Place,
+        phase: Place,
+        u_ratio: Option<Place>,
+        u_phase: Option<Place>,
+    },
+    Parts {
+        parts: [Place; 2],
+        u: [Option<Place>; 2],
+        correlation: Option<Place>,
+    },
+}
+
+impl SpuriousFile {
+    pub(crate) fn read(source: Source, label: &str) -> Result<Self> {
+        let mut sheet = Sheet::from_source(source, "table of spurious motion")?;
+        let tilt = sheet.quantity("inclination", ANGLE)?;
+        let frequency = sheet.quantity("frequency", FREQUENCY)?;
+        let found = AXES
+            .iter()
+            .map(|axis| {
+                let polar = [
+                    sheet.quantity(&format!("{axis}_ratio"), RATIO)?,
+                    sheet.quantity(&format!("{axis}_phase"), ANGLE)?,
+                    sheet.quantity(&format!("u_{axis}_ratio"), RATIO)?,
+                    sheet.quantity(&format!("u_{axis}_phase"), ANGLE)?,
+                ];
+                let parts = [
+                    sheet.quantity(&format!("{axis}_real"), RATIO)?,
+                    sheet.quantity(&format!("{axis}_imaginary"), RATIO)?,
+                    sheet.quantity(&format!("u_{axis}_real"), RATIO)?,
+                    sheet.quantity(&format!("u_{axis}_imaginary"), RATIO)?,
+                    sheet.quantity(&format!("r_{axis}"), RATIO)?,
+                ];
+                Ok((polar, parts))
+            })
+            .collect::<Result<Vec<_>>>()?;
+        sheet.finish()?;
+        let tilt = sheet.required(tilt, "inclination_deg")?;
+        let frequency = sheet.required(frequency, "frequency_Hz")?;
+        let columns = found
+            .into_iter()
+            .zip(AXES)
+            .map(|((polar, parts), axis)| AxisColumns::new(&sheet, axis, polar, parts))
+            .collect::<Result<Vec<_>>>()?;
+        if columns.iter().all(|c| matches!(c, AxisColumns::Absent)) {
+            sheet.required(None, "x_ratio")?;
+        }
+        let mut rows: Vec<SpuriousRow> = Vec::new();
+        for row in sheet.rows() {
+            let mut entry = SpuriousRow {
+                line: row.line,
+                inclination: row.number(tilt)?,
+                frequency_hz: row.positive(frequency)?,
+                ratio: [[0.0; 2]; 3],
+                covariance: [[0.0; 3]; 3],
+            };
+            for (k, column) in columns.iter().enumerate() {
+                (entry.ratio[k], entry.covariance[k]) = column.read(&row)?;
+            }
+            if let Some(other) = rows.iter().find(|r| {
+                (r.inclination - entry.inclination).abs() < 1e-6
+                    && r.frequency_hz == entry.frequency_hz
+            }) {
+                return Err(row
+                    .refuse_row(format!(
+                        "inclination {:.4}° at {} Hz stands in line {} already",
+                        entry.inclination.to_degrees(),
+                        entry.frequency_hz,
+                        other.line
+                    ))
+                    .with_hint("write another measurement into a file of its own, as another [[correction]]"));
+            }
+            rows.push(entry);
+        }
+        Ok(Self {
+            label: label.to_owned(),
+            input: Some(sheet.input.clone()),
+            rows,
+        })
+    }
+
+    /// The table as it is read again: real and imaginary parts with their uncertainties and correlation.
+    ///
+    /// # Errors
+    /// A number that is not finite.
+    pub fn table(rows: &[SpuriousRow]) -> Result<Table> {
+        let mut header = vec!["inclination_deg".to_owned(), "frequency_Hz".to_owned()];
+        for axis in AXES {
+            header.extend([
+                format!("{axis}_real"),
+                format!("{axis}_imaginary"),
+                format!("u_{axis}_real"),
+                format!("u_{axis}_imaginary"),
+                format!("r_{axis}"),
+            ]);
+        }
+        let mut table = Table::new(header);
+        for row in rows {
+            let mut cells = vec![
+                Cell::from(row.inclination.to_degrees()),
+                Cell::from(row.frequency_hz),
+            ];
+            for ([re, im], [rr, ri, ii]) in row.ratio.iter().zip(row.covariance) {
+                let (u_re, u_im) = (rr.sqrt(), ii.sqrt());
+                let r = if u_re * u_im > 0.0 {
+                    ri / (u_re * u_im)
+                } else {
+                    0.0
+                };
+                cells.extend([*re, *im, u_re, u_im, r].map(Cell::from));
+            }
+            table.push(cells)?;
+        }
+        Ok(table)
+    }
+}
+
+impl AxisColumns {
+    fn new(
+        sheet: &Sheet,
+        axis: &str,
+        polar: [Option<Place>; 4],
+        parts: [Option<Place>; 5],
+    ) -> Result<Self> {
+        let [any_polar, any_parts] = [
+            polar.iter().any(Option::is_some),
+            parts.iter().any(Option::is_some),
+        ];
+        match (any_polar, any_parts) {
+            (false, false) => Ok(Self::Absent),
+            (true, true) => Err(sheet
+                .header_error(
+                    &format!("{axis}_real"),
+                    "modulus with phase and real with imaginary part exclude each other",
+                )
+                .with_hint("keep one of the two forms")),
+            (true, false) => Ok(Self::Polar {
+                ratio: sheet.required(polar[0], &format!("{axis}_ratio"))?,
+                phase: sheet.required(polar[1], &format!("{axis}_phase_deg"))?,
+                u_ratio: polar[2],
+                u_phase: polar[3],
+            }),
+            (false, true) => Ok(Self::Parts {
+                parts: [
+                    sheet.required(parts[0], &format!("{axis}_real"))?,
+                    sheet.required(parts[1], &format!("{axis}_imaginary"))?,
+                ],
+                u: [parts[2], parts[3]],
+                correlation: parts[4],
+            }),
+        }
+    }
+
+    fn read(&self, row: &SheetRow) -> Result<([f64; 2], [f64; 3])> {
+        match self {
+            Self::Absent => Ok(([0.0; 2], [0.0; 3])),
+            Self::Polar {
+                ratio,
+                phase,
+                u_ratio,
+                u_phase,
+            } => {
+                let (r, angle) = (row.number(*ratio)?, row.number(*phase)?);
+                if r < 0.0 {
+                    return Err(row
+                        .refuse(*ratio, "a modulus is not negative")
+                        .with_hint("turn the phase by 180°, or write real and imaginary part"));
+                }
+                let (s, c) = angle.sin_cos();
+                let along = row.uncertainty(*u_ratio)?;
+                // Without a phase uncertainty of its own the phasor is known alike in every direction.
+                let across = match u_phase {
+                    Some(_) => r * row.uncertainty(*u_phase)?,
+                    None => along,
+                };
+                let (a, b) = (along * along, across * across);
+                Ok((
+                    [r * c, r * s],
+                    [
+                        a * c * c + b * s * s,
+                        (a - b) * c * s,
+                        a * s * s + b * c * c,
+                    ],
+                ))
+            }
+            Self::Parts {
+                parts,
+                u,
+                correlation,
+            } => {
+                let (u_re, u_im) = (row.uncertainty(u[0])?, row.uncertainty(u[1])?);
+                let r = row.optional(*correlation)?.unwrap_or(0.0);
+                if let Some(place) = correlation
+                    && r.abs() > 1.0
+                {
+                    return Err(row.refuse(*place, format!("a correlation of {r} is impossible")));
+                }
+                Ok((
+                    [row.number(parts[0])?, row.number(parts[1])?],
+                    [u_re * u_re, r * u_re * u_im, u_im * u_im],
+                ))
+            }
+        }
+    }
+}

@@ -1,0 +1,442 @@
+//! `kind = "shaker-triaxial"`: a triaxial accelerometer on a single-axis shaker, by wedges and rotations.
+
+use super::CampaignFile;
+use super::shaker::{
+    BudgetSource, Certificate, CertificateTable, Mounting, PhasorQuantity, RunTable, RunsTable,
+    ShakerBudget, ShakerRecording, SpuriousFile, read_runs,
+};
+use proofmass_io::{Ambient, Device};
+use proofmass_io::{Input, Result, WaveformOptions};
+use serde::{Deserialize, Serialize};
+
+/// Which calculation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ShakerMethod {
+    /// Magnitudes, as published; for comparison only.
+    Published,
+    /// Signed phasors, frequency by frequency.
+    Complex,
+    /// Signed phasors of all frequencies, with the mounting angles in common.
+    Joint,
+}
+
+/// `[method]`.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ShakerMethods {
+    /// Calculations to set side by side; the first is the result.
+    pub methods: Vec<ShakerMethod>,
+    /// Monte Carlo trials for the check of the propagation; zero for none.
+    pub trials: u64,
+    /// Seed of the random numbers.
+    pub seed: u64,
+}
+
+impl Default for ShakerMethods {
+    fn default() -> Self {
+        Self {
+            methods: vec![ShakerMethod::Joint, ShakerMethod::Complex],
+            trials: 10_000,
+            seed: 1,
+        }
+    }
+}
+
+/// `[published]`: inputs of the published method, where they are not those that were printed.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PublishedInputs {
+    /// Relative standard uncertainty of an output, u_S.
+    pub output: f64,
+    /// Relative standard uncertainty of the reference.
+    pub reference: f64,
+    /// Half width of the inclination, degrees.
+    pub inclination_deg: f64,
+    /// Half width of the rotation, degrees.
+    pub rotation_deg: f64,
+}
+
+impl Default for PublishedInputs {
+    fn default() -> Self {
+        Self {
+            output: 0.0035,
+            reference: 0.002,
+            inclination_deg: 0.1,
+            rotation_deg: 1.0,
+        }
+    }
+}
+
+/// `[[correction]]`.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CorrectionTable {
+    /// Label in results.
+    pub label: String,
+    /// Table of spurious motion, relative to the campaign; none is no correction.
+    pub file: Option<String>,
+}
+
+/// `[datasheet]`.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Datasheet {
+    /// Nominal sensitivity.
+    pub sensitivity: f64,
+    /// Its tolerance or expanded uncertainty, in the same unit.
+    pub tolerance: f64,
+    /// `V/(m/s²)`, `mV/(m/s²)`, `V/g` or `mV/g`.
+    pub unit: String,
+}
+
+/// `[plan]`.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlanTable {
+    /// Table of inclinations and rotations, relative to the campaign.
+    pub file: Option<String>,
+    /// `published`: the 44 published configurations.
+    pub name: Option<String>,
+    /// Acceleration wanted, m/s², where the runs do not say it.
+    #[serde(rename = "amplitude_m_per_s2")]
+    pub amplitude: Option<f64>,
+}
+
+/// What should have been measured at every frequency.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Plan {
+    /// The published 44 configurations.
+    Published,
+    /// Inclination and rotation in radians.
+    Configurations(Vec<[f64; 2]>),
+}
+
+/// The tables of a campaign on the shaker; the files they name are read by its methods.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShakerTriaxialCampaign {
+    /// The file it was read from.
+    pub source: CampaignFile,
+    /// One line for the head of the report.
+    pub title: Option<String>,
+    /// The device under calibration.
+    pub device: Device,
+    /// Runs; a plan may do without.
+    pub runs: Option<RunsTable>,
+    /// Waveforms.
+    pub recording: Option<ShakerRecording>,
+    /// Certificate of the reference; `None` when the runs carry accelerations.
+    pub reference: Option<CertificateTable>,
+    /// Corrections to set side by side.
+    pub corrections: Vec<CorrectionTable>,
+    /// Methods.
+    pub method: ShakerMethods,
+    /// Inputs of the published method.
+    pub published: PublishedInputs,
+    /// Datasheet sensitivity and its tolerance, V/(m/s²).
+    pub datasheet: Option<(f64, f64)>,
+    /// Plan.
+    pub plan: Option<PlanTable>,
+    /// Conditions.
+    pub ambient: Ambient,
+    budget: BudgetSource,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File<B> {
+    #[serde(rename = "kind")]
+    _kind: String,
+    title: Option<String>,
+    #[serde(default)]
+    device: Device,
+    runs: Option<RunsTable>,
+    recording: Option<ShakerRecording>,
+    reference: Option<CertificateTable>,
+    #[serde(default, rename = "correction")]
+    corrections: Vec<CorrectionTable>,
+    budget: Option<B>,
+    #[serde(default)]
+    method: ShakerMethods,
+    #[serde(default)]
+    published: PublishedInputs,
+    datasheet: Option<Datasheet>,
+    plan: Option<PlanTable>,
+    #[serde(default)]
+    ambient: Ambient,
+}
+
+impl ShakerTriaxialCampaign {
+    pub(crate) fn from_file(source: CampaignFile) -> Result<Self> {
+        let campaign = if source.has_budget_entries()? {
+            let mut file: File<Vec<_>> = source.parse()?;
+            let budget = file
+                .budget
+                .take()
+                .map_or(BudgetSource::Missing, BudgetSource::Entries);
+            Self::new(source, file, budget)?
+        } else {
+            let mut file: File<_> = source.parse()?;
+            let budget = file
+                .budget
+                .take()
+                .map_or(BudgetSource::Missing, BudgetSource::Table);
+            Self::new(source, file, budget)?
+        };
+        campaign.check()?;
+        Ok(campaign)
+    }
+
+    fn new<B>(source: CampaignFile, file: File<B>, budget: BudgetSource) -> Result<Self> {
+        Ok(Self {
+            title: file.title,
+            device: file.device,
+            runs: file.runs,
+            recording: file.recording,
+            reference: file.reference,
+            corrections: file.corrections,
+            method: file.method,
+            published: file.published,
+            datasheet: file.datasheet.map(|d| d.si(&source)).transpose()?,
+            plan: file.plan,
+            ambient: file.ambient,
+            budget,
+            source,
+        })
+    }
+
+    fn check(&self) -> Result<()> {
+        let methods = &self.method.methods;
+        if methods.is_empty() {
+            return Err(self
+                .source
+                .refuse("method", "methods", "no method is named")
+                .with_hint(
+                    "some of \"joint\", \"complex\", \"published\"; the first is the result",
+                ));
+        }
+        if methods[0] == ShakerMethod::Published {
+            return Err(self
+                .source
+                .refuse(
+                    "method",
+                    "methods",
+                    "the published method is for comparison only and cannot be the first",
+                )
+                .with_hint("put \"joint\" or \"complex\" before it"));
+        }
+        if (1..10_000).contains(&self.method.trials) {
+            return Err(self
+                .source
+                .refuse(
+                    "method",
+                    "trials",
+                    format!("{} trials tell nothing", self.method.trials),
+                )
+                .with_hint("10 000 at least and by default, 0 for no check"));
+        }
+        for (i, a) in self.corrections.iter().enumerate() {
+            if self.corrections[..i].iter().any(|b| b.label == a.label) {
+                return Err(self.source.refuse(
+                    "correction",
+                    "label",
+                    format!("the label \"{}\" is given twice", a.label),
+                ));
+            }
+        }
+        for (key, value) in [
+            ("output", self.published.output),
+            ("reference", self.published.reference),
+            ("inclination_deg", self.published.inclination_deg),
+            ("rotation_deg", self.published.rotation_deg),
+        ] {
+            if !(value.is_finite() && value >= 0.0) {
+                return Err(self
+                    .source
+                    .refuse("published", key, format!("{value} is impossible")));
+            }
+        }
+        if let Some(plan) = &self.plan {
+            match (&plan.file, &plan.name) {
+                (Some(_), Some(_)) => {
+                    return Err(self.source.refuse(
+                        "plan",
+                        "name",
+                        "`file` and `name` exclude each other",
+                    ));
+                }
+                (None, Some(name)) if name != "published" => {
+                    return Err(self
+                        .source
+                        .refuse("plan", "name", format!("unknown plan \"{name}\""))
+                        .with_hint("known: published"));
+                }
+                _ => {}
+            }
+            if let Some(a) = plan.amplitude
+                && !(a.is_finite() && a > 0.0)
+            {
+                return Err(self.source.refuse(
+                    "plan",
+                    "amplitude_m_per_s2",
+                    format!("{a} is not a positive number"),
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// Names of the channels, in the order of every run.
+    pub const CHANNELS: [&str; 4] = ["reference", "x", "y", "z"];
+
+    /// Reads the table of runs.
+    ///
+    /// # Errors
+    /// As the table says, with line and column.
+    pub fn read_runs(&self) -> Result<RunTable<Mounting>> {
+        const REFERENCE: &[PhasorQuantity] =
+            &[PhasorQuantity::Voltage, PhasorQuantity::Acceleration];
+        const OUTPUT: &[PhasorQuantity] = &[PhasorQuantity::Voltage];
+        let Some(runs) = &self.runs else {
+            return Err(self
+                .source
+                .refuse("runs", "file", "the campaign names no runs")
+                .with_hint("add [runs] with file = \"runs.csv\""));
+        };
+        let table = read_runs(
+            &self.source,
+            runs,
+            &[
+                ("reference", REFERENCE),
+                ("x", OUTPUT),
+                ("y", OUTPUT),
+                ("z", OUTPUT),
+            ],
+        )?;
+        let acceleration = table.quantities.first() == Some(&PhasorQuantity::Acceleration);
+        match (&self.reference, acceleration) {
+            (Some(_), true) => Err(self
+                .source
+                .refuse(
+                    "reference",
+                    "file",
+                    "the runs carry accelerations already, and a certificate would be applied twice",
+                )
+                .with_hint("take [reference] out, or give the reference in volts (reference_V)")),
+            (None, false) => Err(self
+                .source
+                .refuse("reference", "file", "the runs carry volts of the reference, and no certificate is named")
+                .with_hint("add [reference] with file = \"reference.csv\", or give accelerations (reference_m/s2)")),
+            _ => Ok(table),
+        }
+    }
+
+    /// How the waveforms are read.
+    ///
+    /// # Errors
+    /// No `[recording]`, or a channel that is missing.
+    pub fn waveform_options(&self) -> Result<WaveformOptions> {
+        waveform_options(&self.source, self.recording.as_ref(), &Self::CHANNELS)
+    }
+
+    /// Reads the certificate of the reference.
+    ///
+    /// # Errors
+    /// As the table says, with line and column.
+    pub fn read_reference(&self) -> Result<Option<Certificate>> {
+        self.reference
+            .as_ref()
+            .map(|table| Certificate::read(&self.source, table))
+            .transpose()
+    }
+
+    /// Reads the tables of spurious motion.
+    ///
+    /// # Errors
+    /// As the tables say, with line and column.
+    pub fn read_corrections(&self) -> Result<Vec<SpuriousFile>> {
+        self.corrections
+            .iter()
+            .map(|c| match &c.file {
+                Some(file) => SpuriousFile::read(self.source.source(file)?, &c.label),
+                None => Ok(SpuriousFile {
+                    label: c.label.clone(),
+                    input: None,
+                    rows: Vec::new(),
+                }),
+            })
+            .collect()
+    }
+
+    /// Reads the budget.
+    ///
+    /// # Errors
+    /// None is stated, or an entry is wrong (with its line).
+    pub fn read_budget(&self) -> Result<ShakerBudget> {
+        ShakerBudget::read(&self.source, &self.budget)
+    }
+
+    /// Reads the plan.
+    ///
+    /// # Errors
+    /// As the table says, with line and column.
+    pub fn read_plan(&self) -> Result<Option<(Plan, Option<Input>)>> {
+        match self.plan.as_ref().map(|p| (&p.file, &p.name)) {
+            Some((Some(file), _)) => {
+                let (input, plan) = super::shaker::read_plan(self.source.source(file)?)?;
+                Ok(Some((Plan::Configurations(plan), Some(input))))
+            }
+            Some((None, Some(_))) => Ok(Some((Plan::Published, None))),
+            _ => Ok(None),
+        }
+    }
+}
+
+impl Datasheet {
+    pub(super) fn si(&self, source: &CampaignFile) -> Result<(f64, f64)> {
+        let unit: String = self.unit.replace('²', "2").replace(' ', "");
+        let Some(&(_, factor)) = proofmass_io::sheet::SENSITIVITY
+            .iter()
+            .find(|(u, _)| *u == unit)
+        else {
+            let valid: Vec<&str> = proofmass_io::sheet::SENSITIVITY
+                .iter()
+                .map(|u| u.0)
+                .collect();
+            return Err(source
+                .refuse(
+                    "datasheet",
+                    "unit",
+                    format!("unknown unit \"{}\"", self.unit),
+                )
+                .with_hint(format!("valid here: {}", valid.join(", "))));
+        };
+        for (key, value) in [
+            ("sensitivity", self.sensitivity),
+            ("tolerance", self.tolerance),
+        ] {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(source.refuse(
+                    "datasheet",
+                    key,
+                    format!("{value} is not a positive number"),
+                ));
+            }
+        }
+        Ok((self.sensitivity * factor, self.tolerance * factor))
+    }
+}
+
+/// Options of `[recording]`, which runs with a column `file` need.
+pub(super) fn waveform_options(
+    source: &CampaignFile,
+    recording: Option<&ShakerRecording>,
+    names: &[&str],
+) -> Result<WaveformOptions> {
+    match recording {
+        Some(recording) => recording.options(source, names),
+        None => Err(source
+            .refuse("recording", "format", "the runs name recordings, and [recording] is missing")
+            .with_hint("add [recording] with format = \"f32\", sampling_rate_Hz, full_scale_V and channels")),
+    }
+}

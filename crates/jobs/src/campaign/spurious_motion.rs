@@ -1,0 +1,168 @@
+//! `kind = "spurious-motion"`: what the table and the wedges do beside the excitation, by a vibrometer.
+
+use super::CampaignFile;
+use super::shaker::{
+    Certificate, CertificateTable, Direction, PhasorQuantity, RunTable, RunsTable, ShakerRecording,
+    read_runs,
+};
+use super::shaker_triaxial::waveform_options;
+use proofmass_io::{Ambient, Device};
+use proofmass_io::{Result, WaveformOptions};
+use serde::Deserialize;
+
+/// `[vibrometer]`: its decoder, where the runs carry its volts.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct VibrometerTable {
+    /// Sensitivity in V/(m/s).
+    #[serde(rename = "sensitivity_V_per_m_s")]
+    pub sensitivity: f64,
+    /// Delay of the decoder behind the motion, s.
+    #[serde(default)]
+    pub delay_s: f64,
+}
+
+/// The tables of a campaign of spurious motion; the files they name are read by its methods.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SpuriousMotionCampaign {
+    /// The file it was read from.
+    pub source: CampaignFile,
+    /// One line for the head of the report.
+    pub title: Option<String>,
+    /// The bench.
+    pub device: Device,
+    /// Runs: one repeat along one axis each.
+    pub runs: RunsTable,
+    /// Waveforms.
+    pub recording: Option<ShakerRecording>,
+    /// Certificate of the reference; `None` when the runs carry accelerations.
+    pub reference: Option<CertificateTable>,
+    /// The vibrometer; `None` when the runs carry velocities.
+    pub vibrometer: Option<VibrometerTable>,
+    /// Conditions.
+    pub ambient: Ambient,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    #[serde(rename = "kind")]
+    _kind: String,
+    title: Option<String>,
+    #[serde(default)]
+    device: Device,
+    runs: RunsTable,
+    recording: Option<ShakerRecording>,
+    reference: Option<CertificateTable>,
+    vibrometer: Option<VibrometerTable>,
+    #[serde(default)]
+    ambient: Ambient,
+}
+
+impl SpuriousMotionCampaign {
+    /// Names of the channels, in the order of every run.
+    pub const CHANNELS: [&str; 2] = ["reference", "velocity"];
+
+    pub(crate) fn from_file(source: CampaignFile) -> Result<Self> {
+        let file: File = source.parse()?;
+        if let Some(v) = &file.vibrometer {
+            if !(v.sensitivity.is_finite() && v.sensitivity != 0.0) {
+                return Err(source
+                    .refuse(
+                        "vibrometer",
+                        "sensitivity_V_per_m_s",
+                        format!("{} is impossible", v.sensitivity),
+                    )
+                    .with_hint("a range of 10 mm/s per volt is 100 V/(m/s)"));
+            }
+            if !(0.0..1.0).contains(&v.delay_s) {
+                return Err(source
+                    .refuse(
+                        "vibrometer",
+                        "delay_s",
+                        format!("{} s is out of place", v.delay_s),
+                    )
+                    .with_hint("decoders delay by microseconds: 5.9e-6"));
+            }
+        }
+        Ok(Self {
+            title: file.title,
+            device: file.device,
+            runs: file.runs,
+            recording: file.recording,
+            reference: file.reference,
+            vibrometer: file.vibrometer,
+            ambient: file.ambient,
+            source,
+        })
+    }
+
+    /// Reads the table of runs.
+    ///
+    /// # Errors
+    /// As the table says, with line and column; volts without certificate or vibrometer.
+    pub fn read_runs(&self) -> Result<RunTable<Direction>> {
+        const REFERENCE: &[PhasorQuantity] =
+            &[PhasorQuantity::Voltage, PhasorQuantity::Acceleration];
+        const VELOCITY: &[PhasorQuantity] = &[PhasorQuantity::Voltage, PhasorQuantity::Velocity];
+        let table = read_runs(
+            &self.source,
+            &self.runs,
+            &[("reference", REFERENCE), ("velocity", VELOCITY)],
+        )?;
+        let volts = |k: usize| {
+            table
+                .quantities
+                .get(k)
+                .is_none_or(|q| *q == PhasorQuantity::Voltage)
+        };
+        if volts(0) != self.reference.is_some() {
+            return Err(self
+                .source
+                .refuse(
+                    "reference",
+                    "file",
+                    if volts(0) {
+                        "the runs carry volts of the reference, and no certificate is named"
+                    } else {
+                        "the runs carry accelerations already, and a certificate would be applied twice"
+                    },
+                )
+                .with_hint("reference_V goes with [reference], reference_m/s2 without"));
+        }
+        if volts(1) != self.vibrometer.is_some() {
+            return Err(self
+                .source
+                .refuse(
+                    "vibrometer",
+                    "sensitivity_V_per_m_s",
+                    if volts(1) {
+                        "the runs carry volts of the vibrometer, and its sensitivity is not stated"
+                    } else {
+                        "the runs carry velocities already, and the sensitivity would be applied twice"
+                    },
+                )
+                .with_hint("velocity_V goes with [vibrometer], velocity_mm/s without"));
+        }
+        Ok(table)
+    }
+
+    /// How the waveforms are read.
+    ///
+    /// # Errors
+    /// No `[recording]`, or a channel that is missing.
+    pub fn waveform_options(&self) -> Result<WaveformOptions> {
+        waveform_options(&self.source, self.recording.as_ref(), &Self::CHANNELS)
+    }
+
+    /// Reads the certificate of the reference.
+    ///
+    /// # Errors
+    /// As the table says, with line and column.
+    pub fn read_reference(&self) -> Result<Option<Certificate>> {
+        self.reference
+            .as_ref()
+            .map(|table| Certificate::read(&self.source, table))
+            .transpose()
+    }
+}

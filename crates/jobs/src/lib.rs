@@ -1,0 +1,21 @@
+//! Every job of the accelerometer laboratory: a request as plain data, its data, one typed outcome.
+//!
+//! A command line, a server, a notebook and a batch over a thousand sensors ask the same questions. Here each
+//! question is a [`Job`]: a request without paths, terminal or clock, evaluated against data in memory, answered by
+//! an [`Outcome`] that decides the principal result once and can be written, read again and rendered by anyone.
+//! What belongs to the caller comes as an argument: the date in a [`Record`], progress and cancellation as a
+//! [`Watch`](proofmass_core::Watch), files as a [`Store`].
+
+pub mod campaign;
+pub mod multi_position;
+mod outcome;
+mod plural;
+mod record;
+mod store;
+mod trouble;
+
+pub use outcome::{CALIBRATION, Filed, Job, Outcome, REPORT, RESULT, section};
+pub use proofmass_core::{Unwatched, Watch};
+pub use record::Record;
+pub use store::{Folder, Memory, Store};
+pub use trouble::{Result, Trouble, TroubleKind};

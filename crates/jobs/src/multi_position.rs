@@ -1,0 +1,250 @@
+//! Bias, scale factors and misalignment of a triaxial accelerometer from standstills.
+
+mod explanation;
+mod outcome;
+mod recordings;
+
+pub use outcome::{Figures, MultiPositionOutcome};
+pub use recordings::MultiPositionRecordings;
+
+use crate::campaign::MethodModel;
+use crate::outcome::Job;
+use crate::trouble::{Result, Trouble};
+use proofmass_calibration::{
+    AttitudeUncertainty, Estimator, Model, MultiPosition, Samples, Segment, Standstill,
+    StandstillCalibration, WindowedVariance, clipping, suspected_clipping, temperature_drift,
+};
+use proofmass_core::{Gravity, Watch};
+use proofmass_io::{ColumnRef, Unit};
+use proofmass_uncertainty::Finding;
+use serde::{Deserialize, Serialize};
+
+/// What is to be calibrated, and how.
+///
+/// ```
+/// use proofmass_core::Gravity;
+/// use proofmass_io::Unit;
+/// use proofmass_jobs::{Job, Outcome, Unwatched, multi_position::{MultiPositionData, MultiPositionJob}};
+/// use proofmass_rig::HandHeld;
+///
+/// let recording = HandHeld::default().simulate(1);
+/// let [x, y, z] = &recording.outputs;
+/// let data = MultiPositionData::new([x, y, z], recording.rate, Unit::Count);
+/// let job = MultiPositionJob::new(Gravity::given(9.80665, 1e-5)?);
+/// let outcome = job.evaluate(&data, &Unwatched)?;
+/// let scale = outcome.quantities().into_iter().find(|q| q.name == "scale.x").unwrap();
+/// assert!((scale.value - 415.2).abs() < 2.0 * scale.expanded);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct MultiPositionJob {
+    /// Model and estimator.
+    #[serde(default)]
+    pub method: MethodModel,
+    /// Probability of the intervals.
+    pub probability: f64,
+    /// Local gravity.
+    pub gravity: Gravity,
+    /// How standstills are found where none are given.
+    #[serde(default)]
+    pub search: Standstill,
+    /// Standard uncertainty of a given attitude about each transverse axis, rad.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub attitude_uncertainty: Option<f64>,
+    /// Smallest and largest output that the converter knows, in the unit of the data.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub range: Option<[f64; 2]>,
+    /// Temperature where none was recorded, °C.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub temperature: Option<f64>,
+}
+
+impl MultiPositionJob {
+    /// The default model (bias and a triangular matrix) with 95 % intervals.
+    pub fn new(gravity: Gravity) -> Self {
+        Self {
+            method: MethodModel::default(),
+            probability: 0.95,
+            gravity,
+            search: Standstill::default(),
+            attitude_uncertainty: None,
+            range: None,
+            temperature: None,
+        }
+    }
+
+    fn settings(&self, data: &MultiPositionData<'_>) -> Result<MultiPosition> {
+        let model = match self.method {
+            MethodModel::Bias => Model::Bias,
+            MethodModel::BiasScale => Model::BiasScale,
+            MethodModel::Triangular => Model::Triangular,
+            MethodModel::Symmetric | MethodModel::Ellipsoid => Model::Symmetric,
+            MethodModel::Full | MethodModel::SixPosition | MethodModel::Ferraris => Model::Full,
+        };
+        let mut settings = MultiPosition::new(self.gravity)
+            .model(model)
+            .probability(self.probability)
+            .output_unit(data.unit.to_string());
+        if data.unit.is_acceleration() {
+            settings = settings.nominal_sensitivity(1.0);
+        } else if model == Model::Bias {
+            return Err(Trouble::request(format!(
+                "model `bias` needs outputs in m/s² or g; {} holds {}",
+                data.name, data.unit
+            ))
+            .with_hint(
+                "fit `bias-scale`, or convert the recording with the nominal sensitivity first",
+            ));
+        }
+        if let Some(independent) = self.attitude_uncertainty {
+            settings = settings.attitude_uncertainty(AttitudeUncertainty {
+                independent,
+                common: 0.0,
+            });
+        }
+        Ok(settings)
+    }
+
+    fn calibrate(
+        &self,
+        data: &MultiPositionData<'_>,
+        samples: &Samples<'_>,
+        settings: &MultiPosition,
+    ) -> Result<StandstillCalibration> {
+        let explain =
+            |error, given: Option<&[Segment]>| explanation::explain(error, self, data, given);
+        let Some(given) = data.segments else {
+            if self.method.needs_attitudes() {
+                return Err(Trouble::request(format!(
+                    "method `{}` needs given attitudes",
+                    self.method.name()
+                ))
+                .with_hint("add `segments = \"segments.csv\"` to [standstill], with a column `direction` (+x, -x, …) or up_x, up_y, up_z; or fit `triangular`"));
+            }
+            return StandstillCalibration::run(
+                samples,
+                data.rate,
+                data.breaks,
+                &self.search,
+                settings,
+            )
+            .map_err(|error| explain(error, None));
+        };
+        let estimator = match self.method {
+            MethodModel::SixPosition | MethodModel::Ferraris => Estimator::SixPositions,
+            _ => Estimator::LeastSquares,
+        };
+        StandstillCalibration::of_segments(samples, given.to_vec(), settings, estimator)
+            .map_err(|error| explain(error, Some(given)))
+    }
+
+    /// All doubts, those of the recording included, the gravest first.
+    fn findings(
+        &self,
+        data: &MultiPositionData<'_>,
+        samples: &Samples<'_>,
+        calibration: &StandstillCalibration,
+    ) -> Vec<Finding> {
+        let segments = &calibration.sweep.segments;
+        let mut findings = data.findings.to_vec();
+        findings.extend(match self.range {
+            Some([low, high]) => clipping(samples, (low, high), segments),
+            None => suspected_clipping(samples),
+        });
+        if let Some(temperature) = data.temperature {
+            let residuals = calibration.fit.residuals();
+            findings.extend(temperature_drift(temperature, segments, residuals));
+        }
+        findings.extend(calibration.fit.findings().iter().cloned());
+        findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
+        findings
+    }
+}
+
+/// The samples of a triaxial accelerometer, all recordings one after the other.
+#[derive(Clone, Debug)]
+pub struct MultiPositionData<'a> {
+    /// Outputs x, y, z.
+    pub outputs: [&'a [f64]; 3],
+    /// Time of every sample, s; without it the samples follow one another at the rate.
+    pub time: Option<&'a [f64]>,
+    /// Sampling rate, Hz.
+    pub rate: f64,
+    /// Samples before which time jumps: gaps and the seams between recordings, in increasing order.
+    pub breaks: &'a [usize],
+    /// Unit of the outputs: m/s² or a raw unit.
+    pub unit: Unit,
+    /// Temperature of every sample, °C.
+    pub temperature: Option<&'a [f64]>,
+    /// Standstills that are given; without them they are found.
+    pub segments: Option<&'a [Segment]>,
+    /// What reading the data found.
+    pub findings: &'a [Finding],
+    /// What the data are called in messages.
+    pub name: &'a str,
+    /// How x, y, z are called in the recording, for compensating others of its kind.
+    pub columns: Option<[ColumnRef; 3]>,
+}
+
+impl<'a> MultiPositionData<'a> {
+    /// Samples at a steady rate.
+    pub fn new(outputs: [&'a [f64]; 3], rate: f64, unit: Unit) -> Self {
+        Self {
+            outputs,
+            time: None,
+            rate,
+            breaks: &[],
+            unit,
+            temperature: None,
+            segments: None,
+            findings: &[],
+            name: "the recording",
+            columns: None,
+        }
+    }
+}
+
+impl Job for MultiPositionJob {
+    type Data<'a> = MultiPositionData<'a>;
+    type Outcome = MultiPositionOutcome;
+
+    fn evaluate(
+        &self,
+        data: &MultiPositionData<'_>,
+        watch: &dyn Watch,
+    ) -> Result<MultiPositionOutcome> {
+        watch.step("standstills and fit", 0, 2)?;
+        let settings = self.settings(data)?;
+        let [x, y, z] = data.outputs;
+        let steady: Vec<f64>;
+        let time = match data.time {
+            Some(time) => time,
+            None => {
+                steady = (0..x.len()).map(|i| i as f64 / data.rate).collect();
+                &steady
+            }
+        };
+        let samples = Samples::new(x, y, z)?.at_times(time)?;
+        let samples = match data.temperature {
+            Some(temperature) => samples.at_temperatures(temperature)?,
+            None => samples,
+        };
+        let calibration = self.calibrate(data, &samples, &settings)?;
+        watch.step("standstills and fit", 1, 2)?;
+        let findings = self.findings(data, &samples, &calibration);
+        let searched = calibration.sweep.threshold.is_some();
+        let windowed = searched
+            .then(|| WindowedVariance::new(&samples, data.rate, data.breaks, &self.search).ok())
+            .flatten();
+        let figures = Figures::new(data, windowed.as_ref(), &calibration);
+        watch.step("standstills and fit", 2, 2)?;
+        Ok(MultiPositionOutcome::new(
+            self,
+            data,
+            calibration,
+            findings,
+            figures,
+        ))
+    }
+}

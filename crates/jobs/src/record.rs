@@ -1,0 +1,72 @@
+//! What a result is filed with: device, conditions, date, inputs. The caller knows it, not the mathematics.
+
+use proofmass_io::{Ambient, Device, Input, Software};
+use serde::{Deserialize, Serialize};
+
+/// Everything about a result that is no result: who, what, when, from which files.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Record {
+    /// One line for the head of the report; where it is missing the job has one of its own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub title: Option<String>,
+    /// The device.
+    pub device: Device,
+    /// Conditions.
+    pub ambient: Ambient,
+    /// Day of the evaluation, as it is to be printed (ISO 8601).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub date: Option<String>,
+    /// Files it was computed from.
+    pub inputs: Vec<Input>,
+    /// Program that computed it.
+    pub software: Software,
+}
+
+impl Record {
+    /// The title that was given, or one from the name of the device: `Calibration of …`.
+    pub fn title(&self, of: &str, without: &str) -> String {
+        if let Some(title) = &self.title {
+            return title.clone();
+        }
+        let device = &self.device;
+        let words: Vec<&str> = [&device.manufacturer, &device.model, &device.serial]
+            .into_iter()
+            .flatten()
+            .map(String::as_str)
+            .collect();
+        if words.is_empty() {
+            without.to_owned()
+        } else {
+            format!("{of} {}", words.join(" "))
+        }
+    }
+
+    /// Label and value of what is known of device and conditions.
+    pub fn meta(&self) -> Vec<(String, String)> {
+        let device = &self.device;
+        [
+            ("Manufacturer", device.manufacturer.clone()),
+            ("Model", device.model.clone()),
+            ("Serial number", device.serial.clone()),
+            ("Device", device.description.clone()),
+            (
+                "Temperature",
+                self.ambient.temperature_deg_c.map(|t| format!("{t} °C")),
+            ),
+            ("Conditions", self.ambient.description.clone()),
+            ("Evaluated on", self.date.clone()),
+        ]
+        .into_iter()
+        .filter_map(|(label, value)| Some((label.to_owned(), value?)))
+        .collect()
+    }
+
+    /// Names and digests of the inputs.
+    pub fn digests(&self) -> Vec<(String, String)> {
+        self.inputs
+            .iter()
+            .map(|i| (i.path.clone(), i.sha256.clone()))
+            .collect()
+    }
+}

@@ -1,0 +1,101 @@
+//! Where the files of a job stand: a folder, memory, later an archive or an object store.
+
+use proofmass_io::{Error, ErrorKind, Result, Source};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Files by name. Names are those of the campaign, relative to it, with `/` between folders.
+pub trait Store: Send + Sync {
+    /// Opens a file for reading once, from its beginning.
+    ///
+    /// # Errors
+    /// No such file, or it cannot be read.
+    fn open(&self, name: &str) -> Result<Source>;
+
+    /// Whether there is such a file: a missing one is told before the work.
+    fn holds(&self, name: &str) -> bool;
+
+    /// The name of a file as it stands in messages and in lists of inputs.
+    fn describe(&self, name: &str) -> PathBuf {
+        PathBuf::from(name)
+    }
+}
+
+/// A folder of the file system. An absolute name is taken as it is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Folder {
+    root: PathBuf,
+}
+
+impl Folder {
+    /// The folder that names are relative to.
+    pub fn new(root: impl Into<PathBuf>) -> Self {
+        Self { root: root.into() }
+    }
+
+    /// The folder itself.
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+}
+
+impl Store for Folder {
+    fn open(&self, name: &str) -> Result<Source> {
+        Source::open(self.describe(name))
+    }
+
+    fn holds(&self, name: &str) -> bool {
+        self.describe(name).exists()
+    }
+
+    fn describe(&self, name: &str) -> PathBuf {
+        self.root.join(name)
+    }
+}
+
+/// Files in memory: the parts of a request over a network, the cells of a notebook, a test.
+///
+/// ```
+/// use proofmass_jobs::{Memory, Store};
+///
+/// let store = Memory::new().file("runs.csv", "run,frequency_Hz\n");
+/// assert!(store.holds("runs.csv"));
+/// let message = store.open("reference.csv").err().unwrap().to_string();
+/// assert_eq!(message, "reference.csv: there is no such file");
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Memory {
+    files: BTreeMap<String, Vec<u8>>,
+}
+
+impl Memory {
+    /// Without files.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a file.
+    #[must_use]
+    pub fn file(mut self, name: impl Into<String>, bytes: impl Into<Vec<u8>>) -> Self {
+        self.files.insert(name.into(), bytes.into());
+        self
+    }
+}
+
+impl Store for Memory {
+    fn open(&self, name: &str) -> Result<Source> {
+        match self.files.get(name) {
+            Some(bytes) => Source::from_bytes(name, bytes.clone()),
+            None => {
+                let names: Vec<&str> = self.files.keys().map(String::as_str).collect();
+                Err(Error::new(ErrorKind::NotFound, "there is no such file")
+                    .at(Path::new(name))
+                    .with_hint(format!("files given: {}", names.join(", "))))
+            }
+        }
+    }
+
+    fn holds(&self, name: &str) -> bool {
+        self.files.contains_key(name)
+    }
+}

@@ -1,0 +1,62 @@
+//! Laws that hold for the outcome of every job.
+#![allow(dead_code)]
+
+use proofmass_core::Watch;
+use proofmass_io::{Ambient, Device, Input};
+use proofmass_jobs::{Filed, Outcome, Record};
+use std::ops::ControlFlow;
+
+/// What a caller knows.
+pub fn record() -> Record {
+    Record {
+        title: Some("Practice".to_owned()),
+        device: Device {
+            model: Some("ADXL355".to_owned()),
+            ..Device::default()
+        },
+        ambient: Ambient {
+            temperature_deg_c: Some(23.1),
+            description: None,
+        },
+        date: Some("2026-01-01".to_owned()),
+        inputs: vec![Input {
+            path: "recording.csv".to_owned(),
+            sha256: "00".repeat(32),
+        }],
+        ..Record::default()
+    }
+}
+
+/// Written, read as the same type and rendered again, every file is the same to the byte; what result.json states
+/// is the principal result of the outcome.
+pub fn law_outcome_comes_back<O: Outcome>(outcome: O) {
+    let filed = Filed::new(record(), outcome);
+    let files = filed.files().expect("files");
+    let json = &files[0].1;
+    let read = Filed::<O>::from_json(json).expect("result.json is read again");
+    let again = read.files().expect("files of the outcome that was read");
+    assert_eq!(files.len(), again.len());
+    for ((name, a), (other, b)) in files.iter().zip(&again) {
+        assert_eq!(name, other);
+        assert!(a == b, "{name} differs after reading the result again");
+    }
+    let document = filed.document().expect("document");
+    assert_eq!(document.quantities, filed.outcome.quantities());
+    assert_eq!(document.findings, filed.outcome.findings());
+    let other = String::from_utf8(json.clone()).expect("text").replacen(
+        &format!("\"kind\": \"{}\"", O::KIND),
+        "\"kind\": \"another\"",
+        1,
+    );
+    assert!(Filed::<O>::from_json(other.as_bytes()).is_err());
+    assert!(Filed::<O>::from_json(&json[..json.len() / 2]).is_err());
+}
+
+/// An onlooker that stops at once.
+pub struct Stop;
+
+impl Watch for Stop {
+    fn progress(&self, _stage: &'static str, _done: u64, _of: u64) -> ControlFlow<()> {
+        ControlFlow::Break(())
+    }
+}
