@@ -24,7 +24,7 @@ embedded:
 
 # Each crate by itself, as a user of one crate builds it.
 features:
-    for c in core uncertainty signal noise calibration motion rig io report; do cargo check -q -p proofmass-$c || exit 1; done
+    for c in core uncertainty signal noise calibration motion rig fixture io report; do cargo check -q -p proofmass-$c || exit 1; done
 
 # Licences of all dependencies.
 licences:

@@ -22,6 +22,7 @@
 
 pub use proofmass_calibration as calibration;
 pub use proofmass_core as core;
+pub use proofmass_fixture as fixture;
 pub use proofmass_io as io;
 pub use proofmass_jobs as jobs;
 pub use proofmass_motion as motion;
