@@ -36,6 +36,7 @@ const ROOMS: [(&str, &[&str]); 11] = [
             "calibration",
             "motion",
             "rig",
+            "fixture",
             "io",
             "report",
         ],
