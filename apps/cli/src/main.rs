@@ -11,6 +11,7 @@ mod noise;
 mod plan;
 mod plural;
 mod recording_arguments;
+mod render;
 mod shaker;
 mod simulate;
 mod uncertainty;
@@ -45,6 +46,7 @@ enum Command {
     Noise(Box<noise::Noise>),
     Inspect(inspect::Inspect),
     Simulate(simulate::Simulate),
+    Render(render::Render),
     Uncertainty(uncertainty::Uncertainty),
 }
 
@@ -77,18 +79,26 @@ fn run(arguments: Arguments) -> Result<Outcome, Failure> {
         Command::Noise(command) => command.run(),
         Command::Inspect(command) => command.run(),
         Command::Simulate(command) => command.run(),
+        Command::Render(command) => command.run(),
         Command::Uncertainty(command) => command.run(),
     }
 }
 
 fn main() -> ExitCode {
+    // What is being written is removed first; results in place are the old ones or the new ones. Without a handler
+    // the next run would remove it.
+    let _ = ctrlc::set_handler(|| {
+        proofmass::io::discard_unfinished();
+        console::complain("interrupted: nothing was written\n");
+        std::process::exit(130);
+    });
     // clap ends wrong use with exit code 2.
     match run(Arguments::parse()) {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Doubtful) => ExitCode::from(3),
         Err(failure) if failure.is_broken_pipe() => ExitCode::SUCCESS,
         Err(failure) => {
-            anstream::eprint!("{failure}");
+            console::complain(&failure.to_string());
             ExitCode::FAILURE
         }
     }
