@@ -20,7 +20,9 @@ const SAMPLES: usize = 400;
 /// One place of the map.
 #[derive(Clone, Copy, Debug)]
 pub struct Place {
+    /// What is fitted.
     pub model: Model,
+    /// Number of standstills.
     pub attitudes: usize,
     /// Standard deviation between the standstills over that of the noise of a mean.
     pub ratio: f64,
@@ -31,8 +33,9 @@ pub struct Place {
 /// What came of the recordings of one place.
 #[derive(Clone, Copy, Debug)]
 pub struct Cell {
-    /// Share of intervals that hold the truth: mean over the parameters, and of the worst parameter.
+    /// Share of intervals that hold the truth, mean over the parameters.
     pub mean: f64,
+    /// The same of the worst parameter.
     pub worst: f64,
     /// Mean U over that of an interval made with the true standard deviations.
     pub width: f64,
@@ -143,7 +146,7 @@ impl Place {
 fn direction(index: usize, normal: &mut impl FnMut() -> f64) -> [f64; 3] {
     let mut v = [0.0; 3];
     if index < 6 {
-        v[index / 2] = if index % 2 == 0 { 1.0 } else { -1.0 };
+        v[index / 2] = if index.is_multiple_of(2) { 1.0 } else { -1.0 };
         v = v.map(|x| x + 0.06 * normal());
     } else {
         v = v.map(|_| normal());

@@ -684,7 +684,7 @@ fn total(e: &[f64; COLUMNS], solution: &Solution) -> f64 {
 }
 
 /// Value and standard uncertainty from the data's own value and variance and the sensitivities to the constants.
-fn spread(value: f64, variance: f64, sensitivity: &Vec<f64>, solution: &Solution) -> (f64, f64) {
+fn spread(value: f64, variance: f64, sensitivity: &[f64], solution: &Solution) -> (f64, f64) {
     let constants = sensitivity.iter().zip(&solution.beta);
     let value = value + constants.map(|(c, b)| c * b).sum::<f64>();
     let mut variance = variance;

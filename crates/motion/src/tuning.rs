@@ -972,7 +972,7 @@ impl Tuned {
             solution.widen((sums.n as f64 / self.effective_readings).max(1.0));
             runs.push(prepared.smooth(&noise, &solution)?);
         }
-        let mix = |value: &dyn Fn(&Trajectory) -> (&[f64], &[f64])| {
+        let mix = |value: &Series| {
             let (mut mean, mut u) = (vec![0.0; n], vec![0.0; n]);
             for run in &runs {
                 for (m, v) in mean.iter_mut().zip(value(run).0) {
@@ -1003,6 +1003,9 @@ impl Tuned {
         })
     }
 }
+
+/// One series of a trajectory with its uncertainty.
+type Series = dyn Fn(&Trajectory) -> (&[f64], &[f64]);
 
 /// Rounding that repeats with the motion (whole samples per period, or an axis that rests) passes for motion: the
 /// readings then fit better than their increment allows.

@@ -499,10 +499,10 @@ fn searched(wanted: &Search, found: &Found) -> Section {
         columns,
     );
     let mut rows = found.trade();
-    if let Some(first) = found.trials.first() {
-        if !rows.contains(&first) {
-            rows.insert(0, first);
-        }
+    if let Some(first) = found.trials.first()
+        && !rows.contains(&first)
+    {
+        rows.insert(0, first);
     }
     let best = found.best_trial();
     if let Some(best) = best.filter(|b| !rows.contains(b)) {

@@ -245,7 +245,7 @@ fn together(
 }
 
 fn component(p: usize) -> String {
-    let part = if p % 2 == 0 { "re" } else { "im" };
+    let part = if p.is_multiple_of(2) { "re" } else { "im" };
     format!("{}{}.{part}", AXES[p / 6], AXES[p / 2 % 3])
 }
 

@@ -228,7 +228,7 @@ impl<T: Float> CountingKalman<T> {
     ) -> CountUpdate<T> {
         let change = count.wrapping_sub(state.count);
         state.count = count;
-        state.x[0] = state.x[0] - T::from_f64(f64::from(change));
+        state.x[0] -= T::from_f64(f64::from(change));
         let edge = edge.filter(|_| self.timed);
         let (half, twelfth) = (T::from_f64(0.5), T::from_f64(1.0 / 12.0));
         if change == 1 || change == -1 || edge.is_some() {
@@ -279,7 +279,7 @@ impl<T: Float> CountingKalman<T> {
             let gain = ph[i] * inverse;
             state.x[i] += gain * innovation;
             for j in 0..=i {
-                state.p[i][j] = state.p[i][j] - gain * ph[j];
+                state.p[i][j] -= gain * ph[j];
                 state.p[j][i] = state.p[i][j];
             }
         }
