@@ -515,7 +515,7 @@ impl<'a> Prepared<'a> {
                 }
                 list.push(
                     solve(&full, columns(self.record, unknowns)).map(|solution| {
-                        let c = solution.columns.iter().map(|c| state.m[*c][1]).collect();
+                        let c: Vec<f64> = solution.columns.iter().map(|c| state.m[*c][1]).collect();
                         spread(state.m[DATA][1], state.p[1][1], &c, &solution)
                     }),
                 );

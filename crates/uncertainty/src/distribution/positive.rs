@@ -170,7 +170,8 @@ pub(super) fn check_discrete(values: &[f64], weights: &[f64]) -> Result<(), Erro
     }
     let total: f64 = weights.iter().sum();
     let least = weights.iter().copied().fold(0.0, f64::min);
-    if least < 0.0 || (!weights.is_empty() && !(total > 0.0 && total.is_finite())) {
+    let impossible = !(total > 0.0 && total.is_finite());
+    if least < 0.0 || (impossible && !weights.is_empty()) {
         return Err(Error::OutOfRange {
             name: "weights",
             value: if least < 0.0 { least } else { total },
