@@ -16,6 +16,7 @@ mod simulate;
 mod uncertainty;
 mod validate;
 mod velocity;
+mod verify;
 
 use clap::{Parser, Subcommand};
 use failure::Failure;
@@ -46,6 +47,7 @@ enum Command {
     Inspect(inspect::Inspect),
     Simulate(simulate::Simulate),
     Uncertainty(uncertainty::Uncertainty),
+    Verify(verify::Verify),
 }
 
 /// What a command that came to an end tells the shell.
@@ -78,6 +80,7 @@ fn run(arguments: Arguments) -> Result<Outcome, Failure> {
         Command::Inspect(command) => command.run(),
         Command::Simulate(command) => command.run(),
         Command::Uncertainty(command) => command.run(),
+        Command::Verify(command) => command.run(),
     }
 }
 

@@ -51,6 +51,7 @@ mod stamp;
 mod table;
 mod time_base;
 mod unit;
+mod verification;
 mod waveform;
 
 pub use calibration_file::{CALIBRATION_SCHEMA, CALIBRATION_VERSION, CalibrationFile, TRIAXIAL};
@@ -71,7 +72,7 @@ pub use result_document::{
     NamedCovariance, RESULT_SCHEMA, RESULT_VERSION, ResultDocument, StatedQuantity,
 };
 pub use rewriter::Rewriter;
-pub use rows::{Block, RowReader};
+pub use rows::{BadRow, Block, RowReader};
 pub use segments::Segment;
 pub use software::{Schema, Software};
 pub use source::{LARGEST_DOCUMENT, Source};
@@ -79,4 +80,7 @@ pub use stamp::Stamp;
 pub use table::{Cell, RowWriter, Table};
 pub use time_base::{TimeBase, TimeSource};
 pub use unit::{Unit, split_heading};
+pub use verification::{
+    Fate, Link, PROVENANCE_SCHEMA, PROVENANCE_VERSION, Provenance, Verification,
+};
 pub use waveform::{Waveform, WaveformFormat, WaveformOptions, write_f32};
