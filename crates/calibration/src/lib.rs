@@ -24,7 +24,7 @@ pub use multi_position::{
     MultiPositionFit, PoseResidual, ScatterParts, Suspect, WithoutSuspects,
 };
 pub use pose::{Pose, Samples, Segment};
-pub use recording_quality::{clipping, suspected_clipping, temperature_drift};
+pub use recording_quality::{clipping, frozen, suspected_clipping, temperature_drift};
 pub use six_position::Ferraris;
 pub use standstill::{Standstill, WindowedVariance};
 pub use standstill_calibration::{Estimator, StandstillCalibration};
