@@ -7,7 +7,7 @@ use proofmass::calibration::shaker::geometry::published_plan;
 use proofmass::calibration::shaker::plan::{
     Conditioning, PlanCost, Predicted, best, conditioning, costs, predict,
 };
-use proofmass::calibration::shaker::{Budget, Configuration, c64, with_certificate};
+use proofmass::calibration::shaker::{Budget, Complex64, Configuration, with_certificate};
 use proofmass::io::{Cell, Input, ResultDocument, Software, Table};
 use proofmass::jobs::campaign::{Campaign, ShakerBudget, ShakerTriaxialCampaign};
 use proofmass::report::PlanReport;
@@ -232,10 +232,10 @@ impl Stated {
     }
 
     /// Equal main terms and cross terms of 1 %: what a sound device has.
-    fn matrix(&self) -> [[c64; 3]; 3] {
+    fn matrix(&self) -> [[Complex64; 3]; 3] {
         std::array::from_fn(|i| {
             std::array::from_fn(|j| {
-                c64::new(self.sensitivity * if i == j { 1.0 } else { 0.01 }, 0.0)
+                Complex64::new(self.sensitivity * if i == j { 1.0 } else { 0.01 }, 0.0)
             })
         })
     }

@@ -4,7 +4,7 @@
 mod bench;
 mod support;
 
-use proofmass::calibration::shaker::c64;
+use proofmass::calibration::shaker::Complex64;
 use proofmass::io::write_f32;
 use proofmass::rig::bench::{Vibrometer, Wedge};
 use rand::SeedableRng;
@@ -176,8 +176,8 @@ fn vibrometer_runs(frequencies: &[f64], measurements: &[(&str, Vibrometer)]) -> 
                     for r in vibrometer.repeats(ratio, f, 10, &mut rng) {
                         number += 1;
                         // 9.9 mV/(m/s²); 100 V/(m/s), late by 5 µs.
-                        let v =
-                            r.velocity * c64::from_polar(100.0, -std::f64::consts::TAU * f * 5e-6);
+                        let v = r.velocity
+                            * Complex64::from_polar(100.0, -std::f64::consts::TAU * f * 5e-6);
                         let a = r.reference * 9.9;
                         let _ = writeln!(
                             text,

@@ -32,6 +32,7 @@ pub mod fit;
 pub mod geometry;
 pub mod matrix;
 pub mod monte_carlo;
+mod near_zero;
 pub mod observation;
 pub mod plan;
 pub mod published;
@@ -46,12 +47,13 @@ pub use campaign::{
     AngleResult, Correction, FrequencyResult, Method, MethodResult, PublishedResult, RunResult,
     ShakerCalibration, ShakerCampaign, TermDifference, calibrate,
 };
-pub use check::{FrequencyCheck, check};
+pub use check::check;
 pub use diagnosis::{Suspect, Suspicion, diagnose};
 pub use fit::{Fit, FrequencyFit, complex, joint};
 pub use geometry::Configuration;
+pub use monte_carlo::{ComponentCheck, FrequencyCheck};
 pub use observation::{PhasorRow, Spurious, SpuriousTable};
 pub use screening::{Observations, observations, with_certificate};
 
 /// Complex number of the interface.
-pub use faer::c64;
+pub use num_complex::Complex64;

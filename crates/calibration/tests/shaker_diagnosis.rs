@@ -1,6 +1,6 @@
 //! Bad input: each fault is named with its run, and good campaigns raise no alarm.
 
-use faer::c64;
+use num_complex::Complex64;
 use proofmass_calibration::shaker::{
     Acts, Budget, Configuration, Input, Key, PhasorRow, SpuriousTable, Suspicion, complex,
     diagnose, joint,
@@ -180,7 +180,7 @@ fn refuses_radians_declared_as_degrees() {
     let rows: Vec<PhasorRow> = campaign(6)
         .into_iter()
         .map(|r| {
-            let read = |z: c64| c64::from_polar(z.norm(), z.arg().to_radians());
+            let read = |z: Complex64| Complex64::from_polar(z.norm(), z.arg().to_radians());
             PhasorRow {
                 reference: read(r.reference),
                 outputs: r.outputs.map(read),
@@ -214,7 +214,8 @@ fn law_leaving_a_run_out_moves_the_result_as_announced() {
     for k in 0..9 {
         let change = without.frequencies[0].sensitivity[k / 3][k % 3]
             - fit.frequencies[0].sensitivity[k / 3][k % 3];
-        let announced = c64::new(fit.runs[run].change[2 * k], fit.runs[run].change[2 * k + 1]);
+        let announced =
+            Complex64::new(fit.runs[run].change[2 * k], fit.runs[run].change[2 * k + 1]);
         let size: f64 = fit.runs[run]
             .change
             .iter()

@@ -1,6 +1,6 @@
 //! The published case recomputed: figures quoted in `docs/published-triaxial-case.md`.
 
-use faer::c64;
+use num_complex::Complex64;
 use proofmass_calibration::shaker::{
     Acts, Budget, Input, Key, PhasorRow, SpuriousTable, complex,
     derived::{expanded, inconsistency, intrinsic},
@@ -25,7 +25,7 @@ fn published(case: &str) -> Vec<(f64, Matrix, Matrix)> {
             let read = |column: usize, unit: f64| -> Matrix {
                 std::array::from_fn(|i| {
                     std::array::from_fn(|j| {
-                        c64::new(unit * nine[3 * i + j][column].parse::<f64>().unwrap(), 0.0)
+                        Complex64::new(unit * nine[3 * i + j][column].parse::<f64>().unwrap(), 0.0)
                     })
                 })
             };
@@ -41,12 +41,12 @@ fn regenerated(s: &Matrix, frequency: f64) -> Vec<PhasorRow> {
         .into_iter()
         .enumerate()
         .map(|(i, c)| {
-            let a = c.direction().map(|d| c64::new(amplitude * d, 0.0));
+            let a = c.direction().map(|d| Complex64::new(amplitude * d, 0.0));
             PhasorRow::new(
                 format!("{frequency}-{}", i + 1),
                 frequency,
                 c,
-                c64::new(amplitude, 0.0),
+                Complex64::new(amplitude, 0.0),
                 row_times(a, s),
             )
         })

@@ -22,10 +22,12 @@ pub use shaker_triaxial::{
 };
 pub use spurious_motion::{SpuriousMotionCampaign, VibrometerTable};
 
-use proofmass_io::{Error, ErrorKind, Input, Result};
+use crate::store::{Folder, Store};
+use proofmass_io::{Error, ErrorKind, Input, LARGEST_DOCUMENT, Result, Source};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Kinds that can be read, as written after `kind =`.
 pub const KINDS: &[&str] = &[
@@ -49,14 +51,29 @@ pub enum Campaign {
     SpuriousMotion(Box<SpuriousMotionCampaign>),
 }
 
-/// A campaign file as text, with its place: what every kind is read from.
-#[derive(Clone, Debug, PartialEq)]
+/// A campaign file as text, with the store of the files that it names: what every kind is read from.
+#[derive(Clone)]
 pub struct CampaignFile {
-    /// The file `campaign.toml` itself.
+    /// The file `campaign.toml` itself, as it stands in messages.
     pub path: PathBuf,
     /// Path and digest.
     pub input: Input,
     text: String,
+    store: Arc<dyn Store>,
+}
+
+impl std::fmt::Debug for CampaignFile {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let mut form = f.debug_struct("CampaignFile");
+        form.field("path", &self.path).field("input", &self.input);
+        form.finish_non_exhaustive()
+    }
+}
+
+impl PartialEq for CampaignFile {
+    fn eq(&self, other: &Self) -> bool {
+        self.path == other.path && self.input == other.input
+    }
 }
 
 impl Campaign {
@@ -66,11 +83,22 @@ impl Campaign {
     /// A missing file, a line that is no TOML, an unknown kind or key (with the nearest valid one), a value outside
     /// its range: each with its line.
     pub fn open(path: impl AsRef<Path>) -> Result<Self> {
+        Self::of(CampaignFile::open(path.as_ref())?)
+    }
+
+    /// Reads the campaign of a store; what it names is read from the same store.
+    ///
+    /// # Errors
+    /// As [`Campaign::open`].
+    pub fn read(store: Arc<dyn Store>, name: &str) -> Result<Self> {
+        Self::of(CampaignFile::read(store, name)?)
+    }
+
+    fn of(file: CampaignFile) -> Result<Self> {
         #[derive(Deserialize)]
         struct Kind {
             kind: Option<toml::Spanned<String>>,
         }
-        let file = CampaignFile::open(path.as_ref())?;
         let kind: Kind = file.parse()?;
         let list = KINDS.join(", ");
         let Some(kind) = kind.kind else {
@@ -143,7 +171,20 @@ impl CampaignFile {
         } else {
             path.to_path_buf()
         };
-        let bytes = std::fs::read(&path).map_err(|e| Error::access(&path, "open", e))?;
+        let (Some(folder), Some(name)) = (path.parent(), path.file_name().and_then(|n| n.to_str()))
+        else {
+            return Err(Error::new(ErrorKind::NotFound, "is no campaign").at(&path));
+        };
+        Self::read(Arc::new(Folder::new(folder)), name)
+    }
+
+    /// Reads the text of a campaign from a store.
+    ///
+    /// # Errors
+    /// As [`CampaignFile::open`].
+    pub fn read(store: Arc<dyn Store>, name: &str) -> Result<Self> {
+        let path = store.describe(name);
+        let (bytes, input) = store.open(name)?.into_bytes(LARGEST_DOCUMENT)?;
         let text = String::from_utf8(bytes).map_err(|e| {
             let line = e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count();
             Error::new(ErrorKind::Format, "the text is not UTF-8")
@@ -161,8 +202,12 @@ impl CampaignFile {
                     )),
             );
         }
-        let input = Input::of(&path)?;
-        Ok(Self { path, input, text })
+        Ok(Self {
+            path,
+            input,
+            text,
+            store,
+        })
     }
 
     /// Reads the text as the table of one kind.
@@ -217,9 +262,34 @@ impl CampaignFile {
         Ok(head.budget.is_some_and(|b| b.is_array()))
     }
 
-    /// A file named in the campaign, relative to its folder.
+    /// A file named in the campaign, as it stands in messages.
     pub fn resolve(&self, name: &str) -> PathBuf {
-        self.path.parent().unwrap_or(Path::new("")).join(name)
+        self.store.describe(name)
+    }
+
+    /// Opens a file named in the campaign.
+    ///
+    /// # Errors
+    /// No such file, or it cannot be read.
+    pub fn source(&self, name: &str) -> Result<Source> {
+        self.store.open(name)
+    }
+
+    /// A text named in the campaign, and its digest.
+    ///
+    /// # Errors
+    /// As [`CampaignFile::source`]; a text that is not UTF-8.
+    pub fn text(&self, name: &str) -> Result<(String, Input)> {
+        let (bytes, input) = self.source(name)?.into_bytes(LARGEST_DOCUMENT)?;
+        let text = String::from_utf8(bytes).map_err(|_| {
+            Error::new(ErrorKind::Format, "the text is not UTF-8").at(&self.resolve(name))
+        })?;
+        Ok((text, input))
+    }
+
+    /// Whether there is a file that the campaign names.
+    pub fn holds(&self, name: &str) -> bool {
+        self.store.holds(name)
     }
 
     /// An error about the value of a key of a table.

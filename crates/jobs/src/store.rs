@@ -1,40 +1,27 @@
 //! Where the files of a job stand: a folder, memory, later an archive or an object store.
 
-use crate::trouble::{Result, Trouble};
+use proofmass_io::{Error, ErrorKind, Result, Source};
 use std::collections::BTreeMap;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// Files by name. Names are those of the campaign, relative to it, with `/` between folders.
-pub trait Store {
+pub trait Store: Send + Sync {
     /// Opens a file for reading once, from its beginning.
     ///
     /// # Errors
     /// No such file, or it cannot be read.
-    fn open(&self, name: &str) -> Result<Box<dyn Read + Send>>;
+    fn open(&self, name: &str) -> Result<Source>;
+
+    /// Whether there is such a file: a missing one is told before the work.
+    fn holds(&self, name: &str) -> bool;
 
     /// The name of a file as it stands in messages and in lists of inputs.
     fn describe(&self, name: &str) -> PathBuf {
         PathBuf::from(name)
     }
-
-    /// A whole small file, such as a table.
-    ///
-    /// # Errors
-    /// As [`Store::open`].
-    fn read(&self, name: &str) -> Result<Vec<u8>> {
-        let mut bytes = Vec::new();
-        self.open(name)?.read_to_end(&mut bytes).map_err(|e| {
-            Trouble::data(format!(
-                "{}: cannot read: {e}",
-                self.describe(name).display()
-            ))
-        })?;
-        Ok(bytes)
-    }
 }
 
-/// A folder of the file system.
+/// A folder of the file system. An absolute name is taken as it is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Folder {
     root: PathBuf,
@@ -53,11 +40,12 @@ impl Folder {
 }
 
 impl Store for Folder {
-    fn open(&self, name: &str) -> Result<Box<dyn Read + Send>> {
-        let path = self.describe(name);
-        let file = std::fs::File::open(&path)
-            .map_err(|e| proofmass_io::Error::access(&path, "open", e))?;
-        Ok(Box::new(file))
+    fn open(&self, name: &str) -> Result<Source> {
+        Source::open(self.describe(name))
+    }
+
+    fn holds(&self, name: &str) -> bool {
+        self.describe(name).exists()
     }
 
     fn describe(&self, name: &str) -> PathBuf {
@@ -66,6 +54,15 @@ impl Store for Folder {
 }
 
 /// Files in memory: the parts of a request over a network, the cells of a notebook, a test.
+///
+/// ```
+/// use proofmass_jobs::{Memory, Store};
+///
+/// let store = Memory::new().file("runs.csv", "run,frequency_Hz\n");
+/// assert!(store.holds("runs.csv"));
+/// let message = store.open("reference.csv").err().unwrap().to_string();
+/// assert_eq!(message, "reference.csv: there is no such file");
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Memory {
     files: BTreeMap<String, Vec<u8>>,
@@ -86,14 +83,19 @@ impl Memory {
 }
 
 impl Store for Memory {
-    fn open(&self, name: &str) -> Result<Box<dyn Read + Send>> {
+    fn open(&self, name: &str) -> Result<Source> {
         match self.files.get(name) {
-            Some(bytes) => Ok(Box::new(std::io::Cursor::new(bytes.clone()))),
+            Some(bytes) => Source::from_bytes(name, bytes.clone()),
             None => {
                 let names: Vec<&str> = self.files.keys().map(String::as_str).collect();
-                Err(Trouble::data(format!("{name}: there is no such file"))
+                Err(Error::new(ErrorKind::NotFound, "there is no such file")
+                    .at(Path::new(name))
                     .with_hint(format!("files given: {}", names.join(", "))))
             }
         }
+    }
+
+    fn holds(&self, name: &str) -> bool {
+        self.files.contains_key(name)
     }
 }

@@ -92,7 +92,7 @@ fn crosscheck_ferraris_sample_through_a_campaign() {
     {
         assert_eq!(column.data.iter().sum::<f64>() / 9414.0, mean);
     }
-    let segments = c.read_segments(r).unwrap().unwrap();
+    let (segments, _) = c.read_segments(r).unwrap().unwrap();
     assert_eq!(segments.len(), 6);
     // Published: K_a 208.54567, 208.00113, 214.78455 counts/(m/s²), b_a −6.01887, −48.28787, −28.96637, g = 9.81, and
     // a rotation of up to 1.4°. So a part reads ±K g + b on its own axis within (1 − cos 1.4°) K g < 1 count, to

@@ -4,9 +4,11 @@ mod support;
 
 use proofmass_core::Gravity;
 use proofmass_io::Unit;
+use proofmass_jobs::campaign::Campaign;
 use proofmass_jobs::multi_position::{MultiPositionData, MultiPositionJob};
-use proofmass_jobs::{Job, Outcome, TroubleKind, Unwatched};
+use proofmass_jobs::{Job, Memory, Outcome, TroubleKind, Unwatched};
 use proofmass_rig::HandHeld;
+use std::sync::Arc;
 
 fn job() -> MultiPositionJob {
     MultiPositionJob::new(Gravity::given(9.80665, 1e-5).unwrap())
@@ -38,4 +40,38 @@ fn law_an_onlooker_can_stop_it() {
     let data = MultiPositionData::new([x, y, z], recording.rate, Unit::Count);
     let trouble = job().evaluate(&data, &support::Stop).unwrap_err();
     assert_eq!(trouble.kind(), TroubleKind::Cancelled);
+}
+
+/// A campaign whose files never touch a disk.
+#[test]
+fn law_a_campaign_runs_from_memory() {
+    let recording = HandHeld::default().simulate(7);
+    let mut text = String::from("time_s,x,y,z\n");
+    for i in 0..recording.outputs[0].len() {
+        let [x, y, z] = [0, 1, 2].map(|axis| recording.outputs[axis][i]);
+        text += &format!("{:.3},{x},{y},{z}\n", i as f64 / recording.rate);
+    }
+    let campaign = "kind = \"multi-position\"\n[recording]\nfile = \"recording.csv\"\n\
+        columns = { x = \"x\", y = \"y\", z = \"z\" }\nunit = \"count\"\n\
+        [gravity]\nvalue = 9.80665\nstandard_uncertainty = 1e-5\n";
+    let store = Memory::new()
+        .file("campaign.toml", campaign)
+        .file("recording.csv", text);
+    let Campaign::MultiPosition(campaign) =
+        Campaign::read(Arc::new(store), "campaign.toml").unwrap()
+    else {
+        panic!("another kind");
+    };
+    let recordings = campaign.load(&Unwatched).unwrap();
+    let job = campaign.job(&recordings).unwrap();
+    let outcome = job.evaluate(&recordings.data(), &Unwatched).unwrap();
+    let names: Vec<&str> = recordings
+        .inputs()
+        .iter()
+        .map(|i| i.path.as_str())
+        .collect();
+    assert_eq!(names, ["campaign.toml", "recording.csv"]);
+    let scale = &outcome.quantities()[3];
+    assert_eq!(scale.name, "scale.x");
+    assert!((scale.value - 415.2).abs() < 4.0 * scale.u);
 }

@@ -3,6 +3,7 @@
 //! `cargo run -p proofmass-report --example shaker [FILE]` writes the page (`shaker.html` if no name is given) and prints
 //! the terminal form.
 
+use proofmass_calibration::shaker::monte_carlo::Options;
 use proofmass_calibration::shaker::{
     Acts, Budget, Configuration, Correction, Input, Key, Method, PhasorRow, ShakerCampaign,
     Spurious, SpuriousTable, calibrate, check,
@@ -98,7 +99,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         },
     ];
     let calibration = calibrate(&campaign)?;
-    let checks = check(&campaign, 20_000, 2, 1)?;
+    let checks = check(&campaign, &Options::default(), &mut |_| {
+        std::ops::ControlFlow::Continue(())
+    })?;
     let report = ShakerReport {
         title: "Triaxial accelerometer, simulated campaign".into(),
         meta: vec![

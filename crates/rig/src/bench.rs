@@ -16,7 +16,7 @@ pub mod waveform;
 pub use device::{Device, Wedge};
 pub use vibrometer::{Vibrometer, VibrometerReading};
 
-use faer::c64;
+use num_complex::Complex64;
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal, Uniform};
 use std::collections::BTreeMap;
@@ -88,9 +88,9 @@ pub struct Run {
     /// Nominal rotation in degrees.
     pub rotation_deg: f64,
     /// Acceleration by the reference standard, with its calibration error, m/s².
-    pub reference: c64,
+    pub reference: Complex64,
     /// Outputs in V.
-    pub outputs: [c64; 3],
+    pub outputs: [Complex64; 3],
 }
 
 /// Spurious motion as measured: relative to the excitation, at one inclination and frequency.
@@ -101,7 +101,7 @@ pub struct SpuriousReading {
     /// Frequency in Hz.
     pub frequency: f64,
     /// Ratios along x′, y′, z′.
-    pub ratio: [c64; 3],
+    pub ratio: [Complex64; 3],
     /// Standard deviation of each part.
     pub standard_uncertainty: f64,
 }
@@ -114,7 +114,7 @@ pub struct Campaign {
     /// Measured spurious motion; empty for an ideal table.
     pub spurious: Vec<SpuriousReading>,
     /// True S of every frequency, V/(m/s²), o = a S.
-    pub truth: Vec<[[c64; 3]; 3]>,
+    pub truth: Vec<[[Complex64; 3]; 3]>,
 }
 
 /// Amplitude a laboratory drives at: 3 m/s² below 10 Hz, 10 m/s² from there.
@@ -167,7 +167,7 @@ impl Bench {
         for &frequency in frequencies {
             let truth = self.device.sensitivity(frequency);
             campaign.truth.push(truth);
-            let certificate = c64::from_polar(
+            let certificate = Complex64::from_polar(
                 1.0 + self.reference_modulus * normal(rng),
                 self.reference_phase * normal(rng),
             );
@@ -176,10 +176,12 @@ impl Bench {
                 let ratio = self
                     .wedge
                     .as_ref()
-                    .map_or([c64::new(0.0, 0.0); 3], |w| w.ratio(inclination, frequency));
+                    .map_or([Complex64::new(0.0, 0.0); 3], |w| {
+                        w.ratio(inclination, frequency)
+                    });
                 if self.wedge.is_some() && !measured.contains_key(&key(inclination)) {
                     let u = self.spurious_reading;
-                    let ratio = ratio.map(|e| e + c64::new(normal(rng), normal(rng)) * u);
+                    let ratio = ratio.map(|e| e + Complex64::new(normal(rng), normal(rng)) * u);
                     measured.insert(key(inclination), ());
                     campaign.spurious.push(SpuriousReading {
                         inclination_deg: inclination,
@@ -195,16 +197,17 @@ impl Bench {
                 let mut e = ratio;
                 e[2] += 1.0;
                 let phase = std::f64::consts::TAU * (0.5 + 0.1 * normal(rng));
-                let table = c64::from_polar(target_amplitude(frequency), phase);
-                let a: [c64; 3] =
-                    std::array::from_fn(|i| (0..3).map(|k| e[k] * r[i][k]).sum::<c64>() * table);
+                let table = Complex64::from_polar(target_amplitude(frequency), phase);
+                let a: [Complex64; 3] = std::array::from_fn(|i| {
+                    (0..3).map(|k| e[k] * r[i][k]).sum::<Complex64>() * table
+                });
                 let outputs = std::array::from_fn(|j| {
-                    let o: c64 = (0..3).map(|i| a[i] * truth[i][j]).sum();
-                    let reading = c64::from_polar(
+                    let o: Complex64 = (0..3).map(|i| a[i] * truth[i][j]).sum();
+                    let reading = Complex64::from_polar(
                         1.0 + self.reading * normal(rng),
                         self.reading_phase * normal(rng),
                     );
-                    o * gains[j] * reading + c64::new(normal(rng), normal(rng)) * self.floor
+                    o * gains[j] * reading + Complex64::new(normal(rng), normal(rng)) * self.floor
                 });
                 campaign.runs.push(Run {
                     frequency,

@@ -10,7 +10,8 @@ mod tables;
 pub use spectrum::dominant_frequency;
 
 use basis::{Basis, Term};
-use faer::{Mat, Side, c64, linalg::solvers::Solve};
+use faer::{Mat, Side, linalg::solvers::Solve};
+use num_complex::Complex64;
 use pass::Ask;
 use proofmass_core::Error;
 use residue::Residue;
@@ -74,7 +75,7 @@ pub struct SineApproximation {
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChannelSine {
     /// Complex peak amplitude X of x(t) = Re(X e^{jΩt}), t = 0 at the first sample.
-    pub amplitude: c64,
+    pub amplitude: Complex64,
     /// Covariance of (Re X, Im X), given the frequency: `[rr, ri, ii]`.
     pub covariance: [f64; 3],
     /// Degrees of freedom of that covariance.
@@ -84,7 +85,7 @@ pub struct ChannelSine {
     /// Linear drift in units per second; zero when not fitted.
     pub drift: f64,
     /// Complex amplitudes of the harmonics 2, 3, …
-    pub harmonics: Vec<c64>,
+    pub harmonics: Vec<Complex64>,
     /// Root mean square of the residuals.
     pub residual_rms: f64,
 }
@@ -314,7 +315,7 @@ struct State {
 pub(crate) struct Coefficients {
     pub(crate) offset: f64,
     pub(crate) drift: f64,
-    pub(crate) amplitudes: Vec<c64>,
+    pub(crate) amplitudes: Vec<Complex64>,
 }
 
 impl Coefficients {
@@ -322,7 +323,7 @@ impl Coefficients {
         Self {
             offset: 0.0,
             drift: 0.0,
-            amplitudes: vec![c64::new(0.0, 0.0); harmonics],
+            amplitudes: vec![Complex64::new(0.0, 0.0); harmonics],
         }
     }
 
@@ -373,7 +374,7 @@ impl State {
                 .amplitudes
                 .iter()
                 .enumerate()
-                .map(|(i, &a)| Term::new(c64::new(0.0, (i + 1) as f64 * half) * a, i + 1, 1))
+                .map(|(i, &a)| Term::new(Complex64::new(0.0, (i + 1) as f64 * half) * a, i + 1, 1))
                 .collect();
             let p = self.basis.terms().len();
             let cross = Mat::from_fn(p, 1, |i, _| {
@@ -417,7 +418,7 @@ impl State {
                 };
                 let turn = |h: usize| {
                     let phase = -(h as f64) * self.tables.omega * middle;
-                    c64::new(phase.cos(), phase.sin())
+                    Complex64::new(phase.cos(), phase.sin())
                 };
                 ChannelSine {
                     amplitude: fit.amplitudes[0] * turn(1),
@@ -438,7 +439,7 @@ impl State {
 }
 
 /// Covariance of (Re, Im) after a turn by the unit phasor w.
-fn rotate([rr, ri, ii]: [f64; 3], w: c64) -> [f64; 3] {
+fn rotate([rr, ri, ii]: [f64; 3], w: Complex64) -> [f64; 3] {
     let (c, s) = (w.re, w.im);
     [
         c * c * rr - 2.0 * c * s * ri + s * s * ii,

@@ -208,6 +208,74 @@ impl Distribution {
         }
     }
 
+    /// The distribution of `factor` × x + `offset`, for a positive factor: another unit, or an error about zero.
+    ///
+    /// ```
+    /// use proofmass_uncertainty::Distribution;
+    /// let degrees = Distribution::Rectangular { lower: -0.1, upper: 0.1 };
+    /// let radians = degrees.scaled(1f64.to_radians(), 0.0);
+    /// assert!((radians.standard_uncertainty() - 0.1f64.to_radians() / 3f64.sqrt()).abs() < 1e-18);
+    /// ```
+    #[must_use]
+    pub fn scaled(&self, factor: f64, offset: f64) -> Self {
+        let at = |x: f64| factor * x + offset;
+        match self {
+            Self::Normal { mean, u } => Self::Normal {
+                mean: at(*mean),
+                u: factor * u,
+            },
+            Self::StudentT {
+                location,
+                scale,
+                dof,
+            } => Self::StudentT {
+                location: at(*location),
+                scale: factor * scale,
+                dof: *dof,
+            },
+            Self::Rectangular { lower, upper } => Self::Rectangular {
+                lower: at(*lower),
+                upper: at(*upper),
+            },
+            Self::Triangular { lower, upper } => Self::Triangular {
+                lower: at(*lower),
+                upper: at(*upper),
+            },
+            Self::Trapezoidal { lower, upper, beta } => Self::Trapezoidal {
+                lower: at(*lower),
+                upper: at(*upper),
+                beta: *beta,
+            },
+            Self::CurvilinearTrapezoid {
+                lower,
+                upper,
+                inexactness,
+            } => Self::CurvilinearTrapezoid {
+                lower: at(*lower),
+                upper: at(*upper),
+                inexactness: factor * inexactness,
+            },
+            Self::Arcsine { lower, upper } => Self::Arcsine {
+                lower: at(*lower),
+                upper: at(*upper),
+            },
+            Self::TruncatedNormal {
+                mean,
+                sd,
+                lower,
+                upper,
+            } => Self::TruncatedNormal {
+                mean: at(*mean),
+                sd: factor * sd,
+                lower: at(*lower),
+                upper: at(*upper),
+            },
+            Self::Samples { values } => Self::Samples {
+                values: values.iter().map(|v| at(*v)).collect(),
+            },
+        }
+    }
+
     /// Degrees of freedom: finite for Student t, infinite otherwise.
     pub fn dof(&self) -> DegreesOfFreedom {
         match self {

@@ -203,7 +203,9 @@ pub use joint::*;
 #[cfg(feature = "monte-carlo")]
 mod trials {
     pub use crate::histogram::Histogram;
-    pub use crate::monte_carlo::{Interval, MonteCarlo, Progress, Sampled, SampledOutput, Trials};
+    pub use crate::monte_carlo::{
+        Interval, MonteCarlo, Progress, Sampled, SampledOutput, Trial, Trials,
+    };
     pub use crate::region::Region;
     pub use crate::validation::{Validation, Verdict, numerical_tolerance};
 }

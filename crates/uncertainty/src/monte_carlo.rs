@@ -12,6 +12,40 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
+/// What one trial computes from its draws.
+///
+/// Every [`Model`] is one. A procedure that has a value but no derivatives at hand, such as an estimator that
+/// iterates, implements it directly.
+///
+/// ```
+/// use proofmass_uncertainty::*;
+/// struct Median; // of three readings
+/// impl Trial for Median {
+///     fn names(&self) -> Vec<(String, String)> { vec![("median".into(), "V".into())] }
+///     fn trial(&self, x: &[f64], y: &mut [f64]) { y[0] = x[0].max(x[1]).min(x[2]).max(x[0].min(x[1])); }
+/// }
+/// let reading = |name| Input::new(name, "V", Distribution::Normal { mean: 1.0, u: 0.1 });
+/// let inputs = Inputs::new().add(reading("a")).add(reading("b")).add(reading("c")).single()?;
+/// let result = MonteCarlo::new(1).trials(Trials::Fixed(100_000)).run(&Median, &inputs)?;
+/// assert!((result.get("median").unwrap().standard_uncertainty / 0.1 - 0.6698).abs() < 0.01);
+/// # Ok::<(), Refusal>(())
+/// ```
+pub trait Trial {
+    /// Names and units of the outputs.
+    fn names(&self) -> Vec<(String, String)>;
+    /// The outputs of one trial: one input per draw, in the order of [`JointInputs::draws`].
+    fn trial(&self, x: &[f64], y: &mut [f64]);
+}
+
+impl<M: Model> Trial for M {
+    fn names(&self) -> Vec<(String, String)> {
+        self.outputs()
+    }
+    fn trial(&self, x: &[f64], y: &mut [f64]) {
+        self.evaluate(x, y);
+    }
+}
+
 /// When to stop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -113,7 +147,7 @@ impl MonteCarlo {
     ///
     /// # Errors
     /// As [`MonteCarlo::run_with`].
-    pub fn run<M: Model + Sync>(
+    pub fn run<M: Trial + Sync>(
         &self,
         model: &M,
         inputs: &JointInputs,
@@ -127,7 +161,7 @@ impl MonteCarlo {
     /// [`Refusal::Cancelled`]; [`Error::OutOfRange`] for a probability not inside (0, 1) or no trials;
     /// [`Error::NotFinite`] when the model is not finite somewhere in the distribution of its inputs (the index
     /// is that of the output).
-    pub fn run_with<M: Model + Sync>(
+    pub fn run_with<M: Trial + Sync>(
         &self,
         model: &M,
         inputs: &JointInputs,
@@ -141,7 +175,7 @@ impl MonteCarlo {
     ///
     /// # Errors
     /// As [`MonteCarlo::run_with`].
-    pub fn run_resolving<M: Model + Sync>(
+    pub fn run_resolving<M: Trial + Sync>(
         &self,
         model: &M,
         inputs: &JointInputs,
@@ -158,7 +192,7 @@ impl MonteCarlo {
             }
             .into());
         }
-        let outputs = model.outputs();
+        let outputs = model.names();
         let m = outputs.len();
         let sampler = Sampler::new(inputs)?;
         // `[S1]` 7.9.4: a block must hold enough trials outside the interval to have quantiles at all.
@@ -237,7 +271,7 @@ impl MonteCarlo {
         Ok(result)
     }
 
-    fn block<M: Model + Sync>(
+    fn block<M: Trial + Sync>(
         &self,
         model: &M,
         sampler: &Sampler,
@@ -260,7 +294,7 @@ impl MonteCarlo {
             sampler.fill(&mut rows, &mut rng);
             let count = STRIP.min(size - start);
             for (t, x) in rows.chunks_exact(width).take(count).enumerate() {
-                model.evaluate(&x[..n], &mut y);
+                model.trial(&x[..n], &mut y);
                 for (column, y) in columns.iter_mut().zip(&y) {
                     column[start + t] = *y;
                 }

@@ -1,6 +1,6 @@
 //! Does the law of propagation hold? The answer of Monte Carlo.
 
-use crate::{Linear, Sampled};
+use crate::{Linear, Quantity, Sampled};
 use serde::{Deserialize, Serialize};
 
 /// Whether the law of propagation may be used for this output.
@@ -36,10 +36,21 @@ impl Sampled {
     /// Judges the linear result by this one: do y ± U and the symmetric interval agree to half a unit of the last
     /// printed digit of u? Twice the scatter of the ends must not matter to the answer. **Source** `[S1] 8.1`, `[S2] 8`.
     pub fn validate(&self, linear: &Linear, digits: u32) -> Vec<Validation> {
+        let quantities: Vec<Quantity> = self
+            .outputs
+            .iter()
+            .filter_map(|sampled| linear.get(&sampled.name))
+            .collect();
+        self.validate_quantities(&quantities, digits)
+    }
+
+    /// As [`Sampled::validate`], for quantities y ± U however they were found; those without an output of their name
+    /// are passed over.
+    pub fn validate_quantities(&self, quantities: &[Quantity], digits: u32) -> Vec<Validation> {
         self.outputs
             .iter()
             .filter_map(|sampled| {
-                let q = linear.get(&sampled.name)?;
+                let q = quantities.iter().find(|q| q.name == sampled.name)?;
                 let tolerance = numerical_tolerance(q.standard_uncertainty, digits);
                 let expanded = q.expanded(self.probability);
                 let lower = (q.value - expanded - sampled.symmetric.lower).abs();

@@ -9,6 +9,7 @@ use crate::delivery::Results;
 use crate::shaker::inputs;
 use crate::shaker::runs::{Observed, observe};
 use crate::{Failure, Outcome};
+use proofmass::calibration::shaker::monte_carlo::{self, Options};
 use proofmass::calibration::shaker::published::MagnitudeBudget;
 use proofmass::calibration::shaker::recording::{Quality, RunInput};
 use proofmass::calibration::shaker::{
@@ -19,7 +20,8 @@ use proofmass::jobs::campaign::{
     Certificate, Mounting, RunTable, ShakerBudget, ShakerMethod, ShakerTriaxialCampaign,
 };
 use proofmass::report::ShakerReport;
-use proofmass::uncertainty::Finding;
+use proofmass::uncertainty::{Finding, Refusal};
+use std::ops::ControlFlow;
 
 /// Everything the files of a campaign say.
 struct Data {
@@ -41,10 +43,20 @@ pub(super) fn run(
     let checks: Vec<FrequencyCheck> = match campaign.method.trials {
         0 => Vec::new(),
         trials => {
-            check(&data.stated, trials, 2, campaign.method.seed).map_err(|e| explain(e, &data))?
+            let mut options = Options::default();
+            options.trials = trials;
+            options.seed = campaign.method.seed;
+            check(&data.stated, &options, &mut |_| ControlFlow::Continue(())).map_err(
+                |refusal| match refusal {
+                    Refusal::Core(e) => explain(e, &data),
+                    other => Failure::new(other.to_string()),
+                },
+            )?
         }
     };
-    let findings = findings(&data, &calibration);
+    let mut findings = findings(&data, &calibration);
+    findings.extend(monte_carlo::findings(&checks, Options::default().digits));
+    findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
     let title = title(campaign);
     let text = ShakerReport {
         title: title.clone(),

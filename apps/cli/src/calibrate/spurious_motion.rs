@@ -11,7 +11,7 @@ use proofmass::calibration::shaker::recording::{Assessed, Limits, Quality, asses
 use proofmass::calibration::shaker::spurious::{
     Comparison, RatioSummary, Repeats, compare, ratio_from_velocity, summaries, table,
 };
-use proofmass::calibration::shaker::{SpuriousTable, c64};
+use proofmass::calibration::shaker::{Complex64, SpuriousTable};
 use proofmass::io::Software;
 use proofmass::jobs::campaign::{Certificate, Direction, RunTable, SpuriousMotionCampaign};
 use proofmass::report::SpuriousReport;
@@ -140,7 +140,9 @@ fn measurements(
         }
         let velocity = match &campaign.vibrometer {
             // The decoder speaks late by its delay.
-            Some(v) => seen.phasors[1] / v.sensitivity * c64::from_polar(1.0, TAU * f * v.delay_s),
+            Some(v) => {
+                seen.phasors[1] / v.sensitivity * Complex64::from_polar(1.0, TAU * f * v.delay_s)
+            }
             None => seen.phasors[1],
         };
         let quality = seen

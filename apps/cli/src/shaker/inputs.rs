@@ -4,7 +4,7 @@ use crate::Failure;
 use proofmass::calibration::shaker::geometry::published_plan;
 use proofmass::calibration::shaker::reference::{ReferencePoint, ReferenceTable};
 use proofmass::calibration::shaker::{
-    Acts, Budget, Configuration, Correction, Input, Key, Spurious, SpuriousTable, c64,
+    Acts, Budget, Complex64, Configuration, Correction, Input, Key, Spurious, SpuriousTable,
 };
 use proofmass::jobs::campaign::{
     BudgetInput, Certificate, Plan, ShakerBudget, SpuriousFile, SpuriousRow,
@@ -25,7 +25,7 @@ pub(crate) fn correction(file: &SpuriousFile) -> Correction {
     let entries = file.rows.iter().map(|r| Spurious {
         inclination: r.inclination,
         frequency: r.frequency_hz,
-        ratio: r.ratio.map(|[re, im]| c64::new(re, im)),
+        ratio: r.ratio.map(|[re, im]| Complex64::new(re, im)),
         covariance: r.covariance,
     });
     Correction {
@@ -98,7 +98,6 @@ fn input(stated: &BudgetInput) -> Result<Input, Failure> {
         key: stated.name.clone(),
         description: stated.description.clone(),
         acts,
-        standard_uncertainty: stated.standard_uncertainty,
         distribution: stated.distribution.clone(),
         evaluation: stated.evaluation,
         dof: stated.dof,

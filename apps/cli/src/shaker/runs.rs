@@ -1,14 +1,13 @@
 //! The runs of a campaign on the shaker: recordings or a table in, phasors out.
 
 use crate::{Failure, console};
-use proofmass::calibration::shaker::c64;
+use proofmass::calibration::shaker::Complex64;
 use proofmass::calibration::shaker::recording::{Phasors, Reading};
 use proofmass::io::{Input, Waveform, WaveformOptions};
 use proofmass::jobs::campaign::{DriveFrequency, RunData, RunTable, ShakerRecording, ShakerRun};
 use proofmass::signal::sine::Frequency;
 use proofmass::uncertainty::{Finding, Severity};
 use rayon::prelude::*;
-use std::path::Path;
 
 /// Phasors of all runs, in the order of the table, and what was noticed on the way.
 pub(crate) struct Observed {
@@ -20,7 +19,7 @@ pub(crate) struct Observed {
 
 pub(crate) struct ObservedRun {
     /// Complex peak amplitudes, channel by channel.
-    pub phasors: Vec<c64>,
+    pub phasors: Vec<Complex64>,
     pub covariances: Vec<[f64; 3]>,
     /// What the samples say; `None` for a table of phasors.
     pub recorded: Option<Recorded>,
@@ -53,18 +52,14 @@ pub(crate) fn observe<S: Sync>(
         inputs: vec![table.input.clone()],
         findings: Vec::new(),
     };
-    let sizes = table.runs.iter().filter_map(|r| match &r.data {
-        RunData::Recording(path) => std::fs::metadata(path).ok().map(|m| m.len()),
-        RunData::Phasors(_) => None,
-    });
-    let bar = console::progress(sizes.sum(), "recordings");
+    let bar = console::progress(table.runs.len() as u64, "recordings");
     let runs = table
         .runs
         .par_iter()
         .map(|run| match (&run.data, &recording) {
-            (RunData::Recording(path), Some((settings, options))) => {
-                let recorded = approximate(&table.path, run, path, settings, options)?;
-                bar.inc(std::fs::metadata(path).map_or(0, |m| m.len()));
+            (RunData::Recording(name), Some((settings, options))) => {
+                let recorded = approximate(table, run, name, settings, options)?;
+                bar.inc(1);
                 Ok(ObservedRun {
                     phasors: recorded.phasors.amplitudes.clone(),
                     covariances: recorded.phasors.covariances.clone(),
@@ -74,7 +69,7 @@ pub(crate) fn observe<S: Sync>(
             (RunData::Phasors(phasors), _) => Ok(ObservedRun {
                 phasors: phasors
                     .iter()
-                    .map(|p| c64::from_polar(p.amplitude, p.phase))
+                    .map(|p| Complex64::from_polar(p.amplitude, p.phase))
                     .collect(),
                 covariances: phasors
                     .iter()
@@ -85,9 +80,9 @@ pub(crate) fn observe<S: Sync>(
                     .collect(),
                 recorded: None,
             }),
-            (RunData::Recording(path), None) => Err(Failure::new(format!(
+            (RunData::Recording(name), None) => Err(Failure::new(format!(
                 "{}: it is not said how recordings are read",
-                path.display()
+                table.source.resolve(name).display()
             ))
             .hint("add [recording] to campaign.toml")),
         })
@@ -133,14 +128,18 @@ pub(crate) fn observe<S: Sync>(
 }
 
 fn approximate<S>(
-    table: &Path,
+    table: &RunTable<S>,
     run: &ShakerRun<S>,
-    path: &Path,
+    name: &str,
     settings: &ShakerRecording,
     options: &WaveformOptions,
 ) -> Result<Recorded, Failure> {
-    let place = || format!("run {}, {}:{}", run.run, table.display(), run.line);
-    let waveform = Waveform::read(path, options).map_err(|e| Failure::from(e).detail(place()))?;
+    let path = table.source.resolve(name);
+    let place = || format!("run {}, {}:{}", run.run, table.path.display(), run.line);
+    let source = table.source.source(name);
+    let waveform = source
+        .and_then(|source| Waveform::from_source(source, options))
+        .map_err(|e| Failure::from(e).detail(place()))?;
     let reading = Reading {
         frequency: match settings.frequency {
             DriveFrequency::Known => Frequency::Known,

@@ -1,7 +1,7 @@
 //! Small campaigns on the simulated bench, written as a laboratory would write them.
 #![allow(dead_code)] // every test file uses its own part
 
-use proofmass::calibration::shaker::c64;
+use proofmass::calibration::shaker::Complex64;
 use proofmass::io::write_f32;
 use proofmass::rig::bench::{Bench, Campaign, Wedge, published_plan, waveform::Acquisition};
 use rand::SeedableRng;
@@ -21,7 +21,7 @@ pub struct Row {
     pub vibrated: f64,
     pub inclination: f64,
     pub rotation: f64,
-    pub channels: [c64; 4],
+    pub channels: [Complex64; 4],
 }
 
 /// The published plan at some frequencies, drawn with the errors of the bench.

@@ -7,13 +7,15 @@
 //! V = N + G Gᵀ, without ever forming V; and because the angles are unknowns, it can be solved with the angles
 //! where they are (errors in variables) and not where the drawing has them.
 
-mod model;
+pub(crate) mod model;
 
 use super::budget::Budget;
 use super::matrix::{Matrix, from_real};
 use super::observation::{PhasorRow, SpuriousTable};
-use faer::{Mat, Side, c64, linalg::solvers::Solve};
+use faer::{Mat, Side, linalg::solvers::Solve};
+pub(crate) use model::Link;
 use model::{Model, phasor_noise, run_columns};
+use num_complex::Complex64;
 use proofmass_core::Error;
 
 /// One shared error: its input and the draw.
@@ -51,14 +53,16 @@ pub(crate) struct Adjustment {
     pub(crate) chi_squared: f64,
     rows: Vec<Linear>,
     /// N⁻¹ of every row.
-    weights: Vec<[[f64; 6]; 6]>,
+    pub(crate) weights: Vec<[[f64; 6]; 6]>,
+    /// Draws of every row.
+    pub(crate) links: Vec<Vec<Link>>,
 }
 
 /// What leaving one run out would say about it.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Deletion {
     /// Measured minus predicted by all other runs, V/(m/s²).
-    pub(crate) prediction_error: [c64; 3],
+    pub(crate) prediction_error: [Complex64; 3],
     /// (prediction error)ᵀ (its covariance)⁻¹ (prediction error): χ² with six degrees of freedom.
     pub(crate) statistic: f64,
     /// The covariance of the prediction error, in units of `scale`².
@@ -68,6 +72,8 @@ pub(crate) struct Deletion {
 }
 
 const ITERATIONS: usize = 60;
+/// A step of 10⁻⁶ u ends the iteration, whatever it is in volts or radians.
+const NEGLIGIBLE: f64 = 1e-12;
 /// Iterations in which the noise of the runs is evaluated anew.
 const REWEIGHTED: usize = 5;
 
@@ -165,7 +171,10 @@ impl Adjustment {
                 parameter: "sensitivity",
                 condition: f64::INFINITY,
             })?;
-            if step < 1e-6 {
+            let delta = llt.solve(Mat::from_fn(count, 1, |i, _| right[i]));
+            // What the step would gain in the sum of squares: its length in units of u, squared.
+            let gain: f64 = (0..count).map(|i| right[i] * delta[(i, 0)]).sum();
+            if iteration >= REWEIGHTED && gain < NEGLIGIBLE || step < 1e-6 {
                 // The last step was rounding: this is the point at which everything is reported.
                 let chi_squared = before;
                 let inverse = llt.solve(Mat::<f64>::identity(count, count));
@@ -184,9 +193,9 @@ impl Adjustment {
                     chi_squared,
                     rows: linear,
                     weights,
+                    links,
                 });
             }
-            let delta = llt.solve(Mat::from_fn(count, 1, |i, _| right[i]));
             // Shorter steps while the sum of squares rises: runs that contradict each other turn the angles far.
             let mut length = 1.0;
             let (next, trial) = loop {
@@ -222,6 +231,16 @@ impl Adjustment {
     /// The sensitivity matrix of a frequency in V/(m/s²).
     pub(crate) fn sensitivity(&self, f: usize) -> Matrix {
         from_real(&self.parameters[18 * f..18 * f + 18]).map(|row| row.map(|s| s * self.scale))
+    }
+
+    /// Place of the first draw among the parameters.
+    pub(crate) fn first_draw(&self) -> usize {
+        18 * self.frequencies.len()
+    }
+
+    /// Covariance of all parameters, row-major.
+    pub(crate) fn covariances(&self) -> &[f64] {
+        &self.covariance
     }
 
     /// Covariance of two parameters.
@@ -301,10 +320,10 @@ impl Adjustment {
         sums
     }
 
-    fn prediction(&self, row: usize, rows: &[PhasorRow]) -> [c64; 3] {
+    fn prediction(&self, row: usize, rows: &[PhasorRow]) -> [Complex64; 3] {
         let y = rows[row].ratios();
         let r = &self.rows[row].residual;
-        std::array::from_fn(|j| y[j] / self.scale - c64::new(r[2 * j], r[2 * j + 1]))
+        std::array::from_fn(|j| y[j] / self.scale - Complex64::new(r[2 * j], r[2 * j + 1]))
     }
 
     /// What every run looks like from all the others.
@@ -346,7 +365,7 @@ impl Adjustment {
                 let gain = self.gain(self.of_row[row], row);
                 Ok(Deletion {
                     prediction_error: std::array::from_fn(|j| {
-                        c64::new(error[(2 * j, 0)], error[(2 * j + 1, 0)]) * self.scale
+                        Complex64::new(error[(2 * j, 0)], error[(2 * j + 1, 0)]) * self.scale
                     }),
                     statistic,
                     covariance: std::array::from_fn(|a| {

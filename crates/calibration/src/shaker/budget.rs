@@ -1,7 +1,7 @@
 //! What is uncertain on the bench, how it acts on an observation, and with what it varies.
 
 use proofmass_core::Error;
-use proofmass_uncertainty::{DegreesOfFreedom, Evaluation};
+use proofmass_uncertainty::{DegreesOfFreedom, Distribution, Evaluation, Inputs};
 use serde::{Deserialize, Serialize};
 
 /// What an input quantity does to the observations.
@@ -30,6 +30,15 @@ impl Acts {
         matches!(self, Self::Inclination | Self::Rotation)
     }
 
+    /// Unit of the error.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::ReferenceModulus | Self::OutputModulus => "1",
+            Self::OutputAdditive => "V",
+            Self::ReferencePhase | Self::OutputPhase | Self::Inclination | Self::Rotation => "rad",
+        }
+    }
+
     pub(crate) fn on_one_output(self) -> bool {
         matches!(
             self,
@@ -54,6 +63,22 @@ pub enum Key {
     Run,
 }
 
+/// Key of the real and the imaginary part of an additive error, beside those of [`Key`].
+pub(crate) const PART: &str = "part";
+
+impl Key {
+    /// Its name in a budget file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Frequency => "frequency",
+            Self::Inclination => "inclination",
+            Self::Rotation => "rotation",
+            Self::Channel => "channel",
+            Self::Run => "run",
+        }
+    }
+}
+
 /// One input of the budget.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Input {
@@ -63,18 +88,16 @@ pub struct Input {
     pub description: String,
     /// What it does.
     pub acts: Acts,
-    /// Standard uncertainty in the unit that `acts` names.
-    pub standard_uncertainty: f64,
-    /// Distribution as a word.
-    pub distribution: String,
+    /// What is known of the error: a distribution about zero, in the unit that `acts` names.
+    pub distribution: Distribution,
     /// Type A or B.
     pub evaluation: Evaluation,
     /// Degrees of freedom.
     pub dof: DegreesOfFreedom,
     /// Keys it varies with; none is one draw for the campaign.
     pub varies_with: Vec<Key>,
-    /// Standard uncertainty at single frequencies (Hz), where it is not the same at all; `standard_uncertainty` is
-    /// then the largest.
+    /// Standard uncertainty at single frequencies (Hz), where it is not the same at all; that of `distribution` is
+    /// then the largest, and the shape is the same everywhere.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub at_frequencies: Vec<(f64, f64)>,
 }
@@ -86,8 +109,10 @@ impl Input {
             key: key.to_owned(),
             description: key.to_owned(),
             acts,
-            standard_uncertainty,
-            distribution: "normal".to_owned(),
+            distribution: Distribution::Normal {
+                mean: 0.0,
+                u: standard_uncertainty,
+            },
             evaluation: Evaluation::B,
             dof: DegreesOfFreedom::INFINITE,
             varies_with: varies_with.to_vec(),
@@ -95,20 +120,36 @@ impl Input {
         }
     }
 
+    /// Standard uncertainty in the unit that `acts` names.
+    pub fn standard_uncertainty(&self) -> f64 {
+        self.distribution.standard_uncertainty()
+    }
+
     /// Standard uncertainty at a frequency in Hz.
     pub fn standard_uncertainty_at(&self, frequency: f64) -> f64 {
         self.at_frequencies
             .iter()
             .find(|(f, _)| (f / frequency - 1.0).abs() < 1e-9)
-            .map_or(self.standard_uncertainty, |(_, u)| *u)
+            .map_or_else(|| self.standard_uncertainty(), |(_, u)| *u)
     }
 
     /// A rectangular distribution of this half width: u = a/√3.
     pub fn rectangular(key: &str, acts: Acts, half_width: f64, varies_with: &[Key]) -> Self {
         Self {
-            distribution: "rectangular".to_owned(),
-            ..Self::new(key, acts, half_width / 3f64.sqrt(), varies_with)
+            distribution: Distribution::Rectangular {
+                lower: -half_width,
+                upper: half_width,
+            },
+            ..Self::new(key, acts, 0.0, varies_with)
         }
+    }
+
+    /// Another distribution about zero.
+    #[must_use]
+    pub fn distributed(mut self, distribution: Distribution) -> Self {
+        self.dof = distribution.dof();
+        self.distribution = distribution;
+        self
     }
 
     /// A description for the reader.
@@ -149,19 +190,50 @@ impl Budget {
     /// Inputs after a check of their numbers.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] for a standard uncertainty that is negative or not finite.
+    /// [`Error::OutOfRange`] for a distribution that does not exist, or whose mean is not zero: what is known is to be
+    /// corrected, and only what is left is an error.
     pub fn new(inputs: Vec<Input>) -> Result<Self, Error> {
         for input in &inputs {
-            if !(input.standard_uncertainty >= 0.0 && input.standard_uncertainty.is_finite()) {
+            input.distribution.check()?;
+            let (mean, u) = (
+                input.distribution.estimate(),
+                input.distribution.standard_uncertainty(),
+            );
+            if !(mean.abs() <= 1e-9 * u) {
                 return Err(Error::OutOfRange {
-                    name: "standard uncertainty of an input",
-                    value: input.standard_uncertainty,
-                    min: 0.0,
-                    max: f64::MAX,
+                    name: "mean of the error of an input",
+                    value: mean,
+                    min: -1e-9 * u,
+                    max: 1e-9 * u,
                 });
             }
         }
         Ok(Self { inputs })
+    }
+
+    /// The same inputs for the general engine, each with the keys it varies with; an additive error of an output has
+    /// the further key `part`, real or imaginary.
+    ///
+    /// This is what is drawn in the Monte Carlo check, and there is no other place where the budget becomes random
+    /// numbers.
+    pub fn inputs(&self) -> Inputs {
+        self.inputs.iter().fold(Inputs::new(), |inputs, input| {
+            let mut keys: Vec<&str> = input.varies_with.iter().map(|k| k.name()).collect();
+            if input.acts == Acts::OutputAdditive {
+                keys.push(PART);
+            }
+            inputs.add(
+                proofmass_uncertainty::Input::new(
+                    &input.key,
+                    input.acts.unit(),
+                    input.distribution.clone(),
+                )
+                .description(&input.description)
+                .evaluation(input.evaluation)
+                .dof(input.dof)
+                .varies_with(keys),
+            )
+        })
     }
 
     /// The budget of the published bench, with the printed contributions and the keys they vary with.
@@ -234,7 +306,7 @@ impl Budget {
     pub fn scaled(&self, key: &str, factor: f64) -> Self {
         let mut budget = self.clone();
         for input in budget.inputs.iter_mut().filter(|i| i.key == key) {
-            input.standard_uncertainty *= factor;
+            input.distribution = input.distribution.scaled(factor, 0.0);
             for (_, u) in &mut input.at_frequencies {
                 *u *= factor;
             }

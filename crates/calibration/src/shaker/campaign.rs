@@ -309,7 +309,7 @@ fn rigorous(
         .iter()
         .map(|f| frequency_result(f, campaign.datasheet))
         .collect::<Result<Vec<_>, _>>()?;
-    let pair = |z: faer::c64| [z.re, z.im];
+    let pair = |z: num_complex::Complex64| [z.re, z.im];
     Ok(MethodResult {
         method,
         correction: correction.label.clone(),
@@ -358,7 +358,7 @@ pub fn frequency_result(
         exploitation: terms("A", "(m/s²)/V", &f.exploitation, &f.inverse_estimate)?,
         normalised: expanded(&normalised("S", &f.estimate)?),
         normalised_exploitation: expanded(&normalised("A", &f.inverse_estimate)?),
-        transverse: expanded(&transverse(&f.estimate)?),
+        transverse: transverse(&f.estimate)?,
         misalignment: expanded(&misalignment(&f.estimate)?),
         intrinsic: expanded(&intrinsic(&f.estimate)?),
         datasheet: datasheet.map_or(Ok(vec![]), |(value, u)| against_datasheet(f, value, u))?,

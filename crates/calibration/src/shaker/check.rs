@@ -1,51 +1,33 @@
-//! The linear budget of a campaign against Monte Carlo, frequency by frequency.
+//! The stated uncertainties of a campaign against Monte Carlo, frequency by frequency.
 
-use super::campaign::ShakerCampaign;
-use super::fit::complex;
-use super::monte_carlo::{Verdict, validate};
-use super::observation::{PhasorRow, SpuriousTable};
+use super::campaign::{Method, ShakerCampaign};
+use super::monte_carlo::{FrequencyCheck, Options, validate};
+use super::observation::SpuriousTable;
 use super::screening::{Observations, observations};
-use proofmass_core::Error;
-use serde::Serialize;
+use proofmass_uncertainty::{Progress, Refusal};
+use std::ops::ControlFlow;
 
-/// Verdicts at one frequency.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct FrequencyCheck {
-    /// Frequency in Hz.
-    pub frequency: f64,
-    /// Trials.
-    pub trials: u64,
-    /// One verdict for each of the 18 reals of S.
-    pub verdicts: Vec<Verdict>,
-}
-
-/// [`validate`] at every frequency of a campaign, with its runs, its budget and the S that the complex method finds.
+/// [`validate`] of the result that stands first: the first method with a budget, with the first correction.
+///
+/// `progress` is told how far the trials have come and may stop them. Without such a method there is nothing to check.
 ///
 /// # Errors
-/// As [`complex`] and [`validate`].
+/// As [`validate`].
 pub fn check(
     campaign: &ShakerCampaign,
-    trials: u64,
-    digits: u32,
-    seed: u64,
-) -> Result<Vec<FrequencyCheck>, Error> {
+    options: &Options,
+    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Vec<FrequencyCheck>, Refusal> {
+    let Some(method) = campaign
+        .methods
+        .iter()
+        .copied()
+        .find(|m| *m != Method::PublishedMagnitude)
+    else {
+        return Ok(vec![]);
+    };
     let Observations { rows, budget, .. } = observations(campaign)?;
     let none = SpuriousTable::default();
     let table = campaign.corrections.first().map_or(&none, |c| &c.table);
-    complex(&rows, table, &budget)?
-        .frequencies
-        .iter()
-        .map(|f| {
-            let at: Vec<PhasorRow> = rows
-                .iter()
-                .filter(|r| r.frequency == f.frequency)
-                .cloned()
-                .collect();
-            Ok(FrequencyCheck {
-                frequency: f.frequency,
-                trials,
-                verdicts: validate(&at, &f.sensitivity, &budget, trials, digits, seed)?,
-            })
-        })
-        .collect()
+    validate(method, &rows, table, &budget, options, progress)
 }

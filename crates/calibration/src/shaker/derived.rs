@@ -2,17 +2,20 @@
 //! sensitivity, misalignment, intrinsic properties.
 
 use super::fit::FrequencyFit;
-use super::matrix::{AXES, Matrix, from_real, inverse, to_real};
-use faer::c64;
+use super::matrix::{AXES, Matrix, inverse, to_real};
+use super::near_zero::{Kind, size};
+use faer::{Mat, Side};
 use proofmass_core::Error;
-use proofmass_uncertainty::{BudgetLine, Component, Estimate};
-use serde::Serialize;
+use proofmass_uncertainty::{
+    BudgetLine, Complex, Component, Estimate, Model, Number, Quantity, jacobian,
+};
+use serde::{Deserialize, Serialize};
 
 /// Probability of every expanded uncertainty.
 pub const PROBABILITY: f64 = 0.95;
 
 /// A real quantity with its expanded uncertainty.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Expanded {
     /// Dotted name.
     pub name: String,
@@ -28,10 +31,13 @@ pub struct Expanded {
     pub coverage_factor: f64,
     /// Effective degrees of freedom; `None` when infinite.
     pub dof: Option<f64>,
+    /// Coverage interval where it is not value ± U: a modulus ends at zero.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interval: Option<[f64; 2]>,
 }
 
 /// One term of a matrix.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Term {
     /// Row and column as letters, such as `xy`.
     pub name: String,
@@ -41,8 +47,8 @@ pub struct Term {
     pub im: f64,
     /// Modulus.
     pub modulus: Expanded,
-    /// Phase in radians; `None` when the modulus does not exceed its expanded uncertainty, for then every phase
-    /// is compatible.
+    /// Phase in radians; `None` unless the covariance of the complex number says that it is not zero (χ² with two
+    /// degrees of freedom above its 99.73 % quantile): nearer to zero a phase would be one of the noise.
     pub phase: Option<Expanded>,
     /// Signed real part with its uncertainty: what a cross term should be judged by.
     pub real: Expanded,
@@ -50,46 +56,26 @@ pub struct Term {
     pub budget: Vec<BudgetLine>,
 }
 
-/// New quantities as functions of the 18 reals of an estimate, with every influence carried over.
-///
-/// The Jacobian is by central differences with a step of 1e-5 of the largest real, so its relative error is
-/// 1e-10 times the curvature.
+/// New quantities as functions of the 18 reals of an estimate, with every influence carried over by the exact
+/// derivatives of the model.
 ///
 /// # Errors
-/// [`Error::NotFinite`] when a quantity is not finite.
-pub fn propagate(
-    estimate: &Estimate,
-    names: &[(String, &str)],
-    f: impl Fn(&[f64]) -> Vec<f64>,
-) -> Result<Estimate, Error> {
+/// [`Error::NotFinite`] when a quantity or a derivative is not finite.
+pub fn propagate<M: Model>(estimate: &Estimate, model: &M) -> Result<Estimate, Error> {
     let x: Vec<f64> = estimate.components().iter().map(|c| c.value).collect();
-    let n = x.len();
-    let step = 1e-5
-        * x.iter()
-            .fold(0.0f64, |m, v| m.max(v.abs()))
-            .max(f64::MIN_POSITIVE);
-    let values = f(&x);
-    let mut jacobian = vec![0.0; names.len() * n];
-    for k in 0..n {
-        let (mut up, mut down) = (x.clone(), x.clone());
-        up[k] += step;
-        down[k] -= step;
-        for (m, (u, d)) in f(&up).iter().zip(f(&down)).enumerate() {
-            jacobian[m * n + k] = (u - d) / (2.0 * step);
-        }
-    }
-    if let Some(index) = jacobian.iter().position(|v| !v.is_finite()) {
-        return Err(Error::NotFinite {
-            name: "derivative of a derived quantity",
-            index,
-        });
-    }
-    let components = names
-        .iter()
-        .zip(&values)
-        .map(|((name, unit), &v)| Component::new(name.clone(), *unit, v))
+    let (values, derivatives) = jacobian(model, &x)?;
+    let components = model
+        .outputs()
+        .into_iter()
+        .zip(values)
+        .map(|((name, unit), value)| Component::new(name, unit, value))
         .collect();
-    estimate.propagate(components, &jacobian)
+    estimate.propagate(components, &derivatives)
+}
+
+/// Element (i, j) of the matrix behind the 18 reals.
+fn element<T: Number>(x: &[T], i: usize, j: usize) -> Complex<T> {
+    Complex::new(x[2 * (3 * i + j)], x[2 * (3 * i + j) + 1])
 }
 
 /// Every component of an estimate with its expanded uncertainty.
@@ -97,7 +83,13 @@ pub fn expanded(estimate: &Estimate) -> Vec<Expanded> {
     estimate
         .quantities()
         .into_iter()
-        .map(|q| Expanded {
+        .map(Expanded::from)
+        .collect()
+}
+
+impl From<Quantity> for Expanded {
+    fn from(q: Quantity) -> Self {
+        Self {
             coverage_factor: q.coverage_factor(PROBABILITY),
             expanded: q.expanded(PROBABILITY),
             dof: (!q.dof.is_infinite()).then(|| q.dof.get()),
@@ -105,22 +97,30 @@ pub fn expanded(estimate: &Estimate) -> Vec<Expanded> {
             standard_uncertainty: q.standard_uncertainty,
             name: q.name,
             unit: q.unit,
-        })
-        .collect()
+            interval: None,
+        }
+    }
 }
 
-/// Difference of two angles, in (−π, π].
-fn wrap(angle: f64) -> f64 {
-    let turn = std::f64::consts::TAU;
-    let a = angle.rem_euclid(turn);
-    if a > 0.5 * turn { a - turn } else { a }
-}
+/// χ²₂ at 99.73 %, what three standard deviations are for one number: a complex number below it has no phase.
+const HAS_A_PHASE: f64 = 11.829;
 
-fn named(list: impl IntoIterator<Item = (String, &'static str)>) -> Vec<(String, &'static str)> {
-    list.into_iter().collect()
+/// Eigenvalues of a symmetric 2 × 2 matrix and the direction of the larger one.
+fn principal([rr, ri, ii]: [f64; 3]) -> (f64, f64, [f64; 2]) {
+    let (mean, difference) = (0.5 * (rr + ii), 0.5 * (rr - ii));
+    let root = difference.hypot(ri);
+    let angle = 0.5 * ri.atan2(difference);
+    (
+        mean + root,
+        (mean - root).max(0.0),
+        [angle.cos(), angle.sin()],
+    )
 }
 
 /// The nine terms of S (or of A, from its estimate) with modulus, phase and budget.
+///
+/// Modulus and phase have the gradients z/|z| and j z/|z|². A modulus near zero has the interval of its own that the
+/// law of propagation does not give, and no phase.
 pub fn terms(
     symbol: &str,
     unit: &'static str,
@@ -128,47 +128,79 @@ pub fn terms(
     estimate: &Estimate,
 ) -> Result<Vec<Term>, Error> {
     let mut result = Vec::with_capacity(9);
+    let covariance = estimate.covariance();
     for i in 0..3 {
         for j in 0..3 {
-            let value = m[i][j];
+            let z = m[i][j];
             let base = format!("{symbol}.{}{}", AXES[i], AXES[j]);
             let p = 2 * (3 * i + j);
-            let polar = propagate(
-                estimate,
-                &named([
-                    (format!("{base}.modulus"), unit),
-                    (format!("{base}.phase"), "rad"),
-                ]),
-                |x| {
-                    let z = c64::new(x[p], x[p + 1]);
-                    // The phase about its own value, so that the cut at π is never near.
-                    vec![z.norm(), value.arg() + wrap(z.arg() - value.arg())]
-                },
+            let v = [
+                covariance[(p, p)],
+                covariance[(p, p + 1)],
+                covariance[(p + 1, p + 1)],
+            ];
+            let (larger, smaller, axis) = principal(v);
+            let norm = z.norm();
+            // Nothing at all has no direction: the one in which it is known worst.
+            let along = if norm > 0.0 {
+                [z.re / norm, z.im / norm]
+            } else {
+                axis
+            };
+            let mut derivatives = vec![0.0; 2 * 18];
+            derivatives[p..p + 2].copy_from_slice(&along);
+            if norm > 0.0 {
+                derivatives[18 + p] = -along[1] / norm;
+                derivatives[18 + p + 1] = along[0] / norm;
+            }
+            let names = [format!("{base}.modulus"), format!("{base}.phase")];
+            let polar = estimate.propagate(
+                vec![
+                    Component::new(&names[0], unit, norm),
+                    Component::new(&names[1], "rad", z.arg()),
+                ],
+                &derivatives,
             )?;
-            let mut two = expanded(&polar).into_iter();
-            let (Some(modulus), Some(phase)) = (two.next(), two.next()) else {
+            let (Some(linear), Some(phase), Some(real)) = (
+                polar.get(&names[0]),
+                polar.get(&names[1]),
+                estimate.get(&format!("{base}.re")),
+            ) else {
                 continue;
             };
-            let Some(real) = estimate.get(&format!("{base}.re")) else {
-                continue;
+            let factor = linear.coverage_factor(PROBABILITY)
+                / proofmass_uncertainty::DegreesOfFreedom::INFINITE.coverage_factor(PROBABILITY);
+            // Mahalanobis distance of zero, in the axes of the covariance.
+            let (a, b) = (
+                z.re * axis[0] + z.im * axis[1],
+                z.im * axis[0] - z.re * axis[1],
+            );
+            let beyond = |d: f64, variance: f64| {
+                if variance > 0.0 {
+                    d * d / variance
+                } else if d == 0.0 {
+                    0.0
+                } else {
+                    f64::INFINITY
+                }
             };
-            let phase = (modulus.value > modulus.expanded).then_some(phase);
+            let distance = beyond(a, larger) + beyond(b, smaller);
+            let modulus = size(
+                Kind::Modulus,
+                (linear.name, linear.unit),
+                norm,
+                linear.standard_uncertainty,
+                larger.sqrt(),
+                linear.dof,
+            );
             result.push(Term {
                 name: format!("{}{}", AXES[i], AXES[j]),
-                re: value.re,
-                im: value.im,
-                budget: polar.budget(&format!("{base}.modulus")).unwrap_or_default(),
+                re: z.re,
+                im: z.im,
+                budget: polar.budget(&names[0]).unwrap_or_default(),
                 modulus,
-                phase,
-                real: Expanded {
-                    coverage_factor: real.coverage_factor(PROBABILITY),
-                    expanded: real.expanded(PROBABILITY),
-                    dof: (!real.dof.is_infinite()).then(|| real.dof.get()),
-                    value: real.value,
-                    standard_uncertainty: real.standard_uncertainty,
-                    name: real.name,
-                    unit: real.unit,
-                },
+                phase: (distance > HAS_A_PHASE * factor * factor).then(|| Expanded::from(phase)),
+                real: Expanded::from(real),
             });
         }
     }
@@ -177,110 +209,179 @@ pub fn terms(
 
 /// Real parts of S*_ij = S_ij/S_ii (or of A* from A): each row over its diagonal.
 pub fn normalised(symbol: &str, estimate: &Estimate) -> Result<Estimate, Error> {
-    let names = named((0..9).map(|k| (format!("{symbol}*.{}{}", AXES[k / 3], AXES[k % 3]), "1")));
-    propagate(estimate, &names, |x| {
-        let m = from_real(x);
-        (0..9)
-            .map(|k| (m[k / 3][k % 3] / m[k / 3][k / 3]).re)
-            .collect()
-    })
+    struct Normalised<'a>(&'a str);
+    impl Model for Normalised<'_> {
+        fn outputs(&self) -> Vec<(String, String)> {
+            let name = |k: usize| format!("{}*.{}{}", self.0, AXES[k / 3], AXES[k % 3]);
+            (0..9).map(|k| (name(k), "1".to_owned())).collect()
+        }
+        fn evaluate<T: Number>(&self, x: &[T], y: &mut [T]) {
+            for k in 0..9 {
+                y[k] = if k % 4 == 0 {
+                    T::from(1.0)
+                } else {
+                    (element(x, k / 3, k % 3) / element(x, k / 3, k / 3)).re
+                };
+            }
+        }
+    }
+    propagate(estimate, &Normalised(symbol))
 }
 
 /// Transverse sensitivity of the three outputs: `transverse.x` relative to the main sensitivity, and
-/// `transverse.x.angle`, the direction of the largest response in the plane of the other two axes.
+/// `transverse.x.angle`, the direction of the largest response in the plane of the other two axes, which is left out
+/// where the transverse sensitivity does not exceed its expanded uncertainty.
 ///
 /// T_j = max_θ |S_kj cos θ + S_lj sin θ|/|S_jj| with (j, k, l) cyclic: the root of the larger eigenvalue of
 /// Re(z zᴴ), z = (S_kj, S_lj).
 ///
 /// **Units** relative; angle in radians from axis k towards axis l, modulo π.
 ///
+/// **Accuracy** near zero the interval is that of [`near_zero`](super::near_zero). Two cross terms of one size in
+/// quadrature have no direction of the largest response; there the interval covers 89 % instead of 95 %.
+///
 /// **Source** `[ISO16063-31]` 3 and annex.
-pub fn transverse(estimate: &Estimate) -> Result<Estimate, Error> {
-    let names = named((0..3).flat_map(|j| {
-        [
-            (format!("transverse.{}", AXES[j]), "1"),
-            (format!("transverse.{}.angle", AXES[j]), "rad"),
-        ]
-    }));
-    let x0: Vec<f64> = estimate.components().iter().map(|c| c.value).collect();
-    let raw = |x: &[f64]| -> Vec<f64> {
-        let s = from_real(x);
-        (0..3)
-            .flat_map(|j| {
-                let (z, w) = (s[(j + 1) % 3][j], s[(j + 2) % 3][j]);
-                let (a, b, c) = (z.norm_sqr(), w.norm_sqr(), (z * w.conj()).re);
-                let largest = 0.5 * (a + b) + (0.25 * (a - b).powi(2) + c * c).sqrt();
-                let angle = 0.5 * (2.0 * c).atan2(a - b);
-                [largest.sqrt() / s[j][j].norm(), angle]
-            })
-            .collect()
-    };
-    let centre = raw(&x0);
-    propagate(estimate, &names, |x| {
-        let mut v = raw(x);
-        for j in 0..3 {
-            // Directions modulo π, about the estimate.
-            let d = v[2 * j + 1] - centre[2 * j + 1];
-            v[2 * j + 1] = centre[2 * j + 1] + 0.5 * wrap(2.0 * d);
+pub fn transverse(estimate: &Estimate) -> Result<Vec<Expanded>, Error> {
+    struct Transverse;
+    impl Model for Transverse {
+        fn outputs(&self) -> Vec<(String, String)> {
+            let of = |a: &str| {
+                [
+                    (format!("transverse.{a}"), "1".to_owned()),
+                    (format!("transverse.{a}.angle"), "rad".to_owned()),
+                ]
+            };
+            AXES.into_iter().flat_map(of).collect()
         }
-        v
-    })
+        fn evaluate<T: Number>(&self, x: &[T], y: &mut [T]) {
+            let (half, zero) = (T::from(0.5), T::from(0.0));
+            for j in 0..3 {
+                let (z, w) = (element(x, (j + 1) % 3, j), element(x, (j + 2) % 3, j));
+                let (a, b, c) = (z.norm_squared(), w.norm_squared(), (z * w.conj()).re);
+                let (sum, difference) = (half * (a + b), half * (a - b));
+                let square = difference * difference + c * c;
+                // Without a direction the two eigenvalues are one, and without cross terms there is nothing to
+                // differentiate.
+                let (root, angle) = if square.value() > 0.0 {
+                    (square.sqrt(), half * c.atan2(difference))
+                } else {
+                    (zero, zero)
+                };
+                let largest = sum + root;
+                y[2 * j] = if largest.value() > 0.0 {
+                    largest.sqrt() / element(x, j, j).abs()
+                } else {
+                    zero
+                };
+                y[2 * j + 1] = angle;
+            }
+        }
+    }
+    let linear = propagate(estimate, &Transverse)?;
+    let covariance = estimate.covariance();
+    let x: Vec<f64> = estimate.components().iter().map(|c| c.value).collect();
+    let mut result = vec![];
+    for j in 0..3 {
+        // The four reals of the two cross terms of output j, over its main sensitivity.
+        let four: Vec<usize> = [(j + 1) % 3, (j + 2) % 3]
+            .into_iter()
+            .flat_map(|i| [2 * (3 * i + j), 2 * (3 * i + j) + 1])
+            .collect();
+        let largest = Mat::from_fn(4, 4, |a, b| covariance[(four[a], four[b])])
+            .self_adjoint_eigenvalues(Side::Lower)
+            .map_err(|_| Error::NotConverged {
+                name: "eigenvalues of the covariance of the cross terms",
+                iterations: 0,
+                step: f64::INFINITY,
+            })?[3];
+        let main = element::<f64>(&x, j, j).abs();
+        let (Some(value), Some(angle)) = (
+            linear.get(&format!("transverse.{}", AXES[j])),
+            linear.get(&format!("transverse.{}.angle", AXES[j])),
+        ) else {
+            continue;
+        };
+        let value = size(
+            Kind::Transverse,
+            (value.name, value.unit),
+            value.value,
+            value.standard_uncertainty,
+            largest.max(0.0).sqrt() / main,
+            value.dof,
+        );
+        let known = value.value > value.expanded;
+        result.push(value);
+        if known {
+            result.push(Expanded::from(angle));
+        }
+    }
+    Ok(result)
 }
 
 /// Misalignment of each sensitive axis: `tilt.x.y` is the angle by which the axis of output x leans towards y,
 /// radians, after the common phase of the output is taken out.
 pub fn misalignment(estimate: &Estimate) -> Result<Estimate, Error> {
-    let pairs: Vec<(usize, usize)> = (0..3)
-        .flat_map(|j| [(j, (j + 1) % 3), (j, (j + 2) % 3)])
-        .collect();
-    let names = named(
-        pairs
-            .iter()
-            .map(|&(j, i)| (format!("tilt.{}.{}", AXES[j], AXES[i]), "rad")),
-    );
-    propagate(estimate, &names, |x| {
-        let s = from_real(x);
-        pairs
-            .iter()
-            .map(|&(j, i)| (s[i][j] / s[j][j]).re.atan())
-            .collect()
-    })
+    struct Misalignment;
+    fn pairs() -> impl Iterator<Item = (usize, usize)> {
+        (0..3).flat_map(|j| [(j, (j + 1) % 3), (j, (j + 2) % 3)])
+    }
+    impl Model for Misalignment {
+        fn outputs(&self) -> Vec<(String, String)> {
+            pairs()
+                .map(|(j, i)| (format!("tilt.{}.{}", AXES[j], AXES[i]), "rad".to_owned()))
+                .collect()
+        }
+        fn evaluate<T: Number>(&self, x: &[T], y: &mut [T]) {
+            for (y, (j, i)) in y.iter_mut().zip(pairs()) {
+                *y = (element(x, i, j) / element(x, j, j)).re.atan();
+            }
+        }
+    }
+    propagate(estimate, &Misalignment)
 }
 
 /// Intrinsic properties, which no rotation of the device against the bench can change: the length of each
 /// sensitivity vector `length.x` … (the column of S that belongs to an output) and the angles between them.
 ///
-/// |s_j| = √(Σ_i |S_ij|²); cos γ_jk = Re(ŝ_jᴴ ŝ_k) with each vector turned to the phase of its main term.
+/// |s_j| = √(Σ_i |S_ij|²); γ_jk = 90° − asin Re(ŝ_jᴴ ŝ_k) with each vector turned to the phase of its main term.
 ///
 /// **Source** `[Gaitan2021]`.
 pub fn intrinsic(estimate: &Estimate) -> Result<Estimate, Error> {
-    let mut names = named((0..3).map(|j| (format!("length.{}", AXES[j]), "V/(m/s²)")));
-    let pairs = [(0, 1), (1, 2), (2, 0)];
-    names.extend(pairs.map(|(j, k)| (format!("angle.{}{}", AXES[j], AXES[k]), "rad")));
-    propagate(estimate, &names, |x| {
-        let s = from_real(x);
-        let lengths: Vec<f64> = (0..3)
-            .map(|j| (0..3).map(|i| s[i][j].norm_sqr()).sum::<f64>().sqrt())
-            .collect();
-        let mut v = lengths.clone();
-        for (j, k) in pairs {
-            let turn = (s[j][j] / s[j][j].norm()) * (s[k][k] / s[k][k].norm()).conj();
-            let dot: c64 = (0..3).map(|i| s[i][j].conj() * s[i][k]).sum();
-            v.push(
-                ((dot * turn).re / (lengths[j] * lengths[k]))
-                    .clamp(-1.0, 1.0)
-                    .acos(),
-            );
+    const PAIRS: [(usize, usize); 3] = [(0, 1), (1, 2), (2, 0)];
+    struct Intrinsic;
+    impl Model for Intrinsic {
+        fn outputs(&self) -> Vec<(String, String)> {
+            let lengths = AXES.map(|a| (format!("length.{a}"), "V/(m/s²)".to_owned()));
+            let angles =
+                PAIRS.map(|(j, k)| (format!("angle.{}{}", AXES[j], AXES[k]), "rad".to_owned()));
+            lengths.into_iter().chain(angles).collect()
         }
-        v
-    })
+        fn evaluate<T: Number>(&self, x: &[T], y: &mut [T]) {
+            let zero = Complex::new(T::from(0.0), T::from(0.0));
+            for j in 0..3 {
+                let square = (0..3)
+                    .map(|i| element(x, i, j).norm_squared())
+                    .fold(T::from(0.0), |s, v| s + v);
+                y[j] = square.sqrt();
+            }
+            for (p, (j, k)) in PAIRS.into_iter().enumerate() {
+                let turn = element(x, j, j) * element(x, k, k).conj();
+                let dot = (0..3)
+                    .map(|i| element(x, i, j).conj() * element(x, i, k))
+                    .fold(zero, |s, v| s + v);
+                let cosine = (dot * turn).re / (turn.abs() * y[j] * y[k]);
+                y[3 + p] = T::from(std::f64::consts::FRAC_PI_2) - cosine.asin();
+            }
+        }
+    }
+    propagate(estimate, &Intrinsic)
 }
 
 /// Departure of a main sensitivity from the one on the datasheet.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DatasheetDeviation {
     /// Axis.
-    pub axis: &'static str,
+    pub axis: String,
     /// |S_jj| over the datasheet value, less one.
     pub relative: f64,
     /// E_n = (|S_jj| − S_p)/√(U² + U_p²).
@@ -298,7 +399,7 @@ pub fn against_datasheet(
         .filter(|t| t.name.as_bytes()[0] == t.name.as_bytes()[1])
         .zip(AXES)
         .map(|(t, axis)| DatasheetDeviation {
-            axis,
+            axis: axis.to_owned(),
             relative: t.modulus.value / value - 1.0,
             e_n: (t.modulus.value - value) / t.modulus.expanded.hypot(expanded_uncertainty),
         })
@@ -319,6 +420,7 @@ pub fn inconsistency(s: &Matrix, a: &Matrix) -> Result<f64, Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use num_complex::Complex64;
     use proofmass_uncertainty::{Covariance, DegreesOfFreedom, Effect, Evaluation, Influence};
 
     fn estimate(m: &Matrix, u: f64) -> Estimate {
@@ -352,7 +454,7 @@ mod tests {
         let (s, c) = angle.sin_cos();
         let r = [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]];
         let main = [10.0, 11.0, 12.0];
-        let phase = c64::from_polar(1.0, 0.3);
+        let phase = Complex64::from_polar(1.0, 0.3);
         std::array::from_fn(|i| std::array::from_fn(|j| phase * (r[i][j] * main[j])))
     }
 
@@ -371,12 +473,13 @@ mod tests {
         // The axis of x leans by 0.01 towards y: T = tan 0.01, along the first transverse axis (y).
         let e = estimate(&turned(0.01), 0.001);
         let t = transverse(&e).unwrap();
-        assert!((t.get("transverse.x").unwrap().value - 0.01f64.tan()).abs() < 1e-12);
-        assert!(t.get("transverse.x.angle").unwrap().value.abs() < 1e-9);
+        let get = |name: &str| t.iter().find(|q| q.name == name).unwrap();
+        assert!((get("transverse.x").value - 0.01f64.tan()).abs() < 1e-12);
+        assert!(get("transverse.x.angle").value.abs() < 1e-9);
         let m = misalignment(&e).unwrap();
         assert!((m.get("tilt.x.y").unwrap().value - 0.01).abs() < 1e-12);
         // u(T) = u/|S_xx| to first order in the tilt.
-        let u = t.get("transverse.x").unwrap().standard_uncertainty;
+        let u = get("transverse.x").standard_uncertainty;
         assert!((u - 0.001 / 10.0).abs() < 1e-3 * u);
     }
 

@@ -6,7 +6,8 @@ use super::fit::upper_tail;
 use super::geometry::Configuration;
 use super::matrix::{AXES, Matrix, row_times};
 use super::observation::{PhasorRow, SpuriousTable};
-use faer::{Mat, Side, c64, linalg::solvers::Solve};
+use faer::{Mat, Side, linalg::solvers::Solve};
+use num_complex::Complex64;
 use proofmass_core::Error;
 use proofmass_uncertainty::{Finding, Severity};
 use serde::Serialize;
@@ -146,7 +147,7 @@ const ORDERS: [[usize; 3]; 6] = [
 
 fn explain(
     row: &PhasorRow,
-    prediction_error: &[c64; 3],
+    prediction_error: &[Complex64; 3],
     covariance: &[[f64; 6]; 6],
     scale: f64,
     sensitivity: &Matrix,
@@ -162,7 +163,7 @@ fn explain(
             column: 0,
             value: 0.0,
         })?;
-    let distance = |e: [c64; 3]| -> f64 {
+    let distance = |e: [Complex64; 3]| -> f64 {
         let v = Mat::from_fn(6, 1, |a, _| {
             let z = e[a / 2] / scale;
             if a % 2 == 0 { z.re } else { z.im }
@@ -170,7 +171,7 @@ fn explain(
         (v.transpose() * llt.solve(&v))[(0, 0)]
     };
     let y = row.ratios();
-    let predicted: [c64; 3] = std::array::from_fn(|j| y[j] - prediction_error[j]);
+    let predicted: [Complex64; 3] = std::array::from_fn(|j| y[j] - prediction_error[j]);
     // Order and signs: the fewer changes, the more credible, so a further change must pay.
     let mut best = (Suspicion::Unexplained, statistic, f64::INFINITY);
     for channel in ORDERS {
@@ -193,7 +194,7 @@ fn explain(
         if configuration.same_as(&row.configuration) {
             continue;
         }
-        let d = configuration.direction().map(|d| c64::new(d, 0.0));
+        let d = configuration.direction().map(|d| Complex64::new(d, 0.0));
         let other = row_times(d, sensitivity);
         let q = distance(std::array::from_fn(|j| y[j] - other[j]));
         let cost = q + 25.0;
@@ -389,7 +390,7 @@ fn phase_unit(
     if largest > limit || largest < 0.3 * limit {
         return Ok(None);
     }
-    let turn = |z: c64| c64::from_polar(z.norm(), z.arg().to_degrees());
+    let turn = |z: Complex64| Complex64::from_polar(z.norm(), z.arg().to_degrees());
     let reread: Vec<PhasorRow> = rows
         .iter()
         .map(|r| PhasorRow {

@@ -4,7 +4,8 @@ use super::adjustment::{Adjustment, Deletion};
 use super::budget::Budget;
 use super::matrix::{AXES, Matrix, inverse, inverse_jacobian, to_real};
 use super::observation::{PhasorRow, SpuriousTable};
-use faer::{Mat, Side, c64};
+use faer::{Mat, Side};
+use num_complex::Complex64;
 use proofmass_core::Error;
 use proofmass_uncertainty::{
     Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence,
@@ -40,7 +41,7 @@ pub struct RunResidual {
     /// Inclination and rotation in radians.
     pub configuration: super::Configuration,
     /// Measured minus predicted from all other runs, per output, V/(m/s²).
-    pub prediction_error: [c64; 3],
+    pub prediction_error: [Complex64; 3],
     /// The same over the root of its own variance: the studentised residuals, real and imaginary.
     pub studentised: [[f64; 2]; 3],
     /// χ² of the six together, six degrees of freedom.
@@ -274,7 +275,7 @@ fn frequency_fit(
                 i.key.clone(),
                 i.description.clone(),
                 i.evaluation,
-                i.distribution.clone(),
+                i.distribution.name().to_owned(),
                 i.dof,
             ),
             None if index == budget.inputs.len() => (
@@ -370,7 +371,7 @@ fn angles(
         let draws: Vec<usize> = (0..adjustment.draws.len())
             .filter(|&d| adjustment.draws[d].input == Some(index))
             .collect();
-        let prior = input.standard_uncertainty;
+        let prior = input.standard_uncertainty();
         for &d in &draws {
             let p = offset + d;
             estimates.push(AngleEstimate {

@@ -1,16 +1,16 @@
 //! Complex 3 × 3 matrices: sensitivities and their inverses.
 
-use faer::c64;
+use num_complex::Complex64;
 use proofmass_core::Error;
 
 /// Rows of a complex 3 × 3 matrix.
-pub type Matrix = [[c64; 3]; 3];
+pub type Matrix = [[Complex64; 3]; 3];
 
 /// Names of the axes, in order.
 pub const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// The product of a row and a matrix.
-pub fn row_times(row: [c64; 3], m: &Matrix) -> [c64; 3] {
+pub fn row_times(row: [Complex64; 3], m: &Matrix) -> [Complex64; 3] {
     std::array::from_fn(|j| (0..3).map(|i| row[i] * m[i][j]).sum())
 }
 
@@ -28,7 +28,7 @@ pub fn inverse(m: &Matrix) -> Result<Matrix, Error> {
         let (i1, i2, j1, j2) = ((i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3);
         m[i1][j1] * m[i2][j2] - m[i1][j2] * m[i2][j1]
     };
-    let determinant: c64 = (0..3).map(|j| m[0][j] * cofactor(0, j)).sum();
+    let determinant: Complex64 = (0..3).map(|j| m[0][j] * cofactor(0, j)).sum();
     let scale: f64 = m
         .iter()
         .map(|row| row.iter().map(|v| v.norm_sqr()).sum::<f64>().sqrt())
@@ -60,7 +60,7 @@ pub fn to_real(m: &Matrix) -> [f64; 18] {
 /// The matrix behind a vector of 18 reals.
 pub fn from_real(v: &[f64]) -> Matrix {
     std::array::from_fn(|i| {
-        std::array::from_fn(|j| c64::new(v[2 * (3 * i + j)], v[2 * (3 * i + j) + 1]))
+        std::array::from_fn(|j| Complex64::new(v[2 * (3 * i + j)], v[2 * (3 * i + j) + 1]))
     })
 }
 
@@ -93,7 +93,7 @@ mod tests {
         std::array::from_fn(|i| {
             std::array::from_fn(|j| {
                 let d = if i == j { 10.0 } else { 0.0 };
-                c64::new(
+                Complex64::new(
                     d + 0.3 * i as f64 - 0.2 * j as f64,
                     0.1 * (i * j) as f64 - 0.05,
                 )
@@ -107,7 +107,7 @@ mod tests {
         let p = product(&m, &inverse(&m).unwrap());
         for (i, row) in p.iter().enumerate() {
             for (j, v) in row.iter().enumerate() {
-                assert!((v - c64::new(f64::from(i == j), 0.0)).norm() < 1e-14);
+                assert!((v - Complex64::new(f64::from(i == j), 0.0)).norm() < 1e-14);
             }
         }
     }
@@ -135,7 +135,11 @@ mod tests {
 
     #[test]
     fn refuses_a_singular_matrix() {
-        let row = [c64::new(1.0, 0.0), c64::new(2.0, 1.0), c64::new(0.0, 0.0)];
+        let row = [
+            Complex64::new(1.0, 0.0),
+            Complex64::new(2.0, 1.0),
+            Complex64::new(0.0, 0.0),
+        ];
         assert!(matches!(
             inverse(&[row, row, row]),
             Err(Error::Singular { .. })

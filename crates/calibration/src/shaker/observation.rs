@@ -1,7 +1,7 @@
 //! What one run gives: the acceleration of the table and the three outputs, as phasors.
 
 use super::Configuration;
-use faer::c64;
+use num_complex::Complex64;
 use proofmass_core::Error;
 
 /// One configuration at one frequency.
@@ -14,9 +14,9 @@ pub struct PhasorRow {
     /// Mounting.
     pub configuration: Configuration,
     /// Acceleration of the table along z′ in m/s², peak, from the reference standard and its certificate.
-    pub reference: c64,
+    pub reference: Complex64,
     /// Outputs x, y, z in V, peak.
-    pub outputs: [c64; 3],
+    pub outputs: [Complex64; 3],
     /// Covariance `[rr, ri, ii]` of the reference (m/s²)² and of the outputs (V²) from the sine approximation.
     pub covariance: [[f64; 3]; 4],
 }
@@ -27,8 +27,8 @@ impl PhasorRow {
         run: impl Into<String>,
         frequency: f64,
         configuration: Configuration,
-        reference: c64,
-        outputs: [c64; 3],
+        reference: Complex64,
+        outputs: [Complex64; 3],
     ) -> Self {
         Self {
             run: run.into(),
@@ -41,12 +41,12 @@ impl PhasorRow {
     }
 
     /// Outputs per unit acceleration of the table, o/a in V/(m/s²).
-    pub(crate) fn ratios(&self) -> [c64; 3] {
+    pub(crate) fn ratios(&self) -> [Complex64; 3] {
         self.outputs.map(|o| o / self.reference)
     }
 
     pub(crate) fn check(&self, index: usize) -> Result<(), Error> {
-        let finite = |z: &c64| z.re.is_finite() && z.im.is_finite();
+        let finite = |z: &Complex64| z.re.is_finite() && z.im.is_finite();
         if !(finite(&self.reference)
             && self.outputs.iter().all(finite)
             && self.frequency.is_finite()
@@ -78,7 +78,7 @@ pub struct Spurious {
     /// Frequency in Hz.
     pub frequency: f64,
     /// Complex ratios ε along x′, y′, z′; the whole motion is a (ε_x, ε_y, 1 + ε_z).
-    pub ratio: [c64; 3],
+    pub ratio: [Complex64; 3],
     /// Covariance `[rr, ri, ii]` of each ratio.
     pub covariance: [[f64; 3]; 3],
 }

@@ -5,7 +5,8 @@ use super::fit::complex;
 use super::geometry::Configuration;
 use super::matrix::{AXES, Matrix, row_times};
 use super::observation::{PhasorRow, SpuriousTable};
-use faer::{Mat, Side, c64};
+use faer::{Mat, Side};
+use num_complex::Complex64;
 use proofmass_core::Error;
 use serde::Serialize;
 
@@ -109,12 +110,12 @@ pub fn predict(
         .map(|&configuration| {
             let a = configuration
                 .direction()
-                .map(|d| c64::new(amplitude * d, 0.0));
+                .map(|d| Complex64::new(amplitude * d, 0.0));
             PhasorRow::new(
                 "",
                 1.0,
                 configuration,
-                c64::new(amplitude, 0.0),
+                Complex64::new(amplitude, 0.0),
                 row_times(a, sensitivity),
             )
         })
@@ -311,7 +312,7 @@ mod tests {
     #[test]
     fn law_fewer_configurations_cost() {
         let s: Matrix = std::array::from_fn(|i| {
-            std::array::from_fn(|j| c64::new(if i == j { 0.01 } else { 1e-4 }, 0.0))
+            std::array::from_fn(|j| Complex64::new(if i == j { 0.01 } else { 1e-4 }, 0.0))
         });
         let mut budget = Budget::published_bench();
         budget.inputs.push(super::super::Input::new(

@@ -5,7 +5,8 @@
 //! cross terms, so a small one gets an absurd uncertainty.
 
 use super::Configuration;
-use faer::{Mat, c64};
+use faer::Mat;
+use num_complex::Complex64;
 use proofmass_core::Error;
 use proofmass_uncertainty::{DegreesOfFreedom, welch_satterthwaite};
 use serde::Serialize;
@@ -109,16 +110,16 @@ pub fn applied(
     );
     std::array::from_fn(|axis| {
         // Theoretical part and the three spurious ones, all with their geometric factor made positive.
-        let theoretical = c64::new(reference * r[axis][2].abs(), 0.0);
+        let theoretical = Complex64::new(reference * r[axis][2].abs(), 0.0);
         let e = |k: usize| {
-            spurious.map_or(c64::new(0.0, 0.0), |s| {
-                c64::from_polar(s.modulus[k], s.phase[k]) * reference
+            spurious.map_or(Complex64::new(0.0, 0.0), |s| {
+                Complex64::from_polar(s.modulus[k], s.phase[k]) * reference
             })
         };
-        let sum = theoretical + (0..3).map(|k| e(k) * r[axis][k].abs()).sum::<c64>();
+        let sum = theoretical + (0..3).map(|k| e(k) * r[axis][k].abs()).sum::<Complex64>();
         let value = sum.norm();
         // d|P| = Re(dP P̄)/|P|; where P vanishes only its own size is known.
-        let along = |d: c64| {
+        let along = |d: Complex64| {
             if value > 0.0 {
                 (d * sum.conj()).re / value
             } else {
@@ -128,7 +129,8 @@ pub fn applied(
         let turned = |derivative: &[[f64; 3]; 3]| {
             let slope = |k: usize| derivative[axis][k] * r[axis][k].signum();
             along(
-                c64::new(reference * slope(2), 0.0) + (0..3).map(|k| e(k) * slope(k)).sum::<c64>(),
+                Complex64::new(reference * slope(2), 0.0)
+                    + (0..3).map(|k| e(k) * slope(k)).sum::<Complex64>(),
             )
         };
         let mut inputs = vec![
@@ -138,11 +140,11 @@ pub fn applied(
         ];
         if let Some(s) = spurious {
             for k in 0..3 {
-                let unit = c64::from_polar(reference * r[axis][k].abs(), s.phase[k]);
+                let unit = Complex64::from_polar(reference * r[axis][k].abs(), s.phase[k]);
                 inputs.push((MODULUS[k], along(unit), s.modulus_uncertainty[k]));
             }
             for k in 0..3 {
-                let d = c64::new(0.0, 1.0) * e(k) * r[axis][k].abs();
+                let d = Complex64::new(0.0, 1.0) * e(k) * r[axis][k].abs();
                 inputs.push((PHASE[k], along(d), s.phase_uncertainty[k]));
             }
         }

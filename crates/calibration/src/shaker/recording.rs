@@ -1,7 +1,7 @@
 //! From the samples of a run to its phasors, and whether the run is fit to be used.
 
 use super::geometry::Configuration;
-use faer::c64;
+use num_complex::Complex64;
 use proofmass_core::Error;
 use proofmass_signal::sine::{Frequency, SineApproximation, dominant_frequency};
 use proofmass_uncertainty::{Finding, Severity};
@@ -32,9 +32,9 @@ pub struct RunInput {
     /// Mounting.
     pub configuration: Configuration,
     /// Reference, V or m/s², peak.
-    pub reference: c64,
+    pub reference: Complex64,
     /// Outputs x, y, z in V, peak.
-    pub outputs: [c64; 3],
+    pub outputs: [Complex64; 3],
     /// Covariance `[rr, ri, ii]` of reference and outputs.
     pub covariance: [[f64; 3]; 4],
     /// What the samples said.
@@ -143,7 +143,7 @@ impl Reading {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Phasors {
     /// Complex peak amplitudes.
-    pub amplitudes: Vec<c64>,
+    pub amplitudes: Vec<Complex64>,
     /// Covariance `[rr, ri, ii]` of each.
     pub covariances: Vec<[f64; 3]>,
     /// Frequency the first channel was found at, Hz.

@@ -1,6 +1,6 @@
 //! The certificate of the reference standard: sensitivity against frequency, between and never beyond its points.
 
-use faer::c64;
+use num_complex::Complex64;
 use proofmass_core::Error;
 
 /// One line of the certificate.
@@ -135,9 +135,9 @@ impl ReferenceTable {
     ///
     /// # Errors
     /// As [`ReferenceTable::at`].
-    pub fn acceleration(&self, voltage: c64, frequency: f64) -> Result<c64, Error> {
+    pub fn acceleration(&self, voltage: Complex64, frequency: f64) -> Result<Complex64, Error> {
         let p = self.at(frequency)?;
-        Ok(voltage / c64::from_polar(p.sensitivity, p.phase))
+        Ok(voltage / Complex64::from_polar(p.sensitivity, p.phase))
     }
 }
 

@@ -60,13 +60,13 @@ fn rows(campaign: &ShakerCampaign, findings: &mut Vec<Finding>) -> Vec<PhasorRow
         }
         let scale = match &campaign.reference {
             Some(table) => match table.at(run.frequency) {
-                Ok(p) => faer::c64::from_polar(p.sensitivity, p.phase).inv(),
+                Ok(p) => num_complex::Complex64::from_polar(p.sensitivity, p.phase).inv(),
                 Err(_) => {
                     beyond.push(run);
                     continue;
                 }
             },
-            None => faer::c64::new(1.0, 0.0),
+            None => num_complex::Complex64::new(1.0, 0.0),
         };
         let mut covariance = run.covariance;
         // A turn by the certificate's phase would mix the parts; the noise of a sine is round enough for its

@@ -1,7 +1,7 @@
 //! Comparison of a single-axis accelerometer with a reference: the n = 1 case of the bench.
 
 use super::reference::ReferenceTable;
-use faer::c64;
+use num_complex::Complex64;
 use proofmass_core::Error;
 use proofmass_uncertainty::{
     Component, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence, Severity,
@@ -15,9 +15,9 @@ pub struct ComparisonRow {
     /// Frequency in Hz.
     pub frequency: f64,
     /// Output of the reference, V.
-    pub reference: c64,
+    pub reference: Complex64,
     /// Output of the device, V.
-    pub output: c64,
+    pub output: Complex64,
     /// Transverse motion relative to the motion along the axis, where it was measured.
     pub transverse: Option<f64>,
 }
@@ -39,7 +39,7 @@ pub struct SingleAxis {
     /// Frequency in Hz.
     pub frequency: f64,
     /// Complex sensitivity, V/(m/s²).
-    pub sensitivity: c64,
+    pub sensitivity: Complex64,
     /// Components `modulus` (V/(m/s²)) and `phase` (rad) with the influences `reference.calibration` and
     /// `reading`.
     pub estimate: Estimate,
@@ -73,7 +73,7 @@ pub fn compare(
                 index,
             });
         }
-        let reference = c64::from_polar(certificate.sensitivity, certificate.phase);
+        let reference = Complex64::from_polar(certificate.sensitivity, certificate.phase);
         let sensitivity = row.output / row.reference * reference;
         let modulus = sensitivity.norm();
         let influence = |key: &str,
@@ -185,7 +185,11 @@ pub fn combine(
             continue;
         }
         let n = group.len() as f64;
-        let mean = group.iter().map(|&i| results[i].sensitivity).sum::<c64>() / n;
+        let mean = group
+            .iter()
+            .map(|&i| results[i].sensitivity)
+            .sum::<Complex64>()
+            / n;
         // Along and across the mean: modulus and phase.
         let turned: Vec<[f64; 2]> = group
             .iter()
@@ -276,8 +280,8 @@ mod tests {
         let row = ComparisonRow {
             run: "a".into(),
             frequency: 160.0,
-            reference: c64::from_polar(0.1, 0.5),
-            output: c64::from_polar(0.2, 0.8),
+            reference: Complex64::from_polar(0.1, 0.5),
+            output: Complex64::from_polar(0.2, 0.8),
             transverse: Some(0.12),
         };
         let budget = ComparisonBudget {
@@ -307,8 +311,8 @@ mod tests {
         let row = |run: &str, modulus: f64, phase: f64| ComparisonRow {
             run: run.into(),
             frequency: 160.0,
-            reference: c64::from_polar(0.1, 3.0),
-            output: c64::from_polar(0.2 * modulus, 3.0 + phase),
+            reference: Complex64::from_polar(0.1, 3.0),
+            output: Complex64::from_polar(0.2 * modulus, 3.0 + phase),
             transverse: Some(0.01),
         };
         let rows = [

@@ -2,7 +2,7 @@
 
 use super::matrix::AXES;
 use super::observation::{Spurious, SpuriousTable};
-use faer::c64;
+use num_complex::Complex64;
 use proofmass_core::Error;
 use proofmass_uncertainty::{Finding, Severity};
 use serde::Serialize;
@@ -10,8 +10,8 @@ use serde::Serialize;
 /// Ratio of a motion to the reference acceleration from a vibrometer: jΩ v/a.
 ///
 /// **Units** v in m/s, a in m/s², frequency in Hz.
-pub fn ratio_from_velocity(velocity: c64, reference: c64, frequency: f64) -> c64 {
-    c64::new(0.0, std::f64::consts::TAU * frequency) * velocity / reference
+pub fn ratio_from_velocity(velocity: Complex64, reference: Complex64, frequency: f64) -> Complex64 {
+    Complex64::new(0.0, std::f64::consts::TAU * frequency) * velocity / reference
 }
 
 /// Directions on a circle.
@@ -53,7 +53,7 @@ pub fn circular(phases: &[f64]) -> Result<CircularStatistics, Error> {
         });
     }
     let n = phases.len() as f64;
-    let sum: c64 = phases.iter().map(|&p| c64::from_polar(1.0, p)).sum();
+    let sum: Complex64 = phases.iter().map(|&p| Complex64::from_polar(1.0, p)).sum();
     let (r, resultant) = (sum.norm(), (sum.norm() / n).min(1.0));
     let p = ((1.0 + 4.0 * n + 4.0 * (n * n - r * r).max(0.0)).sqrt() - (1.0 + 2.0 * n)).exp();
     Ok(CircularStatistics {
@@ -71,7 +71,7 @@ pub fn circular(phases: &[f64]) -> Result<CircularStatistics, Error> {
 #[derive(Clone, Debug, PartialEq)]
 pub struct RatioEstimate {
     /// Mean of the complex ratios.
-    pub mean: c64,
+    pub mean: Complex64,
     /// Covariance `[rr, ri, ii]` of the mean.
     pub covariance: [f64; 3],
     /// Degrees of freedom.
@@ -110,7 +110,7 @@ const DEFINED: f64 = 0.3;
 ///
 /// # Errors
 /// [`Error::TooFew`] below two repeats, [`Error::NotFinite`].
-pub fn average(ratios: &[c64]) -> Result<Average, Error> {
+pub fn average(ratios: &[Complex64]) -> Result<Average, Error> {
     let n = ratios.len();
     if n < 2 {
         return Err(Error::TooFew {
@@ -129,7 +129,7 @@ pub fn average(ratios: &[c64]) -> Result<Average, Error> {
         });
     }
     let count = n as f64;
-    let mean: c64 = ratios.iter().sum::<c64>() / count;
+    let mean: Complex64 = ratios.iter().sum::<Complex64>() / count;
     let phases: Vec<f64> = ratios.iter().map(|z| z.arg()).collect();
     let phases = circular(&phases)?;
     let modulus = ratios.iter().map(|z| z.norm()).sum::<f64>() / count;
@@ -185,7 +185,7 @@ pub struct Repeats {
     /// Axis of the bench, 0 for x′ to 2 for z′.
     pub axis: usize,
     /// Measured ratios to the reference; along z′ the whole motion, near one.
-    pub ratios: Vec<c64>,
+    pub ratios: Vec<Complex64>,
 }
 
 /// A table of corrections from repeats, and what was refused.
@@ -215,7 +215,7 @@ pub fn table(campaign: &[Repeats]) -> Result<(SpuriousTable, Vec<Finding>), Erro
             entries.push(Spurious {
                 inclination: repeats.inclination,
                 frequency: repeats.frequency,
-                ratio: [c64::new(0.0, 0.0); 3],
+                ratio: [Complex64::new(0.0, 0.0); 3],
                 covariance: [[0.0; 3]; 3],
             });
             entries.len() - 1
@@ -365,8 +365,10 @@ mod tests {
     #[test]
     fn published_phase_scatter_is_refused() {
         // Ten repeats of 0.9 % whose moduli agree to 3 % and whose phases cover the circle: no common clock.
-        let ratios: Vec<c64> = (0..10)
-            .map(|i| c64::from_polar(0.009 * (1.0 + 0.003 * f64::from(i)), 2.4 * f64::from(i)))
+        let ratios: Vec<Complex64> = (0..10)
+            .map(|i| {
+                Complex64::from_polar(0.009 * (1.0 + 0.003 * f64::from(i)), 2.4 * f64::from(i))
+            })
             .collect();
         assert!(matches!(
             average(&ratios).unwrap(),
@@ -380,7 +382,7 @@ mod tests {
         }])
         .unwrap();
         assert_eq!(findings[0].code(), "incoherent-repeats");
-        assert_eq!(table.entries[0].ratio[1], c64::new(0.0, 0.0));
+        assert_eq!(table.entries[0].ratio[1], Complex64::new(0.0, 0.0));
         assert!((table.entries[0].covariance[1][0].sqrt() - 0.0091 / 2f64.sqrt()).abs() < 1e-4);
     }
 
@@ -401,15 +403,20 @@ mod tests {
         let phases: Vec<f64> = degrees.iter().map(|d| d.to_radians()).collect();
         let c = circular(&phases).unwrap();
         assert!(c.standard_deviation.to_degrees() < 4.0 && c.rayleigh_p < 1e-3);
-        let ratios: Vec<c64> = phases.iter().map(|&p| c64::from_polar(0.006, p)).collect();
+        let ratios: Vec<Complex64> = phases
+            .iter()
+            .map(|&p| Complex64::from_polar(0.006, p))
+            .collect();
         assert!(matches!(average(&ratios).unwrap(), Average::Coherent(_)));
     }
 
     #[test]
     fn law_noise_about_zero_is_averaged() {
         // A ratio lost in noise: moduli scatter too, the mean is near zero and that is right.
-        let ratios: Vec<c64> = (0..10)
-            .map(|i| c64::from_polar(0.001 * (1.0 + f64::from(i * 7 % 10)), 2.4 * f64::from(i)))
+        let ratios: Vec<Complex64> = (0..10)
+            .map(|i| {
+                Complex64::from_polar(0.001 * (1.0 + f64::from(i * 7 % 10)), 2.4 * f64::from(i))
+            })
             .collect();
         let Average::Coherent(e) = average(&ratios).unwrap() else {
             panic!("refused");
@@ -420,7 +427,7 @@ mod tests {
     #[test]
     fn law_two_repeats_are_type_b() {
         let Average::Coherent(e) =
-            average(&[c64::new(0.010, 0.002), c64::new(0.012, 0.002)]).unwrap()
+            average(&[Complex64::new(0.010, 0.002), Complex64::new(0.012, 0.002)]).unwrap()
         else {
             panic!("refused");
         };
@@ -444,8 +451,9 @@ mod tests {
 
     #[test]
     fn law_velocity_becomes_a_ratio() {
-        let (f, a) = (40.0, c64::from_polar(1.0, 0.7));
-        let v = c64::from_polar(0.01, -0.4) * a / c64::new(0.0, std::f64::consts::TAU * f);
-        assert!((ratio_from_velocity(v, a, f) - c64::from_polar(0.01, -0.4)).norm() < 1e-15);
+        let (f, a) = (40.0, Complex64::from_polar(1.0, 0.7));
+        let v =
+            Complex64::from_polar(0.01, -0.4) * a / Complex64::new(0.0, std::f64::consts::TAU * f);
+        assert!((ratio_from_velocity(v, a, f) - Complex64::from_polar(0.01, -0.4)).norm() < 1e-15);
     }
 }

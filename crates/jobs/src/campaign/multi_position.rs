@@ -4,7 +4,7 @@ use super::CampaignFile;
 use proofmass_io::Segment;
 use proofmass_io::{Ambient, Device};
 use proofmass_io::{ColumnRef, DecimalMark, LayoutOptions, Separator};
-use proofmass_io::{Recording, RecordingOptions, Result, TimeUnit, Unit};
+use proofmass_io::{Input, Recording, RecordingOptions, Result, TimeUnit, Unit};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -373,12 +373,12 @@ impl MultiPositionCampaign {
 
     /// The recordings, with their paths resolved.
     pub fn files(&self) -> Vec<PathBuf> {
-        self.recording
-            .file
-            .iter()
-            .chain(self.recording.files.iter().flatten())
-            .map(|name| self.source.resolve(name))
-            .collect()
+        self.names().map(|name| self.source.resolve(name)).collect()
+    }
+
+    fn names(&self) -> impl Iterator<Item = &String> {
+        let table = &self.recording;
+        table.file.iter().chain(table.files.iter().flatten())
     }
 
     /// How each recording is to be read.
@@ -412,9 +412,8 @@ impl MultiPositionCampaign {
     /// As [`Recording::read`].
     pub fn read_recordings(&self) -> Result<Vec<Recording>> {
         let options = self.recording_options();
-        self.files()
-            .iter()
-            .map(|path| Recording::read(path, &options))
+        self.names()
+            .map(|name| Recording::from_source(self.source.source(name)?, &options))
             .collect()
     }
 
@@ -429,11 +428,12 @@ impl MultiPositionCampaign {
     /// Reads the given segments against a recording; `None` where standstills are to be found.
     ///
     /// # Errors
-    /// As [`Segment::read`].
-    pub fn read_segments(&self, recording: &Recording) -> Result<Option<Vec<Segment>>> {
-        self.segments_file()
-            .map(|path| Segment::read(&path, recording))
-            .transpose()
+    /// As [`Segment::from_source`].
+    pub fn read_segments(&self, recording: &Recording) -> Result<Option<(Vec<Segment>, Input)>> {
+        let Some(name) = &self.standstill.segments else {
+            return Ok(None);
+        };
+        Segment::from_source(self.source.source(name)?, recording).map(Some)
     }
 }
 

@@ -27,7 +27,7 @@ pub enum ShakerMethod {
 pub struct ShakerMethods {
     /// Calculations to set side by side; the first is the result.
     pub methods: Vec<ShakerMethod>,
-    /// Monte Carlo trials per frequency for the check of the propagation; zero for none.
+    /// Monte Carlo trials for the check of the propagation; zero for none.
     pub trials: u64,
     /// Seed of the random numbers.
     pub seed: u64,
@@ -37,7 +37,7 @@ impl Default for ShakerMethods {
     fn default() -> Self {
         Self {
             methods: vec![ShakerMethod::Joint, ShakerMethod::Complex],
-            trials: 100_000,
+            trials: 10_000,
             seed: 1,
         }
     }
@@ -233,7 +233,7 @@ impl ShakerTriaxialCampaign {
                     "trials",
                     format!("{} trials tell nothing", self.method.trials),
                 )
-                .with_hint("10 000 at least, 100 000 by default, 0 for no check"));
+                .with_hint("10 000 at least and by default, 0 for no check"));
         }
         for (i, a) in self.corrections.iter().enumerate() {
             if self.corrections[..i].iter().any(|b| b.label == a.label) {
@@ -358,7 +358,7 @@ impl ShakerTriaxialCampaign {
         self.corrections
             .iter()
             .map(|c| match &c.file {
-                Some(file) => SpuriousFile::read(&self.source.resolve(file), &c.label),
+                Some(file) => SpuriousFile::read(self.source.source(file)?, &c.label),
                 None => Ok(SpuriousFile {
                     label: c.label.clone(),
                     input: None,
@@ -383,7 +383,7 @@ impl ShakerTriaxialCampaign {
     pub fn read_plan(&self) -> Result<Option<(Plan, Option<Input>)>> {
         match self.plan.as_ref().map(|p| (&p.file, &p.name)) {
             Some((Some(file), _)) => {
-                let (input, plan) = super::shaker::read_plan(&self.source.resolve(file))?;
+                let (input, plan) = super::shaker::read_plan(self.source.source(file)?)?;
                 Ok(Some((Plan::Configurations(plan), Some(input))))
             }
             Some((None, Some(_))) => Ok(Some((Plan::Published, None))),

@@ -35,19 +35,17 @@ impl MultiPositionCampaign {
     pub fn load(&self, watch: &dyn Watch) -> Result<MultiPositionRecordings> {
         watch.step("reading", 0, 0)?;
         let recordings = self.read_recordings()?;
-        let segments = self.given_segments(&recordings)?;
+        let (segments, table) = self.given_segments(&recordings)?.unzip();
         let columns = &self.recording.columns;
         let mut all = MultiPositionRecordings::join(recordings)?;
         all.segments = segments;
         all.columns = [columns.x.clone(), columns.y.clone(), columns.z.clone()];
         all.inputs.insert(0, self.source.input.clone());
-        if let Some(path) = self.segments_file() {
-            all.inputs.push(Input::of(&path)?);
-        }
+        all.inputs.extend(table);
         Ok(all)
     }
 
-    fn given_segments(&self, recordings: &[Recording]) -> Result<Option<Vec<Segment>>> {
+    fn given_segments(&self, recordings: &[Recording]) -> Result<Option<(Vec<Segment>, Input)>> {
         let given =
             match recordings {
                 [only] => self.read_segments(only)?,
@@ -65,7 +63,7 @@ impl MultiPositionCampaign {
             attitude: s.attitude,
             label: s.label,
         };
-        Ok(given.map(|all| all.into_iter().map(segment).collect()))
+        Ok(given.map(|(all, table)| (all.into_iter().map(segment).collect(), table)))
     }
 
     /// The question of the campaign; a range in the unit of the file is brought to that of the data.

@@ -5,8 +5,10 @@ use crate::number::{plain, two_digits};
 use crate::plot::Style;
 use crate::{Axis, Block, Cell, Column, Section, Series, SpherePlot, Table, XyPlot};
 use proofmass_calibration::shaker::{
-    FrequencyCheck, MethodResult, RunResult, ShakerCalibration, Suspicion,
+    ComponentCheck, FrequencyCheck, MethodResult, RunResult, ShakerCalibration, Suspicion,
 };
+
+use proofmass_uncertainty::Verdict;
 
 /// Runs of one direction with the root mean square of their 18 studentised residuals … of every frequency.
 struct Direction<'a> {
@@ -207,34 +209,35 @@ pub(super) fn angles(result: &MethodResult) -> Option<Section> {
 /// Verdicts of the law of propagation against Monte Carlo.
 pub(super) fn monte_carlo(checks: &[FrequencyCheck]) -> Option<Section> {
     let first = checks.first()?;
-    // Two standard deviations of the 2.5 % quantile of a normal distribution: √(p (1 − p)/n) over its density there.
-    let scatter = 2.0 * (0.975 * 0.025 / first.trials.max(1) as f64).sqrt() / 0.058_45;
-    let total: usize = checks.iter().map(|c| c.verdicts.len()).sum();
-    let good = |c: &FrequencyCheck| c.verdicts.iter().filter(|v| v.holds).count();
-    let hold: usize = checks.iter().map(good).sum();
+    let total: usize = checks.iter().map(|c| c.components.len()).sum();
+    let count = |verdict| -> usize { checks.iter().map(|c| c.count(verdict)).sum() };
     let mut table = Table::new(
         "Law of propagation against Monte Carlo, per frequency",
         [
             Column::number("f", "Hz"),
             Column::number("trials", ""),
-            Column::number("components that agree", ""),
+            Column::number("agree", ""),
+            Column::number("differ", ""),
+            Column::number("open", ""),
             Column::text("largest departure of an end of an interval"),
         ],
     );
     for check in checks {
-        let departure = |v: &proofmass_calibration::shaker::monte_carlo::Verdict| {
+        let departure = |v: &ComponentCheck| {
             (0..2)
                 .map(|e| (v.interval[e] - v.linear_interval[e]).abs() / v.linear)
                 .fold(0.0, f64::max)
         };
         let worst = check
-            .verdicts
+            .components
             .iter()
             .max_by(|a, b| departure(a).total_cmp(&departure(b)));
         table = table.row([
             Cell::number(plain(check.frequency)),
             Cell::number(check.trials.to_string()),
-            Cell::number(format!("{} of {}", good(check), check.verdicts.len())),
+            Cell::number(check.count(Verdict::Validated).to_string()),
+            Cell::number(check.count(Verdict::NotValidated).to_string()),
+            Cell::number(check.count(Verdict::Undecided).to_string()),
             Cell::text(worst.map_or(String::new(), |v| {
                 format!(
                     "{} u at {}",
@@ -247,12 +250,15 @@ pub(super) fn monte_carlo(checks: &[FrequencyCheck]) -> Option<Section> {
     Some(
         Section::new("Monte Carlo check")
             .paragraph(format!(
-                "Every input drawn from its distribution with what shares it, angles through sines and products through \
-                 products, {} trials per frequency: {hold} of {total} components of S have 95 % intervals that agree with \
-                 the law of propagation within half a unit of the last digit of u (JCGM 101:2008, clause 8). With so many trials \
-                 an end of an interval is itself known to ± {} u.",
+                "Every input drawn from its distribution with its degrees of freedom and what shares it, angles through sines \
+                 and products through products, the spurious motion within what is known of it, and the estimator applied \
+                 anew in each of {} trials. Of {total} components of S, {} have 95 % intervals that agree with the stated ones \
+                 within half a unit of the first digit of u (JCGM 101:2008, clause 8), {} differ, and for {} so many trials \
+                 cannot tell.",
                 first.trials,
-                two_digits(scatter)
+                count(Verdict::Validated),
+                count(Verdict::NotValidated),
+                count(Verdict::Undecided),
             ))
             .table(table),
     )

@@ -1,6 +1,6 @@
 //! The device under test and the wedge under it.
 
-use faer::c64;
+use num_complex::Complex64;
 
 /// A triaxial accelerometer: a seismic resonance per axis, a high-pass corner, and cross terms.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,13 +33,13 @@ impl Default for Device {
 
 impl Device {
     /// True S at a frequency in Hz, o = a S, V/(m/s²), complex.
-    pub fn sensitivity(&self, frequency: f64) -> [[c64; 3]; 3] {
-        let j = c64::new(0.0, 1.0);
+    pub fn sensitivity(&self, frequency: f64) -> [[Complex64; 3]; 3] {
+        let j = Complex64::new(0.0, 1.0);
         std::array::from_fn(|i| {
             std::array::from_fn(|k| {
                 let x = frequency / self.resonance[k];
-                let resonance = c64::new(1.0 - x * x, x / self.quality).inv();
-                let highpass = (c64::new(1.0, 0.0) - j * (self.corner / frequency)).inv();
+                let resonance = Complex64::new(1.0 - x * x, x / self.quality).inv();
+                let highpass = (Complex64::new(1.0, 0.0) - j * (self.corner / frequency)).inv();
                 let relative = if i == k { 1.0 } else { self.cross[i][k] };
                 resonance * highpass * (relative * self.main[k])
             })
@@ -52,7 +52,7 @@ impl Device {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wedge {
     /// Transverse motion of the shaker relative to the excitation along x′ and y′.
-    pub transverse: [c64; 2],
+    pub transverse: [Complex64; 2],
     /// Resonances of a wedge of 90° along x′, y′ and z′ in Hz; flatter wedges are stiffer.
     pub resonance: [f64; 3],
     /// Quality factor of the resonances.
@@ -64,7 +64,10 @@ pub struct Wedge {
 impl Default for Wedge {
     fn default() -> Self {
         Self {
-            transverse: [c64::from_polar(0.010, 2.2), c64::from_polar(0.008, -1.1)],
+            transverse: [
+                Complex64::from_polar(0.010, 2.2),
+                Complex64::from_polar(0.008, -1.1),
+            ],
             resonance: [3.2e3, 4.1e3, 3.6e3],
             quality: 30.0,
             participation: [0.6, 0.1, 1.0],
@@ -75,12 +78,12 @@ impl Default for Wedge {
 impl Wedge {
     /// Ratios ε along x′, y′, z′ at an inclination (degrees) and frequency (Hz); along z′ the departure from the
     /// excitation.
-    pub fn ratio(&self, inclination_deg: f64, frequency: f64) -> [c64; 3] {
+    pub fn ratio(&self, inclination_deg: f64, frequency: f64) -> [Complex64; 3] {
         let slope = inclination_deg.to_radians().sin();
-        let bending: [c64; 3] = std::array::from_fn(|k| {
+        let bending: [Complex64; 3] = std::array::from_fn(|k| {
             // Stiffness falls with height: the flat table has no bending at all.
             let x = frequency / (self.resonance[k] * (2.0 - slope));
-            let gain = c64::new(1.0 - x * x, x / self.quality).inv() - 1.0;
+            let gain = Complex64::new(1.0 - x * x, x / self.quality).inv() - 1.0;
             gain * (self.participation[k] * slope)
         });
         [

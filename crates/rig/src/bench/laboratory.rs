@@ -3,7 +3,7 @@
 use super::shaker::{Levelling, Shaker};
 use super::waveform::Acquisition;
 use super::{Bench, Vibrometer, VibrometerReading, normal, seen_from_device, target_amplitude};
-use faer::c64;
+use num_complex::Complex64;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use serde::Serialize;
@@ -32,9 +32,9 @@ impl Default for ReferenceStandard {
 
 impl ReferenceStandard {
     /// Sensitivity at a frequency in Hz as an ideal certificate states it.
-    pub fn at(&self, frequency: f64) -> c64 {
+    pub fn at(&self, frequency: f64) -> Complex64 {
         let x = frequency / self.resonance;
-        let corner = c64::new(1.0, -self.corner / frequency).inv();
+        let corner = Complex64::new(1.0, -self.corner / frequency).inv();
         corner * (self.sensitivity / (1.0 - x * x))
     }
 }
@@ -122,7 +122,7 @@ pub struct PreparedRun {
     /// Frequency the acquisition sees, Hz.
     pub seen: f64,
     /// Reference, x, y, z in V: the fundamental and its harmonics.
-    pub volts: [[c64; 3]; 4],
+    pub volts: [[Complex64; 3]; 4],
 }
 
 /// True values of one frequency.
@@ -176,7 +176,7 @@ pub struct Setup {
     wedges: BTreeMap<i64, f64>,
     gluings: BTreeMap<(i64, i64), f64>,
     gains: [f64; 3],
-    certificates: Vec<c64>,
+    certificates: Vec<Complex64>,
 }
 
 fn key(degrees: f64) -> i64 {
@@ -209,7 +209,7 @@ impl Laboratory {
             certificates: frequencies
                 .iter()
                 .map(|_| {
-                    c64::from_polar(
+                    Complex64::from_polar(
                         1.0 + bench.reference_modulus * normal(&mut rng),
                         bench.reference_phase * normal(&mut rng),
                     )
@@ -233,7 +233,7 @@ impl Setup {
 
     /// What only a simulation knows.
     pub fn truth(&self) -> Truth {
-        let pair = |z: c64| [z.re, z.im];
+        let pair = |z: Complex64| [z.re, z.im];
         Truth {
             seed: self.seed,
             frequencies: self
@@ -315,32 +315,32 @@ impl Setup {
             inclination.to_radians() + self.wedges[&key(inclination)],
             rotation.to_radians() + further + self.gluings[&(key(inclination), key(rotation))],
         );
-        let reading: [c64; 3] = std::array::from_fn(|_| {
-            c64::from_polar(
+        let reading: [Complex64; 3] = std::array::from_fn(|_| {
+            Complex64::from_polar(
                 1.0 + bench.reading * normal(&mut rng),
                 bench.reading_phase * normal(&mut rng),
             )
         });
-        let mut volts = [[c64::new(0.0, 0.0); 3]; 4];
+        let mut volts = [[Complex64::new(0.0, 0.0); 3]; 4];
         for (h, motion) in motion.iter().enumerate() {
             let f = (h + 1) as f64 * driven;
-            let table = motion * c64::from_polar(1.0, (h + 1) as f64 * start);
+            let table = motion * Complex64::from_polar(1.0, (h + 1) as f64 * start);
             let mut e = bench
                 .wedge
                 .as_ref()
-                .map_or([c64::new(0.0, 0.0); 3], |w| w.ratio(inclination, f));
+                .map_or([Complex64::new(0.0, 0.0); 3], |w| w.ratio(inclination, f));
             e[2] += 1.0;
-            let a: [c64; 3] =
-                std::array::from_fn(|i| (0..3).map(|k| e[k] * r[i][k]).sum::<c64>() * table);
+            let a: [Complex64; 3] =
+                std::array::from_fn(|i| (0..3).map(|k| e[k] * r[i][k]).sum::<Complex64>() * table);
             let s = bench.device.sensitivity(f);
             volts[0][h] = table * certificate * lab.reference.at(f);
             for j in 0..3 {
-                let o: c64 = (0..3).map(|i| a[i] * s[i][j]).sum();
+                let o: Complex64 = (0..3).map(|i| a[i] * s[i][j]).sum();
                 volts[j + 1][h] = o * self.gains[j] * reading[j];
             }
         }
         for output in &mut volts[1..] {
-            output[0] += c64::new(normal(&mut rng), normal(&mut rng)) * bench.floor;
+            output[0] += Complex64::new(normal(&mut rng), normal(&mut rng)) * bench.floor;
         }
         match fault {
             Some(Fault::SwappedCables) => volts.swap(1, 2),
@@ -389,11 +389,13 @@ impl Setup {
             .bench
             .wedge
             .as_ref()
-            .map_or([c64::new(0.0, 0.0); 3], |w| {
+            .map_or([Complex64::new(0.0, 0.0); 3], |w| {
                 w.ratio(inclination_deg, frequency)
             });
         let whole = f64::from(axis == 2);
-        let seen = ratio.get(axis).map_or(c64::new(0.0, 0.0), |r| r + whole);
+        let seen = ratio
+            .get(axis)
+            .map_or(Complex64::new(0.0, 0.0), |r| r + whole);
         lab.vibrometer.repeats(seen, frequency, repeats, &mut rng)
     }
 }

@@ -1,6 +1,6 @@
 //! The machine: an electrodynamic shaker between the drive voltage and the motion of its table.
 
-use faer::c64;
+use num_complex::Complex64;
 
 /// An electrodynamic shaker with its power amplifier, in small motion.
 ///
@@ -40,8 +40,8 @@ impl Default for Shaker {
 
 impl Shaker {
     /// Acceleration per volt at a frequency in Hz, for small drives.
-    pub fn response(&self, frequency: f64) -> c64 {
-        let j = c64::new(0.0, 1.0);
+    pub fn response(&self, frequency: f64) -> Complex64 {
+        let j = Complex64::new(0.0, 1.0);
         let s = frequency / self.suspension;
         let suspension = -s * s / (1.0 - s * s + j * (s / self.suspension_quality));
         let a = frequency / self.armature;
@@ -51,7 +51,7 @@ impl Shaker {
 
     /// Motion of the table for a drive amplitude in V: complex amplitudes in m/s² of the fundamental, second and
     /// third harmonic.
-    pub fn motion(&self, drive: f64, frequency: f64) -> [c64; 3] {
+    pub fn motion(&self, drive: f64, frequency: f64) -> [Complex64; 3] {
         let linear = self.response(frequency) * drive;
         let loss = 1.0 / (1.0 + self.compression * linear.norm());
         // Harmonics of the force pass through the machine at their own frequencies.

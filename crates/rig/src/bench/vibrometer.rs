@@ -1,6 +1,6 @@
 //! Laser vibrometers: velocity of a spot, with or without the clock of the reference.
 
-use faer::c64;
+use num_complex::Complex64;
 use rand::{Rng, RngExt};
 
 use super::normal;
@@ -20,9 +20,9 @@ pub struct Vibrometer {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VibrometerReading {
     /// Velocity phasor in m/s.
-    pub velocity: c64,
+    pub velocity: Complex64,
     /// Reference acceleration phasor in m/s².
-    pub reference: c64,
+    pub reference: Complex64,
 }
 
 impl Default for Vibrometer {
@@ -39,7 +39,7 @@ impl Vibrometer {
     /// Repeats of a motion that is `ratio` times a reference acceleration of 1 m/s².
     pub fn repeats<R: Rng + ?Sized>(
         &self,
-        ratio: c64,
+        ratio: Complex64,
         frequency: f64,
         count: usize,
         rng: &mut R,
@@ -48,16 +48,17 @@ impl Vibrometer {
         (0..count)
             .map(|_| {
                 let turn = std::f64::consts::TAU * rng.random::<f64>();
-                let reference = c64::from_polar(1.0, turn);
+                let reference = Complex64::from_polar(1.0, turn);
                 let seen = ratio * (1.0 + self.reading * normal(rng))
-                    + c64::new(normal(rng), normal(rng)) * self.floor;
+                    + Complex64::new(normal(rng), normal(rng)) * self.floor;
                 let clock = if self.common_clock {
                     0.0
                 } else {
                     std::f64::consts::TAU * rng.random::<f64>()
                 };
                 VibrometerReading {
-                    velocity: seen * reference * c64::from_polar(1.0, clock) / c64::new(0.0, omega),
+                    velocity: seen * reference * Complex64::from_polar(1.0, clock)
+                        / Complex64::new(0.0, omega),
                     reference,
                 }
             })

@@ -1,7 +1,7 @@
 //! Samples of a run: what the data acquisition delivers for the phasors of the bench.
 
 use super::normal;
-use faer::c64;
+use num_complex::Complex64;
 use rand::Rng;
 use std::f64::consts::TAU;
 
@@ -50,7 +50,7 @@ impl Acquisition {
     /// A harmonic at or above half the sampling frequency is taken away by the filter before the converter.
     pub fn channel<R: Rng + ?Sized>(
         &self,
-        phasors: &[c64],
+        phasors: &[Complex64],
         frequency: f64,
         rng: &mut R,
     ) -> Vec<f64> {
@@ -62,19 +62,19 @@ impl Acquisition {
             .count();
         let phasors = &phasors[..passed];
         let per_sample = frequency / self.sampling_frequency;
-        let turn = c64::from_polar(1.0, TAU * per_sample);
+        let turn = Complex64::from_polar(1.0, TAU * per_sample);
         let n = self.samples();
         let mut samples = Vec::with_capacity(n);
-        let mut e = c64::new(1.0, 0.0);
+        let mut e = Complex64::new(1.0, 0.0);
         for i in 0..n {
             if i % TURNS == 0 {
-                e = c64::from_polar(1.0, TAU * (per_sample * i as f64).fract());
+                e = Complex64::from_polar(1.0, TAU * (per_sample * i as f64).fract());
             }
             // Horner's scheme over the powers of e.
             let sum = phasors
                 .iter()
                 .rev()
-                .fold(c64::new(0.0, 0.0), |sum, p| (sum + p) * e);
+                .fold(Complex64::new(0.0, 0.0), |sum, p| (sum + p) * e);
             let v = sum.re + self.offset + self.noise * normal(rng);
             samples.push((v.clamp(-self.full_scale, self.full_scale) / step).round() * step);
             e *= turn;
@@ -98,7 +98,10 @@ mod tests {
             ..Acquisition::default()
         };
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
-        let phasors = [c64::from_polar(2.0, 0.4), c64::from_polar(0.1, -1.0)];
+        let phasors = [
+            Complex64::from_polar(2.0, 0.4),
+            Complex64::from_polar(0.1, -1.0),
+        ];
         let x = daq.channel(&phasors, 333.3, &mut rng);
         for (i, x) in x.iter().enumerate() {
             let t = TAU * 333.3 * i as f64 / daq.sampling_frequency;
@@ -107,7 +110,11 @@ mod tests {
             assert!((x - wanted).abs() < 10.0 / 2f64.powi(24) + 1e-12);
         }
         // A harmonic beyond half the sampling frequency does not come through.
-        let high = daq.channel(&[c64::new(0.0, 0.0), c64::new(1.0, 0.0)], 20e3, &mut rng);
+        let high = daq.channel(
+            &[Complex64::new(0.0, 0.0), Complex64::new(1.0, 0.0)],
+            20e3,
+            &mut rng,
+        );
         assert!(high.iter().all(|v| *v == 0.0));
     }
 
@@ -118,7 +125,7 @@ mod tests {
             ..Acquisition::default()
         };
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
-        let x = daq.channel(&[c64::new(12.0, 0.0)], 160.0, &mut rng);
+        let x = daq.channel(&[Complex64::new(12.0, 0.0)], 160.0, &mut rng);
         assert_eq!(x.len(), 512);
         let step = 20.0 / 2f64.powi(24);
         assert!(

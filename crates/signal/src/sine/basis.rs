@@ -3,18 +3,19 @@
 use super::Coefficients;
 use super::pass::Look;
 use super::tables::Tables;
-use faer::{Mat, c64};
+use faer::Mat;
+use num_complex::Complex64;
 
 /// One real function Re(u τᵖ e^{jkω n}) about the middle of the record; k = 0 is the trend.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Term {
-    pub(crate) coefficient: c64,
+    pub(crate) coefficient: Complex64,
     multiple: usize,
     power: usize,
 }
 
 impl Term {
-    pub(crate) fn new(coefficient: c64, multiple: usize, power: usize) -> Self {
+    pub(crate) fn new(coefficient: Complex64, multiple: usize, power: usize) -> Self {
         Self {
             coefficient,
             multiple,
@@ -29,7 +30,7 @@ pub(crate) struct Basis {
     drift: bool,
     harmonics: usize,
     /// Σ τᵖ e^{jkωn} for p = 0, 1, 2 and k = 0 … 2H.
-    sums: [Vec<c64>; 3],
+    sums: [Vec<Complex64>; 3],
 }
 
 impl Basis {
@@ -40,14 +41,14 @@ impl Basis {
         harmonics: usize,
         blocks: impl Iterator<Item = usize> + Clone,
     ) -> Self {
-        let one = c64::new(1.0, 0.0);
+        let one = Complex64::new(1.0, 0.0);
         let mut terms = vec![Term::new(one, 0, 0)];
         if drift {
             terms.push(Term::new(one, 0, 1));
         }
         for h in 1..=harmonics {
             terms.push(Term::new(one, h, 0));
-            terms.push(Term::new(c64::new(0.0, -1.0), h, 0));
+            terms.push(Term::new(Complex64::new(0.0, -1.0), h, 0));
         }
         Self {
             terms,
@@ -106,7 +107,7 @@ impl Basis {
             drift: if self.drift { solution[(1, 0)] } else { 0.0 },
             amplitudes: (0..self.harmonics)
                 .map(|h| {
-                    c64::new(
+                    Complex64::new(
                         solution[(first + 2 * h, 0)],
                         -solution[(first + 2 * h + 1, 0)],
                     )

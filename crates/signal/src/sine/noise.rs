@@ -2,7 +2,7 @@
 
 use super::residue::Residue;
 use super::tables::Tables;
-use faer::c64;
+use num_complex::Complex64;
 
 /// Bins on each side of the drive that are averaged.
 const BINS: usize = 10;
@@ -21,7 +21,7 @@ pub(crate) fn local(residue: &Residue, tables: &Tables) -> ([f64; 3], f64) {
     let bins = BINS.min((blocks / 2).saturating_sub(2)).max(1);
     let mut power = [0.0; 3];
     for m in 2..bins + 2 {
-        let (mut zr, mut zi) = (c64::new(0.0, 0.0), c64::new(0.0, 0.0));
+        let (mut zr, mut zi) = (Complex64::new(0.0, 0.0), Complex64::new(0.0, 0.0));
         for (b, z) in residue.series.iter().enumerate() {
             let e = tables.circle[(m * b) % blocks];
             zr += e * z.re;

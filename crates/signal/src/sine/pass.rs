@@ -2,7 +2,7 @@
 
 use super::Coefficients;
 use super::tables::Tables;
-use faer::c64;
+use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
@@ -22,11 +22,11 @@ pub(crate) struct Look {
     pub(crate) sum: f64,
     pub(crate) slope: f64,
     /// Σ r e^{−jhωn} per harmonic.
-    pub(crate) demodulated: Vec<c64>,
+    pub(crate) demodulated: Vec<Complex64>,
     /// Σ τ r e^{−jhωn} per harmonic, when the frequency is sought.
-    pub(crate) weighted: Vec<c64>,
+    pub(crate) weighted: Vec<Complex64>,
     /// Σ r e^{−jωn} per full block.
-    pub(crate) series: Vec<c64>,
+    pub(crate) series: Vec<Complex64>,
 }
 
 impl Look {
@@ -38,7 +38,7 @@ impl Look {
             (&mut self.demodulated, part.demodulated),
             (&mut self.weighted, part.weighted),
         ] {
-            mine.resize(theirs.len(), c64::new(0.0, 0.0));
+            mine.resize(theirs.len(), Complex64::new(0.0, 0.0));
             for (t, p) in mine.iter_mut().zip(theirs) {
                 *t += p;
             }
@@ -110,7 +110,7 @@ impl WithSimd for Stretch<'_> {
         } = self;
         let harmonics = fit.amplitudes.len();
         let scale = tables.scale();
-        let zeros = || vec![c64::new(0.0, 0.0); harmonics];
+        let zeros = || vec![Complex64::new(0.0, 0.0); harmonics];
         let mut total = Look {
             demodulated: zeros(),
             weighted: if ask.weighted { zeros() } else { vec![] },
@@ -146,7 +146,7 @@ impl WithSimd for Stretch<'_> {
             if ask.drift {
                 total.slope += tau * sums[1] + scale * dot(r, &tables.ramp);
             }
-            let z = c64::new(sums[2], -sums[3]) * tables.anchor(1, block).conj();
+            let z = Complex64::new(sums[2], -sums[3]) * tables.anchor(1, block).conj();
             total.demodulated[0] += z;
             if x.len() == tables.block {
                 total.series.push(z);
@@ -170,9 +170,9 @@ impl WithSimd for Stretch<'_> {
 
 /// Σ r e^{−j(h + 1)ωn} over one block.
 #[inline(always)]
-fn harmonic(tables: &Tables, r: &[f64], h: usize, block: usize) -> c64 {
+fn harmonic(tables: &Tables, r: &[f64], h: usize, block: usize) -> Complex64 {
     let [c, s] = pair(r, &tables.cosine[h], &tables.sine[h]);
-    c64::new(c, -s) * tables.anchor(h + 1, block).conj()
+    Complex64::new(c, -s) * tables.anchor(h + 1, block).conj()
 }
 
 /// Σ a b over the length of `a`.
@@ -241,7 +241,7 @@ fn moments(r: &[f64], c: &[f64], s: &[f64]) -> [f64; 4] {
 
 /// r = x − (trend + re c − im s) with the moments of r, in one reading of the samples.
 #[inline(always)]
-fn subtract(x: &[f64], c: &[f64], s: &[f64], trend: f64, a: c64, r: &mut [f64]) -> [f64; 4] {
+fn subtract(x: &[f64], c: &[f64], s: &[f64], trend: f64, a: Complex64, r: &mut [f64]) -> [f64; 4] {
     let (c, s, r) = (&c[..x.len()], &s[..x.len()], &mut r[..x.len()]);
     let mut lanes = [[0.0; LANES]; 4];
     let (x8, x_rest) = x.as_chunks::<LANES>();

@@ -5,7 +5,8 @@ use super::basis::{Basis, Term};
 use super::pass::{Ask, Look, look};
 use super::tables::Tables;
 use faer::linalg::solvers::{Llt, Solve};
-use faer::{Mat, Side, c64};
+use faer::{Mat, Side};
+use num_complex::Complex64;
 use proofmass_core::Error;
 
 /// What is known of the residuals of a channel.
@@ -14,9 +15,9 @@ pub(crate) struct Residue {
     /// Σ r².
     pub(crate) power: f64,
     /// Σ τ r e^{−jhωn} per harmonic, when the frequency is sought.
-    pub(crate) weighted: Vec<c64>,
+    pub(crate) weighted: Vec<Complex64>,
     /// Σ r e^{−jωn} per full block.
-    pub(crate) series: Vec<c64>,
+    pub(crate) series: Vec<Complex64>,
 }
 
 /// Blocks that the first, provisional fit is made from.
@@ -127,11 +128,11 @@ fn corrected(
         mut series,
         ..
     } = look;
-    let j = c64::new(0.0, -1.0);
+    let j = Complex64::new(0.0, -1.0);
     for (h, w) in weighted.iter_mut().enumerate() {
         for (i, term) in basis.terms().iter().enumerate() {
             let part = |u| basis.inner(term, &Term::new(u, h + 1, 1));
-            *w -= c64::new(part(c64::new(1.0, 0.0)), -part(j)) * step[(i, 0)];
+            *w -= Complex64::new(part(Complex64::new(1.0, 0.0)), -part(j)) * step[(i, 0)];
         }
     }
     for (block, z) in series.iter_mut().enumerate() {

@@ -1,6 +1,6 @@
 //! One block of sines, the phase of every block, and exact sums of their products.
 
-use faer::c64;
+use num_complex::Complex64;
 use std::f64::consts::TAU;
 
 /// Samples per block: the tables of a few harmonics stay in the first-level cache.
@@ -16,11 +16,11 @@ pub(crate) struct Tables {
     pub(crate) sine: Vec<Vec<f64>>,
     pub(crate) ramp: Vec<f64>,
     /// e^{jω(n − middle)} for the first sample n of every block.
-    anchors: Vec<c64>,
+    anchors: Vec<Complex64>,
     /// Σ_l (scale l)ᵖ e^{jkωl} over a full and over the last block, for k = 0 … 2H.
-    inside: [Vec<[c64; 3]>; 2],
+    inside: [Vec<[Complex64; 3]>; 2],
     /// e^{−j2πb/B} over the B full blocks.
-    pub(crate) circle: Vec<c64>,
+    pub(crate) circle: Vec<Complex64>,
 }
 
 impl Tables {
@@ -31,11 +31,11 @@ impl Tables {
         let scale = 2.0 / samples as f64;
         let unit = |angle: f64| {
             let (s, c) = angle.sin_cos();
-            c64::new(c, s)
+            Complex64::new(c, s)
         };
         // Powers of one row of exact phases: k ε at most.
-        let first: Vec<c64> = (0..block).map(|l| unit(omega * l as f64)).collect();
-        let mut power = vec![c64::new(1.0, 0.0); block];
+        let first: Vec<Complex64> = (0..block).map(|l| unit(omega * l as f64)).collect();
+        let mut power = vec![Complex64::new(1.0, 0.0); block];
         let (mut cosine, mut sine, mut inside) = (vec![], vec![], [vec![], vec![]]);
         for k in 0..=2 * harmonics {
             if k > 0 {
@@ -48,7 +48,7 @@ impl Tables {
                 sine.push(power.iter().map(|e| e.im).collect());
             }
             for (inside, length) in inside.iter_mut().zip([block, samples % block]) {
-                let mut sums = [c64::new(0.0, 0.0); 3];
+                let mut sums = [Complex64::new(0.0, 0.0); 3];
                 for (l, e) in power[..length].iter().enumerate() {
                     let t = scale * l as f64;
                     sums[0] += e;
@@ -84,7 +84,7 @@ impl Tables {
     }
 
     /// e^{jkω(n − middle)} for the first sample n of a block.
-    pub(crate) fn anchor(&self, k: usize, block: usize) -> c64 {
+    pub(crate) fn anchor(&self, k: usize, block: usize) -> Complex64 {
         // Powers of one exact phase: k ε at most.
         (1..k).fold(self.anchors[block], |power, _| power * self.anchors[block])
     }
@@ -100,11 +100,11 @@ impl Tables {
     }
 
     /// Σ τᵖ e^{jkω(n − middle)} over one block, p = 0, 1, 2.
-    pub(crate) fn block_sums(&self, k: usize, block: usize) -> [c64; 3] {
+    pub(crate) fn block_sums(&self, k: usize, block: usize) -> [Complex64; 3] {
         let full = (block + 1) * self.block <= self.samples;
         let [zeroth, first, second] = self.inside[usize::from(!full)][k];
         let e = match k {
-            0 => c64::new(1.0, 0.0),
+            0 => Complex64::new(1.0, 0.0),
             _ => self.anchor(k, block),
         };
         let t = self.tau(block);
@@ -116,10 +116,13 @@ impl Tables {
     }
 
     /// The same over some blocks, for every k up to twice the highest harmonic: `[p][k]`.
-    pub(crate) fn power_sums(&self, blocks: impl Iterator<Item = usize> + Clone) -> [Vec<c64>; 3] {
+    pub(crate) fn power_sums(
+        &self,
+        blocks: impl Iterator<Item = usize> + Clone,
+    ) -> [Vec<Complex64>; 3] {
         let mut result = [vec![], vec![], vec![]];
         for k in 0..self.inside[0].len() {
-            let mut sums = [c64::new(0.0, 0.0); 3];
+            let mut sums = [Complex64::new(0.0, 0.0); 3];
             for block in blocks.clone() {
                 for (sum, part) in sums.iter_mut().zip(self.block_sums(k, block)) {
                     *sum += part;

@@ -45,11 +45,11 @@ fn law_noise_free_records_return_the_truth() {
             .unwrap();
         let c = &fit.channels[0];
         assert!(
-            (c.amplitude - c64::from_polar(2.0, 0.7)).norm() < 1e-11,
+            (c.amplitude - Complex64::from_polar(2.0, 0.7)).norm() < 1e-11,
             "{n}: {c:?}"
         );
-        assert!((c.harmonics[0] - c64::from_polar(0.01, -1.0)).norm() < 1e-11);
-        assert!((c.harmonics[1] - c64::from_polar(0.002, 2.0)).norm() < 1e-11);
+        assert!((c.harmonics[0] - Complex64::from_polar(0.01, -1.0)).norm() < 1e-11);
+        assert!((c.harmonics[1] - Complex64::from_polar(0.002, 2.0)).norm() < 1e-11);
         assert!((c.drift - 1e-5).abs() < 1e-13 * 1e3);
         assert!((c.offset - 0.3 - 1e-5 * 0.5 * (n - 1) as f64).abs() < 1e-11);
         assert!(c.residual_rms < 1e-11);
@@ -73,7 +73,7 @@ fn law_the_common_frequency_is_found_from_all_channels() {
         .fit(1.0, &views)
         .unwrap();
     assert!((fit.frequency * TAU / omega - 1.0).abs() < 1e-12);
-    assert!((fit.channels[1].amplitude - c64::from_polar(0.5, 2.0)).norm() < 1e-8);
+    assert!((fit.channels[1].amplitude - Complex64::from_polar(0.5, 2.0)).norm() < 1e-8);
 }
 
 #[test]
@@ -94,7 +94,7 @@ fn law_the_number_of_threads_changes_nothing() {
 /// Share of 2×2 regions at 95 % that hold the true phasor.
 fn covered(residuals: Residuals, colour: f64, trials: u64) -> usize {
     let (n, omega) = (2048, 0.2);
-    let truth = c64::from_polar(1.0, 0.4);
+    let truth = Complex64::from_polar(1.0, 0.4);
     (0..trials)
         .filter(|&seed| {
             let (mut white, mut state) = (gaussian(1000 + seed, 0.05), 0.0);

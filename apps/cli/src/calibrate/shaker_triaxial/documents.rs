@@ -8,7 +8,7 @@ use proofmass::calibration::shaker::{
 };
 use proofmass::io::{Cell, ResultDocument, Table};
 use proofmass::jobs::campaign::{PhasorQuantity, ShakerTriaxialCampaign};
-use proofmass::uncertainty::{DegreesOfFreedom, Finding, Quantity};
+use proofmass::uncertainty::{DegreesOfFreedom, Finding, Quantity, Verdict};
 
 pub(super) fn result(
     title: &str,
@@ -392,7 +392,7 @@ pub(super) fn monte_carlo(checks: &[FrequencyCheck]) -> Result<Table, Failure> {
         "validated",
     ]);
     for c in checks {
-        for v in &c.verdicts {
+        for v in &c.components {
             let mut row = vec![
                 Cell::from(c.frequency),
                 Cell::from(v.component.as_str()),
@@ -406,11 +406,15 @@ pub(super) fn monte_carlo(checks: &[FrequencyCheck]) -> Result<Table, Failure> {
                     v.interval[0],
                     v.linear_interval[1],
                     v.interval[1],
-                    v.tolerance,
+                    v.validation.tolerance,
                 ]
                 .map(Cell::from),
             );
-            row.push(Cell::from(if v.holds { "yes" } else { "no" }));
+            row.push(Cell::from(match v.validation.verdict {
+                Verdict::Validated => "yes",
+                Verdict::NotValidated => "no",
+                Verdict::Undecided => "undecided",
+            }));
             table.push(row)?;
         }
     }

@@ -4,7 +4,8 @@ use super::{Column, Draw, Linear};
 use crate::shaker::budget::{Acts, Budget, Input, Key};
 use crate::shaker::matrix::{Matrix, from_real, row_times};
 use crate::shaker::observation::{PhasorRow, SpuriousTable};
-use faer::{Mat, Side, c64, linalg::solvers::Solve};
+use faer::{Mat, Side, linalg::solvers::Solve};
+use num_complex::Complex64;
 use proofmass_core::Error;
 
 pub(super) struct Model<'a> {
@@ -18,11 +19,11 @@ pub(super) struct Model<'a> {
 
 /// A shared draw as one row has it.
 #[derive(Clone, Copy)]
-pub(super) struct Link {
-    draw: usize,
-    input: Option<usize>,
+pub(crate) struct Link {
+    pub(crate) draw: usize,
+    pub(crate) input: Option<usize>,
     /// Output channel, or component of the spurious ratios (2 k + part).
-    part: usize,
+    pub(crate) part: usize,
 }
 
 impl Model<'_> {
@@ -48,7 +49,7 @@ impl Model<'_> {
         for (i, row) in self.rows.iter().enumerate() {
             let f = self.of_row[i];
             for (index, input) in self.budget.inputs.iter().enumerate() {
-                if input.within_a_run() || input.standard_uncertainty == 0.0 {
+                if input.within_a_run() || input.standard_uncertainty() == 0.0 {
                     continue;
                 }
                 let parts = if input.acts.on_one_output() { 3 } else { 1 };
@@ -98,12 +99,12 @@ impl Model<'_> {
             let rows: Vec<usize> = (0..self.rows.len())
                 .filter(|&i| self.of_row[i] == f)
                 .collect();
-            let d: Vec<[c64; 3]> = rows
+            let d: Vec<[Complex64; 3]> = rows
                 .iter()
                 .map(|&i| self.direction(i, &self.rows[i].configuration.matrix()))
                 .collect();
-            let mut gram = Mat::<c64>::zeros(3, 3);
-            let mut right = Mat::<c64>::zeros(3, 3);
+            let mut gram = Mat::<Complex64>::zeros(3, 3);
+            let mut right = Mat::<Complex64>::zeros(3, 3);
             for (d, &i) in d.iter().zip(&rows) {
                 let y = self.rows[i].ratios();
                 for a in 0..3 {
@@ -138,17 +139,17 @@ impl Model<'_> {
     }
 
     /// R e for a rotation matrix (or a derivative of one).
-    fn direction(&self, row: usize, r: &[[f64; 3]; 3]) -> [c64; 3] {
+    fn direction(&self, row: usize, r: &[[f64; 3]; 3]) -> [Complex64; 3] {
         let e = self.excitation(row);
         std::array::from_fn(|i| (0..3).map(|k| e[k] * r[i][k]).sum())
     }
 
-    fn excitation(&self, row: usize) -> [c64; 3] {
+    fn excitation(&self, row: usize) -> [Complex64; 3] {
         let row = &self.rows[row];
         let mut e = self
             .spurious
             .get(row.configuration.inclination, row.frequency)
-            .map_or([c64::new(0.0, 0.0); 3], |s| s.ratio);
+            .map_or([Complex64::new(0.0, 0.0); 3], |s| s.ratio);
         e[2] += 1.0;
         e
     }
@@ -163,10 +164,10 @@ impl Model<'_> {
         for link in links {
             match input(link) {
                 Some(k) if k.acts == Acts::Inclination => {
-                    configuration.inclination += z(link) * k.standard_uncertainty;
+                    configuration.inclination += z(link) * k.standard_uncertainty();
                 }
                 Some(k) if k.acts == Acts::Rotation => {
-                    configuration.rotation += z(link) * k.standard_uncertainty;
+                    configuration.rotation += z(link) * k.standard_uncertainty();
                 }
                 _ => {}
             }
@@ -195,11 +196,11 @@ impl Model<'_> {
             let column = match input(link) {
                 Some(k) if k.acts == Acts::Inclination => {
                     let d = self.direction(i, &configuration.inclination_derivative());
-                    real(row_times(d, &s), k.standard_uncertainty)
+                    real(row_times(d, &s), k.standard_uncertainty())
                 }
                 Some(k) if k.acts == Acts::Rotation => {
                     let d = self.direction(i, &configuration.rotation_derivative());
-                    real(row_times(d, &s), k.standard_uncertainty)
+                    real(row_times(d, &s), k.standard_uncertainty())
                 }
                 Some(k) => column(k, link.part, row, &prediction, self.scale),
                 None => self.spurious_column(i, link.part, &r, &s),
@@ -245,26 +246,25 @@ impl Model<'_> {
             return [0.0; 6];
         };
         let (k, second) = (part / 2, part % 2 == 1);
-        let [rr, ri, ii] = entry.covariance[k];
-        let l11 = rr.max(0.0).sqrt();
-        let l21 = if l11 > 0.0 { ri / l11 } else { 0.0 };
-        let draw = if second {
-            c64::new(0.0, (ii - l21 * l21).max(0.0).sqrt())
-        } else {
-            c64::new(l11, l21)
-        };
+        let draw = root(entry.covariance[k])[usize::from(second)];
         let d = std::array::from_fn(|axis| draw * r[axis][k]);
         real(row_times(d, s), 1.0)
     }
 }
 
 /// How one draw (standard deviation one) of an input that is not an angle acts on a row.
-fn column(input: &Input, part: usize, row: &PhasorRow, y: &[c64; 3], scale: f64) -> [f64; 6] {
-    let j = c64::new(0.0, 1.0);
+fn column(input: &Input, part: usize, row: &PhasorRow, y: &[Complex64; 3], scale: f64) -> [f64; 6] {
+    let j = Complex64::new(0.0, 1.0);
     let u = input.standard_uncertainty_at(row.frequency);
     let channel = part % 3;
-    let only = |v: c64| -> [c64; 3] {
-        std::array::from_fn(|k| if k == channel { v } else { c64::new(0.0, 0.0) })
+    let only = |v: Complex64| -> [Complex64; 3] {
+        std::array::from_fn(|k| {
+            if k == channel {
+                v
+            } else {
+                Complex64::new(0.0, 0.0)
+            }
+        })
     };
     let values = match input.acts {
         Acts::ReferenceModulus => y.map(|y| -y),
@@ -272,10 +272,14 @@ fn column(input: &Input, part: usize, row: &PhasorRow, y: &[c64; 3], scale: f64)
         Acts::OutputModulus => only(y[channel]),
         Acts::OutputPhase => only(j * y[channel]),
         Acts::OutputAdditive => {
-            let unit = if part >= 3 { j } else { c64::new(1.0, 0.0) };
+            let unit = if part >= 3 {
+                j
+            } else {
+                Complex64::new(1.0, 0.0)
+            };
             only(unit / (row.reference * scale))
         }
-        Acts::Inclination | Acts::Rotation => [c64::new(0.0, 0.0); 3],
+        Acts::Inclination | Acts::Rotation => [Complex64::new(0.0, 0.0); 3],
     };
     real(values, u)
 }
@@ -284,7 +288,7 @@ fn column(input: &Input, part: usize, row: &PhasorRow, y: &[c64; 3], scale: f64)
 pub(super) fn run_columns(
     input: &Input,
     row: &PhasorRow,
-    y: &[c64; 3],
+    y: &[Complex64; 3],
     scale: f64,
 ) -> Vec<[f64; 6]> {
     let per_output = input.acts.on_one_output();
@@ -307,12 +311,15 @@ pub(super) fn run_columns(
 }
 
 /// Covariance of the six reals of a row from the sine approximations: outputs apart, the reference in common.
-pub(super) fn phasor_noise(row: &PhasorRow, y: &[c64; 3], scale: f64) -> [[f64; 6]; 6] {
+pub(super) fn phasor_noise(row: &PhasorRow, y: &[Complex64; 3], scale: f64) -> [[f64; 6]; 6] {
     let mut noise = [[0.0; 6]; 6];
     let gain = 1.0 / (row.reference * scale);
-    let mut add = |g: [c64; 3], [rr, ri, ii]: [f64; 3]| {
+    let mut add = |g: [Complex64; 3], [rr, ri, ii]: [f64; 3]| {
         // Columns for the real and the imaginary error: g and j g.
-        let (a, b) = (real(g, 1.0), real(g.map(|g| g * c64::new(0.0, 1.0)), 1.0));
+        let (a, b) = (
+            real(g, 1.0),
+            real(g.map(|g| g * Complex64::new(0.0, 1.0)), 1.0),
+        );
         for p in 0..6 {
             for q in 0..6 {
                 noise[p][q] +=
@@ -321,13 +328,29 @@ pub(super) fn phasor_noise(row: &PhasorRow, y: &[c64; 3], scale: f64) -> [[f64; 
         }
     };
     for j in 0..3 {
-        let g = std::array::from_fn(|k| if k == j { gain } else { c64::new(0.0, 0.0) });
+        let g = std::array::from_fn(|k| {
+            if k == j {
+                gain
+            } else {
+                Complex64::new(0.0, 0.0)
+            }
+        });
         add(g, row.covariance[j + 1]);
     }
     add(y.map(|y| -y / row.reference), row.covariance[0]);
     noise
 }
 
-fn real(v: [c64; 3], u: f64) -> [f64; 6] {
+/// Two complex numbers whose multiples by independent draws of variance one have this covariance `[rr, ri, ii]`.
+pub(crate) fn root([rr, ri, ii]: [f64; 3]) -> [Complex64; 2] {
+    let l11 = rr.max(0.0).sqrt();
+    let l21 = if l11 > 0.0 { ri / l11 } else { 0.0 };
+    [
+        Complex64::new(l11, l21),
+        Complex64::new(0.0, (ii - l21 * l21).max(0.0).sqrt()),
+    ]
+}
+
+fn real(v: [Complex64; 3], u: f64) -> [f64; 6] {
     std::array::from_fn(|k| u * if k % 2 == 0 { v[k / 2].re } else { v[k / 2].im })
 }

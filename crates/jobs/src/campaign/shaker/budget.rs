@@ -40,10 +40,8 @@ pub struct BudgetInput {
     pub description: String,
     /// One of [`BudgetInput::ACTS`].
     pub acts: String,
-    /// Standard uncertainty: relative, radians or volts, as `acts` says.
-    pub standard_uncertainty: f64,
-    /// Distribution as a word.
-    pub distribution: String,
+    /// What is known of the error, about zero: relative, radians or volts, as `acts` says.
+    pub distribution: Distribution,
     /// Type A or B.
     pub evaluation: Evaluation,
     /// Degrees of freedom.
@@ -157,13 +155,12 @@ impl BudgetInput {
                 .clone()
                 .unwrap_or_else(|| entry.name.clone()),
             acts: acts.clone(),
-            standard_uncertainty: distribution.standard_uncertainty() * factor,
             evaluation: entry.evaluation.unwrap_or(match distribution {
                 Distribution::StudentT { .. } => Evaluation::A,
                 _ => Evaluation::B,
             }),
             dof: entry.dof.unwrap_or(distribution.dof()),
-            distribution: distribution.name().to_owned(),
+            distribution: distribution.scaled(factor, -factor * distribution.estimate()),
             varies_with: entry.varies_with.clone(),
         })
     }
@@ -180,9 +177,7 @@ impl ShakerBudget {
             }
             BudgetSource::Table(BudgetTable { file: Some(file), bench: None }) => {
                 let path = source.resolve(file);
-                let input = Input::of(&path)?;
-                let text = std::fs::read_to_string(&path)
-                    .map_err(|e| Error::access(&path, "read", e))?;
+                let (text, input) = source.text(file)?;
                 let budget = Budget::parse(&text).map_err(|refusal| {
                     let (line, what) = match refusal {
                         proofmass_uncertainty::Refusal::File { line, reason } => (line, reason),

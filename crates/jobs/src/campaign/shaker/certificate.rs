@@ -64,7 +64,8 @@ impl Certificate {
                 ));
         }
         let path = source.resolve(&table.file);
-        let mut sheet = Sheet::read(&path, "certificate of the reference")?;
+        let mut sheet =
+            Sheet::from_source(source.source(&table.file)?, "certificate of the reference")?;
         let frequency = sheet.quantity("frequency", FREQUENCY)?;
         let sensitivity = sheet.quantity("sensitivity", SENSITIVITY)?;
         let phase = sheet.quantity("phase", ANGLE)?;

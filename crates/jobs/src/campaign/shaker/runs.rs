@@ -57,8 +57,8 @@ pub struct RunPhasor {
 /// Where the phasors of a run come from.
 #[derive(Clone, Debug, PartialEq)]
 pub enum RunData {
-    /// A recording, its path resolved.
-    Recording(PathBuf),
+    /// A recording, by the name in the store of the campaign.
+    Recording(String),
     /// Ready phasors, in the order of the channels of the kind.
     Phasors(Vec<RunPhasor>),
 }
@@ -81,6 +81,8 @@ pub struct ShakerRun<S> {
 /// `runs.csv`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunTable<S> {
+    /// The campaign that names it, from whose store the recordings are read.
+    pub source: CampaignFile,
     /// Path as given.
     pub path: PathBuf,
     /// Path and digest.
@@ -108,7 +110,7 @@ pub(crate) fn read_runs<S: Seat>(
     channels: &[Channel],
 ) -> Result<RunTable<S>> {
     let path = source.resolve(&table.file);
-    let mut sheet = Sheet::read(&path, "table of runs")?;
+    let mut sheet = Sheet::from_source(source.source(&table.file)?, "table of runs")?;
     let run = sheet.text("run");
     let frequency = sheet.quantity("frequency", FREQUENCY)?;
     let seat = S::find(&mut sheet)?;
@@ -141,7 +143,7 @@ pub(crate) fn read_runs<S: Seat>(
     }
     let mut runs: Vec<ShakerRun<S>> = Vec::new();
     let mut names: HashMap<String, u64> = HashMap::new();
-    let mut files: HashMap<PathBuf, u64> = HashMap::new();
+    let mut files: HashMap<String, u64> = HashMap::new();
     for row in sheet.rows() {
         let name = row.text(run);
         if name.is_empty() {
@@ -158,7 +160,7 @@ pub(crate) fn read_runs<S: Seat>(
         let place = S::read(&seat, &row)?;
         let data = match file {
             Some(column) => {
-                let path = recording_path(source, &row, column, name)?;
+                let path = recording_name(source, &row, column, name)?;
                 if let Some(line) = files.insert(path.clone(), row.line) {
                     return Err(row
                         .refuse(
@@ -200,27 +202,28 @@ pub(crate) fn read_runs<S: Seat>(
             columns.iter().map(|c| c.quantity).collect()
         },
         input: sheet.input.clone(),
+        source: source.clone(),
         path,
         runs,
     })
 }
 
-fn recording_path(
+fn recording_name(
     source: &CampaignFile,
     row: &SheetRow,
     column: Place,
     name: &str,
-) -> Result<PathBuf> {
+) -> Result<String> {
     let word = row.text(column);
     if word.is_empty() {
         return Err(row
             .refuse(column, format!("run \"{name}\" names no recording"))
             .with_hint("write the name of its recording, or take the row out"));
     }
-    let path = source.resolve(word);
-    if path.is_file() {
-        return Ok(path);
+    if source.holds(word) {
+        return Ok(word.to_owned());
     }
+    let path = source.resolve(word);
     Err(row
         .refuse(
             column,

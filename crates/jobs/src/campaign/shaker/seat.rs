@@ -1,8 +1,8 @@
 //! What a row of the table of runs says about the device or the motion, beside name, frequency and data.
 
+use proofmass_io::Source;
 use proofmass_io::sheet::{ACCELERATION, ANGLE, PERCENT, Place, Sheet, SheetRow};
 use proofmass_io::{Input, Result};
-use std::path::Path;
 
 /// Inclination and rotation of the device.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -164,8 +164,8 @@ impl Seat for Direction {
 }
 
 /// A plan: inclinations and rotations in radians.
-pub(crate) fn read_plan(path: &Path) -> Result<(Input, Vec<[f64; 2]>)> {
-    let mut sheet = Sheet::read(path, "plan")?;
+pub(crate) fn read_plan(source: Source) -> Result<(Input, Vec<[f64; 2]>)> {
+    let mut sheet = Sheet::from_source(source, "plan")?;
     let tilt = sheet.quantity("inclination", ANGLE)?;
     let turn = sheet.quantity("rotation", ANGLE)?;
     sheet.text("configuration");

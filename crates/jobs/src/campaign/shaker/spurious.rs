@@ -1,8 +1,8 @@
 //! `spurious.csv`: the motion of the seat beside the excitation, per inclination and frequency.
 
+use proofmass_io::Source;
 use proofmass_io::sheet::{ANGLE, FREQUENCY, Place, RATIO, Sheet, SheetRow};
 use proofmass_io::{Cell, Input, Result, Table};
-use std::path::Path;
 
 /// Motion of the seat at one inclination and frequency, relative to the excitation.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,8 +48,8 @@ enum AxisColumns {
 }
 
 impl SpuriousFile {
-    pub(crate) fn read(path: &Path, label: &str) -> Result<Self> {
-        let mut sheet = Sheet::read(path, "table of spurious motion")?;
+    pub(crate) fn read(source: Source, label: &str) -> Result<Self> {
+        let mut sheet = Sheet::from_source(source, "table of spurious motion")?;
         let tilt = sheet.quantity("inclination", ANGLE)?;
         let frequency = sheet.quantity("frequency", FREQUENCY)?;
         let found = AXES
