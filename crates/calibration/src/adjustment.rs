@@ -1,7 +1,6 @@
 //! Weighted non-linear least squares whose weights may be renewed from outside.
 
 use faer::Mat;
-use faer::prelude::*;
 use proofmass_core::Error;
 
 /// Residuals of all equations at a point, and their derivatives.

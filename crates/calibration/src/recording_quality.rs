@@ -106,9 +106,9 @@ pub fn frozen(samples: &Samples<'_>) -> Vec<Finding> {
             }
             let (start, end) = longest;
             let others = (0..3).filter(|other| *other != axis);
-            let moved = others.clone().any(|other| {
-                span(&columns[other][start..end]) > MOVED * span(columns[other])
-            });
+            let moved = others
+                .clone()
+                .any(|other| span(&columns[other][start..end]) > MOVED * span(columns[other]));
             (end - start >= RUN && moved).then(|| {
                 Finding::new(
                     Severity::Decision,

@@ -86,8 +86,7 @@ impl WindowedVariance {
                 });
             }
         }
-        let half =
-            ((0.5 * search.window * rate).round() as usize).max(Standstill::HALF_WINDOW);
+        let half = ((0.5 * search.window * rate).round() as usize).max(Standstill::HALF_WINDOW);
         let minimum_samples =
             ((search.minimum_duration * rate).round() as usize).max(Standstill::MINIMUM_SAMPLES);
         let n = samples.len();

@@ -56,7 +56,12 @@ impl StandstillCalibration {
         settings: &MultiPosition,
         estimator: Estimator,
     ) -> Result<Self, Error> {
-        Self::of_sweep(samples, ThresholdSweep::given(segments), settings, estimator)
+        Self::of_sweep(
+            samples,
+            ThresholdSweep::given(segments),
+            settings,
+            estimator,
+        )
     }
 
     /// Fits standstills that were found or given, some perhaps left out.

@@ -143,7 +143,10 @@ impl ThresholdSweep {
                 (name.unwrap_or_else(|| (index + 1).to_string()), segment)
             })
             .collect();
-        if let Some(unknown) = names.iter().find(|n| named.iter().all(|(name, _)| name != *n)) {
+        if let Some(unknown) = names
+            .iter()
+            .find(|n| named.iter().all(|(name, _)| name != *n))
+        {
             return Err(unknown);
         }
         self.segments = named

@@ -7,8 +7,8 @@ mod shaker_triaxial;
 mod spurious_motion;
 
 pub use multi_position::{
-    Attitude, Axes, GravityInput, Method, MethodModel, MultiPositionCampaign, Prefixes,
-    RecordingTable, StandstillTable,
+    Attitude, Axes, FileIs, GravityInput, Method, MethodModel, MultiPositionCampaign,
+    NumberOrLabel, Prefixes, RecordingTable, RowsAre, StandstillTable,
 };
 pub use shaker::{
     BudgetInput, Certificate, CertificatePoint, CertificateTable, Direction, DriveFrequency,

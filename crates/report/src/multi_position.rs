@@ -281,13 +281,22 @@ impl MultiPositionReport<'_> {
             .vertical(sweep.threshold.unwrap_or(x[0]), "chosen");
             section = section.figure("The sweep of the threshold", plot);
         }
-        let inflation = calibration.noise.variance_inflation();
+        if !sweep.excluded.is_empty() {
+            section = section.paragraph(format!(
+                "Left out on request: standstill {}.",
+                sweep.excluded.join(", ")
+            ));
+        }
+        let Some(noise) = &calibration.noise else {
+            return section;
+        };
+        let inflation = noise.variance_inflation();
         section.paragraph(format!(
             "Noise of single samples: {} {unit} (x), {} {unit} (y), {} {unit} (z); correlation of neighbouring samples \
              makes the variance of long means {:.2}, {:.2} and {:.2} times that of uncorrelated ones.",
-            two_digits(calibration.noise.deviation()[0]),
-            two_digits(calibration.noise.deviation()[1]),
-            two_digits(calibration.noise.deviation()[2]),
+            two_digits(noise.deviation()[0]),
+            two_digits(noise.deviation()[1]),
+            two_digits(noise.deviation()[2]),
             inflation[0],
             inflation[1],
             inflation[2],
