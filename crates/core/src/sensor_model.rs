@@ -57,6 +57,13 @@ impl<F: Float> SensorModel<F> {
         })
     }
 
+    /// From K, its inverse and the bias, as a constant of firmware: nothing is computed and nothing is checked.
+    ///
+    /// An export writes all three; a test beside it that compares with [`SensorModel::new`] is a good habit.
+    pub const fn constant(k: Matrix3<F>, k_inverse: Matrix3<F>, bias: [F; 3]) -> Self {
+        Self { k, k_inverse, bias }
+    }
+
     /// Compensation, a = K⁻¹ (ã − b): acceleration from the sensor's output.
     ///
     /// **Accuracy** in `f32` the error stays below 4 ε (‖ã‖ + ‖b‖) ‖K⁻¹‖: for a 16-bit sensor of ±2 g with an
