@@ -1,5 +1,6 @@
 //! `proofmass calibrate`: any campaign, its kind read from it.
 
+mod free_living;
 mod heading;
 mod multi_position;
 mod shaker_single;
@@ -39,6 +40,7 @@ impl Calibrate {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
         match Campaign::open(&self.campaign)? {
             Campaign::MultiPosition(campaign) => multi_position::run(&self, &campaign),
+            Campaign::FreeLiving(campaign) => free_living::run(&self, &campaign),
             Campaign::ShakerTriaxial(campaign) => shaker_triaxial::run(&self, &campaign),
             Campaign::ShakerSingle(campaign) => shaker_single::run(&self, &campaign),
             Campaign::SpuriousMotion(campaign) => spurious_motion::run(&self, &campaign),

@@ -4,6 +4,7 @@ pub mod shaker;
 
 mod added_terms;
 mod adjustment;
+mod autocalibration;
 mod direction_coverage;
 mod ellipsoid;
 mod mean_noise;
@@ -16,6 +17,10 @@ mod standstill_calibration;
 mod threshold_sweep;
 mod validation;
 
+pub use autocalibration::{
+    AutoCalibration, AutoCalibrationFit, AutoCalibrationQuantities, StillWindow, StillWindows,
+    Stop, WindowRule,
+};
 pub use direction_coverage::{Direction, DirectionCoverage};
 pub use ellipsoid::Ellipsoid;
 pub use mean_noise::MeanNoise;

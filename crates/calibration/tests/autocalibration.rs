@@ -15,7 +15,10 @@ fn windows() -> Vec<StillWindow> {
     text.lines()
         .skip(1)
         .map(|line| {
-            let v: Vec<f64> = line.split(',').map(|f| f.trim().parse().expect("number")).collect();
+            let v: Vec<f64> = line
+                .split(',')
+                .map(|f| f.trim().parse().expect("number"))
+                .collect();
             StillWindow {
                 time: 10.0 * v[0],
                 mean: [v[2], v[3], v[4]],
@@ -38,7 +41,10 @@ fn near(fit: &AutoCalibrationFit, s: [f64; 3], o: [f64; 3], c: [f64; 3]) {
     let q = fit.parameters;
     for (got, expected) in [(q.scale, s), (q.offset, o), (q.temperature, c)] {
         for k in 0..3 {
-            assert!((got[k] - expected[k]).abs() < 1.01e-6, "{got:?} {expected:?}");
+            assert!(
+                (got[k] - expected[k]).abs() < 1.01e-6,
+                "{got:?} {expected:?}"
+            );
         }
     }
 }
@@ -85,7 +91,10 @@ fn crosscheck_autocalibration_converged() {
         ("temperature.z", 0.16e-3),
     ] {
         let u = converged.estimate.get(name).unwrap().standard_uncertainty;
-        assert!((u / expected - 1.0).abs() < 0.4, "{name}: {u} against {expected}");
+        assert!(
+            (u / expected - 1.0).abs() < 0.4,
+            "{name}: {u} against {expected}"
+        );
     }
     let odd: Vec<StillWindow> = windows.iter().step_by(2).copied().collect();
     let half = fit(&odd, Stop::Published);
@@ -132,7 +141,11 @@ fn week(seed: u64) -> (Vec<StillWindow>, [[f64; 3]; 3]) {
             let norm = proofmass_core::norm(v);
             posture = v.map(|x| x / norm);
         }
-        let a = if worn { posture } else { [0.02, -0.01, -0.99975] };
+        let a = if worn {
+            posture
+        } else {
+            [0.02, -0.01, -0.99975]
+        };
         if rng.random::<f64>() < if night || !worn { 0.85 } else { 0.4 } {
             // The mean of 200 samples of 4 mg.
             let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
@@ -159,9 +172,15 @@ fn known_week_with_truth() {
         let converged = fit(&windows, Stop::Converged).parameters;
         let published = fit(&windows, Stop::Published).parameters;
         for k in 0..3 {
-            assert!((converged.offset[k] - o[k]).abs() < 5e-5, "{converged:?} {o:?}");
+            assert!(
+                (converged.offset[k] - o[k]).abs() < 5e-5,
+                "{converged:?} {o:?}"
+            );
             assert!((converged.scale[k] - s[k]).abs() < 5e-5, "{converged:?}");
-            assert!((converged.temperature[k] - c[k]).abs() < 5e-5, "{converged:?}");
+            assert!(
+                (converged.temperature[k] - c[k]).abs() < 5e-5,
+                "{converged:?}"
+            );
         }
         // The negative control: stopped where the publication stops, the offsets miss what is asked for.
         assert!((0..3).any(|k| (published.offset[k] - o[k]).abs() > 5e-5));
@@ -172,10 +191,16 @@ fn known_week_with_truth() {
 fn refuses_few_windows_and_one_side_of_the_sphere() {
     let (windows, _) = week(3);
     let settings = AutoCalibration::default();
-    assert!(matches!(settings.fit(&windows[..9]), Err(Error::TooFew { .. })));
+    assert!(matches!(
+        settings.fit(&windows[..9]),
+        Err(Error::TooFew { .. })
+    ));
     let one_side: Vec<StillWindow> = windows.into_iter().filter(|w| w.mean[0] < 0.0).collect();
     assert!(matches!(
         settings.fit(&one_side),
-        Err(Error::Unobservable { parameter: "scale.x", .. })
+        Err(Error::Unobservable {
+            parameter: "scale.x",
+            ..
+        })
     ));
 }

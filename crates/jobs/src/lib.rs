@@ -7,12 +7,14 @@
 //! [`Watch`](proofmass_core::Watch), files as a [`Store`].
 
 pub mod campaign;
+pub mod free_living;
 pub mod multi_position;
 mod outcome;
 mod plural;
 mod record;
 mod store;
 mod trouble;
+pub mod validation;
 
 pub use outcome::{CALIBRATION, Filed, Job, Outcome, REPORT, RESULT, section};
 pub use proofmass_core::{Unwatched, Watch};

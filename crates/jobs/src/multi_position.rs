@@ -5,7 +5,7 @@ mod outcome;
 mod recordings;
 
 pub use outcome::{Figures, MultiPositionOutcome};
-pub use recordings::MultiPositionRecordings;
+pub use recordings::{MultiPositionRecordings, Stamps};
 
 use crate::campaign::MethodModel;
 use crate::outcome::Job;

@@ -140,9 +140,8 @@ impl AutoCalibration {
             }
         }
         let temperatures: Option<Vec<f64>> = windows.iter().map(|w| w.temperature).collect();
-        let temperatures = temperatures.filter(|t| {
-            self.temperature && t.iter().any(|v| (v - t[0]).abs() > 0.1)
-        });
+        let temperatures =
+            temperatures.filter(|t| self.temperature && t.iter().any(|v| (v - t[0]).abs() > 0.1));
         let mean_temperature = temperatures
             .as_ref()
             .map(|t| t.iter().sum::<f64>() / n as f64);
@@ -194,9 +193,7 @@ struct Problem<'a> {
 impl Problem<'_> {
     fn corrected(&self, q: &AutoCalibrationQuantities, i: usize) -> Triple {
         let m = self.windows[i].mean;
-        std::array::from_fn(|k| {
-            q.scale[k] * (m[k] + q.offset[k]) + q.temperature[k] * self.tau[i]
-        })
+        std::array::from_fn(|k| q.scale[k] * (m[k] + q.offset[k]) + q.temperature[k] * self.tau[i])
     }
 
     fn error_mg(&self, q: &AutoCalibrationQuantities) -> f64 {

@@ -274,7 +274,8 @@ impl MultiPositionRecordings {
 }
 
 /// What the stamps of a recording say of its rate, however unevenly they come.
-pub(crate) struct Stamps {
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stamps {
     /// Samples per second while it ran, Hz.
     pub rate: f64,
     /// Samples before which it did not run for longer than a window.
@@ -285,7 +286,8 @@ impl Stamps {
     /// A pause that a moving window does not bridge, s: the window of the search for standstills.
     const PAUSE: f64 = 1.0;
 
-    pub(crate) fn of(recording: &Recording) -> Self {
+    /// Of a recording with a time column or a stated rate.
+    pub fn of(recording: &Recording) -> Self {
         let time = &recording.time;
         let n = recording.samples();
         if n < 2 {
