@@ -20,7 +20,9 @@ const SAMPLES: usize = 400;
 /// One place of the map.
 #[derive(Clone, Copy, Debug)]
 pub struct Place {
+    /// What is fitted.
     pub model: Model,
+    /// Number of standstills.
     pub attitudes: usize,
     /// Standard deviation between the standstills over that of the noise of a mean.
     pub ratio: f64,
@@ -31,8 +33,9 @@ pub struct Place {
 /// What came of the recordings of one place.
 #[derive(Clone, Copy, Debug)]
 pub struct Cell {
-    /// Share of intervals that hold the truth: mean over the parameters, and of the worst parameter.
+    /// Share of intervals that hold the truth, mean over the parameters.
     pub mean: f64,
+    /// That share of the worst parameter.
     pub worst: f64,
     /// Mean U over that of an interval made with the true standard deviations.
     pub width: f64,
