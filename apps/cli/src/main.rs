@@ -5,7 +5,9 @@ mod calibrate;
 mod clock;
 mod console;
 mod delivery;
+mod draft_arguments;
 mod failure;
+mod init;
 mod inspect;
 mod noise;
 mod plan;
@@ -37,7 +39,8 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    Calibrate(calibrate::Calibrate),
+    Calibrate(Box<calibrate::Calibrate>),
+    Init(init::Init),
     Plan(plan::Plan),
     Apply(apply::Apply),
     Validate(validate::Validate),
@@ -70,6 +73,7 @@ impl Outcome {
 fn run(arguments: Arguments) -> Result<Outcome, Failure> {
     match arguments.command {
         Command::Calibrate(command) => command.run(),
+        Command::Init(command) => command.run(),
         Command::Plan(command) => command.run(),
         Command::Apply(command) => command.run(),
         Command::Validate(command) => command.run(),

@@ -26,7 +26,7 @@ pub use ellipsoid::Ellipsoid;
 pub use mean_noise::MeanNoise;
 pub use multi_position::{
     AttitudeUncertainty, CompensatedReading, Misfit, MisfitCause, Model, MultiPosition,
-    MultiPositionFit, PoseResidual, ScatterParts, Suspect, WithoutSuspects,
+    MultiPositionFit, NextAttitude, PoseResidual, ScatterParts, Suspect, WithoutSuspects,
 };
 pub use pose::{Pose, Samples, Segment};
 pub use recording_quality::{clipping, frozen, suspected_clipping, temperature_drift};

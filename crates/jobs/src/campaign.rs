@@ -1,5 +1,6 @@
 //! `campaign.toml`: what was measured, with what, and how it is to be evaluated. One file per kind.
 
+mod draft;
 mod free_living;
 mod multi_position;
 mod shaker;
@@ -7,6 +8,7 @@ mod shaker_single;
 mod shaker_triaxial;
 mod spurious_motion;
 
+pub use draft::Draft;
 pub use free_living::{FreeLivingCampaign, FreeLivingMethod, StreamTable};
 pub use multi_position::{
     Attitude, Axes, FileIs, GravityInput, Method, MethodModel, MultiPositionCampaign,
