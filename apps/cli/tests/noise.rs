@@ -97,6 +97,7 @@ fn known_coefficients_lie_in_their_intervals() {
         &out,
         &[
             "deviation.csv",
+            "manifest.json",
             "report.html",
             "result.json",
             "spectrum.csv"
@@ -351,11 +352,17 @@ fn averaging_times_and_statistics_are_chosen_by_name() {
 }
 
 #[test]
-fn refuses_to_replace_the_folder_of_its_input() {
+fn law_the_folder_of_the_input_keeps_it() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let path = folder.path().join("rest.csv");
-    std::fs::write(&path, "time_s,a_m/s2\n0,1\n1,2\n").expect("recording");
-    let said = refuse(&["noise", text(&path), "-o", text(folder.path()), "--force"]);
-    assert!(said.contains("rest.csv") && said.contains("lost"), "{said}");
-    assert!(path.is_file());
+    let rows: String = (0..2000)
+        .map(|i| format!("{},{}\n", f64::from(i) * 0.01, (i * 7919) % 13))
+        .collect();
+    std::fs::write(&path, format!("time_s,a_m/s2\n{rows}")).expect("recording");
+    let before = std::fs::read(&path).expect("recording");
+    let said = refuse(&["noise", text(&path), "-o", text(folder.path())]);
+    assert!(said.contains("not empty"), "{said}");
+    succeed(&["noise", text(&path), "-o", text(folder.path()), "--force"]);
+    assert!(folder.path().join("result.json").is_file());
+    assert_eq!(std::fs::read(&path).expect("recording"), before);
 }

@@ -34,8 +34,10 @@ mod device;
 mod error;
 mod field;
 pub mod finite;
+mod gmsh;
 mod inspection;
 mod layout;
+mod model_file;
 mod output;
 mod recording;
 mod result_document;
@@ -50,17 +52,23 @@ mod stamp;
 mod table;
 mod time_base;
 mod unit;
+mod vtu;
 mod waveform;
 
 pub use calibration_file::{CALIBRATION_SCHEMA, CALIBRATION_VERSION, CalibrationFile, TRIAXIAL};
 pub use clock::{Clock, Gap};
 pub use device::{Ambient, Device};
 pub use error::{Error, ErrorKind, Result};
+pub use gmsh::GmshMesh;
 pub use inspection::{
     BadEntry, ColumnSummary, Inspection, Statistics, TimeSummary, inspect, inspect_source,
 };
 pub use layout::{ColumnRef, DecimalMark, Layout, LayoutOptions, Separator};
-pub use output::{AtomicFile, OutputFolder};
+pub use model_file::{explain as explain_model, read_budget, read_model};
+pub use output::{
+    AtomicFile, Listed, MANIFEST, MANIFEST_SCHEMA, MANIFEST_VERSION, Manifest, OutputFolder,
+    discard_unfinished,
+};
 pub use recording::{Absent, Column, Input, Recording, RecordingOptions, TimeUnit};
 pub use result_document::{
     NamedCovariance, RESULT_SCHEMA, RESULT_VERSION, ResultDocument, StatedQuantity,
@@ -74,4 +82,5 @@ pub use stamp::Stamp;
 pub use table::{Cell, RowWriter, Table};
 pub use time_base::{TimeBase, TimeSource};
 pub use unit::{Unit, split_heading};
+pub use vtu::{VtuField, vtu};
 pub use waveform::{Waveform, WaveformFormat, WaveformOptions, write_f32};
