@@ -256,7 +256,7 @@ impl Outcome for FreeLivingOutcome {
     fn tables(&self) -> Result<Vec<(String, Table)>> {
         let mut table = Table::new(["quantity", "value", "unit", "u", "U", "k", "nu_eff"]);
         for q in &self.quantities {
-            let nu = q.nu_eff.get();
+            let nu = q.nu_eff.map(|nu| nu.get()).filter(|nu| nu.is_finite());
             table.push([
                 Cell::from(q.name.as_str()),
                 Cell::from(q.value),
@@ -264,7 +264,7 @@ impl Outcome for FreeLivingOutcome {
                 Cell::from(q.u),
                 Cell::from(q.expanded),
                 Cell::from(q.k),
-                Cell::from(nu.is_finite().then_some(nu)),
+                Cell::from(nu),
             ])?;
         }
         Ok(vec![("parameters.csv".to_owned(), table)])
@@ -292,7 +292,7 @@ impl Outcome for FreeLivingOutcome {
                 ReportCell::number(format!("{:.6}", q.value)),
                 ReportCell::number(format!("{:.6}", q.expanded)),
                 ReportCell::text(q.unit.clone()),
-                ReportCell::number(format!("{:.2}", q.k)),
+                q.k.map_or(ReportCell::Empty, |k| ReportCell::number(format!("{k:.2}"))),
             ]);
         }
         let temperature = fit

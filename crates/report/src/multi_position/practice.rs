@@ -2,7 +2,9 @@
 
 use crate::number::{rounded, two_digits};
 use crate::{Cell, Column, Section, Table};
-use proofmass_calibration::{CompensatedReading, Misfit, MultiPositionFit, WithoutSuspects};
+use proofmass_calibration::{
+    CompensatedReading, Misfit, MultiPositionFit, NextAttitude, WithoutSuspects,
+};
 use proofmass_core::STANDARD_GRAVITY;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
