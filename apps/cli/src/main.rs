@@ -13,6 +13,7 @@ mod noise;
 mod plan;
 mod plural;
 mod recording_arguments;
+mod render;
 mod shaker;
 mod simulate;
 mod uncertainty;
@@ -48,6 +49,7 @@ enum Command {
     Noise(Box<noise::Noise>),
     Inspect(inspect::Inspect),
     Simulate(simulate::Simulate),
+    Render(render::Render),
     Uncertainty(uncertainty::Uncertainty),
 }
 
@@ -81,6 +83,7 @@ fn run(arguments: Arguments) -> Result<Outcome, Failure> {
         Command::Noise(command) => command.run(),
         Command::Inspect(command) => command.run(),
         Command::Simulate(command) => command.run(),
+        Command::Render(command) => command.run(),
         Command::Uncertainty(command) => command.run(),
     }
 }
