@@ -5,12 +5,15 @@ mod calibrate;
 mod clock;
 mod console;
 mod delivery;
+mod draft_arguments;
 mod failure;
+mod init;
 mod inspect;
 mod noise;
 mod plan;
 mod plural;
 mod recording_arguments;
+mod render;
 mod shaker;
 mod simulate;
 mod uncertainty;
@@ -38,7 +41,8 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    Calibrate(calibrate::Calibrate),
+    Calibrate(Box<calibrate::Calibrate>),
+    Init(init::Init),
     Plan(plan::Plan),
     Apply(apply::Apply),
     Validate(validate::Validate),
@@ -46,6 +50,7 @@ enum Command {
     Noise(Box<noise::Noise>),
     Inspect(inspect::Inspect),
     Simulate(simulate::Simulate),
+    Render(render::Render),
     Uncertainty(uncertainty::Uncertainty),
     Verify(verify::Verify),
 }
@@ -72,6 +77,7 @@ impl Outcome {
 fn run(arguments: Arguments) -> Result<Outcome, Failure> {
     match arguments.command {
         Command::Calibrate(command) => command.run(),
+        Command::Init(command) => command.run(),
         Command::Plan(command) => command.run(),
         Command::Apply(command) => command.run(),
         Command::Validate(command) => command.run(),
@@ -79,6 +85,7 @@ fn run(arguments: Arguments) -> Result<Outcome, Failure> {
         Command::Noise(command) => command.run(),
         Command::Inspect(command) => command.run(),
         Command::Simulate(command) => command.run(),
+        Command::Render(command) => command.run(),
         Command::Uncertainty(command) => command.run(),
         Command::Verify(command) => command.run(),
     }

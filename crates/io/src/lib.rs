@@ -34,6 +34,7 @@ mod device;
 mod error;
 mod field;
 pub mod finite;
+mod gmsh;
 mod inspection;
 mod layout;
 mod model_file;
@@ -52,12 +53,14 @@ mod table;
 mod time_base;
 mod unit;
 mod verification;
+mod vtu;
 mod waveform;
 
 pub use calibration_file::{CALIBRATION_SCHEMA, CALIBRATION_VERSION, CalibrationFile, TRIAXIAL};
 pub use clock::{Clock, Gap};
 pub use device::{Ambient, Device};
 pub use error::{Error, ErrorKind, Result};
+pub use gmsh::GmshMesh;
 pub use inspection::{
     BadEntry, ColumnSummary, Inspection, Statistics, TimeSummary, inspect, inspect_source,
 };
@@ -83,4 +86,5 @@ pub use unit::{Unit, split_heading};
 pub use verification::{
     Fate, Link, PROVENANCE_SCHEMA, PROVENANCE_VERSION, Provenance, Verification,
 };
+pub use vtu::{VtuField, vtu};
 pub use waveform::{Waveform, WaveformFormat, WaveformOptions, write_f32};
