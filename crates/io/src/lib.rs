@@ -34,6 +34,7 @@ mod device;
 mod error;
 mod field;
 pub mod finite;
+mod imu_yaml;
 mod inspection;
 mod layout;
 mod output;
@@ -56,6 +57,7 @@ pub use calibration_file::{CALIBRATION_SCHEMA, CALIBRATION_VERSION, CalibrationF
 pub use clock::{Clock, Gap};
 pub use device::{Ambient, Device};
 pub use error::{Error, ErrorKind, Result};
+pub use imu_yaml::{ImuSensorNoise, ImuValue, ImuYaml};
 pub use inspection::{
     BadEntry, ColumnSummary, Inspection, Statistics, TimeSummary, inspect, inspect_source,
 };

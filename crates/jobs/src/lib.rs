@@ -8,6 +8,7 @@
 
 pub mod campaign;
 pub mod multi_position;
+pub mod noise;
 mod outcome;
 mod plural;
 mod record;
