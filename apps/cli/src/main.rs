@@ -82,13 +82,20 @@ fn run(arguments: Arguments) -> Result<Outcome, Failure> {
 }
 
 fn main() -> ExitCode {
+    // What is being written is removed first; results in place are the old ones or the new ones. Without a handler
+    // the next run would remove it.
+    let _ = ctrlc::set_handler(|| {
+        proofmass::io::discard_unfinished();
+        console::complain("interrupted: nothing was written\n");
+        std::process::exit(130);
+    });
     // clap ends wrong use with exit code 2.
     match run(Arguments::parse()) {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Doubtful) => ExitCode::from(3),
         Err(failure) if failure.is_broken_pipe() => ExitCode::SUCCESS,
         Err(failure) => {
-            anstream::eprint!("{failure}");
+            console::complain(&failure.to_string());
             ExitCode::FAILURE
         }
     }

@@ -19,6 +19,13 @@ use crate::{Error, Float, Matrix3};
 /// assert!((a[2] - 9.81744).abs() < 1e-11);
 /// # Ok::<(), proofmass_core::Error>(())
 /// ```
+#[doc(alias(
+    "calibration matrix",
+    "compensation",
+    "bias",
+    "scale factor",
+    "misalignment"
+))]
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",

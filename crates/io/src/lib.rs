@@ -37,6 +37,7 @@ pub mod finite;
 mod imu_yaml;
 mod inspection;
 mod layout;
+mod model_file;
 mod output;
 mod recording;
 mod result_document;
@@ -62,7 +63,11 @@ pub use inspection::{
     BadEntry, ColumnSummary, Inspection, Statistics, TimeSummary, inspect, inspect_source,
 };
 pub use layout::{ColumnRef, DecimalMark, Layout, LayoutOptions, Separator};
-pub use output::{AtomicFile, OutputFolder};
+pub use model_file::{explain as explain_model, read_budget, read_model};
+pub use output::{
+    AtomicFile, Listed, MANIFEST, MANIFEST_SCHEMA, MANIFEST_VERSION, Manifest, OutputFolder,
+    discard_unfinished,
+};
 pub use recording::{Absent, Column, Input, Recording, RecordingOptions, TimeUnit};
 pub use result_document::{
     NamedCovariance, RESULT_SCHEMA, RESULT_VERSION, ResultDocument, StatedQuantity,

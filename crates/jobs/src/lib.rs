@@ -14,6 +14,8 @@ mod plural;
 mod record;
 mod store;
 mod trouble;
+pub mod uncertainty;
+pub mod velocity;
 
 pub use outcome::{CALIBRATION, Filed, Job, Outcome, REPORT, RESULT, section};
 pub use proofmass_core::{Unwatched, Watch};

@@ -39,19 +39,20 @@ impl CurveModel {
     pub(crate) fn fit(stretches: &[Phase<'_>], sample_rate: f64) -> Option<Self> {
         let samples: usize = stretches.iter().map(|p| p.len() - 1).sum();
         let factor = samples.div_ceil(FITTED).max(1);
-        let long = fitted(
+        let (long, seen) = fitted(
             &averages(stretches, factor, usize::MAX),
             sample_rate,
             factor,
         )?;
-        let short = if factor == 1 {
-            long.clone()
+        let (short, seen) = if factor == 1 {
+            (long.clone(), seen)
         } else {
             fitted(&averages(stretches, 1, FITTED), sample_rate, 1)?
         };
         Some(Self {
             short,
             long,
+            seen,
             sample_rate,
         })
     }

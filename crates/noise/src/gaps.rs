@@ -6,6 +6,7 @@ use proofmass_core::Error;
 use serde::{Deserialize, Serialize};
 
 /// What is done about gaps. Nothing here bridges them.
+#[doc(alias("missing samples"))]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Gaps {

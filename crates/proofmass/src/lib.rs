@@ -65,3 +65,6 @@ pub use proofmass_uncertainty as uncertainty;
 
 #[doc = include_str!("../GLOSSARY.md")]
 pub mod glossary {}
+
+#[doc = include_str!("../REFERENCES.md")]
+pub mod references {}

@@ -208,6 +208,19 @@ impl Distribution {
         }
     }
 
+    /// Whether it has two limits, which a finite number of degrees of freedom puts in doubt.
+    pub fn is_bounded(&self) -> bool {
+        matches!(
+            self,
+            Self::Rectangular { .. }
+                | Self::Triangular { .. }
+                | Self::Trapezoidal { .. }
+                | Self::CurvilinearTrapezoid { .. }
+                | Self::Arcsine { .. }
+                | Self::TruncatedNormal { .. }
+        )
+    }
+
     /// The distribution of `factor` × x + `offset`, for a positive factor: another unit, or an error about zero.
     ///
     /// ```

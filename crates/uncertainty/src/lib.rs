@@ -174,11 +174,13 @@ pub use refusal::Refusal;
 mod joint {
     pub use crate::covariance::Covariance;
     pub use crate::effective_dof::{CorrelatedGroup, GroupDof, willink, willink_hall};
-    pub use crate::estimate::{BudgetInput, BudgetLine, Component, Effect, Estimate, Influence};
+    pub use crate::estimate::{
+        BudgetInput, BudgetLine, Component, Effect, Estimate, Influence, Member,
+    };
     pub use crate::implicit::{
         Implicit, LeastSquares, propagate_implicit, propagate_least_squares,
     };
-    pub use crate::input::{Draw, Input, Inputs, JointInputs, Labels};
+    pub use crate::input::{Draw, Input, Inputs, JointInputs, JointReadings, Labels};
     pub use crate::propagation::{
         Linear, Model, SecondOrder, jacobian, linear, propagate, propagate_second_order,
     };
@@ -224,19 +226,19 @@ mod ziggurat;
 #[cfg(feature = "monte-carlo")]
 pub use trials::*;
 
-#[cfg(feature = "model-file")]
-mod budget_file;
-#[cfg(feature = "model-file")]
+#[cfg(feature = "model")]
 mod evaluation;
-#[cfg(feature = "model-file")]
-pub use budget_file::{
-    Budget, CorrelationEntry, Equations, InputEntry, IntermediateEntry, OutputEntry,
+#[cfg(feature = "model")]
+mod model;
+#[cfg(feature = "model")]
+pub use evaluation::{Evaluate, LinearOutput, Method, ModelResult, OutputResult, Statement};
+#[cfg(feature = "model")]
+pub use model::{
+    Accuracy, Budget, CorrelationEntry, Equations, InputEntry, IntermediateEntry, OutputEntry,
     UncertaintyModel,
 };
-#[cfg(feature = "model-file")]
-pub use evaluation::{Evaluate, ModelResult, OutputResult};
 
 /// The example of the README, so that it stays true.
-#[cfg(all(doctest, feature = "model-file"))]
+#[cfg(all(doctest, feature = "model"))]
 #[doc = include_str!("../README.md")]
 struct Readme;

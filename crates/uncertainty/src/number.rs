@@ -24,6 +24,10 @@ pub trait Number:
 {
     /// The plain value, for comparisons.
     fn value(self) -> f64;
+    /// Whether it is zero with all of its derivatives.
+    fn vanishes(self) -> bool {
+        self.value() == 0.0
+    }
 
     /// eˣ
     fn exp(self) -> Self;
@@ -162,6 +166,7 @@ impl Number for f64 {
 /// A number with N partial derivatives: forward automatic differentiation.
 ///
 /// `Dual<f64, N>` carries first derivatives; `Dual<Dual<f64, 1>, 1>` second ones.
+#[doc(alias("automatic differentiation"))]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dual<T, const N: usize> {
     /// The value.
@@ -276,6 +281,9 @@ impl<T: Number, const N: usize> Number for Dual<T, N> {
     fn value(self) -> f64 {
         self.real.value()
     }
+    fn vanishes(self) -> bool {
+        self.real.vanishes() && self.partials.iter().all(|p| p.vanishes())
+    }
     fn exp(self) -> Self {
         let e = self.real.exp();
         self.map(e, e)
@@ -325,12 +333,20 @@ impl<T: Number, const N: usize> Number for Dual<T, N> {
         self.map(lower * self.real, lower * T::from(f64::from(n)))
     }
     fn powf(self, exponent: Self) -> Self {
-        let constant = exponent.partials.iter().all(|p| p.value() == 0.0);
-        if constant && self.value() <= 0.0 {
-            // xᵖ has a derivative at x = 0 for p ≥ 1 although ln x has none.
-            let p = exponent.real;
-            let lower = self.real.powf(p - T::from(1.0));
-            return self.map(self.real.powf(p), p * lower);
+        let p = exponent.real;
+        let constant = exponent.partials.iter().all(|p| p.vanishes());
+        if constant || self.value() <= 0.0 {
+            // xᵖ has a derivative at x ≤ 0 for whole p, and at 0 for p ≥ 1, although ln x has none.
+            let lower = p * self.real.powf(p - T::from(1.0));
+            let value = self.real.powf(p);
+            let by_exponent = value * self.real.ln();
+            let mut result = self.map(value, lower);
+            for (out, by) in result.partials.iter_mut().zip(exponent.partials) {
+                if !by.vanishes() {
+                    *out = *out + by * by_exponent;
+                }
+            }
+            return result;
         }
         (exponent * self.ln()).exp()
     }

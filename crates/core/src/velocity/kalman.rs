@@ -125,6 +125,7 @@ impl BiasModel {
 /// assert!((state.x[1] - 6.0).abs() < 1e-6);
 /// # Ok::<(), proofmass_core::Error>(())
 /// ```
+#[doc(alias("Kalman filter", "EKF", "state estimator"))]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Kalman<T, const N: usize> {
     /// Transition F.

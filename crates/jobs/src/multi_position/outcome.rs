@@ -134,7 +134,7 @@ impl MultiPositionOutcome {
         let mut table = Table::new(["quantity", "value", "unit", "u", "U", "k", "nu_eff"]);
         let parameters = self.calibration.fit.estimate().components().len();
         for q in &self.quantities[..parameters] {
-            let nu = q.nu_eff.get();
+            let nu = q.nu_eff.map(|nu| nu.get());
             table.push([
                 Cell::from(q.name.as_str()),
                 Cell::from(q.value),
@@ -142,7 +142,7 @@ impl MultiPositionOutcome {
                 Cell::from(q.u),
                 Cell::from(q.expanded),
                 Cell::from(q.k),
-                Cell::from(nu.is_finite().then_some(nu)),
+                Cell::from(nu.filter(|nu| nu.is_finite())),
             ])?;
         }
         Ok(table)

@@ -1,7 +1,14 @@
 //! Which line of a budget or model file a refusal speaks of.
 
-use super::{CorrelationEntry, Formula, InputEntry};
-use crate::Refusal;
+use proofmass_uncertainty::{CorrelationEntry, InputEntry, Refusal};
+
+/// One formula and where it stands in the file.
+pub(super) struct Formula<'a> {
+    pub table: &'static str,
+    pub number: usize,
+    pub name: &'a str,
+    pub text: &'a str,
+}
 
 /// Line of a byte, from 1.
 pub(super) fn line_at(text: &str, byte: usize) -> usize {
@@ -31,15 +38,19 @@ impl Place {
         };
         Self(match refusal {
             Refusal::Input { name, .. } => input(name).map(|number| {
-                let observed = inputs[number].observations.is_some();
-                let key = if observed {
+                let entry = &inputs[number];
+                let key = if entry.observations.is_some() {
                     "observations"
-                } else {
+                } else if entry.distribution.is_some() {
                     "distribution"
+                } else {
+                    "value"
                 };
                 ("input", number, key)
             }),
-            Refusal::Incomplete { name, .. } => input(name).map(|number| ("input", number, "name")),
+            Refusal::Incomplete { name, .. } | Refusal::Contradiction { name, .. } => {
+                input(name).map(|number| ("input", number, "name"))
+            }
             Refusal::Name { name, .. } => {
                 let formula = formulas.iter().find(|f| f.name == name);
                 let place = formula.map(|f| (f.table, f.number, "name"));
@@ -101,11 +112,11 @@ impl Place {
     /// Line of the key, else of the head of its table, from 1.
     fn line(&self, text: &str) -> Option<usize> {
         let (table, number, key) = self.0?;
-        let head = format!("[[{table}]]");
-        let mut heads = text
-            .lines()
-            .enumerate()
-            .filter(|(_, line)| line.trim_start().starts_with(&head));
+        let is_head = |line: &str| {
+            let inner = line.trim_start().strip_prefix("[[");
+            inner.is_some_and(|rest| rest.split("]]").next().map(str::trim) == Some(table))
+        };
+        let mut heads = text.lines().enumerate().filter(|(_, line)| is_head(line));
         let (start, _) = heads.nth(number)?;
         let own = text
             .lines()

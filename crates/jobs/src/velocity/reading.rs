@@ -1,70 +1,47 @@
 //! The slow, drift-free sensor: encoder, resolver, wheel speed.
 
-use super::sensors::{stated_unit, unit, unknown_unit};
-use crate::Failure;
-use proofmass::core::encoder::Decoding;
-use proofmass::io::{Column, ColumnRef, Recording, Unit};
-use proofmass::motion::{
+use super::sensors::{stated_unit, unknown_unit};
+use crate::trouble::Trouble;
+use proofmass_core::encoder::Decoding;
+use proofmass_io::{Column, ColumnRef, Recording, Unit};
+use proofmass_motion::{
     AbsoluteCode, Decoded, Source, TimedEdge, absolute, quadrature, quadrature_edges, resolver,
+    rollover,
 };
-use proofmass::uncertainty::{Finding, Severity};
+use proofmass_uncertainty::{Finding, Severity};
+use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
-use std::path::Path;
 
-/// Options of the encoder or the wheel speed.
-#[derive(clap::Args)]
-#[group(id = "reading", required = false)]
-pub(super) struct Reading {
+/// The encoder or the wheel speed: which columns hold it, and what they mean.
+///
+/// One of `position`, `speed`, `quadrature` and `resolver` is named.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Reading {
     /// Column of the position (count, length or angle); of several columns the mean, as of two wheels
-    #[arg(long, value_name = "COLUMN,…", value_delimiter = ',', conflicts_with_all = ["speed", "quadrature", "resolver"])]
-    position: Option<Vec<String>>,
+    pub position: Option<Vec<String>>,
     /// Column of a speed instead of a position (wheel, tachogenerator); of several columns the mean
-    #[arg(long, value_name = "COLUMN,…", value_delimiter = ',', conflicts_with_all = ["quadrature", "resolver"])]
-    speed: Option<Vec<String>>,
+    pub speed: Option<Vec<String>>,
     /// Columns of the logic levels A,B or A,B,Z of an incremental encoder
-    #[arg(
-        long,
-        value_name = "A,B[,Z]",
-        value_delimiter = ',',
-        conflicts_with = "resolver"
-    )]
-    quadrature: Option<Vec<String>>,
+    pub quadrature: Option<Vec<String>>,
     /// Columns of the demodulated voltages of a resolver, sine and cosine
-    #[arg(long, value_name = "SIN,COS", value_delimiter = ',')]
-    resolver: Option<Vec<String>>,
+    pub resolver: Option<Vec<String>>,
     /// Unit of position or speed, where the heading does not say it: count, m, mm, rad, °, turn, m/s, km/h, rad/s, …
-    #[arg(long, value_name = "UNIT", value_parser = unit)]
-    unit: Option<Unit>,
+    pub unit: Option<Unit>,
     /// Counts per turn of the encoder (four times its lines with fourfold decoding)
-    #[arg(long, value_name = "N", conflicts_with = "counts_per_metre")]
-    counts_per_turn: Option<f64>,
+    pub counts_per_turn: Option<f64>,
     /// Counts per metre of a linear encoder
-    #[arg(long, value_name = "N")]
-    counts_per_metre: Option<f64>,
+    pub counts_per_metre: Option<f64>,
     /// Radius that turns an angle into a length, m: of the wheel, or where the accelerometer sits
-    #[arg(long, value_name = "METRES")]
-    radius: Option<f64>,
+    pub radius: Option<f64>,
     /// Bits of the counter or of the absolute encoder, which rolls over
-    #[arg(long, value_name = "BITS", value_parser = clap::value_parser!(u32).range(1..=32))]
-    bits: Option<u32>,
+    pub bits: Option<u32>,
     /// The words are Gray code
-    #[arg(long, requires = "bits")]
-    gray: bool,
+    pub gray: bool,
     /// Edges counted per line of --quadrature: 1, 2 or 4
-    #[arg(long, value_name = "EDGES", default_value = "4", value_parser = decoding)]
-    decoding: Decoding,
+    pub decoding: Decoding,
     /// Each row is an edge of the encoder with its time stamp, not a sample
-    #[arg(long)]
-    edges: bool,
-}
-
-fn decoding(text: &str) -> Result<Decoding, String> {
-    match text {
-        "1" => Ok(Decoding::Single),
-        "2" => Ok(Decoding::Double),
-        "4" => Ok(Decoding::Quadruple),
-        _ => Err(format!("{text:?} must be 1, 2 or 4 edges per line")),
-    }
+    pub edges: bool,
 }
 
 /// Values with their times.
@@ -100,7 +77,7 @@ impl Samples {
 
 impl Reading {
     /// The columns it needs, in the order in which [`Reading::decode`] takes them.
-    pub(super) fn columns(&self) -> Result<Vec<ColumnRef>, Failure> {
+    pub(super) fn columns(&self) -> Result<Vec<ColumnRef>, Trouble> {
         let (names, least, most) = match (
             &self.position,
             &self.speed,
@@ -112,14 +89,14 @@ impl Reading {
             (.., Some(n)) => (n, 2, 2),
             _ => {
                 return Err(
-                    Failure::new("no column of a position or a speed is named").hint(
+                    Trouble::data("no column of a position or a speed is named").with_hint(
                         "add --position COLUMN, --speed COLUMN, --quadrature A,B or --resolver SIN,COS; `proofmass inspect` lists the columns",
                     ),
                 );
             }
         };
         if !(least..=most).contains(&names.len()) {
-            return Err(Failure::new(format!(
+            return Err(Trouble::data(format!(
                 "{} columns are named, {least} to {most} are needed",
                 names.len()
             )));
@@ -161,12 +138,12 @@ impl Reading {
     }
 
     /// Length of one count, m.
-    fn count_length(&self) -> Result<f64, Failure> {
+    fn count_length(&self) -> Result<f64, Trouble> {
         let positive = |name: &str, value: f64| {
             if value.is_finite() && value > 0.0 {
                 Ok(value)
             } else {
-                Err(Failure::new(format!("{name} {value} must be positive")))
+                Err(Trouble::data(format!("{name} {value} must be positive")))
             }
         };
         match (self.counts_per_metre, self.counts_per_turn) {
@@ -174,19 +151,19 @@ impl Reading {
             (None, Some(n)) => {
                 Ok(TAU / positive("--counts-per-turn", n)? * self.radius("counts of a turn")?)
             }
-            (None, None) => Err(Failure::new("the length of one count is not known")
-                .hint("add --counts-per-turn N with --radius R, or --counts-per-metre N")),
+            (None, None) => Err(Trouble::data("the length of one count is not known")
+                .with_hint("add --counts-per-turn N with --radius R, or --counts-per-metre N")),
         }
     }
 
-    fn radius(&self, of: &str) -> Result<f64, Failure> {
+    fn radius(&self, of: &str) -> Result<f64, Trouble> {
         match self.radius {
             Some(r) if r.is_finite() && r > 0.0 => Ok(r),
-            Some(r) => Err(Failure::new(format!("--radius {r} must be positive"))),
-            None => Err(Failure::new(format!(
+            Some(r) => Err(Trouble::data(format!("--radius {r} must be positive"))),
+            None => Err(Trouble::data(format!(
                 "{of} give an angle, the accelerometer measures along a line"
             ))
-            .hint("add --radius R in metres: of the wheel, or where the accelerometer sits")),
+            .with_hint("add --radius R in metres: of the wheel, or where the accelerometer sits")),
         }
     }
 
@@ -195,9 +172,8 @@ impl Reading {
         &self,
         recording: &Recording,
         clock: &[f64],
-        path: &Path,
         findings: &mut Vec<Finding>,
-    ) -> Result<Samples, Failure> {
+    ) -> Result<Samples, Trouble> {
         let n = self.columns()?.len();
         let columns = &recording.columns[..n];
         let missing: Vec<&[usize]> = (0..n).map(|i| recording.missing(i)).collect();
@@ -217,11 +193,11 @@ impl Reading {
             );
         }
         if self.quadrature.is_some() {
-            return self.logic(recording, columns, clock, &missing, path, findings);
+            return self.logic(recording, columns, clock, &missing, findings);
         }
         if self.resolver.is_some() {
             let found = resolver(&columns[0].data, &columns[1].data)
-                .map_err(|e| Failure::from(e).detail(path.display().to_string()))?;
+                .map_err(|e| Trouble::from(e).detail(recording.path.display().to_string()))?;
             findings.extend(found.1);
             let radius = self.radius("a resolver's voltages")?;
             let value: Vec<f64> = found.0.iter().map(|a| radius * a).collect();
@@ -244,7 +220,7 @@ impl Reading {
         column: &Column,
         index: usize,
         findings: &mut Vec<Finding>,
-    ) -> Result<Vec<f64>, Failure> {
+    ) -> Result<Vec<f64>, Trouble> {
         let name = &column.name;
         let unit = match stated_unit(recording, column, (self.unit, "--unit"))? {
             Some(unit) => unit,
@@ -269,10 +245,10 @@ impl Reading {
             }
             _ => {
                 let what = if speed { "speed" } else { "position" };
-                return Err(Failure::new(format!(
+                return Err(Trouble::data(format!(
                     "column {name:?} is in {unit}, which is no {what}"
                 ))
-                .hint("see --position, --speed and --unit"));
+                .with_hint("see --position, --speed and --unit"));
             }
         };
         Ok(column.data.iter().map(|v| scale * v).collect())
@@ -285,16 +261,16 @@ impl Reading {
         column: &Column,
         index: usize,
         findings: &mut Vec<Finding>,
-    ) -> Result<Vec<i64>, Failure> {
+    ) -> Result<Vec<i64>, Trouble> {
         let refuse = |k: usize, what: &str, hint: &str| {
-            Failure::new(format!(
+            Trouble::data(format!(
                 "{}:{}: column {:?}: {} {what}",
                 recording.path.display(),
                 recording.line(k),
                 column.name,
                 column.data[k]
             ))
-            .hint(hint.to_owned())
+            .with_hint(hint.to_owned())
         };
         let mut counts = Vec::with_capacity(column.data.len());
         for (k, v) in column.data.iter().enumerate() {
@@ -341,16 +317,15 @@ impl Reading {
         columns: &[Column],
         clock: &[f64],
         missing: &[&[usize]],
-        path: &Path,
         findings: &mut Vec<Finding>,
-    ) -> Result<Samples, Failure> {
+    ) -> Result<Samples, Trouble> {
         let step = self.count_length().map_err(|f| {
             f.detail("counts of the decoded signal: lines times --decoding per turn")
         })?;
         if let Some(k) = missing.iter().copied().flatten().next() {
-            return Err(Failure::new(format!(
+            return Err(Trouble::data(format!(
                 "{}:{}: a logic level is missing",
-                path.display(),
+                recording.path.display(),
                 recording.line(*k)
             )));
         }
@@ -377,7 +352,7 @@ impl Reading {
         } else {
             quadrature(self.decoding, &levels[0], &levels[1], index)
         }
-        .map_err(|e| Failure::from(e).detail(path.display().to_string()))?;
+        .map_err(|e| Trouble::from(e).detail(recording.path.display().to_string()))?;
         if let Some(k) = decoded.illegal.first() {
             findings.push(
                 Finding::new(
@@ -385,7 +360,11 @@ impl Reading {
                     "illegal-transition-line",
                     "where the first illegal transition stands",
                 )
-                .evidence(format!("{}:{}", path.display(), recording.line(*k))),
+                .evidence(format!(
+                    "{}:{}",
+                    recording.path.display(),
+                    recording.line(*k)
+                )),
             );
         }
         findings.extend(decoded.findings);
@@ -395,27 +374,4 @@ impl Reading {
             value,
         })
     }
-}
-
-/// A jump by a counter's whole range, in counts that were said not to roll over.
-fn rollover(counts: &[i64]) -> Option<Finding> {
-    let (low, high) = (counts.iter().min()?, counts.iter().max()?);
-    let jump = |bits: u32| {
-        let range = 1i64 << bits;
-        let fits = (*low >= 0 && *high < range) || (*low >= -range / 2 && *high < range / 2);
-        let k = counts
-            .windows(2)
-            .position(|w| (w[1] - w[0]).abs() > range / 2);
-        k.filter(|_| fits).map(|k| (bits, k))
-    };
-    let (bits, k) = jump(16).or_else(|| jump(32))?;
-    Some(
-        Finding::new(
-            Severity::Decision,
-            "rollover-suspected",
-            format!("the count jumps like a counter of {bits} bits that rolls over"),
-        )
-        .evidence(format!("from {} to {}", counts[k], counts[k + 1]))
-        .advice(format!("add --bits {bits}")),
-    )
 }

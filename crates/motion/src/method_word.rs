@@ -1,15 +1,51 @@
 //! Methods as words: `observer:5,25`.
 
-use proofmass::motion::{BiasModel, IntegratorRule, KalmanModel, Method};
+use crate::{BiasModel, IntegratorRule, KalmanModel, Method};
+use std::str::FromStr;
 
-/// What can be asked for, for help and messages.
-pub(super) const METHODS: &str = "fixed-time, backward-difference:ORDER, savitzky-golay:WINDOW,DEGREE, \
+/// Every method as a word with its settings, for help and messages.
+pub const METHODS: &str = "fixed-time, backward-difference:ORDER, savitzky-golay:WINDOW,DEGREE, \
     tracking-loop:BANDWIDTH, speed, trapezoid, simpson, tick, adams-moulton-3 (each also as :OFFSET), two-channel:K1,K2, \
     observer:KX,KV, offset-observer:KX,KV,KB, adaptive-observer:KX,KV,RATE,FLOOR, kalman:Q,R, steady-kalman:Q,R, \
     smoother:Q,R (each also as :Q,R,WALK,START with an offset that walks)";
 
-/// Reads `name` or `name:number,number`.
-pub(super) fn method(text: &str) -> Result<Method, String> {
+impl FromStr for Method {
+    type Err = String;
+
+    /// Reads `name` or `name:number,number`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        method(text)
+    }
+}
+
+impl Method {
+    /// The word that [`str::parse`] takes, with five digits of each setting where it has them.
+    pub fn word(&self) -> Option<String> {
+        let noise = |name: &str, model: &KalmanModel| {
+            let noise = format!(
+                "{name}:{:.4e},{:.4e}",
+                model.acceleration_noise, model.reading_noise
+            );
+            match model.bias {
+                Some(BiasModel::RandomWalk { density, initial }) => {
+                    Some(format!("{noise},{density:.3e},{initial:.3}"))
+                }
+                Some(BiasModel::GaussMarkov { .. }) => None,
+                None => Some(noise),
+            }
+        };
+        match self {
+            Self::Kalman { model } => noise("kalman", model),
+            Self::SteadyKalman { model } => noise("steady-kalman", model),
+            Self::Smoother { model } => noise("smoother", model),
+            Self::TwoChannel { k1, k2 } => Some(format!("two-channel:{k1:.5},{k2:.5}")),
+            Self::Observer { k_x, k_v } => Some(format!("observer:{k_x:.5},{k_v:.5}")),
+            _ => None,
+        }
+    }
+}
+
+fn method(text: &str) -> Result<Method, String> {
     let (name, rest) = text.split_once(':').unwrap_or((text, ""));
     let numbers: Vec<f64> = rest
         .split(',')

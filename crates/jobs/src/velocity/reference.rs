@@ -1,68 +1,28 @@
 //! A reference velocity, where one was recorded.
 
 use super::reading::Samples;
-use super::sensors::{Bench, stated_unit, unit, unknown_unit};
-use crate::Failure;
-use proofmass::io::{Recording, Unit};
-use proofmass::uncertainty::{Finding, Severity};
-use std::path::{Path, PathBuf};
+use super::sensors::{AxisRecordings, stated_unit, unknown_unit};
+use crate::trouble::Trouble;
+use proofmass_io::{Recording, Unit};
+use proofmass_uncertainty::{Finding, Severity};
+use serde::{Deserialize, Serialize};
 
-/// Options of the reference.
-#[derive(Clone, Debug)]
-pub(super) struct Reference {
-    pub(super) column: String,
-    pub(super) unit: Option<Unit>,
-    pub(super) file: Option<PathBuf>,
-    pub(super) time: Option<String>,
-    pub(super) rate: Option<f64>,
-    pub(super) latency: f64,
-}
-
-/// The same on the command line.
-#[derive(clap::Args)]
-pub(super) struct ReferenceArguments {
-    /// Column of a reference velocity, from a better instrument or a simulation
-    #[arg(long, value_name = "COLUMN")]
-    reference: Option<String>,
-    /// Unit of the reference, where the heading does not say it: m/s, km/h, mm/s, …
-    #[arg(long, value_name = "UNIT", requires = "reference", value_parser = unit)]
-    reference_unit: Option<Unit>,
-    /// File of the reference, when it has its own; its clock must be that of the recording
-    #[arg(long, value_name = "FILE", requires = "reference")]
-    reference_file: Option<PathBuf>,
-    /// Time column of --reference-file, where its heading does not tell
-    #[arg(long, value_name = "COLUMN", requires = "reference_file")]
-    reference_time: Option<String>,
-    /// Sampling rate of --reference-file in hertz, when that has no time column
-    #[arg(long, value_name = "HZ", requires = "reference_file")]
-    reference_rate: Option<f64>,
-    /// Time by which the reference is late, s; it is shifted back by it
-    #[arg(
-        long,
-        value_name = "SECONDS",
-        default_value_t = 0.0,
-        requires = "reference",
-        allow_negative_numbers = true
-    )]
-    reference_latency: f64,
-}
-
-impl ReferenceArguments {
-    /// A file of its own.
-    pub(super) fn reference_file(&self) -> Option<&Path> {
-        self.reference_file.as_deref()
-    }
-
-    pub(super) fn reference(&self) -> Option<Reference> {
-        Some(Reference {
-            column: self.reference.clone()?,
-            unit: self.reference_unit,
-            file: self.reference_file.clone(),
-            time: self.reference_time.clone(),
-            rate: self.reference_rate,
-            latency: self.reference_latency,
-        })
-    }
+/// A reference velocity: its column, and its file where it has one of its own.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Reference {
+    /// Column of the velocity, from a better instrument or a simulation.
+    pub column: String,
+    /// Its unit, where the heading does not say it.
+    pub unit: Option<Unit>,
+    /// File in the store, whose clock must be that of the recording.
+    pub file: Option<String>,
+    /// Time column of the file, where its heading does not tell.
+    pub time: Option<String>,
+    /// Sampling rate of the file, Hz, when that has no time column.
+    pub rate: Option<f64>,
+    /// Time by which the reference is late, s; it is shifted back by it.
+    pub latency: f64,
 }
 
 impl Reference {
@@ -72,7 +32,7 @@ impl Reference {
         recording: &Recording,
         clock: &[f64],
         column: usize,
-    ) -> Result<Samples, Failure> {
+    ) -> Result<Samples, Trouble> {
         let missing = recording.missing(column);
         let column = &recording.columns[column];
         let name = &column.name;
@@ -80,13 +40,13 @@ impl Reference {
             .ok_or_else(|| unknown_unit(recording, column, "add --reference-unit m/s, km/h, …"))?;
         let (si, factor) = unit.si();
         if si != Unit::MetrePerSecond {
-            return Err(Failure::new(format!(
+            return Err(Trouble::data(format!(
                 "column {name:?} is in {unit}, which is no velocity"
             )));
         }
         let value: Vec<f64> = column.data.iter().map(|v| factor * v).collect();
         if !self.latency.is_finite() {
-            return Err(Failure::new("--reference-latency must be a finite number"));
+            return Err(Trouble::data("--reference-latency must be a finite number"));
         }
         let clock: Vec<f64> = clock.iter().map(|t| t - self.latency).collect();
         Ok(Samples::present(&clock, &value, &[missing]))
@@ -94,15 +54,19 @@ impl Reference {
 
     /// Puts the reference at every sample of the record, on straight lines between its own, and cuts off what it
     /// does not cover.
-    pub(super) fn attach(&self, bench: &mut Bench, reference: &Samples) -> Result<(), Failure> {
+    pub(super) fn attach(
+        &self,
+        bench: &mut AxisRecordings,
+        reference: &Samples,
+    ) -> Result<(), Trouble> {
         let dt = bench.record.sample_time;
         let n = bench.record.reading.len();
         let time = |k: usize| bench.start + dt * k as f64;
         let (Some(first), Some(last)) = (reference.time.first(), reference.time.last()) else {
-            return Err(Failure::new("the reference holds no value"));
+            return Err(Trouble::data("the reference holds no value"));
         };
         if reference.time.len() < 2 {
-            return Err(Failure::new("the reference holds a single value"));
+            return Err(Trouble::data("the reference holds a single value"));
         }
         let slack = 1e-6 * dt;
         let from = (0..n).find(|&k| time(k) >= first - slack).unwrap_or(n);
@@ -112,13 +76,13 @@ impl Reference {
             .map_or(0, |k| k + 1);
         if from + 8 > to {
             return Err(
-                Failure::new("the reference and the sensors share no stretch of time")
+                Trouble::data("the reference and the sensors share no stretch of time")
                     .detail(format!(
                         "reference {first:.3} s to {last:.3} s, sensors {:.3} s to {:.3} s",
                         time(0),
                         time(n - 1)
                     ))
-                    .hint("both clocks must share their zero"),
+                    .with_hint("both clocks must share their zero"),
             );
         }
         let mut steps: Vec<f64> = reference.time.windows(2).map(|w| w[1] - w[0]).collect();
