@@ -5,12 +5,15 @@ mod calibrate;
 mod clock;
 mod console;
 mod delivery;
+mod draft_arguments;
 mod failure;
+mod init;
 mod inspect;
 mod noise;
 mod plan;
 mod plural;
 mod recording_arguments;
+mod render;
 mod shaker;
 mod simulate;
 mod uncertainty;
@@ -37,7 +40,8 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    Calibrate(calibrate::Calibrate),
+    Calibrate(Box<calibrate::Calibrate>),
+    Init(init::Init),
     Plan(plan::Plan),
     Apply(apply::Apply),
     Validate(validate::Validate),
@@ -45,6 +49,7 @@ enum Command {
     Noise(Box<noise::Noise>),
     Inspect(inspect::Inspect),
     Simulate(simulate::Simulate),
+    Render(render::Render),
     Uncertainty(uncertainty::Uncertainty),
 }
 
@@ -70,6 +75,7 @@ impl Outcome {
 fn run(arguments: Arguments) -> Result<Outcome, Failure> {
     match arguments.command {
         Command::Calibrate(command) => command.run(),
+        Command::Init(command) => command.run(),
         Command::Plan(command) => command.run(),
         Command::Apply(command) => command.run(),
         Command::Validate(command) => command.run(),
@@ -77,6 +83,7 @@ fn run(arguments: Arguments) -> Result<Outcome, Failure> {
         Command::Noise(command) => command.run(),
         Command::Inspect(command) => command.run(),
         Command::Simulate(command) => command.run(),
+        Command::Render(command) => command.run(),
         Command::Uncertainty(command) => command.run(),
     }
 }

@@ -34,7 +34,11 @@ mod device;
 mod error;
 mod field;
 pub mod finite;
+<<<<<<< HEAD
 mod imu_yaml;
+=======
+mod gmsh;
+>>>>>>> main
 mod inspection;
 mod layout;
 mod model_file;
@@ -52,13 +56,18 @@ mod stamp;
 mod table;
 mod time_base;
 mod unit;
+mod vtu;
 mod waveform;
 
 pub use calibration_file::{CALIBRATION_SCHEMA, CALIBRATION_VERSION, CalibrationFile, TRIAXIAL};
 pub use clock::{Clock, Gap};
 pub use device::{Ambient, Device};
 pub use error::{Error, ErrorKind, Result};
+<<<<<<< HEAD
 pub use imu_yaml::{ImuSensorNoise, ImuValue, ImuYaml};
+=======
+pub use gmsh::GmshMesh;
+>>>>>>> main
 pub use inspection::{
     BadEntry, ColumnSummary, Inspection, Statistics, TimeSummary, inspect, inspect_source,
 };
@@ -81,4 +90,5 @@ pub use stamp::Stamp;
 pub use table::{Cell, RowWriter, Table};
 pub use time_base::{TimeBase, TimeSource};
 pub use unit::{Unit, split_heading};
+pub use vtu::{VtuField, vtu};
 pub use waveform::{Waveform, WaveformFormat, WaveformOptions, write_f32};
