@@ -34,11 +34,8 @@ mod device;
 mod error;
 mod field;
 pub mod finite;
-<<<<<<< HEAD
-mod imu_yaml;
-=======
 mod gmsh;
->>>>>>> main
+mod imu_yaml;
 mod inspection;
 mod layout;
 mod model_file;
@@ -63,11 +60,8 @@ pub use calibration_file::{CALIBRATION_SCHEMA, CALIBRATION_VERSION, CalibrationF
 pub use clock::{Clock, Gap};
 pub use device::{Ambient, Device};
 pub use error::{Error, ErrorKind, Result};
-<<<<<<< HEAD
-pub use imu_yaml::{ImuSensorNoise, ImuValue, ImuYaml};
-=======
 pub use gmsh::GmshMesh;
->>>>>>> main
+pub use imu_yaml::{ImuSensorNoise, ImuValue, ImuYaml};
 pub use inspection::{
     BadEntry, ColumnSummary, Inspection, Statistics, TimeSummary, inspect, inspect_source,
 };
