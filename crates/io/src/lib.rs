@@ -35,6 +35,7 @@ mod error;
 mod field;
 pub mod finite;
 mod gmsh;
+mod imu_yaml;
 mod inspection;
 mod layout;
 mod model_file;
@@ -61,6 +62,7 @@ pub use clock::{Clock, Gap};
 pub use device::{Ambient, Device};
 pub use error::{Error, ErrorKind, Result};
 pub use gmsh::GmshMesh;
+pub use imu_yaml::{ImuSensorNoise, ImuValue, ImuYaml};
 pub use inspection::{
     BadEntry, ColumnSummary, Inspection, Statistics, TimeSummary, inspect, inspect_source,
 };

@@ -10,6 +10,7 @@ mod any_result;
 pub mod campaign;
 pub mod free_living;
 pub mod multi_position;
+pub mod noise;
 mod outcome;
 mod plural;
 mod record;
