@@ -5,7 +5,9 @@ mod calibrate;
 mod clock;
 mod console;
 mod delivery;
+mod draft_arguments;
 mod failure;
+mod init;
 mod inspect;
 mod noise;
 mod plan;
@@ -17,6 +19,7 @@ mod simulate;
 mod uncertainty;
 mod validate;
 mod velocity;
+mod verify;
 
 use clap::{Parser, Subcommand};
 use failure::Failure;
@@ -38,7 +41,8 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    Calibrate(calibrate::Calibrate),
+    Calibrate(Box<calibrate::Calibrate>),
+    Init(init::Init),
     Plan(plan::Plan),
     Apply(apply::Apply),
     Validate(validate::Validate),
@@ -48,6 +52,7 @@ enum Command {
     Simulate(simulate::Simulate),
     Render(render::Render),
     Uncertainty(uncertainty::Uncertainty),
+    Verify(verify::Verify),
 }
 
 /// What a command that came to an end tells the shell.
@@ -72,6 +77,7 @@ impl Outcome {
 fn run(arguments: Arguments) -> Result<Outcome, Failure> {
     match arguments.command {
         Command::Calibrate(command) => command.run(),
+        Command::Init(command) => command.run(),
         Command::Plan(command) => command.run(),
         Command::Apply(command) => command.run(),
         Command::Validate(command) => command.run(),
@@ -81,6 +87,7 @@ fn run(arguments: Arguments) -> Result<Outcome, Failure> {
         Command::Simulate(command) => command.run(),
         Command::Render(command) => command.run(),
         Command::Uncertainty(command) => command.run(),
+        Command::Verify(command) => command.run(),
     }
 }
 
