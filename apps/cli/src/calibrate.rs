@@ -1,6 +1,5 @@
 //! `proofmass calibrate`: any campaign, its kind read from it.
 
-mod heading;
 mod multi_position;
 mod shaker_single;
 mod shaker_triaxial;

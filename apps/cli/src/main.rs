@@ -11,7 +11,6 @@ mod noise;
 mod plan;
 mod plural;
 mod recording_arguments;
-mod shaker;
 mod simulate;
 mod uncertainty;
 mod validate;

@@ -47,7 +47,7 @@ pub use campaign::{
     AngleResult, Correction, FrequencyResult, Method, MethodResult, PublishedResult, RunResult,
     ShakerCalibration, ShakerCampaign, TermDifference, calibrate,
 };
-pub use check::check;
+pub use check::{adopt, check};
 pub use diagnosis::{Suspect, Suspicion, diagnose};
 pub use fit::{Fit, FrequencyFit, complex, joint};
 pub use geometry::Configuration;

@@ -237,7 +237,9 @@ fn coverage_of_the_published_method_fails() {
                     fit.sensitivity[k / 3][k % 3].abs(),
                     campaign.truth[0][k / 3][k % 3].norm(),
                 );
-                *inside += usize::from((s - truth).abs() < fit.sensitivity_expanded[k / 3][k % 3]);
+                *inside += usize::from(
+                    (s - truth).abs() < fit.sensitivity_expanded[k / 3][k % 3].unwrap(),
+                );
             }
         }
         println!("published, {label}: {inside:?} of 200");

@@ -8,9 +8,14 @@
 
 pub mod campaign;
 pub mod multi_position;
+mod observed;
 mod outcome;
+pub mod plan;
 mod plural;
 mod record;
+pub mod shaker_single;
+pub mod shaker_triaxial;
+pub mod spurious_motion;
 mod store;
 mod trouble;
 

@@ -25,6 +25,30 @@ pub enum Acts {
 }
 
 impl Acts {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::ReferenceModulus,
+        Self::ReferencePhase,
+        Self::OutputModulus,
+        Self::OutputPhase,
+        Self::OutputAdditive,
+        Self::Inclination,
+        Self::Rotation,
+    ];
+
+    /// Its name in a budget file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::ReferenceModulus => "reference-modulus",
+            Self::ReferencePhase => "reference-phase",
+            Self::OutputModulus => "output-modulus",
+            Self::OutputPhase => "output-phase",
+            Self::OutputAdditive => "output-additive",
+            Self::Inclination => "inclination",
+            Self::Rotation => "rotation",
+        }
+    }
+
     /// Whether the error is one of the mounting, so that the data may speak about it.
     pub fn is_angle(self) -> bool {
         matches!(self, Self::Inclination | Self::Rotation)
@@ -67,6 +91,15 @@ pub enum Key {
 pub(crate) const PART: &str = "part";
 
 impl Key {
+    /// All of them.
+    pub const ALL: [Self; 5] = [
+        Self::Frequency,
+        Self::Inclination,
+        Self::Rotation,
+        Self::Channel,
+        Self::Run,
+    ];
+
     /// Its name in a budget file.
     pub fn name(self) -> &'static str {
         match self {

@@ -15,13 +15,14 @@ use super::reference::ReferenceTable;
 use super::screening::{Observations, observations};
 use proofmass_core::Error;
 use proofmass_uncertainty::{Estimate, Finding, Severity};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Which calculation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
     /// Magnitudes, as published; for comparison only.
+    #[serde(alias = "published")]
     PublishedMagnitude,
     /// Signed phasors, frequency by frequency.
     Complex,
@@ -30,7 +31,7 @@ pub enum Method {
 }
 
 /// One measurement of the spurious motion, or none.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Correction {
     /// Label, such as `none` or `second`.
     pub label: String,
@@ -86,7 +87,7 @@ impl ShakerCampaign {
 }
 
 /// Everything about S at one frequency.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FrequencyResult {
     /// Frequency in Hz.
     pub frequency: f64,
@@ -113,7 +114,7 @@ pub struct FrequencyResult {
 }
 
 /// One run in one result, for a plot on the sphere of directions.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunResult {
     /// Name of the run.
     pub run: String,
@@ -132,7 +133,7 @@ pub struct RunResult {
 }
 
 /// One mounting angle.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AngleResult {
     /// Key of the input.
     pub key: String,
@@ -147,7 +148,7 @@ pub struct AngleResult {
 }
 
 /// The published method at one frequency.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PublishedResult {
     /// Frequency in Hz.
     pub frequency: f64,
@@ -156,7 +157,7 @@ pub struct PublishedResult {
 }
 
 /// One method with one correction.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MethodResult {
     /// The method.
     pub method: Method,
@@ -177,7 +178,7 @@ pub struct MethodResult {
 }
 
 /// Difference of one term between two results.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TermDifference {
     /// Labels of the two corrections.
     pub between: [String; 2],
@@ -193,7 +194,7 @@ pub struct TermDifference {
 }
 
 /// What [`calibrate`] gives.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ShakerCalibration {
     /// Methods and corrections side by side.
     pub results: Vec<MethodResult>,

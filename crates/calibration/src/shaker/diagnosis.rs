@@ -10,10 +10,10 @@ use faer::{Mat, Side, linalg::solvers::Solve};
 use num_complex::Complex64;
 use proofmass_core::Error;
 use proofmass_uncertainty::{Finding, Severity};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// What would explain a run that the others contradict.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Suspicion {
     /// Outputs read in another order and sign: output j of the device was found on channel `channel[j]` with
@@ -34,7 +34,7 @@ pub enum Suspicion {
 }
 
 /// A run that all others contradict.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Suspect {
     /// Index of the row.
     pub row: usize,

@@ -3,6 +3,7 @@
 use super::Configuration;
 use num_complex::Complex64;
 use proofmass_core::Error;
+use serde::{Deserialize, Serialize};
 
 /// One configuration at one frequency.
 #[derive(Clone, Debug, PartialEq)]
@@ -71,7 +72,7 @@ impl PhasorRow {
 }
 
 /// Motion of the device's seat beside the excitation, relative to it, at one inclination and frequency.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Spurious {
     /// Inclination in radians.
     pub inclination: f64,
@@ -84,7 +85,7 @@ pub struct Spurious {
 }
 
 /// What is known of spurious motion over the bench.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SpuriousTable {
     /// One entry per inclination and frequency that was measured.
     pub entries: Vec<Spurious>,

@@ -5,10 +5,10 @@ use num_complex::Complex64;
 use proofmass_core::Error;
 use proofmass_signal::sine::{Frequency, SineApproximation, dominant_frequency};
 use proofmass_uncertainty::{Finding, Severity};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// What the samples say about a run beside its phasors; every entry is optional for tables of ready phasors.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Quality {
     /// Frequency the reference was found at, Hz.
     pub measured_frequency: Option<f64>,
@@ -23,7 +23,7 @@ pub struct Quality {
 }
 
 /// One run as it comes from the bench: phasors in volts, or the reference already in m/s².
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunInput {
     /// Name of the run.
     pub run: String,
@@ -109,7 +109,8 @@ impl Reading {
             covariances: c.iter().map(|c| c.covariance).collect(),
             measured_frequency: if elsewhere { found } else { fit.frequency },
             distortion: c[0].thd(),
-            signal_to_noise: c.iter().map(|c| c.snr_db()).collect(),
+            // A signal without any noise has the ratio that double precision can hold.
+            signal_to_noise: c.iter().map(|c| c.snr_db().min(300.0)).collect(),
             clipped,
         })
     }
@@ -170,7 +171,7 @@ impl Phasors {
 }
 
 /// Rules of a sound run.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Limits {
     /// Largest relative departure of the frequency.
     pub frequency: f64,

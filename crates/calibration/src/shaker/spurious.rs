@@ -5,7 +5,7 @@ use super::observation::{Spurious, SpuriousTable};
 use num_complex::Complex64;
 use proofmass_core::Error;
 use proofmass_uncertainty::{Finding, Severity};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Ratio of a motion to the reference acceleration from a vibrometer: jΩ v/a.
 ///
@@ -15,7 +15,7 @@ pub fn ratio_from_velocity(velocity: Complex64, reference: Complex64, frequency:
 }
 
 /// Directions on a circle.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CircularStatistics {
     /// Number of directions.
     pub count: usize,
@@ -68,7 +68,7 @@ pub fn circular(phases: &[f64]) -> Result<CircularStatistics, Error> {
 }
 
 /// A mean ratio.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RatioEstimate {
     /// Mean of the complex ratios.
     pub mean: Complex64,
@@ -81,7 +81,7 @@ pub struct RatioEstimate {
 }
 
 /// What repeats of one ratio allow.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Average {
     /// They agree in phase: a mean and its covariance.
     Coherent(RatioEstimate),
@@ -176,7 +176,7 @@ pub fn average(ratios: &[Complex64]) -> Result<Average, Error> {
 }
 
 /// Repeats of the ratio along one axis, at one inclination and frequency.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Repeats {
     /// Inclination in radians.
     pub inclination: f64,
@@ -274,14 +274,14 @@ pub fn table(campaign: &[Repeats]) -> Result<(SpuriousTable, Vec<Finding>), Erro
 }
 
 /// What the repeats of one ratio say, for a reader who wants to see why they were averaged or refused.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RatioSummary {
     /// Inclination in radians.
     pub inclination: f64,
     /// Frequency in Hz.
     pub frequency: f64,
     /// Axis of the bench, `x` for x′.
-    pub axis: &'static str,
+    pub axis: String,
     /// Moduli of the repeats.
     pub moduli: Vec<f64>,
     /// Their phases on the circle.
@@ -308,7 +308,7 @@ pub fn summaries(campaign: &[Repeats]) -> Result<Vec<RatioSummary>, Error> {
             Ok(RatioSummary {
                 inclination: repeats.inclination,
                 frequency: repeats.frequency,
-                axis,
+                axis: (*axis).to_owned(),
                 moduli: repeats.ratios.iter().map(|z| z.norm()).collect(),
                 average: average(&repeats.ratios)?,
                 phases: circular(&phases)?,
@@ -318,14 +318,14 @@ pub fn summaries(campaign: &[Repeats]) -> Result<Vec<RatioSummary>, Error> {
 }
 
 /// Two measurements of the same spurious motion.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Comparison {
     /// Inclination in radians.
     pub inclination: f64,
     /// Frequency in Hz.
     pub frequency: f64,
     /// Axis, `x` for x′.
-    pub axis: &'static str,
+    pub axis: String,
     /// Modulus of the difference of the two ratios.
     pub difference: f64,
     /// E_n for a complex quantity: √(dᵀ (C₁ + C₂)⁻¹ d/5.991); above one the two disagree at 95 %. `None` when
@@ -349,7 +349,7 @@ pub fn compare(first: &SpuriousTable, second: &SpuriousTable) -> Vec<Comparison>
             result.push(Comparison {
                 inclination: a.inclination,
                 frequency: a.frequency,
-                axis: AXES[k],
+                axis: AXES[k].to_owned(),
                 difference: d.norm(),
                 e_n: (determinant > 0.0).then(|| (q / 5.991).sqrt()),
             });
