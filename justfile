@@ -1,5 +1,6 @@
-# What CI runs: everything that must hold.
-check: format lint test docs embedded features licences
+# What CI runs: everything that must hold. `.ci/run` is the one list of its steps.
+check:
+    .ci/run
 
 # Formatting.
 format:
@@ -13,22 +14,13 @@ lint:
 test:
     cargo test --workspace
 
+# Tests against recordings of others, in the folder of PROOFMASS_REFERENCE_DATA.
+test-recordings:
+    cargo test --workspace --tests -- --ignored
+
 # Documentation, warnings denied.
 docs:
     RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps
-
-# The crate for firmware, on a bare-metal target.
-embedded:
-    rustup target add thumbv7em-none-eabihf
-    cargo build -p proofmass-core --target thumbv7em-none-eabihf
-
-# Each crate by itself, as a user of one crate builds it.
-features:
-    for c in core uncertainty signal noise calibration motion rig io report; do cargo check -q -p proofmass-$c || exit 1; done
-
-# Licences of all dependencies.
-licences:
-    python3 .ci/licences.py
 
 # The example of the README.
 example:

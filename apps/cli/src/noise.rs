@@ -68,7 +68,7 @@ pub(crate) struct Noise {
     /// Also seek sinusoids
     #[arg(long)]
     sinusoids: bool,
-    /// Refuse a recording with gaps instead of analysing its longest stretch
+    /// Refuse a recording with gaps instead of analysing the stretches between them
     #[arg(long)]
     refuse_gaps: bool,
     /// Read the recording as a stream, in memory that does not grow with it [default: above 2 GB]
@@ -169,7 +169,7 @@ impl Noise {
             gaps: if self.refuse_gaps {
                 Gaps::Refuse
             } else {
-                Gaps::LongestStretch
+                Gaps::default()
             },
             detrend: self.detrend,
             ..AnalysisOptions::default()
@@ -186,7 +186,9 @@ impl Noise {
             Error::OutOfRange { name: "tau", .. } => {
                 "an averaging time is a whole number of sample intervals, at most a half or a third of the record by statistic"
             }
-            _ if self.refuse_gaps => "leave out --refuse-gaps to analyse the longest stretch",
+            _ if self.refuse_gaps => {
+                "leave out --refuse-gaps to analyse the stretches between the gaps"
+            }
             _ => "see `proofmass inspect` for what the file holds",
         };
         Failure::from(error)

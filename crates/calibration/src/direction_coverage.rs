@@ -44,6 +44,7 @@ impl fmt::Display for Direction {
 }
 
 /// How well a set of directions covers the sphere.
+#[doc(alias("sphere coverage"))]
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct DirectionCoverage {
     /// Principal directions without any attitude within 45°.

@@ -19,6 +19,7 @@ use proofmass_uncertainty::DegreesOfFreedom;
 /// of the fit residuals.
 ///
 /// **Source** `[Andrews1991]` eq. 6.2 and 6.4, `[Priestley1981]` 6.2.3.
+#[doc(alias("standard error of the mean", "long-run variance"))]
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct MeanNoise {
     /// Γ_k with the lag window applied, k = 0, 1, …

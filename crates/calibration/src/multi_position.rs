@@ -24,6 +24,7 @@ use proofmass_core::{Error, Gravity};
 use proofmass_uncertainty::DegreesOfFreedom;
 
 /// How well given attitudes are known, standard uncertainties in radians.
+#[doc(alias("orientation uncertainty", "levelling error"))]
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct AttitudeUncertainty {
     /// Of each attitude for itself, about any axis across the specific force.
@@ -59,6 +60,7 @@ pub struct AttitudeUncertainty {
 /// **Accuracy** the coverage of the intervals is mapped in docs/multi-position.md.
 ///
 /// **Source** `[Tedaldi2014]` (unknown attitudes), `[PauleMandel1982]` (excess), `[GUM] 5`.
+#[doc(alias("six-position test", "tumble test", "ellipsoid fit", "IEEE 1293"))]
 #[derive(Clone, Debug)]
 pub struct MultiPosition {
     gravity: Gravity,

@@ -135,6 +135,7 @@ impl Segment {
 }
 
 /// One standstill reduced to what the fit needs.
+#[doc(alias("orientation", "position", "static acceleration mean"))]
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Pose {
     /// Where it lies in the recording.

@@ -10,6 +10,7 @@ use proofmass_core::Error;
 /// let search = Standstill { minimum_duration: 2.0, ..Standstill::default() };
 /// assert_eq!(search.window, 1.0);
 /// ```
+#[doc(alias("static interval", "stationary interval", "zero motion"))]
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Standstill {
     /// Length of the window over which the variance is taken, s.

@@ -34,6 +34,7 @@ pub struct Candidate {
 /// motion in.
 ///
 /// **Source** after `[Tedaldi2014]` III-C, with the figure above in place of the residual norm.
+#[doc(alias("static detector"))]
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct ThresholdSweep {
     /// The standstills of the chosen threshold.

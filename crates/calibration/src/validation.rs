@@ -31,6 +31,7 @@ pub struct AttitudeCheck {
 /// A calibration put to the test on standstills it was not made from.
 ///
 /// **Source** the 0.1 % rule: good practice of accelerometer compensation; χ²: `[GUM]` H.3 in matrix form.
+#[doc(alias("verification", "cross-validation"))]
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Validation {
     /// One per standstill.

@@ -131,7 +131,10 @@ fn main() -> Result<(), Error> {
         kalman32.step(&mut s, Some(x as f32), a as f32);
         f64::from(s.x[1])
     });
-    let walk = BiasModel::RandomWalk { density: 1e-8 };
+    let walk = BiasModel::RandomWalk {
+        density: 1e-8,
+        initial: 0.0,
+    };
     let kalman3 = Kalman::<f64, 3>::with_bias(&noise, walk, Hold::Second, dt)?;
     let mut s = KalmanState::new([0.0; 3], [1.0; 3], 0.0);
     task.measure("kalman-3", |x, a| {

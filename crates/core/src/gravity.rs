@@ -6,6 +6,7 @@ use crate::Error;
 pub const STANDARD_GRAVITY: f64 = 9.806_65;
 
 /// Local acceleration of gravity with its standard uncertainty, both in m/s².
+#[doc(alias("g", "local gravity", "Somigliana"))]
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",

@@ -19,6 +19,13 @@ use crate::{Error, Float, Matrix3};
 /// assert!((a[2] - 9.81744).abs() < 1e-11);
 /// # Ok::<(), proofmass_core::Error>(())
 /// ```
+#[doc(alias(
+    "calibration matrix",
+    "compensation",
+    "bias",
+    "scale factor",
+    "misalignment"
+))]
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -55,6 +62,13 @@ impl<F: Float> SensorModel<F> {
             k_inverse: k.inverse()?,
             bias,
         })
+    }
+
+    /// From K, its inverse and the bias, as a constant of firmware: nothing is computed and nothing is checked.
+    ///
+    /// An export writes all three; a test beside it that compares with [`SensorModel::new`] is a good habit.
+    pub const fn constant(k: Matrix3<F>, k_inverse: Matrix3<F>, bias: [F; 3]) -> Self {
+        Self { k, k_inverse, bias }
     }
 
     /// Compensation, a = K⁻¹ (ã − b): acceleration from the sensor's output.

@@ -36,6 +36,7 @@ use serde::{Deserialize, Serialize};
 /// assert!((scale.value - 415.2).abs() < 2.0 * scale.expanded);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
+#[doc(alias("six-position test", "tumble test"))]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct MultiPositionJob {

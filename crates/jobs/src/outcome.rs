@@ -29,6 +29,7 @@ pub trait Job: Serialize + DeserializeOwned {
 ///
 /// What the result is (value, U, k, ν, by which method, what is to be doubted) is decided when an outcome is made.
 /// Files, pages, terminal and servers repeat it; nothing here computes.
+#[doc(alias("result"))]
 pub trait Outcome: Serialize + DeserializeOwned {
     /// Kind of the result, as `kind` in result.json.
     const KIND: &'static str;
@@ -96,6 +97,7 @@ pub trait Outcome: Serialize + DeserializeOwned {
 }
 
 /// An outcome with what it is filed with: what `result.json` holds.
+#[doc(alias("result.json"))]
 #[derive(Clone, Debug, PartialEq)]
 pub struct Filed<O> {
     /// Device, conditions, date, inputs, software.

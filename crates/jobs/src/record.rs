@@ -4,6 +4,7 @@ use proofmass_io::{Ambient, Device, Input, Software};
 use serde::{Deserialize, Serialize};
 
 /// Everything about a result that is no result: who, what, when, from which files.
+#[doc(alias("provenance"))]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Record {

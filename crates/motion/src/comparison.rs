@@ -2,10 +2,10 @@
 
 use crate::{Family, Method, MotionRecord};
 use proofmass_core::Error;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// What one estimate did against the reference.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Agreement {
     /// Root of the mean square error.
     pub rms: f64,
@@ -133,7 +133,7 @@ fn delay(v: &[f64], r: &[f64]) -> Option<f64> {
 }
 
 /// One method at one rate.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ComparisonRow {
     /// Method with its settings.
     pub method: Method,

@@ -3,12 +3,13 @@
 
 use crate::{KalmanModel, Method, MotionRecord, Source};
 use proofmass_core::Error;
+use proofmass_core::velocity::ProcessNoise;
 use realfft::num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 /// Gains of the two channels of a fused filter on the true velocity at one frequency.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ChannelGain {
     /// Frequency, rad/s.
     pub omega: f64,
@@ -140,7 +141,7 @@ pub enum Criterion<'a> {
 }
 
 /// Gains with the value of the criterion, RMS in velocity.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Crossover {
     /// The method with its gains.
     pub method: Method,
@@ -294,7 +295,7 @@ pub fn crossover_by_smoother(
 /// trust in the difference to an estimate of the same readings goes, to ten thousand times it.
 ///
 /// All variances are then scaled so that the mean variance the filter states is its mean square difference to the
-/// smoother plus the smoother's own; below that they are left as they are.
+/// smoother plus the smoother's own: the error of an optimal smoother is uncorrelated with that difference.
 ///
 /// # Errors
 /// Of the record and of the smoother.
@@ -320,8 +321,8 @@ pub fn kalman_by_smoother(
     let mut log = low;
     while log <= high {
         let value = score(log)?;
-        // A flat valley belongs to the likelihood.
-        if value < best * (1.0 - 1e-3) {
+        // A flat valley belongs to the likelihood: rounding that repeats makes the rest of the difference.
+        if value < 0.97 * best {
             (best, at) = (value, log);
         }
         log += step;
@@ -355,7 +356,7 @@ pub fn kalman_by_smoother(
     Ok(Crossover {
         method: Method::Kalman {
             model: found.scaled(if factor.is_finite() {
-                factor.max(1.0)
+                factor.clamp(0.3, 1e6)
             } else {
                 1.0
             }),
@@ -367,8 +368,8 @@ pub fn kalman_by_smoother(
 /// Noise of the two sensors as a tuned model has it, for [`Criterion::Noise`]; `None` for a speed record.
 pub fn noise_of(model: &KalmanModel, record: &MotionRecord) -> Option<SensorNoise> {
     let acceleration = match model.noise_form {
-        crate::NoiseForm::SampleConstant => model.acceleration_noise,
-        crate::NoiseForm::Continuous => model.acceleration_noise / record.sample_time,
+        ProcessNoise::SampleConstant => model.acceleration_noise,
+        ProcessNoise::Continuous => model.acceleration_noise / record.sample_time,
     };
     (record.source == Source::Position).then_some(SensorNoise {
         acceleration,

@@ -3,10 +3,10 @@
 use proofmass_core::Error;
 use proofmass_core::encoder::{Decoding, Quadrature, Unwrap, gray_to_binary, resolver_angle};
 use proofmass_uncertainty::{Finding, Severity};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A decoded recording.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Decoded {
     /// Count at every sample or edge, continued over rollovers.
     pub count: Vec<i64>,

@@ -7,66 +7,19 @@ use proofmass_core::velocity::{
 };
 use serde::{Deserialize, Serialize};
 
-/// Form of the acceleration noise q.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum NoiseForm {
-    /// q is the variance of one sample, constant over it.
-    SampleConstant,
-    /// q is a two-sided density in continuous time.
-    Continuous,
-}
-
-/// How the accelerometer's offset is modelled.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", tag = "model")]
-pub enum Bias {
-    /// No offset: it has been removed, or is part of the noise.
-    None,
-    /// Random walk from an unknown start.
-    RandomWalk {
-        /// Two-sided density of the driving noise; 0 for a constant.
-        density: f64,
-        /// Standard deviation of the offset at the start.
-        initial: f64,
-    },
-    /// Stationary first-order Gauss–Markov process.
-    GaussMarkov {
-        /// Standard deviation.
-        deviation: f64,
-        /// Correlation time, s.
-        time: f64,
-    },
-}
-
-/// Between-sample course of the acceleration.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Interpolation {
-    /// The older sample holds.
-    Constant,
-    /// A straight line.
-    Linear,
-    /// A curve: on line the parabola through the last three samples, off line (smoother, tuning) the polynomial of
-    /// fifth degree through the three before and after. At ten samples per period the line loses 3 % of the
-    /// velocity, the parabola 1 %, the fifth degree 0.02 %.
-    #[default]
-    Curve,
-}
-
 /// A Kalman filter of an axis, as data.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct KalmanModel {
     /// q, after `noise_form`.
     pub acceleration_noise: f64,
     /// What q means.
-    pub noise_form: NoiseForm,
+    pub noise_form: ProcessNoise,
     /// R: variance of a reading; δ²/12 for quantisation alone.
     pub reading_noise: f64,
-    /// The accelerometer's offset.
-    pub bias: Bias,
+    /// The accelerometer's offset; `None` where it has been removed, or is part of the noise.
+    pub bias: Option<BiasModel>,
     /// Acceleration between samples.
-    pub interpolation: Interpolation,
+    pub interpolation: Hold,
 }
 
 impl KalmanModel {
@@ -74,10 +27,10 @@ impl KalmanModel {
     pub fn new(acceleration_noise: f64, reading_noise: f64) -> Self {
         Self {
             acceleration_noise,
-            noise_form: NoiseForm::SampleConstant,
+            noise_form: ProcessNoise::SampleConstant,
             reading_noise,
-            bias: Bias::None,
-            interpolation: Interpolation::Curve,
+            bias: None,
+            interpolation: Hold::Second,
         }
     }
 
@@ -86,55 +39,27 @@ impl KalmanModel {
     pub fn scaled(mut self, factor: f64) -> Self {
         self.acceleration_noise *= factor;
         self.reading_noise *= factor;
-        match &mut self.bias {
-            Bias::None => {}
-            Bias::RandomWalk { density, initial } => {
-                *density *= factor;
-                *initial *= factor.sqrt();
-            }
-            Bias::GaussMarkov { deviation, .. } => *deviation *= factor.sqrt(),
-        }
+        self.bias = self.bias.map(|bias| bias.scaled(factor));
         self
     }
 
-    fn noise(&self) -> (MotionNoise, Hold) {
-        let form = match self.noise_form {
-            NoiseForm::SampleConstant => ProcessNoise::SampleConstant,
-            NoiseForm::Continuous => ProcessNoise::Continuous,
-        };
-        let hold = match self.interpolation {
-            Interpolation::Constant => Hold::Zero,
-            Interpolation::Linear => Hold::First,
-            Interpolation::Curve => Hold::Second,
-        };
-        (
-            MotionNoise {
-                acceleration: self.acceleration_noise,
-                form,
-                position: self.reading_noise,
-            },
-            hold,
-        )
+    fn noise(&self) -> MotionNoise {
+        MotionNoise {
+            acceleration: self.acceleration_noise,
+            form: self.noise_form,
+            position: self.reading_noise,
+        }
     }
 
     /// The filter without offset state.
     pub(crate) fn two(&self, dt: f64) -> Result<Kalman<f64, 2>, Error> {
-        let (noise, hold) = self.noise();
-        Kalman::<f64, 2>::new(&noise, hold, dt)
+        Kalman::<f64, 2>::new(&self.noise(), self.interpolation, dt)
     }
 
     /// The filter with offset state, and the variance the offset starts with.
-    pub(crate) fn three(&self, dt: f64) -> Result<(Kalman<f64, 3>, f64), Error> {
-        let (noise, hold) = self.noise();
-        let (bias, initial) = match self.bias {
-            Bias::None => (BiasModel::RandomWalk { density: 0.0 }, 0.0),
-            Bias::RandomWalk { density, initial } => (BiasModel::RandomWalk { density }, initial),
-            Bias::GaussMarkov { deviation, time } => {
-                (BiasModel::GaussMarkov { deviation, time }, deviation)
-            }
-        };
-        let kalman = Kalman::<f64, 3>::with_bias(&noise, bias, hold, dt)?;
-        Ok((kalman, initial * initial))
+    pub(crate) fn three(&self, bias: BiasModel, dt: f64) -> Result<(Kalman<f64, 3>, f64), Error> {
+        let kalman = Kalman::<f64, 3>::with_bias(&self.noise(), bias, self.interpolation, dt)?;
+        Ok((kalman, bias.initial() * bias.initial()))
     }
 }
 
@@ -147,7 +72,7 @@ const NODES: usize = 6;
 pub(crate) fn steps(record: &MotionRecord, model: &KalmanModel) -> Option<Vec<[f64; 2]>> {
     let (a, dt) = (&record.acceleration, record.sample_time);
     let n = a.len();
-    if model.interpolation != Interpolation::Curve || n < NODES {
+    if model.interpolation != Hold::Second || n < NODES {
         return None;
     }
     // The step lies between the nodes j and j + 1 of its six.
@@ -163,6 +88,23 @@ pub(crate) fn steps(record: &MotionRecord, model: &KalmanModel) -> Option<Vec<[f
     };
     let first = std::iter::once([0.0; 2]);
     Some(first.chain((1..n).map(change)).collect())
+}
+
+/// The same for every model: where it takes no curve, the straight line, or the older sample.
+pub(crate) fn step_inputs(record: &MotionRecord, model: &KalmanModel) -> Vec<[f64; 2]> {
+    if let Some(curve) = steps(record, model) {
+        return curve;
+    }
+    let (a, dt) = (&record.acceleration, record.sample_time);
+    let step = |w: &[f64]| match model.interpolation {
+        Hold::Zero => [0.5 * dt * dt * w[0], dt * w[0]],
+        _ => [
+            dt * dt * (w[0] / 3.0 + w[1] / 6.0),
+            0.5 * dt * (w[0] + w[1]),
+        ],
+    };
+    let first = std::iter::once([0.0; 2]);
+    first.chain(a.windows(2).map(step)).collect()
 }
 
 /// ∫(1 − s) L_i and ∫ L_i over 0 < s < 1 for Lagrange's polynomials over 0…5, s counted from node `from`.
@@ -296,37 +238,8 @@ pub(crate) fn pass<const N: usize>(
     pass
 }
 
-/// Sums over the innovations after the start: count, Σ ln S, Σ ν²/S.
-///
-/// The first `skip` innovations belong to the unknown start and say nothing about the noise.
-pub(crate) fn innovation_sums<const N: usize>(
-    kalman: &Kalman<f64, N>,
-    record: &MotionRecord,
-    bias_variance: f64,
-    steps: Option<&[[f64; 2]]>,
-    skip: usize,
-) -> (usize, f64, f64) {
-    let at = component(record.source);
-    let mut state = start::<N>(record, kalman.r, bias_variance);
-    let (mut seen, mut logs, mut squares) = (0usize, 0.0, 0.0);
-    for (k, (reading, a)) in record.reading.iter().zip(&record.acceleration).enumerate() {
-        if k > 0 {
-            time_update(kalman, &mut state, *a, steps.map(|s| s[k]));
-        }
-        if let Some(r) = reading {
-            let innovation = Kalman::observe(&mut state, at, *r, kalman.r);
-            seen += 1;
-            if seen > skip {
-                logs += innovation.variance.ln();
-                squares += innovation.normalised_squared();
-            }
-        }
-    }
-    (seen.saturating_sub(skip), logs, squares)
-}
-
 /// A filter or smoother over a record.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct KalmanRun {
     /// Velocity per sample.
     pub velocity: Vec<f64>,
@@ -351,13 +264,13 @@ impl KalmanModel {
     pub fn filter(&self, record: &MotionRecord) -> Result<KalmanRun, Error> {
         record.check()?;
         match self.bias {
-            Bias::None => {
+            None => {
                 let kalman = self.two(record.sample_time)?;
                 let pass = pass(&kalman, record, 0.0, None);
                 KalmanRun::of(&pass.posterior, &pass.innovations)
             }
-            _ => {
-                let (kalman, variance) = self.three(record.sample_time)?;
+            Some(bias) => {
+                let (kalman, variance) = self.three(bias, record.sample_time)?;
                 let pass = pass(&kalman, record, variance, None);
                 KalmanRun::of(&pass.posterior, &pass.innovations)
             }

@@ -3,7 +3,7 @@
 use proofmass_core::velocity::{Integrator, IntegratorRule, IntegratorState};
 use proofmass_core::{Error, STANDARD_GRAVITY};
 use realfft::RealFftPlanner;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
 
 /// Butterworth high-pass as second-order sections, by Tustin with the corner prewarped.
@@ -219,7 +219,7 @@ pub fn integrate(
 }
 
 /// What integration alone does to a velocity after a time.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DriftBudget {
     /// Time, s.
     pub time: f64,

@@ -11,7 +11,7 @@
 //! let encoder = (0..2000).map(|k| Some(((0.1 * (9.0 * t(k)).sin()) / 1e-4).round() * 1e-4)).collect();
 //! let accelerometer = (0..2000).map(|k| -8.1 * (9.0 * t(k)).sin()).collect();
 //! let record = MotionRecord::new(dt, Source::Position, encoder, accelerometer)?;
-//! let result = estimate(&record, None, None)?;
+//! let result = estimate(&record, None, None, &proofmass_core::Unwatched)?;
 //! let v = result.trace.velocity[1500];
 //! assert!((v - 0.9 * (9.0 * t(1500)).cos()).abs() < 2e-3);
 //! # Ok::<(), proofmass_core::Error>(())
@@ -32,13 +32,16 @@ mod comparison;
 mod condition;
 mod crossover;
 mod decode;
+mod diffuse;
 mod excerpt;
 mod filtering;
+mod floor;
 mod integration;
 mod method;
 mod pairing;
 mod record;
 mod ripple;
+mod search;
 mod slip;
 mod smoother;
 mod tuning;
@@ -54,15 +57,17 @@ pub use crossover::{
 pub use decode::{
     AbsoluteCode, Decoded, TimedEdge, absolute, quadrature, quadrature_edges, resolver,
 };
+pub use diffuse::{ColouredNoise, Unknowns};
 pub use excerpt::excerpt;
-pub use filtering::{Bias, Interpolation, KalmanModel, KalmanRun, NoiseForm};
+pub use filtering::{KalmanModel, KalmanRun};
 pub use integration::{DriftBudget, DriftSources, HighPass, OffLineIntegration, integrate};
-pub use method::{Family, Method, Rule, Trace, WINDOWS};
+pub use method::{Family, Method, Trace, WINDOWS};
 pub use pairing::Pairing;
+pub use proofmass_core::velocity::{BiasModel, Hold, IntegratorRule, ProcessNoise};
 pub use record::{MotionRecord, Source, Stamped, Timing, align, even_clock, out_of_order};
 pub use ripple::{Ripple, RippleLine, ripple};
 pub use slip::{Episode, SlipReport, SlipSearch};
-pub use tuning::{BiasChoice, ReadingNoise, Tuned, Tuning};
+pub use tuning::{BiasChoice, Found, NoiseNode, ReadingNoise, Tuned, Tuning};
 pub use velocity::{
     CompareResult, EstimateResult, TuneResult, TunedAtRate, compare, estimate, published_sweep,
     single_sensor_methods, tune,

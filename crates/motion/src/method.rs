@@ -3,36 +3,11 @@
 use crate::{KalmanModel, MotionRecord, Source};
 use proofmass_core::Error;
 use proofmass_core::velocity::{
-    AdaptiveObserver, AdaptiveObserverState, Integrator, IntegratorRule, IntegratorState, Observer,
-    ObserverState, PositionDifference, PositionDifferenceState, TrackingLoop, TwoChannel,
-    TwoChannelState,
+    AdaptiveObserver, AdaptiveObserverState, BiasModel, Integrator, IntegratorRule,
+    IntegratorState, Observer, ObserverState, PositionDifference, PositionDifferenceState,
+    TrackingLoop, TwoChannel, TwoChannelState,
 };
 use serde::{Deserialize, Serialize};
-
-/// Quadrature rule of [`Method::Integration`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Rule {
-    /// Trapezoid.
-    Trapezoid,
-    /// Simpson.
-    Simpson,
-    /// Tick.
-    Tick,
-    /// Adams–Moulton of third order.
-    AdamsMoulton3,
-}
-
-impl From<Rule> for IntegratorRule {
-    fn from(rule: Rule) -> Self {
-        match rule {
-            Rule::Trapezoid => Self::Trapezoid,
-            Rule::Simpson => Self::Simpson,
-            Rule::Tick => Self::Tick,
-            Rule::AdamsMoulton3 => Self::AdamsMoulton3,
-        }
-    }
-}
 
 /// Windows for which the one-sided fits are built.
 pub const WINDOWS: [usize; 10] = [2, 3, 4, 5, 7, 9, 11, 15, 21, 31];
@@ -65,7 +40,7 @@ pub enum Method {
     /// Acceleration alone.
     Integration {
         /// Rule.
-        rule: Rule,
+        rule: IntegratorRule,
         /// Offset to subtract before: from a still period, or zero.
         offset: f64,
     },
@@ -135,7 +110,7 @@ pub enum Family {
 }
 
 /// Velocity by one method.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Trace {
     /// Method with its settings.
     pub method: Method,
@@ -179,7 +154,7 @@ impl Method {
                 format!("tracking loop, b = {} rad/s", digits(*bandwidth))
             }
             Self::Integration { rule, offset } => {
-                let name = IntegratorRule::from(*rule).name();
+                let name = rule.name();
                 if *offset == 0.0 {
                     format!("integration, {name}")
                 } else {
@@ -274,7 +249,7 @@ impl Method {
                 (v, pll.delay())
             }
             Self::Integration { rule, offset } => {
-                let integrator = Integrator::<f64>::new(rule.into(), dt)?;
+                let integrator = Integrator::<f64>::new(rule, dt)?;
                 let mut state = IntegratorState::new(record.initial_velocity.unwrap_or(0.0));
                 let v = record
                     .acceleration
@@ -346,9 +321,10 @@ impl Method {
 
 fn settings(model: &KalmanModel) -> String {
     let bias = match model.bias {
-        crate::Bias::None => "",
-        crate::Bias::RandomWalk { .. } => ", offset random walk",
-        crate::Bias::GaussMarkov { .. } => ", offset Gauss-Markov",
+        None => "",
+        Some(BiasModel::RandomWalk { density: 0.0, .. }) => ", offset constant",
+        Some(BiasModel::RandomWalk { .. }) => ", offset random walk",
+        Some(BiasModel::GaussMarkov { .. }) => ", offset Gauss-Markov",
     };
     format!(
         "q = {}, R = {}{bias}",
@@ -468,8 +444,8 @@ fn steady(record: &MotionRecord, model: &KalmanModel) -> Result<Vec<f64>, Error>
         }};
     }
     match model.bias {
-        crate::Bias::None => run!(model.two(dt)?, 2),
-        _ => run!(model.three(dt)?.0, 3),
+        None => run!(model.two(dt)?, 2),
+        Some(bias) => run!(model.three(bias, dt)?.0, 3),
     }
     Ok(velocity)
 }

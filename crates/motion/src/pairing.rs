@@ -5,11 +5,11 @@ use crate::slip::held;
 use crate::{KalmanModel, MotionRecord, Source};
 use proofmass_core::{Error, STANDARD_GRAVITY};
 use proofmass_uncertainty::{Finding, Severity};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// Regression of the motion in the readings on the motion in the accelerometer.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pairing {
     /// Velocity changes of the readings over those of the accelerometer: one when units, axes and calibration agree.
     pub gain: f64,

@@ -147,6 +147,34 @@ impl MotionRecord {
         Ok(record)
     }
 
+    /// The same readings beside an accelerometer whose gain and latency are put right: its values over the gain, taken
+    /// `latency` seconds later, on the polynomial of fifth degree through the six nearest samples. Where these lie
+    /// beyond an end, the value at the end stands.
+    #[must_use]
+    pub fn corrected(&self, gain: f64, latency: f64) -> Self {
+        let a = &self.acceleration;
+        let n = a.len();
+        let at = |k: usize| {
+            let x = (k as f64 + latency / self.sample_time).clamp(0.0, (n - 1) as f64);
+            let whole = x.floor() as usize;
+            if latency == 0.0 || n < 6 || x == whole as f64 {
+                return a[whole];
+            }
+            let from = (whole + 1).saturating_sub(3).min(n - 6);
+            let s = x - from as f64;
+            let weight = |i: usize| -> f64 {
+                let others = (0..6).filter(|j| *j != i).map(|j| j as f64);
+                others.map(|j| (s - j) / (i as f64 - j)).product()
+            };
+            (0..6).map(|i| weight(i) * a[from + i]).sum()
+        };
+        Self {
+            reading: self.reading.clone(),
+            acceleration: (0..n).map(|k| at(k) / gain).collect(),
+            ..*self
+        }
+    }
+
     /// Largest n such that all readings stand at multiples of n samples after the first one.
     pub fn reading_stride(&self) -> usize {
         let mut at = self

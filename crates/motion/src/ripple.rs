@@ -4,11 +4,11 @@ use crate::slip::held;
 use crate::{HighPass, MotionRecord};
 use proofmass_core::Error;
 use proofmass_uncertainty::{Finding, Severity};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// One repeating error.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RippleLine {
     /// Length (or angle) after which it repeats.
     pub period: f64,
@@ -21,7 +21,7 @@ pub struct RippleLine {
 }
 
 /// Repeating errors, largest first.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Ripple {
     /// Lines above five times the median of the spectrum.
     pub lines: Vec<RippleLine>,

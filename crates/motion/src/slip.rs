@@ -3,10 +3,10 @@
 use crate::MotionRecord;
 use proofmass_core::Error;
 use proofmass_uncertainty::{Finding, Severity};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A stretch of the record that is not one common motion.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Episode {
     /// First sample.
     pub from: usize,
@@ -19,7 +19,7 @@ pub struct Episode {
 }
 
 /// Settings of the search.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SlipSearch {
     /// Window over which velocity changes are compared, s.
     pub window: f64,
@@ -41,7 +41,7 @@ impl Default for SlipSearch {
 }
 
 /// Slip and collisions of a record, with the standard deviation of the quiet part.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SlipReport {
     /// Encoder and accelerometer disagree.
     pub slip: Vec<Episode>,

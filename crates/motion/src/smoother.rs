@@ -3,7 +3,7 @@
 // Matrix algebra reads by its indices.
 #![allow(clippy::needless_range_loop)]
 
-use crate::filtering::{Bias, KalmanModel, KalmanRun, Pass, component, pass, steps};
+use crate::filtering::{KalmanModel, KalmanRun, Pass, component, pass, steps};
 use crate::{MotionRecord, Source};
 use proofmass_core::Error;
 use proofmass_core::velocity::{Kalman, KalmanState};
@@ -23,13 +23,13 @@ impl KalmanModel {
         record.check()?;
         let steps = steps(record, self);
         match self.bias {
-            Bias::None => {
+            None => {
                 let kalman = self.two(record.sample_time)?;
                 let pass = pass(&kalman, record, 0.0, steps.as_deref());
                 KalmanRun::of(&backward(&kalman, &pass, record.source), &pass.innovations)
             }
-            _ => {
-                let (kalman, variance) = self.three(record.sample_time)?;
+            Some(bias) => {
+                let (kalman, variance) = self.three(bias, record.sample_time)?;
                 let pass = pass(&kalman, record, variance, steps.as_deref());
                 KalmanRun::of(&backward(&kalman, &pass, record.source), &pass.innovations)
             }
@@ -110,6 +110,7 @@ fn backward<const N: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proofmass_core::velocity::BiasModel;
 
     fn record(n: usize) -> MotionRecord {
         let dt = 0.01;
@@ -177,15 +178,15 @@ mod tests {
     fn law_smoother_is_never_less_certain_than_the_filter() {
         let record = record(400);
         for bias in [
-            Bias::None,
-            Bias::RandomWalk {
+            None,
+            Some(BiasModel::RandomWalk {
                 density: 1e-4,
                 initial: 0.5,
-            },
-            Bias::GaussMarkov {
+            }),
+            Some(BiasModel::GaussMarkov {
                 deviation: 0.2,
                 time: 10.0,
-            },
+            }),
         ] {
             let model = KalmanModel {
                 bias,
@@ -198,7 +199,7 @@ mod tests {
             for (f, s) in f.velocity_uncertainty.iter().zip(&s.velocity_uncertainty) {
                 assert!(*s <= f * (1.0 + 1e-9));
             }
-            assert_eq!(f.offset.is_some(), bias != Bias::None);
+            assert_eq!(f.offset.is_some(), bias.is_some());
         }
     }
 }

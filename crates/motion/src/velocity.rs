@@ -1,17 +1,18 @@
 //! Three questions to a record, answered as plain data: estimate, compare, tune.
 
+use crate::tuning::Constants;
 use crate::{
-    ComparisonRow, Crossover, Family, Filter, KalmanModel, Method, MotionRecord, Pairing, Ripple,
-    Rule, SlipReport, SlipSearch, Source, Trace, Tuned, Tuning, compare_methods, conditions,
-    crossover_by_smoother, kalman_by_smoother, ripple,
+    ComparisonRow, Crossover, Family, Filter, Found, IntegratorRule, KalmanModel, Method,
+    MotionRecord, Pairing, Ripple, SlipReport, SlipSearch, Source, Trace, Tuned, Tuning,
+    compare_methods, conditions, crossover_by_smoother, kalman_by_smoother, ripple,
 };
-use proofmass_core::Error;
+use proofmass_core::{Error, Watch};
 use proofmass_uncertainty::{Finding, Severity};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// Answer of [`tune`]: the model and the gains of every fused method, found without a truth.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TuneResult {
     /// Noise by maximum likelihood; the smoother's model.
     pub tuned: Tuned,
@@ -44,34 +45,32 @@ impl TuneResult {
 /// Finds noise parameters and gains from the record alone.
 ///
 /// The noise is that of the largest likelihood of the longest stretch without slip; the gains of each on-line filter
-/// are those that come closest to the smoother with this noise. Of more than 30 000 samples the 30 000 with the most
-/// motion are used: by then R is known to one per cent.
+/// are those that come closest to the smoother with this noise, on the accelerometer with its gain and latency put
+/// right. Of more than 20 000 samples the 20 000 with the most motion are used: by then R is known to one per cent.
 ///
 /// # Errors
 /// Of the record and of the search ([`Tuning::run`], [`crate::crossover`]).
-pub fn tune(record: &MotionRecord, tuning: &Tuning) -> Result<TuneResult, Error> {
-    record.check()?;
-    let slip = slip_search(record).ok();
-    let mut result = tune_without(record, tuning, slip.as_ref())?;
-    // Wrong units and senses first: the gains are worth nothing with them.
-    let pairing = pairing(record, slip.as_ref());
-    let doubts = pairing.into_iter().flat_map(|p| p.findings);
-    result.findings.splice(0..0, doubts);
-    Ok(result)
-}
-
-fn tune_without(
+pub fn tune(
     record: &MotionRecord,
     tuning: &Tuning,
-    slip: Option<&SlipReport>,
+    watch: &dyn Watch,
 ) -> Result<TuneResult, Error> {
-    let (part, samples) = tuning_part(record, slip);
-    let tuned = tuning.run(&part)?;
+    record.check()?;
+    let slip = slip_search(record).ok();
+    let pairing = pairing(record, slip.as_ref());
+    let (part, samples) = tuning_part(record, slip.as_ref());
+    let tuned = paired_tuning(&part, tuning, pairing.as_ref(), watch)?;
     let skip = settle(&part);
+    let part = tuned.corrected(&part);
     let kalman = kalman_by_smoother(&tuned.model, &part, skip)?;
+    watch.step("gains", 1, 3)?;
     let two_channel = crossover_by_smoother(Filter::TwoChannel, &tuned.model, &part, skip)?;
+    watch.step("gains", 2, 3)?;
     let observer = crossover_by_smoother(Filter::Observer, &tuned.model, &part, skip)?;
-    let mut findings = conditions(record);
+    watch.step("gains", 3, 3)?;
+    // Wrong units and senses first: the gains are worth nothing with them.
+    let mut findings = doubts(pairing.as_ref(), Some(&tuned));
+    findings.extend(conditions(record));
     findings.extend(part_finding(record, &samples));
     findings.extend(tuned.findings.iter().cloned());
     Ok(TuneResult {
@@ -82,6 +81,87 @@ fn tune_without(
         samples,
         findings,
     })
+}
+
+/// Tuning in which a latency of more than half a step is taken off first: the likelihood knows it only as a slope.
+fn paired_tuning(
+    part: &MotionRecord,
+    tuning: &Tuning,
+    pairing: Option<&Pairing>,
+    watch: &dyn Watch,
+) -> Result<Tuned, Error> {
+    let half = 0.5 * part.sample_time;
+    let told = pairing.filter(|p| {
+        tuning.pairing && p.is_clear() && p.latency.abs() > (4.0 * p.latency_uncertainty).max(half)
+    });
+    let mut before = told.map_or(0.0, |p| p.latency);
+    // Once there is a latency, its rest is unknown, however small.
+    let run = |shift: f64, late: bool| tuning.search(&part.corrected(1.0, shift), late, watch);
+    let mut tuned = run(before, told.is_some())?;
+    for _ in 0..2 {
+        match tuned.latency {
+            Some(rest) if rest.value.abs() > half => {
+                before += rest.value;
+                tuned = run(before, true)?;
+            }
+            _ => break,
+        }
+    }
+    tuned.shifted_before(before);
+    Ok(tuned)
+}
+
+/// What gain and latency between the sensors make one doubt; where they were found and used, that.
+fn doubts(pairing: Option<&Pairing>, tuned: Option<&Tuned>) -> Vec<Finding> {
+    let gain = tuned.and_then(|t| t.gain);
+    let latency = tuned.and_then(|t| t.latency);
+    let mut findings: Vec<Finding> = pairing
+        .iter()
+        .flat_map(|p| &p.findings)
+        .filter(|f| match f.code() {
+            "gain-mismatch" => gain.is_none() || f.severity() == Severity::Decision,
+            "latency" => latency.is_none(),
+            _ => true,
+        })
+        .cloned()
+        .collect();
+    if let Some(gain) = gain {
+        findings.push(
+            Finding::new(
+                Severity::Warning,
+                "gain-mismatch",
+                "readings and accelerometer do not agree on the size of the motion; the gain was found and is used",
+            )
+            .evidence(format!(
+                "the accelerometer reads {:.5} (u = {:.5}) times the acceleration of the readings",
+                gain.value, gain.uncertainty
+            ))
+            .advice("calibrate the accelerometer, or check the increment or the radius of the wheel: one of them is wrong by this factor"),
+        );
+    }
+    if let Some(latency) = latency {
+        let late = if latency.value > 0.0 {
+            "later"
+        } else {
+            "earlier"
+        };
+        findings.push(
+            Finding::new(
+                Severity::Note,
+                "latency",
+                format!(
+                    "the accelerometer is {late} than the readings; the time was found and is used"
+                ),
+            )
+            .evidence(format!(
+                "{:.4} ms (u = {:.4} ms)",
+                1e3 * latency.value,
+                1e3 * latency.uncertainty
+            ))
+            .advice("state it for methods that are run on line: they do not know it"),
+        );
+    }
+    findings
 }
 
 /// A tenth of the record, at most a second: filters that start with a wrong velocity settle there.
@@ -131,7 +211,7 @@ fn pairing(record: &MotionRecord, slip: Option<&SlipReport>) -> Option<Pairing> 
 }
 
 /// Most samples a search for the noise needs.
-const ENOUGH: usize = 30_000;
+const ENOUGH: usize = 20_000;
 
 /// The longest stretch without slip, or the liveliest part of it.
 fn tuning_part(record: &MotionRecord, slip: Option<&SlipReport>) -> (MotionRecord, Range<usize>) {
@@ -185,7 +265,7 @@ fn part_finding(record: &MotionRecord, samples: &Range<usize>) -> Option<Finding
 }
 
 /// Answer of [`estimate`].
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EstimateResult {
     /// Times of the samples, s.
     #[serde(skip)]
@@ -225,6 +305,7 @@ pub fn estimate(
     record: &MotionRecord,
     method: Option<Method>,
     circumference: Option<f64>,
+    watch: &dyn Watch,
 ) -> Result<EstimateResult, Error> {
     record.check()?;
     let slip = slip_search(record).ok();
@@ -237,28 +318,55 @@ pub fn estimate(
         ) => Some(model),
         _ => None,
     };
-    let (model, tuned, found) = match given {
-        Some(model) => (model, None, Method::Kalman { model }),
+    let pairing = pairing(record, slip.as_ref());
+    let (model, tuned, trace, smooth) = match given {
+        Some(model) => {
+            let found = Method::Kalman { model };
+            let run = model.smooth(record)?;
+            let smooth = (run.velocity, run.velocity_uncertainty, run.offset);
+            (model, None, method.unwrap_or(found).run(record)?, smooth)
+        }
         None => {
             let (part, samples) = tuning_part(record, slip.as_ref());
-            let tuned = Tuning::default().run(&part)?;
-            let kalman = kalman_by_smoother(&tuned.model, &part, settle(&part))?;
+            let tuned = paired_tuning(&part, &Tuning::default(), pairing.as_ref(), watch)?;
+            watch.step("velocity", 0, 2)?;
+            let right = tuned.corrected(&part);
+            let kalman = kalman_by_smoother(&tuned.model, &right, settle(&part))?;
             findings.extend(part_finding(record, &samples));
             findings.extend(tuned.findings.iter().cloned());
-            (tuned.model, Some(tuned), kalman.method)
+            watch.step("velocity", 1, 2)?;
+            let trace = match method {
+                Some(method) => method.run(record)?,
+                None => on_line(&tuned, kalman.method, record)?,
+            };
+            // Slip would pass for an offset.
+            let constants = match slip.as_ref().is_some_and(|s| !s.slip.is_empty()) {
+                true => Constants::Held,
+                false => Constants::Fitted,
+            };
+            let run = tuned.smooth(record, constants)?;
+            watch.step("velocity", 2, 2)?;
+            let smooth = (run.velocity, run.uncertainty, run.offset);
+            (tuned.model, Some(tuned), trace, smooth)
         }
     };
-    let trace = method.unwrap_or(found).run(record)?;
-    let smooth = model.smooth(record)?;
-    let offset = smooth.offset;
+    // Filter and smoother of one model on one record: what is found beside it is in both.
+    let own = match &tuned {
+        Some(tuned) => {
+            let run = model.smooth(&tuned.corrected(record))?;
+            (run.velocity, run.velocity_uncertainty)
+        }
+        None => (smooth.0.clone(), smooth.1.clone()),
+    };
+    let agreement = agreement_share(&trace, &own, &slips);
+    let (velocity, uncertainty, offset) = smooth;
     let smoother = Trace {
         method: Method::Smoother { model },
         label: Method::Smoother { model }.label(),
-        velocity: smooth.velocity,
-        standard_uncertainty: Some(smooth.velocity_uncertainty),
+        velocity,
+        standard_uncertainty: Some(uncertainty),
         stated_delay: 0.0,
     };
-    let agreement = agreement_share(&trace, &smoother, &slips);
     if let Some(share) = agreement.filter(|s| *s < 0.9) {
         findings.push(
             Finding::new(
@@ -273,8 +381,7 @@ pub fn estimate(
             .advice("tune on this record, or look for slip, latency and gain errors"),
         );
     }
-    let pairing = pairing(record, slip.as_ref());
-    findings.extend(pairing.iter().flat_map(|p| p.findings.iter().cloned()));
+    findings.extend(doubts(pairing.as_ref(), tuned.as_ref()));
     findings.extend(slip.iter().flat_map(|s| s.findings.iter().cloned()));
     let ripple = match record.source {
         Source::Position => ripple(record, circumference, |k| !slips(k)).ok(),
@@ -295,6 +402,30 @@ pub fn estimate(
         ripple,
         findings,
     })
+}
+
+/// An on-line method on the record with gain and latency put right; their uncertainty adds what moving each by it does.
+fn on_line(tuned: &Tuned, method: Method, record: &MotionRecord) -> Result<Trace, Error> {
+    let mut trace = method.run(&tuned.corrected(record))?;
+    let value =
+        |found: Option<Found>, other: f64| found.map_or((other, 0.0), |f| (f.value, f.uncertainty));
+    let (gain, u_gain) = value(tuned.gain, 1.0);
+    let (latency, u_latency) = value(tuned.latency, 0.0);
+    for (gain, latency, u) in [
+        (gain + u_gain, latency, u_gain),
+        (gain, latency + u_latency, u_latency),
+    ] {
+        if u == 0.0 {
+            continue;
+        }
+        let moved = method.run(&record.corrected(gain, latency))?;
+        if let Some(own) = &mut trace.standard_uncertainty {
+            for (k, u) in own.iter_mut().enumerate() {
+                *u = u.hypot(moved.velocity[k] - trace.velocity[k]);
+            }
+        }
+    }
+    Ok(trace)
 }
 
 /// Longest run of samples for which `good` holds.
@@ -322,11 +453,12 @@ fn part(record: &MotionRecord, range: Range<usize>) -> Option<MotionRecord> {
     (part.reading.iter().flatten().count() >= 100).then_some(part)
 }
 
-fn agreement_share(trace: &Trace, smoother: &Trace, slips: &impl Fn(usize) -> bool) -> Option<f64> {
-    let (uf, us) = (
-        trace.standard_uncertainty.as_ref()?,
-        smoother.standard_uncertainty.as_ref()?,
-    );
+fn agreement_share(
+    trace: &Trace,
+    (smooth, us): &(Vec<f64>, Vec<f64>),
+    slips: &impl Fn(usize) -> bool,
+) -> Option<f64> {
+    let uf = trace.standard_uncertainty.as_ref()?;
     let (mut inside, mut all) = (0usize, 0usize);
     for k in 0..trace.velocity.len() {
         if slips(k) {
@@ -336,7 +468,7 @@ fn agreement_share(trace: &Trace, smoother: &Trace, slips: &impl Fn(usize) -> bo
         // The smoother's error is uncorrelated with what later readings add: Var(f − s) = u_f² − u_s².
         let u = (uf[k] * uf[k] - us[k] * us[k]).max(0.0).sqrt();
         let rounding = 1e-9 * uf[k];
-        let d = (trace.velocity[k] - smoother.velocity[k]).abs();
+        let d = (trace.velocity[k] - smooth[k]).abs();
         inside += usize::from(d <= 2.0 * u + rounding);
     }
     (all > 0).then(|| inside as f64 / all as f64)
@@ -372,7 +504,7 @@ fn reference_delay(rows: &[ComparisonRow]) -> Option<Finding> {
 }
 
 /// Tuning at one rate of a comparison.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TunedAtRate {
     /// Sample rate, Hz.
     pub rate: f64,
@@ -381,7 +513,7 @@ pub struct TunedAtRate {
 }
 
 /// Answer of [`compare`].
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CompareResult {
     /// One row per method and rate.
     pub rows: Vec<ComparisonRow>,
@@ -421,7 +553,7 @@ pub fn single_sensor_methods(source: Source) -> Vec<Method> {
         Source::Speed => vec![Method::SpeedReading],
     };
     let integral = Method::Integration {
-        rule: Rule::Trapezoid,
+        rule: IntegratorRule::Trapezoid,
         offset: 0.0,
     };
     alone.into_iter().chain([integral]).collect()
@@ -441,6 +573,7 @@ pub fn compare(
     methods: &[Method],
     decimations: &[usize],
     skip: f64,
+    watch: &dyn Watch,
 ) -> Result<CompareResult, Error> {
     let mut findings = conditions(record);
     let slip = slip_search(record).ok();
@@ -467,8 +600,12 @@ pub fn compare(
                 .advice("what both sensors have wrong alike does not show"),
             );
             let (part, _) = tuning_part(record, slip.as_ref());
-            let tuned = Tuning::default().run(&part)?;
-            tuned.model.smooth(record)?.velocity
+            let tuned = paired_tuning(&part, &Tuning::default(), pairing.as_ref(), watch)?;
+            let constants = match slip.as_ref().is_some_and(|s| !s.slip.is_empty()) {
+                true => Constants::Held,
+                false => Constants::Fitted,
+            };
+            tuned.smooth(record, constants)?.velocity
         }
     };
     let mut started = record.clone();
@@ -491,10 +628,10 @@ pub fn compare(
         let slow = record.decimated(n)?;
         let rate = 1.0 / slow.sample_time;
         let named = (1e4 * rate).round() / 1e4;
-        match tune(&slow, &Tuning::default()) {
+        match tune(&slow, &Tuning::default(), watch) {
             Ok(result) => {
                 rows.extend(compare_methods(
-                    record,
+                    &result.tuned.corrected(record),
                     &reference,
                     &result.methods(),
                     &[n],
@@ -508,6 +645,7 @@ pub fn compare(
                 findings.extend(at_rate);
                 tuned.push(TunedAtRate { rate, result });
             }
+            Err(error) if error.is_cancelled() => return Err(error),
             Err(error) => findings.push(
                 Finding::new(
                     Severity::Note,

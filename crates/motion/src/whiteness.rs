@@ -1,11 +1,11 @@
 //! Are the innovations what the model promised: white, with unit variance?
 
 use proofmass_core::Error;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Ljung–Box test of the autocorrelation and chi-square test of the size of normalised innovations.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Whiteness {
     /// Number of innovations.
     pub samples: usize,
@@ -85,6 +85,31 @@ pub(crate) fn autocorrelation(innovations: &[f64], lags: usize) -> Vec<f64> {
     (0..=lags.min(n.saturating_sub(1)))
         .map(|k| if power > 0.0 { at(k) / power } else { 1.0 })
         .collect()
+}
+
+/// ρ_k for every lag below the number of values, each over the pairs there are; `None` for a constant.
+///
+/// By the Fourier transform of the values and as many zeros (Wiener and Khinchin).
+pub(crate) fn spectrum_correlation(values: &[f64]) -> Option<Vec<f64>> {
+    let n = values.len();
+    let size = (2 * n).next_power_of_two();
+    let mean = values.iter().sum::<f64>() / n as f64;
+    let mut planner = realfft::RealFftPlanner::<f64>::new();
+    let forward = planner.plan_fft_forward(size);
+    let mut input = forward.make_input_vec();
+    for (x, v) in input.iter_mut().zip(values) {
+        *x = v - mean;
+    }
+    let mut spectrum = forward.make_output_vec();
+    forward.process(&mut input, &mut spectrum).ok()?;
+    for x in &mut spectrum {
+        *x = realfft::num_complex::Complex64::new(x.norm_sqr(), 0.0);
+    }
+    let backward = planner.plan_fft_inverse(size);
+    backward.process(&mut spectrum, &mut input).ok()?;
+    let power = input[0] / n as f64;
+    let rho = (0..n).map(|k| input[k] / ((n - k) as f64 * power));
+    (power > 0.0).then(|| rho.collect())
 }
 
 #[cfg(test)]

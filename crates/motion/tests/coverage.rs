@@ -1,5 +1,6 @@
 //! Whether the stated uncertainty of the velocity is the true one.
 
+use proofmass_core::Unwatched;
 use proofmass_motion::{KalmanModel, Method, MotionRecord, Source, Whiteness};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -34,7 +35,7 @@ fn run(
 
 fn model(q: f64, r: f64) -> KalmanModel {
     KalmanModel {
-        interpolation: proofmass_motion::Interpolation::Constant,
+        interpolation: proofmass_motion::Hold::Zero,
         ..KalmanModel::new(q, r)
     }
 }
@@ -94,18 +95,18 @@ fn coverage_whiteness_flags_the_mismatched_model_only() {
 
 #[test]
 fn law_tuning_recovers_the_parameters_it_was_made_of() {
-    use proofmass_motion::{BiasChoice, Interpolation, Tuning};
+    use proofmass_motion::{BiasChoice, Hold, Tuning};
     let (q, r) = (0.04, 1e-6);
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(103);
     let tuning = Tuning {
         bias: BiasChoice::None,
-        interpolation: Interpolation::Constant,
+        interpolation: Hold::Zero,
         ..Tuning::default()
     };
     let mut inside = 0;
     for _ in 0..60 {
         let (record, _) = run(&mut rng, 1500, q, r, 1.0);
-        let tuned = tuning.run(&record).unwrap();
+        let tuned = tuning.run(&record, &Unwatched).unwrap();
         // R from 1500 readings, most of them innovation: 1/√750 = 3.7 %; four of it.
         assert!(
             (tuned.model.reading_noise / r - 1.0).abs() < 0.15,
@@ -145,10 +146,10 @@ fn coverage_with_an_offset_that_walks_is_95_per_cent() {
     let (q, r, s, initial) = (0.04, 1e-6, 1e-2, 0.3);
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(104);
     let model = KalmanModel {
-        bias: proofmass_motion::Bias::RandomWalk {
+        bias: Some(proofmass_motion::BiasModel::RandomWalk {
             density: s,
             initial,
-        },
+        }),
         ..model(q, r)
     };
     let mut inside = 0;
@@ -166,24 +167,24 @@ fn coverage_with_an_offset_that_walks_is_95_per_cent() {
 
 #[test]
 fn law_tuning_finds_an_offset_that_walks_and_none_where_there_is_none() {
-    use proofmass_motion::{Bias, Interpolation, Tuning};
+    use proofmass_motion::{BiasModel, Hold, Tuning};
     let (q, r, s) = (0.04, 1e-6, 1e-2);
     let tuning = Tuning {
-        interpolation: Interpolation::Constant,
+        interpolation: Hold::Zero,
         ..Tuning::default()
     };
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(105);
     let mut logs = Vec::new();
     for _ in 0..12 {
         let (record, _) = walking(&mut rng, 1500, (q, r), s, 0.3);
-        let tuned = tuning.run(&record).unwrap();
-        let Bias::RandomWalk { density, .. } = tuned.model.bias else {
+        let tuned = tuning.run(&record, &Unwatched).unwrap();
+        let Some(BiasModel::RandomWalk { density, .. }) = tuned.model.bias else {
             panic!("the offset was not found: {:?}", tuned.model);
         };
         logs.push((density / s).ln());
         let (record, _) = run(&mut rng, 1500, q, r, 1.0);
-        let tuned = tuning.run(&record).unwrap();
-        assert_eq!(tuned.model.bias, Bias::None, "{:?}", tuned.model);
+        let tuned = tuning.run(&record, &Unwatched).unwrap();
+        assert_eq!(tuned.model.bias, None, "{:?}", tuned.model);
     }
     let mean = logs.iter().sum::<f64>() / logs.len() as f64;
     // A walk of 15 s that is seen at some 0.3 s has 50 independent steps: ln of its density is known to √(2/50),
@@ -204,7 +205,7 @@ fn law_readings_that_rest_are_said() {
             .collect();
         let acceleration = (0..3000).map(|_| 0.02 * normal()).collect();
         let record = MotionRecord::new(DT, Source::Position, reading, acceleration).unwrap();
-        let tuned = Tuning::default().run(&record).unwrap();
+        let tuned = Tuning::default().run(&record, &Unwatched).unwrap();
         let said = tuned
             .findings
             .iter()

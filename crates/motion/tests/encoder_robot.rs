@@ -27,7 +27,7 @@ fn robot(name: &str) -> Option<EstimateResult> {
     let acceleration = rows.iter().map(|r| 1e-3 * r[3]).collect();
     let mut record = MotionRecord::new(1e-3, Source::Position, reading, acceleration).unwrap();
     record.initial_velocity = Some(0.0);
-    let result = estimate(&record, None, Some(0.04)).unwrap();
+    let result = estimate(&record, None, Some(0.04), &proofmass_core::Unwatched).unwrap();
     println!("{name}: {:?}", result.model);
     println!("  agreement {:?}", result.agreement);
     for f in &result.findings {

@@ -1,9 +1,10 @@
 //! The reference experiment in simulation: damped oscillation and DC motor, encoder of 500 lines, 16-bit converter,
 //! at 1000, 100 and 20 Hz.
 
+use proofmass_core::Unwatched;
 use proofmass_motion::{
-    ComparisonRow, Criterion, Filter, KalmanModel, Method, MotionRecord, Rule, Source, Tuning,
-    agreement, compare, crossover, tune,
+    ComparisonRow, Criterion, Filter, IntegratorRule, KalmanModel, Method, MotionRecord, Source,
+    Tuning, agreement, compare, crossover, tune,
 };
 use proofmass_rig::{Axis, AxisMotion, AxisRecording};
 
@@ -48,7 +49,7 @@ fn law_fused_methods_beat_both_sensors_at_every_rate() {
         let mut axis = Axis::new(motion);
         axis.accelerometer.offset = 0.0005;
         let (record, truth) = record(&axis.simulate(31).unwrap());
-        let result = compare(&record, Some(&truth), &[], decimations, 0.5).unwrap();
+        let result = compare(&record, Some(&truth), &[], decimations, 0.5, &Unwatched).unwrap();
         for f in &result.findings {
             println!("{f}");
         }
@@ -148,7 +149,14 @@ fn law_tuning_comes_within_ten_per_cent_of_the_best_with_truth() {
                     let e = v[skip..].iter().zip(&truth[skip..]);
                     e.map(|(v, t)| (v - t).powi(2)).sum::<f64>() / (v.len() - skip) as f64
                 };
-                let tuned = tune(&slow, &Tuning::default()).unwrap();
+                let tuned = tune(&slow, &Tuning::default(), &Unwatched).unwrap();
+                println!(
+                    "   gain {:?} latency {:?} offset {:?} of {:.0} readings",
+                    tuned.tuned.gain.map(|g| g.value),
+                    tuned.tuned.latency.map(|t| t.value),
+                    tuned.tuned.offset.map(|b| b.value),
+                    tuned.tuned.effective_readings
+                );
                 let r = tuned.tuned.model.reading_noise;
                 found[0] += square(&tuned.kalman.method);
                 for (sum, ratio) in exhaustive.iter_mut().zip(&ratios) {
@@ -202,7 +210,7 @@ fn law_offset_drifts_alone_and_not_fused() {
         agreement(&m.run(r).unwrap().velocity, &truth, dt, 500).unwrap()
     };
     let alone = Method::Integration {
-        rule: Rule::Trapezoid,
+        rule: IntegratorRule::Trapezoid,
         offset: 0.0,
     };
     // Random walk of the noise over 10 s: 0.02 √(0.001 · 10) = 2e-3 m/s; its slope is below 4e-4 with 95 %.
@@ -216,7 +224,10 @@ fn law_offset_drifts_alone_and_not_fused() {
     assert!(recording.offset > 0.01);
     axis.accelerometer.offset = 0.0;
     let (without, _) = record(&axis.simulate(51).unwrap());
-    for method in tune(&with, &Tuning::default()).unwrap().methods() {
+    for method in tune(&with, &Tuning::default(), &Unwatched)
+        .unwrap()
+        .methods()
+    {
         let (a, b) = (error(&method, &with), error(&method, &without));
         println!(
             "{}: {:.6} with, {:.6} without, drift {:.2e}",
@@ -253,7 +264,7 @@ fn law_missing_samples_and_a_slow_encoder_are_carried() {
     axis.encoder.every = 5;
     axis.encoder.missing = 0.1;
     let (r, truth) = record(&axis.simulate(61).unwrap());
-    let tuned = tune(&r, &Tuning::default()).unwrap();
+    let tuned = tune(&r, &Tuning::default(), &Unwatched).unwrap();
     for method in tuned.methods() {
         let v = method.run(&r).unwrap().velocity;
         let rms = agreement(&v, &truth, r.sample_time, 500).unwrap().rms;

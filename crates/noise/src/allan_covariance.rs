@@ -1,11 +1,42 @@
 //! Covariance between overlapping Allan variances of one record at different averaging times.
 
-use crate::Term;
+use crate::term_density::Process;
+use crate::{NoiseModel, Term};
 use faer::Mat;
 use std::f64::consts::PI;
+use std::sync::LazyLock;
 
 /// Lags summed one by one; a longer stretch is integrated.
 const ONE_BY_ONE: usize = 32;
+
+/// Longest lag at which the covariance of sampled flicker noise is tabulated.
+const SAMPLED: usize = 4096;
+
+/// Generalised covariance of the phase of sampled flicker noise at whole lags, up to multiples of l².
+///
+/// Twice summed V/2 with the variogram of the samples V(h) = Σ_{i≤h} (γ_0 + 2 Σ_{j<i} γ_j), γ_0 = 4/π,
+/// γ_h = γ_{h−1} (h − 3/2)/(h + 1/2): the half difference of white noise. Between whole lags, where only quadrature asks, a
+/// straight line.
+fn sampled_flicker(lag: f64) -> f64 {
+    static TABLE: LazyLock<Vec<f64>> = LazyLock::new(|| {
+        let mut table = vec![0.0; SAMPLED + 2];
+        let (mut gamma, mut within, mut variogram) = (4.0 / PI, 0.0, 0.0);
+        for l in 1..=SAMPLED {
+            // γ_0 + 2 Σ_{0<j<l} γ_j.
+            within += if l == 1 { gamma } else { 2.0 * gamma };
+            variogram += within;
+            let h = l as f64;
+            gamma *= (h - 1.5) / (h + 0.5);
+            table[l + 1] = 2.0 * table[l] - table[l - 1] + 0.5 * variogram;
+        }
+        table
+    });
+    let below = lag.floor();
+    let share = lag - below;
+    let at = |i: usize| TABLE.get(i).copied().unwrap_or(0.0);
+    let index = below as usize;
+    (1.0 - share) * at(index) + share * at(index + 1)
+}
 
 /// Nodes and weights of Gauss–Legendre quadrature of eight points on (−1, 1), positive half. **Source** `[AS] table 25.4`.
 const GAUSS: [(f64, f64); 4] = [
@@ -34,7 +65,7 @@ const GAUSS: [(f64, f64); 4] = [
 ///
 /// **Source** `[Greenhall1991]`.
 pub(crate) fn allan_covariance(
-    terms: &[Term],
+    terms: &[Process],
     factors: &[usize],
     n: usize,
     sample_rate: f64,
@@ -67,6 +98,64 @@ pub(crate) fn allan_covariance(
     all
 }
 
+/// Degrees of freedom ν = 2σ⁴/Var of the overlapping Allan variance at factor m of stretches of so many rate samples.
+///
+/// σ² and its variance are those of the model, ends of the stretches included; stretches are independent. `None` where no
+/// stretch is long enough.
+pub(crate) fn degrees_of_freedom(
+    model: &NoiseModel,
+    m: usize,
+    lengths: &[usize],
+    sample_rate: f64,
+) -> Option<f64> {
+    let mut processes: Vec<(Process, f64)> = [
+        (Term::Quantisation, model.quantisation),
+        (Term::White, model.white),
+        (Term::Flicker, model.flicker),
+        (Term::RandomWalk, model.random_walk),
+    ]
+    .into_iter()
+    .filter(|(_, c)| *c > 0.0)
+    .map(|(t, c)| (Process::Power(t), c * c))
+    .collect();
+    processes.extend(model.gauss_markov.iter().map(|g| {
+        (
+            Process::Markov(g.correlation_time),
+            g.standard_deviation.powi(2),
+        )
+    }));
+    let (terms, squares): (Vec<Process>, Vec<f64>) = processes.into_iter().unzip();
+    let mut known: Vec<(usize, f64)> = Vec::new();
+    let (mut sum, mut count) = (0.0, 0.0);
+    for &n in lengths.iter().filter(|n| **n >= 2 * m) {
+        let differences = (n + 1 - 2 * m) as f64;
+        let variance = match known.iter().find(|k| k.0 == n) {
+            Some(k) => k.1,
+            None => {
+                let parts = allan_covariance(&terms, &[m], n, sample_rate);
+                let mut variance = 0.0;
+                for (t, a) in squares.iter().enumerate() {
+                    for (u, b) in squares.iter().enumerate() {
+                        variance += a * b * parts[t.max(u)][t.min(u)][(0, 0)];
+                    }
+                }
+                known.push((n, variance));
+                variance
+            }
+        };
+        sum += differences * differences * variance;
+        count += differences;
+    }
+    let variance = sum / (count * count);
+    let sigma2 = model.sampled_allan_variance(m, sample_rate) - ramp_share(model, m, sample_rate);
+    let nu = 2.0 * sigma2 * sigma2 / variance;
+    (nu.is_finite() && nu > 0.0).then_some(nu)
+}
+
+fn ramp_share(model: &NoiseModel, m: usize, sample_rate: f64) -> f64 {
+    0.5 * (model.ramp * m as f64 / sample_rate).powi(2)
+}
+
 /// Two averaging factors a ≥ b on a record of so many phase points.
 struct Pair {
     a: usize,
@@ -76,7 +165,7 @@ struct Pair {
 
 impl Pair {
     /// Σ_c W(c) C_t(c) C_u(c) over all lags of either sign.
-    fn sums(&self, terms: &[Term], sample_rate: f64) -> Vec<Vec<f64>> {
+    fn sums(&self, terms: &[Process], sample_rate: f64) -> Vec<Vec<f64>> {
         let count = terms.len();
         let mut sums: Vec<Vec<f64>> = (0..count).map(|t| vec![0.0; t + 1]).collect();
         let mut add = |lag: f64, weight: f64, c: &[f64]| {
@@ -101,6 +190,10 @@ impl Pair {
         corners.iter_mut().for_each(|c| *c = (*c).min(end));
         corners.sort_unstable();
         corners.dedup();
+        if end == 0 {
+            // One difference of each: they meet once.
+            add(0.0, 1.0, &smooth(0.0));
+        }
         for w in corners.windows(2) {
             let (from, to) = (w[0], w[1]);
             if to - from <= ONE_BY_ONE {
@@ -121,7 +214,10 @@ impl Pair {
             }
         }
         // White noise of the phase correlates at single lags.
-        if let Some(q) = terms.iter().position(|t| *t == Term::Quantisation) {
+        if let Some(q) = terms
+            .iter()
+            .position(|t| *t == Process::Power(Term::Quantisation))
+        {
             for (lag, value) in self.single_lags() {
                 let mut c = smooth(lag);
                 let w = self.pairs_at(lag);
@@ -142,29 +238,32 @@ impl Pair {
     }
 
     /// Covariance of differences whose centres are `lag` apart, without that of quantisation.
-    fn covariance(&self, term: Term, lag: f64, sample_rate: f64) -> f64 {
-        let g: fn(f64) -> f64 = match term {
-            Term::White => |l| -0.5 * l,
-            Term::Flicker => |l| {
-                if l > 0.0 {
-                    l * l * l.ln() / (2.0 * PI)
+    fn covariance(&self, process: Process, lag: f64, sample_rate: f64) -> f64 {
+        // Sampled flicker noise differs from the continuous one over a few samples.
+        let near = self.a <= 16 && lag.abs() + (self.a + self.b) as f64 <= SAMPLED as f64;
+        let g = |l: f64| match process {
+            Process::Power(Term::White) => -0.5 * l * sample_rate,
+            Process::Power(Term::Flicker) if near => sampled_flicker(l),
+            Process::Power(Term::Flicker) if l > 0.0 => l * l * l.ln() / (2.0 * PI),
+            Process::Power(Term::RandomWalk) => (l * l * l - l) / (12.0 * sample_rate),
+            Process::Markov(time) => {
+                let t = time * sample_rate;
+                let u = l / t;
+                // −σ²T²(u − 1 + e^{−u}); the series where the terms cancel.
+                let v = if u < 1e-3 {
+                    0.5 * u * u * (1.0 - u / 3.0)
                 } else {
-                    0.0
-                }
-            },
-            Term::RandomWalk => |l| (l * l * l - l) / 12.0,
-            Term::Quantisation | Term::Ramp | Term::GaussMarkov | Term::Sinusoid => return 0.0,
-        };
-        let scale = match term {
-            Term::White => sample_rate,
-            Term::RandomWalk => 1.0 / sample_rate,
-            _ => 1.0,
+                    u - 1.0 + (-u).exp()
+                };
+                -t * t * v
+            }
+            Process::Power(_) => 0.0,
         };
         let (a, b) = (self.a as f64, self.b as f64);
         let row = |shift: f64| {
             g((lag + shift - b).abs()) - 2.0 * g((lag + shift).abs()) + g((lag + shift + b).abs())
         };
-        scale * (row(-a) - 2.0 * row(0.0) + row(a))
+        row(-a) - 2.0 * row(0.0) + row(a)
     }
 
     /// Lags of either sign at which white phase noise correlates, with the covariance of unit variance.
@@ -207,7 +306,7 @@ mod tests {
         ];
         let n = 4096;
         let factors: Vec<usize> = (0..11).map(|k| 1 << k).collect();
-        let covariance = allan_covariance(&terms, &factors, n, 1.0);
+        let covariance = allan_covariance(&terms.map(Process::Power), &factors, n, 1.0);
         for (t, noise) in types.into_iter().enumerate() {
             for (i, &m) in factors.iter().enumerate() {
                 if m < 8 {
@@ -241,6 +340,47 @@ mod tests {
         }
     }
 
+    /// Values worked out by an independent program from the variograms.
+    #[test]
+    fn known_degrees_of_freedom() {
+        let model = |white, flicker, random_walk| NoiseModel {
+            white,
+            flicker,
+            random_walk,
+            ..Default::default()
+        };
+        for (model, expected) in [
+            (model(1.0, 0.0, 0.0), [45.7677, 9.819_62, 4.000_65]),
+            (model(0.0, 1.0, 0.0), [35.5978, 7.586_95, 2.999_40]),
+            (model(0.0, 0.0, 1.0), [28.1383, 5.899_09, 2.235_96]),
+            (model(1.0, 1.0, 0.01), [35.8287, 7.639_60, 2.953_73]),
+        ] {
+            for (m, nu) in [256, 1024, 2048].into_iter().zip(expected) {
+                let found = degrees_of_freedom(&model, m, &[8192], 1.0).unwrap();
+                // Quadrature in place of the sum.
+                assert!(
+                    (found / nu - 1.0).abs() < 5e-3,
+                    "{model:?} {m}: {found} {nu}"
+                );
+            }
+        }
+        let mixed = model(1.0, 1.0, 0.01);
+        // Every noise counts towards the variance of the others: the terms' own variances lie below the mixture's.
+        for m in [1, 4, 8, 16, 17] {
+            let single =
+                |f: f64, w: f64| degrees_of_freedom(&model(w, f, 0.0), m, &[8192], 1.0).unwrap();
+            let (b, w, both) = (single(1.0, 0.0), single(0.0, 1.0), single(1.0, 1.0));
+            assert!(
+                both < 1.3 * b.max(w) && both > b.min(w),
+                "{m}: {b} {w} {both}"
+            );
+        }
+        for (m, expected) in [(256, 0.453_724), (1024, 0.476_382), (2048, 0.510_026)] {
+            let found = mixed.sampled_allan_variance(m, 1.0);
+            assert!((found / expected - 1.0).abs() < 1e-4, "{m}: {found}");
+        }
+    }
+
     /// The double sum over all pairs of differences of a short record.
     #[test]
     fn law_every_pair_is_counted_once() {
@@ -252,7 +392,7 @@ mod tests {
         ];
         let n = 400;
         for (a, b) in [(1, 1), (2, 1), (30, 30), (40, 3), (64, 32), (60, 44)] {
-            let found = allan_covariance(&terms, &[a, b], n, 2.0);
+            let found = allan_covariance(&terms.map(Process::Power), &[a, b], n, 2.0);
             let pair = Pair {
                 a,
                 b,
@@ -264,7 +404,7 @@ mod tests {
             for i in 0..m_a {
                 for j in 0..m_b {
                     let lag = (j + b) as f64 - (i + a) as f64;
-                    let mut c = terms.map(|t| pair.covariance(t, lag, 2.0));
+                    let mut c = terms.map(|t| pair.covariance(Process::Power(t), lag, 2.0));
                     let hit = single.iter().find(|s| s.0 == lag);
                     c[0] = hit.map_or(0.0, |s| 4.0 * s.1);
                     for t in 0..4 {

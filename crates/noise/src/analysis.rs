@@ -1,16 +1,14 @@
 //! The whole noise analysis of a record at rest: curve, density, coefficients, and what to doubt.
 
-use crate::coefficients::figure;
+use crate::channel_analysis::analyse_channel;
 use crate::record::check_count;
-use crate::spectrum_bins::SpectrumBins;
 use crate::{
-    CoefficientFit, ConsistencyPoint, DeviationCurve, DeviationOptions, Disturbance,
-    DisturbanceKind, FitOptions, Gap, Gaps, InUnit, KalmanNoise, Record, Sensor, Statistic, Term,
-    allan_regression, chi_square_interval, consistency, deviation, disturbances, gaps, in_units,
-    kalman_noise, whittle,
+    CoefficientFit, ConsistencyPoint, ConverterTrace, DeviationCurve, DeviationOptions,
+    Disturbance, FitOptions, FittedPoint, Gap, Gaps, InUnit, JointInfluence, KalmanNoise, Sensor,
+    Statistic, Term, clock_line, gaps,
 };
 use proofmass_core::Error;
-use proofmass_signal::{Density, Detrend, Trend, Welch};
+use proofmass_signal::{Density, Detrend, Trend};
 use proofmass_uncertainty::{Finding, Severity};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -40,7 +38,7 @@ pub struct AnalysisOptions {
     pub further: Vec<Statistic>,
     /// Averaging times, probability, bias.
     pub deviation: DeviationOptions,
-    /// Terms sought and how strictly; its unit is replaced by each channel's.
+    /// Terms of the model and how they are called; its unit is replaced by each channel's.
     pub fit: FitOptions,
     /// What is done about gaps.
     pub gaps: Gaps,
@@ -67,7 +65,7 @@ impl Default for AnalysisOptions {
     }
 }
 
-/// One point of the spectrum of the whole record: a multitaper estimate averaged over a tenth of its frequency.
+/// One point of the spectrum of the whole record: neighbouring cosines together, as the likelihood sees them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SpectrumPoint {
     /// Centre of the bin in Hz.
@@ -108,20 +106,24 @@ pub struct ChannelAnalysis {
     pub further: Vec<DeviationCurve>,
     /// Welch density with its confidence.
     pub density: Option<Density>,
-    /// Multitaper spectrum of the whole record in few bins, for the plot over all frequencies.
+    /// Spectrum of the whole record in few bins, for the plot over all frequencies.
     pub spectrum: Vec<SpectrumPoint>,
-    /// Coefficients by maximum likelihood on the spectrum: the ones to use.
+    /// Coefficients by maximum likelihood on the spectrum.
     pub whittle: Option<CoefficientFit>,
-    /// Coefficients by regression on the Allan curve: the check.
-    pub regression: Option<CoefficientFit>,
-    /// The identified coefficients in every unit in use.
+    /// The fitted model beside the curve.
+    pub fitted: Vec<FittedPoint>,
+    /// The coefficients given as values, in every unit in use.
     pub units: Vec<TermUnits>,
     /// Q and R of a Kalman filter at this sample rate.
     pub kalman: Option<KalmanNoise>,
     /// Allan variance directly and through the density.
     pub consistency: Vec<ConsistencyPoint>,
-    /// Steps, bursts and spikes.
+    /// Steps, bursts and spikes; samples and seconds count from the first row analysed, missing samples included.
     pub disturbances: Vec<Disturbance>,
+    /// What all of them together add to the Allan variance, in the stretch where they add most.
+    pub joint_influence: Option<JointInfluence>,
+    /// What the converter leaves in the samples.
+    pub converter: Vec<ConverterTrace>,
     /// What to doubt.
     pub findings: Vec<Finding>,
 }
@@ -136,6 +138,8 @@ pub struct Analysis {
     /// Samples averaged into one before spectrum, coefficients and disturbances were sought; 1 but for a
     /// [`LongRecord`](crate::LongRecord).
     pub averaged: usize,
+    /// The stretches analysed, rows from and one past the last.
+    pub stretches: Vec<(usize, usize)>,
     /// Interruptions of the record.
     pub gaps: Vec<Gap>,
     /// One entry per channel.
@@ -147,8 +151,8 @@ pub struct Analysis {
 /// Noise analysis of a sensor at rest: the stability curve, the density, the coefficients two ways, their agreement,
 /// and disturbances.
 ///
-/// `stamps` (s), when given, are checked against `sample_rate`; rows with a missing value and jumps of the stamps
-/// are gaps, handled as `options.gaps` says and never bridged. A channel that cannot be analysed (constant) gets a
+/// `stamps` (s), when given, are compared with the line of an even clock; rows with a missing value and lost samples
+/// are gaps, handled as `options.gaps` says and never bridged; jitter interrupts nothing. A channel that cannot be analysed (constant) gets a
 /// finding and empty results; the others are unaffected.
 ///
 /// **Units** samples in the channel's unit (SI), `sample_rate` in Hz.
@@ -178,351 +182,118 @@ pub fn analyse(
 ) -> Result<Analysis, Error> {
     let rates: Vec<&[f64]> = channels.iter().map(|c| c.rate).collect();
     let (runs, gaps) = gaps::stretches(&rates, stamps, sample_rate)?;
-    let rows = gaps::choose(options.gaps, &runs, &gaps)?;
-    check_count(
-        "rate samples without a gap",
-        rows.1 - rows.0,
-        FEWEST_SAMPLES,
-    )?;
+    let rows = (
+        runs.first().map_or(0, |r| r.0),
+        runs.last().map_or(0, |r| r.1),
+    );
+    let chosen = gaps::choose(options.gaps, runs, &gaps)?;
+    let longest = chosen.iter().map(|r| r.1 - r.0).max().unwrap_or(0);
+    check_count("rate samples without a gap", longest, FEWEST_SAMPLES)?;
     // A wrong request is an error of the call, not a finding of each channel.
     for &statistic in std::iter::once(&options.statistic).chain(&options.further) {
-        let points = rows.1 - rows.0 + 1;
         options
             .deviation
             .taus
-            .factors(statistic, points, sample_rate)?;
+            .factors(statistic, longest + 1, sample_rate)?;
     }
     crate::deviation::check_probability(options.deviation.probability)?;
+    options.fit.check(sample_rate)?;
 
     let mut findings = Vec::new();
     let total = rates.first().map_or(0, |r| r.len());
     if !gaps.is_empty() {
-        findings.push(
-            Finding::new(
-                Severity::Warning,
-                "gaps-in-record",
-                "the record is interrupted; only its longest stretch was analysed",
-            )
-            .evidence(format!(
-                "{} gaps, the first at row {}; rows {} to {} of {} used",
-                gaps.len(),
-                gaps[0].row,
-                rows.0,
-                rows.1,
-                total
-            ))
-            .advice("look for lost packets or a logger that pauses"),
-        );
+        findings.push(gap_finding(&gaps, &chosen, total, options.gaps));
     }
-    findings.extend(stamps.and_then(|s| stamp_finding(&s[rows.0..rows.1], sample_rate)));
+    findings.extend(stamps.and_then(|s| stamp_finding(s, sample_rate)));
+    // Places of the stretches on the sampling clock, missing samples counted.
+    let starts: Vec<usize> = chosen
+        .iter()
+        .map(|run| {
+            let lost: usize = gaps
+                .iter()
+                .filter(|g| g.row <= run.0 && g.kind != crate::GapKind::Missing)
+                .map(|g| g.rows)
+                .sum();
+            run.0 - rows.0 + lost
+        })
+        .collect();
     let channels = channels
         .par_iter()
-        .map(|c| analyse_channel(c, &c.rate[rows.0..rows.1], sample_rate, options))
+        .map(|c| {
+            let stretches: Vec<&[f64]> = chosen.iter().map(|r| &c.rate[r.0..r.1]).collect();
+            analyse_channel(c, &stretches, &starts, sample_rate, options)
+        })
         .collect::<Result<Vec<_>, Error>>()?;
     Ok(Analysis {
         sample_rate,
-        rows,
+        rows: if options.gaps == Gaps::LongestStretch {
+            chosen.first().copied().unwrap_or(rows)
+        } else {
+            rows
+        },
         averaged: 1,
+        stretches: chosen,
         gaps,
         channels,
         findings,
     })
 }
 
-/// Jitter or a mean rate that is not the stated one.
+fn gap_finding(gaps: &[Gap], used: &[(usize, usize)], total: usize, policy: Gaps) -> Finding {
+    let rows: usize = used.iter().map(|r| r.1 - r.0).sum();
+    let (severity, what) = if policy == Gaps::LongestStretch {
+        (
+            Severity::Warning,
+            "the record is interrupted; only its longest stretch was analysed",
+        )
+    } else {
+        (
+            Severity::Note,
+            "the record is interrupted; no statistic reaches across a gap",
+        )
+    };
+    Finding::new(severity, "gaps-in-record", what)
+        .evidence(format!(
+            "{} {}, the first at row {}; {rows} of {total} rows used",
+            gaps.len(),
+            if gaps.len() == 1 { "gap" } else { "gaps" },
+            gaps[0].row,
+        ))
+        .advice("averaging times longer than the stretches between gaps are lost: look for lost packets or a logger that pauses")
+}
+
+/// Jitter, or a rate that is not the stated one.
 fn stamp_finding(stamps: &[f64], sample_rate: f64) -> Option<Finding> {
-    let n = stamps.len();
-    if n < 3 {
-        return None;
-    }
-    let measured = (n as f64 - 1.0) / (stamps[n - 1] - stamps[0]);
-    let off = (measured / sample_rate - 1.0).abs();
-    let interval = 1.0 / measured;
-    let jitter = (stamps
-        .windows(2)
-        .map(|w| (w[1] - w[0] - interval).powi(2))
-        .sum::<f64>()
-        / (n as f64 - 1.0))
-        .sqrt()
-        * measured;
-    (off > 1e-3 || jitter > 0.1).then(|| {
-        Finding::new(
-            Severity::Warning,
-            "uneven-time-stamps",
-            "the time stamps do not follow the stated sample rate evenly",
-        )
-        .evidence(format!(
-            "mean rate {measured:.6} Hz against {sample_rate} Hz stated, jitter {:.1} % of the interval",
-            100.0 * jitter
-        ))
-        .advice("densities scale with the true rate; state the measured one if it is stable")
-    })
-}
-
-fn analyse_channel(
-    channel: &Channel<'_>,
-    rate: &[f64],
-    sample_rate: f64,
-    options: &AnalysisOptions,
-) -> Result<ChannelAnalysis, Error> {
-    let n = rate.len() as f64;
-    let mut detrended = rate.to_vec();
-    let trend = Detrend::Linear.remove(&mut detrended, sample_rate)?;
-    let variance = rate.iter().map(|y| (y - trend.mean).powi(2)).sum::<f64>() / (n - 1.0);
-    let mut result = ChannelAnalysis {
-        name: channel.name.to_owned(),
-        unit: channel.unit.to_owned(),
-        samples: rate.len(),
-        mean: trend.mean,
-        standard_deviation: variance.sqrt(),
-        trend,
-        curve: None,
-        further: Vec::new(),
-        density: None,
-        spectrum: Vec::new(),
-        whittle: None,
-        regression: None,
-        units: Vec::new(),
-        kalman: None,
-        consistency: Vec::new(),
-        disturbances: Vec::new(),
-        findings: Vec::new(),
-    };
-    if rate.iter().all(|y| *y == rate[0]) {
-        result.findings.push(
+    let finite: Vec<f64> = stamps.iter().copied().filter(|t| t.is_finite()).collect();
+    let line = clock_line(&finite, Some(sample_rate)).ok()?;
+    let off = (line.rate / sample_rate - 1.0).abs();
+    if off > 1e-3 {
+        return Some(
             Finding::new(
-                Severity::Decision,
-                "constant-channel",
-                "the channel does not vary: it has no noise to describe",
+                Severity::Warning,
+                "uneven-time-stamps",
+                "the time stamps do not advance at the stated sample rate",
             )
-            .evidence(format!("all {} samples are {}", rate.len(), rate[0]))
-            .advice("check that the channel is connected and its range not saturated"),
-        );
-        return Ok(result);
-    }
-    let mut prepared = rate.to_vec();
-    options.detrend.remove(&mut prepared, sample_rate)?;
-
-    result.curve = Some(deviation(
-        Record::Rate(&prepared),
-        sample_rate,
-        options.statistic,
-        &options.deviation,
-    )?);
-    result.further = options
-        .further
-        .iter()
-        .map(|&s| deviation(Record::Rate(&prepared), sample_rate, s, &options.deviation))
-        .collect::<Result<_, Error>>()?;
-    let mut fit_options = options.fit.clone();
-    channel.unit.clone_into(&mut fit_options.unit);
-    result.whittle = outcome(
-        whittle(&prepared, sample_rate, &fit_options),
-        "whittle",
-        &mut result.findings,
-    );
-    result.regression = outcome(
-        allan_regression(&prepared, sample_rate, &fit_options),
-        "regression",
-        &mut result.findings,
-    );
-
-    let probability = options.deviation.probability;
-    let bins = SpectrumBins::new(detrended, sample_rate, 1.0);
-    result.spectrum = bins
-        .bins
-        .iter()
-        .map(|b| SpectrumPoint {
-            frequency: bins.frequency(0.5 * (b.range.0 + b.range.1 - 1) as f64),
-            density: b.mean,
-            // The interval of a deviation, squared, is that of its square.
-            interval: chi_square_interval(b.mean.sqrt(), b.dof, probability)
-                .map(|(low, high)| (low * low, high * high)),
-        })
-        .collect();
-    densities(&prepared, sample_rate, options, &mut result)?;
-
-    match disturbances(&prepared, sample_rate, options.disturbance_false_alarm_rate) {
-        Ok(found) => result.disturbances = found,
-        Err(Error::TooFew { .. }) => {}
-        Err(error) => return Err(error),
-    }
-    result
-        .findings
-        .extend(disturbance_findings(&result.disturbances, options));
-    result.findings.extend(disagreement(&result));
-    if let Some(fit) = &result.whittle {
-        result.kalman = Some(kalman_noise(&fit.model, sample_rate)?);
-        if let Some(sensor) = channel.sensor {
-            result.units = fit
-                .coefficients
-                .iter()
-                .filter_map(|c| {
-                    let value = c.verdict.value()?;
-                    Some(TermUnits {
-                        term: c.term,
-                        units: in_units(c.term, value, sensor, sample_rate),
-                    })
-                })
-                .collect();
-        }
-    }
-    Ok(result)
-}
-
-/// A fit, or a finding that says why there is none.
-fn outcome(
-    fit: Result<CoefficientFit, Error>,
-    name: &str,
-    findings: &mut Vec<Finding>,
-) -> Option<CoefficientFit> {
-    match fit {
-        Ok(fit) => {
-            findings.extend(fit.findings.iter().cloned());
-            Some(fit)
-        }
-        Err(error) => {
-            findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    format!("no-coefficients-{name}"),
-                    "coefficients could not be estimated",
-                )
-                .evidence(error.to_string())
-                .advice("record longer"),
-            );
-            None
-        }
-    }
-}
-
-/// Welch density for the result, a finer one for the comparison with the Allan curve.
-fn densities(
-    rate: &[f64],
-    sample_rate: f64,
-    options: &AnalysisOptions,
-    result: &mut ChannelAnalysis,
-) -> Result<(), Error> {
-    let longest = (rate.len() / 8).max(4);
-    let power_of_two = |n: usize| 1_usize << n.max(1).ilog2();
-    let segment = options
-        .segment
-        .unwrap_or_else(|| power_of_two(longest.min(4096)));
-    result.density = Some(Welch::new(segment).density(rate, sample_rate)?);
-    let fine = power_of_two(longest.min(65_536));
-    if let Some(curve) = &result.curve
-        && fine >= 64
-    {
-        // Straight lines are removed piecewise: a walk leaks less.
-        let welch = Welch {
-            detrend: Detrend::Linear,
-            ..Welch::new(fine)
-        };
-        result.consistency = consistency(&welch.density(rate, sample_rate)?, curve);
-        let worst = result
-            .consistency
-            .iter()
-            .filter(|p| (p.ratio() - 1.0).abs() > 0.1 + 4.0 * p.relative_uncertainty)
-            .max_by(|a, b| (a.ratio() - 1.0).abs().total_cmp(&(b.ratio() - 1.0).abs()));
-        if let Some(p) = worst {
-            result.findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "density-and-allan-differ",
-                    "the Allan variance does not follow from the density",
-                )
-                .evidence(format!("ratio {:.3} at τ = {} s", p.ratio(), figure(p.tau)))
-                .advice("the record is not stationary: look at the time plot for a disturbance"),
-            );
-        }
-    }
-    Ok(())
-}
-
-/// Spikes everywhere are a property of the sensor; what moves the curve needs a decision, the rest a look.
-fn disturbance_findings(found: &[Disturbance], options: &AnalysisOptions) -> Vec<Finding> {
-    let quiet_spike = |d: &&Disturbance| d.kind == DisturbanceKind::Spike && d.displacement < 3.0;
-    let spikes = found.iter().filter(quiet_spike).count();
-    let mut findings = Vec::new();
-    if spikes > 0 {
-        findings.push(
-            Finding::new(
-                if spikes > 3 { Severity::Note } else { Severity::Warning },
-                "isolated-spikes",
-                "single samples lie further out than Gaussian noise allows",
-            )
-            .evidence(format!("{spikes} samples; none of them moves the Allan curve"))
-            .advice("many of them over the whole record mean noise with heavy tails, few of them lost bits"),
+            .evidence(format!(
+                "{:.6}({:.0e}) Hz by the stamps against {sample_rate} Hz stated",
+                line.rate, line.rate_uncertainty
+            ))
+            .advice(
+                "densities scale with the true rate; leave the rate out to use that of the stamps",
+            ),
         );
     }
-    let mut rest: Vec<&Disturbance> = found.iter().filter(|d| !quiet_spike(d)).collect();
-    rest.sort_by(|a, b| b.displacement.total_cmp(&a.displacement));
-    let Some(worst) = rest.first() else {
-        return findings;
-    };
-    let decisive = worst.displacement >= 3.0;
-    findings.push(
+    (line.jitter > 0.1).then(|| {
         Finding::new(
-            if decisive { Severity::Decision } else { Severity::Warning },
-            if decisive { "disturbance" } else { "weak-disturbance" },
-            if decisive {
-                "the record is disturbed: something other than noise happened, and the curve shows it"
-            } else {
-                "something other than noise happened, too little to move the curve"
-            },
+            Severity::Note,
+            "jittering-time-stamps",
+            "the time stamps scatter about the line of an even clock; the samples are taken as even",
         )
         .evidence(format!(
-            "{} places; the worst a {} from {:.2} s to {:.2} s, {:.1} robust standard deviations where {:.1} occur by chance in one record of {:.0}; it raises the Allan variance by up to {:.1} %, {:.1} times its standard uncertainty",
-            rest.len(),
-            match worst.kind {
-                DisturbanceKind::Step => "step",
-                DisturbanceKind::Burst => "burst",
-                DisturbanceKind::Lull => "lull",
-                DisturbanceKind::Spike => "spike",
-            },
-            worst.seconds.0,
-            worst.seconds.1,
-            worst.strength,
-            worst.threshold,
-            1.0 / options.disturbance_false_alarm_rate,
-            100.0 * worst.influence,
-            worst.displacement,
+            "by {:.0} % of the sample interval; {} samples lost by the line",
+            100.0 * line.jitter,
+            line.slips.iter().map(|s| s.samples.max(0)).sum::<i64>()
         ))
-        .advice("cut the record there and analyse the longer part; coefficients of a disturbed record describe the disturbance"),
-    );
-    findings
-}
-
-/// The two ways must agree where both give an interval.
-fn disagreement(result: &ChannelAnalysis) -> Option<Finding> {
-    let (whittle, regression) = (result.whittle.as_ref()?, result.regression.as_ref()?);
-    let apart: Vec<String> = whittle
-        .coefficients
-        .iter()
-        .filter_map(|c| {
-            let (a, b) = (
-                c.verdict.interval()?,
-                regression.get(c.term)?.verdict.interval()?,
-            );
-            (a.1 < b.0 || b.1 < a.0).then(|| {
-                format!(
-                    "{} {} to {} against {} to {}",
-                    c.term.symbol(),
-                    figure(a.0),
-                    figure(a.1),
-                    figure(b.0),
-                    figure(b.1)
-                )
-            })
-        })
-        .collect();
-    (!apart.is_empty()).then(|| {
-        Finding::new(
-            Severity::Warning,
-            "methods-disagree",
-            "the spectrum and the Allan curve give coefficients whose intervals do not meet",
-        )
-        .evidence(apart.join("; "))
-        .advice("the sensor does not follow the model: prefer the curve itself to its coefficients")
+        .advice("usual where a computer stamps on arrival; if the sampling itself jitters, frequencies near half the rate are blurred")
     })
 }

@@ -1,40 +1,30 @@
 //! Coefficients as they are reported: with an interval, or with the reason why there is none.
 
+use crate::profile::Profile;
 use crate::{GaussMarkov, NoiseModel, Sinusoid, Term};
+use proofmass_core::Error;
 use proofmass_uncertainty::{Covariance, Finding};
 use serde::{Deserialize, Serialize};
-use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::fmt;
-
-/// How coefficients were found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Method {
-    /// Maximum likelihood on the multitaper spectrum (Whittle).
-    Whittle,
-    /// Regression on the overlapping Allan variance with the covariance between averaging times.
-    AllanRegression,
-}
 
 /// Why a coefficient is not given.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", tag = "kind")]
+#[non_exhaustive]
 pub enum Reason {
-    /// Adding the term does not improve the likelihood enough to exclude chance.
+    /// Zero lies in the interval: the likelihood falls too little without the term.
     NoSupport {
-        /// Twice the gain in log-likelihood with the term, zero when its best value is zero.
+        /// Twice the loss of log-likelihood without the term, zero when its best value is zero.
         gain: f64,
-        /// The gain that chance exceeds at the stated false-alarm rate.
+        /// The loss at which the interval would not reach zero.
         needed: f64,
     },
-    /// A simpler combination of other terms describes the data better than any with this one.
+    /// A model without it describes the data; no limit was found.
     OtherTermsSuffice,
-    /// The trend is compatible with the other noise: its standard uncertainty under the fitted model.
-    WithinNoise {
-        /// The slope that was found, absolute.
-        slope: f64,
-        /// Its standard uncertainty.
-        standard_uncertainty: f64,
+    /// Only the band below a filter was used, in which the term has no share.
+    BeyondBand {
+        /// Highest frequency used, Hz.
+        highest_frequency: f64,
     },
 }
 
@@ -43,17 +33,13 @@ impl fmt::Display for Reason {
         match self {
             Self::NoSupport { gain, needed } => write!(
                 f,
-                "the likelihood gains {gain:.1} with it, {needed:.1} are needed to exclude chance"
+                "the likelihood loses {gain:.1} without it, {needed:.1} are needed to exclude zero"
             ),
             Self::OtherTermsSuffice => f.write_str("the other terms describe the data without it"),
-            Self::WithinNoise {
-                slope,
-                standard_uncertainty,
-            } => write!(
+            Self::BeyondBand { highest_frequency } => write!(
                 f,
-                "the slope {} lies within its uncertainty of {} from the noise",
-                figure(*slope),
-                figure(*standard_uncertainty)
+                "not determinable from 0 to {} Hz, the band that was used",
+                figure(*highest_frequency)
             ),
         }
     }
@@ -86,44 +72,156 @@ pub(crate) fn figure(value: f64) -> String {
 }
 
 /// What is known of one coefficient.
+///
+/// The words differ, the interval does not: it is computed with every term in the model, whether zero lies in it or not.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", tag = "verdict")]
 pub enum Verdict {
-    /// The data support the term.
+    /// The interval excludes zero, and the term gains more than chance brings at the stated false-alarm rate.
     Identified {
         /// The coefficient.
         value: f64,
-        /// Its standard uncertainty.
+        /// Half the interval over its coverage factor.
         standard_uncertainty: f64,
         /// Lower and upper limit at the probability of the fit.
         interval: (f64, f64),
         /// Twice the loss of log-likelihood without the term.
         gain: f64,
     },
-    /// The data do not support the term: no number is given.
+    /// The interval excludes zero; chance does that in up to one record of 1/(1 − probability).
+    Present {
+        /// The coefficient.
+        value: f64,
+        /// Half the interval over its coverage factor.
+        standard_uncertainty: f64,
+        /// Lower and upper limit at the probability of the fit.
+        interval: (f64, f64),
+        /// Twice the loss of log-likelihood without the term.
+        gain: f64,
+    },
+    /// The data do not tell the term from none.
     NotIdentifiable {
         /// Why not.
         reason: Reason,
-        /// The coefficient is below this at the probability of the fit (one-sided), where that could be found.
+        /// Its most likely value, often zero: what a filter or a simulation should take, not a result.
+        estimate: Option<f64>,
+        /// The coefficient is below this (its interval at the probability of the fit ends there).
         upper_limit: Option<f64>,
+    },
+    /// The caller gave it.
+    Fixed {
+        /// The coefficient.
+        value: f64,
     },
 }
 
 impl Verdict {
-    /// The value, when identified.
+    /// The value, when there is one to report.
     pub fn value(&self) -> Option<f64> {
         match *self {
-            Self::Identified { value, .. } => Some(value),
+            Self::Identified { value, .. }
+            | Self::Present { value, .. }
+            | Self::Fixed { value } => Some(value),
             Self::NotIdentifiable { .. } => None,
         }
     }
 
-    /// The interval, when identified.
+    /// The interval, when it excludes zero.
     pub fn interval(&self) -> Option<(f64, f64)> {
         match *self {
-            Self::Identified { interval, .. } => Some(interval),
-            Self::NotIdentifiable { .. } => None,
+            Self::Identified { interval, .. } | Self::Present { interval, .. } => Some(interval),
+            Self::NotIdentifiable { .. } | Self::Fixed { .. } => None,
         }
+    }
+
+    /// Standard uncertainty, when there is a value.
+    pub fn standard_uncertainty(&self) -> Option<f64> {
+        match *self {
+            Self::Identified {
+                standard_uncertainty,
+                ..
+            }
+            | Self::Present {
+                standard_uncertainty,
+                ..
+            } => Some(standard_uncertainty),
+            Self::NotIdentifiable { .. } | Self::Fixed { .. } => None,
+        }
+    }
+
+    /// What the coefficient cannot exceed: the upper end of its interval, or the limit.
+    pub fn upper(&self) -> Option<f64> {
+        match *self {
+            Self::Identified { interval, .. } | Self::Present { interval, .. } => {
+                Some(interval.1.abs().max(interval.0.abs()))
+            }
+            Self::NotIdentifiable { upper_limit, .. } => upper_limit,
+            Self::Fixed { value } => Some(value.abs()),
+        }
+    }
+
+    /// The most likely value, reported or not.
+    pub fn estimate(&self) -> Option<f64> {
+        match *self {
+            Self::NotIdentifiable { estimate, .. } => estimate,
+            _ => self.value(),
+        }
+    }
+
+    /// Whether it stands out of chance at the stated false-alarm rate.
+    pub fn is_identified(&self) -> bool {
+        matches!(self, Self::Identified { .. })
+    }
+}
+
+/// From a profile to a verdict.
+pub(crate) struct Limits {
+    /// Gain for "identified".
+    pub(crate) needed: f64,
+    /// Gain at which the interval excludes zero.
+    pub(crate) excludes_zero: f64,
+    /// Whether the caller vouches for the term.
+    pub(crate) forced: bool,
+    pub(crate) probability: f64,
+}
+
+impl Limits {
+    pub(crate) fn verdict(&self, profile: &Profile) -> Verdict {
+        let Profile {
+            best: value,
+            interval,
+            gain,
+        } = *profile;
+        let standard_uncertainty = self.standard_uncertainty(profile);
+        if self.forced || gain > self.needed.max(self.excludes_zero) {
+            Verdict::Identified {
+                value,
+                standard_uncertainty,
+                interval,
+                gain,
+            }
+        } else if gain > self.excludes_zero {
+            Verdict::Present {
+                value,
+                standard_uncertainty,
+                interval,
+                gain,
+            }
+        } else {
+            Verdict::NotIdentifiable {
+                reason: Reason::NoSupport {
+                    gain,
+                    needed: self.excludes_zero,
+                },
+                estimate: Some(value),
+                upper_limit: Some(interval.0.abs().max(interval.1.abs())),
+            }
+        }
+    }
+
+    pub(crate) fn standard_uncertainty(&self, profile: &Profile) -> f64 {
+        let k = crate::whittle::normal_quantile(0.5 * (1.0 + self.probability));
+        0.5 * (profile.interval.1 - profile.interval.0) / k
     }
 }
 
@@ -137,26 +235,46 @@ pub struct Coefficient {
     /// Number with interval, or reason.
     pub verdict: Verdict,
     /// Correlation time in s (Gauss–Markov) or frequency in Hz (sinusoid).
-    pub parameter: Option<f64>,
+    pub parameter: Option<Parameter>,
+}
+
+/// The second number of a term that has two.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Parameter {
+    /// Its value.
+    pub value: f64,
+    /// Its limits at the probability of the fit, where they are computed.
+    pub interval: Option<(f64, f64)>,
+}
+
+/// The band of the spectrum a fit rests on.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BandUse {
+    /// Highest frequency used, Hz.
+    pub highest_frequency: f64,
+    /// Whether it was chosen below half the sample rate because of what the spectrum shows.
+    pub cut: bool,
+    /// Order and corner in Hz of the low-pass filter that describes what was left out, if one does.
+    pub filter: Option<(u32, f64)>,
 }
 
 /// A fitted noise model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CoefficientFit {
-    /// How it was found.
-    pub method: Method,
     /// Probability of the intervals.
     pub probability: f64,
-    /// Probability that white noise alone makes this fit report any further term.
+    /// Probability at which a term that is not there is called identified.
     pub false_alarm_rate: f64,
-    /// One entry per term sought, in the order of [`Term`]; several for sinusoids.
+    /// One entry per term of the model, in the order of [`Term`]; several for Gauss–Markov processes and sinusoids.
     pub coefficients: Vec<Coefficient>,
-    /// The identified terms as a model.
+    /// The most likely model: every term at its best value, identified or not; the ramp only when zero is excluded.
     pub model: NoiseModel,
-    /// Covariance of the identified coefficients, in their order.
+    /// Covariance of the coefficients given as values, in their order.
     pub covariance: Covariance,
-    /// Relative standard departure of the data from the model beyond their scatter, zero when the model describes them.
+    /// Relative root mean square departure of the spectrum from the model beyond its scatter, zero when chance explains it.
     pub discrepancy: f64,
+    /// What part of the spectrum was used.
+    pub band: BandUse,
     /// What to doubt.
     pub findings: Vec<Finding>,
 }
@@ -167,26 +285,42 @@ impl CoefficientFit {
         self.coefficients.iter().find(|c| c.term == term)
     }
 
-    /// Value of a term, if identified.
+    /// The most likely random walk, or its upper limit (`true`) where that is zero.
+    pub fn random_walk_or_limit(&self) -> (f64, bool) {
+        let best = self.model.random_walk;
+        let limit = self.get(Term::RandomWalk).and_then(|c| c.verdict.upper());
+        match limit {
+            Some(limit) if best <= 0.0 => (limit, true),
+            _ => (best, false),
+        }
+    }
+
+    /// Value of a term, if there is one to report.
     pub fn value(&self, term: Term) -> Option<f64> {
         self.get(term).and_then(|c| c.verdict.value())
     }
 }
 
-/// What is sought, and how strictly.
+/// Which terms are in the model, and what is called identified.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct FitOptions {
-    /// Terms that may enter.
+    /// Terms of the model. Gauss–Markov processes and sinusoids are sought when named.
     pub terms: Vec<Term>,
+    /// Terms reported with a value whatever the data say of zero.
+    pub forced: Vec<Term>,
+    /// Coefficients that are known: held at their value.
+    pub fixed: Vec<(Term, f64)>,
     /// Probability of the intervals.
     pub probability: f64,
-    /// Probability that a record without a process is reported to have one of those sought, all terms together.
+    /// Probability at which a term that is not there may be called identified, each term by itself.
     pub false_alarm_rate: f64,
     /// Unit of the rate, for the units of the coefficients.
     pub unit: String,
-    /// Highest frequency used by the spectral fit, as a share of the Nyquist frequency. Sensors with a filter in
-    /// front of the converter follow no power law near it.
-    pub highest_frequency: f64,
+    /// Highest frequency used, Hz; `None` seeks the highest one below which no filter shows.
+    pub highest_frequency: Option<f64>,
+    /// How many samples of the sensor were averaged into each of the record, whose spectrum differs for it.
+    pub averaged: usize,
 }
 
 impl Default for FitOptions {
@@ -199,47 +333,53 @@ impl Default for FitOptions {
                 Term::RandomWalk,
                 Term::Ramp,
             ],
+            forced: Vec::new(),
+            fixed: Vec::new(),
             probability: 0.95,
-            false_alarm_rate: 1e-4,
+            false_alarm_rate: 0.002,
             unit: "m/s²".to_owned(),
-            highest_frequency: 1.0,
+            highest_frequency: None,
+            averaged: 1,
         }
     }
 }
 
 impl FitOptions {
-    /// Twice the gain in log-likelihood a term must bring.
-    ///
-    /// A coefficient that cannot be negative has under the null hypothesis a gain of zero half of the time and χ²
-    /// of one degree of freedom otherwise; the false-alarm rate is shared among the terms.
-    pub(crate) fn needed_gain(&self) -> f64 {
-        let per_term = self.false_alarm_rate / self.terms.len().max(1) as f64;
-        chi_square_one(1.0 - 2.0 * per_term)
-    }
-
     pub(crate) fn seeks(&self, term: Term) -> bool {
         self.terms.contains(&term)
     }
-}
 
-fn chi_square_one(p: f64) -> f64 {
-    ChiSquared::new(1.0).map_or(f64::INFINITY, |d| d.inverse_cdf(p))
-}
+    /// The value a term is held at.
+    pub(crate) fn fixed(&self, term: Term) -> Option<f64> {
+        self.fixed.iter().find(|f| f.0 == term).map(|f| f.1)
+    }
 
-/// An identified coefficient c = √v from the estimate of its square v with variance `u2`.
-///
-/// v is a positive quadratic form: ν v̂/v is taken as χ² with ν = 2v²/u², which keeps the lower limit positive.
-pub(crate) fn identified(v: f64, u2: f64, gain: f64, probability: f64) -> Verdict {
-    let value = v.sqrt();
-    let u = 0.5 * u2.sqrt() / value;
-    let nu = 2.0 * v * v / u2;
-    let interval = crate::chi_square_interval(value, nu, probability)
-        .unwrap_or((value - 2.0 * u, value + 2.0 * u));
-    Verdict::Identified {
-        value,
-        standard_uncertainty: u,
-        interval,
-        gain,
+    /// Refuses what no fit can follow.
+    pub(crate) fn check(&self, sample_rate: f64) -> Result<(), Error> {
+        crate::deviation::check_probability(self.probability)?;
+        crate::deviation::check_probability(self.false_alarm_rate)?;
+        let nyquist = 0.5 * sample_rate;
+        match self.highest_frequency {
+            Some(f) if !(f > 0.0 && f <= nyquist * (1.0 + 1e-12)) => Err(Error::OutOfRange {
+                name: "highest frequency in Hz",
+                value: f,
+                min: 0.0,
+                max: nyquist,
+            }),
+            _ => match self
+                .fixed
+                .iter()
+                .find(|f| !f.1.is_finite() || (f.1 < 0.0 && f.0 != Term::Ramp))
+            {
+                Some(f) => Err(Error::OutOfRange {
+                    name: "fixed coefficient",
+                    value: f.1,
+                    min: 0.0,
+                    max: f64::MAX,
+                }),
+                None => Ok(()),
+            },
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Whether the density and the Allan curve of one record tell the same story.
 
 use crate::model::allan_response;
-use crate::{DeviationCurve, Statistic};
+use crate::{DeviationCurve, NoiseModel, Statistic};
 use proofmass_signal::Density;
 use serde::{Deserialize, Serialize};
 
@@ -23,6 +23,52 @@ impl ConsistencyPoint {
     pub fn ratio(&self) -> f64 {
         self.from_density / self.allan_variance
     }
+}
+
+/// The fitted model beside the curve at one τ.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FittedPoint {
+    /// Averaging time in s.
+    pub tau: f64,
+    /// Allan deviation of the model, U.
+    pub deviation: f64,
+    /// Whether it lies within the limits of the curve.
+    pub inside: bool,
+    /// Whether the averaging is long enough for the band that was fitted: τ ≥ 1/f_max.
+    pub in_band: bool,
+}
+
+/// The model at every τ of an Allan curve; empty for other statistics.
+pub(crate) fn fitted(
+    model: &NoiseModel,
+    curve: &DeviationCurve,
+    highest_frequency: f64,
+) -> Vec<FittedPoint> {
+    if !matches!(
+        curve.statistic,
+        Statistic::Allan | Statistic::OverlappingAllan
+    ) {
+        return Vec::new();
+    }
+    // At half the sample rate the whole curve is in the band.
+    let whole = highest_frequency > 0.4999 * curve.sample_rate;
+    curve
+        .points
+        .iter()
+        .map(|p| {
+            let deviation = model
+                .sampled_allan_variance(p.factor, curve.sample_rate)
+                .sqrt();
+            FittedPoint {
+                tau: p.tau,
+                deviation,
+                inside: p
+                    .interval
+                    .is_some_and(|(low, high)| low <= deviation && deviation <= high),
+                in_band: whole || p.tau * highest_frequency >= 1.0,
+            }
+        })
+        .collect()
 }
 
 /// σ²(τ) = 2 ∫ S₁(f) sin⁴(πfτ)/(πfτ)² df for every τ the density resolves, beside the directly computed one.

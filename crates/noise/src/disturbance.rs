@@ -1,6 +1,7 @@
 //! Disturbances of a standing record: steps, bursts and spikes that are not noise.
 
 use crate::allan::MeanSquare;
+use crate::converter::{converter_step, difference_scatter};
 use crate::overlapping::overlapping_family;
 use crate::phase::Phase;
 use crate::record::{Record, check_count, check_finite, check_sample_rate};
@@ -87,6 +88,10 @@ pub fn disturbances(
         found.extend(steps(&means, l, share));
         found.extend(bursts(&blocks, &means, l, share));
     }
+    // Where a step of the converter is as large as the noise, a block without a change is nothing special.
+    if converter_step(rate).is_some_and(|q| q > 0.5 * difference_scatter(rate)) {
+        found.retain(|d| d.kind != DisturbanceKind::Lull);
+    }
     let mut merged = merge(found);
     let phase = Phase::new(Record::Rate(rate), sample_rate)?;
     let factors: Vec<usize> = (0..)
@@ -126,6 +131,74 @@ fn weigh(d: &mut Disturbance, phase: &[f64], factors: &[usize], whole: &[MeanSqu
         d.influence = d.influence.max(share);
         d.displacement = d.displacement.max(share / uncertainty);
     }
+}
+
+/// What all disturbances together add to the Allan variance of a record.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct JointInfluence {
+    /// Averaging time in s at which they show most.
+    pub tau: f64,
+    /// Share of the Allan variance there that the differences touching a disturbance add beyond their number.
+    pub influence: f64,
+    /// The same in standard uncertainties of that Allan variance.
+    pub displacement: f64,
+}
+
+/// The joint influence of disturbances at octave averaging times that leave half of the differences untouched.
+///
+/// `rate` and the places of the disturbances as given to and by [`disturbances`]. `None` without disturbances.
+///
+/// **Errors** those of the record.
+pub fn joint_influence(
+    rate: &[f64],
+    sample_rate: f64,
+    found: &[Disturbance],
+) -> Result<Option<JointInfluence>, Error> {
+    if found.is_empty() {
+        return Ok(None);
+    }
+    let phase = Phase::new(Record::Rate(rate), sample_rate)?.to_vec();
+    // Disturbed samples before each place.
+    let mut before = vec![0_u32; rate.len() + 1];
+    for d in found {
+        for k in d.samples.0..d.samples.1.min(rate.len()) {
+            before[k + 1] = 1;
+        }
+    }
+    for k in 0..rate.len() {
+        before[k + 1] += before[k];
+    }
+    let mut worst: Option<JointInfluence> = None;
+    let mut m = 1;
+    while 10 * m < rate.len() {
+        let terms = rate.len() + 1 - 2 * m;
+        let (mut all, mut touching, mut touched) = (0.0, 0.0, 0_usize);
+        for i in 0..terms {
+            let square = (phase[i + 2 * m] - 2.0 * phase[i + m] + phase[i]).powi(2);
+            all += square;
+            if before[i + 2 * m] > before[i] {
+                touching += square;
+                touched += 1;
+            }
+        }
+        if 2 * touched > terms {
+            break;
+        }
+        if all > 0.0 {
+            let influence = touching / all - touched as f64 / terms as f64;
+            let uncertainty = (2.0 / (1.5 * terms as f64 / m as f64)).sqrt();
+            let displacement = influence / uncertainty;
+            if worst.is_none_or(|w| displacement > w.displacement) {
+                worst = Some(JointInfluence {
+                    tau: m as f64 / sample_rate,
+                    influence,
+                    displacement,
+                });
+            }
+        }
+        m *= 2;
+    }
+    Ok(worst)
 }
 
 fn disturbance(

@@ -1,18 +1,22 @@
 //! Missing rows and time stamps that jump.
 
+use crate::clock_line;
 use crate::record::check_sample_rate;
 use proofmass_core::Error;
 use serde::{Deserialize, Serialize};
 
 /// What is done about gaps. Nothing here bridges them.
+#[doc(alias("missing samples"))]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Gaps {
     /// A gap is an error.
     Refuse,
-    /// The longest stretch without a gap is analysed, and a finding says what was left out.
-    #[default]
+    /// Only the longest stretch without a gap is analysed, and a finding says what was left out.
     LongestStretch,
+    /// Every stretch is analysed, each with a mean of its own.
+    #[default]
+    AllStretches,
 }
 
 /// Why the record is interrupted.
@@ -21,9 +25,9 @@ pub enum Gaps {
 pub enum GapKind {
     /// A value is missing (NaN) in at least one channel.
     Missing,
-    /// Two time stamps are further apart than one and a half sample intervals.
+    /// The time stamps stay later from here on: samples were lost.
     Jump,
-    /// A time stamp does not advance by at least half a sample interval, or is itself missing.
+    /// The time stamps stay earlier from here on: a clock was set, or rows stand twice.
     Backwards,
 }
 
@@ -34,7 +38,7 @@ pub struct Gap {
     pub kind: GapKind,
     /// First row of missing values, or the first row behind the jump.
     pub row: usize,
-    /// Rows that are missing: counted for missing values, estimated from the stamps for a jump.
+    /// Rows that are missing: counted for missing values, by the line of the stamps for a jump.
     pub rows: usize,
 }
 
@@ -42,6 +46,8 @@ pub struct Gap {
 pub type Stretches = (Vec<(usize, usize)>, Vec<Gap>);
 
 /// Stretches of rows without interruption, and what lies between them.
+///
+/// Stamps are compared with the line of their clock ([`clock_line`]): jitter and bursts interrupt nothing.
 ///
 /// **Shapes** `channels` of equal length, `stamps` (s) of that length when given.
 ///
@@ -71,12 +77,23 @@ pub fn stretches(
             got: stamps.len(),
         });
     }
+    let finite = |s: &&[f64]| s.len() > 2 && s.iter().all(|t| t.is_finite());
+    let mut slips = match stamps.filter(finite) {
+        Some(stamps) => {
+            clock_line(stamps, Some(sample_rate)).map_or_else(|_| Vec::new(), |l| l.slips)
+        }
+        None => Vec::new(),
+    }
+    .into_iter()
+    .peekable();
     let mut runs = Vec::new();
     let mut gaps: Vec<Gap> = Vec::new();
     let mut start = 0;
     let mut missing_from: Option<usize> = None;
     for row in 0..n {
-        if channels.iter().any(|c| !c[row].is_finite()) {
+        let slip = slips.next_if(|s| s.row == row);
+        let stamped = stamps.is_none_or(|s| s[row].is_finite());
+        if !stamped || channels.iter().any(|c| !c[row].is_finite()) {
             if missing_from.is_none() {
                 missing_from = Some(row);
                 if row > start {
@@ -92,30 +109,21 @@ pub fn stretches(
                 row: first,
                 rows: row - first,
             });
-        } else if let Some(stamps) = stamps
-            && row > 0
-        {
-            let step = (stamps[row] - stamps[row - 1]) * sample_rate;
-            if !(0.5..=1.5).contains(&step) {
-                let kind = if step > 1.5 {
+        }
+        if let Some(slip) = slip {
+            gaps.push(Gap {
+                kind: if slip.samples > 0 {
                     GapKind::Jump
                 } else {
                     GapKind::Backwards
-                };
-                gaps.push(Gap {
-                    kind,
-                    row,
-                    rows: if step > 1.5 {
-                        (step.round() as usize).saturating_sub(1)
-                    } else {
-                        0
-                    },
-                });
-                if row > start {
-                    runs.push((start, row));
-                }
-                start = row;
+                },
+                row,
+                rows: usize::try_from(slip.samples).unwrap_or(0),
+            });
+            if row > start {
+                runs.push((start, row));
             }
+            start = row;
         }
     }
     if let Some(first) = missing_from {
@@ -131,15 +139,15 @@ pub fn stretches(
     Ok((runs, gaps))
 }
 
-/// The stretch to analyse under a policy.
+/// The stretches to analyse under a policy.
 ///
 /// **Errors** under [`Gaps::Refuse`]: [`Error::NotFinite`] at a missing row, [`Error::OutOfRange`] with the row of
 /// a stamp that jumps.
 pub(crate) fn choose(
     policy: Gaps,
-    runs: &[(usize, usize)],
+    runs: Vec<(usize, usize)>,
     gaps: &[Gap],
-) -> Result<(usize, usize), Error> {
+) -> Result<Vec<(usize, usize)>, Error> {
     if policy == Gaps::Refuse
         && let Some(gap) = gaps.first()
     {
@@ -156,9 +164,12 @@ pub(crate) fn choose(
             },
         });
     }
-    Ok(runs
-        .iter()
-        .copied()
-        .max_by_key(|(a, b)| (b - a, usize::MAX - a))
-        .unwrap_or((0, 0)))
+    Ok(match policy {
+        Gaps::LongestStretch => runs
+            .into_iter()
+            .max_by_key(|(a, b)| (b - a, usize::MAX - a))
+            .into_iter()
+            .collect(),
+        _ => runs,
+    })
 }

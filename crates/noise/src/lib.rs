@@ -2,9 +2,8 @@
 //! intervals or not at all.
 //!
 //! [`analyse`] does everything for the channels of a recording. The parts stand on their own: [`deviation`] for a
-//! curve of any [`Statistic`], [`LongRecord`] for recordings larger than memory, [`whittle()`] and
-//! [`allan_regression()`] for coefficients, [`disturbances`] for what is not noise, [`simulate()`] for records with known
-//! coefficients.
+//! curve of any [`Statistic`], [`LongRecord`] for recordings larger than memory, [`whittle()`] for coefficients,
+//! [`disturbances`] for what is not noise, [`clock_line`] for time stamps, [`simulate()`] for records with known coefficients.
 //!
 //! ```
 //! use proofmass_noise::{FitOptions, NoiseModel, Term, Verdict, simulate, whittle};
@@ -28,59 +27,74 @@
 //! - N, the coefficient of white noise, is the Allan deviation at 1 s: a **two-sided** root density. Densities of
 //!   [`proofmass_signal`] are **one-sided**; the amplitude density of a data sheet is √2 N. [`in_units`] gives both, named.
 //! - B is the coefficient; the floor of the Allan deviation is √(2 ln 2/π) B = 0.664 B.
-//! - A term enters a fit only if it gains more likelihood than chance allows at a stated false-alarm rate (1e-4 for all
-//!   terms of a record together); otherwise the verdict is `NotIdentifiable`, with the reason and an upper limit.
+//! - Every term is in the fit and none is selected; an interval comes from the likelihood at its best over all other terms.
+//!   Where it reaches zero the verdict is `NotIdentifiable`, and its upper end is the limit. "Identified" says that chance
+//!   brings such a gain in one record of 500.
 //! - Bias corrections ([`Bias`]) and formulas for degrees of freedom ([`EdfFormula`]) are named where programs differ.
 //! - Gaps are never bridged. Random sources are arguments; results do not depend on the number of threads.
 //!
 //! # Not covered
 //!
-//! - Gap-aware statistics over several stretches at once: the longest stretch is analysed.
+//! - Gauss–Markov processes and sinusoids are sought only when named in [`FitOptions::terms`]; sinusoids of fewer than three
+//!   cycles are not found.
 //! - Degrees of freedom of MTOTDEV and HTOTDEV for flicker phase noise beyond what `[SP1065]` publishes.
-//! - Gauss–Markov processes and sinusoids in the regression on the Allan curve: they are sought in the spectrum only,
-//!   and only when named in [`FitOptions::terms`].
 //! - Cross-spectra and correlation between channels; temperature as a cause of drift.
 
 mod allan;
 mod allan_covariance;
-mod allan_regression;
 mod analysis;
 mod averages;
 mod bias;
+mod channel_analysis;
+mod clock_line;
 mod coefficients;
 mod consistency;
+mod converter;
+mod cosine_spectrum;
+mod curve_model;
 mod deviation;
 mod disturbance;
 mod edf;
 mod gaps;
 mod hadamard;
-mod likelihood;
+mod lines;
 mod long_record;
+mod markov;
 mod model;
 mod noise_type;
 mod overlapping;
 mod phase;
+mod profile;
 mod record;
 mod simulate;
-mod slope;
 mod spectrum_bins;
 mod statistic;
 mod streaming;
 mod taus;
+mod term_density;
 mod theo;
 mod total;
 mod units;
+mod usable_band;
+mod variance_fit;
 mod whittle;
 
-pub use allan_regression::{allan_regression, fit_curve};
 pub use analysis::{
     Analysis, AnalysisOptions, Channel, ChannelAnalysis, SpectrumPoint, TermUnits, analyse,
 };
 pub use bias::Bias;
-pub use coefficients::{Coefficient, CoefficientFit, FitOptions, Method, Reason, Verdict};
-pub use consistency::{ConsistencyPoint, consistency};
-pub use deviation::{DeviationCurve, DeviationOptions, DeviationPoint, deviation};
-pub use disturbance::{Disturbance, DisturbanceKind, disturbances};
+pub use clock_line::{ClockLine, Slip, clock_line};
+pub use coefficients::{
+    BandUse, Coefficient, CoefficientFit, FitOptions, Parameter, Reason, Verdict,
+};
+pub use consistency::{ConsistencyPoint, FittedPoint, consistency};
+pub use converter::{ConverterTrace, converter_traces};
+pub use deviation::{
+    DeviationCurve, DeviationOptions, DeviationPoint, deviation, deviation_stretches,
+};
+pub use disturbance::{
+    Disturbance, DisturbanceKind, JointInfluence, disturbances, joint_influence,
+};
 pub use edf::{EdfFormula, chi_square_interval, equivalent_dof};
 pub use gaps::{Gap, GapKind, Gaps, Stretches, stretches};
 pub use long_record::{ChannelName, LongRecord};
@@ -92,4 +106,4 @@ pub use statistic::Statistic;
 pub use streaming::StreamingAllan;
 pub use taus::Taus;
 pub use units::{ImuPart, InUnit, KalmanNoise, Sensor, imu_yaml, in_units, kalman_noise};
-pub use whittle::whittle;
+pub use whittle::{whittle, whittle_stretches};

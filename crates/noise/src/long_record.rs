@@ -144,10 +144,20 @@ impl LongRecord {
                 rate: running.averages.values(),
             })
             .collect();
-        let mut analysis = analyse(&channels, None, sample_rate / averaged as f64, options)?;
+        let mut averaged_options = options.clone();
+        averaged_options.fit.averaged *= averaged;
+        let mut analysis = analyse(
+            &channels,
+            None,
+            sample_rate / averaged as f64,
+            &averaged_options,
+        )?;
         analysis.sample_rate = sample_rate;
         analysis.averaged = averaged;
         analysis.rows = (analysis.rows.0 * averaged, analysis.rows.1 * averaged);
+        for run in &mut analysis.stretches {
+            *run = (run.0 * averaged, run.1 * averaged);
+        }
         for gap in &mut analysis.gaps {
             gap.row *= averaged;
             gap.rows *= averaged;
@@ -174,7 +184,7 @@ impl LongRecord {
             }
             // What belongs to one sample belongs to one of the recording, not to one average.
             if let Some(fit) = &channel.whittle {
-                channel.kalman = Some(kalman_noise(&fit.model, sample_rate)?);
+                channel.kalman = Some(kalman_noise(fit, sample_rate)?);
             }
             if let Some(sensor) = name.sensor {
                 for term in &mut channel.units {

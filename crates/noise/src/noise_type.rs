@@ -73,16 +73,16 @@ pub enum NoiseBasis {
     Given,
     /// Identified at this τ by the lag-1 autocorrelation.
     Identified,
-    /// Fewer than 30 averages are left at this τ: the type of the longest τ that had them.
-    CarriedOver,
+    /// Fewer than 30 averages are left at this τ: the term that rules there in the noise model of the record.
+    Model,
     /// From the slope between neighbouring averaging times (streams, where no phase is kept).
     Slope,
-    /// Nowhere 30 averages, or the data are constant: white noise is assumed.
+    /// There is no model, because the data are constant or too few: white noise is assumed.
     Assumed,
 }
 
 /// Averages below which the lag-1 estimate is not used. **Source** `[RG2004]`.
-pub(crate) const FEWEST_AVERAGES: usize = 30;
+const FEWEST_AVERAGES: usize = 30;
 
 /// More averages than this add nothing to the choice between integers: the lag-1 correlation is known to 0.008.
 const MOST_AVERAGES: usize = 16_384;

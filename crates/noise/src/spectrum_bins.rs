@@ -1,16 +1,12 @@
-//! The spectrum of a whole record in few bins: what the Whittle likelihood sees.
+//! The multitaper spectrum of a whole record, in which lines are sought.
 
-use crate::model::{markov_density, term_density};
-use crate::{NoiseModel, Term};
+use crate::NoiseModel;
 use proofmass_signal::fourier;
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, Gamma};
 
 /// Sine tapers averaged per frequency.
 const TAPERS: usize = 3;
-
-/// Variance of an average over many frequencies relative to independent periodograms: 1 + 1/(2K).
-const INEFFICIENCY: f64 = 1.0 + 0.5 / TAPERS as f64;
 
 /// Multitaper spectrum at the Fourier frequencies, and its averages over bins of growing width.
 pub(crate) struct SpectrumBins {
@@ -24,13 +20,10 @@ pub(crate) struct SpectrumBins {
     pub(crate) bins: Vec<Bin>,
 }
 
+/// Fourier indices whose density is compared with its own median.
 pub(crate) struct Bin {
     /// First and one past the last Fourier index.
     pub(crate) range: (usize, usize),
-    /// Mean density over the indices used.
-    pub(crate) mean: f64,
-    /// Equivalent degrees of freedom.
-    pub(crate) dof: f64,
 }
 
 impl SpectrumBins {
@@ -38,7 +31,7 @@ impl SpectrumBins {
     ///
     /// With the record padded to twice its length the k-th sine taper's spectrum at f is
     /// |X(f + k/2T) − X(f − k/2T)|²/(2N): one transform serves all tapers. **Source** `[Riedel1995]`.
-    pub(crate) fn new(detrended: Vec<f64>, sample_rate: f64, highest: f64) -> Self {
+    pub(crate) fn new(detrended: Vec<f64>, sample_rate: f64) -> Self {
         let n = detrended.len();
         let mut padded = detrended;
         padded.resize(2 * n, 0.0);
@@ -58,7 +51,7 @@ impl SpectrumBins {
                     * scale
             })
             .collect();
-        let last = ((half - TAPERS.min(half)) as f64 * highest.clamp(0.0, 1.0)) as usize;
+        let last = half - TAPERS.min(half);
         let mut bins = Vec::new();
         let mut start = TAPERS;
         while start < last {
@@ -68,7 +61,9 @@ impl SpectrumBins {
             if last - end < width / 2 {
                 end = last;
             }
-            bins.push(bin(&density, start, end, &[]));
+            bins.push(Bin {
+                range: (start, end),
+            });
             start = end;
         }
         Self {
@@ -81,46 +76,6 @@ impl SpectrumBins {
 
     pub(crate) fn frequency(&self, index: f64) -> f64 {
         index * self.sample_rate / self.n as f64
-    }
-
-    /// Mean of a density over each bin and over the tapers' spectral windows.
-    pub(crate) fn average(&self, density: impl Fn(f64) -> f64 + Sync) -> Vec<f64> {
-        self.bins
-            .iter()
-            .map(|bin| {
-                let (start, end) = bin.range;
-                let points = (end - start).min(24);
-                let step = (end - start) as f64 / points as f64;
-                let mut sum = 0.0;
-                for p in 0..points {
-                    // The centre of each cell of indices.
-                    let index = start as f64 + (p as f64 + 0.5) * step - 0.5;
-                    if end - start > 8 * TAPERS {
-                        sum += density(self.frequency(index));
-                    } else {
-                        let window: f64 = (1..=TAPERS)
-                            .map(|k| {
-                                let shift = 0.5 * k as f64;
-                                density(self.frequency(index + shift))
-                                    + density(self.frequency(index - shift))
-                            })
-                            .sum();
-                        sum += window / (2 * TAPERS) as f64;
-                    }
-                }
-                sum / points as f64
-            })
-            .collect()
-    }
-
-    /// Unit densities of a power law over the bins.
-    pub(crate) fn term(&self, term: Term) -> Vec<f64> {
-        self.average(|f| term_density(term, f, self.sample_rate))
-    }
-
-    /// Unit densities of a Gauss–Markov process over the bins.
-    pub(crate) fn markov(&self, correlation_time: f64) -> Vec<f64> {
-        self.average(|f| markov_density(correlation_time, f, self.sample_rate))
     }
 
     /// Fourier indices of lines: maxima of density over model that chance exceeds with `false_alarm_rate` in the
@@ -159,32 +114,5 @@ impl SpectrumBins {
             }
         }
         lines
-    }
-
-    /// The bins again without the neighbourhood of lines.
-    pub(crate) fn exclude(&mut self, lines: &[usize]) {
-        let density = &self.density;
-        self.bins = self
-            .bins
-            .iter()
-            .filter_map(|b| {
-                let kept = bin(density, b.range.0, b.range.1, lines);
-                (kept.dof > 0.0).then_some(kept)
-            })
-            .collect();
-    }
-}
-
-fn bin(density: &[f64], start: usize, end: usize, lines: &[usize]) -> Bin {
-    let clear = |k: &usize| lines.iter().all(|l| l.abs_diff(*k) > TAPERS + 1);
-    let (mut sum, mut count) = (0.0, 0_usize);
-    for k in (start..end).filter(clear) {
-        sum += density[k];
-        count += 1;
-    }
-    Bin {
-        range: (start, end),
-        mean: if count > 0 { sum / count as f64 } else { 0.0 },
-        dof: 2.0 * count as f64 / INEFFICIENCY,
     }
 }

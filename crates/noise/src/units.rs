@@ -1,6 +1,6 @@
 //! Coefficients in the units that data sheets, filters and other programs use.
 
-use crate::{CoefficientFit, NoiseModel, Term, Verdict};
+use crate::{CoefficientFit, Term, Verdict};
 use proofmass_core::Error;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
@@ -187,25 +187,30 @@ pub struct KalmanNoise {
     /// Q for the state (integral of the rate, bias) over one step:
     /// [[N² Δt + K² Δt³/3, −K² Δt²/2], [−K² Δt²/2, K² Δt]], in (U·s)², U²·s, U².
     pub process: [[f64; 2]; 2],
+    /// K that was used, U·√Hz.
+    pub random_walk: f64,
+    /// Whether that is the upper limit, because the most likely value is zero: a bias that cannot move is never right.
+    pub random_walk_is_limit: bool,
 }
 
-/// Kalman noise of a model at a sample rate.
+/// Kalman noise of a fit at a sample rate.
 ///
-/// The bias is subtracted from the rate, hence the negative covariance. Flicker, quantisation and ramp have no exact
-/// counterpart in this filter and are left out; a Gauss–Markov process needs a state of its own.
+/// The most likely values are used, identified or not; where that of K is zero, its upper limit. The bias is subtracted from
+/// the rate, hence the negative covariance. Flicker, quantisation and ramp have no exact counterpart in this filter and
+/// are left out; a Gauss–Markov process needs a state of its own.
 ///
 /// **Errors** [`Error::OutOfRange`] for a sample rate that is not positive.
-pub fn kalman_noise(model: &NoiseModel, sample_rate: f64) -> Result<KalmanNoise, Error> {
+pub fn kalman_noise(fit: &CoefficientFit, sample_rate: f64) -> Result<KalmanNoise, Error> {
     crate::record::check_sample_rate(sample_rate)?;
     let dt = 1.0 / sample_rate;
-    let (n2, k2) = (
-        model.white * model.white,
-        model.random_walk * model.random_walk,
-    );
+    let (random_walk, random_walk_is_limit) = fit.random_walk_or_limit();
+    let (n2, k2) = (fit.model.white.powi(2), random_walk * random_walk);
     let cross = -0.5 * k2 * dt * dt;
     Ok(KalmanNoise {
         measurement_variance: n2 * sample_rate,
         process: [[n2 * dt + k2 * dt.powi(3) / 3.0, cross], [cross, k2 * dt]],
+        random_walk,
+        random_walk_is_limit,
     })
 }
 
@@ -239,11 +244,9 @@ pub fn imu_yaml(parts: &[ImuPart<'_>], sample_rate: f64) -> String {
             let identified: Vec<(f64, (f64, f64))> = part
                 .axes
                 .iter()
-                .filter_map(|fit| match fit.get(term)?.verdict {
-                    Verdict::Identified {
-                        value, interval, ..
-                    } => Some((value, interval)),
-                    Verdict::NotIdentifiable { .. } => None,
+                .filter_map(|fit| {
+                    let verdict = fit.get(term)?.verdict;
+                    Some((verdict.value()?, verdict.interval()?))
                 })
                 .collect();
             let largest = identified
@@ -267,7 +270,7 @@ pub fn imu_yaml(parts: &[ImuPart<'_>], sample_rate: f64) -> String {
                         .iter()
                         .filter_map(|fit| match fit.get(term)?.verdict {
                             Verdict::NotIdentifiable { upper_limit, .. } => upper_limit,
-                            Verdict::Identified { .. } => None,
+                            _ => None,
                         })
                         .fold(None, |a: Option<f64>, b| Some(a.map_or(b, |a| a.max(b))));
                     let bound = limit.map_or(String::new(), |l| format!("; below {l:.3e} {unit}"));

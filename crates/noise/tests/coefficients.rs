@@ -1,6 +1,9 @@
 //! Coefficients of simulated records: coverage of the intervals, false alarms, refusals.
 
-use proofmass_noise::{CoefficientFit, FitOptions, NoiseModel, Term, Verdict, simulate, whittle};
+use proofmass_noise::{
+    CoefficientFit, DeviationOptions, FitOptions, NoiseModel, Record, Statistic, Term, Verdict,
+    deviation, simulate, whittle,
+};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
@@ -29,9 +32,9 @@ fn identified(fit: &CoefficientFit, term: Term) -> bool {
     matches!(fit.get(term).unwrap().verdict, Verdict::Identified { .. })
 }
 
-/// Both coefficients inside their 95 % intervals in 95 % of 500 records; B and Q not identifiable in ≥ 90 %.
+/// Both coefficients inside their 95 % intervals in 95 % of 200 records; B and Q not identified in ≥ 90 %.
 ///
-/// Bound: √(0.95·0.05/500) = 0.0097; three of them below 0.95 is 0.921, above 0.979.
+/// Bound: √(0.95·0.05/200) = 0.0154; three of them below 0.95 is 0.904, above 0.996.
 #[test]
 fn coverage_white_and_random_walk() {
     let model = NoiseModel {
@@ -39,7 +42,7 @@ fn coverage_white_and_random_walk() {
         random_walk: K,
         ..Default::default()
     };
-    let fits: Vec<CoefficientFit> = (0..500)
+    let fits: Vec<CoefficientFit> = (0..200)
         .into_par_iter()
         .map(|seed| {
             whittle(
@@ -56,21 +59,15 @@ fn coverage_white_and_random_walk() {
     let white = share(&|f| inside(f, Term::White, N));
     let walk = share(&|f| inside(f, Term::RandomWalk, K));
     println!("coverage N {white} K {walk}");
-    println!(
-        "identified Q {} B {} R {}",
-        share(&|f| identified(f, Term::Quantisation)),
-        share(&|f| identified(f, Term::Flicker)),
-        share(&|f| identified(f, Term::Ramp))
-    );
-    assert!((0.921..=0.979).contains(&white), "N: {white}");
-    assert!((0.921..=0.979).contains(&walk), "K: {walk}");
+    assert!((0.904..=0.996).contains(&white), "N: {white}");
+    assert!((0.904..=0.996).contains(&walk), "K: {walk}");
     for term in [Term::Flicker, Term::Quantisation, Term::Ramp] {
         assert!(share(&|f| identified(f, term)) <= 0.1, "{term:?}");
     }
 }
 
-/// White noise alone shows nothing else. The stated false-alarm rate is 1e-4 for all terms of a record together:
-/// among 500 records one false alarm has probability 0.05 and two 0.0012.
+/// White noise alone shows nothing else. The stated rate is 0.002 for each of four terms: two are expected among 250 records
+/// if it were used up, and more than seven have a chance of 1e-3.
 #[test]
 fn law_white_noise_is_white() {
     let model = NoiseModel {
@@ -78,7 +75,7 @@ fn law_white_noise_is_white() {
         ..Default::default()
     };
     let mut alarms = 0;
-    let fits: Vec<CoefficientFit> = (0..500)
+    let fits: Vec<CoefficientFit> = (0..250)
         .into_par_iter()
         .map(|seed| {
             whittle(
@@ -100,64 +97,218 @@ fn law_white_noise_is_white() {
             alarms += usize::from(identified(fit, term));
         }
     }
-    assert!(alarms <= 1, "{alarms} false alarms");
+    assert!(alarms <= 7, "{alarms} false alarms");
     let covered = fits.iter().filter(|f| inside(f, Term::White, 1.0)).count();
-    println!("coverage {covered}/500, alarms {alarms}");
-    assert!((461..=489).contains(&covered), "{covered}");
+    println!("coverage {covered}/250, alarms {alarms}");
+    // Three of √(0.95·0.05·250) = 3.4 below 237.
+    assert!(covered >= 227, "{covered}");
 }
 
-/// The regression on the curve: a quarter of the record, its own intervals.
+/// A part of the map of `docs/noise.md`: the truth lies in the interval, or below the limit, whether the term is there, weak
+/// or absent, and nothing absent is identified.
 ///
-/// Bound for 160 records: √(0.95·0.05/160) = 0.0172, three of them below 0.95 is 0.898; the covariance integrals are good
-/// to 2 %, for which another 0.01 is granted. K needs the longest τ of this short record: where chance bends the curve
-/// another way it is refused or replaced (not more than one record in ten).
+/// Bound for 40 records, thirty comparisons: four of √(0.95·0.05/40) = 0.034 below 0.95 is 32 of 40; at the stated rate of
+/// 0.002 three false identifications of 40 have a chance of 1e-4.
 #[test]
-fn coverage_allan_regression() {
-    let model = NoiseModel {
-        white: N,
-        random_walk: K,
-        ..Default::default()
-    };
-    let fits: Vec<CoefficientFit> = (0..160)
-        .into_par_iter()
-        .map(|seed| {
-            let rate = record(&model, SAMPLES / 4, RATE, 5000 + seed);
-            proofmass_noise::allan_regression(&rate, RATE, &FitOptions::default()).unwrap()
-        })
-        .collect();
-    let count = |f: &dyn Fn(&CoefficientFit) -> bool| fits.iter().filter(|x| f(x)).count();
-    let white = count(&|f| inside(f, Term::White, N));
-    let found = count(&|f| identified(f, Term::RandomWalk));
-    let walk = count(&|f| inside(f, Term::RandomWalk, K));
-    println!("regression: N {white} of 160; K inside {walk} of {found}");
-    assert!(white as f64 / 160.0 >= 0.888, "{white}");
-    assert!(found >= 144, "{found}");
-    assert!(walk as f64 / found as f64 >= 0.888, "{walk} of {found}");
+fn coverage_of_mixtures() {
+    let t = 2000.0_f64;
+    let walk = |crossings: f64| 3.0_f64.sqrt() * crossings / t;
+    let flicker = |crossings: f64| (crossings / (0.4413 * t)).sqrt();
+    let ramp = |u: f64| u * (12.0 / t.powi(3)).sqrt();
+    for (name, k, b, r, q) in [
+        ("N+K 15", walk(15.0), 0.0, 0.0, 0.0),
+        ("N+K 30", walk(30.0), 0.0, 0.0, 0.0),
+        ("N+B 100", 0.0, flicker(100.0), 0.0, 0.0),
+        ("N+B 100+K 20", walk(20.0), flicker(100.0), 0.0, 0.0),
+        ("N+K 30+R", walk(30.0), 0.0, ramp(100.0), 0.0),
+        ("N+Q+B 100+K 60", walk(60.0), flicker(100.0), 0.0, 0.1),
+    ] {
+        let model = NoiseModel {
+            white: 1.0,
+            random_walk: k,
+            flicker: b,
+            ramp: r,
+            quantisation: q,
+            ..Default::default()
+        };
+        let fits: Vec<CoefficientFit> = (0..40_u64)
+            .into_par_iter()
+            .map(|seed| {
+                let rate = record(&model, 20_000, 10.0, 40_000 + seed);
+                whittle(&rate, 10.0, &FitOptions::default()).unwrap()
+            })
+            .collect();
+        for (term, truth) in [
+            (Term::Quantisation, q),
+            (Term::White, 1.0),
+            (Term::Flicker, b),
+            (Term::RandomWalk, k),
+            (Term::Ramp, r),
+        ] {
+            let held = fits
+                .iter()
+                .filter(|f| {
+                    let verdict = f.get(term).unwrap().verdict;
+                    match verdict.interval() {
+                        Some((low, high)) => low <= truth && truth <= high,
+                        None => verdict.upper().is_none_or(|u| truth <= u),
+                    }
+                })
+                .count();
+            let seen = fits.iter().filter(|f| identified(f, term)).count();
+            println!("{name} {term:?}: held {held}, identified {seen} of 40");
+            assert!(held >= 32, "{name} {term:?}: {held} of 40");
+            assert!(truth > 0.0 || seen <= 2, "{name} {term:?}: {seen} false");
+        }
+    }
 }
 
-/// White noise alone in the regression: 1e-4 is asked for; the covariance of the longest τ is approximate, so 2 of 160
-/// are allowed.
+/// The curve's 95 % intervals at every octave, for each noise alone and mixed: 150 records, four standard deviations of a
+/// binomial share (0.018) below 0.95 are granted and 0.01 for the χ² form, above nothing is asked.
 #[test]
-fn law_white_curve_is_white() {
+fn coverage_of_curve_intervals() {
+    let n = 8192;
+    for (name, model) in [
+        ("white", [1.0, 0.0, 0.0]),
+        ("flicker", [0.0, 1.0, 0.0]),
+        ("walk", [0.0, 0.0, 1.0]),
+        ("mixed", [1.0, 0.2, 0.004]),
+    ]
+    .map(|(name, [white, flicker, random_walk])| {
+        (
+            name,
+            NoiseModel {
+                white,
+                flicker,
+                random_walk,
+                ..Default::default()
+            },
+        )
+    }) {
+        let curves: Vec<_> = (0..150_u64)
+            .into_par_iter()
+            .map(|seed| {
+                let rate = record(&model, n, 1.0, 70_000 + seed);
+                deviation(
+                    Record::Rate(&rate),
+                    1.0,
+                    Statistic::OverlappingAllan,
+                    &DeviationOptions::default(),
+                )
+                .unwrap()
+            })
+            .collect();
+        for i in 0..curves[0].points.len() {
+            let m = curves[0].points[i].factor;
+            let truth = model.sampled_allan_variance(m, 1.0).sqrt();
+            let held = curves
+                .iter()
+                .filter(|c| {
+                    let (low, high) = c.points[i].interval.unwrap();
+                    low <= truth && truth <= high
+                })
+                .count();
+            println!("{name} m = {m}: {held} of 150");
+            assert!(held as f64 / 150.0 > 0.87, "{name} m = {m}: {held} of 150");
+        }
+    }
+}
+
+/// White noise behind low-pass filters: N is not biased by more than 1 %, and the band is said.
+///
+/// Twelve records of 2·10⁵ samples; three standard errors of the mean beyond 1 %.
+#[test]
+fn law_filters_do_not_bias_white_noise() {
+    let rate = 100.0;
+    for (order, corner) in [
+        (1, rate / 3.0),
+        (1, rate / 10.0),
+        (2, rate / 3.0),
+        (2, rate / 10.0),
+    ] {
+        let values: Vec<f64> = (0..12_u64)
+            .into_par_iter()
+            .map(|seed| {
+                let model = NoiseModel {
+                    white: 2.5e-3,
+                    ..Default::default()
+                };
+                let y = low_pass(
+                    &record(&model, 200_000, rate, 90_000 + seed),
+                    order,
+                    corner / rate,
+                );
+                let fit = whittle(&y, rate, &FitOptions::default()).unwrap();
+                assert!(fit.band.cut, "order {order} at {corner} Hz");
+                fit.value(Term::White).unwrap() / 2.5e-3 - 1.0
+            })
+            .collect();
+        let mean = values.iter().sum::<f64>() / 12.0;
+        let spread = (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / 11.0).sqrt();
+        println!(
+            "order {order} at {corner} Hz: {:+.2} % ± {:.2} %",
+            100.0 * mean,
+            100.0 * spread
+        );
+        assert!(mean.abs() < 0.01 + 3.0 * spread / 12.0_f64.sqrt());
+    }
+}
+
+/// Butterworth low-pass by the bilinear transform, corner as a share of the sample rate.
+fn low_pass(x: &[f64], order: u32, corner: f64) -> Vec<f64> {
+    let w = (std::f64::consts::PI * corner).tan();
+    let (b, a) = if order == 1 {
+        let g = 1.0 + w;
+        ([w / g, w / g, 0.0], [(w - 1.0) / g, 0.0])
+    } else {
+        let g = 1.0 + std::f64::consts::SQRT_2 * w + w * w;
+        let b = w * w / g;
+        (
+            [b, 2.0 * b, b],
+            [
+                2.0 * (w * w - 1.0) / g,
+                (1.0 - std::f64::consts::SQRT_2 * w + w * w) / g,
+            ],
+        )
+    };
+    let (mut x1, mut x2, mut y1, mut y2) = (0.0, 0.0, 0.0, 0.0);
+    x.iter()
+        .map(|&x0| {
+            let y = b[0] * x0 + b[1] * x1 + b[2] * x2 - a[0] * y1 - a[1] * y2;
+            (x2, x1, y2, y1) = (x1, x0, y1, y);
+            y
+        })
+        .collect()
+}
+
+/// What the caller says holds: terms left out, forced, given.
+#[test]
+fn law_terms_follow_the_caller() {
     let model = NoiseModel {
         white: 1.0,
+        random_walk: 0.01,
         ..Default::default()
     };
-    let alarms: usize = (0..160_u64)
-        .into_par_iter()
-        .map(|seed| {
-            let rate = record(&model, 10_000, 100.0, 20_000 + seed);
-            let fit =
-                proofmass_noise::allan_regression(&rate, 100.0, &FitOptions::default()).unwrap();
-            let others = [
-                Term::Quantisation,
-                Term::Flicker,
-                Term::RandomWalk,
-                Term::Ramp,
-            ];
-            usize::from(others.iter().any(|t| identified(&fit, *t)))
-        })
-        .sum();
-    println!("regression: {alarms} false alarms of 160");
-    assert!(alarms <= 2, "{alarms}");
+    let rate = record(&model, 20_000, 10.0, 3);
+    let options = FitOptions {
+        terms: vec![Term::White, Term::Flicker, Term::RandomWalk],
+        forced: vec![Term::Flicker],
+        fixed: vec![(Term::RandomWalk, 0.01)],
+        ..FitOptions::default()
+    };
+    let fit = whittle(&rate, 10.0, &options).unwrap();
+    assert!(fit.get(Term::Ramp).is_none() && fit.get(Term::Quantisation).is_none());
+    assert!(identified(&fit, Term::Flicker));
+    assert_eq!(
+        fit.get(Term::RandomWalk).unwrap().verdict,
+        Verdict::Fixed { value: 0.01 }
+    );
+    assert_eq!(fit.model.random_walk, 0.01);
+    for highest in [0.0, -1.0, 6.0, f64::NAN] {
+        let options = FitOptions {
+            highest_frequency: Some(highest),
+            ..FitOptions::default()
+        };
+        assert!(whittle(&rate, 10.0, &options).is_err());
+    }
 }

@@ -1,5 +1,24 @@
 //! The open accelerometer laboratory under one roof: every crate of the project, re-exported, without logic.
 //!
+//! # Which question, which door
+//!
+//! | question | door |
+//! |---|---|
+//! | What are bias, scale and misalignment of my triaxial sensor? | [`jobs::multi_position`], or [`calibration::MultiPosition`] on means of your own |
+//! | What is its sensitivity matrix at each frequency on the shaker? | [`jobs::campaign`], [`calibration::shaker`] |
+//! | How do I compensate, on the desk and on the chip? | [`core::SensorModel`], a file by [`io::CalibrationFile`] |
+//! | How noisy is it, and what goes into my filter? | [`noise::analyse`] |
+//! | How fast does my axis move? | [`core::velocity`] sample by sample, [`motion`] with the whole record at hand |
+//! | How uncertain is a result of my own equations? | [`uncertainty::propagate`], [`uncertainty::MonteCarlo`] |
+//! | What do the samples of a sine, a spectrum say? | [`signal`] |
+//! | What would my plan achieve? Does my code recover a known truth? | [`rig`] |
+//! | How do I read this recording, write that result? | [`io::Recording`], [`jobs::Filed`] |
+//! | How do I run a job from a server, a notebook, a batch? | [`jobs::Job`], [`jobs::Outcome`], [`jobs::Memory`] |
+//!
+//! The words of the field and those of this project stand side by side in [`glossary`].
+//!
+//! # From samples to a calibration
+//!
 //! ```
 //! use proofmass::calibration::{MultiPosition, Samples, Standstill, StandstillCalibration};
 //! use proofmass::core::Gravity;
@@ -19,14 +38,33 @@
 //! assert!((scale.value - 415.2).abs() < 4.0 * scale.standard_uncertainty);
 //! # Ok::<(), proofmass::core::Error>(())
 //! ```
+//!
+//! # Features
+//! Each room is a feature, `full` (the default) is all of them; [`core`](mod@core) is always there. With
+//! `default-features = false` nothing but the crate for firmware is built.
 
+#[cfg(feature = "calibration")]
 pub use proofmass_calibration as calibration;
 pub use proofmass_core as core;
+#[cfg(feature = "io")]
 pub use proofmass_io as io;
+#[cfg(feature = "jobs")]
 pub use proofmass_jobs as jobs;
+#[cfg(feature = "motion")]
 pub use proofmass_motion as motion;
+#[cfg(feature = "noise")]
 pub use proofmass_noise as noise;
+#[cfg(feature = "report")]
 pub use proofmass_report as report;
+#[cfg(feature = "rig")]
 pub use proofmass_rig as rig;
+#[cfg(feature = "signal")]
 pub use proofmass_signal as signal;
+#[cfg(feature = "uncertainty")]
 pub use proofmass_uncertainty as uncertainty;
+
+#[doc = include_str!("../GLOSSARY.md")]
+pub mod glossary {}
+
+#[doc = include_str!("../REFERENCES.md")]
+pub mod references {}

@@ -64,7 +64,7 @@ impl NoiseReport<'_> {
 fn coefficients(analysis: &Analysis) -> Table {
     let fits = || analysis.channels.iter().filter_map(|c| c.whittle.as_ref());
     let probability = fits().next().map_or(0.95, |f| f.probability);
-    let rate = fits().next().map_or(1e-4, |f| f.false_alarm_rate);
+    let rate = fits().next().map_or(0.002, |f| f.false_alarm_rate);
     let mut table = Table::new(
         format!(
             "Noise coefficients with their {} % intervals, by maximum likelihood on the spectrum",
@@ -76,7 +76,7 @@ fn coefficients(analysis: &Analysis) -> Table {
             Column::text("value"),
             Column::text("interval, or limit"),
             Column::text("unit"),
-            Column::text("by Allan regression"),
+            Column::text("what it is"),
         ],
     );
     for channel in &analysis.channels {
@@ -92,38 +92,14 @@ fn coefficients(analysis: &Analysis) -> Table {
             continue;
         };
         for c in &fit.coefficients {
-            let (value, interval) = match c.verdict {
-                Verdict::Identified {
-                    value, interval, ..
-                } => (scientific(value, 4), range(interval)),
-                Verdict::NotIdentifiable {
-                    reason,
-                    upper_limit,
-                } => {
-                    let limit = upper_limit.map(|l| format!("below {}", scientific(l, 3)));
-                    // Why, where it is not the usual reason that the note below gives.
-                    let why = match reason {
-                        Reason::NoSupport { .. } => None,
-                        Reason::OtherTermsSuffice | Reason::WithinNoise { .. } => {
-                            Some(reason.to_string())
-                        }
-                    };
-                    let words: Vec<String> = limit.into_iter().chain(why).collect();
-                    ("not identifiable".to_owned(), words.join("; "))
-                }
-            };
-            let check = channel.regression.as_ref().and_then(|f| f.get(c.term));
+            let (value, interval, word) = words(&c.verdict);
             table = table.row([
                 Cell::text(channel.name.clone()),
                 Cell::text(name(c)),
                 Cell::text(value),
                 Cell::text(interval),
                 Cell::text(c.unit.clone()),
-                Cell::text(match check.map(|c| c.verdict) {
-                    Some(Verdict::Identified { interval, .. }) => range(interval),
-                    Some(Verdict::NotIdentifiable { .. }) => "not identifiable".to_owned(),
-                    None => String::new(),
-                }),
+                Cell::text(word),
             ]);
         }
     }
@@ -134,17 +110,52 @@ fn coefficients(analysis: &Analysis) -> Table {
         )
         .note("B is the coefficient; the floor of the Allan deviation is 0.664 B.")
         .note(format!(
-            "Not identifiable: the data are as well described without the term; among {} records without it, one would \
-             show it by chance. The limit is one-sided at the same probability as the intervals.",
+            "All terms are fitted together and each interval allows for all others. Identified: one record in {} without the \
+             term would show it so; present: its interval excludes zero; not identifiable: zero lies in the interval, whose upper \
+             end is the limit.",
             scientific(1.0 / rate, 1).trim_end_matches(".0")
         ))
+}
+
+/// Value, interval or limit, and the word for what is known of a coefficient.
+fn words(verdict: &Verdict) -> (String, String, String) {
+    match *verdict {
+        Verdict::Identified {
+            value, interval, ..
+        } => (
+            scientific(value, 4),
+            range(interval),
+            "identified".to_owned(),
+        ),
+        Verdict::Present {
+            value, interval, ..
+        } => (scientific(value, 4), range(interval), "present".to_owned()),
+        Verdict::Fixed { value } => (scientific(value, 4), String::new(), "given".to_owned()),
+        Verdict::NotIdentifiable {
+            reason,
+            upper_limit,
+            ..
+        } => (
+            "–".to_owned(),
+            upper_limit.map_or(String::new(), |l| format!("below {}", scientific(l, 3))),
+            match reason {
+                Reason::NoSupport { .. } => "not identifiable".to_owned(),
+                _ => reason.to_string(),
+            },
+        ),
+    }
 }
 
 /// `N white noise`, with its parameter where the term has one.
 fn name(c: &Coefficient) -> String {
     let parameter = match (c.term, c.parameter) {
-        (Term::GaussMarkov, Some(t)) => format!(", T = {} s", scientific(t, 3)),
-        (Term::Sinusoid, Some(f)) => format!(", f = {} Hz", scientific(f, 4)),
+        (Term::GaussMarkov, Some(t)) => match t.interval {
+            Some(interval) => {
+                format!(", T = {} s ({} s)", scientific(t.value, 3), range(interval))
+            }
+            None => format!(", T = {} s", scientific(t.value, 3)),
+        },
+        (Term::Sinusoid, Some(f)) => format!(", f = {} Hz", scientific(f.value, 4)),
         _ => String::new(),
     };
     format!("{} {}{parameter}", c.term.symbol(), c.term.name())
@@ -174,7 +185,7 @@ fn channel_section(channel: &ChannelAnalysis, samples: &[f64], sample_rate: f64)
     }
     if let Some(plot) = spectrum(channel, sample_rate) {
         section = section.figure(
-            "One-sided power spectral density: multitaper estimate of the whole record with its confidence band",
+            "One-sided power spectral density of the whole record with its confidence band",
             plot,
         );
     }
@@ -194,12 +205,17 @@ fn channel_section(channel: &ChannelAnalysis, samples: &[f64], sample_rate: f64)
         Some(k) if channel.whittle.as_ref().is_some_and(|f| f.model.white > 0.0) => section
             .paragraph(format!(
                 "Kalman filter at this rate: measurement variance R = {}; process noise of (integral, bias) over one \
-                 step Q = [[{}, {}], [{}, {}]], in ({unit})² times s², s and 1.",
+                 step Q = [[{}, {}], [{}, {}]], in ({unit})² times s², s and 1{}.",
                 scientific(k.measurement_variance, 4),
                 scientific(k.process[0][0], 4),
                 scientific(k.process[0][1], 4),
                 scientific(k.process[1][0], 4),
                 scientific(k.process[1][1], 4),
+                if k.random_walk_is_limit {
+                    "; K is its upper limit, because its most likely value is zero"
+                } else {
+                    ""
+                },
             )),
         _ => section,
     }
@@ -253,7 +269,8 @@ fn stability(channel: &ChannelAnalysis) -> Option<XyPlot> {
         (Term::Ramp, root(2.0), model.ramp, "τ"),
     ];
     for (term, at, value, law) in laws {
-        if let (true, Some(slope)) = (value > 0.0, term.slope()) {
+        let given = channel.whittle.as_ref().and_then(|f| f.value(term));
+        if let (true, Some(_), Some(slope)) = (value > 0.0, given, term.slope()) {
             plot = plot.slope(
                 format!("{} {law}", label(channel, term)),
                 (at, value),
@@ -301,7 +318,7 @@ fn spectrum(channel: &ChannelAnalysis, sample_rate: f64) -> Option<XyPlot> {
         Axis::log("frequency", "Hz"),
         Axis::log("power spectral density", unit),
     )
-    .series(Series::line("multitaper", &x, &y).band(&low, &high));
+    .series(Series::line("record", &x, &y).band(&low, &high));
     if let Some(fit) = &channel.whittle {
         let fitted: Vec<f64> = x
             .iter()

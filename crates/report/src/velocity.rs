@@ -79,14 +79,14 @@ fn facts(caption: &str, rows: impl IntoIterator<Item = (String, String)>) -> Tab
 
 /// The noise of a model in words.
 fn noise(model: &KalmanModel) -> Vec<(String, String)> {
-    use proofmass_motion::{Bias, NoiseForm};
+    use proofmass_motion::{BiasModel, ProcessNoise};
     let mut rows = vec![
         match model.noise_form {
-            NoiseForm::SampleConstant => (
+            ProcessNoise::SampleConstant => (
                 "noise of an acceleration sample by likelihood, √q".to_owned(),
                 format!("{} m/s²", scientific(model.acceleration_noise.sqrt(), 3)),
             ),
-            NoiseForm::Continuous => (
+            ProcessNoise::Continuous => (
                 "density of the acceleration's noise by likelihood, √q".to_owned(),
                 format!(
                     "{} (m/s²)/√Hz, two-sided",
@@ -105,11 +105,11 @@ fn noise(model: &KalmanModel) -> Vec<(String, String)> {
     rows.push((
         "offset of the accelerometer".to_owned(),
         match model.bias {
-            Bias::None => "not a state: its likelihood does not pay for it".to_owned(),
-            Bias::RandomWalk { density, .. } => {
+            None => "not a state: its likelihood does not pay for it".to_owned(),
+            Some(BiasModel::RandomWalk { density, .. }) => {
                 format!("random walk, {} (m/s²)/√s", scientific(density.sqrt(), 3))
             }
-            Bias::GaussMarkov { deviation, time } => format!(
+            Some(BiasModel::GaussMarkov { deviation, time }) => format!(
                 "Gauss–Markov, {} m/s² over {} s",
                 scientific(deviation, 3),
                 scientific(time, 3)

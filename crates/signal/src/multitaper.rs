@@ -25,6 +25,7 @@ pub enum Tapers {
 }
 
 /// A multitaper estimate, averaged over segments that follow one another without overlap.
+#[doc(alias("DPSS", "Thomson"))]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Multitaper {
     /// Samples per segment; the whole record when equal to its length.

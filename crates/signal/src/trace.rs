@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 /// assert!(trace.x.len() <= 4 * 1000);
 /// assert!(trace.y.contains(&9.0));
 /// ```
+#[doc(alias("decimation", "downsampling"))]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Trace {
     /// Abscissae, in their order.

@@ -7,6 +7,7 @@ use realfft::{RealFftPlanner, num_complex::Complex};
 use serde::{Deserialize, Serialize};
 
 /// How a signal is cut and windowed.
+#[doc(alias("PSD", "power spectral density"))]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Welch {
     /// Samples per segment.

@@ -7,6 +7,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 /// Symmetric positive semi-definite matrix, row-major.
 ///
 /// Built only through constructors that check it; serialised as an array of rows.
+#[doc(alias("correlation", "variance matrix"))]
 #[derive(Clone, Debug, PartialEq)]
 pub struct Covariance {
     n: usize,

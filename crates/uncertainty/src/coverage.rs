@@ -7,6 +7,7 @@ use std::fmt;
 /// Degrees of freedom: how well a standard uncertainty is itself known. Positive, infinite allowed.
 ///
 /// Serialised as a number, or as the word `"infinite"`.
+#[doc(alias("Welch-Satterthwaite", "effective degrees of freedom"))]
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 pub struct DegreesOfFreedom(f64);
 

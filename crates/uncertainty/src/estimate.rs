@@ -27,6 +27,7 @@ impl Component {
 }
 
 /// One cause of uncertainty, independent of every other cause in the same estimate.
+#[doc(alias("uncertainty component", "contribution", "error source"))]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Influence {
     /// Stable name of the cause, such as `gravity`. Two estimates that name the same key of the same
@@ -132,6 +133,7 @@ impl Effect {
 /// The joint covariance is the sum over the influences, so the budget of any component sums to its variance by
 /// construction. Components are views: they are read one by one with [`Estimate::get`], combined with their
 /// correlation through [`Estimate::propagate`].
+#[doc(alias("measurement result", "uncertain number"))]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Parts", into = "Parts")]
 pub struct Estimate {

@@ -39,6 +39,7 @@ impl fmt::Display for Severity {
 ///     .advice("check that the sensor stood still; the covariance was scaled by 2.96");
 /// assert_eq!(finding.code(), "excess-residuals");
 /// ```
+#[doc(alias("warning", "diagnostic"))]
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Finding {
     severity: Severity,

@@ -87,6 +87,7 @@ pub enum Trials {
 /// assert!((y.symmetric.upper - 3.88).abs() < 0.04); // `[S1]` 9.2.3
 /// # Ok::<(), Refusal>(())
 /// ```
+#[doc(alias("propagation of distributions", "MCM", "GUM Supplement 1"))]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MonteCarlo {
     /// Seed of all streams.

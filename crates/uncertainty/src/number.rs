@@ -162,6 +162,7 @@ impl Number for f64 {
 /// A number with N partial derivatives: forward automatic differentiation.
 ///
 /// `Dual<f64, N>` carries first derivatives; `Dual<Dual<f64, 1>, 1>` second ones.
+#[doc(alias("automatic differentiation"))]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dual<T, const N: usize> {
     /// The value.

@@ -6,6 +6,7 @@ use super::reference::ReferenceArguments;
 use super::sensors::{Bench, Sensors, failure};
 use crate::delivery::{Delivery, Results};
 use crate::{Failure, Outcome, clock};
+use proofmass::core::Unwatched;
 use proofmass::io::{Cell, Table};
 use proofmass::motion::{CompareResult, Method, compare};
 
@@ -53,6 +54,7 @@ impl Compare {
             &self.method,
             &decimations,
             skip,
+            &Unwatched,
         )
         .map_err(|e| failure(e, &self.sensors.recording))?;
         let mut findings = bench.findings.clone();

@@ -4,6 +4,7 @@ use super::method::method;
 use super::sensors::{Bench, Sensors, failure};
 use crate::delivery::{Delivery, Results};
 use crate::{Failure, Outcome, clock};
+use proofmass::core::Unwatched;
 use proofmass::io::{Cell, ResultDocument, Software, Table};
 use proofmass::motion::{EstimateResult, Method, MotionRecord, estimate};
 use proofmass::report::VelocityReport;
@@ -31,7 +32,7 @@ impl Estimate {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
         let folder = self.delivery.begin(&self.sensors.files())?;
         let bench = self.sensors.read(None)?;
-        let result = estimate(&bench.record, self.method, self.circumference)
+        let result = estimate(&bench.record, self.method, self.circumference, &Unwatched)
             .map_err(|e| failure(e, &self.sensors.recording))?;
         let mut findings = bench.findings.clone();
         findings.extend(result.findings.iter().cloned());

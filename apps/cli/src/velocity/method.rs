@@ -1,6 +1,6 @@
 //! Methods as words: `observer:5,25`.
 
-use proofmass::motion::{Bias, KalmanModel, Method, Rule};
+use proofmass::motion::{BiasModel, IntegratorRule, KalmanModel, Method};
 
 /// What can be asked for, for help and messages.
 pub(super) const METHODS: &str = "fixed-time, backward-difference:ORDER, savitzky-golay:WINDOW,DEGREE, \
@@ -45,10 +45,10 @@ pub(super) fn method(text: &str) -> Result<Method, String> {
             degree: whole(degree)?,
         }),
         ("tracking-loop", &[bandwidth]) => Some(Method::TrackingLoop { bandwidth }),
-        ("trapezoid", _) => integration(Rule::Trapezoid),
-        ("simpson", _) => integration(Rule::Simpson),
-        ("tick", _) => integration(Rule::Tick),
-        ("adams-moulton-3", _) => integration(Rule::AdamsMoulton3),
+        ("trapezoid", _) => integration(IntegratorRule::Trapezoid),
+        ("simpson", _) => integration(IntegratorRule::Simpson),
+        ("tick", _) => integration(IntegratorRule::Tick),
+        ("adams-moulton-3", _) => integration(IntegratorRule::AdamsMoulton3),
         ("two-channel", &[k1, k2]) => Some(Method::TwoChannel { k1, k2 }),
         ("observer", &[k_x, k_v]) => Some(Method::Observer { k_x, k_v }),
         ("offset-observer", &[k_x, k_v, k_b]) => Some(Method::OffsetObserver { k_x, k_v, k_b }),
@@ -71,7 +71,7 @@ fn model(numbers: &[f64]) -> Option<KalmanModel> {
     match *numbers {
         [q, r] => Some(KalmanModel::new(q, r)),
         [q, r, density, initial] => Some(KalmanModel {
-            bias: Bias::RandomWalk { density, initial },
+            bias: Some(BiasModel::RandomWalk { density, initial }),
             ..KalmanModel::new(q, r)
         }),
         _ => None,

@@ -4,6 +4,7 @@ use super::estimate::{document, report};
 use super::sensors::{Sensors, failure, unusable};
 use crate::delivery::{Delivery, Results};
 use crate::{Failure, Outcome, clock};
+use proofmass::core::Unwatched;
 use proofmass::io::Table;
 use proofmass::motion::{BiasChoice, ReadingNoise, TuneResult, Tuning, tune};
 
@@ -29,9 +30,11 @@ pub(crate) struct Tune {
 enum Offset {
     /// It was removed before, or is part of the noise
     None,
+    /// An unknown constant
+    Constant,
     /// A random walk
     RandomWalk,
-    /// The better of the two by the Bayesian criterion
+    /// The one whose likelihood pays for its parameters
     Automatic,
 }
 
@@ -62,13 +65,14 @@ impl Tune {
             reading_noise,
             bias: match self.offset {
                 Offset::None => BiasChoice::None,
+                Offset::Constant => BiasChoice::Constant,
                 Offset::RandomWalk => BiasChoice::RandomWalk,
                 Offset::Automatic => BiasChoice::Automatic,
             },
             ..Tuning::default()
         };
-        let result =
-            tune(&bench.record, &tuning).map_err(|e| failure(e, &self.sensors.recording))?;
+        let result = tune(&bench.record, &tuning, &Unwatched)
+            .map_err(|e| failure(e, &self.sensors.recording))?;
         let mut findings = bench.findings.clone();
         findings.extend(result.findings.iter().cloned());
         let json = document("velocity-tuning", &bench, &findings)?

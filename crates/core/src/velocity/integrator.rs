@@ -16,6 +16,11 @@ use crate::{Error, Float};
 ///
 /// **Source** `[Hamming89]` on integration rules as recursive filters, Tick's among them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
 pub enum IntegratorRule {
     /// v_n = v_{n−1} + T/2 (a_n + a_{n−1})
     Trapezoid,
@@ -24,6 +29,7 @@ pub enum IntegratorRule {
     /// v_n = v_{n−2} + T (0.3584 a_n + 1.2832 a_{n−1} + 0.3584 a_{n−2})
     Tick,
     /// v_n = v_{n−1} + T/12 (5 a_n + 8 a_{n−1} − a_{n−2})
+    #[cfg_attr(feature = "serde", serde(rename = "adams-moulton-3"))]
     AdamsMoulton3,
 }
 

@@ -7,7 +7,14 @@ use super::{not_negative, positive};
 use crate::{Error, Float};
 
 /// How the acceleration is taken between two samples.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
+#[doc(alias = "interpolation")]
+#[doc(alias = "zero-order hold")]
 pub enum Hold {
     /// The older sample holds: G = [T²/2, T]ᵀ on a_{n−1}. The textbook; late by T/2 on the acceleration.
     Zero,
@@ -15,14 +22,24 @@ pub enum Hold {
     /// (ωT)²/12 of its velocity.
     First,
     /// The parabola through a_{n−2}, a_{n−1} and a_n: [5T²/12, 2T/3]ᵀ a_{n−1} + [T²/8, 5T/12]ᵀ a_n
-    /// − [T²/24, T/12]ᵀ a_{n−2}, Adams and Moulton's third-order rule. Phase error (ωT)³/24.
+    /// − [T²/24, T/12]ᵀ a_{n−2}, Adams and Moulton's third-order rule. Phase error (ωT)³/24. Off line, where the
+    /// samples after a step are at hand, smoothers take the polynomial of fifth degree through the three before and
+    /// after instead: at ten samples per period the line loses 3 % of the velocity, the parabola 1 %, the fifth degree
+    /// 0.02 %.
+    #[default]
     Second,
 }
 
 /// Form of the process noise.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
 pub enum ProcessNoise {
     /// One random acceleration per sample: q [[T⁴/4, T³/2],[T³/2, T²]], q in (m/s²)².
+    #[default]
     SampleConstant,
     /// White acceleration in continuous time: q [[T³/3, T²/2],[T²/2, T]], q in (m/s²)²/Hz, two-sided.
     Continuous,
@@ -41,11 +58,18 @@ pub struct MotionNoise {
 
 /// How the accelerometer's offset moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case", tag = "model")
+)]
 pub enum BiasModel {
     /// Random walk driven by white noise of this two-sided density, (m/s³)²/Hz; 0 for a constant.
     RandomWalk {
         /// Density of the driving noise.
         density: f64,
+        /// Standard deviation of the offset at the start, m/s².
+        initial: f64,
     },
     /// First-order Gauss–Markov process: standard deviation in m/s² and correlation time in s.
     GaussMarkov {
@@ -54,6 +78,32 @@ pub enum BiasModel {
         /// Correlation time.
         time: f64,
     },
+}
+
+impl BiasModel {
+    /// Standard deviation of the offset before the first sample.
+    pub fn initial(&self) -> f64 {
+        match *self {
+            Self::RandomWalk { initial, .. } => initial,
+            Self::GaussMarkov { deviation, .. } => deviation,
+        }
+    }
+
+    /// The same with every variance multiplied.
+    #[must_use]
+    pub fn scaled(self, factor: f64) -> Self {
+        let root = libm::sqrt(factor);
+        match self {
+            Self::RandomWalk { density, initial } => Self::RandomWalk {
+                density: density * factor,
+                initial: initial * root,
+            },
+            Self::GaussMarkov { deviation, time } => Self::GaussMarkov {
+                deviation: deviation * root,
+                time,
+            },
+        }
+    }
 }
 
 /// Kalman filter with state [x, v] (N = 2) or [x, v, offset] (N = 3).
@@ -75,6 +125,7 @@ pub enum BiasModel {
 /// assert!((state.x[1] - 6.0).abs() < 1e-6);
 /// # Ok::<(), proofmass_core::Error>(())
 /// ```
+#[doc(alias("Kalman filter", "EKF", "state estimator"))]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Kalman<T, const N: usize> {
     /// Transition F.
@@ -195,7 +246,7 @@ impl<T: Float> Kalman<T, 3> {
         let t = sample_time;
         // φ, ∫φ and ∬φ over a step, and the density of the walk inside one step.
         let (phi, once, twice, s) = match bias {
-            BiasModel::RandomWalk { density } => {
+            BiasModel::RandomWalk { density, .. } => {
                 (1.0, t, 0.5 * t * t, not_negative("bias density", density)?)
             }
             BiasModel::GaussMarkov { deviation, time } => {
@@ -532,7 +583,10 @@ mod tests {
     fn law_gauss_markov_becomes_the_random_walk() {
         // σ²·2/τ is the density of the walk for T ≪ τ; the other terms agree to T/τ.
         let n = noise(0.0, 1.0, ProcessNoise::Continuous);
-        let walk = BiasModel::RandomWalk { density: 2e-6 };
+        let walk = BiasModel::RandomWalk {
+            density: 2e-6,
+            initial: 0.0,
+        };
         let markov = BiasModel::GaussMarkov {
             deviation: 1.0,
             time: 1e6,
@@ -551,7 +605,10 @@ mod tests {
     fn law_covariance_stays_positive_in_single_precision() {
         let filter = Kalman::<f32, 3>::with_bias(
             &noise(1e-4, 8e-7, ProcessNoise::SampleConstant),
-            BiasModel::RandomWalk { density: 1e-8 },
+            BiasModel::RandomWalk {
+                density: 1e-8,
+                initial: 0.0,
+            },
             Hold::First,
             1e-3,
         )

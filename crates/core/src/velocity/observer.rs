@@ -21,6 +21,7 @@ use crate::{Error, Float};
 /// assert!((v - 0.5 * 5.0 / 25.0).abs() < 1e-12);
 /// # Ok::<(), proofmass_core::Error>(())
 /// ```
+#[doc(alias("Luenberger observer"))]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Observer<T> {
     k_x: T,

@@ -23,6 +23,7 @@ use crate::{Error, Float};
 /// assert!((v - 0.05).abs() < 1e-12); // offset / k₂
 /// # Ok::<(), proofmass_core::Error>(())
 /// ```
+#[doc(alias("complementary filter", "sensor fusion"))]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TwoChannel<T> {
     alpha: T,

@@ -2,7 +2,7 @@
 
 use super::{VelocityReport, facts, figures, noise};
 use crate::{Cell, Column, Report, Section, Table, scientific};
-use proofmass_motion::{Bias, Crossover, Method, TuneResult};
+use proofmass_motion::{BiasModel, Crossover, Method, TuneResult};
 
 impl VelocityReport<'_> {
     /// What is worth a look in the terminal.
@@ -79,7 +79,7 @@ fn word(found: &Crossover) -> String {
                 model.acceleration_noise, model.reading_noise
             );
             match model.bias {
-                Bias::RandomWalk { density, initial } => {
+                Some(BiasModel::RandomWalk { density, initial }) => {
                     format!("{noise},{density:.3e},{initial:.3}")
                 }
                 _ => noise,

@@ -1,0 +1,433 @@
+//! The noise analysis of one channel.
+
+use crate::coefficients::figure;
+use crate::cosine_spectrum::CosineSpectrum;
+use crate::curve_model::CurveModel;
+use crate::deviation::curve_of;
+use crate::{
+    AnalysisOptions, Channel, ChannelAnalysis, CoefficientFit, Disturbance, DisturbanceKind,
+    JointInfluence, Record, SpectrumPoint, TermUnits, chi_square_interval, consistency, converter,
+    converter_traces, disturbances, in_units, joint_influence, kalman_noise, whittle_stretches,
+};
+use proofmass_core::Error;
+use proofmass_signal::{Detrend, Trend, Welch};
+use proofmass_uncertainty::{Finding, Severity};
+
+/// Cosines in one point of the spectrum, at least.
+const TOGETHER: f64 = 3.0;
+
+/// Everything about one channel from its stretches, which begin at `starts` on the sampling clock.
+pub(crate) fn analyse_channel(
+    channel: &Channel<'_>,
+    stretches: &[&[f64]],
+    starts: &[usize],
+    sample_rate: f64,
+    options: &AnalysisOptions,
+) -> Result<ChannelAnalysis, Error> {
+    let samples: usize = stretches.iter().map(|s| s.len()).sum();
+    let (trend, variance) = straight_line(stretches, starts, sample_rate);
+    let mut result = ChannelAnalysis {
+        name: channel.name.to_owned(),
+        unit: channel.unit.to_owned(),
+        samples,
+        mean: trend.mean,
+        standard_deviation: variance.sqrt(),
+        trend,
+        curve: None,
+        further: Vec::new(),
+        density: None,
+        spectrum: Vec::new(),
+        whittle: None,
+        fitted: Vec::new(),
+        units: Vec::new(),
+        kalman: None,
+        consistency: Vec::new(),
+        disturbances: Vec::new(),
+        joint_influence: None,
+        converter: Vec::new(),
+        findings: Vec::new(),
+    };
+    let first = stretches[0][0];
+    if stretches.iter().all(|s| s.iter().all(|y| *y == first)) {
+        result.findings.push(
+            Finding::new(
+                Severity::Decision,
+                "constant-channel",
+                "the channel does not vary: it has no noise to describe",
+            )
+            .evidence(format!("all {samples} samples are {first}"))
+            .advice("check that the channel is connected and its range not saturated"),
+        );
+        return Ok(result);
+    }
+    let mut prepared: Vec<Vec<f64>> = Vec::new();
+    if options.detrend != Detrend::None {
+        for stretch in stretches {
+            let mut one = stretch.to_vec();
+            if one.len() > 3 {
+                options.detrend.remove(&mut one, sample_rate)?;
+            }
+            prepared.push(one);
+        }
+    }
+    let prepared: Vec<&[f64]> = if prepared.is_empty() {
+        stretches.to_vec()
+    } else {
+        prepared.iter().map(Vec::as_slice).collect()
+    };
+
+    let mut fit_options = options.fit.clone();
+    channel.unit.clone_into(&mut fit_options.unit);
+    // A straight line is part of the likelihood: taking it off before would hide it from the walk too.
+    let seen = if options.detrend == Detrend::Quadratic {
+        &prepared
+    } else {
+        stretches
+    };
+    result.whittle = outcome(
+        whittle_stretches(seen, sample_rate, &fit_options),
+        &mut result.findings,
+    );
+    curves(&prepared, sample_rate, options, &mut result)?;
+    let spectrum = CosineSpectrum::new(stretches, sample_rate, &[]);
+    result.spectrum = points(&spectrum, trend.slope, options.deviation.probability);
+    let longest = longest(&prepared);
+    densities(prepared[longest], sample_rate, options, &mut result)?;
+    seek_disturbances(&prepared, starts, sample_rate, options, &mut result)?;
+    result.converter = converter_traces(stretches[longest]);
+    result
+        .findings
+        .extend(converter::findings(&result.converter, channel.unit));
+    if let Some(fit) = &result.whittle {
+        result.kalman = Some(kalman_noise(fit, sample_rate)?);
+        if let Some(sensor) = channel.sensor {
+            result.units = fit
+                .coefficients
+                .iter()
+                .filter_map(|c| {
+                    let value = c.verdict.value()?;
+                    Some(TermUnits {
+                        term: c.term,
+                        units: in_units(c.term, value, sensor, sample_rate),
+                    })
+                })
+                .collect();
+        }
+    }
+    Ok(result)
+}
+
+fn longest(stretches: &[&[f64]]) -> usize {
+    (0..stretches.len())
+        .max_by_key(|i| (stretches[*i].len(), usize::MAX - i))
+        .unwrap_or(0)
+}
+
+/// Least-squares straight line through all stretches on one clock, and the variance about the mean.
+fn straight_line(stretches: &[&[f64]], starts: &[usize], sample_rate: f64) -> (Trend, f64) {
+    let reference = stretches[0][0];
+    let each = |f: &mut dyn FnMut(f64, f64)| {
+        for (stretch, start) in stretches.iter().zip(starts) {
+            for (i, y) in stretch.iter().enumerate() {
+                f((start + i) as f64 / sample_rate, y - reference);
+            }
+        }
+    };
+    let (mut n, mut t_mean, mut y_mean) = (0.0, 0.0, 0.0);
+    each(&mut |t, y| {
+        n += 1.0;
+        t_mean += t;
+        y_mean += y;
+    });
+    t_mean /= n;
+    y_mean /= n;
+    let (mut tt, mut ty, mut yy) = (0.0, 0.0, 0.0);
+    each(&mut |t, y| {
+        tt += (t - t_mean).powi(2);
+        ty += (t - t_mean) * (y - y_mean);
+        yy += (y - y_mean).powi(2);
+    });
+    let trend = Trend {
+        mean: reference + y_mean,
+        slope: if tt > 0.0 { ty / tt } else { 0.0 },
+        curvature: 0.0,
+    };
+    (trend, yy / f64::max(n - 1.0, 1.0))
+}
+
+/// The curves, with the degrees of freedom of the fitted noise.
+fn curves(
+    stretches: &[&[f64]],
+    sample_rate: f64,
+    options: &AnalysisOptions,
+    result: &mut ChannelAnalysis,
+) -> Result<(), Error> {
+    let records: Vec<Record<'_>> = stretches.iter().map(|s| Record::Rate(s)).collect();
+    let model = result
+        .whittle
+        .as_ref()
+        .and_then(|fit| CurveModel::with(&fit.model, &records, sample_rate));
+    let curve = |statistic| {
+        curve_of(
+            &records,
+            sample_rate,
+            statistic,
+            &options.deviation,
+            model.as_ref(),
+        )
+    };
+    let main = curve(options.statistic)?;
+    result.further = options
+        .further
+        .iter()
+        .map(|&s| curve(s))
+        .collect::<Result<_, Error>>()?;
+    if let Some(fit) = &result.whittle {
+        result.fitted = crate::consistency::fitted(&fit.model, &main, fit.band.highest_frequency);
+        let seen: Vec<_> = result.fitted.iter().filter(|p| p.in_band).collect();
+        let outside = seen.iter().filter(|p| !p.inside).count();
+        // Neighbouring τ share their differences: a third of the points outside is not chance.
+        if outside > 2 && 3 * outside > seen.len() {
+            let worst = seen
+                .iter()
+                .zip(
+                    main.points
+                        .iter()
+                        .filter(|q| seen.iter().any(|p| p.tau == q.tau)),
+                )
+                .map(|(p, q)| (p.tau, q.deviation / p.deviation - 1.0))
+                .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
+                .unwrap_or((0.0, 0.0));
+            result.findings.push(
+                Finding::new(
+                    Severity::Warning,
+                    "curve-and-model-differ",
+                    "the fitted model lies outside the limits of the Allan curve",
+                )
+                .evidence(format!(
+                    "at {outside} of {} averaging times in the band that was fitted; at {} s the curve is {:+.1} % off the model",
+                    seen.len(),
+                    figure(worst.0),
+                    100.0 * worst.1
+                ))
+                .advice("the sensor does not follow the sum of the terms: prefer the curve itself to its coefficients, or seek a Gauss–Markov process or sinusoids"),
+            );
+        }
+    }
+    result.curve = Some(main);
+    Ok(())
+}
+
+/// The spectrum as points of a plot, freed from the straight line.
+fn points(spectrum: &CosineSpectrum, slope: f64, probability: f64) -> Vec<SpectrumPoint> {
+    let mut bins: Vec<_> = spectrum.bins.iter().collect();
+    bins.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
+    let mut points = Vec::new();
+    let (mut count, mut density, mut frequency) = (0.0, 0.0, 0.0);
+    for bin in bins {
+        let seen = bin.cc - 2.0 * slope * bin.cd + slope * slope * bin.dd;
+        count += bin.count;
+        density += bin.count * seen;
+        frequency += bin.count * bin.frequency.ln();
+        let wide = count >= TOGETHER && count >= 0.1 * (frequency / count).exp() * spectrum.longest;
+        if wide || bin.count > 100.0 {
+            let mean = density / count;
+            points.push(SpectrumPoint {
+                frequency: (frequency / count).exp(),
+                density: mean,
+                // The interval of a deviation, squared, is that of its square.
+                interval: chi_square_interval(mean.max(0.0).sqrt(), count, probability)
+                    .map(|(low, high)| (low * low, high * high)),
+            });
+            (count, density, frequency) = (0.0, 0.0, 0.0);
+        }
+    }
+    points
+}
+
+/// Disturbances of every stretch, each with its share of the false-alarm rate, and their joint influence.
+fn seek_disturbances(
+    stretches: &[&[f64]],
+    starts: &[usize],
+    sample_rate: f64,
+    options: &AnalysisOptions,
+    result: &mut ChannelAnalysis,
+) -> Result<(), Error> {
+    let rate = options.disturbance_false_alarm_rate;
+    for (stretch, start) in stretches.iter().zip(starts) {
+        let share = rate * stretch.len() as f64 / result.samples as f64;
+        let mut found = match disturbances(stretch, sample_rate, share) {
+            Ok(found) => found,
+            // Too short, or constant for a while.
+            Err(Error::TooFew { .. } | Error::OutOfRange { .. }) => continue,
+            Err(error) => return Err(error),
+        };
+        let joint = joint_influence(stretch, sample_rate, &found)?;
+        if let Some(joint) = joint
+            && result
+                .joint_influence
+                .is_none_or(|j| joint.displacement > j.displacement)
+        {
+            result.joint_influence = Some(joint);
+        }
+        for d in &mut found {
+            d.samples = (d.samples.0 + start, d.samples.1 + start);
+            d.seconds = (
+                d.samples.0 as f64 / sample_rate,
+                d.samples.1 as f64 / sample_rate,
+            );
+        }
+        result.disturbances.append(&mut found);
+    }
+    let findings = disturbance_findings(&result.disturbances, result.joint_influence, options);
+    result.findings.extend(findings);
+    Ok(())
+}
+
+/// A fit, or a finding that says why there is none.
+fn outcome(
+    fit: Result<CoefficientFit, Error>,
+    findings: &mut Vec<Finding>,
+) -> Option<CoefficientFit> {
+    match fit {
+        Ok(fit) => {
+            findings.extend(fit.findings.iter().cloned());
+            Some(fit)
+        }
+        Err(error) => {
+            findings.push(
+                Finding::new(
+                    Severity::Warning,
+                    "no-coefficients",
+                    "coefficients could not be estimated",
+                )
+                .evidence(error.to_string())
+                .advice("record longer"),
+            );
+            None
+        }
+    }
+}
+
+/// Welch density for the result, a finer one for the comparison with the Allan curve.
+fn densities(
+    rate: &[f64],
+    sample_rate: f64,
+    options: &AnalysisOptions,
+    result: &mut ChannelAnalysis,
+) -> Result<(), Error> {
+    let longest = (rate.len() / 8).max(4);
+    let power_of_two = |n: usize| 1_usize << n.max(1).ilog2();
+    let segment = options
+        .segment
+        .unwrap_or_else(|| power_of_two(longest.min(4096)));
+    result.density = Some(Welch::new(segment).density(rate, sample_rate)?);
+    let fine = power_of_two(longest.min(65_536));
+    if let Some(curve) = &result.curve
+        && fine >= 64
+    {
+        // Straight lines are removed piecewise: a walk leaks less.
+        let welch = Welch {
+            detrend: Detrend::Linear,
+            ..Welch::new(fine)
+        };
+        result.consistency = consistency(&welch.density(rate, sample_rate)?, curve);
+        let worst = result
+            .consistency
+            .iter()
+            .filter(|p| (p.ratio() - 1.0).abs() > 0.1 + 4.0 * p.relative_uncertainty)
+            .max_by(|a, b| (a.ratio() - 1.0).abs().total_cmp(&(b.ratio() - 1.0).abs()));
+        if let Some(p) = worst {
+            result.findings.push(
+                Finding::new(
+                    Severity::Warning,
+                    "density-and-allan-differ",
+                    "the Allan variance does not follow from the density",
+                )
+                .evidence(format!("ratio {:.3} at τ = {} s", p.ratio(), figure(p.tau)))
+                .advice("the record is not stationary: look at the time plot for a disturbance"),
+            );
+        }
+    }
+    Ok(())
+}
+
+/// Spikes everywhere are a property of the sensor; what moves the curve needs a decision, the rest a look. Whether the curve
+/// moves is asked of all of them together, not only of each.
+fn disturbance_findings(
+    found: &[Disturbance],
+    joint: Option<JointInfluence>,
+    options: &AnalysisOptions,
+) -> Vec<Finding> {
+    let quiet_spike = |d: &&Disturbance| d.kind == DisturbanceKind::Spike && d.displacement < 3.0;
+    let spikes = found.iter().filter(quiet_spike).count();
+    let mut findings = Vec::new();
+    let together = joint.map_or(String::new(), |j| {
+        format!(
+            "together they raise the Allan deviation at {} s by {:.1} %, {:.1} times its standard uncertainty",
+            figure(j.tau),
+            100.0 * (1.0 / (1.0 - j.influence.clamp(0.0, 0.99)).sqrt() - 1.0),
+            j.displacement.max(0.0)
+        )
+    });
+    let moved = joint.is_some_and(|j| j.displacement >= 3.0);
+    if moved && found.iter().all(|d| d.displacement < 3.0) {
+        findings.push(
+            Finding::new(
+                Severity::Decision,
+                "disturbances-together",
+                "many small disturbances together move the Allan curve, though none does by itself",
+            )
+            .evidence(format!("{} places; {together}", found.len()))
+            .advice("white noise and curve include them: remove the outliers, or state that they belong to the sensor"),
+        );
+    }
+    if spikes > 0 {
+        findings.push(
+            Finding::new(
+                if spikes > 3 { Severity::Note } else { Severity::Warning },
+                "isolated-spikes",
+                "single samples lie further out than Gaussian noise allows",
+            )
+            .evidence(format!("{spikes} {}; all disturbances {together}", if spikes == 1 { "sample" } else { "samples" }))
+            .advice("many of them over the whole record mean noise with heavy tails, few of them lost bits"),
+        );
+    }
+    let mut rest: Vec<&Disturbance> = found.iter().filter(|d| !quiet_spike(d)).collect();
+    rest.sort_by(|a, b| b.displacement.total_cmp(&a.displacement));
+    let Some(worst) = rest.first() else {
+        return findings;
+    };
+    let decisive = worst.displacement >= 3.0;
+    findings.push(
+        Finding::new(
+            if decisive { Severity::Decision } else { Severity::Warning },
+            if decisive { "disturbance" } else { "weak-disturbance" },
+            if decisive {
+                "the record is disturbed: something other than noise happened, and the curve shows it"
+            } else {
+                "something other than noise happened, too little to move the curve"
+            },
+        )
+        .evidence(format!(
+            "{} {}; the worst a {} from {:.2} s to {:.2} s, {:.1} robust standard deviations where {:.1} occur by chance in one record of {:.0}; it raises the Allan variance by up to {:.1} %, {:.1} times its standard uncertainty",
+            rest.len(),
+            if rest.len() == 1 { "place" } else { "places" },
+            match worst.kind {
+                DisturbanceKind::Step => "step",
+                DisturbanceKind::Burst => "burst",
+                DisturbanceKind::Lull => "lull",
+                DisturbanceKind::Spike => "spike",
+            },
+            worst.seconds.0,
+            worst.seconds.1,
+            worst.strength,
+            worst.threshold,
+            1.0 / options.disturbance_false_alarm_rate,
+            100.0 * worst.influence,
+            worst.displacement,
+        ))
+        .advice("cut the record there and analyse the longer part; coefficients of a disturbed record describe the disturbance"),
+    );
+    findings
+}
