@@ -56,6 +56,9 @@ pub struct Reading {
     pub full_scale: Option<f64>,
 }
 
+/// Periods above which the strongest line of a record tells its frequency better than half a bin.
+const SETTLED: f64 = 8.0;
+
 impl Reading {
     /// Common frequency, five harmonics (as many as fit below Nyquist), no drift.
     pub fn new(sampling_frequency: f64) -> Self {
@@ -87,7 +90,14 @@ impl Reading {
         let resolution = self.sampling_frequency / reference.len() as f64;
         let elsewhere = (found - frequency).abs() > (2.0 * resolution).max(0.01 * frequency);
         let below_nyquist = (0.5 * self.sampling_frequency / frequency).ceil() as usize - 1;
-        let fit = SineApproximation::new(frequency)
+        let mut approximation = SineApproximation::new(frequency);
+        // Two crystals differ by 100 ppm, which in a long record is many bins. In a short one the strongest bin says
+        // less than the generator.
+        let periods = frequency * reference.len() as f64 / self.sampling_frequency;
+        if !elsewhere && periods > SETTLED {
+            approximation = approximation.start(found);
+        }
+        let fit = approximation
             .frequency(if elsewhere {
                 Frequency::Known
             } else {
