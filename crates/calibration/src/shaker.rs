@@ -38,6 +38,7 @@ pub mod plan;
 pub mod published;
 pub mod recording;
 pub mod reference;
+mod robust;
 pub mod screening;
 pub mod single_axis;
 pub mod spurious;

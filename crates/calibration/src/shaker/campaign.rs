@@ -228,14 +228,22 @@ pub fn calibrate(campaign: &ShakerCampaign) -> Result<ShakerCalibration, Error> 
     } else {
         &campaign.corrections
     };
-    let (suspects, doubts) = diagnose(
-        &rows,
-        &corrections[0].table,
-        &budget,
-        campaign.plan.as_deref(),
-    )?;
+    // What moved beside the excitation and is known must not look like a fault of a run.
+    let best = corrections
+        .iter()
+        .max_by_key(|c| c.table.entries.len())
+        .unwrap_or(&corrections[0]);
+    let (suspects, doubts) = diagnose(&rows, &best.table, &budget, campaign.plan.as_deref())?;
     findings.extend(doubts);
     findings.extend(corrections.iter().filter_map(|c| gaps(c, &rows)));
+    let rows = reconcilable(
+        rows,
+        &suspects,
+        corrections,
+        campaign,
+        &budget,
+        &mut findings,
+    )?;
     let mut results = vec![];
     for &method in &campaign.methods {
         for correction in corrections {
@@ -263,6 +271,56 @@ pub fn calibrate(campaign: &ShakerCampaign) -> Result<ShakerCalibration, Error> 
         suspects,
         findings,
     })
+}
+
+/// The runs, without the suspects where the fit cannot be made with them: one wild run does not stop a campaign.
+fn reconcilable(
+    rows: Vec<PhasorRow>,
+    suspects: &[Suspect],
+    corrections: &[Correction],
+    campaign: &ShakerCampaign,
+    budget: &Budget,
+    findings: &mut Vec<Finding>,
+) -> Result<Vec<PhasorRow>, Error> {
+    if suspects.is_empty() {
+        return Ok(rows);
+    }
+    let together = campaign.methods.contains(&Method::Joint);
+    for correction in corrections {
+        let tried = if together {
+            joint(&rows, &correction.table, budget).map(|_| ())
+        } else {
+            complex(&rows, &correction.table, budget).map(|_| ())
+        };
+        match tried {
+            Err(Error::NotConverged { .. }) => {
+                let names: Vec<&str> = suspects.iter().map(|s| s.run.as_str()).collect();
+                findings.push(
+                    Finding::new(
+                        Severity::Decision,
+                        "runs-set-aside",
+                        format!(
+                            "{} that no angles reconcile with the others were set aside",
+                            match names.len() {
+                                1 => "one run".to_owned(),
+                                n => format!("{n} runs"),
+                            }
+                        ),
+                    )
+                    .evidence(format!("run {}", names.join(", ")))
+                    .advice("the result is that of the other runs; measure these again, or leave them out by name"),
+                );
+                return Ok(rows
+                    .into_iter()
+                    .enumerate()
+                    .filter(|(i, _)| !suspects.iter().any(|s| s.row == *i))
+                    .map(|(_, r)| r)
+                    .collect());
+            }
+            other => other?,
+        }
+    }
+    Ok(rows)
 }
 
 /// Places of the campaign that a correction says nothing about.

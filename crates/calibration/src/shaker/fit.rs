@@ -179,10 +179,14 @@ fn adjust(rows: &[PhasorRow], spurious: &SpuriousTable, budget: &Budget) -> Resu
         0.0
     };
     let frequencies = (0..adjustment.frequencies.len())
-        .map(|f| frequency_fit(&adjustment, f, rows, budget, excess))
+        .map(|f| frequency_fit(&adjustment, f, rows, (spurious, budget), excess))
         .collect::<Result<Vec<_>, _>>()?;
-    let runs = adjustment
-        .deletions()?
+    let deletions = match adjustment.deletions() {
+        // Runs of which none can be spared have nothing to be compared with.
+        Err(Error::Unobservable { .. }) => vec![],
+        other => other?,
+    };
+    let runs = deletions
         .into_iter()
         .enumerate()
         .map(|(row, deletion)| {
@@ -256,7 +260,7 @@ fn frequency_fit(
     adjustment: &Adjustment,
     f: usize,
     rows: &[PhasorRow],
-    budget: &Budget,
+    (spurious, budget): (&SpuriousTable, &Budget),
     excess: f64,
 ) -> Result<FrequencyFit, Error> {
     let sensitivity = adjustment.sensitivity(f);
@@ -291,7 +295,7 @@ fn frequency_fit(
                 "measurement of the spurious motion".to_owned(),
                 Evaluation::A,
                 "normal".to_owned(),
-                DegreesOfFreedom::INFINITE,
+                spurious.dof_at(adjustment.frequencies[f]),
             ),
         };
         influences.push(Influence {

@@ -6,7 +6,7 @@ use crate::shaker::geometry::tilted;
 use crate::shaker::matrix::{AXES, Matrix};
 use crate::shaker::observation::{PhasorRow, SpuriousTable};
 use num_complex::Complex64;
-use proofmass_uncertainty::{Distribution, Input, JointInputs, Labels, Refusal};
+use proofmass_uncertainty::{DegreesOfFreedom, Distribution, Input, JointInputs, Labels, Refusal};
 
 const SPURIOUS: &str = "measurement of the spurious motion";
 const NOISE: &str = "noise of the sine approximations";
@@ -55,14 +55,22 @@ impl Errors {
         budget: &Budget,
     ) -> Result<Self, Refusal> {
         let unit = Distribution::Normal { mean: 0.0, u: 1.0 };
+        let fewest = rows
+            .iter()
+            .map(|r| spurious.dof_at(r.frequency))
+            .fold(DegreesOfFreedom::INFINITE, |a, b| if b < a { b } else { a });
         let inputs = budget
             .inputs()
-            .add(Input::new(SPURIOUS, "1", unit.clone()).varies_with([
-                Key::Frequency.name(),
-                Key::Inclination.name(),
-                Key::Channel.name(),
-                PART,
-            ]))
+            .add(
+                Input::new(SPURIOUS, "1", unit.clone())
+                    .dof(fewest)
+                    .varies_with([
+                        Key::Frequency.name(),
+                        Key::Inclination.name(),
+                        Key::Channel.name(),
+                        PART,
+                    ]),
+            )
             .add(Input::new(NOISE, "1", unit).varies_with([
                 Key::Run.name(),
                 Key::Channel.name(),

@@ -5,6 +5,7 @@ use proofmass_calibration::shaker::{Correction, Spurious, SpuriousTable};
 use proofmass_io::Source;
 use proofmass_io::sheet::{ANGLE, FREQUENCY, Place, RATIO, Sheet, SheetRow};
 use proofmass_io::{Cell, Input, Result, Table};
+use proofmass_uncertainty::DegreesOfFreedom;
 
 /// One measurement of the spurious motion.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,6 +57,7 @@ impl SpuriousFile {
                 Ok((polar, parts))
             })
             .collect::<Result<Vec<_>>>()?;
+        let dof = sheet.text("nu");
         sheet.finish()?;
         let tilt = sheet.required(tilt, "inclination_deg")?;
         let frequency = sheet.required(frequency, "frequency_Hz")?;
@@ -74,7 +76,14 @@ impl SpuriousFile {
                 frequency: row.positive(frequency)?,
                 ratio: [Complex64::new(0.0, 0.0); 3],
                 covariance: [[0.0; 3]; 3],
+                dof: DegreesOfFreedom::INFINITE,
             };
+            if let Some(place) = dof
+                && !row.text(place).is_empty()
+            {
+                entry.dof = DegreesOfFreedom::new(row.positive(place)?)
+                    .ok_or_else(|| row.refuse(place, "degrees of freedom are positive"))?;
+            }
             for (k, column) in columns.iter().enumerate() {
                 let ([re, im], covariance) = column.read(&row)?;
                 entry.covariance[k] = covariance;
@@ -119,6 +128,7 @@ impl SpuriousFile {
                 format!("r_{axis}"),
             ]);
         }
+        header.push("nu".to_owned());
         let mut written = Table::new(header);
         for row in &table.entries {
             let mut cells = vec![
@@ -135,6 +145,7 @@ impl SpuriousFile {
                 };
                 cells.extend([z.re, z.im, u_re, u_im, r].map(Cell::from));
             }
+            cells.push(Cell::from((!row.dof.is_infinite()).then(|| row.dof.get())));
             written.push(cells)?;
         }
         Ok(written)
