@@ -1,7 +1,6 @@
 //! `proofmass calibrate`: any campaign, its kind read from it.
 
 mod free_living;
-mod heading;
 mod multi_position;
 mod shaker_single;
 mod shaker_triaxial;

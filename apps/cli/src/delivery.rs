@@ -24,20 +24,6 @@ pub(crate) struct Delivery {
     strict: bool,
 }
 
-/// What a command found, in every form it is asked for.
-pub(crate) struct Results<'a> {
-    /// Contents of result.json.
-    pub(crate) json: Vec<u8>,
-    /// What is printed.
-    pub(crate) summary: &'a dyn Fn() -> Report,
-    /// What stands in report.html.
-    pub(crate) report: &'a dyn Fn() -> Report,
-    /// Further files of the folder, by name.
-    pub(crate) files: Vec<(&'static str, Vec<u8>)>,
-    /// Doubts, which `--strict` turns into an exit code.
-    pub(crate) findings: &'a [Finding],
-}
-
 impl Delivery {
     /// Begins the folder, where one is asked for: a place that is taken is refused before the work, not after it.
     pub(crate) fn begin(&self, inputs: &[&Path]) -> Result<Option<OutputFolder>, Failure> {
@@ -86,31 +72,5 @@ impl Delivery {
             console::note(format!("written: {}", place.display()));
         }
         Ok(Outcome::of(self.strict, filed.findings()))
-    }
-
-    /// Writes the folder, prints what is asked for and says how it ended.
-    pub(crate) fn hand_over(
-        &self,
-        folder: Option<OutputFolder>,
-        results: &Results<'_>,
-    ) -> Result<Outcome, Failure> {
-        let mut place = None;
-        if let Some(folder) = folder {
-            folder.write("result.json", &results.json)?;
-            folder.write("report.html", html::render(&(results.report)())?)?;
-            for (name, bytes) in &results.files {
-                folder.write(name, bytes)?;
-            }
-            place = Some(folder.commit()?);
-        }
-        if self.json {
-            console::print_json(&results.json)?;
-        } else {
-            console::show(&(results.summary)())?;
-        }
-        if let Some(place) = place {
-            console::note(format!("written: {}", place.display()));
-        }
-        Ok(Outcome::of(self.strict, results.findings))
     }
 }

@@ -14,7 +14,6 @@ mod plan;
 mod plural;
 mod recording_arguments;
 mod render;
-mod shaker;
 mod simulate;
 mod uncertainty;
 mod validate;

@@ -112,7 +112,9 @@ fn published_example_returns_the_printed_matrices() {
     }
     assert_eq!(result["kind"], "shaker-triaxial");
     assert_eq!(
-        result["extra"]["monte_carlo"].as_array().map(Vec::len),
+        result["extra"]["outcome"]["monte_carlo"]
+            .as_array()
+            .map(Vec::len),
         Some(5)
     );
     let findings = result["findings"].as_array().expect("findings");
@@ -473,7 +475,7 @@ fn law_fewer_configurations_cost() {
     std::fs::copy(out.join("plan.csv"), again.join("plan.csv")).expect("plan");
     let json = succeed(&["plan", text(&again), "--json"]);
     let json: serde_json::Value = serde_json::from_slice(&json.stdout).expect("JSON");
-    assert_eq!(json["extra"]["conditioning"]["count"], 12);
+    assert_eq!(json["extra"]["outcome"]["conditioning"]["count"], 12);
     let said = refuse(&["plan", text(&again), "--best", "13"]);
     assert!(said.contains("there are 12 candidates"), "{said}");
 }

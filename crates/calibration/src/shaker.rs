@@ -38,6 +38,7 @@ pub mod plan;
 pub mod published;
 pub mod recording;
 pub mod reference;
+mod robust;
 pub mod screening;
 pub mod single_axis;
 pub mod spurious;
@@ -47,7 +48,7 @@ pub use campaign::{
     AngleResult, Correction, FrequencyResult, Method, MethodResult, PublishedResult, RunResult,
     ShakerCalibration, ShakerCampaign, TermDifference, calibrate,
 };
-pub use check::check;
+pub use check::{adopt, check};
 pub use diagnosis::{Suspect, Suspicion, diagnose};
 pub use fit::{Fit, FrequencyFit, complex, joint};
 pub use geometry::Configuration;

@@ -90,6 +90,7 @@ fn recorded(frequencies: &[f64]) -> (ShakerCampaign, proofmass_rig::bench::Campa
         .iter()
         .map(|s| Spurious {
             inclination: s.inclination_deg.to_radians(),
+            dof: proofmass_uncertainty::DegreesOfFreedom::INFINITE,
             frequency: s.frequency,
             ratio: s.ratio,
             covariance: [[

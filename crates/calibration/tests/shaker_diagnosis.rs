@@ -124,7 +124,11 @@ fn refuses_two_bad_runs_and_a_wrong_mounting() {
             configuration: rows[12].configuration
         }
     );
-    assert_eq!(suspects[1].suspicion, Suspicion::Unexplained);
+    // Eight per cent in all outputs: a gain, of which a switch knows nothing.
+    let Suspicion::Gain { channel, factor } = suspects[1].suspicion else {
+        panic!("{:?}", suspects[1]);
+    };
+    assert!(channel.is_none() && (factor - 1.08).abs() < 0.02);
 }
 
 #[test]

@@ -134,7 +134,7 @@ fn published_case_with_keys_and_signs() {
             u(b, "S.zx.re"),
             u(a, "S.zz.re"),
             u(b, "S.zz.re"),
-            100.0 * printed.sensitivity_expanded[0][0] / printed.sensitivity[0][0],
+            100.0 * printed.sensitivity_expanded[0][0].unwrap() / printed.sensitivity[0][0],
             1e3 * printed.sensitivity[0][1],
             1e3 * s[0][1].re,
             1e3 * printed.sensitivity[0][0],

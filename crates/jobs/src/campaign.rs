@@ -15,14 +15,13 @@ pub use multi_position::{
     NumberOrLabel, Prefixes, RecordingTable, RowsAre, StandstillTable,
 };
 pub use shaker::{
-    BudgetInput, Certificate, CertificatePoint, CertificateTable, Direction, DriveFrequency,
-    Mounting, PhasorQuantity, RunData, RunPhasor, RunTable, RunsTable, ShakerBudget,
-    ShakerRecording, ShakerRun, SingleAxisSeat, SpuriousFile, SpuriousRow,
+    Certificate, CertificateTable, Direction, DriveFrequency, Mounting, PhasorQuantity, RunData,
+    RunPhasor, RunTable, RunsTable, ShakerBudget, ShakerRecording, ShakerRun, SingleAxisSeat,
+    SpuriousFile,
 };
 pub use shaker_single::{ReadingTable, ShakerSingleCampaign};
 pub use shaker_triaxial::{
-    CorrectionTable, Plan, PlanTable, PublishedInputs, ShakerMethod, ShakerMethods,
-    ShakerTriaxialCampaign,
+    CorrectionTable, PlanTable, PublishedInputs, ShakerMethods, ShakerTriaxialCampaign,
 };
 pub use spurious_motion::{SpuriousMotionCampaign, VibrometerTable};
 

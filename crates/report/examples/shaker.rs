@@ -22,6 +22,7 @@ fn table(readings: &[SpuriousReading]) -> SpuriousTable {
         let v = s.standard_uncertainty.powi(2);
         Spurious {
             inclination: s.inclination_deg.to_radians(),
+            dof: proofmass_uncertainty::DegreesOfFreedom::INFINITE,
             frequency: s.frequency,
             ratio: s.ratio,
             covariance: [[v, 0.0, v]; 3],

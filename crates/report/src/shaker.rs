@@ -220,10 +220,9 @@ fn published_table(result: &MethodResult, unit: Unit) -> Table {
                 p.fit.sensitivity[k / 3][k % 3],
                 p.fit.sensitivity_expanded[k / 3][k % 3],
             );
-            if u.is_finite() {
-                Cell::number(plus_minus(unit.factor * value, unit.factor * u))
-            } else {
-                Cell::number(format!("{:.3}", unit.factor * value))
+            match u {
+                Some(u) => Cell::number(plus_minus(unit.factor * value, unit.factor * u)),
+                None => Cell::number(format!("{:.3}", unit.factor * value)),
             }
         }));
         table = table.row(cells);

@@ -65,6 +65,7 @@ pub enum Residuals {
 #[derive(Clone, Debug, PartialEq)]
 pub struct SineApproximation {
     nominal: f64,
+    start: Option<f64>,
     frequency: Frequency,
     drift: bool,
     harmonics: usize,
@@ -131,12 +132,15 @@ pub struct SineFit {
 }
 
 const ITERATIONS: usize = 30;
+/// Iterations in which the weights of the channels are taken anew.
+const REWEIGHTED: usize = 4;
 
 impl SineApproximation {
     /// Three parameters at a known frequency in Hz: offset, cosine, sine; residuals of any colour.
     pub fn new(frequency: f64) -> Self {
         Self {
             nominal: frequency,
+            start: None,
             frequency: Frequency::Known,
             drift: false,
             harmonics: 1,
@@ -148,6 +152,15 @@ impl SineApproximation {
     #[must_use]
     pub fn frequency(mut self, frequency: Frequency) -> Self {
         self.frequency = frequency;
+        self
+    }
+
+    /// Where the search for a common unknown frequency begins, Hz: the strongest line of the record
+    /// ([`dominant_frequency`]), which is within a fraction of a bin of it. Without one it begins at the nominal
+    /// frequency, and a generator that is off by more than half a bin may not be found.
+    #[must_use]
+    pub fn start(mut self, frequency: f64) -> Self {
+        self.start = Some(frequency);
         self
     }
 
@@ -180,30 +193,53 @@ impl SineApproximation {
     /// [`Error::Length`] for channels of different length, [`Error::TooFew`] for less than four samples per
     /// parameter or none at all (256 for [`Residuals::Coloured`]), [`Error::OutOfRange`] for a harmonic at or
     /// above the Nyquist frequency or less than one period in the record, [`Error::NotFinite`] for a channel
-    /// with a NaN, [`Error::NotConverged`] when the nominal frequency is too far off.
+    /// with a NaN, [`Error::NotConverged`] when there is no line within a bin of the start.
     pub fn fit(&self, sampling_frequency: f64, channels: &[&[f64]]) -> Result<SineFit, Error> {
         let n = self.check(sampling_frequency, channels)?;
-        let mut omega = TAU * self.nominal / sampling_frequency;
+        let first = match (self.frequency, self.start) {
+            (Frequency::Common, Some(start)) => start,
+            _ => self.nominal,
+        };
+        let mut omega = TAU * first / sampling_frequency;
         let mut state = self.solve(omega, n, channels, None)?;
         let mut information = 0.0;
         if self.frequency == Frequency::Common {
             let start = omega;
             let mut converged = false;
             let mut step = f64::INFINITY;
-            for _ in 0..ITERATIONS {
-                (step, information) = state.frequency_step();
-                if !step.is_finite() || ((omega + step - start) * n as f64).abs() > TAU {
+            let mut weights = state.weights();
+            for iteration in 0..ITERATIONS {
+                if iteration < REWEIGHTED {
+                    // The noise beside the line is known once the line is; then the weights stay, so that the end is a
+                    // minimum and not a walk about it.
+                    weights = state.weights();
+                }
+                (step, information) = state.frequency_step(&weights);
+                if !step.is_finite() {
                     break;
                 }
+                // No farther at once than the curve of the sum of squares is one of a line.
+                step = step.clamp(-0.25 * TAU / n as f64, 0.25 * TAU / n as f64);
+                if ((omega + step - start) * n as f64).abs() > TAU {
+                    break;
+                }
+                let before = state.cost(&weights);
+                let mut next = self.solve(omega + step, n, channels, Some(state.fitted.clone()))?;
+                while next.cost(&weights) > before * (1.0 + 1e-9) && (step * n as f64).abs() > 1e-6
+                {
+                    step *= 0.5;
+                    next = self.solve(omega + step, n, channels, Some(state.fitted.clone()))?;
+                }
                 omega += step;
-                let fitted = std::mem::take(&mut state.fitted);
-                state = self.solve(omega, n, channels, Some(fitted))?;
-                // Phase error left over the whole record.
-                if (step * n as f64).abs() < 1e-10 || (step * information.sqrt()).abs() < 1e-6 {
+                state = next;
+                // Phase error left over the whole record, and the same in units of u.
+                if (step * n as f64).abs() < 1e-9 || (step * information.sqrt()).abs() < 1e-5 {
                     converged = true;
                     break;
                 }
             }
+            // A thousandth of u cannot be told from the minimum.
+            converged |= (step * information.sqrt()).abs() < 1e-3;
             if !converged {
                 return Err(Error::NotConverged {
                     name: "common frequency of the sine approximation",
@@ -351,14 +387,11 @@ impl State {
         (self.residues[channel].power / (n - self.basis.terms().len() as f64)).max(floor)
     }
 
-    /// Gauss–Newton step of the angular frequency (rad per sample) and the information about it, with the
-    /// linear parameters projected out.
-    fn frequency_step(&self) -> (f64, f64) {
-        let half = 0.5 * self.tables.samples as f64;
-        let (mut gradient, mut information) = (0.0, 0.0);
-        for (channel, fit) in self.fitted.iter().enumerate() {
-            // Colour changes the noise near the drive by a factor; it weighs channels and scales the answer.
-            let weight = match self.residuals {
+    /// Weight of each channel in the search for the frequency. Colour changes the noise near the drive by a factor; it
+    /// weighs channels and scales the answer.
+    fn weights(&self) -> Vec<f64> {
+        (0..self.fitted.len())
+            .map(|channel| match self.residuals {
                 Residuals::White => 1.0 / self.variance(channel),
                 Residuals::Coloured => {
                     let (covariance, _) = noise::local(&self.residues[channel], &self.tables);
@@ -368,7 +401,22 @@ impl State {
                         .max(f64::EPSILON * f64::EPSILON * self.variance(channel))
                         .max(f64::MIN_POSITIVE)
                 }
-            };
+            })
+            .collect()
+    }
+
+    /// Weighted sum of squares of all channels.
+    fn cost(&self, weights: &[f64]) -> f64 {
+        let powers = self.residues.iter().map(|r| r.power);
+        powers.zip(weights).map(|(p, w)| p * w).sum()
+    }
+
+    /// Gauss–Newton step of the angular frequency (rad per sample) and the information about it, with the
+    /// linear parameters projected out.
+    fn frequency_step(&self, weights: &[f64]) -> (f64, f64) {
+        let half = 0.5 * self.tables.samples as f64;
+        let (mut gradient, mut information) = (0.0, 0.0);
+        for ((channel, fit), &weight) in self.fitted.iter().enumerate().zip(weights) {
             // ∂x/∂ω = Re Σ h (N/2) τ j X_h e^{jhωn}
             let slope: Vec<Term> = fit
                 .amplitudes

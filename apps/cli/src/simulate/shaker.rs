@@ -8,7 +8,7 @@ use proofmass::calibration::shaker::geometry::{self, Configuration};
 use proofmass::calibration::shaker::plan::best;
 use proofmass::calibration::shaker::spurious::{Repeats, ratio_from_velocity, table};
 use proofmass::io::{Cell, OutputFolder, Table, write_f32};
-use proofmass::jobs::campaign::{SpuriousFile, SpuriousRow};
+use proofmass::jobs::campaign::SpuriousFile;
 use proofmass::rig::bench::Bench;
 use proofmass::rig::bench::laboratory::{Laboratory, PreparedRun, Setup, Truth, Unreached};
 use proofmass::rig::bench::waveform::Acquisition;
@@ -435,18 +435,7 @@ fn spurious(
     }
     let (table, _) = table(&measured)
         .map_err(|e| Failure::new(format!("the spurious motion cannot be averaged: {e}")))?;
-    let rows: Vec<SpuriousRow> = table
-        .entries
-        .iter()
-        .map(|e| SpuriousRow {
-            line: 0,
-            inclination: e.inclination,
-            frequency_hz: e.frequency,
-            ratio: e.ratio.map(|z| [z.re, z.im]),
-            covariance: e.covariance,
-        })
-        .collect();
-    Ok(SpuriousFile::table(&rows)?.to_csv()?)
+    Ok(SpuriousFile::table(&table)?.to_csv()?)
 }
 
 /// The inclinations of a plan, each once.

@@ -9,7 +9,7 @@
 
 pub(crate) mod model;
 
-use super::budget::Budget;
+use super::budget::{Acts, Budget};
 use super::matrix::{Matrix, from_real};
 use super::observation::{PhasorRow, SpuriousTable};
 use faer::{Mat, Side, linalg::solvers::Solve};
@@ -25,6 +25,8 @@ pub(crate) struct Draw {
     pub(crate) input: Option<usize>,
     /// First row that has it, for messages.
     pub(crate) row: usize,
+    /// Output channel, or axis of a tilt.
+    pub(crate) part: usize,
     /// Frequency it belongs to; `None` when shared by all.
     pub(crate) frequency: Option<usize>,
 }
@@ -56,6 +58,16 @@ pub(crate) struct Adjustment {
     pub(crate) weights: Vec<[[f64; 6]; 6]>,
     /// Draws of every row.
     pub(crate) links: Vec<Vec<Link>>,
+}
+
+/// What the residuals say of an angle that is not in the budget.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Score {
+    /// About χ² with `dof` degrees of freedom when there is no such error.
+    pub(crate) statistic: f64,
+    pub(crate) dof: f64,
+    /// Estimate of its variance, rad²; negative where the residuals are smaller than expected.
+    pub(crate) variance: f64,
 }
 
 /// What leaving one run out would say about it.
@@ -318,6 +330,82 @@ impl Adjustment {
             add(&mut sums[draw.input.unwrap_or(inputs + 1)], v);
         }
         sums
+    }
+
+    /// Score test of an angle that the budget does not have, as one draw per configuration (two for a tilt) of
+    /// standard uncertainty `u`, without another fit.
+    ///
+    /// q = ‖GᵀN⁻¹r̂‖², P = GᵀN⁻¹G − GᵀN⁻¹X C XᵀN⁻¹G; under no such error q is about (tr P/ν) χ²_ν with
+    /// ν = (tr P)²/tr P². `None` when the data cannot see it at all.
+    ///
+    /// **Source** `[Rao1948]`, `[Lin1997]`; `[Satterthwaite1946]` for ν.
+    pub(crate) fn score(
+        &self,
+        acts: Acts,
+        u: f64,
+        rows: &[PhasorRow],
+        spurious: &SpuriousTable,
+        budget: &Budget,
+    ) -> Option<Score> {
+        let model = Model {
+            rows,
+            of_row: &self.of_row,
+            spurious,
+            budget,
+            scale: self.scale,
+            offset: self.first_draw(),
+        };
+        let mut places: Vec<super::Configuration> = vec![];
+        let group: Vec<usize> = rows
+            .iter()
+            .map(|r| {
+                let same = |c: &super::Configuration| c.same_as(&r.configuration);
+                places.iter().position(same).unwrap_or_else(|| {
+                    places.push(r.configuration);
+                    places.len() - 1
+                })
+            })
+            .collect();
+        let (parts, count) = (acts.parts(), self.parameters.len());
+        let m = parts * places.len();
+        let (mut seen, mut own, mut shared) = (
+            vec![0.0; m],
+            Mat::<f64>::zeros(m, m),
+            Mat::<f64>::zeros(m, count),
+        );
+        for (i, linear) in self.rows.iter().enumerate() {
+            let w = &self.weights[i];
+            let columns: Vec<[f64; 6]> = (0..parts)
+                .map(|part| model.angle_column(i, &self.links[i], &self.parameters, acts, part, u))
+                .collect();
+            for (a, column) in columns.iter().enumerate() {
+                let g = parts * group[i] + a;
+                let weighted = times(w, column);
+                seen[g] += dot6(&weighted, &linear.residual);
+                for (b, other) in columns.iter().enumerate() {
+                    own[(g, parts * group[i] + b)] += dot6(&weighted, other);
+                }
+                for (j, x) in &linear.columns {
+                    shared[(g, *j)] += dot6(&weighted, x);
+                }
+            }
+        }
+        let covariance = Mat::from_fn(count, count, |i, j| self.covariance(i, j));
+        let p = own - &shared * &covariance * shared.transpose();
+        let q: f64 = seen.iter().map(|v| v * v).sum();
+        let trace: f64 = (0..m).map(|i| p[(i, i)]).sum();
+        let square: f64 = (0..m)
+            .flat_map(|i| (0..m).map(move |j| (i, j)))
+            .map(|(i, j)| p[(i, j)] * p[(j, i)])
+            .sum();
+        (trace > 0.0 && square > 0.0).then(|| {
+            let nu = trace * trace / square;
+            Score {
+                statistic: q * nu / trace,
+                dof: nu,
+                variance: u * u * (q - trace) / square,
+            }
+        })
     }
 
     fn prediction(&self, row: usize, rows: &[PhasorRow]) -> [Complex64; 3] {

@@ -22,12 +22,47 @@ pub enum Acts {
     Inclination,
     /// Error of the rotation ω, radians.
     Rotation,
+    /// Lateral lean of the wedge face, radians: a turn of the seat about x′.
+    Lean,
+    /// Tilt of the device in its adhesive, radians: two independent turns, about its own x and its own y.
+    Tilt,
 }
 
 impl Acts {
+    /// All of them.
+    pub const ALL: [Self; 9] = [
+        Self::ReferenceModulus,
+        Self::ReferencePhase,
+        Self::OutputModulus,
+        Self::OutputPhase,
+        Self::OutputAdditive,
+        Self::Inclination,
+        Self::Rotation,
+        Self::Lean,
+        Self::Tilt,
+    ];
+
+    /// Its name in a budget file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::ReferenceModulus => "reference-modulus",
+            Self::ReferencePhase => "reference-phase",
+            Self::OutputModulus => "output-modulus",
+            Self::OutputPhase => "output-phase",
+            Self::OutputAdditive => "output-additive",
+            Self::Inclination => "inclination",
+            Self::Rotation => "rotation",
+            Self::Lean => "lean",
+            Self::Tilt => "tilt",
+        }
+    }
+
     /// Whether the error is one of the mounting, so that the data may speak about it.
     pub fn is_angle(self) -> bool {
-        matches!(self, Self::Inclination | Self::Rotation)
+        matches!(
+            self,
+            Self::Inclination | Self::Rotation | Self::Lean | Self::Tilt
+        )
     }
 
     /// Unit of the error.
@@ -35,7 +70,20 @@ impl Acts {
         match self {
             Self::ReferenceModulus | Self::OutputModulus => "1",
             Self::OutputAdditive => "V",
-            Self::ReferencePhase | Self::OutputPhase | Self::Inclination | Self::Rotation => "rad",
+            Self::ReferencePhase
+            | Self::OutputPhase
+            | Self::Inclination
+            | Self::Rotation
+            | Self::Lean
+            | Self::Tilt => "rad",
+        }
+    }
+
+    /// Independent draws that one error has, beside those of the outputs: real and imaginary part, or two axes.
+    pub(crate) fn parts(self) -> usize {
+        match self {
+            Self::OutputAdditive | Self::Tilt => 2,
+            _ => 1,
         }
     }
 
@@ -67,6 +115,15 @@ pub enum Key {
 pub(crate) const PART: &str = "part";
 
 impl Key {
+    /// All of them.
+    pub const ALL: [Self; 5] = [
+        Self::Frequency,
+        Self::Inclination,
+        Self::Rotation,
+        Self::Channel,
+        Self::Run,
+    ];
+
     /// Its name in a budget file.
     pub fn name(self) -> &'static str {
         match self {
@@ -211,15 +268,15 @@ impl Budget {
         Ok(Self { inputs })
     }
 
-    /// The same inputs for the general engine, each with the keys it varies with; an additive error of an output has
-    /// the further key `part`, real or imaginary.
+    /// The same inputs for the general engine, each with the keys it varies with; an error of two parts (real and
+    /// imaginary, or about two axes) has the further key `part`.
     ///
     /// This is what is drawn in the Monte Carlo check, and there is no other place where the budget becomes random
     /// numbers.
     pub fn inputs(&self) -> Inputs {
         self.inputs.iter().fold(Inputs::new(), |inputs, input| {
             let mut keys: Vec<&str> = input.varies_with.iter().map(|k| k.name()).collect();
-            if input.acts == Acts::OutputAdditive {
+            if input.acts.parts() > 1 {
                 keys.push(PART);
             }
             inputs.add(

@@ -15,13 +15,14 @@ use super::reference::ReferenceTable;
 use super::screening::{Observations, observations};
 use proofmass_core::Error;
 use proofmass_uncertainty::{Estimate, Finding, Severity};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Which calculation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
     /// Magnitudes, as published; for comparison only.
+    #[serde(alias = "published")]
     PublishedMagnitude,
     /// Signed phasors, frequency by frequency.
     Complex,
@@ -30,7 +31,7 @@ pub enum Method {
 }
 
 /// One measurement of the spurious motion, or none.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Correction {
     /// Label, such as `none` or `second`.
     pub label: String,
@@ -86,7 +87,7 @@ impl ShakerCampaign {
 }
 
 /// Everything about S at one frequency.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FrequencyResult {
     /// Frequency in Hz.
     pub frequency: f64,
@@ -113,7 +114,7 @@ pub struct FrequencyResult {
 }
 
 /// One run in one result, for a plot on the sphere of directions.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunResult {
     /// Name of the run.
     pub run: String,
@@ -132,7 +133,7 @@ pub struct RunResult {
 }
 
 /// One mounting angle.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AngleResult {
     /// Key of the input.
     pub key: String,
@@ -147,7 +148,7 @@ pub struct AngleResult {
 }
 
 /// The published method at one frequency.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PublishedResult {
     /// Frequency in Hz.
     pub frequency: f64,
@@ -156,7 +157,7 @@ pub struct PublishedResult {
 }
 
 /// One method with one correction.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MethodResult {
     /// The method.
     pub method: Method,
@@ -177,7 +178,7 @@ pub struct MethodResult {
 }
 
 /// Difference of one term between two results.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TermDifference {
     /// Labels of the two corrections.
     pub between: [String; 2],
@@ -193,7 +194,7 @@ pub struct TermDifference {
 }
 
 /// What [`calibrate`] gives.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ShakerCalibration {
     /// Methods and corrections side by side.
     pub results: Vec<MethodResult>,
@@ -227,14 +228,22 @@ pub fn calibrate(campaign: &ShakerCampaign) -> Result<ShakerCalibration, Error> 
     } else {
         &campaign.corrections
     };
-    let (suspects, doubts) = diagnose(
-        &rows,
-        &corrections[0].table,
-        &budget,
-        campaign.plan.as_deref(),
-    )?;
+    // What moved beside the excitation and is known must not look like a fault of a run.
+    let best = corrections
+        .iter()
+        .max_by_key(|c| c.table.entries.len())
+        .unwrap_or(&corrections[0]);
+    let (suspects, doubts) = diagnose(&rows, &best.table, &budget, campaign.plan.as_deref())?;
     findings.extend(doubts);
     findings.extend(corrections.iter().filter_map(|c| gaps(c, &rows)));
+    let rows = reconcilable(
+        rows,
+        &suspects,
+        corrections,
+        campaign,
+        &budget,
+        &mut findings,
+    )?;
     let mut results = vec![];
     for &method in &campaign.methods {
         for correction in corrections {
@@ -262,6 +271,56 @@ pub fn calibrate(campaign: &ShakerCampaign) -> Result<ShakerCalibration, Error> 
         suspects,
         findings,
     })
+}
+
+/// The runs, without the suspects where the fit cannot be made with them: one wild run does not stop a campaign.
+fn reconcilable(
+    rows: Vec<PhasorRow>,
+    suspects: &[Suspect],
+    corrections: &[Correction],
+    campaign: &ShakerCampaign,
+    budget: &Budget,
+    findings: &mut Vec<Finding>,
+) -> Result<Vec<PhasorRow>, Error> {
+    if suspects.is_empty() {
+        return Ok(rows);
+    }
+    let together = campaign.methods.contains(&Method::Joint);
+    for correction in corrections {
+        let tried = if together {
+            joint(&rows, &correction.table, budget).map(|_| ())
+        } else {
+            complex(&rows, &correction.table, budget).map(|_| ())
+        };
+        match tried {
+            Err(Error::NotConverged { .. }) => {
+                let names: Vec<&str> = suspects.iter().map(|s| s.run.as_str()).collect();
+                findings.push(
+                    Finding::new(
+                        Severity::Decision,
+                        "runs-set-aside",
+                        format!(
+                            "{} that no angles reconcile with the others were set aside",
+                            match names.len() {
+                                1 => "one run".to_owned(),
+                                n => format!("{n} runs"),
+                            }
+                        ),
+                    )
+                    .evidence(format!("run {}", names.join(", ")))
+                    .advice("the result is that of the other runs; measure these again, or leave them out by name"),
+                );
+                return Ok(rows
+                    .into_iter()
+                    .enumerate()
+                    .filter(|(i, _)| !suspects.iter().any(|s| s.row == *i))
+                    .map(|(_, r)| r)
+                    .collect());
+            }
+            other => other?,
+        }
+    }
+    Ok(rows)
 }
 
 /// Places of the campaign that a correction says nothing about.

@@ -1,7 +1,7 @@
 //! The two rigorous methods and what they give.
 
 use super::adjustment::{Adjustment, Deletion};
-use super::budget::Budget;
+use super::budget::{Acts, Budget};
 use super::matrix::{AXES, Matrix, inverse, inverse_jacobian, to_real};
 use super::observation::{PhasorRow, SpuriousTable};
 use faer::{Mat, Side};
@@ -179,10 +179,14 @@ fn adjust(rows: &[PhasorRow], spurious: &SpuriousTable, budget: &Budget) -> Resu
         0.0
     };
     let frequencies = (0..adjustment.frequencies.len())
-        .map(|f| frequency_fit(&adjustment, f, rows, budget, excess))
+        .map(|f| frequency_fit(&adjustment, f, rows, (spurious, budget), excess))
         .collect::<Result<Vec<_>, _>>()?;
-    let runs = adjustment
-        .deletions()?
+    let deletions = match adjustment.deletions() {
+        // Runs of which none can be spared have nothing to be compared with.
+        Err(Error::Unobservable { .. }) => vec![],
+        other => other?,
+    };
+    let runs = deletions
         .into_iter()
         .enumerate()
         .map(|(row, deletion)| {
@@ -218,6 +222,7 @@ fn adjust(rows: &[PhasorRow], spurious: &SpuriousTable, budget: &Budget) -> Resu
         })
         .collect();
     let (angles, mut findings) = angles(&adjustment, rows, budget)?;
+    findings.extend(missing_angles(&adjustment, rows, spurious, budget));
     if excess > 0.0 {
         let place = if frequencies.len() == 1 {
             format!("at {} Hz", adjustment.frequencies[0])
@@ -255,7 +260,7 @@ fn frequency_fit(
     adjustment: &Adjustment,
     f: usize,
     rows: &[PhasorRow],
-    budget: &Budget,
+    (spurious, budget): (&SpuriousTable, &Budget),
     excess: f64,
 ) -> Result<FrequencyFit, Error> {
     let sensitivity = adjustment.sensitivity(f);
@@ -290,7 +295,7 @@ fn frequency_fit(
                 "measurement of the spurious motion".to_owned(),
                 Evaluation::A,
                 "normal".to_owned(),
-                DegreesOfFreedom::INFINITE,
+                spurious.dof_at(adjustment.frequencies[f]),
             ),
         };
         influences.push(Influence {
@@ -356,6 +361,56 @@ fn components(symbol: &str, unit: &str, m: &Matrix) -> Vec<Component> {
         .collect()
 }
 
+/// Standard uncertainty that a missing angle is tried with: ±0.1° rectangular.
+const TRIAL: f64 = 0.1 * std::f64::consts::PI / 180.0 / 1.732_050_807_568_877_2;
+
+/// Angles that a glued device on wedges has and the budget does not: what the runs say of them.
+fn missing_angles(
+    adjustment: &Adjustment,
+    rows: &[PhasorRow],
+    spurious: &SpuriousTable,
+    budget: &Budget,
+) -> Vec<Finding> {
+    let declared = |acts: Acts| {
+        let of = |i: &&super::Input| i.acts == acts && i.standard_uncertainty() > 0.0;
+        budget.inputs.iter().find(of)
+    };
+    // A budget without a gluing is not one of a glued device.
+    if declared(Acts::Rotation).is_none() || declared(Acts::Tilt).is_some() {
+        return vec![];
+    }
+    let Some(score) = adjustment.score(Acts::Tilt, TRIAL, rows, spurious, budget) else {
+        return vec![];
+    };
+    let p = upper_tail(score.statistic, score.dof);
+    let size = score.variance.max(0.0).sqrt().to_degrees();
+    let seen = p < 1e-4;
+    vec![
+        Finding::new(
+            if seen {
+                Severity::Decision
+            } else {
+                Severity::Note
+            },
+            "missing-gluing-tilt",
+            if seen {
+                "the budget has no tilt of the glued device, and the runs want one".to_owned()
+            } else {
+                "the budget has no tilt of the glued device".to_owned()
+            },
+        )
+        .evidence(format!(
+            "the device may turn on the wedge face but not tilt in its adhesive; the runs want u = {size:.3}° per gluing \
+             (score χ² = {:.1}, ν = {:.1}, p = {p:.1e})",
+            score.statistic, score.dof
+        ))
+        .advice(
+            "declare `gluing.tilt` (acts = \"tilt\") with inclination and rotation, and `device.tilt.mean` with no key for \
+             what all gluings have in common: no data can show that, and S_xz, S_yz, S_zx, S_zy carry it undiminished",
+        ),
+    ]
+}
+
 /// Angles after the data, and whether the data agree with their priors.
 fn angles(
     adjustment: &Adjustment,
@@ -374,8 +429,12 @@ fn angles(
         let prior = input.standard_uncertainty();
         for &d in &draws {
             let p = offset + d;
+            let about = ["x", "y"][adjustment.draws[d].part % 2];
             estimates.push(AngleEstimate {
-                key: input.key.clone(),
+                key: match input.acts {
+                    Acts::Tilt => format!("{}.{about}", input.key),
+                    _ => input.key.clone(),
+                },
                 configuration: rows[adjustment.draws[d].row].configuration,
                 value: adjustment.parameters[p] * prior,
                 standard_uncertainty: adjustment.covariance(p, p).sqrt() * prior,

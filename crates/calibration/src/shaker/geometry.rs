@@ -1,5 +1,7 @@
 //! Frames of the bench and directions seen by the device.
 
+use super::budget::Acts;
+
 /// How the device is mounted: the inclination of its wedge and its rotation on the wedge face, in radians.
 ///
 /// Bench frame (right-handed): z′ up along the excitation, x′ horizontal in the plane of inclination, y′ across
@@ -78,6 +80,99 @@ impl Configuration {
     }
 }
 
+/// A configuration with everything by which it is not what the drawing says.
+///
+/// What the device sees of a motion e of the table is M e with
+///
+/// ```text
+/// M = exp(−[θ]×) R_z(ω) R_y(α) Q(ℓ)
+/// ```
+///
+/// ℓ is the lateral lean of the wedge, a turn of its face about x′ (positive when the +y′ side climbs); θ = (θ_x, θ_y, 0)
+/// the rotation vector of the device in its adhesive (θ_x: the +y side climbs off the face, θ_y: the +x side sinks).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Seat {
+    pub(crate) configuration: Configuration,
+    pub(crate) lean: f64,
+    pub(crate) tilt: [f64; 2],
+}
+
+type Rotation = [[f64; 3]; 3];
+
+fn times(a: &Rotation, b: &Rotation) -> Rotation {
+    std::array::from_fn(|i| std::array::from_fn(|j| (0..3).map(|k| a[i][k] * b[k][j]).sum()))
+}
+
+/// exp(−[θ]×) for θ = (x, y, 0).
+pub(crate) fn tilted([x, y]: [f64; 2]) -> Rotation {
+    let t = x.hypot(y);
+    // Below this the series agree to rounding.
+    let (a, b) = if t < 1e-4 {
+        (1.0 - t * t / 6.0, 0.5 - t * t / 24.0)
+    } else {
+        (t.sin() / t, (1.0 - t.cos()) / (t * t))
+    };
+    [
+        [1.0 - b * y * y, b * x * y, -a * y],
+        [b * x * y, 1.0 - b * x * x, a * x],
+        [a * y, -a * x, 1.0 - b * t * t],
+    ]
+}
+
+impl Seat {
+    /// As drawn.
+    pub(crate) fn drawn(configuration: Configuration) -> Self {
+        Self {
+            configuration,
+            lean: 0.0,
+            tilt: [0.0; 2],
+        }
+    }
+
+    fn between(&self, wedge: &Rotation, lean: &Rotation) -> Rotation {
+        times(&tilted(self.tilt), &times(wedge, lean))
+    }
+
+    fn leaning(&self) -> Rotation {
+        let (s, c) = self.lean.sin_cos();
+        [[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]]
+    }
+
+    /// M.
+    pub(crate) fn matrix(&self) -> Rotation {
+        self.between(&self.configuration.matrix(), &self.leaning())
+    }
+
+    /// ∂M by an angle; `part` is the axis of a tilt, 0 for x and 1 for y, to first order in it.
+    pub(crate) fn derivative(&self, acts: Acts, part: usize) -> Rotation {
+        match acts {
+            Acts::Inclination => self.between(
+                &self.configuration.inclination_derivative(),
+                &self.leaning(),
+            ),
+            Acts::Rotation => {
+                self.between(&self.configuration.rotation_derivative(), &self.leaning())
+            }
+            Acts::Lean => {
+                let (s, c) = self.lean.sin_cos();
+                let turn = [[0.0; 3], [0.0, -s, c], [0.0, -c, -s]];
+                self.between(&self.configuration.matrix(), &turn)
+            }
+            Acts::Tilt => {
+                // d × e_x = (0, d_z, −d_y), d × e_y = (−d_z, 0, d_x), for every column.
+                let [x, y, z] = self.matrix();
+                let minus = |v: [f64; 3]| v.map(|v| -v);
+                if part == 0 {
+                    [[0.0; 3], z, minus(y)]
+                } else {
+                    [minus(z), [0.0; 3], x]
+                }
+            }
+            _ => [[0.0; 3]; 3],
+        }
+    }
+}
+
 /// The published 44 configurations: eight rotations on wedges of 15, 35, 55, 75 and 90°, four on the bare table.
 ///
 /// **Source** `[Murgia2022]` 3.1.
@@ -146,6 +241,65 @@ mod tests {
                     let dw = (shifted(0.0, h)[i][j] - shifted(0.0, -h)[i][j]) / (2.0 * h);
                     assert!((c.inclination_derivative()[i][j] - da).abs() < 1e-9);
                     assert!((c.rotation_derivative()[i][j] - dw).abs() < 1e-9);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn crosscheck_the_complete_seat() {
+        let degrees = |v: f64| v.to_radians();
+        let seat = Seat {
+            configuration: Configuration::degrees(35.1, 46.0),
+            lean: degrees(0.3),
+            tilt: [degrees(0.2), degrees(-0.1)],
+        };
+        // Axes of a body turned step by step, to six decimals.
+        let expected = [
+            [0.567328, -0.721430, 0.397086],
+            [0.586515, 0.692466, 0.420108],
+            [-0.578047, -0.005442, 0.815985],
+        ];
+        let m = seat.matrix();
+        for i in 0..3 {
+            for j in 0..3 {
+                assert!((m[i][j] - expected[i][j]).abs() < 6e-7, "{m:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn law_derivatives_of_the_seat_are_differences() {
+        let seat = Seat {
+            configuration: Configuration::degrees(35.0, 45.0),
+            lean: 0.004,
+            tilt: [0.002, -0.003],
+        };
+        let h = 1e-6;
+        for (acts, part) in [
+            (Acts::Inclination, 0),
+            (Acts::Rotation, 0),
+            (Acts::Lean, 0),
+            (Acts::Tilt, 0),
+            (Acts::Tilt, 1),
+        ] {
+            let at = |h: f64| {
+                let mut s = seat;
+                match acts {
+                    Acts::Inclination => s.configuration.inclination += h,
+                    Acts::Rotation => s.configuration.rotation += h,
+                    Acts::Lean => s.lean += h,
+                    _ => s.tilt[part] += h,
+                }
+                s.matrix()
+            };
+            let (up, down, d) = (at(h), at(-h), seat.derivative(acts, part));
+            for i in 0..3 {
+                for j in 0..3 {
+                    let difference = (up[i][j] - down[i][j]) / (2.0 * h);
+                    // A tilt is differentiated to first order: half its size.
+                    let within = if acts == Acts::Tilt { 2.5e-3 } else { 1e-9 };
+                    assert!((difference - d[i][j]).abs() < within, "{acts:?} {part}");
                 }
             }
         }

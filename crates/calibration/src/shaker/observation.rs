@@ -3,6 +3,8 @@
 use super::Configuration;
 use num_complex::Complex64;
 use proofmass_core::Error;
+use proofmass_uncertainty::DegreesOfFreedom;
+use serde::{Deserialize, Serialize};
 
 /// One configuration at one frequency.
 #[derive(Clone, Debug, PartialEq)]
@@ -71,7 +73,7 @@ impl PhasorRow {
 }
 
 /// Motion of the device's seat beside the excitation, relative to it, at one inclination and frequency.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Spurious {
     /// Inclination in radians.
     pub inclination: f64,
@@ -81,16 +83,32 @@ pub struct Spurious {
     pub ratio: [Complex64; 3],
     /// Covariance `[rr, ri, ii]` of each ratio.
     pub covariance: [[f64; 3]; 3],
+    /// Degrees of freedom of these covariances.
+    #[serde(default = "known")]
+    pub dof: DegreesOfFreedom,
+}
+
+fn known() -> DegreesOfFreedom {
+    DegreesOfFreedom::INFINITE
 }
 
 /// What is known of spurious motion over the bench.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SpuriousTable {
     /// One entry per inclination and frequency that was measured.
     pub entries: Vec<Spurious>,
 }
 
 impl SpuriousTable {
+    /// The fewest degrees of freedom of an entry at a frequency; infinite where there is none.
+    pub fn dof_at(&self, frequency: f64) -> DegreesOfFreedom {
+        self.entries
+            .iter()
+            .filter(|e| (e.frequency / frequency - 1.0).abs() < 1e-6)
+            .map(|e| e.dof)
+            .fold(DegreesOfFreedom::INFINITE, |a, b| if b < a { b } else { a })
+    }
+
     /// The entry of an inclination and a frequency.
     pub fn get(&self, inclination: f64, frequency: f64) -> Option<&Spurious> {
         self.entries.iter().find(|e| {

@@ -8,10 +8,10 @@ use super::observation::{PhasorRow, SpuriousTable};
 use faer::{Mat, Side};
 use num_complex::Complex64;
 use proofmass_core::Error;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// How well a set of directions determines three regressors.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Conditioning {
     /// Number of configurations.
     pub count: usize,
@@ -83,7 +83,7 @@ pub fn conditioning(plan: &[Configuration]) -> Result<Conditioning, Error> {
 }
 
 /// Predicted uncertainty of one term.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Predicted {
     /// Row and column as letters.
     pub term: String,
@@ -220,7 +220,7 @@ pub fn best(candidates: &[Configuration], count: usize) -> Result<Vec<usize>, Er
 }
 
 /// What fewer configurations cost.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlanCost {
     /// Conditioning of the best plan of this size.
     pub conditioning: Conditioning,

@@ -9,10 +9,10 @@ use faer::Mat;
 use num_complex::Complex64;
 use proofmass_core::Error;
 use proofmass_uncertainty::{DegreesOfFreedom, welch_satterthwaite};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Spurious motion as magnitude and phase relative to the reference acceleration, along x′, y′, z′.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SpuriousMagnitude {
     /// Modulus relative to the reference acceleration.
     pub modulus: [f64; 3],
@@ -25,7 +25,7 @@ pub struct SpuriousMagnitude {
 }
 
 /// Standard uncertainties of the published budget.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MagnitudeBudget {
     /// Relative standard uncertainty of the reference acceleration.
     pub reference: f64,
@@ -58,10 +58,10 @@ impl MagnitudeBudget {
 }
 
 /// One line of the budget of an applied acceleration.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AppliedLine {
     /// Input: `reference`, `inclination`, `rotation`, `modulus.x′` … `phase.z′`.
-    pub input: &'static str,
+    pub input: String,
     /// Sensitivity coefficient.
     pub sensitivity: f64,
     /// Contribution to the standard uncertainty, m/s².
@@ -69,7 +69,7 @@ pub struct AppliedLine {
 }
 
 /// Magnitude of the acceleration along one axis of the device, with its budget.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Applied {
     /// Magnitude in m/s².
     pub value: f64,
@@ -151,7 +151,7 @@ pub fn applied(
         let budget_lines: Vec<AppliedLine> = inputs
             .iter()
             .map(|&(input, sensitivity, u)| AppliedLine {
-                input,
+                input: input.to_owned(),
                 sensitivity,
                 contribution: (sensitivity * u).abs(),
             })
@@ -181,16 +181,16 @@ pub struct MagnitudeRow {
 }
 
 /// Matrices and expanded uncertainties (k = 2) as published.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PublishedFit {
     /// Exploitation matrix in (m/s²)/V.
     pub exploitation: [[f64; 3]; 3],
-    /// U(A), k = 2.
-    pub exploitation_expanded: [[f64; 3]; 3],
+    /// U(A), k = 2; `None` where S_ji is zero.
+    pub exploitation_expanded: [[Option<f64>; 3]; 3],
     /// Sensitivity matrix in V/(m/s²).
     pub sensitivity: [[f64; 3]; 3],
-    /// U(S), k = 2; not finite where A_ji is zero.
-    pub sensitivity_expanded: [[f64; 3]; 3],
+    /// U(S), k = 2; `None` where A_ji is zero.
+    pub sensitivity_expanded: [[Option<f64>; 3]; 3],
 }
 
 /// A = (oᵀo)⁻¹oᵀa and S = (aᵀa)⁻¹aᵀo on magnitudes, with the published propagation.
@@ -247,11 +247,15 @@ pub fn fit(rows: &[MagnitudeRow], budget: &MagnitudeBudget) -> Result<PublishedF
     let array = |f: &dyn Fn(usize, usize) -> f64| -> [[f64; 3]; 3] {
         std::array::from_fn(|i| std::array::from_fn(|j| f(i, j)))
     };
+    // The division by a cross term of zero has no result.
+    let known = |f: &dyn Fn(usize, usize) -> f64| -> [[Option<f64>; 3]; 3] {
+        std::array::from_fn(|i| std::array::from_fn(|j| Some(f(i, j)).filter(|u| u.is_finite())))
+    };
     Ok(PublishedFit {
         exploitation: array(&|i, j| exploitation[(i, j)]),
-        exploitation_expanded: array(&|i, j| 2.0 * u2_a[i][j].sqrt()),
+        exploitation_expanded: known(&|i, j| 2.0 * u2_a[i][j].sqrt()),
         sensitivity: array(&|i, j| sensitivity[(i, j)]),
-        sensitivity_expanded: array(&|i, j| {
+        sensitivity_expanded: known(&|i, j| {
             2.0 * (u2_a[j][i].sqrt() * sensitivity[(i, j)] / exploitation[(j, i)]).abs()
         }),
     })

@@ -5,10 +5,10 @@ use num_complex::Complex64;
 use proofmass_core::Error;
 use proofmass_signal::sine::{Frequency, SineApproximation, dominant_frequency};
 use proofmass_uncertainty::{Finding, Severity};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// What the samples say about a run beside its phasors; every entry is optional for tables of ready phasors.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Quality {
     /// Frequency the reference was found at, Hz.
     pub measured_frequency: Option<f64>,
@@ -23,7 +23,7 @@ pub struct Quality {
 }
 
 /// One run as it comes from the bench: phasors in volts, or the reference already in m/s².
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunInput {
     /// Name of the run.
     pub run: String,
@@ -56,6 +56,9 @@ pub struct Reading {
     pub full_scale: Option<f64>,
 }
 
+/// Periods above which the strongest line of a record tells its frequency better than half a bin.
+const SETTLED: f64 = 8.0;
+
 impl Reading {
     /// Common frequency, five harmonics (as many as fit below Nyquist), no drift.
     pub fn new(sampling_frequency: f64) -> Self {
@@ -87,7 +90,14 @@ impl Reading {
         let resolution = self.sampling_frequency / reference.len() as f64;
         let elsewhere = (found - frequency).abs() > (2.0 * resolution).max(0.01 * frequency);
         let below_nyquist = (0.5 * self.sampling_frequency / frequency).ceil() as usize - 1;
-        let fit = SineApproximation::new(frequency)
+        let mut approximation = SineApproximation::new(frequency);
+        // Two crystals differ by 100 ppm, which in a long record is many bins. In a short one the strongest bin says
+        // less than the generator.
+        let periods = frequency * reference.len() as f64 / self.sampling_frequency;
+        if !elsewhere && periods > SETTLED {
+            approximation = approximation.start(found);
+        }
+        let fit = approximation
             .frequency(if elsewhere {
                 Frequency::Known
             } else {
@@ -109,7 +119,8 @@ impl Reading {
             covariances: c.iter().map(|c| c.covariance).collect(),
             measured_frequency: if elsewhere { found } else { fit.frequency },
             distortion: c[0].thd(),
-            signal_to_noise: c.iter().map(|c| c.snr_db()).collect(),
+            // A signal without any noise has the ratio that double precision can hold.
+            signal_to_noise: c.iter().map(|c| c.snr_db().min(300.0)).collect(),
             clipped,
         })
     }
@@ -170,7 +181,7 @@ impl Phasors {
 }
 
 /// Rules of a sound run.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Limits {
     /// Largest relative departure of the frequency.
     pub frequency: f64,

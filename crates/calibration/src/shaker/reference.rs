@@ -2,9 +2,10 @@
 
 use num_complex::Complex64;
 use proofmass_core::Error;
+use serde::{Deserialize, Serialize};
 
 /// One line of the certificate.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReferencePoint {
     /// Frequency in Hz.
     pub frequency: f64,
@@ -19,7 +20,7 @@ pub struct ReferencePoint {
 }
 
 /// A certificate, in ascending frequency.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReferenceTable {
     points: Vec<ReferencePoint>,
 }

@@ -6,9 +6,10 @@ use proofmass_core::Error;
 use proofmass_uncertainty::{
     Component, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence, Severity,
 };
+use serde::{Deserialize, Serialize};
 
 /// One run of a comparison, phasors in volts.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ComparisonRow {
     /// Name of the run.
     pub run: String,
@@ -23,18 +24,18 @@ pub struct ComparisonRow {
 }
 
 /// Standard uncertainties of a comparison beside those of the certificate.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ComparisonBudget {
     /// Relative, of the ratio of the two outputs.
     pub ratio: f64,
     /// Of its phase, radians.
     pub phase: f64,
     /// Degrees of freedom of these two.
-    pub dof: f64,
+    pub dof: DegreesOfFreedom,
 }
 
 /// Sensitivity at one frequency.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SingleAxis {
     /// Frequency in Hz.
     pub frequency: f64,
@@ -113,7 +114,7 @@ pub fn compare(
                     "reading",
                     "ratio of the two outputs",
                     Evaluation::A,
-                    DegreesOfFreedom::new(budget.dof).unwrap_or(DegreesOfFreedom::INFINITE),
+                    budget.dof,
                     [modulus * budget.ratio, budget.phase],
                 )?,
             ],
@@ -287,7 +288,7 @@ mod tests {
         let budget = ComparisonBudget {
             ratio: 0.0015,
             phase: 0.002,
-            dof: 20.0,
+            dof: DegreesOfFreedom::new(20.0).unwrap(),
         };
         let (results, findings) = compare(&[row], &table, &budget).unwrap();
         let e = &results[0].estimate;
@@ -323,7 +324,7 @@ mod tests {
         let budget = ComparisonBudget {
             ratio: 0.001,
             phase: 0.001,
-            dof: f64::INFINITY,
+            dof: DegreesOfFreedom::INFINITE,
         };
         let (results, _) = compare(&rows, &table, &budget).unwrap();
         let (means, findings) = combine(&rows, &results, &budget).unwrap();

@@ -4,8 +4,9 @@ use super::matrix::AXES;
 use super::observation::{Spurious, SpuriousTable};
 use num_complex::Complex64;
 use proofmass_core::Error;
-use proofmass_uncertainty::{Finding, Severity};
-use serde::Serialize;
+use proofmass_uncertainty::{DegreesOfFreedom, Finding, Severity, f_quantile, welch_satterthwaite};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// Ratio of a motion to the reference acceleration from a vibrometer: jΩ v/a.
 ///
@@ -15,7 +16,7 @@ pub fn ratio_from_velocity(velocity: Complex64, reference: Complex64, frequency:
 }
 
 /// Directions on a circle.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CircularStatistics {
     /// Number of directions.
     pub count: usize,
@@ -68,7 +69,7 @@ pub fn circular(phases: &[f64]) -> Result<CircularStatistics, Error> {
 }
 
 /// A mean ratio.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RatioEstimate {
     /// Mean of the complex ratios.
     pub mean: Complex64,
@@ -81,7 +82,7 @@ pub struct RatioEstimate {
 }
 
 /// What repeats of one ratio allow.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Average {
     /// They agree in phase: a mean and its covariance.
     Coherent(RatioEstimate),
@@ -105,8 +106,7 @@ const DEFINED: f64 = 0.3;
 /// whose moduli repeat while its phases cover the circle was recorded without a common clock: its mean would
 /// be near zero too, and wrong.
 ///
-/// From two repeats the covariance is of type B: rectangular over their half difference, part by part, with 2
-/// degrees of freedom (known to 50 %, `[GUM]` G.4.2).
+/// Two repeats know their own scatter with one degree of freedom, which alone is next to nothing: [`table`] pools.
 ///
 /// # Errors
 /// [`Error::TooFew`] below two repeats, [`Error::NotFinite`].
@@ -153,20 +153,14 @@ pub fn average(ratios: &[Complex64]) -> Result<Average, Error> {
         });
     }
     let mut covariance = [0.0; 3];
-    let dof = if n == 2 {
-        let d = (ratios[1] - ratios[0]) * 0.5;
-        covariance = [d.re * d.re / 3.0, 0.0, d.im * d.im / 3.0];
-        2.0
-    } else {
-        for z in ratios {
-            let d = z - mean;
-            covariance[0] += d.re * d.re;
-            covariance[1] += d.re * d.im;
-            covariance[2] += d.im * d.im;
-        }
-        covariance = covariance.map(|c| c / (count * (count - 1.0)));
-        count - 1.0
-    };
+    for z in ratios {
+        let d = z - mean;
+        covariance[0] += d.re * d.re;
+        covariance[1] += d.re * d.im;
+        covariance[2] += d.im * d.im;
+    }
+    let covariance = covariance.map(|c| c / (count * (count - 1.0)));
+    let dof = count - 1.0;
     Ok(Average::Coherent(RatioEstimate {
         mean,
         covariance,
@@ -176,7 +170,7 @@ pub fn average(ratios: &[Complex64]) -> Result<Average, Error> {
 }
 
 /// Repeats of the ratio along one axis, at one inclination and frequency.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Repeats {
     /// Inclination in radians.
     pub inclination: f64,
@@ -188,7 +182,53 @@ pub struct Repeats {
     pub ratios: Vec<Complex64>,
 }
 
+/// The scatter of all ratios of one kind: across the excitation (x′ and y′) or along it, at one frequency.
+#[derive(Clone, Copy, Debug, Default)]
+struct Pool {
+    /// Σ of squares and products about the means.
+    sum: [f64; 3],
+    dof: f64,
+}
+
+/// Frequency as bits, and whether along the excitation.
+type Kind = (u64, bool);
+
+impl Pool {
+    fn of(repeats: &Repeats) -> Kind {
+        (repeats.frequency.to_bits(), repeats.axis == 2)
+    }
+
+    fn all(campaign: &[Repeats]) -> Result<Pools, Error> {
+        let mut pools = BTreeMap::new();
+        for repeats in campaign {
+            if let Average::Coherent(e) = average(&repeats.ratios)? {
+                let pool: &mut Self = pools.entry(Self::of(repeats)).or_default();
+                let n = e.repeats as f64;
+                for (sum, c) in pool.sum.iter_mut().zip(e.covariance) {
+                    *sum += c * n * (n - 1.0);
+                }
+                pool.dof += e.dof;
+            }
+        }
+        Ok(Pools(pools))
+    }
+}
+
+struct Pools(BTreeMap<Kind, Pool>);
+
+impl std::ops::Index<Kind> for Pools {
+    type Output = Pool;
+    fn index(&self, kind: Kind) -> &Pool {
+        &self.0[&kind]
+    }
+}
+
 /// A table of corrections from repeats, and what was refused.
+///
+/// The scatter of a reading is pooled over all ratios across the excitation at one frequency, and over those along
+/// it: a few repeats of each know it together with ν = Σ (n − 1), and the table carries ν.
+///
+/// **Assumes** that at one frequency the readings of all wedges and of both transverse axes scatter alike.
 ///
 /// Along z′ what enters is the departure from one. An axis that is refused or was not measured gets no
 /// correction; a refused one gets an uncertainty of the size of its modulus in every direction, for that is
@@ -199,6 +239,7 @@ pub struct Repeats {
 pub fn table(campaign: &[Repeats]) -> Result<(SpuriousTable, Vec<Finding>), Error> {
     let mut entries: Vec<Spurious> = vec![];
     let mut findings = vec![];
+    let pools = Pool::all(campaign)?;
     for repeats in campaign {
         if repeats.axis > 2 {
             return Err(Error::OutOfRange {
@@ -217,6 +258,7 @@ pub fn table(campaign: &[Repeats]) -> Result<(SpuriousTable, Vec<Finding>), Erro
                 frequency: repeats.frequency,
                 ratio: [Complex64::new(0.0, 0.0); 3],
                 covariance: [[0.0; 3]; 3],
+                dof: DegreesOfFreedom::INFINITE,
             });
             entries.len() - 1
         });
@@ -231,7 +273,14 @@ pub fn table(campaign: &[Repeats]) -> Result<(SpuriousTable, Vec<Finding>), Erro
         match average(&repeats.ratios)? {
             Average::Coherent(estimate) => {
                 entry.ratio[repeats.axis] = estimate.mean - whole;
-                entry.covariance[repeats.axis] = estimate.covariance;
+                let pool = &pools[Pool::of(repeats)];
+                let n = estimate.repeats as f64;
+                entry.covariance[repeats.axis] = pool.sum.map(|s| s / (pool.dof * n));
+                if let Some(dof) = DegreesOfFreedom::new(pool.dof)
+                    && dof < entry.dof
+                {
+                    entry.dof = dof;
+                }
                 if estimate.repeats == 2 {
                     findings.push(
                         Finding::new(
@@ -239,7 +288,10 @@ pub fn table(campaign: &[Repeats]) -> Result<(SpuriousTable, Vec<Finding>), Erro
                             "two-repeats",
                             format!("the spurious motion along {place} rests on two repeats"),
                         )
-                        .evidence("type B: rectangular over their half difference")
+                        .evidence(format!(
+                            "its uncertainty is that of all ratios of its kind at this frequency, ν = {}",
+                            pool.dof
+                        ))
                         .advice("measure at least four"),
                     );
                 }
@@ -274,14 +326,14 @@ pub fn table(campaign: &[Repeats]) -> Result<(SpuriousTable, Vec<Finding>), Erro
 }
 
 /// What the repeats of one ratio say, for a reader who wants to see why they were averaged or refused.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RatioSummary {
     /// Inclination in radians.
     pub inclination: f64,
     /// Frequency in Hz.
     pub frequency: f64,
     /// Axis of the bench, `x` for x′.
-    pub axis: &'static str,
+    pub axis: String,
     /// Moduli of the repeats.
     pub moduli: Vec<f64>,
     /// Their phases on the circle.
@@ -308,7 +360,7 @@ pub fn summaries(campaign: &[Repeats]) -> Result<Vec<RatioSummary>, Error> {
             Ok(RatioSummary {
                 inclination: repeats.inclination,
                 frequency: repeats.frequency,
-                axis,
+                axis: (*axis).to_owned(),
                 moduli: repeats.ratios.iter().map(|z| z.norm()).collect(),
                 average: average(&repeats.ratios)?,
                 phases: circular(&phases)?,
@@ -318,19 +370,38 @@ pub fn summaries(campaign: &[Repeats]) -> Result<Vec<RatioSummary>, Error> {
 }
 
 /// Two measurements of the same spurious motion.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Comparison {
     /// Inclination in radians.
     pub inclination: f64,
     /// Frequency in Hz.
     pub frequency: f64,
     /// Axis, `x` for x′.
-    pub axis: &'static str,
+    pub axis: String,
     /// Modulus of the difference of the two ratios.
     pub difference: f64,
-    /// E_n for a complex quantity: √(dᵀ (C₁ + C₂)⁻¹ d/5.991); above one the two disagree at 95 %. `None` when
-    /// neither has an uncertainty.
+    /// E_n for a complex quantity: √(dᵀ (C₁ + C₂)⁻¹ d/T²), T² = 2 ν/(ν − 1) F₀.₉₅(2, ν − 1) with the effective degrees of
+    /// freedom of the difference (Hotelling); above one the two disagree at 95 %. `None` when neither has an
+    /// uncertainty, or one that so few repeats do not tell.
     pub e_n: Option<f64>,
+}
+
+/// Hotelling's 95 % limit of T² for the difference of two complex ratios; `None` below two degrees of freedom.
+///
+/// **Source** `[Hotelling1931]`; degrees of freedom after Welch and Satterthwaite, by the traces.
+fn limit(a: &Spurious, b: &Spurious, k: usize) -> Option<f64> {
+    let size = |s: &Spurious| {
+        (
+            (s.covariance[k][0] + s.covariance[k][2]).max(0.0).sqrt(),
+            s.dof,
+        )
+    };
+    let nu = welch_satterthwaite(&[size(a), size(b)]);
+    if nu.is_infinite() {
+        return Some(5.991_465);
+    }
+    let nu = nu.get();
+    (nu > 1.5).then(|| 2.0 * nu / (nu - 1.0) * f_quantile(0.95, 2.0, nu - 1.0))
 }
 
 /// Compares two tables where both have an entry.
@@ -349,9 +420,11 @@ pub fn compare(first: &SpuriousTable, second: &SpuriousTable) -> Vec<Comparison>
             result.push(Comparison {
                 inclination: a.inclination,
                 frequency: a.frequency,
-                axis: AXES[k],
+                axis: AXES[k].to_owned(),
                 difference: d.norm(),
-                e_n: (determinant > 0.0).then(|| (q / 5.991).sqrt()),
+                e_n: limit(a, b, k)
+                    .filter(|_| determinant > 0.0)
+                    .map(|t| (q / t).sqrt()),
             });
         }
     }
@@ -425,14 +498,60 @@ mod tests {
     }
 
     #[test]
-    fn law_two_repeats_are_type_b() {
+    fn law_two_repeats_have_one_degree_of_freedom() {
         let Average::Coherent(e) =
             average(&[Complex64::new(0.010, 0.002), Complex64::new(0.012, 0.002)]).unwrap()
         else {
             panic!("refused");
         };
-        assert!((e.covariance[0].sqrt() - 0.001 / 3f64.sqrt()).abs() < 1e-12);
-        assert_eq!(e.dof, 2.0);
+        assert!((e.covariance[0].sqrt() - 0.001).abs() < 1e-12);
+        assert_eq!(e.dof, 1.0);
+    }
+
+    /// Six wedges, three axes, n repeats of one motion with normal noise.
+    fn measured(n: usize, rng: &mut rand_xoshiro::Xoshiro256PlusPlus) -> SpuriousTable {
+        use rand_distr::{Distribution, StandardNormal};
+        let mut campaign = vec![];
+        for wedge in 0..6 {
+            for axis in 0..3 {
+                let whole = f64::from(axis == 2);
+                let ratios = (0..n)
+                    .map(|_| {
+                        let mut normal = || -> f64 { StandardNormal.sample(rng) };
+                        Complex64::new(whole + 0.01 + 1e-3 * normal(), 1e-3 * normal())
+                    })
+                    .collect();
+                campaign.push(Repeats {
+                    inclination: 0.2 * f64::from(wedge),
+                    frequency: 160.0,
+                    axis: axis as usize,
+                    ratios,
+                });
+            }
+        }
+        table(&campaign).unwrap().0
+    }
+
+    #[test]
+    fn coverage_of_two_measurements_of_one_motion() {
+        use rand::SeedableRng;
+        let mut rng = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(11);
+        for n in [2, 3, 10] {
+            let campaigns = 120;
+            let (mut apart, mut all) = (0.0, 0.0);
+            for _ in 0..campaigns {
+                let (a, b) = (measured(n, &mut rng), measured(n, &mut rng));
+                for c in compare(&a, &b) {
+                    apart += f64::from(u8::from(c.e_n.is_some_and(|e| e > 1.0)));
+                    all += 1.0;
+                }
+            }
+            println!("{n} repeats: {:.3} of {all} above one", apart / all);
+            // 5 % of 2160; pooled ratios of one campaign are not independent, so twice the binomial deviation, four
+            // times.
+            let half = 4.0 * 2.0 * (0.05f64 * 0.95 / all).sqrt();
+            assert!((apart / all - 0.05).abs() < half, "{n}: {}", apart / all);
+        }
     }
 
     #[test]

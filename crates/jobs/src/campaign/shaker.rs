@@ -8,11 +8,11 @@ mod seat;
 mod spurious;
 
 pub(crate) use budget::BudgetSource;
-pub use budget::{BudgetInput, ShakerBudget};
-pub use certificate::{Certificate, CertificatePoint, CertificateTable};
+pub use budget::ShakerBudget;
+pub use certificate::{Certificate, CertificateTable};
 pub use recording::{DriveFrequency, ShakerRecording};
 pub(crate) use runs::read_runs;
 pub use runs::{PhasorQuantity, RunData, RunPhasor, RunTable, RunsTable, ShakerRun};
 pub(crate) use seat::read_plan;
 pub use seat::{Direction, Mounting, SingleAxisSeat};
-pub use spurious::{SpuriousFile, SpuriousRow};
+pub use spurious::SpuriousFile;

@@ -5,28 +5,18 @@ use super::shaker::{
     BudgetSource, Certificate, CertificateTable, Mounting, PhasorQuantity, RunTable, RunsTable,
     ShakerBudget, ShakerRecording, SpuriousFile, read_runs,
 };
+use proofmass_calibration::shaker::geometry::published_plan;
+use proofmass_calibration::shaker::{Configuration, Correction, Method, SpuriousTable};
 use proofmass_io::{Ambient, Device};
 use proofmass_io::{Input, Result, WaveformOptions};
-use serde::{Deserialize, Serialize};
-
-/// Which calculation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum ShakerMethod {
-    /// Magnitudes, as published; for comparison only.
-    Published,
-    /// Signed phasors, frequency by frequency.
-    Complex,
-    /// Signed phasors of all frequencies, with the mounting angles in common.
-    Joint,
-}
+use serde::Deserialize;
 
 /// `[method]`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ShakerMethods {
     /// Calculations to set side by side; the first is the result.
-    pub methods: Vec<ShakerMethod>,
+    pub methods: Vec<Method>,
     /// Monte Carlo trials for the check of the propagation; zero for none.
     pub trials: u64,
     /// Seed of the random numbers.
@@ -36,7 +26,7 @@ pub struct ShakerMethods {
 impl Default for ShakerMethods {
     fn default() -> Self {
         Self {
-            methods: vec![ShakerMethod::Joint, ShakerMethod::Complex],
+            methods: vec![Method::Joint, Method::Complex],
             trials: 10_000,
             seed: 1,
         }
@@ -101,15 +91,6 @@ pub struct PlanTable {
     /// Acceleration wanted, m/s², where the runs do not say it.
     #[serde(rename = "amplitude_m_per_s2")]
     pub amplitude: Option<f64>,
-}
-
-/// What should have been measured at every frequency.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Plan {
-    /// The published 44 configurations.
-    Published,
-    /// Inclination and rotation in radians.
-    Configurations(Vec<[f64; 2]>),
 }
 
 /// The tables of a campaign on the shaker; the files they name are read by its methods.
@@ -215,7 +196,7 @@ impl ShakerTriaxialCampaign {
                     "some of \"joint\", \"complex\", \"published\"; the first is the result",
                 ));
         }
-        if methods[0] == ShakerMethod::Published {
+        if methods[0] == Method::PublishedMagnitude {
             return Err(self
                 .source
                 .refuse(
@@ -360,9 +341,11 @@ impl ShakerTriaxialCampaign {
             .map(|c| match &c.file {
                 Some(file) => SpuriousFile::read(self.source.source(file)?, &c.label),
                 None => Ok(SpuriousFile {
-                    label: c.label.clone(),
                     input: None,
-                    rows: Vec::new(),
+                    correction: Correction {
+                        label: c.label.clone(),
+                        table: SpuriousTable::default(),
+                    },
                 }),
             })
             .collect()
@@ -380,13 +363,13 @@ impl ShakerTriaxialCampaign {
     ///
     /// # Errors
     /// As the table says, with line and column.
-    pub fn read_plan(&self) -> Result<Option<(Plan, Option<Input>)>> {
+    pub fn read_plan(&self) -> Result<Option<(Vec<Configuration>, Option<Input>)>> {
         match self.plan.as_ref().map(|p| (&p.file, &p.name)) {
             Some((Some(file), _)) => {
                 let (input, plan) = super::shaker::read_plan(self.source.source(file)?)?;
-                Ok(Some((Plan::Configurations(plan), Some(input))))
+                Ok(Some((plan, Some(input))))
             }
-            Some((None, Some(_))) => Ok(Some((Plan::Published, None))),
+            Some((None, Some(_))) => Ok(Some((published_plan(), None))),
             _ => Ok(None),
         }
     }

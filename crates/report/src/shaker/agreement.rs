@@ -93,8 +93,13 @@ pub(super) fn residuals(calibration: &ShakerCalibration, result: &MethodResult) 
             .find(|s| s.run == run.run)
             .map_or("", |s| match s.suspicion {
                 Suspicion::Channels { .. } => "channels exchanged or inverted",
-                Suspicion::Mounting { .. } => "mounted as another configuration",
-                Suspicion::Unexplained => "none found",
+                Suspicion::Mounting { .. } | Suspicion::UpsideDown => {
+                    "mounted as another configuration"
+                }
+                Suspicion::Gain { .. } => "read with another gain",
+                Suspicion::Dead { .. } => "without signal",
+                Suspicion::Either(..) => "one of two, see the findings",
+                _ => "none found",
             });
         table = table.row([
             Cell::text(run.run.clone()),

@@ -13,7 +13,7 @@ fn modulus(result: &MethodResult, frequency: f64, k: usize) -> Option<(f64, f64)
         let p = result.published.iter().find(|p| same(p.frequency))?;
         return Some((
             p.fit.sensitivity[k / 3][k % 3].abs(),
-            p.fit.sensitivity_expanded[k / 3][k % 3],
+            p.fit.sensitivity_expanded[k / 3][k % 3]?,
         ));
     }
     let f = result.frequencies.iter().find(|f| same(f.frequency))?;

@@ -2,6 +2,7 @@
 
 use super::{Column, Draw, Linear};
 use crate::shaker::budget::{Acts, Budget, Input, Key};
+use crate::shaker::geometry::Seat;
 use crate::shaker::matrix::{Matrix, from_real, row_times};
 use crate::shaker::observation::{PhasorRow, SpuriousTable};
 use faer::{Mat, Side, linalg::solvers::Solve};
@@ -38,6 +39,7 @@ impl Model<'_> {
                     draws.push(Draw {
                         input,
                         row,
+                        part,
                         frequency,
                     });
                     draws.len() - 1
@@ -52,7 +54,11 @@ impl Model<'_> {
                 if input.within_a_run() || input.standard_uncertainty() == 0.0 {
                     continue;
                 }
-                let parts = if input.acts.on_one_output() { 3 } else { 1 };
+                let tilt = input.acts == Acts::Tilt;
+                let parts = match input.acts.on_one_output() {
+                    true => 3,
+                    false => input.acts.parts(),
+                };
                 for part in 0..parts {
                     let mut value = vec![index as i64];
                     for key in &input.varies_with {
@@ -63,6 +69,9 @@ impl Model<'_> {
                             Key::Channel => part as i64,
                             Key::Run => i as i64,
                         });
+                    }
+                    if tilt {
+                        value.push(-2 - part as i64);
                     }
                     let frequency = (!input.shared_by_frequencies()).then_some(f);
                     link(i, Some(index), part, frequency, value.clone());
@@ -154,25 +163,51 @@ impl Model<'_> {
         e
     }
 
+    /// The angles of a row where the adjustment now has them.
+    fn seat(&self, i: usize, links: &[Link], parameters: &[f64]) -> Seat {
+        let mut seat = Seat::drawn(self.rows[i].configuration);
+        for link in links {
+            let Some(input) = link.input.map(|k| &self.budget.inputs[k]) else {
+                continue;
+            };
+            let angle = parameters[self.offset + link.draw] * input.standard_uncertainty();
+            match input.acts {
+                Acts::Inclination => seat.configuration.inclination += angle,
+                Acts::Rotation => seat.configuration.rotation += angle,
+                Acts::Lean => seat.lean += angle,
+                Acts::Tilt => seat.tilt[link.part] += angle,
+                _ => {}
+            }
+        }
+        seat
+    }
+
+    /// Derivative of a row by an angle of standard deviation `u`, at the current point.
+    pub(super) fn angle_column(
+        &self,
+        i: usize,
+        links: &[Link],
+        parameters: &[f64],
+        acts: Acts,
+        part: usize,
+        u: f64,
+    ) -> [f64; 6] {
+        let f = self.of_row[i];
+        let s = from_real(&parameters[18 * f..18 * f + 18]);
+        let seat = self.seat(i, links, parameters);
+        real(
+            row_times(self.direction(i, &seat.derivative(acts, part)), &s),
+            u,
+        )
+    }
+
     pub(super) fn linear(&self, i: usize, links: &[Link], parameters: &[f64]) -> Linear {
         let (row, f) = (&self.rows[i], self.of_row[i]);
         let s = from_real(&parameters[18 * f..18 * f + 18]);
         let z = |link: &Link| parameters[self.offset + link.draw];
         let input = |link: &Link| link.input.map(|k| &self.budget.inputs[k]);
-        // The angles where the adjustment now has them.
-        let mut configuration = row.configuration;
-        for link in links {
-            match input(link) {
-                Some(k) if k.acts == Acts::Inclination => {
-                    configuration.inclination += z(link) * k.standard_uncertainty();
-                }
-                Some(k) if k.acts == Acts::Rotation => {
-                    configuration.rotation += z(link) * k.standard_uncertainty();
-                }
-                _ => {}
-            }
-        }
-        let r = configuration.matrix();
+        let seat = self.seat(i, links, parameters);
+        let r = seat.matrix();
         let d = self.direction(i, &r);
         let prediction = row_times(d, &s);
         let y = row.ratios();
@@ -194,12 +229,8 @@ impl Model<'_> {
         }
         for link in links {
             let column = match input(link) {
-                Some(k) if k.acts == Acts::Inclination => {
-                    let d = self.direction(i, &configuration.inclination_derivative());
-                    real(row_times(d, &s), k.standard_uncertainty())
-                }
-                Some(k) if k.acts == Acts::Rotation => {
-                    let d = self.direction(i, &configuration.rotation_derivative());
+                Some(k) if k.acts.is_angle() => {
+                    let d = self.direction(i, &seat.derivative(k.acts, link.part));
                     real(row_times(d, &s), k.standard_uncertainty())
                 }
                 Some(k) => column(k, link.part, row, &prediction, self.scale),
@@ -279,7 +310,9 @@ fn column(input: &Input, part: usize, row: &PhasorRow, y: &[Complex64; 3], scale
             };
             only(unit / (row.reference * scale))
         }
-        Acts::Inclination | Acts::Rotation => [Complex64::new(0.0, 0.0); 3],
+        Acts::Inclination | Acts::Rotation | Acts::Lean | Acts::Tilt => {
+            [Complex64::new(0.0, 0.0); 3]
+        }
     };
     real(values, u)
 }

@@ -2,10 +2,11 @@
 
 use crate::shaker::adjustment::model::root;
 use crate::shaker::budget::{Acts, Budget, Key, PART};
+use crate::shaker::geometry::tilted;
 use crate::shaker::matrix::{AXES, Matrix};
 use crate::shaker::observation::{PhasorRow, SpuriousTable};
 use num_complex::Complex64;
-use proofmass_uncertainty::{Distribution, Input, JointInputs, Labels, Refusal};
+use proofmass_uncertainty::{DegreesOfFreedom, Distribution, Input, JointInputs, Labels, Refusal};
 
 const SPURIOUS: &str = "measurement of the spurious motion";
 const NOISE: &str = "noise of the sine approximations";
@@ -20,6 +21,9 @@ enum Error {
     Additive(usize, Complex64),
     Inclination(f64),
     Rotation(f64),
+    Lean(f64),
+    /// About x (0) or y (1) of the device.
+    Tilt(usize, f64),
     /// Component k of the spurious ratios.
     Spurious(usize, Complex64),
     /// m/s² in the reference.
@@ -51,14 +55,22 @@ impl Errors {
         budget: &Budget,
     ) -> Result<Self, Refusal> {
         let unit = Distribution::Normal { mean: 0.0, u: 1.0 };
+        let fewest = rows
+            .iter()
+            .map(|r| spurious.dof_at(r.frequency))
+            .fold(DegreesOfFreedom::INFINITE, |a, b| if b < a { b } else { a });
         let inputs = budget
             .inputs()
-            .add(Input::new(SPURIOUS, "1", unit.clone()).varies_with([
-                Key::Frequency.name(),
-                Key::Inclination.name(),
-                Key::Channel.name(),
-                PART,
-            ]))
+            .add(
+                Input::new(SPURIOUS, "1", unit.clone())
+                    .dof(fewest)
+                    .varies_with([
+                        Key::Frequency.name(),
+                        Key::Inclination.name(),
+                        Key::Channel.name(),
+                        PART,
+                    ]),
+            )
             .add(Input::new(NOISE, "1", unit).varies_with([
                 Key::Run.name(),
                 Key::Channel.name(),
@@ -106,9 +118,15 @@ impl Errors {
                 let factor = input.standard_uncertainty_at(row.frequency) / u;
                 let channels = if input.acts.on_one_output() { 3 } else { 1 };
                 for j in 0..channels {
-                    if input.acts == Acts::OutputAdditive {
+                    if input.acts.parts() > 1 {
                         let second = draw(place(i, j, 1), &input.key)?;
-                        errors.push((second, Error::Additive(j, Complex64::new(0.0, factor))));
+                        errors.push((
+                            second,
+                            match input.acts {
+                                Acts::Tilt => Error::Tilt(1, factor),
+                                _ => Error::Additive(j, Complex64::new(0.0, factor)),
+                            },
+                        ));
                     }
                     let error = match input.acts {
                         Acts::ReferenceModulus => Error::ReferenceModulus(factor),
@@ -117,6 +135,8 @@ impl Errors {
                         Acts::OutputPhase => Error::OutputPhase(j, factor),
                         Acts::Inclination => Error::Inclination(factor),
                         Acts::Rotation => Error::Rotation(factor),
+                        Acts::Lean => Error::Lean(factor),
+                        Acts::Tilt => Error::Tilt(0, factor),
                         Acts::OutputAdditive => Error::Additive(j, Complex64::new(factor, 0.0)),
                     };
                     errors.push((draw(place(i, j, 0), &input.key)?, error));
@@ -174,7 +194,7 @@ impl Errors {
     /// Outputs over reference of one run in a trial, for a device of this S.
     pub(super) fn observe(&self, row: usize, x: &[f64], s: &Matrix) -> [Complex64; 3] {
         let row = &self.rows[row];
-        let (mut alpha, mut omega) = (0.0, 0.0);
+        let (mut alpha, mut omega, mut lean, mut tilt) = (0.0, 0.0, 0.0, [0.0; 2]);
         let (mut modulus, mut phase) = ([1.0; 3], [0.0; 3]);
         let (mut reference, mut turn) = (1.0, 0.0);
         let mut added = [Complex64::new(0.0, 0.0); 3];
@@ -190,6 +210,8 @@ impl Errors {
                 Error::Additive(j, c) => added[*j] += c * x,
                 Error::Inclination(c) => alpha += c * x,
                 Error::Rotation(c) => omega += c * x,
+                Error::Lean(c) => lean += c * x,
+                Error::Tilt(k, c) => tilt[*k] += c * x,
                 Error::Spurious(k, c) => e[*k] += c * x,
                 Error::Reference(c) => read += c * x,
             }
@@ -201,14 +223,29 @@ impl Errors {
             [ca * sw, cw, sa * sw],
             [-sa, 0.0, ca],
         ];
-        let d: [Complex64; 3] =
-            std::array::from_fn(|i| e[0] * m[i][0] + e[1] * m[i][1] + e[2] * m[i][2]);
+        let d = turned(&tilted(tilt), turned(&m, leaning(lean, e)));
         let seen = read * reference * small(turn);
         std::array::from_fn(|j| {
             let response = d[0] * s[0][j] + d[1] * s[1][j] + d[2] * s[2][j];
             (row.reference * response * modulus[j] * small(phase[j]) + added[j]) / seen
         })
     }
+}
+
+/// m e.
+#[inline]
+pub(super) fn turned(m: &[[f64; 3]; 3], e: [Complex64; 3]) -> [Complex64; 3] {
+    std::array::from_fn(|i| e[0] * m[i][0] + e[1] * m[i][1] + e[2] * m[i][2])
+}
+
+/// Q(ℓ) e.
+#[inline]
+pub(super) fn leaning(lean: f64, e: [Complex64; 3]) -> [Complex64; 3] {
+    if lean == 0.0 {
+        return e;
+    }
+    let w = small(lean);
+    [e[0], e[1] * w.re + e[2] * w.im, e[2] * w.re - e[1] * w.im]
 }
 
 /// e^{jx}; by its series to 2e-11 where x is as small as an error is.

@@ -1,9 +1,10 @@
 //! The estimator of the adjustment, applied to one trial after another.
 
-use super::draws::plus;
+use super::draws::{leaning, plus, turned};
 use crate::shaker::adjustment::Adjustment;
 use crate::shaker::adjustment::model::root;
 use crate::shaker::budget::{Acts, Budget};
+use crate::shaker::geometry::tilted;
 use crate::shaker::matrix::{Matrix, from_real};
 use crate::shaker::observation::{PhasorRow, SpuriousTable};
 use num_complex::Complex64;
@@ -12,6 +13,9 @@ use num_complex::Complex64;
 enum Unknown {
     Inclination(f64),
     Rotation(f64),
+    Lean(f64),
+    /// About x (0) or y (1) of the device.
+    Tilt(usize, f64),
     /// Relative change of all outputs, or of one.
     Factor(Option<usize>, Complex64),
     /// Added to an output over the reference.
@@ -79,6 +83,10 @@ impl Estimator {
                                     }
                                     Acts::Rotation => {
                                         Unknown::Rotation(input.standard_uncertainty())
+                                    }
+                                    Acts::Lean => Unknown::Lean(input.standard_uncertainty()),
+                                    Acts::Tilt => {
+                                        Unknown::Tilt(link.part, input.standard_uncertainty())
                                     }
                                     Acts::ReferenceModulus => Unknown::Factor(None, -one * u),
                                     Acts::ReferencePhase => Unknown::Factor(None, -j * u),
@@ -198,7 +206,7 @@ impl Estimator {
         for (row, y) in self.rows.iter().zip(observed) {
             let p = 18 * row.frequency;
             let s = from_real(&at[p..p + 18]);
-            let (mut alpha, mut omega) = (0.0, 0.0);
+            let (mut alpha, mut omega, mut lean, mut tilt) = (0.0, 0.0, 0.0, [0.0; 2]);
             let mut e = row.excitation;
             let mut factor = [Complex64::new(1.0, 0.0); 3];
             let mut added = [zero; 3];
@@ -207,6 +215,8 @@ impl Estimator {
                 match unknown {
                     Unknown::Inclination(u) => alpha += u * z,
                     Unknown::Rotation(u) => omega += u * z,
+                    Unknown::Lean(u) => lean += u * z,
+                    Unknown::Tilt(k, u) => tilt[*k] += u * z,
                     Unknown::Spurious(k, c) => e[*k] += c * z,
                     Unknown::Factor(Some(j), c) => factor[*j] += c * z,
                     Unknown::Factor(None, c) => factor.iter_mut().for_each(|f| *f += c * z),
@@ -220,9 +230,9 @@ impl Estimator {
                 [ca * sw, cw, sa * sw],
                 [-sa, 0.0, ca],
             ];
-            let seen = |m: &[[f64; 3]; 3]| -> [Complex64; 3] {
-                std::array::from_fn(|i| e[0] * m[i][0] + e[1] * m[i][1] + e[2] * m[i][2])
-            };
+            let leant = leaning(lean, e);
+            let device = tilted(tilt);
+            let seen = |m: &[[f64; 3]; 3]| turned(&device, turned(m, leant));
             let respond = |d: &[Complex64; 3]| -> [Complex64; 3] {
                 std::array::from_fn(|j| d[0] * s[0][j] + d[1] * s[1][j] + d[2] * s[2][j])
             };
@@ -268,9 +278,25 @@ impl Estimator {
                         let c = respond(&seen(&t));
                         u * along(std::array::from_fn(|j| c[j] * factor[j]))
                     }
+                    Unknown::Lean(u) => {
+                        // Q′ e = (0, e_z, −e_y) of what has leant already.
+                        let t = [zero, leant[2], -leant[1]];
+                        let c = respond(&turned(&device, turned(&m, t)));
+                        u * along(std::array::from_fn(|j| c[j] * factor[j]))
+                    }
+                    Unknown::Tilt(k, u) => {
+                        let t = if *k == 0 {
+                            [zero, d[2], -d[1]]
+                        } else {
+                            [-d[2], zero, d[0]]
+                        };
+                        let c = respond(&t);
+                        u * along(std::array::from_fn(|j| c[j] * factor[j]))
+                    }
                     Unknown::Spurious(k, c) => {
-                        let t = [m[0][*k] * c, m[1][*k] * c, m[2][*k] * c];
-                        let t = respond(&t);
+                        let mut t = [zero; 3];
+                        t[*k] = *c;
+                        let t = respond(&turned(&device, turned(&m, leaning(lean, t))));
                         along(std::array::from_fn(|j| t[j] * factor[j]))
                     }
                     Unknown::Factor(Some(j), c) => {

@@ -246,6 +246,7 @@ fn law_the_joint_estimator_is_tried_with_the_spurious_motion() {
                 frequency,
                 ratio: [Complex64::new(0.01, 0.002); 3],
                 covariance: [[4e-5, 1e-5, 3e-5]; 3],
+                dof: DegreesOfFreedom::INFINITE,
             });
         }
     }

@@ -1,9 +1,10 @@
 //! `[[budget]]` or a budget file: what is uncertain on the bench, what it acts on, with what it varies.
 
 use crate::campaign::CampaignFile;
+use proofmass_calibration::shaker::{self as calibration, Acts, Key};
 use proofmass_io::{Error, ErrorKind, Input, Result};
-use proofmass_uncertainty::{DegreesOfFreedom, Distribution, Evaluation, InputEntry};
-use serde::{Deserialize, Serialize};
+use proofmass_uncertainty::{Distribution, Evaluation, InputEntry};
+use serde::Deserialize;
 use std::path::Path;
 
 /// `[[budget]]` entries, or `[budget]` with a file or the name of a known bench.
@@ -22,32 +23,32 @@ pub(crate) enum BudgetSource {
     Missing,
 }
 
-/// The inputs of a campaign on the shaker.
+/// The budget of a campaign on the shaker.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ShakerBudget {
     /// Inputs one by one, with the file they came from when it is not the campaign itself.
-    Inputs(Vec<BudgetInput>, Option<Input>),
-    /// A budget that is known by name; `published` is that of the published bench.
-    Bench(String),
+    Inputs(calibration::Budget, Option<Input>),
+    /// That of the published bench, known by name.
+    Published,
 }
 
-/// One input, in SI.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct BudgetInput {
-    /// Stable name.
-    pub name: String,
-    /// What it is, for a reader of the budget.
-    pub description: String,
-    /// One of [`BudgetInput::ACTS`].
-    pub acts: String,
-    /// What is known of the error, about zero: relative, radians or volts, as `acts` says.
-    pub distribution: Distribution,
-    /// Type A or B.
-    pub evaluation: Evaluation,
-    /// Degrees of freedom.
-    pub dof: DegreesOfFreedom,
-    /// Some of [`BudgetInput::KEYS`].
-    pub varies_with: Vec<String>,
+impl ShakerBudget {
+    /// Budgets known by name.
+    pub const BENCHES: &[&str] = &["published"];
+
+    /// The inputs. Where a certificate is at hand it counts, and not the one that was printed.
+    pub fn budget(&self, certificate: bool) -> calibration::Budget {
+        match self {
+            Self::Inputs(budget, _) => budget.clone(),
+            Self::Published => {
+                let mut budget = calibration::Budget::published_bench();
+                if certificate {
+                    budget.inputs.retain(|i| i.acts != Acts::ReferenceModulus);
+                }
+                budget
+            }
+        }
+    }
 }
 
 /// Units an action admits, with their factors to SI.
@@ -61,109 +62,101 @@ const ANGULAR: Units = &[
 ];
 const ELECTRIC: Units = &[("V", 1.0), ("mV", 1e-3), ("µV", 1e-6), ("uV", 1e-6)];
 
-impl BudgetInput {
-    /// What an input can act on.
-    pub const ACTS: &[&str] = &[
-        "reference-modulus",
-        "reference-phase",
-        "output-modulus",
-        "output-phase",
-        "output-additive",
-        "inclination",
-        "rotation",
-    ];
-    /// What an input can vary with.
-    pub const KEYS: &[&str] = &["frequency", "inclination", "rotation", "channel", "run"];
-    /// Budgets known by name.
-    pub const BENCHES: &[&str] = &["published"];
-
-    fn units(acts: &str) -> Units {
-        match acts {
-            "reference-modulus" | "output-modulus" => RELATIVE,
-            "output-additive" => ELECTRIC,
-            _ => ANGULAR,
-        }
+fn units(acts: Acts) -> Units {
+    match acts.unit() {
+        "1" => RELATIVE,
+        "V" => ELECTRIC,
+        _ => ANGULAR,
     }
+}
 
-    fn new(entry: &InputEntry) -> std::result::Result<Self, (String, String)> {
-        let choice = |what: &str, word: &str, valid: &[&str]| {
-            let near = proofmass_io::spelling::nearest(word, valid.iter().copied())
-                .map_or(String::new(), |k| format!("did you mean \"{k}\"? "));
-            (
-                format!("input \"{}\": unknown {what} \"{word}\"", entry.name),
-                format!("{near}valid here: {}", valid.join(", ")),
-            )
-        };
-        let Some(acts) = &entry.acts else {
-            return Err((
-                format!("input \"{}\" does not say what it acts on", entry.name),
-                format!("add acts = \"…\": {}", Self::ACTS.join(", ")),
-            ));
-        };
-        if !Self::ACTS.contains(&acts.as_str()) {
-            return Err(choice("action", acts, Self::ACTS));
-        }
-        for key in &entry.varies_with {
-            if !Self::KEYS.contains(&key.as_str()) {
-                return Err(choice("grouping key", key, Self::KEYS));
-            }
-        }
-        let units = Self::units(acts);
-        let Some(&(_, factor)) = units.iter().find(|(u, _)| *u == entry.unit) else {
-            let valid: Vec<&str> = units.iter().map(|u| u.0).collect();
-            return Err(choice("unit", &entry.unit, &valid));
-        };
-        let impossible = |e: proofmass_core::Error| {
-            (
-                format!("input \"{}\": {e}", entry.name),
-                "docs/uncertainty.md lists the distributions and their parameters".to_owned(),
-            )
-        };
-        let distribution = match (&entry.distribution, &entry.observations) {
-            (Some(distribution), None) => {
-                distribution.check().map_err(impossible)?;
-                let mean = distribution.estimate();
-                if mean.abs() > 1e-9 * distribution.standard_uncertainty() {
-                    return Err((
-                        format!(
-                            "input \"{}\" has the mean {mean}, and an error has none",
-                            entry.name
-                        ),
-                        "correct the data for what is known, and state what is left about zero"
-                            .to_owned(),
-                    ));
-                }
-                distribution.clone()
-            }
-            // Of observations only the scatter is an error; their mean is for the operator to correct.
-            (None, Some(values)) => Distribution::from_observations(values).map_err(impossible)?,
-            _ => {
+/// What is wrong with an entry, and what to do.
+type Complaint = (String, String);
+
+fn input(entry: &InputEntry) -> std::result::Result<calibration::Input, Complaint> {
+    let choice = |what: &str, word: &str, valid: &[&str]| {
+        let near = proofmass_io::spelling::nearest(word, valid.iter().copied())
+            .map_or(String::new(), |k| format!("did you mean \"{k}\"? "));
+        (
+            format!("input \"{}\": unknown {what} \"{word}\"", entry.name),
+            format!("{near}valid here: {}", valid.join(", ")),
+        )
+    };
+    let actions = Acts::ALL.map(Acts::name);
+    let Some(word) = &entry.acts else {
+        return Err((
+            format!("input \"{}\" does not say what it acts on", entry.name),
+            format!("add acts = \"…\": {}", actions.join(", ")),
+        ));
+    };
+    let Some(acts) = Acts::ALL.into_iter().find(|a| a.name() == word) else {
+        return Err(choice("action", word, &actions));
+    };
+    let varies_with = entry
+        .varies_with
+        .iter()
+        .map(|word| {
+            Key::ALL
+                .into_iter()
+                .find(|k| k.name() == word)
+                .ok_or_else(|| choice("grouping key", word, &Key::ALL.map(Key::name)))
+        })
+        .collect::<std::result::Result<Vec<_>, _>>()?;
+    let units = units(acts);
+    let Some(&(_, factor)) = units.iter().find(|(u, _)| *u == entry.unit) else {
+        let valid: Vec<&str> = units.iter().map(|u| u.0).collect();
+        return Err(choice("unit", &entry.unit, &valid));
+    };
+    let impossible = |e: proofmass_core::Error| {
+        (
+            format!("input \"{}\": {e}", entry.name),
+            "docs/uncertainty.md lists the distributions and their parameters".to_owned(),
+        )
+    };
+    let distribution = match (&entry.distribution, &entry.observations) {
+        (Some(distribution), None) => {
+            distribution.check().map_err(impossible)?;
+            let mean = distribution.estimate();
+            if mean.abs() > 1e-9 * distribution.standard_uncertainty() {
                 return Err((
                     format!(
-                        "input \"{}\": either `distribution` or `observations` is needed",
+                        "input \"{}\" has the mean {mean}, and an error has none",
                         entry.name
                     ),
-                    "such as distribution = { kind = \"normal\", mean = 0.0, u = 0.002 }"
+                    "correct the data for what is known, and state what is left about zero"
                         .to_owned(),
                 ));
             }
-        };
-        Ok(Self {
-            name: entry.name.clone(),
-            description: entry
-                .description
-                .clone()
-                .unwrap_or_else(|| entry.name.clone()),
-            acts: acts.clone(),
-            evaluation: entry.evaluation.unwrap_or(match distribution {
-                Distribution::StudentT { .. } => Evaluation::A,
-                _ => Evaluation::B,
-            }),
-            dof: entry.dof.unwrap_or(distribution.dof()),
-            distribution: distribution.scaled(factor, -factor * distribution.estimate()),
-            varies_with: entry.varies_with.clone(),
-        })
-    }
+            distribution.clone()
+        }
+        // Of observations only the scatter is an error; their mean is for the operator to correct.
+        (None, Some(values)) => Distribution::from_observations(values).map_err(impossible)?,
+        _ => {
+            return Err((
+                format!(
+                    "input \"{}\": either `distribution` or `observations` is needed",
+                    entry.name
+                ),
+                "such as distribution = { kind = \"normal\", mean = 0.0, u = 0.002 }".to_owned(),
+            ));
+        }
+    };
+    Ok(calibration::Input {
+        key: entry.name.clone(),
+        description: entry
+            .description
+            .clone()
+            .unwrap_or_else(|| entry.name.clone()),
+        acts,
+        evaluation: entry.evaluation.unwrap_or(match distribution {
+            Distribution::StudentT { .. } => Evaluation::A,
+            _ => Evaluation::B,
+        }),
+        dof: entry.dof.unwrap_or(distribution.dof()),
+        distribution: distribution.scaled(factor, -factor * distribution.estimate()),
+        varies_with,
+        at_frequencies: Vec::new(),
+    })
 }
 
 impl ShakerBudget {
@@ -202,12 +195,12 @@ impl ShakerBudget {
                 Ok(Self::Inputs(convert(&budget.input, &path, &text)?, Some(input)))
             }
             BudgetSource::Table(BudgetTable { file: None, bench: Some(bench) }) => {
-                if BudgetInput::BENCHES.contains(&bench.as_str()) {
-                    return Ok(Self::Bench(bench.clone()));
+                if Self::BENCHES.contains(&bench.as_str()) {
+                    return Ok(Self::Published);
                 }
                 Err(source
                     .refuse("budget", "bench", format!("unknown bench \"{bench}\""))
-                    .with_hint(format!("known: {}", BudgetInput::BENCHES.join(", "))))
+                    .with_hint(format!("known: {}", Self::BENCHES.join(", "))))
             }
             BudgetSource::Table(_) => Err(source
                 .refuse("budget", "file", "[budget] names either `file` or `bench`")
@@ -216,8 +209,8 @@ impl ShakerBudget {
     }
 }
 
-fn convert(entries: &[InputEntry], path: &Path, text: &str) -> Result<Vec<BudgetInput>> {
-    let mut inputs: Vec<BudgetInput> = Vec::new();
+fn convert(entries: &[InputEntry], path: &Path, text: &str) -> Result<calibration::Budget> {
+    let mut inputs: Vec<calibration::Input> = Vec::new();
     for entry in entries {
         let refuse = |what: String, hint: String| {
             let quoted = format!("\"{}\"", entry.name);
@@ -233,14 +226,18 @@ fn convert(entries: &[InputEntry], path: &Path, text: &str) -> Result<Vec<Budget
                 None => error,
             }
         };
-        let input = BudgetInput::new(entry).map_err(|(what, hint)| refuse(what, hint))?;
-        if inputs.iter().any(|i| i.name == input.name) {
+        let input = input(entry).map_err(|(what, hint)| refuse(what, hint))?;
+        if inputs.iter().any(|i| i.key == input.key) {
             return Err(refuse(
-                format!("input \"{}\" stands twice in the budget", input.name),
+                format!("input \"{}\" stands twice in the budget", input.key),
                 "give every input a name of its own".to_owned(),
             ));
         }
         inputs.push(input);
     }
-    Ok(inputs)
+    calibration::Budget::new(inputs).map_err(|e| {
+        Error::new(ErrorKind::Configuration, e.to_string())
+            .at(path)
+            .column("budget")
+    })
 }

@@ -1,8 +1,9 @@
 //! `reference.csv`: what the certificate of the reference standard says.
 
 use crate::campaign::CampaignFile;
+use proofmass_calibration::shaker::reference::{ReferencePoint, ReferenceTable};
 use proofmass_io::sheet::{ANGLE, FREQUENCY, PERCENT, Place, SENSITIVITY, Sheet, SheetRow};
-use proofmass_io::{Input, Result};
+use proofmass_io::{Error, ErrorKind, Input, Result};
 use proofmass_uncertainty::{Finding, Severity};
 use serde::Deserialize;
 
@@ -18,23 +19,6 @@ pub struct CertificateTable {
     pub description: Option<String>,
 }
 
-/// One line of the certificate.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CertificatePoint {
-    /// Line of the table.
-    pub line: u64,
-    /// Frequency in Hz.
-    pub frequency_hz: f64,
-    /// Sensitivity in V/(m/s²).
-    pub sensitivity: f64,
-    /// Phase in radians.
-    pub phase: f64,
-    /// Relative standard uncertainty of the sensitivity.
-    pub u_relative: f64,
-    /// Standard uncertainty of the phase in radians.
-    pub u_phase: f64,
-}
-
 /// The certificate of the reference standard.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Certificate {
@@ -42,8 +26,8 @@ pub struct Certificate {
     pub input: Input,
     /// Which standard it is.
     pub description: Option<String>,
-    /// Points in the order of the table.
-    pub points: Vec<CertificatePoint>,
+    /// Sensitivity against frequency.
+    pub table: ReferenceTable,
     /// What it does not say.
     pub findings: Vec<Finding>,
 }
@@ -85,39 +69,35 @@ impl Certificate {
         if phase.is_some() {
             angle.complete(&sheet, "phase_deg", table.k, k)?;
         }
-        let mut points: Vec<CertificatePoint> = Vec::new();
+        let mut points: Vec<(u64, ReferencePoint)> = Vec::new();
         for row in sheet.rows() {
             let factor = match k {
                 Some(place) => Some(row.positive(place)?),
                 None => table.k,
             };
-            let point = CertificatePoint {
-                line: row.line,
-                frequency_hz: row.positive(frequency)?,
+            let point = ReferencePoint {
+                frequency: row.positive(frequency)?,
                 sensitivity: row.positive(sensitivity)?,
                 phase: row.optional(phase)?.unwrap_or(0.0),
-                u_relative: modulus.read(&row, factor)?,
-                u_phase: angle.read(&row, factor)?,
+                modulus_uncertainty: modulus.read(&row, factor)?,
+                phase_uncertainty: angle.read(&row, factor)?,
             };
-            if point.u_relative > 0.5 {
+            if point.modulus_uncertainty > 0.5 {
                 return Err(row
                     .refuse_row(
                         "the uncertainty of the reference is more than half of its sensitivity",
                     )
                     .with_hint("write it in per cent, relative to the sensitivity"));
             }
-            if let Some(other) = points.iter().find(|p| p.frequency_hz == point.frequency_hz) {
+            if let Some((line, _)) = points.iter().find(|(_, p)| p.frequency == point.frequency) {
                 return Err(row
                     .refuse(
                         frequency,
-                        format!(
-                            "{} Hz stands in line {} already",
-                            point.frequency_hz, other.line
-                        ),
+                        format!("{} Hz stands in line {line} already", point.frequency),
                     )
                     .with_hint("keep one of the two lines"));
             }
-            points.push(point);
+            points.push((row.line, point));
         }
         let mut findings = Vec::new();
         if phase.is_none() {
@@ -134,7 +114,8 @@ impl Certificate {
         Ok(Self {
             input: sheet.input.clone(),
             description: table.description.clone(),
-            points,
+            table: ReferenceTable::new(points.into_iter().map(|(_, p)| p).collect())
+                .map_err(|e| Error::new(ErrorKind::Format, e.to_string()).at(&path))?,
             findings,
         })
     }

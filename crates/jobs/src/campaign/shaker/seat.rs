@@ -1,5 +1,6 @@
 //! What a row of the table of runs says about the device or the motion, beside name, frequency and data.
 
+use proofmass_calibration::shaker::Configuration;
 use proofmass_io::Source;
 use proofmass_io::sheet::{ACCELERATION, ANGLE, PERCENT, Place, Sheet, SheetRow};
 use proofmass_io::{Input, Result};
@@ -7,10 +8,8 @@ use proofmass_io::{Input, Result};
 /// Inclination and rotation of the device.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mounting {
-    /// Inclination in radians.
-    pub inclination: f64,
-    /// Rotation in radians.
-    pub rotation: f64,
+    /// Inclination and rotation.
+    pub configuration: Configuration,
     /// Acceleration wanted, m/s².
     pub target: Option<f64>,
     /// Transverse motion relative to the excitation.
@@ -94,8 +93,10 @@ impl Seat for Mounting {
                 ));
         }
         Ok(Self {
-            inclination: inclination(row, tilt)?,
-            rotation,
+            configuration: Configuration {
+                inclination: inclination(row, tilt)?,
+                rotation,
+            },
             target: row.optional(target)?,
             transverse: row.optional(transverse)?,
         })
@@ -163,8 +164,8 @@ impl Seat for Direction {
     }
 }
 
-/// A plan: inclinations and rotations in radians.
-pub(crate) fn read_plan(source: Source) -> Result<(Input, Vec<[f64; 2]>)> {
+/// A plan of configurations.
+pub(crate) fn read_plan(source: Source) -> Result<(Input, Vec<Configuration>)> {
     let mut sheet = Sheet::from_source(source, "plan")?;
     let tilt = sheet.quantity("inclination", ANGLE)?;
     let turn = sheet.quantity("rotation", ANGLE)?;
@@ -174,7 +175,12 @@ pub(crate) fn read_plan(source: Source) -> Result<(Input, Vec<[f64; 2]>)> {
     let turn = sheet.required(turn, "rotation_deg")?;
     let plan = sheet
         .rows()
-        .map(|row| Ok([inclination(&row, tilt)?, row.number(turn)?]))
+        .map(|row| {
+            Ok(Configuration {
+                inclination: inclination(&row, tilt)?,
+                rotation: row.number(turn)?,
+            })
+        })
         .collect::<Result<Vec<_>>>()?;
     Ok((sheet.input.clone(), plan))
 }

@@ -1,33 +1,19 @@
 //! `spurious.csv`: the motion of the seat beside the excitation, per inclination and frequency.
 
+use num_complex::Complex64;
+use proofmass_calibration::shaker::{Correction, Spurious, SpuriousTable};
 use proofmass_io::Source;
 use proofmass_io::sheet::{ANGLE, FREQUENCY, Place, RATIO, Sheet, SheetRow};
 use proofmass_io::{Cell, Input, Result, Table};
-
-/// Motion of the seat at one inclination and frequency, relative to the excitation.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SpuriousRow {
-    /// Line of the table; zero for a row that was not read.
-    pub line: u64,
-    /// Inclination in radians.
-    pub inclination: f64,
-    /// Frequency in Hz.
-    pub frequency_hz: f64,
-    /// Real and imaginary part along x′, y′, z′; along z′ the departure from the excitation itself.
-    pub ratio: [[f64; 2]; 3],
-    /// Covariance `[rr, ri, ii]` of each.
-    pub covariance: [[f64; 3]; 3],
-}
+use proofmass_uncertainty::DegreesOfFreedom;
 
 /// One measurement of the spurious motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpuriousFile {
-    /// Label in results.
-    pub label: String,
     /// Path and digest; `None` for a table without a file.
     pub input: Option<Input>,
-    /// Rows.
-    pub rows: Vec<SpuriousRow>,
+    /// Label and table.
+    pub correction: Correction,
 }
 
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -71,6 +57,7 @@ impl SpuriousFile {
                 Ok((polar, parts))
             })
             .collect::<Result<Vec<_>>>()?;
+        let dof = sheet.text("nu");
         sheet.finish()?;
         let tilt = sheet.required(tilt, "inclination_deg")?;
         let frequency = sheet.required(frequency, "frequency_Hz")?;
@@ -82,37 +69,47 @@ impl SpuriousFile {
         if columns.iter().all(|c| matches!(c, AxisColumns::Absent)) {
             sheet.required(None, "x_ratio")?;
         }
-        let mut rows: Vec<SpuriousRow> = Vec::new();
+        let mut rows: Vec<(u64, Spurious)> = Vec::new();
         for row in sheet.rows() {
-            let mut entry = SpuriousRow {
-                line: row.line,
+            let mut entry = Spurious {
                 inclination: row.number(tilt)?,
-                frequency_hz: row.positive(frequency)?,
-                ratio: [[0.0; 2]; 3],
+                frequency: row.positive(frequency)?,
+                ratio: [Complex64::new(0.0, 0.0); 3],
                 covariance: [[0.0; 3]; 3],
+                dof: DegreesOfFreedom::INFINITE,
             };
-            for (k, column) in columns.iter().enumerate() {
-                (entry.ratio[k], entry.covariance[k]) = column.read(&row)?;
+            if let Some(place) = dof
+                && !row.text(place).is_empty()
+            {
+                entry.dof = DegreesOfFreedom::new(row.positive(place)?)
+                    .ok_or_else(|| row.refuse(place, "degrees of freedom are positive"))?;
             }
-            if let Some(other) = rows.iter().find(|r| {
-                (r.inclination - entry.inclination).abs() < 1e-6
-                    && r.frequency_hz == entry.frequency_hz
+            for (k, column) in columns.iter().enumerate() {
+                let ([re, im], covariance) = column.read(&row)?;
+                entry.covariance[k] = covariance;
+                entry.ratio[k] = Complex64::new(re, im);
+            }
+            if let Some((line, _)) = rows.iter().find(|(_, r)| {
+                (r.inclination - entry.inclination).abs() < 1e-6 && r.frequency == entry.frequency
             }) {
                 return Err(row
                     .refuse_row(format!(
-                        "inclination {:.4}° at {} Hz stands in line {} already",
+                        "inclination {:.4}° at {} Hz stands in line {line} already",
                         entry.inclination.to_degrees(),
-                        entry.frequency_hz,
-                        other.line
+                        entry.frequency
                     ))
                     .with_hint("write another measurement into a file of its own, as another [[correction]]"));
             }
-            rows.push(entry);
+            rows.push((row.line, entry));
         }
         Ok(Self {
-            label: label.to_owned(),
             input: Some(sheet.input.clone()),
-            rows,
+            correction: Correction {
+                label: label.to_owned(),
+                table: SpuriousTable {
+                    entries: rows.into_iter().map(|(_, r)| r).collect(),
+                },
+            },
         })
     }
 
@@ -120,7 +117,7 @@ impl SpuriousFile {
     ///
     /// # Errors
     /// A number that is not finite.
-    pub fn table(rows: &[SpuriousRow]) -> Result<Table> {
+    pub fn table(table: &SpuriousTable) -> Result<Table> {
         let mut header = vec!["inclination_deg".to_owned(), "frequency_Hz".to_owned()];
         for axis in AXES {
             header.extend([
@@ -131,24 +128,27 @@ impl SpuriousFile {
                 format!("r_{axis}"),
             ]);
         }
-        let mut table = Table::new(header);
-        for row in rows {
+        header.push("nu".to_owned());
+        let mut written = Table::new(header);
+        for row in &table.entries {
             let mut cells = vec![
-                Cell::from(row.inclination.to_degrees()),
-                Cell::from(row.frequency_hz),
+                // Radians of whole degrees come back with rounding in the last digit.
+                Cell::from((row.inclination.to_degrees() * 1e9).round() / 1e9),
+                Cell::from(row.frequency),
             ];
-            for ([re, im], [rr, ri, ii]) in row.ratio.iter().zip(row.covariance) {
+            for (z, [rr, ri, ii]) in row.ratio.iter().zip(row.covariance) {
                 let (u_re, u_im) = (rr.sqrt(), ii.sqrt());
                 let r = if u_re * u_im > 0.0 {
                     ri / (u_re * u_im)
                 } else {
                     0.0
                 };
-                cells.extend([*re, *im, u_re, u_im, r].map(Cell::from));
+                cells.extend([z.re, z.im, u_re, u_im, r].map(Cell::from));
             }
-            table.push(cells)?;
+            cells.push(Cell::from((!row.dof.is_infinite()).then(|| row.dof.get())));
+            written.push(cells)?;
         }
-        Ok(table)
+        Ok(written)
     }
 }
 

@@ -1,13 +1,16 @@
 //! The runs of a campaign on the shaker: recordings or a table in, phasors out.
 
-use crate::{Failure, console};
-use proofmass::calibration::shaker::Complex64;
-use proofmass::calibration::shaker::recording::{Phasors, Reading};
-use proofmass::io::{Input, Waveform, WaveformOptions};
-use proofmass::jobs::campaign::{DriveFrequency, RunData, RunTable, ShakerRecording, ShakerRun};
-use proofmass::signal::sine::Frequency;
-use proofmass::uncertainty::{Finding, Severity};
+use crate::campaign::{DriveFrequency, RunData, RunTable, ShakerRecording, ShakerRun};
+use crate::record::Record;
+use crate::trouble::{Result, Trouble};
+use num_complex::Complex64;
+use proofmass_calibration::shaker::recording::{Phasors, Quality, Reading};
+use proofmass_core::Watch;
+use proofmass_io::{Input, Waveform, WaveformOptions};
+use proofmass_signal::sine::Frequency;
+use proofmass_uncertainty::{Finding, Severity};
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Phasors of all runs, in the order of the table, and what was noticed on the way.
 pub(crate) struct Observed {
@@ -39,8 +42,9 @@ pub(crate) struct Recorded {
 pub(crate) fn observe<S: Sync>(
     table: &RunTable<S>,
     settings: Option<&ShakerRecording>,
-    options: impl FnOnce() -> proofmass::io::Result<WaveformOptions>,
-) -> Result<Observed, Failure> {
+    options: impl FnOnce() -> proofmass_io::Result<WaveformOptions>,
+    watch: &dyn Watch,
+) -> Result<Observed> {
     let recording = if table.quantities.is_empty() {
         let options = options()?;
         settings.map(|s| (s, options))
@@ -52,14 +56,16 @@ pub(crate) fn observe<S: Sync>(
         inputs: vec![table.input.clone()],
         findings: Vec::new(),
     };
-    let bar = console::progress(table.runs.len() as u64, "recordings");
+    let done = AtomicU64::new(0);
+    let all = table.runs.len() as u64;
     let runs = table
         .runs
         .par_iter()
         .map(|run| match (&run.data, &recording) {
             (RunData::Recording(name), Some((settings, options))) => {
+                watch.step("recordings", done.load(Ordering::Relaxed), all)?;
                 let recorded = approximate(table, run, name, settings, options)?;
-                bar.inc(1);
+                watch.step("recordings", done.fetch_add(1, Ordering::Relaxed) + 1, all)?;
                 Ok(ObservedRun {
                     phasors: recorded.phasors.amplitudes.clone(),
                     covariances: recorded.phasors.covariances.clone(),
@@ -80,16 +86,15 @@ pub(crate) fn observe<S: Sync>(
                     .collect(),
                 recorded: None,
             }),
-            (RunData::Recording(name), None) => Err(Failure::new(format!(
+            (RunData::Recording(name), None) => Err(Trouble::data(format!(
                 "{}: it is not said how recordings are read",
                 table.source.resolve(name).display()
             ))
-            .hint("add [recording] to campaign.toml")),
+            .with_hint("add [recording] to campaign.toml")),
         })
-        .collect::<Vec<Result<ObservedRun, Failure>>>();
-    bar.finish_and_clear();
+        .collect::<Vec<Result<ObservedRun>>>();
     // Of several that fail the first in the table is named, whichever thread was first.
-    observed.runs = runs.into_iter().collect::<Result<_, Failure>>()?;
+    observed.runs = runs.into_iter().collect::<Result<_>>()?;
     for (run, seen) in table.runs.iter().zip(&observed.runs) {
         if let Some(recorded) = &seen.recorded {
             observed.inputs.push(recorded.input.clone());
@@ -133,13 +138,13 @@ fn approximate<S>(
     name: &str,
     settings: &ShakerRecording,
     options: &WaveformOptions,
-) -> Result<Recorded, Failure> {
+) -> Result<Recorded> {
     let path = table.source.resolve(name);
     let place = || format!("run {}, {}:{}", run.run, table.path.display(), run.line);
     let source = table.source.source(name);
     let waveform = source
         .and_then(|source| Waveform::from_source(source, options))
-        .map_err(|e| Failure::from(e).detail(place()))?;
+        .map_err(|e| Trouble::from(e).detail(place()))?;
     let reading = Reading {
         frequency: match settings.frequency {
             DriveFrequency::Known => Frequency::Known,
@@ -152,7 +157,7 @@ fn approximate<S>(
     };
     let channels: Vec<&[f64]> = waveform.channels.iter().map(Vec::as_slice).collect();
     let phasors = reading.phasors(run.frequency_hz, &channels).map_err(|e| {
-        Failure::new(format!(
+        Trouble::data(format!(
             "{}: no sine of {} Hz can be approximated: {e}",
             path.display(),
             run.frequency_hz
@@ -164,16 +169,16 @@ fn approximate<S>(
             waveform.sampling_rate_hz,
             waveform.duration_s()
         ))
-        .hint("check the frequency in the table and the sampling rate; measure the run again, or take its row out")
+        .with_hint("check the frequency in the table and the sampling rate; measure the run again, or take its row out")
     })?;
     if let Some(k) = phasors.amplitudes.iter().position(|a| a.norm() == 0.0) {
-        return Err(Failure::new(format!(
+        return Err(Trouble::data(format!(
             "{}: channel {} carries no signal at all",
             path.display(),
             options.channels[k].0
         ))
         .detail(place())
-        .hint("check its cable and the channels in [recording]; measure the run again, or take its row out"));
+        .with_hint("check its cable and the channels in [recording]; measure the run again, or take its row out"));
     }
     Ok(Recorded {
         phasors,
@@ -214,4 +219,30 @@ fn durations<S>(table: &RunTable<S>, runs: &[ObservedRun]) -> Vec<Finding> {
             })
         })
         .collect()
+}
+
+impl ObservedRun {
+    /// What the samples say about the run; `transverse` is the transverse motion, where it was measured.
+    pub(crate) fn quality(&self, transverse: Option<f64>) -> Quality {
+        match &self.recorded {
+            Some(recorded) => recorded.phasors.quality(transverse),
+            None => Quality {
+                transverse,
+                ..Quality::default()
+            },
+        }
+    }
+}
+
+/// Names and digests for a report: hundreds of recordings stand in result.json, one by one.
+pub(crate) fn listed(record: &Record, recordings: usize) -> Vec<(String, String)> {
+    let mut list = record.digests();
+    if recordings > 0 && recordings <= list.len() {
+        list.truncate(list.len() - recordings);
+        list.push((
+            format!("{recordings} recordings"),
+            "each in result.json".to_owned(),
+        ));
+    }
+    list
 }

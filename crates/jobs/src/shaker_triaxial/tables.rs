@@ -1,73 +1,42 @@
-//! The results as files: result.json and tables.
+//! The results as tables.
 
-use super::Data;
-use crate::{Failure, clock};
-use proofmass::calibration::shaker::derived::{Expanded, PROBABILITY, Term};
-use proofmass::calibration::shaker::{
+use crate::trouble::Result;
+use proofmass_calibration::shaker::derived::{Expanded, PROBABILITY, Term};
+use proofmass_calibration::shaker::recording::{CHANNELS, RunInput};
+use proofmass_calibration::shaker::{
     FrequencyCheck, FrequencyResult, Method, MethodResult, ShakerCalibration,
 };
-use proofmass::io::{Cell, ResultDocument, Table};
-use proofmass::jobs::campaign::{PhasorQuantity, ShakerTriaxialCampaign};
-use proofmass::uncertainty::{DegreesOfFreedom, Finding, Quantity, Verdict};
-
-pub(super) fn result(
-    title: &str,
-    campaign: &ShakerTriaxialCampaign,
-    data: &Data,
-    calibration: &ShakerCalibration,
-    checks: &[FrequencyCheck],
-    findings: &[Finding],
-) -> Result<ResultDocument, Failure> {
-    let principal = calibration.results.first();
-    let mut document = ResultDocument::new("shaker-triaxial")
-        .title(title)
-        .device(&campaign.device)
-        .findings(findings);
-    if let Some(result) = principal {
-        document = document.model(word(result.method));
-        for f in &result.frequencies {
-            for quantity in quantities(f) {
-                document = document.quantity(&quantity, PROBABILITY);
-            }
-        }
-    }
-    for input in data.inputs.iter().chain(&data.observed.inputs) {
-        document = document.input(input.clone());
-    }
-    Ok(document
-        .section("date", &clock::today())?
-        .section("probability", &PROBABILITY)?
-        .section("budget", &data.stated.budget)?
-        .section("published_budget", &data.stated.magnitude_budget)?
-        .section("excluded_runs", &data.stated.excluded)?
-        .section("results", &calibration.results)?
-        .section("differences", &calibration.differences)?
-        .section("suspects", &calibration.suspects)?
-        .section("monte_carlo", &checks)?)
-}
+use proofmass_io::{Cell, StatedQuantity, Table};
+use proofmass_uncertainty::{DegreesOfFreedom, Verdict};
 
 /// Moduli and phases of S and A at one frequency, by names such as `S.xx.modulus[frequency=10]`.
-fn quantities(f: &FrequencyResult) -> Vec<Quantity> {
+pub(super) fn quantities(f: &FrequencyResult) -> Vec<StatedQuantity> {
     f.sensitivity
         .iter()
         .chain(&f.exploitation)
         .flat_map(|t| std::iter::once(&t.modulus).chain(t.phase.as_ref()))
         .chain(&f.transverse)
         .chain(&f.intrinsic)
-        .map(|e| Quantity {
+        .map(|e| StatedQuantity {
             name: format!("{}[frequency={}]", e.name, f.frequency),
             unit: e.unit.clone(),
             value: e.value,
-            standard_uncertainty: e.standard_uncertainty,
-            dof: e
-                .dof
-                .and_then(DegreesOfFreedom::new)
-                .unwrap_or(DegreesOfFreedom::INFINITE),
+            u: Some(e.standard_uncertainty),
+            expanded: e.expanded,
+            k: Some(e.coverage_factor),
+            nu_eff: Some(
+                e.dof
+                    .and_then(DegreesOfFreedom::new)
+                    .unwrap_or(DegreesOfFreedom::INFINITE),
+            ),
+            probability: PROBABILITY,
+            interval: None,
+            method: None,
         })
         .collect()
 }
 
-fn word(method: Method) -> &'static str {
+pub(super) fn word(method: Method) -> &'static str {
     match method {
         Method::PublishedMagnitude => "published",
         Method::Complex => "complex",
@@ -75,36 +44,31 @@ fn word(method: Method) -> &'static str {
     }
 }
 
-/// Name and bytes of a file.
-type File = (&'static str, Vec<u8>);
-
 /// Tables of the matrices, their budgets and the residuals.
-pub(super) fn tables(calibration: &ShakerCalibration) -> Result<Vec<File>, Failure> {
+pub(super) fn tables(calibration: &ShakerCalibration) -> Result<Vec<(String, Table)>> {
     let results = &calibration.results;
     Ok(vec![
         (
-            "sensitivity.csv",
+            "sensitivity.csv".to_owned(),
             matrix(
                 results,
                 "V/(m/s2)",
                 |f| &f.sensitivity,
                 |p| (p.sensitivity, p.sensitivity_expanded),
-            )?
-            .to_csv()?,
+            )?,
         ),
         (
-            "exploitation.csv",
+            "exploitation.csv".to_owned(),
             matrix(
                 results,
                 "(m/s2)/V",
                 |f| &f.exploitation,
                 |p| (p.exploitation, p.exploitation_expanded),
-            )?
-            .to_csv()?,
+            )?,
         ),
-        ("derived.csv", derived(results)?.to_csv()?),
-        ("budget.csv", budget(results)?.to_csv()?),
-        ("residuals.csv", residuals(results)?.to_csv()?),
+        ("derived.csv".to_owned(), derived(results)?),
+        ("budget.csv".to_owned(), budget(results)?),
+        ("residuals.csv".to_owned(), residuals(results)?),
     ])
 }
 
@@ -117,14 +81,16 @@ fn begin(result: &MethodResult, frequency: f64) -> Vec<Cell> {
     ]
 }
 
-type Published = proofmass::calibration::shaker::published::PublishedFit;
+type Published = proofmass_calibration::shaker::published::PublishedFit;
+/// Values and expanded uncertainties of nine terms.
+type Terms = ([[f64; 3]; 3], [[Option<f64>; 3]; 3]);
 
 fn matrix(
     results: &[MethodResult],
     unit: &str,
     terms: impl Fn(&FrequencyResult) -> &[Term],
-    published: impl Fn(&Published) -> ([[f64; 3]; 3], [[f64; 3]; 3]),
-) -> Result<Table, Failure> {
+    published: impl Fn(&Published) -> Terms,
+) -> Result<Table> {
     let mut header = ["method", "correction", "frequency_Hz", "term"]
         .map(str::to_owned)
         .to_vec();
@@ -168,8 +134,7 @@ fn matrix(
                     let mut row = begin(result, p.frequency);
                     row.push(Cell::Text(term(i, j)));
                     row.extend([Cell::Missing, Cell::Missing, Cell::from(value[i][j])]);
-                    // The division by a cross term of zero has no result.
-                    let expanded = Some(expanded[i][j]).filter(|u| u.is_finite());
+                    let expanded = expanded[i][j];
                     row.extend([
                         Cell::from(expanded.map(|u| 0.5 * u)),
                         Cell::from(expanded),
@@ -190,7 +155,7 @@ fn term(i: usize, j: usize) -> String {
 }
 
 /// Normalised matrices, transverse sensitivity, leaning of the axes, intrinsic properties.
-fn derived(results: &[MethodResult]) -> Result<Table, Failure> {
+fn derived(results: &[MethodResult]) -> Result<Table> {
     let mut table = Table::new([
         "method",
         "correction",
@@ -233,7 +198,7 @@ fn derived(results: &[MethodResult]) -> Result<Table, Failure> {
 }
 
 /// One row per term of S and input.
-fn budget(results: &[MethodResult]) -> Result<Table, Failure> {
+fn budget(results: &[MethodResult]) -> Result<Table> {
     let mut table = Table::new([
         "method",
         "correction",
@@ -268,7 +233,7 @@ fn budget(results: &[MethodResult]) -> Result<Table, Failure> {
     Ok(table)
 }
 
-fn residuals(results: &[MethodResult]) -> Result<Table, Failure> {
+fn residuals(results: &[MethodResult]) -> Result<Table> {
     let mut header: Vec<String> = [
         "method",
         "correction",
@@ -310,19 +275,13 @@ fn finite(value: f64) -> Cell {
     Cell::from(Some(value).filter(|v| v.is_finite()))
 }
 
-const CHANNELS: [&str; 4] = ShakerTriaxialCampaign::CHANNELS;
-
 /// Phasors as they went into the fit, in the form of a table of runs.
-pub(super) fn phasors(data: &Data) -> Result<Table, Failure> {
-    let unit = |k: usize| match data.table.quantities.get(k) {
-        Some(PhasorQuantity::Acceleration) => "m/s2",
-        _ => "V",
-    };
+pub(super) fn phasors(runs: &[RunInput], acceleration: bool) -> Result<Table> {
     let mut header = ["run", "frequency_Hz", "inclination_deg", "rotation_deg"]
         .map(str::to_owned)
         .to_vec();
     for (k, name) in CHANNELS.iter().enumerate() {
-        let unit = unit(k);
+        let unit = if k == 0 && acceleration { "m/s2" } else { "V" };
         header.extend([
             format!("{name}_{unit}"),
             format!("{name}_phase_deg"),
@@ -330,14 +289,15 @@ pub(super) fn phasors(data: &Data) -> Result<Table, Failure> {
         ]);
     }
     let mut table = Table::new(header);
-    for (run, seen) in data.table.runs.iter().zip(&data.observed.runs) {
+    for run in runs {
         let mut row = vec![
             Cell::from(run.run.as_str()),
-            Cell::from(run.frequency_hz),
-            Cell::from(run.seat.inclination.to_degrees()),
-            Cell::from(run.seat.rotation.to_degrees()),
+            Cell::from(run.frequency),
+            Cell::from(run.configuration.inclination.to_degrees()),
+            Cell::from(run.configuration.rotation.to_degrees()),
         ];
-        for (z, [rr, _, ii]) in seen.phasors.iter().zip(&seen.covariances) {
+        let phasors = std::iter::once(&run.reference).chain(&run.outputs);
+        for (z, [rr, _, ii]) in phasors.zip(&run.covariance) {
             row.extend([z.norm(), z.arg().to_degrees(), (0.5 * (rr + ii)).sqrt()].map(Cell::from));
         }
         table.push(row)?;
@@ -346,7 +306,7 @@ pub(super) fn phasors(data: &Data) -> Result<Table, Failure> {
 }
 
 /// What the samples of each recording said beside the phasors.
-pub(super) fn recordings(data: &Data) -> Result<Table, Failure> {
+pub(super) fn recordings(runs: &[RunInput]) -> Result<Table> {
     let mut header = [
         "run",
         "frequency_Hz",
@@ -358,26 +318,26 @@ pub(super) fn recordings(data: &Data) -> Result<Table, Failure> {
     header.extend(CHANNELS.map(|name| format!("snr_{name}_dB")));
     header.push("clipped".to_owned());
     let mut table = Table::new(header);
-    for (run, seen) in data.table.runs.iter().zip(&data.observed.runs) {
-        let Some(recorded) = &seen.recorded else {
+    for run in runs {
+        let q = &run.quality;
+        let Some(measured) = q.measured_frequency else {
             continue;
         };
-        let p = &recorded.phasors;
         let mut row = vec![
             Cell::from(run.run.as_str()),
-            Cell::from(run.frequency_hz),
-            Cell::from(p.measured_frequency),
-            Cell::from(p.distortion.map(|d| 100.0 * d)),
+            Cell::from(run.frequency),
+            Cell::from(measured),
+            Cell::from(q.distortion.map(|d| 100.0 * d)),
         ];
-        row.extend(p.signal_to_noise.iter().map(|v| finite(*v)));
-        let clipped: Vec<&str> = p.clipped.iter().map(|&k| CHANNELS[k]).collect();
+        row.extend(q.signal_to_noise.iter().map(|v| finite(*v)));
+        let clipped: Vec<&str> = q.clipped.iter().map(|&k| CHANNELS[k]).collect();
         row.push(Cell::Text(clipped.join(" ")));
         table.push(row)?;
     }
     Ok(table)
 }
 
-pub(super) fn monte_carlo(checks: &[FrequencyCheck]) -> Result<Table, Failure> {
+pub(super) fn monte_carlo(checks: &[FrequencyCheck]) -> Result<Table> {
     let mut table = Table::new([
         "frequency_Hz",
         "component",

@@ -1,0 +1,316 @@
+//! A triaxial accelerometer on a single-axis shaker, by wedges and rotations.
+
+mod explanation;
+mod outcome;
+mod tables;
+
+pub use outcome::ShakerTriaxialOutcome;
+
+use crate::campaign::{ShakerBudget, ShakerTriaxialCampaign};
+use crate::observed::observe;
+use crate::outcome::Job;
+use crate::record::Record;
+use crate::trouble::Result;
+use proofmass_calibration::shaker::monte_carlo::{self, Options};
+use proofmass_calibration::shaker::published::MagnitudeBudget;
+use proofmass_calibration::shaker::recording::{Limits, RunInput};
+use proofmass_calibration::shaker::reference::ReferenceTable;
+use proofmass_calibration::shaker::{
+    Budget, Configuration, Correction, Method, ShakerCampaign, adopt, calibrate, check,
+};
+use proofmass_core::{Error, Watch};
+use proofmass_io::Input;
+use proofmass_uncertainty::{Finding, Refusal};
+use serde::{Deserialize, Serialize};
+
+/// What is to be calibrated, and how.
+///
+/// ```
+/// use num_complex::Complex64;
+/// use proofmass_calibration::shaker::geometry::published_plan;
+/// use proofmass_calibration::shaker::recording::{Quality, RunInput};
+/// use proofmass_calibration::shaker::{Acts, Budget, Input, Key};
+/// use proofmass_jobs::{Job, Outcome, Unwatched, shaker_triaxial::{ShakerTriaxialData, ShakerTriaxialJob}};
+///
+/// // Runs of a device of 10 mV/(m/s²) along every axis at 10 m/s², the reference already in m/s².
+/// let runs: Vec<RunInput> = published_plan().into_iter().enumerate().map(|(i, configuration)| RunInput {
+///     run: format!("run {i}"),
+///     frequency: 160.0,
+///     configuration,
+///     reference: Complex64::new(10.0, 0.0),
+///     outputs: configuration.direction().map(|d| Complex64::new(0.1 * d, 0.0)),
+///     covariance: [[0.0; 3]; 4],
+///     quality: Quality::default(),
+/// }).collect();
+/// let budget = Budget::new(vec![
+///     Input::new("reading", Acts::OutputModulus, 0.003, &[Key::Run, Key::Channel]),
+///     Input::new("noise", Acts::OutputAdditive, 5e-5, &[Key::Run, Key::Channel]),
+/// ])?;
+/// let outcome = ShakerTriaxialJob::new(budget).evaluate(&ShakerTriaxialData::new(&runs), &Unwatched)?;
+/// let s = &outcome.quantities()[0];
+/// assert_eq!(s.name, "S.xx.modulus[frequency=160]");
+/// assert!((s.value - 0.01).abs() < s.expanded);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct ShakerTriaxialJob {
+    /// Calculations to set side by side; the first is the result.
+    pub methods: Vec<Method>,
+    /// How the stated intervals are checked; no trials for no check.
+    pub monte_carlo: Options,
+    /// What is uncertain.
+    pub budget: Budget,
+    /// Certificate of the reference; `None` when the runs carry accelerations.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference: Option<ReferenceTable>,
+    /// Which standard it is and who calibrated it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference_description: Option<String>,
+    /// Corrections of the spurious motion to set side by side; without one nothing is corrected.
+    #[serde(default)]
+    pub corrections: Vec<Correction>,
+    /// Budget of the published method.
+    pub magnitude_budget: MagnitudeBudget,
+    /// What should have been measured at every frequency.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plan: Option<Vec<Configuration>>,
+    /// Target amplitudes (Hz, m/s²).
+    #[serde(default)]
+    pub targets: Vec<(f64, f64)>,
+    /// Rules of a sound run.
+    pub limits: Limits,
+    /// Datasheet sensitivity and its tolerance, V/(m/s²).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub datasheet: Option<(f64, f64)>,
+    /// Runs to be left out, by name.
+    #[serde(default)]
+    pub excluded: Vec<String>,
+}
+
+impl ShakerTriaxialJob {
+    /// The joint and the complex method, uncorrected, with 10 000 trials of the Monte Carlo check.
+    pub fn new(budget: Budget) -> Self {
+        Self {
+            methods: vec![Method::Joint, Method::Complex],
+            monte_carlo: Options::default(),
+            budget,
+            reference: None,
+            reference_description: None,
+            corrections: Vec::new(),
+            magnitude_budget: MagnitudeBudget::published(0.0035),
+            plan: None,
+            targets: Vec::new(),
+            limits: Limits::default(),
+            datasheet: None,
+            excluded: Vec::new(),
+        }
+    }
+
+    fn campaign(&self, runs: &[RunInput]) -> ShakerCampaign {
+        let mut campaign = ShakerCampaign::new(runs.to_vec(), self.budget.clone());
+        campaign.reference = self.reference.clone();
+        campaign.corrections = self.corrections.clone();
+        campaign.methods = self.methods.clone();
+        campaign.magnitude_budget = self.magnitude_budget;
+        campaign.plan = self.plan.clone();
+        campaign.targets = self.targets.clone();
+        campaign.limits = self.limits;
+        campaign.datasheet = self.datasheet;
+        campaign.excluded = self.excluded.clone();
+        campaign
+    }
+}
+
+/// The runs as phasors.
+#[derive(Clone, Copy, Debug)]
+pub struct ShakerTriaxialData<'a> {
+    /// Runs in the order of the campaign.
+    pub runs: &'a [RunInput],
+    /// What reading them found.
+    pub findings: &'a [Finding],
+    /// What the table of runs is called in messages.
+    pub name: &'a str,
+    /// How many of the last inputs of the record are recordings.
+    pub recordings: usize,
+}
+
+impl<'a> ShakerTriaxialData<'a> {
+    /// Ready phasors.
+    pub fn new(runs: &'a [RunInput]) -> Self {
+        Self {
+            runs,
+            findings: &[],
+            name: "the runs",
+            recordings: 0,
+        }
+    }
+}
+
+impl Job for ShakerTriaxialJob {
+    type Data<'a> = ShakerTriaxialData<'a>;
+    type Outcome = ShakerTriaxialOutcome;
+
+    fn evaluate(
+        &self,
+        data: &ShakerTriaxialData<'_>,
+        watch: &dyn Watch,
+    ) -> Result<ShakerTriaxialOutcome> {
+        watch.step("adjustment", 0, 1)?;
+        let campaign = self.campaign(data.runs);
+        let explain = |e: Error| explanation::explain(e, &campaign, data);
+        let mut calibration = calibrate(&campaign).map_err(explain)?;
+        watch.step("adjustment", 1, 1)?;
+        let checks = if self.monte_carlo.trials == 0 {
+            Vec::new()
+        } else {
+            check(&campaign, &self.monte_carlo, &mut |p| {
+                watch.progress("Monte Carlo", p.done as u64, p.most as u64)
+            })
+            .map_err(|refusal| match refusal {
+                Refusal::Core(e) => explain(e),
+                Refusal::Cancelled => Error::Cancelled {
+                    stage: "Monte Carlo",
+                }
+                .into(),
+                other => other.into(),
+            })?
+        };
+        adopt(&mut calibration, &checks);
+        // Those of files and runs, then of the first result, the gravest first.
+        let mut findings = data.findings.to_vec();
+        findings.extend(calibration.findings.iter().cloned());
+        let principal = calibration.results.first().into_iter();
+        findings.extend(principal.flat_map(|r| r.findings.clone()));
+        findings.extend(monte_carlo::findings(&checks, self.monte_carlo.digits));
+        findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
+        Ok(ShakerTriaxialOutcome::new(
+            self,
+            data,
+            calibration,
+            checks,
+            findings,
+        ))
+    }
+}
+
+/// Everything the files of a campaign say.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShakerTriaxialFiles {
+    /// The question.
+    pub job: ShakerTriaxialJob,
+    runs: Vec<RunInput>,
+    findings: Vec<Finding>,
+    name: String,
+    inputs: Vec<Input>,
+    recordings: usize,
+}
+
+impl ShakerTriaxialFiles {
+    /// The runs, for the job.
+    pub fn data(&self) -> ShakerTriaxialData<'_> {
+        ShakerTriaxialData {
+            runs: &self.runs,
+            findings: &self.findings,
+            name: &self.name,
+            recordings: self.recordings,
+        }
+    }
+}
+
+impl ShakerTriaxialCampaign {
+    /// Reads the tables of the campaign and its recordings, which become phasors one by one on all cores.
+    ///
+    /// # Errors
+    /// A file that cannot be read, a recording without a sine, or `watch` wanted it to stop.
+    pub fn load(&self, watch: &dyn Watch) -> Result<ShakerTriaxialFiles> {
+        let table = self.read_runs()?;
+        // Small tables before the large recordings: their mistakes are told at once.
+        let certificate = self.read_reference()?;
+        let corrections = self.read_corrections()?;
+        let budget = self.read_budget()?;
+        let plan = self.read_plan()?;
+        let mut inputs = vec![self.source.input.clone()];
+        inputs.extend(certificate.iter().map(|c| c.input.clone()));
+        inputs.extend(corrections.iter().filter_map(|c| c.input.clone()));
+        if let ShakerBudget::Inputs(_, Some(input)) = &budget {
+            inputs.push(input.clone());
+        }
+        inputs.extend(plan.iter().filter_map(|(_, input)| input.clone()));
+        let observed = observe(
+            &table,
+            self.recording.as_ref(),
+            || self.waveform_options(),
+            watch,
+        )?;
+        let runs = table
+            .runs
+            .iter()
+            .zip(&observed.runs)
+            .map(|(run, seen)| RunInput {
+                run: run.run.clone(),
+                frequency: run.frequency_hz,
+                configuration: run.seat.configuration,
+                reference: seen.phasors[0],
+                outputs: [seen.phasors[1], seen.phasors[2], seen.phasors[3]],
+                covariance: std::array::from_fn(|k| seen.covariances[k]),
+                quality: seen.quality(run.seat.transverse),
+            })
+            .collect();
+        let mut job = ShakerTriaxialJob::new(budget.budget(certificate.is_some()));
+        job.methods = self.method.methods.clone();
+        job.monte_carlo.trials = self.method.trials;
+        job.monte_carlo.seed = self.method.seed;
+        job.corrections = corrections.into_iter().map(|c| c.correction).collect();
+        let published = &self.published;
+        job.magnitude_budget = MagnitudeBudget {
+            reference: published.reference,
+            inclination: published.inclination_deg.to_radians() / 3f64.sqrt(),
+            rotation: published.rotation_deg.to_radians() / 3f64.sqrt(),
+            ..MagnitudeBudget::published(published.output)
+        };
+        job.plan = plan.map(|(plan, _)| plan);
+        for run in &table.runs {
+            if let Some(target) = run.seat.target
+                && !job.targets.iter().any(|t| t.0 == run.frequency_hz)
+            {
+                job.targets.push((run.frequency_hz, target));
+            }
+        }
+        job.datasheet = self.datasheet;
+        job.excluded = self
+            .runs
+            .as_ref()
+            .map(|r| r.exclude.clone())
+            .unwrap_or_default();
+        let mut findings = Vec::new();
+        if let Some(certificate) = certificate {
+            findings = certificate.findings;
+            job.reference = Some(certificate.table);
+            job.reference_description = certificate.description;
+        }
+        findings.extend(observed.findings);
+        let recordings = observed.inputs.len() - 1;
+        inputs.extend(observed.inputs);
+        Ok(ShakerTriaxialFiles {
+            job,
+            runs,
+            findings,
+            name: table.path.display().to_string(),
+            inputs,
+            recordings,
+        })
+    }
+
+    /// What the result is filed with.
+    pub fn record(&self, files: &ShakerTriaxialFiles, date: Option<String>) -> Record {
+        Record {
+            title: self.title.clone(),
+            device: self.device.clone(),
+            ambient: self.ambient.clone(),
+            date,
+            inputs: files.inputs.clone(),
+            ..Record::default()
+        }
+    }
+}

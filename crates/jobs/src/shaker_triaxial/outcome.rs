@@ -1,0 +1,143 @@
+//! What a triaxial calibration on a shaker found.
+
+use super::{ShakerTriaxialData, ShakerTriaxialJob, tables};
+use crate::observed::listed;
+use crate::outcome::Outcome;
+use crate::record::Record;
+use crate::trouble::Result;
+use proofmass_calibration::shaker::published::MagnitudeBudget;
+use proofmass_calibration::shaker::recording::RunInput;
+use proofmass_calibration::shaker::{Budget, FrequencyCheck, ShakerCalibration};
+use proofmass_io::{StatedQuantity, Table};
+use proofmass_report::{Report, ShakerReport};
+use proofmass_uncertainty::Finding;
+use serde::{Deserialize, Serialize};
+
+/// Sensitivity matrices at every frequency with their joint covariances, every method and correction side by side; the
+/// first is the result.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ShakerTriaxialOutcome {
+    quantities: Vec<StatedQuantity>,
+    findings: Vec<Finding>,
+    calibration: ShakerCalibration,
+    monte_carlo: Vec<FrequencyCheck>,
+    budget: Budget,
+    published_budget: MagnitudeBudget,
+    excluded: Vec<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    datasheet: Option<(f64, f64)>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    reference: Option<String>,
+    /// Whether the runs carry accelerations of the reference, not volts.
+    acceleration: bool,
+    /// Recordings among the inputs, which are the last of them.
+    recordings: usize,
+    runs: Vec<RunInput>,
+}
+
+impl ShakerTriaxialOutcome {
+    pub(super) fn new(
+        job: &ShakerTriaxialJob,
+        data: &ShakerTriaxialData<'_>,
+        calibration: ShakerCalibration,
+        monte_carlo: Vec<FrequencyCheck>,
+        findings: Vec<Finding>,
+    ) -> Self {
+        let principal = calibration.results.first();
+        Self {
+            quantities: principal
+                .iter()
+                .flat_map(|r| &r.frequencies)
+                .flat_map(tables::quantities)
+                .collect(),
+            findings,
+            calibration,
+            monte_carlo,
+            budget: job.budget.clone(),
+            published_budget: job.magnitude_budget,
+            excluded: job.excluded.clone(),
+            datasheet: job.datasheet,
+            reference: job.reference_description.clone(),
+            acceleration: job.reference.is_none(),
+            recordings: data.recordings,
+            runs: data.runs.to_vec(),
+        }
+    }
+
+    /// Methods and corrections side by side, suspects, differences.
+    pub fn calibration(&self) -> &ShakerCalibration {
+        &self.calibration
+    }
+
+    /// The stated intervals against Monte Carlo; empty when it was not asked for.
+    pub fn monte_carlo(&self) -> &[FrequencyCheck] {
+        &self.monte_carlo
+    }
+
+    fn page(&self, record: &Record) -> ShakerReport<'_> {
+        let mut meta = record.meta();
+        if let Some(reference) = &self.reference {
+            meta.push(("Reference".to_owned(), reference.clone()));
+        }
+        meta.push(("Runs".to_owned(), self.runs.len().to_string()));
+        ShakerReport {
+            title: self.title(record),
+            meta,
+            inputs: listed(record, self.recordings),
+            findings: &self.findings,
+            datasheet: self.datasheet,
+            checks: &self.monte_carlo,
+            footer: record.software.to_string(),
+        }
+    }
+}
+
+impl Outcome for ShakerTriaxialOutcome {
+    const KIND: &'static str = "shaker-triaxial";
+
+    fn title(&self, record: &Record) -> String {
+        record.title(
+            "Calibration of",
+            "Calibration of a triaxial accelerometer on a shaker",
+        )
+    }
+
+    fn quantities(&self) -> Vec<StatedQuantity> {
+        self.quantities.clone()
+    }
+
+    fn findings(&self) -> &[Finding] {
+        &self.findings
+    }
+
+    fn model(&self) -> Option<String> {
+        let principal = self.calibration.results.first()?;
+        Some(tables::word(principal.method).to_owned())
+    }
+
+    fn tables(&self) -> Result<Vec<(String, Table)>> {
+        let mut list = tables::tables(&self.calibration)?;
+        list.push((
+            "phasors.csv".to_owned(),
+            tables::phasors(&self.runs, self.acceleration)?,
+        ));
+        if !self.monte_carlo.is_empty() {
+            list.push((
+                "monte-carlo.csv".to_owned(),
+                tables::monte_carlo(&self.monte_carlo)?,
+            ));
+        }
+        if self.recordings > 0 {
+            list.push(("recordings.csv".to_owned(), tables::recordings(&self.runs)?));
+        }
+        Ok(list)
+    }
+
+    fn summary(&self, record: &Record) -> Report {
+        self.page(record).summary(&self.calibration)
+    }
+
+    fn report(&self, record: &Record) -> Report {
+        self.page(record).full(&self.calibration)
+    }
+}

@@ -1,0 +1,174 @@
+//! Jobs on the shaker from memory alone: stopped by who watches, written, read again and rendered to the same bytes.
+
+use num_complex::Complex64;
+use proofmass_calibration::shaker::geometry::published_plan;
+use proofmass_calibration::shaker::recording::{Quality, RunInput};
+use proofmass_calibration::shaker::reference::{ReferencePoint, ReferenceTable};
+use proofmass_calibration::shaker::single_axis::{ComparisonBudget, ComparisonRow};
+use proofmass_calibration::shaker::{Acts, Budget, Input, Key, Method};
+use proofmass_jobs::plan::PlanJob;
+use proofmass_jobs::shaker_single::{ShakerSingleData, ShakerSingleJob, ShakerSingleRun};
+use proofmass_jobs::shaker_triaxial::{ShakerTriaxialData, ShakerTriaxialJob};
+use proofmass_jobs::spurious_motion::{SpuriousMotionData, SpuriousMotionJob, SpuriousRun};
+use proofmass_jobs::{Filed, Job, Outcome, Record, TroubleKind, Unwatched, Watch};
+use proofmass_uncertainty::DegreesOfFreedom;
+use std::ops::ControlFlow;
+
+struct Impatient;
+
+impl Watch for Impatient {
+    fn progress(&self, _: &'static str, _: u64, _: u64) -> ControlFlow<()> {
+        ControlFlow::Break(())
+    }
+}
+
+/// The outcome again, after a check of everything that must hold for one of any kind.
+fn check<J: Job + PartialEq + std::fmt::Debug>(job: &J, data: &J::Data<'_>) -> Filed<J::Outcome>
+where
+    J::Outcome: PartialEq + std::fmt::Debug,
+{
+    let stopped = job.evaluate(data, &Impatient).expect_err("a stopped job");
+    assert_eq!(stopped.kind(), TroubleKind::Cancelled);
+    let request = serde_json::to_string(job).expect("a request");
+    let again: J = serde_json::from_str(&request).expect("the request again");
+    assert_eq!(&again, job);
+    let record = Record {
+        date: Some("2026-01-01".into()),
+        ..Record::default()
+    };
+    let filed = Filed::new(
+        record,
+        again.evaluate(data, &Unwatched).expect("an outcome"),
+    );
+    let read = Filed::<J::Outcome>::from_json(&filed.to_json().expect("result.json"))
+        .expect("the result again");
+    assert_eq!(read.outcome, filed.outcome);
+    assert_eq!(read.files().expect("files"), filed.files().expect("files"));
+    filed
+}
+
+fn budget() -> Budget {
+    let run = [Key::Run, Key::Channel];
+    Budget::new(vec![
+        Input::new("reading", Acts::OutputModulus, 0.003, &run).type_a(20.0),
+        Input::new("noise", Acts::OutputAdditive, 5e-5, &run),
+        Input::rectangular(
+            "gluing.angle",
+            Acts::Rotation,
+            0.017,
+            &[Key::Inclination, Key::Rotation],
+        ),
+    ])
+    .expect("a budget")
+}
+
+#[test]
+fn law_a_triaxial_outcome_is_read_again() {
+    let mut runs = vec![];
+    for (i, configuration) in published_plan().into_iter().step_by(3).enumerate() {
+        for frequency in [80.0, 160.0] {
+            runs.push(RunInput {
+                run: format!("{i} at {frequency} Hz"),
+                frequency,
+                configuration,
+                reference: Complex64::new(10.0, 0.0),
+                // An ideal device: cross terms of exactly zero.
+                outputs: configuration
+                    .direction()
+                    .map(|d| Complex64::new(0.1 * d, 0.0)),
+                covariance: [[1e-12, 0.0, 1e-12]; 4],
+                quality: Quality::default(),
+            });
+        }
+    }
+    let mut job = ShakerTriaxialJob::new(budget());
+    job.methods.push(Method::PublishedMagnitude);
+    let filed = check(&job, &ShakerTriaxialData::new(&runs));
+    // Every place that states the principal result states the same one.
+    let quantities = filed.outcome.quantities();
+    let term = &filed.outcome.calibration().results[0].frequencies[0].sensitivity[0];
+    assert_eq!(quantities[0].name, "S.xx.modulus[frequency=80]");
+    assert_eq!(quantities[0].expanded, term.modulus.expanded);
+    assert_eq!(quantities[0].k, term.modulus.coverage_factor);
+    // A cross term of zero has an interval of the size of its noise, and no phase.
+    let zero = &filed.outcome.calibration().results[0].frequencies[0].sensitivity[1];
+    assert!(zero.phase.is_none());
+    assert!(
+        zero.modulus.expanded > 1.5 * zero.real.standard_uncertainty,
+        "{zero:?}"
+    );
+}
+
+#[test]
+fn law_a_comparison_is_read_again() {
+    let reference = ReferenceTable::new(vec![ReferencePoint {
+        frequency: 160.0,
+        sensitivity: 0.01,
+        phase: 0.0,
+        modulus_uncertainty: 0.002,
+        phase_uncertainty: 0.001,
+    }])
+    .expect("a certificate");
+    let job = ShakerSingleJob::new(
+        reference,
+        ComparisonBudget {
+            ratio: 0.001,
+            phase: 0.002,
+            dof: DegreesOfFreedom::INFINITE,
+        },
+    );
+    let run = |name: &str, output: f64| ShakerSingleRun {
+        row: ComparisonRow {
+            run: name.into(),
+            frequency: 160.0,
+            reference: Complex64::new(0.1, 0.0),
+            output: Complex64::new(output, 0.0),
+            transverse: Some(0.02),
+        },
+        target: None,
+        quality: Quality::default(),
+        place: "here".into(),
+    };
+    let runs = [run("a", 0.2), run("b", 0.2002)];
+    let filed = check(&job, &ShakerSingleData::new(&runs));
+    assert!((filed.outcome.quantities()[0].value - 0.02001).abs() < 1e-9);
+}
+
+#[test]
+fn law_spurious_motion_is_read_again() {
+    let mut runs = vec![];
+    for (measurement, size) in [("first", 0.01), ("second", 0.0101)] {
+        for axis in 0..3 {
+            for repeat in 0..4 {
+                let whole = f64::from(axis == 2);
+                let ratio = whole + size * (1.0 + 0.01 * f64::from(repeat));
+                let velocity = Complex64::new(ratio, 0.001) * 10.0
+                    / Complex64::new(0.0, std::f64::consts::TAU * 160.0);
+                runs.push(SpuriousRun {
+                    run: format!("{measurement} {axis} {repeat}"),
+                    frequency: 160.0,
+                    inclination: 0.0,
+                    axis: axis as usize,
+                    measurement: measurement.into(),
+                    phasors: [Complex64::new(10.0, 0.0), velocity],
+                    quality: Quality::default(),
+                    place: "here".into(),
+                });
+            }
+        }
+    }
+    let filed = check(
+        &SpuriousMotionJob::default(),
+        &SpuriousMotionData::new(&runs),
+    );
+    assert_eq!(filed.outcome.measurements().len(), 2);
+}
+
+#[test]
+fn law_a_plan_is_read_again() {
+    let mut job = PlanJob::new(budget());
+    job.best = Some(12);
+    job.sizes = vec![6, 12];
+    let filed = check(&job, &());
+    assert_eq!(filed.outcome.configurations().len(), 12);
+}
