@@ -214,18 +214,23 @@ impl SlipSearch {
             .collect();
         // Where nothing is noisy everything stands out: a blow also changes the velocity by a part of itself.
         let typical = velocity.iter().fold(0.0f64, |m, v| m.max(v.abs()));
-        // A drive brakes as hard as it starts: a blow exceeds whatever the motion does by itself.
+        let hard = |z: f64| z.abs() > self.threshold && z.abs() * deviation * span > 0.02 * typical;
+        let mut found = episodes(&z, hard, b, 2 * b, n, |z| (z * deviation * span, z));
+        // A drive brakes as hard as it starts: a blow exceeds what the motion does by itself, away from the hardest.
+        let mut hardest: Vec<Episode> = found.clone();
+        hardest.sort_by(|a, b| b.deviations.abs().total_cmp(&a.deviations.abs()));
+        hardest.truncate(5);
+        let away = |k: usize| {
+            let near = |e: &Episode| k + 6 * b >= e.from && k < e.to + 6 * b;
+            !hardest.iter().any(near)
+        };
         let own = jump
             .iter()
             .enumerate()
-            .filter(|(k, a)| (*a - centre) * velocity[k + b] >= 0.0)
+            .filter(|(k, a)| away(k + b) && (*a - centre) * velocity[k + b] > 0.0)
             .fold(0.0f64, |m, (_, a)| m.max((a - centre).abs()));
-        let hard = |z: f64| {
-            z.abs() > self.threshold
-                && z.abs() * deviation * span > 0.02 * typical
-                && z.abs() * deviation > 1.5 * own
-        };
-        episodes(&z, hard, b, 2 * b, n, |z| (z * deviation * span, z))
+        found.retain(|e| e.velocity.abs() > 1.5 * own * span);
+        found
     }
 }
 

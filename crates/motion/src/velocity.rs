@@ -393,7 +393,7 @@ pub fn estimate(
         ),
     };
     let agreement = agreement_share(&trace, &own, &slips);
-    if let Some(share) = agreement.filter(|s| *s < 0.9) {
+    if let Some(share) = agreement.filter(|s| *s < 0.8) {
         findings.push(
             Finding::new(
                 Severity::Warning,
