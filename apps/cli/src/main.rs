@@ -7,6 +7,7 @@ mod console;
 mod delivery;
 mod failure;
 mod inspect;
+mod modes;
 mod noise;
 mod plan;
 mod plural;
@@ -43,6 +44,7 @@ enum Command {
     Validate(validate::Validate),
     Velocity(Box<velocity::Velocity>),
     Noise(Box<noise::Noise>),
+    Modes(modes::Modes),
     Inspect(inspect::Inspect),
     Simulate(simulate::Simulate),
     Uncertainty(uncertainty::Uncertainty),
@@ -75,6 +77,7 @@ fn run(arguments: Arguments) -> Result<Outcome, Failure> {
         Command::Validate(command) => command.run(),
         Command::Velocity(command) => command.run(),
         Command::Noise(command) => command.run(),
+        Command::Modes(command) => command.run(),
         Command::Inspect(command) => command.run(),
         Command::Simulate(command) => command.run(),
         Command::Uncertainty(command) => command.run(),

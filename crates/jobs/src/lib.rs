@@ -7,6 +7,7 @@
 //! [`Watch`](proofmass_core::Watch), files as a [`Store`].
 
 pub mod campaign;
+pub mod modes;
 pub mod multi_position;
 mod outcome;
 mod plural;
