@@ -158,7 +158,9 @@ fn known_findings_of_a_campaign_that_names_the_wedge() {
     };
     assert!(codes(&[(alpha, 20.0), (alpha, 100.0)]).is_empty());
     let both = codes(&[(alpha, 20.0), (alpha, resonance)]);
-    assert_eq!(both, ["fixture-resonance", "fixture-beyond-its-range"]);
+    for code in ["fixture-resonance", "fixture-beyond-its-range"] {
+        assert!(both.iter().any(|c| c == code), "{both:?}");
+    }
     // Another wedge is another matter.
     assert!(codes(&[(0.3, resonance)]).is_empty());
     assert!(read_fixtures(&campaign, &["campaign.toml".to_owned()]).is_err());
