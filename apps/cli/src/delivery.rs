@@ -3,8 +3,6 @@
 use crate::{Failure, Outcome, console};
 use proofmass::io::OutputFolder;
 use proofmass::jobs::AnyResult;
-use proofmass::report::{Report, html};
-use proofmass::uncertainty::Finding;
 use std::path::{Path, PathBuf};
 
 /// Options that every command with results has.

@@ -9,6 +9,7 @@ mod draft_arguments;
 mod failure;
 mod init;
 mod inspect;
+mod modes;
 mod noise;
 mod plan;
 mod plural;
@@ -47,6 +48,7 @@ enum Command {
     Validate(validate::Validate),
     Velocity(Box<velocity::Velocity>),
     Noise(Box<noise::Noise>),
+    Modes(modes::Modes),
     Inspect(inspect::Inspect),
     Simulate(simulate::Simulate),
     Render(render::Render),
@@ -82,6 +84,7 @@ fn run(arguments: Arguments) -> Result<Outcome, Failure> {
         Command::Validate(command) => command.run(),
         Command::Velocity(command) => command.run(),
         Command::Noise(command) => command.run(),
+        Command::Modes(command) => command.run(),
         Command::Inspect(command) => command.run(),
         Command::Simulate(command) => command.run(),
         Command::Render(command) => command.run(),

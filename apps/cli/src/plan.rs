@@ -42,8 +42,8 @@ impl Plan {
                 .hint("plans are those of campaigns of kind `shaker-triaxial`"));
             }
         };
-        let (mut job, inputs) = campaign.plan_job()?;
-        (job.best, job.sizes, job.frequency) = (self.best, self.sizes, self.frequency);
+        let (mut job, inputs) = campaign.plan_job(self.frequency)?;
+        (job.best, job.sizes) = (self.best, self.sizes);
         let outcome = job.evaluate(&(), &Progress::new())?;
         let record = Record {
             title: campaign.title.clone(),

@@ -3,7 +3,10 @@
 use crate::outcome::{Filed, Outcome};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
-use crate::{multi_position, uncertainty, velocity};
+use crate::{
+    free_living, modes, multi_position, noise, plan, shaker_single, shaker_triaxial,
+    spurious_motion, uncertainty, validation, velocity,
+};
 use proofmass_io::{ResultDocument, StatedQuantity};
 use proofmass_report::Report;
 use proofmass_uncertainty::Finding;
@@ -78,6 +81,14 @@ fn reader<O: Outcome + 'static>() -> (&'static str, Reader) {
 fn readers() -> Vec<(&'static str, Reader)> {
     vec![
         reader::<multi_position::MultiPositionOutcome>(),
+        reader::<free_living::FreeLivingOutcome>(),
+        reader::<validation::ValidationOutcome>(),
+        reader::<shaker_triaxial::ShakerTriaxialOutcome>(),
+        reader::<shaker_single::ShakerSingleOutcome>(),
+        reader::<spurious_motion::SpuriousMotionOutcome>(),
+        reader::<plan::PlanOutcome>(),
+        reader::<modes::ModesOutcome>(),
+        reader::<noise::NoiseOutcome>(),
         reader::<uncertainty::UncertaintyOutcome>(),
         reader::<velocity::VelocityEstimate>(),
         reader::<velocity::VelocityComparison>(),

@@ -55,6 +55,9 @@ pub struct PlanJob {
     pub sensitivity: Option<f64>,
     /// Acceleration, m/s².
     pub amplitude: f64,
+    /// What is doubtful about the bench beforehand, such as a resonance of a wedge.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub findings: Vec<Finding>,
 }
 
 impl PlanJob {
@@ -70,6 +73,7 @@ impl PlanJob {
             sizes: Vec::new(),
             sensitivity: None,
             amplitude: 10.0,
+            findings: Vec::new(),
         }
     }
 
@@ -249,7 +253,7 @@ impl Job for PlanJob {
             );
         }
         watch.step("plans", sizes.len() as u64, sizes.len() as u64)?;
-        let mut findings = Vec::new();
+        let mut findings = self.findings.clone();
         if self.sensitivity.is_none() {
             findings.push(
                 Finding::new(
@@ -279,12 +283,12 @@ impl Job for PlanJob {
 }
 
 impl ShakerTriaxialCampaign {
-    /// The question about the plan of the campaign, and the files it was read from. The candidates are its plan, or
+    /// The question about the plan of the campaign at a frequency, Hz, and the files it was read from. The candidates are its plan, or
     /// else the configurations of its runs, or else the 44 published ones.
     ///
     /// # Errors
     /// A table that cannot be read.
-    pub fn plan_job(&self) -> Result<(PlanJob, Vec<Input>)> {
+    pub fn plan_job(&self, frequency: f64) -> Result<(PlanJob, Vec<Input>)> {
         let mut inputs = vec![self.source.input.clone()];
         let budget = self.read_budget()?;
         let certificate = self.read_reference()?;
@@ -319,6 +323,9 @@ impl ShakerTriaxialCampaign {
         if let Some(amplitude) = self.plan.as_ref().and_then(|p| p.amplitude) {
             job.amplitude = amplitude;
         }
+        job.frequency = frequency;
+        let points = job.candidates.iter().map(|c| (c.inclination, frequency));
+        job.findings = self.fixture_findings(&points.collect::<Vec<_>>())?;
         Ok((job, inputs))
     }
 }

@@ -290,6 +290,9 @@ impl ShakerTriaxialCampaign {
             job.reference_description = certificate.description;
         }
         findings.extend(observed.findings);
+        let points = table.runs.iter();
+        let points = points.map(|r| (r.seat.configuration.inclination, r.frequency_hz));
+        findings.extend(self.fixture_findings(&points.collect::<Vec<_>>())?);
         let recordings = observed.inputs.len() - 1;
         inputs.extend(observed.inputs);
         Ok(ShakerTriaxialFiles {
