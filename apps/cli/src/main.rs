@@ -19,6 +19,7 @@ mod simulate;
 mod uncertainty;
 mod validate;
 mod velocity;
+mod verify;
 
 use clap::{Parser, Subcommand};
 use failure::Failure;
@@ -51,6 +52,7 @@ enum Command {
     Simulate(simulate::Simulate),
     Render(render::Render),
     Uncertainty(uncertainty::Uncertainty),
+    Verify(verify::Verify),
 }
 
 /// What a command that came to an end tells the shell.
@@ -85,6 +87,7 @@ fn run(arguments: Arguments) -> Result<Outcome, Failure> {
         Command::Simulate(command) => command.run(),
         Command::Render(command) => command.run(),
         Command::Uncertainty(command) => command.run(),
+        Command::Verify(command) => command.run(),
     }
 }
 

@@ -221,6 +221,7 @@ fn refuses_to_apply_to_other_units_or_columns_and_leaves_the_output_alone() {
             text(&recording),
             "-o",
             text(&out),
+            "--force",
         ]);
         assert_says(&said, &words);
         assert_eq!(std::fs::read_to_string(&out).unwrap(), "precious");

@@ -53,6 +53,7 @@ mod stamp;
 mod table;
 mod time_base;
 mod unit;
+mod verification;
 mod vtu;
 mod waveform;
 
@@ -76,7 +77,7 @@ pub use result_document::{
     NamedCovariance, RESULT_SCHEMA, RESULT_VERSION, ResultDocument, StatedQuantity,
 };
 pub use rewriter::Rewriter;
-pub use rows::{Block, RowReader};
+pub use rows::{BadRow, Block, RowReader};
 pub use segments::Segment;
 pub use software::{Schema, Software};
 pub use source::{LARGEST_DOCUMENT, Source};
@@ -84,5 +85,8 @@ pub use stamp::Stamp;
 pub use table::{Cell, RowWriter, Table};
 pub use time_base::{TimeBase, TimeSource};
 pub use unit::{Unit, split_heading};
+pub use verification::{
+    Fate, Link, PROVENANCE_SCHEMA, PROVENANCE_VERSION, Provenance, Verification,
+};
 pub use vtu::{VtuField, vtu};
 pub use waveform::{Waveform, WaveformFormat, WaveformOptions, write_f32};
