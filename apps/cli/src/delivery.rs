@@ -2,7 +2,7 @@
 
 use crate::{Failure, Outcome, console};
 use proofmass::io::OutputFolder;
-use proofmass::jobs::{self, Filed};
+use proofmass::jobs::AnyResult;
 use proofmass::report::{Report, html};
 use proofmass::uncertainty::Finding;
 use std::path::{Path, PathBuf};
@@ -65,10 +65,10 @@ impl Delivery {
     }
 
     /// Writes every file of an outcome, prints what is asked for and says how it ended.
-    pub(crate) fn deliver<O: jobs::Outcome>(
+    pub(crate) fn deliver(
         &self,
         folder: Option<OutputFolder>,
-        filed: &Filed<O>,
+        filed: &dyn AnyResult,
     ) -> Result<Outcome, Failure> {
         let mut place = None;
         if let Some(folder) = folder {
@@ -85,7 +85,7 @@ impl Delivery {
         if let Some(place) = place {
             console::note(format!("written: {}", place.display()));
         }
-        Ok(Outcome::of(self.strict, filed.outcome.findings()))
+        Ok(Outcome::of(self.strict, filed.findings()))
     }
 
     /// Writes the folder, prints what is asked for and says how it ended.

@@ -437,6 +437,21 @@ impl Estimate {
         Some(lines)
     }
 
+    /// Effective degrees of freedom of a complex quantity whose real and imaginary parts are two of these components,
+    /// also when its causes are correlated groups: each influence counts with its 2 × 2 covariance.
+    ///
+    /// `None` when a name is unknown. **Source** `[WillinkHall2002]`.
+    pub fn complex_dof(&self, real: &str, imaginary: &str) -> Option<DegreesOfFreedom> {
+        let (i, j) = (self.index_of(real)?, self.index_of(imaginary)?);
+        let n = self.components.len();
+        let parts = self.influences.iter().map(|influence| {
+            let c = influence.effect.covariance(n).ok()?;
+            let rows = [c[(i, i)], c[(i, j)], c[(j, i)], c[(j, j)]];
+            Some((Covariance::try_from_rows(2, &rows).ok()?, influence.dof))
+        });
+        crate::willink_hall(&parts.collect::<Option<Vec<_>>>()?).ok()
+    }
+
     /// New components that are functions of these, with the Jacobian by rows (one row per new component).
     ///
     /// Every influence is carried over, so budgets and correlations survive.

@@ -160,7 +160,8 @@ impl UncertaintyModel {
         let estimates = joint.estimates();
         let equations = self.equations()?.about(&estimates);
         let name_output = |refusal| self.name_output(refusal, joint.draws().len());
-        let mut findings = self.doubtful_inputs();
+        let mut findings = self.doubtful_units();
+        findings.extend(self.doubtful_inputs());
         let (linear, refused) = linear_of_the_finite(&equations, &joint)?;
         let tolerances: Vec<f64> = self
             .output

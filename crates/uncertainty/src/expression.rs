@@ -328,6 +328,77 @@ impl Function {
     }
 }
 
+/// What one step does to units.
+#[cfg(feature = "model")]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Operation {
+    /// A number in the text.
+    Number(f64),
+    /// A variable by its position.
+    Variable(usize),
+    /// Of two: they must be alike.
+    Sum,
+    /// The unit stays.
+    Keep,
+    /// Of two.
+    Product,
+    /// Of two.
+    Quotient,
+    /// Base and exponent.
+    Power,
+    /// By a whole number.
+    IntegerPower(i32),
+    /// Square root.
+    Root,
+    /// Sine, cosine, tangent.
+    Trigonometric,
+    /// A function of a pure number.
+    OfNumber,
+    /// A function whose unit the rules do not follow.
+    Other,
+    /// Angle of two that are alike.
+    Angle,
+    /// From radians.
+    ToDegrees,
+    /// From degrees.
+    ToRadians,
+    /// Of two that are alike.
+    Comparison,
+    /// Condition, and two that are alike.
+    Choice,
+}
+
+#[cfg(feature = "model")]
+impl Expression {
+    /// Its steps in reverse Polish order, as far as units are concerned.
+    pub(crate) fn operations(&self) -> impl Iterator<Item = Operation> + '_ {
+        self.code.iter().map(|step| match *step {
+            Step::Constant(c) => Operation::Number(c),
+            Step::Variable(i) => Operation::Variable(i),
+            Step::Negate => Operation::Keep,
+            Step::Add | Step::Subtract | Step::Minimum | Step::Maximum | Step::Hypotenuse => {
+                Operation::Sum
+            }
+            Step::Multiply => Operation::Product,
+            Step::Divide => Operation::Quotient,
+            Step::Power => Operation::Power,
+            Step::IntegerPower(n) => Operation::IntegerPower(n),
+            Step::Atan2(_) => Operation::Angle,
+            Step::Compare(_) => Operation::Comparison,
+            Step::Select => Operation::Choice,
+            Step::Call(function) => match function {
+                Function::Sin | Function::Cos | Function::Tan => Operation::Trigonometric,
+                Function::Sqrt => Operation::Root,
+                Function::Abs => Operation::Keep,
+                Function::Cbrt => Operation::Other,
+                Function::Degrees => Operation::ToDegrees,
+                Function::Radians => Operation::ToRadians,
+                _ => Operation::OfNumber,
+            },
+        })
+    }
+}
+
 /// Recursive descent: sum → product → sign → power → atom.
 struct Parser<'a> {
     text: &'a str,

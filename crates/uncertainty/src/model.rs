@@ -2,6 +2,7 @@
 
 mod equations;
 mod input_entry;
+mod units;
 
 pub use equations::Equations;
 pub use input_entry::{Accuracy, InputEntry};

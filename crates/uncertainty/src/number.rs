@@ -390,6 +390,65 @@ impl<T: Number> Complex<T> {
     pub fn exp(self) -> Self {
         Self::from_polar(self.re.exp(), self.im)
     }
+    /// Natural logarithm, its imaginary part in (−π, π].
+    pub fn ln(self) -> Self {
+        Self::new(self.norm_squared().ln() * T::from(0.5), self.arg())
+    }
+    /// Square root, its real part not negative; it has no derivative at zero.
+    pub fn sqrt(self) -> Self {
+        let half = T::from(0.5);
+        let size = self.abs();
+        // The larger part without cancellation, the other from 2 re im = Im z.
+        if self.re.value() >= 0.0 {
+            let re = ((size + self.re) * half).sqrt();
+            Self::new(re, self.im * half / re)
+        } else {
+            let im = ((size - self.re) * half).sqrt();
+            let im = if self.im.value() < 0.0 { -im } else { im };
+            Self::new(self.im * half / im, im)
+        }
+    }
+    /// Integer power.
+    pub fn powi(self, n: i32) -> Self {
+        let mut result = Self::new(T::from(1.0), T::from(0.0));
+        let mut base = self;
+        let mut left = n.unsigned_abs();
+        while left > 0 {
+            if left & 1 == 1 {
+                result = result * base;
+            }
+            left >>= 1;
+            if left > 0 {
+                base = base * base;
+            }
+        }
+        if n < 0 {
+            Self::new(T::from(1.0), T::from(0.0)) / result
+        } else {
+            result
+        }
+    }
+}
+
+impl<T: Number> Neg for Complex<T> {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self::new(-self.re, -self.im)
+    }
+}
+
+impl<T: Number> Mul<T> for Complex<T> {
+    type Output = Self;
+    fn mul(self, factor: T) -> Self {
+        Self::new(self.re * factor, self.im * factor)
+    }
+}
+
+impl<T: Number> Div<T> for Complex<T> {
+    type Output = Self;
+    fn div(self, divisor: T) -> Self {
+        Self::new(self.re / divisor, self.im / divisor)
+    }
 }
 
 impl<T: Number> Add for Complex<T> {
@@ -486,5 +545,12 @@ mod tests {
         let z = Complex::new(3.0, 4.0);
         assert_eq!((z.abs(), (z / z).re, (z / z).im), (5.0, 1.0, 0.0));
         assert!((Complex::from_polar(2.0, 0.5).arg() - 0.5).abs() < 1e-15);
+        for z in [z, -z, z.conj(), -z.conj(), Complex::new(-2.0, 1e-9)] {
+            let root = z.sqrt();
+            assert!((root * root / z - Complex::new(1.0, 0.0)).abs() < 1e-15 && root.re >= 0.0);
+            assert!((z.ln().exp() / z - Complex::new(1.0, 0.0)).abs() < 1e-15);
+            assert!((z.powi(3) * z.powi(-2) / z - Complex::new(1.0, 0.0)).abs() < 1e-14);
+        }
+        assert_eq!((z * 2.0).im, 8.0);
     }
 }

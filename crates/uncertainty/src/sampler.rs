@@ -6,7 +6,7 @@ use crate::ziggurat::StudentZiggurat;
 use crate::{Distribution, JointInputs};
 use proofmass_core::Error;
 use rand::{Rng, RngExt};
-use rand_distr::{ChiSquared, Distribution as _, StandardNormal};
+use rand_distr::{Beta, ChiSquared, Distribution as _, Exp1, Gamma, Poisson, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 /// Trials drawn at a time: they stay in the first-level cache.
@@ -105,6 +105,31 @@ enum Source {
         half: f64,
     },
     Truncated(Distribution),
+    Exponential {
+        lower: f64,
+        scale: f64,
+    },
+    Gamma {
+        lower: f64,
+        shape: Gamma<f64>,
+    },
+    Lognormal {
+        lower: f64,
+        median: f64,
+        sigma: f64,
+    },
+    Beta {
+        lower: f64,
+        width: f64,
+        shape: Beta<f64>,
+    },
+    Poisson {
+        lower: f64,
+        scale: f64,
+        events: Poisson<f64>,
+    },
+    /// Values, and the share of all up to each.
+    Discrete(Vec<f64>, Vec<f64>),
     Samples(Vec<f64>),
 }
 
@@ -358,6 +383,16 @@ fn fraction(word: u64) -> f64 {
     (word >> 11) as i64 as f64 * (1.0 / (1u64 << 53) as f64)
 }
 
+/// A parameter that the sampler cannot use.
+fn beyond(name: &'static str, value: f64) -> Error {
+    Error::OutOfRange {
+        name,
+        value,
+        min: f64::MIN_POSITIVE,
+        max: f64::MAX,
+    }
+}
+
 fn chi_squared(dof: f64) -> Result<ChiSquared<f64>, Error> {
     ChiSquared::new(dof).map_err(|_| Error::OutOfRange {
         name: "degrees of freedom",
@@ -423,6 +458,51 @@ impl Source {
                 half: 0.5 * (upper - lower),
             },
             truncated @ Distribution::TruncatedNormal { .. } => Self::Truncated(truncated.clone()),
+            Distribution::Exponential { lower, mean } => Self::Exponential {
+                lower: *lower,
+                scale: mean - lower,
+            },
+            Distribution::Gamma {
+                lower,
+                shape,
+                scale,
+            } => Self::Gamma {
+                lower: *lower,
+                shape: Gamma::new(*shape, *scale).map_err(|_| beyond("shape", *shape))?,
+            },
+            Distribution::Lognormal {
+                lower,
+                median,
+                sigma,
+            } => Self::Lognormal {
+                lower: *lower,
+                median: *median,
+                sigma: *sigma,
+            },
+            Distribution::Beta {
+                lower,
+                upper,
+                alpha,
+                beta,
+            } => Self::Beta {
+                lower: *lower,
+                width: upper - lower,
+                shape: Beta::new(*alpha, *beta).map_err(|_| beyond("alpha", *alpha))?,
+            },
+            Distribution::Poisson { lower, scale, mean } => Self::Poisson {
+                lower: *lower,
+                scale: *scale,
+                events: Poisson::new(*mean).map_err(|_| beyond("mean", *mean))?,
+            },
+            Distribution::Discrete { values, weights } => {
+                let mut below = 0.0;
+                let shares = crate::distribution::discrete_weights(values, weights);
+                let up_to = shares.iter().map(|w| {
+                    below += w;
+                    below
+                });
+                Self::Discrete(values.clone(), up_to.collect())
+            }
             Distribution::Samples { values } => Self::Samples(values.clone()),
         })
     }
@@ -488,6 +568,50 @@ impl Source {
             Self::Truncated(distribution) => {
                 for x in column {
                     *x = distribution.quantile(rng.random::<f64>());
+                }
+            }
+            Self::Exponential { lower, scale } => {
+                for x in column {
+                    *x = lower + scale * rng.sample::<f64, _>(Exp1);
+                }
+            }
+            Self::Gamma { lower, shape } => {
+                for x in column {
+                    *x = lower + shape.sample(rng);
+                }
+            }
+            Self::Lognormal {
+                lower,
+                median,
+                sigma,
+            } => {
+                for x in column {
+                    *x = lower + median * (sigma * rng.sample::<f64, _>(StandardNormal)).exp();
+                }
+            }
+            Self::Beta {
+                lower,
+                width,
+                shape,
+            } => {
+                for x in column {
+                    *x = lower + width * shape.sample(rng);
+                }
+            }
+            Self::Poisson {
+                lower,
+                scale,
+                events,
+            } => {
+                for x in column {
+                    *x = lower + scale * events.sample(rng);
+                }
+            }
+            Self::Discrete(values, up_to) => {
+                for x in column {
+                    let p = rng.random::<f64>();
+                    let place = up_to.partition_point(|share| *share < p);
+                    *x = values[place.min(values.len() - 1)];
                 }
             }
             Self::Samples(values) => {

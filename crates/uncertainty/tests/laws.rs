@@ -594,3 +594,79 @@ fn refuses_a_model_that_is_not_finite() {
             .any(|f| f.code() == "invalid-trials")
     );
 }
+
+/// Every distribution is drawn as its quantiles say: ends of the 95 % interval within four binomial deviations, mean and
+/// standard deviation within five of theirs (the fourth moments of these stay below twenty times the variance squared).
+#[test]
+fn law_draws_of_every_distribution_follow_its_quantiles() {
+    model!(Identity, ["x" "1"], |x, y, T| {
+        y[0] = x[0] * T::from(1.0);
+    });
+    let n = 200_000usize;
+    for d in [
+        Distribution::Exponential {
+            lower: 1.0,
+            mean: 3.0,
+        },
+        Distribution::Gamma {
+            lower: 0.5,
+            shape: 3.0,
+            scale: 0.3,
+        },
+        Distribution::Lognormal {
+            lower: 0.0,
+            median: 2.0,
+            sigma: 0.4,
+        },
+        Distribution::Beta {
+            lower: 1.0,
+            upper: 4.0,
+            alpha: 2.0,
+            beta: 3.5,
+        },
+        Distribution::TruncatedNormal {
+            mean: 1.0,
+            sd: 2.0,
+            lower: 0.0,
+            upper: f64::MAX,
+        },
+        Distribution::Poisson {
+            lower: 0.0,
+            scale: 0.5,
+            mean: 4.2,
+        },
+        Distribution::Discrete {
+            values: vec![3.0, 1.0, 7.0],
+            weights: vec![1.0, 2.0, 1.0],
+        },
+    ] {
+        let inputs = Inputs::new()
+            .add(Input::new("x", "1", d.clone()))
+            .single()
+            .unwrap();
+        let sampled = MonteCarlo::new(11)
+            .trials(Trials::Fixed(n))
+            .run(&Identity, &inputs)
+            .unwrap();
+        let x = &sampled.outputs[0];
+        let (mean, u) = (d.estimate(), d.standard_uncertainty());
+        let trials = sampled.trials as f64;
+        assert!(
+            (x.mean - mean).abs() < 5.0 * u / trials.sqrt(),
+            "{d:?}: {} {mean}",
+            x.mean
+        );
+        let got = x.standard_uncertainty.unwrap();
+        assert!(
+            (got / u - 1.0).abs() < 5.0 * (5.0 / trials).sqrt(),
+            "{d:?}: {got} {u}"
+        );
+        let step = 4.0 * (0.025 * 0.975 / trials).sqrt();
+        for (end, p) in [(x.symmetric.lower, 0.025), (x.symmetric.upper, 0.975)] {
+            assert!(
+                end >= d.quantile(p - step) && end <= d.quantile(p + step),
+                "{d:?} {p}: {end}"
+            );
+        }
+    }
+}

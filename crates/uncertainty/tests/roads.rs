@@ -489,3 +489,57 @@ fn coverage_no_random_model_is_refused() {
         }
     }
 }
+
+/// Degrees in a sine, sums of unlike things and of unlike sizes are said; a healthy model hears nothing.
+#[test]
+fn law_units_are_looked_at() {
+    let with = |unit: &str, name: &str| {
+        format!("[[input]]\nname = \"{name}\"\nunit = \"{unit}\"\nvalue = 3\nu = 0.1\n")
+    };
+    let say = |inputs: &[(&str, &str)], unit: &str, expression: &str| {
+        let text: String = inputs.iter().map(|(name, unit)| with(unit, name)).collect();
+        let model: UncertaintyModel = toml::from_str(
+            &(text
+                + &format!(
+                    "[[output]]\nname = \"y\"\nunit = \"{unit}\"\nexpression = \"{expression}\"\n"
+                )),
+        )
+        .unwrap();
+        let findings = model.doubtful_units();
+        findings
+            .iter()
+            .map(|f| f.code().to_owned())
+            .collect::<Vec<_>>()
+            .join(" ")
+    };
+    let (l, phi) = (("L", "mm"), ("phi", "°"));
+    assert_eq!(
+        say(&[l, phi], "mm", "L * sin(phi)"),
+        "degrees-in-trigonometry"
+    );
+    assert_eq!(
+        say(&[l, phi], "mm", "L * sin(2 * phi)"),
+        "degrees-in-trigonometry"
+    );
+    assert_eq!(say(&[l, phi], "mm", "L * sin(radians(phi))"), "");
+    assert_eq!(say(&[l, phi], "mm", "L * sin(phi * pi / 180)"), "");
+    assert_eq!(say(&[l, phi], "mm", "L + phi"), "units-do-not-fit");
+    assert_eq!(say(&[l, ("d", "m")], "mm", "L + d"), "units-do-not-fit");
+    assert_eq!(say(&[l, ("d", "m")], "mm", "L + 1000 * d"), "");
+    assert_eq!(say(&[l, ("d", "µm")], "mm", "L + d / 1000"), "");
+    assert_eq!(say(&[l, ("t", "s")], "kg", "L / t"), "units-do-not-fit");
+    assert_eq!(say(&[l, ("t", "s")], "mm/s", "L / t"), "");
+    assert_eq!(say(&[l, ("t", "s")], "m/s", "L / t"), "units-do-not-fit");
+    assert_eq!(say(&[("V", "V"), ("I", "mA")], "kΩ", "V / I"), "");
+    assert_eq!(
+        say(&[("m", "kg"), ("d", "m")], "kg/m³", "m / (pi / 6 * d^3)"),
+        ""
+    );
+    assert_eq!(say(&[l], "1", "exp(L)"), "units-do-not-fit");
+    assert_eq!(say(&[("x", "m")], "mm", "x"), "units-do-not-fit");
+    assert_eq!(say(&[("x", "wheels")], "mm", "x"), "unknown-unit");
+    assert_eq!(
+        say(&[("t", "°C")], "°C", "t - 20 + 0.00152 * (t - 20)^2"),
+        ""
+    );
+}
