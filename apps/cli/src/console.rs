@@ -45,6 +45,17 @@ pub(crate) fn complain(text: &str) {
     let _ = err.flush();
 }
 
+/// Asks a question that `y` answers with yes; without a person at the terminal the answer is no.
+pub(crate) fn asked(question: &str) -> bool {
+    if !(std::io::stdin().is_terminal() && std::io::stderr().is_terminal()) {
+        return false;
+    }
+    complain(&format!("{} [y/N] ", Visible(question)));
+    let mut answer = String::new();
+    let read = std::io::stdin().read_line(&mut answer);
+    read.is_ok() && matches!(answer.trim(), "y" | "Y" | "yes")
+}
+
 /// Says on standard error what was written where.
 pub(crate) fn note(text: impl AsRef<str>) {
     complain(&format!("{}\n", Visible(text.as_ref())));

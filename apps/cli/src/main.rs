@@ -5,8 +5,11 @@ mod calibrate;
 mod clock;
 mod console;
 mod delivery;
+mod draft_arguments;
 mod failure;
+mod init;
 mod inspect;
+mod modes;
 mod noise;
 mod plan;
 mod plural;
@@ -17,6 +20,7 @@ mod simulate;
 mod uncertainty;
 mod validate;
 mod velocity;
+mod verify;
 
 use clap::{Parser, Subcommand};
 use failure::Failure;
@@ -38,16 +42,19 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    Calibrate(calibrate::Calibrate),
+    Calibrate(Box<calibrate::Calibrate>),
+    Init(init::Init),
     Plan(plan::Plan),
     Apply(apply::Apply),
     Validate(validate::Validate),
     Velocity(Box<velocity::Velocity>),
     Noise(Box<noise::Noise>),
+    Modes(modes::Modes),
     Inspect(inspect::Inspect),
     Simulate(simulate::Simulate),
     Render(render::Render),
     Uncertainty(uncertainty::Uncertainty),
+    Verify(verify::Verify),
 }
 
 /// What a command that came to an end tells the shell.
@@ -72,15 +79,18 @@ impl Outcome {
 fn run(arguments: Arguments) -> Result<Outcome, Failure> {
     match arguments.command {
         Command::Calibrate(command) => command.run(),
+        Command::Init(command) => command.run(),
         Command::Plan(command) => command.run(),
         Command::Apply(command) => command.run(),
         Command::Validate(command) => command.run(),
         Command::Velocity(command) => command.run(),
         Command::Noise(command) => command.run(),
+        Command::Modes(command) => command.run(),
         Command::Inspect(command) => command.run(),
         Command::Simulate(command) => command.run(),
         Command::Render(command) => command.run(),
         Command::Uncertainty(command) => command.run(),
+        Command::Verify(command) => command.run(),
     }
 }
 

@@ -216,6 +216,11 @@ impl Stated {
                 .advice("it matters where additive noise does; add [datasheet] with sensitivity, tolerance and unit"),
             );
         }
+        let points: Vec<(f64, f64)> = candidates
+            .iter()
+            .map(|c| (c.inclination, frequency))
+            .collect();
+        findings.extend(campaign.fixture_findings(&points)?);
         Ok(Self {
             candidates,
             origin,

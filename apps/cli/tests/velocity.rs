@@ -120,7 +120,7 @@ fn an_estimate_holds_the_truth_in_its_intervals() {
         / (v.len() - 500) as f64;
     // Samples are correlated over some 0.1 s: 35 independent ones; two and a half σ hold 98.8 %.
     assert!(inside > 0.85, "{inside}");
-    let gain = result["extra"]["estimate"]["pairing"]["gain"]
+    let gain = result["extra"]["outcome"]["result"]["pairing"]["gain"]
         .as_f64()
         .unwrap();
     assert!((gain - 1.0).abs() < 0.01, "{gain}");
@@ -160,7 +160,7 @@ fn a_comparison_at_three_rates_shows_the_fused_methods_ahead() {
         ]
     ));
     let result = json(&out.join("result.json"));
-    let comparison = &result["extra"]["comparison"];
+    let comparison = &result["extra"]["outcome"]["result"];
     assert_eq!(comparison["reference_is_truth"], true);
     let rows = comparison["rows"].as_array().unwrap();
     for rate in [1000.0, 100.0, 20.0] {
@@ -215,7 +215,7 @@ fn tuning_finds_the_noise_that_was_put_in() {
         ]
     ));
     let result = json(&out.join("result.json"));
-    let tuned = &result["extra"]["tuning"]["tuned"];
+    let tuned = &result["extra"]["outcome"]["result"]["tuned"];
     let q = tuned["model"]["acceleration_noise"].as_f64().unwrap();
     // q of 5000 samples seen through increments of 0.94 mm: its 95 % interval is some ±25 %; twice that.
     assert!((q.sqrt() / 0.3 - 1.0).abs() < 0.3, "{q}");
@@ -421,7 +421,9 @@ fn a_wheel_speed_is_fused_against_a_slow_reference() {
     for code in ["unit-suspected", "gain-mismatch", "opposite-sense"] {
         assert!(!codes.iter().any(|c| c == code), "{code}: {codes:?}");
     }
-    let rows = result["extra"]["comparison"]["rows"].as_array().unwrap();
+    let rows = result["extra"]["outcome"]["result"]["rows"]
+        .as_array()
+        .unwrap();
     let rms = |method: &str| {
         let row = rows.iter().find(|r| r["method"]["method"] == method);
         let row = row.unwrap_or_else(|| panic!("no {method}"));
@@ -587,7 +589,7 @@ fn crosscheck_logs_of_a_robot() {
         );
         let codes = codes(&result);
         println!("{name}: {codes:?}");
-        let found = &result["extra"]["estimate"];
+        let found = &result["extra"]["outcome"]["result"];
         // 95 % are due of a matched model.
         assert!(found["agreement"].as_f64().unwrap() > 0.9, "{name}");
         assert!(codes.iter().any(|c| c == "encoder-ripple"), "{name}");

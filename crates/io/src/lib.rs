@@ -35,6 +35,7 @@ mod error;
 mod field;
 pub mod finite;
 mod gmsh;
+mod imu_yaml;
 mod inspection;
 mod layout;
 mod model_file;
@@ -52,6 +53,7 @@ mod stamp;
 mod table;
 mod time_base;
 mod unit;
+mod verification;
 mod vtu;
 mod waveform;
 
@@ -60,6 +62,7 @@ pub use clock::{Clock, Gap};
 pub use device::{Ambient, Device};
 pub use error::{Error, ErrorKind, Result};
 pub use gmsh::GmshMesh;
+pub use imu_yaml::{ImuSensorNoise, ImuValue, ImuYaml};
 pub use inspection::{
     BadEntry, ColumnSummary, Inspection, Statistics, TimeSummary, inspect, inspect_source,
 };
@@ -74,7 +77,7 @@ pub use result_document::{
     NamedCovariance, RESULT_SCHEMA, RESULT_VERSION, ResultDocument, StatedQuantity,
 };
 pub use rewriter::Rewriter;
-pub use rows::{Block, RowReader};
+pub use rows::{BadRow, Block, RowReader};
 pub use segments::Segment;
 pub use software::{Schema, Software};
 pub use source::{LARGEST_DOCUMENT, Source};
@@ -82,5 +85,8 @@ pub use stamp::Stamp;
 pub use table::{Cell, RowWriter, Table};
 pub use time_base::{TimeBase, TimeSource};
 pub use unit::{Unit, split_heading};
+pub use verification::{
+    Fate, Link, PROVENANCE_SCHEMA, PROVENANCE_VERSION, Provenance, Verification,
+};
 pub use vtu::{VtuField, vtu};
 pub use waveform::{Waveform, WaveformFormat, WaveformOptions, write_f32};

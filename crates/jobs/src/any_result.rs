@@ -3,7 +3,7 @@
 use crate::outcome::{Filed, Outcome};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
-use crate::{multi_position, uncertainty, velocity};
+use crate::{modes, multi_position, uncertainty, velocity};
 use proofmass_io::{ResultDocument, StatedQuantity};
 use proofmass_report::Report;
 use proofmass_uncertainty::Finding;
@@ -78,6 +78,7 @@ fn reader<O: Outcome + 'static>() -> (&'static str, Reader) {
 fn readers() -> Vec<(&'static str, Reader)> {
     vec![
         reader::<multi_position::MultiPositionOutcome>(),
+        reader::<modes::ModesOutcome>(),
         reader::<uncertainty::UncertaintyOutcome>(),
         reader::<velocity::VelocityEstimate>(),
         reader::<velocity::VelocityComparison>(),

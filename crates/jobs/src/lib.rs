@@ -8,13 +8,17 @@
 
 mod any_result;
 pub mod campaign;
+pub mod free_living;
+pub mod modes;
 pub mod multi_position;
+pub mod noise;
 mod outcome;
 mod plural;
 mod record;
 mod store;
 mod trouble;
 pub mod uncertainty;
+pub mod validation;
 pub mod velocity;
 
 pub use any_result::{AnyResult, read_result};

@@ -68,6 +68,10 @@ fn missing(record: &MotionRecord) -> Option<Finding> {
 
 /// A slower sensor that was logged with the faster one repeats each value: n − 1 of n readings are no readings.
 fn repeated(record: &MotionRecord) -> Option<Finding> {
+    // A count stands as long as the axis stays in its increment.
+    if record.increment.is_some() {
+        return None;
+    }
     let n = repetition(record)?;
     Some(
         Finding::new(

@@ -24,12 +24,11 @@
 //! - Standard uncertainties are those of the model: the whiteness test and the findings say whether to trust it.
 //!
 //! # Not covered
-//! Motion in a plane (a robot's yaw enters through two wheels that the caller averages), flexible couplings,
-//! correction of a latency ([`Pairing`] measures it), and quantisation as anything but noise: with an axis slower
-//! than an increment per several samples use the M/T reading of `core` as a speed record.
+//! Motion in a plane (a robot's yaw enters through two wheels that the caller averages) and flexible couplings.
 
 mod comparison;
 mod condition;
+mod counting;
 mod crossover;
 mod decode;
 mod diffuse;
@@ -52,6 +51,7 @@ mod whiteness;
 
 pub use comparison::{Agreement, ComparisonRow, agreement, compare_methods};
 pub use condition::{conditions, repetition};
+pub use counting::CountingModel;
 pub use crossover::{
     ChannelGain, Criterion, Crossover, Filter, SensorNoise, channels, crossover,
     crossover_by_smoother, kalman_by_smoother, noise_of, predicted_error, spectrum_error,

@@ -1,6 +1,7 @@
 //! Every way to a velocity under one name, run over a record by the streaming estimators of `core`.
 
-use crate::{KalmanModel, MotionRecord, Source};
+use crate::counting::Counted;
+use crate::{CountingModel, KalmanModel, MotionRecord, Source};
 use proofmass_core::Error;
 use proofmass_core::velocity::{
     AdaptiveObserver, AdaptiveObserverState, BiasModel, Integrator, IntegratorRule,
@@ -88,6 +89,16 @@ pub enum Method {
         /// Its model.
         model: KalmanModel,
     },
+    /// Kalman filter that takes a count for what it is: for axes that rest on a count for several samples.
+    Counting {
+        /// Its model.
+        model: CountingModel,
+    },
+    /// The smoother of the same; off line only.
+    CountingSmoother {
+        /// Its model.
+        model: CountingModel,
+    },
     /// Fixed-interval smoother; off line only.
     Smoother {
         /// Its model.
@@ -146,7 +157,7 @@ impl Method {
             | Self::SavitzkyGolay { .. }
             | Self::TrackingLoop { .. } => Family::Position,
             Self::Integration { .. } => Family::Acceleration,
-            Self::Smoother { .. } => Family::OffLine,
+            Self::Smoother { .. } | Self::CountingSmoother { .. } => Family::OffLine,
             _ => Family::Fused,
         }
     }
@@ -191,6 +202,15 @@ impl Method {
             ),
             Self::Kalman { model } => format!("Kalman, {}", settings(model)),
             Self::SteadyKalman { model } => format!("Kalman, steady gain, {}", settings(model)),
+            Self::Counting { model } => {
+                format!("Kalman on edges, q = {}", digits(model.acceleration_noise))
+            }
+            Self::CountingSmoother { model } => {
+                format!(
+                    "smoother on edges, q = {}",
+                    digits(model.acceleration_noise)
+                )
+            }
             Self::Smoother { model } => format!("smoother, {}", settings(model)),
         }
     }
@@ -307,6 +327,17 @@ impl Method {
                 (run.velocity, 0.0)
             }
             Self::SteadyKalman { model } => (steady(record, &model)?, 0.0),
+            Self::Counting { model } | Self::CountingSmoother { model } => {
+                let counted = Counted::new(record)
+                    .ok_or_else(|| range("counts, of a record without", 0.0, 1.0, 1.0))?;
+                let run = counted.run(&model)?;
+                let (v, u) = match self {
+                    Self::Counting { .. } => run.filtered,
+                    _ => run.smoothed,
+                };
+                uncertainty = Some(u);
+                (v, 0.0)
+            }
             Self::Smoother { model } => {
                 let run = model.smooth(record)?;
                 uncertainty = Some(run.velocity_uncertainty);

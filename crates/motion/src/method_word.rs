@@ -1,12 +1,12 @@
 //! Methods as words: `observer:5,25`.
 
-use crate::{BiasModel, IntegratorRule, KalmanModel, Method};
+use crate::{BiasModel, CountingModel, IntegratorRule, KalmanModel, Method};
 use std::str::FromStr;
 
 /// Every method as a word with its settings, for help and messages.
 pub const METHODS: &str = "fixed-time, backward-difference:ORDER, savitzky-golay:WINDOW,DEGREE, \
     tracking-loop:BANDWIDTH, speed, trapezoid, simpson, tick, adams-moulton-3 (each also as :OFFSET), two-channel:K1,K2, \
-    observer:KX,KV, offset-observer:KX,KV,KB, adaptive-observer:KX,KV,RATE,FLOOR, kalman:Q,R, steady-kalman:Q,R, \
+    observer:KX,KV, offset-observer:KX,KV,KB, adaptive-observer:KX,KV,RATE,FLOOR, kalman:Q,R, steady-kalman:Q,R, counting:Q,EDGE,OFFSET, counting-smoother:Q,EDGE,OFFSET, \
     smoother:Q,R (each also as :Q,R,WALK,START with an offset that walks)";
 
 impl FromStr for Method {
@@ -38,6 +38,16 @@ impl Method {
             Self::Kalman { model } => noise("kalman", model),
             Self::SteadyKalman { model } => noise("steady-kalman", model),
             Self::Smoother { model } => noise("smoother", model),
+            Self::Counting { model } | Self::CountingSmoother { model } => {
+                let name = match self {
+                    Self::Counting { .. } => "counting",
+                    _ => "counting-smoother",
+                };
+                Some(format!(
+                    "{name}:{:.4e},{:.4e},{:.3}",
+                    model.acceleration_noise, model.edge, model.offset
+                ))
+            }
             Self::TwoChannel { k1, k2 } => Some(format!("two-channel:{k1:.5},{k2:.5}")),
             Self::Observer { k_x, k_v } => Some(format!("observer:{k_x:.5},{k_v:.5}")),
             _ => None,
@@ -94,6 +104,17 @@ fn method(text: &str) -> Result<Method, String> {
             rate,
             floor,
         }),
+        ("counting" | "counting-smoother", &[acceleration_noise, edge, offset]) => {
+            let model = CountingModel {
+                acceleration_noise,
+                edge,
+                offset,
+            };
+            Some(match name {
+                "counting" => Method::Counting { model },
+                _ => Method::CountingSmoother { model },
+            })
+        }
         ("kalman", noise) => model(noise).map(|model| Method::Kalman { model }),
         ("steady-kalman", noise) => model(noise).map(|model| Method::SteadyKalman { model }),
         ("smoother", noise) => model(noise).map(|model| Method::Smoother { model }),

@@ -105,7 +105,15 @@ impl Pairing {
                 .copied()
                 .unwrap_or(0.0),
         })?;
-        found.findings = found.judged(stride as f64 * dt);
+        // A motion of few increments is mostly their rounding.
+        let known = || record.reading.iter().flatten();
+        let low = known().copied().fold(f64::INFINITY, f64::min);
+        let high = known().copied().fold(f64::NEG_INFINITY, f64::max);
+        let coarse = record.source == Source::Position
+            && record.increment.is_some_and(|d| high - low < 20.0 * d);
+        if !coarse {
+            found.findings = found.judged(stride as f64 * dt);
+        }
         Ok(found)
     }
 
@@ -126,7 +134,7 @@ impl Pairing {
         let allowed =
             (4.0 * self.gain_uncertainty + 1.0 - self.correlation * self.correlation).max(0.03);
         let size = self.gain.abs();
-        if self.gain < 0.0 {
+        if self.gain < -4.0 * self.gain_uncertainty {
             findings.push(
                 Finding::new(
                     Severity::Decision,

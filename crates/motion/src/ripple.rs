@@ -1,7 +1,7 @@
 //! Errors of the encoder that repeat with the position: eccentricity once per turn, gears, lines.
 
 use crate::slip::held;
-use crate::{HighPass, MotionRecord};
+use crate::{HighPass, MotionRecord, Source};
 use proofmass_core::Error;
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
@@ -141,9 +141,15 @@ pub fn ripple(
             relative_velocity: TAU * frequency * amplitude,
         }
     };
+    // The first line of a sawtooth of one increment is 1/π of it: a regular motion makes that of an ideal encoder.
+    let rounding = match record.source {
+        Source::Position => 0.35 * record.increment.unwrap_or(0.0),
+        Source::Speed => 0.0,
+    };
     let mut lines: Vec<RippleLine> = (1..count.saturating_sub(1))
         .filter(|&i| {
             spectrum[i] > 5.0 * level
+                && spectrum[i] > rounding
                 && spectrum[i] >= spectrum[i - 1]
                 && spectrum[i] > spectrum[i + 1]
         })
@@ -155,7 +161,8 @@ pub fn ripple(
         .filter(|c| c.is_finite() && *c > 0.0 && *c <= longest)
         .map(|c| line(1.0 / c));
     let mut findings = Vec::new();
-    let shown = once_per_turn.filter(|l| l.amplitude > 3.0 * l.amplitude_uncertainty);
+    let shown = once_per_turn
+        .filter(|l| l.amplitude > 3.0 * l.amplitude_uncertainty && l.amplitude > rounding);
     let told: Vec<String> = shown
         .iter()
         .chain(lines.iter().take(3))

@@ -1,6 +1,6 @@
 //! Where encoder and accelerometer do not see the same motion: slip, and collisions.
 
-use crate::MotionRecord;
+use crate::{MotionRecord, Source};
 use proofmass_core::Error;
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
@@ -106,9 +106,14 @@ impl SlipSearch {
             .collect();
         let (centre, deviation) = quiet(&difference);
         let z = |d: f64| (d - centre) / deviation;
+        // Two lines through counts that are each wrong by half an increment at most cannot differ by more.
+        let rounding = match record.source {
+            Source::Position => 3.0 * record.increment.unwrap_or(0.0) / (w as f64 * dt),
+            Source::Speed => 0.0,
+        };
         let slip = episodes(
             &difference,
-            |d| z(d).abs() > self.threshold,
+            |d| z(d).abs() > self.threshold && (d - centre).abs() > rounding,
             w,
             w,
             n,
@@ -210,7 +215,22 @@ impl SlipSearch {
         // Where nothing is noisy everything stands out: a blow also changes the velocity by a part of itself.
         let typical = velocity.iter().fold(0.0f64, |m, v| m.max(v.abs()));
         let hard = |z: f64| z.abs() > self.threshold && z.abs() * deviation * span > 0.02 * typical;
-        episodes(&z, hard, b, 2 * b, n, |z| (z * deviation * span, z))
+        let mut found = episodes(&z, hard, b, 2 * b, n, |z| (z * deviation * span, z));
+        // A drive brakes as hard as it starts: a blow exceeds what the motion does by itself, away from the hardest.
+        let mut hardest: Vec<Episode> = found.clone();
+        hardest.sort_by(|a, b| b.deviations.abs().total_cmp(&a.deviations.abs()));
+        hardest.truncate(5);
+        let away = |k: usize| {
+            let near = |e: &Episode| k + 6 * b >= e.from && k < e.to + 6 * b;
+            !hardest.iter().any(near)
+        };
+        let own = jump
+            .iter()
+            .enumerate()
+            .filter(|(k, a)| away(k + b) && (*a - centre) * velocity[k + b] > 0.0)
+            .fold(0.0f64, |m, (_, a)| m.max((a - centre).abs()));
+        found.retain(|e| e.velocity.abs() > 1.5 * own * span);
+        found
     }
 }
 
@@ -337,7 +357,6 @@ fn episodes(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Source;
     use proofmass_rig::{Axis, AxisMotion};
 
     #[test]

@@ -1,5 +1,6 @@
 //! Noise of both sensors, and offset, gain and latency between them, by maximum likelihood.
 
+use crate::counting::CountingTuned;
 use crate::diffuse::{ColouredNoise, Noise, Prepared, Solution, Sums, Trajectory, Unknowns};
 use crate::filtering::steps;
 use crate::floor::{effective_readings, noise_floor, variance};
@@ -908,6 +909,23 @@ pub(crate) enum Constants {
 }
 
 impl Tuned {
+    /// Puts the noise that was found from the edges of counts in place of that of all readings.
+    pub(crate) fn counted(
+        &mut self,
+        found: &CountingTuned,
+        innovations: &[f64],
+    ) -> Result<(), Error> {
+        self.model.acceleration_noise = found.model.acceleration_noise;
+        self.log_q_interval = found.log_q_interval;
+        self.findings
+            .retain(|f| !matches!(f.code(), "innovations-not-white" | "rounding-repeats"));
+        if innovations.len() >= 20 {
+            self.whiteness = Whiteness::test(innovations)?;
+            self.autocorrelation = autocorrelation(innovations, self.whiteness.lags);
+        }
+        Ok(())
+    }
+
     /// Takes back a shift of the accelerometer that was made before the tuning: what is told is all of the latency, and
     /// the smoother starts from the shift.
     pub(crate) fn shifted_before(&mut self, shift: f64) {
@@ -1047,15 +1065,15 @@ fn resting(record: &MotionRecord) -> Option<Finding> {
     let share = resting as f64 / readings.len().max(1) as f64;
     (share > 0.3).then(|| {
         Finding::new(
-            Severity::Warning,
+            Severity::Note,
             "slow-quantised-readings",
-            "the readings rest on one value for long stretches: quantisation is not noise there",
+            "the readings rest on one value for long stretches: they were used at the edges, where they change",
         )
         .evidence(format!(
             "{:.0} % of the readings lie in runs of {LONG_RUN} and more equal ones",
             100.0 * share
         ))
-        .advice("tune on a stretch in motion, or time the edges (M/T)")
+        .advice("timed edges know more where the axis is slow")
     })
 }
 

@@ -1,5 +1,6 @@
 //! Three questions to a record, answered as plain data: estimate, compare, tune.
 
+use crate::counting::{Counted, CountingModel, CountingRun};
 use crate::tuning::Constants;
 use crate::{
     ComparisonRow, Crossover, Family, Filter, Found, IntegratorRule, KalmanModel, Method,
@@ -315,55 +316,84 @@ pub fn estimate(
         _ => None,
     };
     let pairing = pairing(record, slip.as_ref());
-    let (model, tuned, trace, smooth) = match given {
-        Some(model) => {
-            let found = Method::Kalman { model };
-            let run = model.smooth(record)?;
-            let smooth = (run.velocity, run.velocity_uncertainty, run.offset);
-            (model, None, method.unwrap_or(found).run(record)?, smooth)
-        }
-        None => {
-            let (part, samples) = tuning_part(record, slip.as_ref());
-            let tuned = paired_tuning(&part, &Tuning::default(), pairing.as_ref(), watch)?;
-            watch.step("velocity", 0, 2)?;
-            let right = tuned.corrected(&part);
-            let kalman = kalman_by_smoother(&tuned.model, &right, settle(&part))?;
-            findings.extend(part_finding(record, &samples));
-            findings.extend(tuned.findings.iter().cloned());
-            watch.step("velocity", 1, 2)?;
-            let trace = match method {
-                Some(method) => method.run(record)?,
-                None => on_line(&tuned, kalman.method, record)?,
-            };
-            // Slip would pass for an offset.
-            let constants = match slip.as_ref().is_some_and(|s| !s.slip.is_empty()) {
-                true => Constants::Held,
-                false => Constants::Fitted,
-            };
-            let run = tuned.smooth(record, constants)?;
-            watch.step("velocity", 2, 2)?;
-            let smooth = (run.velocity, run.uncertainty, run.offset);
-            (tuned.model, Some(tuned), trace, smooth)
-        }
-    };
-    // Filter and smoother of one model on one record: what is found beside it is in both.
-    let own = match &tuned {
-        Some(tuned) => {
-            let run = model.smooth(&tuned.corrected(record))?;
-            (run.velocity, run.velocity_uncertainty)
-        }
-        None => (smooth.0.clone(), smooth.1.clone()),
-    };
-    let agreement = agreement_share(&trace, &own, &slips);
-    let (velocity, uncertainty, offset) = smooth;
-    let smoother = Trace {
-        method: Method::Smoother { model },
-        label: Method::Smoother { model }.label(),
+    let smoother_trace = |method: Method, velocity, uncertainty| Trace {
+        method,
+        label: method.label(),
         velocity,
         standard_uncertainty: Some(uncertainty),
         stated_delay: 0.0,
     };
-    if let Some(share) = agreement.filter(|s| *s < 0.9) {
+    let (model, tuned, trace, smoother, offset) = match given {
+        Some(model) => {
+            let found = Method::Kalman { model };
+            let run = model.smooth(record)?;
+            let smoother = smoother_trace(
+                Method::Smoother { model },
+                run.velocity,
+                run.velocity_uncertainty,
+            );
+            let trace = method.unwrap_or(found).run(record)?;
+            (model, None, trace, smoother, run.offset)
+        }
+        None => {
+            let (part, samples) = tuning_part(record, slip.as_ref());
+            let mut tuned = paired_tuning(&part, &Tuning::default(), pairing.as_ref(), watch)?;
+            watch.step("velocity", 0, 2)?;
+            let edges = on_edges(&mut tuned, &part, record, watch)?;
+            findings.extend(part_finding(record, &samples));
+            findings.extend(tuned.findings.iter().cloned());
+            watch.step("velocity", 1, 2)?;
+            let model = tuned.model;
+            if let Some((counted, run)) = edges {
+                let trace = match method {
+                    Some(method) => method.run(record)?,
+                    None => smoother_trace(
+                        Method::Counting { model: counted },
+                        run.filtered.0,
+                        run.filtered.1,
+                    ),
+                };
+                let smoother = smoother_trace(
+                    Method::CountingSmoother { model: counted },
+                    run.smoothed.0,
+                    run.smoothed.1,
+                );
+                (model, Some(tuned), trace, smoother, None)
+            } else {
+                let trace = match method {
+                    Some(method) => method.run(record)?,
+                    None => {
+                        let right = tuned.corrected(&part);
+                        let kalman = kalman_by_smoother(&model, &right, settle(&part))?;
+                        on_line(&tuned, kalman.method, record)?
+                    }
+                };
+                // Slip would pass for an offset.
+                let constants = match slip.as_ref().is_some_and(|s| !s.slip.is_empty()) {
+                    true => Constants::Held,
+                    false => Constants::Fitted,
+                };
+                let run = tuned.smooth(record, constants)?;
+                let smoother =
+                    smoother_trace(Method::Smoother { model }, run.velocity, run.uncertainty);
+                (model, Some(tuned), trace, smoother, run.offset)
+            }
+        }
+    };
+    watch.step("velocity", 2, 2)?;
+    // Filter and smoother of one model on one record: what is found beside it is in both.
+    let own = match (&tuned, &smoother.method) {
+        (Some(tuned), Method::Smoother { .. }) => {
+            let run = model.smooth(&tuned.corrected(record))?;
+            (run.velocity, run.velocity_uncertainty)
+        }
+        _ => (
+            smoother.velocity.clone(),
+            smoother.standard_uncertainty.clone().unwrap_or_default(),
+        ),
+    };
+    let agreement = agreement_share(&trace, &own, &slips);
+    if let Some(share) = agreement.filter(|s| *s < 0.8) {
         findings.push(
             Finding::new(
                 Severity::Warning,
@@ -380,6 +410,8 @@ pub fn estimate(
     findings.extend(doubts(pairing.as_ref(), tuned.as_ref()));
     findings.extend(slip.iter().flat_map(|s| s.findings.iter().cloned()));
     let ripple = match record.source {
+        // Between two edges of a slow axis the accelerometer's walk is longer than any line.
+        Source::Position if matches!(smoother.method, Method::CountingSmoother { .. }) => None,
         Source::Position => ripple(record, circumference, |k| !slips(k)).ok(),
         // A wheel that is not round turns with the distance as well, but a speed shows no place on it.
         Source::Speed => None,
@@ -397,6 +429,28 @@ pub fn estimate(
         ripple,
         findings,
     })
+}
+
+/// An axis that mostly rests on a count: filter and smoother that take counts for what they are, and the noise found
+/// with them in place of that of the likelihood of all readings. `None` for other records.
+fn on_edges(
+    tuned: &mut Tuned,
+    part: &MotionRecord,
+    record: &MotionRecord,
+    watch: &dyn Watch,
+) -> Result<Option<(CountingModel, CountingRun)>, Error> {
+    let right = tuned.corrected(part);
+    let Some(counted) = Counted::new(&right).filter(Counted::is_slow) else {
+        return Ok(None);
+    };
+    let found = counted.tune(watch)?;
+    let whole = tuned.corrected(record);
+    let Some(all) = Counted::new(&whole) else {
+        return Ok(None);
+    };
+    let run = all.run_tuned(&found)?;
+    tuned.counted(&found, &run.innovations)?;
+    Ok(Some((found.model, run)))
 }
 
 /// An on-line method on the record with gain and latency put right; their uncertainty adds what moving each by it does.
@@ -594,12 +648,17 @@ pub fn compare(
                 .advice("what both sensors have wrong alike does not show"),
             );
             let (part, _) = tuning_part(record, slip.as_ref());
-            let tuned = paired_tuning(&part, &Tuning::default(), pairing.as_ref(), watch)?;
-            let constants = match slip.as_ref().is_some_and(|s| !s.slip.is_empty()) {
-                true => Constants::Held,
-                false => Constants::Fitted,
-            };
-            tuned.smooth(record, constants)?.velocity
+            let mut tuned = paired_tuning(&part, &Tuning::default(), pairing.as_ref(), watch)?;
+            match on_edges(&mut tuned, &part, record, watch)? {
+                Some((_, run)) => run.smoothed.0,
+                None => {
+                    let constants = match slip.as_ref().is_some_and(|s| !s.slip.is_empty()) {
+                        true => Constants::Held,
+                        false => Constants::Fitted,
+                    };
+                    tuned.smooth(record, constants)?.velocity
+                }
+            }
         }
     };
     let mut started = record.clone();

@@ -15,7 +15,7 @@ const SLOPE_EXCESS: [(f64, f64); 6] = [
     (0.90, 2.7),
     (0.95, 3.06),
     (0.99, 3.67),
-    (0.999, 4.2),
+    (0.999, 5.5),
 ];
 
 /// Rise of −2 ln L at the ends of the interval of a square.
@@ -28,7 +28,7 @@ pub(crate) fn slope_level(probability: f64) -> f64 {
     let excess = SLOPE_EXCESS
         .windows(2)
         .find(|w| probability <= w[1].0)
-        .map_or(4.2, |w| {
+        .map_or(5.5, |w| {
             let share = (probability - w[0].0) / (w[1].0 - w[0].0);
             w[0].1 + share * (w[1].1 - w[0].1)
         });
@@ -102,7 +102,7 @@ impl Fitted {
     pub(crate) fn square(&self, j: usize, level: f64) -> Profile {
         let best = self.best.squares[j];
         let zero = self.rise(j, 0.0, &self.best);
-        let gain = zero.value.max(0.0);
+        let gain = zero.value.clamp(0.0, f64::MAX);
         // Scale of the search: where the term by itself would fill the lowest bins.
         let scale = if best > 0.0 {
             best

@@ -14,7 +14,7 @@ use proofmass_uncertainty::{Estimate, Finding};
 #[derive(Clone, Debug)]
 pub struct ModesLine<'a> {
     /// What line it is.
-    pub name: &'static str,
+    pub name: &'a str,
     /// Distance along it in m.
     pub distance: &'a [f64],
     /// Distance of the gluing point in m.

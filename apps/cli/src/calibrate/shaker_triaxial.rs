@@ -56,6 +56,11 @@ pub(super) fn run(
     };
     let mut findings = findings(&data, &calibration);
     findings.extend(monte_carlo::findings(&checks, Options::default().digits));
+    let runs = data.stated.runs.iter();
+    let points: Vec<(f64, f64)> = runs
+        .map(|r| (r.configuration.inclination, r.frequency))
+        .collect();
+    findings.extend(campaign.fixture_findings(&points)?);
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
     let title = title(campaign);
     let text = ShakerReport {

@@ -3,6 +3,7 @@
 use super::place::{Place, sync};
 use super::unfinished::{Unfinished, in_place, sweep};
 use crate::{Error, ErrorKind, Result};
+use sha2::{Digest, Sha256};
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -18,6 +19,7 @@ const BUFFER: usize = 1 << 18;
 pub struct AtomicFile {
     target: PathBuf,
     to: Destination,
+    hash: Sha256,
 }
 
 #[derive(Debug)]
@@ -61,6 +63,7 @@ impl AtomicFile {
         let target = path.as_ref().to_path_buf();
         let stream = |stream| Self {
             target: target.clone(),
+            hash: Sha256::new(),
             to: Destination::Stream(BufWriter::with_capacity(BUFFER, stream)),
         };
         if target == Path::new("-") {
@@ -96,6 +99,7 @@ impl AtomicFile {
         let (unfinished, file) = Unfinished::file(&place.parent, &place.name)?;
         Ok(Self {
             target,
+            hash: Sha256::new(),
             to: Destination::Replaced {
                 place,
                 unfinished,
@@ -114,11 +118,22 @@ impl AtomicFile {
     /// # Errors
     /// The disk refuses.
     pub fn write_all(&mut self, bytes: &[u8]) -> Result<()> {
+        self.hash.update(bytes);
         match &mut self.to {
             Destination::Replaced { file, .. } => file.write_all(bytes),
             Destination::Stream(stream) => stream.write_all(bytes),
         }
         .map_err(|e| Error::access(&self.target, "write", e))
+    }
+
+    /// SHA-256 of what was written so far, in hexadecimal digits.
+    pub fn sha256(&self) -> String {
+        crate::rows::hexadecimal(&self.hash.clone().finalize())
+    }
+
+    /// Whether a file will stand at the place afterwards: not so for a device, a pipe, standard output.
+    pub fn is_kept(&self) -> bool {
+        matches!(self.to, Destination::Replaced { .. })
     }
 
     /// Puts the file in its place, once it is on the disk.

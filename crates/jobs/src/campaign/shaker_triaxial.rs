@@ -7,6 +7,7 @@ use super::shaker::{
 };
 use proofmass_io::{Ambient, Device};
 use proofmass_io::{Input, Result, WaveformOptions};
+use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 
 /// Which calculation.
@@ -137,6 +138,8 @@ pub struct ShakerTriaxialCampaign {
     pub datasheet: Option<(f64, f64)>,
     /// Plan.
     pub plan: Option<PlanTable>,
+    /// Results of `modes` of the wedges, by file.
+    pub fixtures: Vec<String>,
     /// Conditions.
     pub ambient: Ambient,
     budget: BudgetSource,
@@ -163,10 +166,21 @@ struct File<B> {
     datasheet: Option<Datasheet>,
     plan: Option<PlanTable>,
     #[serde(default)]
+    fixtures: Vec<String>,
+    #[serde(default)]
     ambient: Ambient,
 }
 
 impl ShakerTriaxialCampaign {
+    /// What the models of the wedges say about points (inclination in rad, frequency in Hz) of the campaign or of a plan.
+    ///
+    /// # Errors
+    /// As [`read_fixtures`](crate::modes::read_fixtures).
+    pub fn fixture_findings(&self, points: &[(f64, f64)]) -> Result<Vec<Finding>> {
+        let fixtures = crate::modes::read_fixtures(&self.source, &self.fixtures)?;
+        Ok(crate::modes::fixture_findings(&fixtures, points))
+    }
+
     pub(crate) fn from_file(source: CampaignFile) -> Result<Self> {
         let campaign = if source.has_budget_entries()? {
             let mut file: File<Vec<_>> = source.parse()?;
@@ -199,6 +213,7 @@ impl ShakerTriaxialCampaign {
             published: file.published,
             datasheet: file.datasheet.map(|d| d.si(&source)).transpose()?,
             plan: file.plan,
+            fixtures: file.fixtures,
             ambient: file.ambient,
             budget,
             source,

@@ -1,0 +1,31 @@
+//! `proofmass modes`: natural frequencies and mode shapes of a wedge.
+
+use crate::console::Progress;
+use crate::delivery::Delivery;
+use crate::{Failure, Outcome, clock};
+use proofmass::jobs::modes::ModesFile;
+use proofmass::jobs::{Filed, Job};
+use std::path::PathBuf;
+
+/// Natural frequencies, mode shapes and spurious motion of a wedge, by finite elements.
+///
+/// The file gives a wedge by its dimensions or names a Gmsh mesh, and says what it stands on. Results: frequencies with their
+/// intervals, deformed shapes, spurious.csv in the form of a vibrometer's table, modes.vtu for ParaView; with [search], the shape
+/// whose first mode that matters is highest.
+#[derive(clap::Args)]
+pub(crate) struct Modes {
+    /// Description of the fixture, a TOML file
+    wedge: PathBuf,
+    #[command(flatten)]
+    delivery: Delivery,
+}
+
+impl Modes {
+    pub(crate) fn run(self) -> Result<Outcome, Failure> {
+        let file = ModesFile::open(&self.wedge)?;
+        let folder = self.delivery.begin(&[&self.wedge])?;
+        let outcome = file.job.evaluate(&file.data(), &Progress::new())?;
+        let record = file.record(Some(clock::today()));
+        self.delivery.deliver(folder, &Filed::new(record, outcome))
+    }
+}

@@ -1,0 +1,184 @@
+//! Natural frequencies and mode shapes of a wedge or another fixture of a shaker.
+
+mod campaign;
+mod file;
+mod outcome;
+mod solution;
+
+pub use campaign::{fixture_findings, read_fixtures};
+pub use file::ModesFile;
+pub use outcome::{BodyMesh, LineOutcome, ModesOutcome};
+
+use crate::outcome::Job;
+use crate::trouble::{Result, Trouble, TroubleKind};
+use proofmass_core::Watch;
+use proofmass_fixture::{
+    Accelerometer, Cause, Damping, Design, Fault, Material, Refine, Resonance, Search, Support,
+};
+use proofmass_io::GmshMesh;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// What is calculated.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Body {
+    /// A wedge by its dimensions.
+    Wedge(Box<Design>),
+    /// A mesh from elsewhere.
+    Mesh(Box<MeshedBody>),
+}
+
+/// What belongs to a mesh from elsewhere.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MeshedBody {
+    /// Metres per unit of the coordinates.
+    pub scale: f64,
+    /// Material of every region that has none of its own.
+    pub material: Material,
+    /// Materials by name of the region.
+    pub materials: BTreeMap<String, Material>,
+    /// Name of the group of triangles that stand on the table; `None` takes the faces in the lowest plane.
+    pub base: Option<String>,
+    /// Where the accelerometer is glued, m.
+    pub point: [f64; 3],
+    /// Its footprint along the slope and across, m.
+    pub footprint: [f64; 2],
+    /// What the body stands on.
+    pub support: Support,
+    /// What is glued to it.
+    pub accelerometer: Option<Accelerometer>,
+}
+
+/// The question.
+///
+/// ```
+/// use proofmass_fixture::{Design, Material, Wedge};
+/// use proofmass_jobs::{Job, Outcome, Unwatched, modes::{Body, ModesData, ModesJob}};
+///
+/// let wedge = Wedge::new(35f64.to_radians(), 0.070, 0.060, 0.010);
+/// let design = Design::new(wedge, Material::preset("aluminium").unwrap());
+/// let mut job = ModesJob::new(Body::Wedge(Box::new(design)));
+/// job.count = 4;
+/// job.refine.limit = 20_000;
+/// let outcome = job.evaluate(&ModesData::default(), &Unwatched)?;
+/// let first = &outcome.quantities()[0];
+/// assert_eq!(first.name, "mode-1.frequency");
+/// assert!(first.expanded < 0.05 * first.value);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct ModesJob {
+    /// What is calculated.
+    pub body: Body,
+    /// Number of modes.
+    pub count: usize,
+    /// Wanted accuracy and how far it may go for it.
+    pub refine: Refine,
+    /// Modal damping.
+    pub damping: Damping,
+    /// Frequencies of the table of spurious motion, Hz; empty takes thirds of an octave.
+    pub frequencies: Vec<f64>,
+    /// Share of spurious motion up to which the fixture counts as usable.
+    pub share: f64,
+    /// A mode matters when its weight is at least this.
+    pub weight: f64,
+    /// What is uncertain.
+    pub causes: Vec<Cause>,
+    /// Resonances found by measurement.
+    pub measured: Vec<Resonance>,
+    /// A search over shapes.
+    pub search: Option<Search>,
+    /// Probability of the intervals.
+    pub probability: f64,
+}
+
+impl ModesJob {
+    /// Ten modes to 0.5 %, ζ = 0.005, usable below 2 % spurious motion, 95 % intervals.
+    pub fn new(body: Body) -> Self {
+        Self {
+            body,
+            count: 10,
+            refine: Refine::default(),
+            damping: Damping::default(),
+            frequencies: vec![],
+            share: 0.02,
+            weight: 0.01,
+            causes: vec![],
+            measured: vec![],
+            search: None,
+            probability: 0.95,
+        }
+    }
+
+    fn check(&self) -> Result<()> {
+        let refuse = |what: String| Err(Trouble::request(what));
+        if !(1..=200).contains(&self.count) {
+            return refuse(format!(
+                "{} modes are asked for, 1 to 200 are possible",
+                self.count
+            ));
+        }
+        if !(self.probability > 0.0 && self.probability < 1.0) {
+            return refuse(format!(
+                "a probability of {} is impossible",
+                self.probability
+            ));
+        }
+        if !(self.damping.ratio > 0.0 && self.damping.ratio < 0.5) {
+            return refuse(format!(
+                "a damping of {} of critical is out of place, metal has 0.002 to 0.02",
+                self.damping.ratio
+            ));
+        }
+        if !(self.damping.u >= 0.0 && self.damping.u.is_finite()) {
+            return refuse(format!("u(ζ) = {} is impossible", self.damping.u));
+        }
+        for (name, value) in [("share", self.share), ("weight", self.weight)] {
+            if !(value > 0.0 && value < 1.0) {
+                return refuse(format!(
+                    "a {name} of {value} is out of place, it lies between 0 and 1"
+                ));
+            }
+        }
+        if let Some(f) = self
+            .frequencies
+            .iter()
+            .find(|f| !(f.is_finite() && **f > 0.0))
+        {
+            return refuse(format!("a frequency of {f} Hz is impossible"));
+        }
+        Ok(())
+    }
+}
+
+/// The mesh, where the body is one.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ModesData<'a> {
+    /// As read.
+    pub mesh: Option<&'a GmshMesh>,
+}
+
+impl Job for ModesJob {
+    type Data<'a> = ModesData<'a>;
+    type Outcome = ModesOutcome;
+
+    fn evaluate(&self, data: &ModesData<'_>, watch: &dyn Watch) -> Result<ModesOutcome> {
+        self.check()?;
+        solution::solve(self, data, watch)
+    }
+}
+
+/// A fault as trouble of a job.
+pub(crate) fn trouble(fault: Fault) -> Trouble {
+    let kind = match &fault {
+        Fault::Cancelled => TroubleKind::Cancelled,
+        Fault::Parameter { .. } | Fault::Search { .. } | Fault::NoMaterial { .. } => {
+            TroubleKind::Request
+        }
+        _ => TroubleKind::Data,
+    };
+    Trouble::new(kind, fault.to_string())
+}

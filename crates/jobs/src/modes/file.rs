@@ -1,0 +1,588 @@
+//! `WEDGE.toml`: a fixture, and what is wanted of it.
+
+use super::{Body, MeshedBody, ModesData, ModesJob};
+use crate::campaign::CampaignFile;
+use crate::record::Record;
+use proofmass_fixture::{
+    Accelerometer, Bore, Cause, Damping, Design, Dimension, Foot, Material, Parameter, Resonance,
+    Search, Sides, Support, Table, Wedge,
+};
+use proofmass_io::{Ambient, Device, Error, GmshMesh, Input, Result, Software};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// A fixture read from a file, with the mesh it names.
+#[derive(Clone, Debug)]
+pub struct ModesFile {
+    /// The file.
+    pub source: CampaignFile,
+    /// Title of the report.
+    pub title: Option<String>,
+    /// The question.
+    pub job: ModesJob,
+    mesh: Option<(GmshMesh, Input)>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    title: Option<String>,
+    wedge: Option<WedgeTable>,
+    mesh: Option<MeshTable>,
+    material: Option<MaterialTable>,
+    #[serde(default)]
+    materials: BTreeMap<String, MaterialTable>,
+    support: Option<SupportTable>,
+    accelerometer: Option<AccelerometerTable>,
+    modes: Option<ModesTable>,
+    transfer: Option<TransferTable>,
+    #[serde(default)]
+    uncertainty: BTreeMap<String, f64>,
+    #[serde(default)]
+    measured: Vec<MeasuredTable>,
+    search: Option<SearchTable>,
+    evaluation: Option<EvaluationTable>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WedgeTable {
+    angle_deg: f64,
+    length_mm: f64,
+    width_mm: f64,
+    toe_mm: f64,
+    height_mm: Option<f64>,
+    #[serde(default)]
+    gluing_mm: f64,
+    footprint_mm: Option<[f64; 2]>,
+    foot: Option<FootTable>,
+    sides: Option<SidesTable>,
+    bore: Option<BoreTable>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FootTable {
+    thickness_mm: f64,
+    overhang_mm: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SidesTable {
+    thickness_mm: f64,
+    from_mm: f64,
+    to_mm: f64,
+    rise_mm: f64,
+    #[serde(default = "whole")]
+    depth: f64,
+    material: Option<MaterialTable>,
+}
+
+fn whole() -> f64 {
+    1.0
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BoreTable {
+    diameter_mm: f64,
+    depth_mm: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MeshTable {
+    file: String,
+    #[serde(default = "millimetre")]
+    unit: String,
+    base: Option<String>,
+    gluing_point_mm: [f64; 3],
+    footprint_mm: Option<[f64; 2]>,
+}
+
+fn millimetre() -> String {
+    "mm".into()
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MaterialTable {
+    preset: Option<String>,
+    name: Option<String>,
+    #[serde(rename = "young_GPa")]
+    young_gpa: Option<f64>,
+    poisson: Option<f64>,
+    #[serde(rename = "density_kg_per_m3")]
+    density_kg_per_m3: Option<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum SupportKind {
+    Clamped,
+    Elastic,
+    Table,
+    Free,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SupportTable {
+    kind: SupportKind,
+    #[serde(rename = "normal_N_per_m")]
+    normal: Option<f64>,
+    #[serde(rename = "tangential_N_per_m")]
+    tangential: Option<f64>,
+    mass_kg: Option<f64>,
+    #[serde(rename = "axial_N_per_m")]
+    axial: Option<f64>,
+    #[serde(rename = "lateral_N_per_m")]
+    lateral: Option<f64>,
+    #[serde(rename = "rocking_Nm_per_rad")]
+    rocking: Option<f64>,
+    gyration_mm: Option<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct AccelerometerTable {
+    mass_g: f64,
+    #[serde(default)]
+    height_mm: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ModesTable {
+    count: Option<usize>,
+    accuracy: Option<f64>,
+    unknowns: Option<usize>,
+    size_mm: Option<f64>,
+    weight: Option<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TransferTable {
+    damping: Option<f64>,
+    u_damping: Option<f64>,
+    #[serde(rename = "frequencies_Hz")]
+    frequencies_hz: Option<Vec<f64>>,
+    share: Option<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MeasuredTable {
+    mode: usize,
+    #[serde(rename = "frequency_Hz")]
+    frequency_hz: f64,
+    #[serde(rename = "u_Hz")]
+    u_hz: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SearchTable {
+    vary: BTreeMap<String, [f64; 2]>,
+    heaviest_g: Option<f64>,
+    trials: Option<usize>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct EvaluationTable {
+    probability: f64,
+}
+
+/// Name of a dimension with its unit as in a file, and the factor to SI.
+fn dimension_key(d: Dimension) -> (String, f64) {
+    let name = d.name().replace('-', "_");
+    match d.unit() {
+        "m" => (format!("{name}_mm"), 1e-3),
+        "rad" => (format!("{name}_deg"), std::f64::consts::PI / 180.0),
+        _ => (name, 1.0),
+    }
+}
+
+fn dimension(key: &str) -> Option<(Dimension, f64)> {
+    Dimension::ALL
+        .into_iter()
+        .map(|d| (d, dimension_key(d)))
+        .find(|(_, (name, _))| name == key)
+        .map(|(d, (_, factor))| (d, factor))
+}
+
+impl ModesFile {
+    /// Reads a fixture, and the mesh it names from the same folder.
+    ///
+    /// # Errors
+    /// A missing file, an unknown key (with the nearest valid one), a value that cannot be: with its line.
+    pub fn open(path: &Path) -> Result<Self> {
+        Self::of(CampaignFile::open(path)?)
+    }
+
+    /// Reads a fixture that another file names.
+    ///
+    /// # Errors
+    /// As [`ModesFile::open`].
+    pub fn of(source: CampaignFile) -> Result<Self> {
+        let file: File = source.parse()?;
+        let material = match &file.material {
+            Some(table) => material(&source, "material", table)?,
+            None => Material::preset("aluminium")
+                .ok_or_else(|| source.refuse("", "material", "is missing"))?,
+        };
+        let support = support(&source, file.support.as_ref())?;
+        let accelerometer = file.accelerometer.as_ref().map(|a| Accelerometer {
+            mass: 1e-3 * a.mass_g,
+            height: 1e-3 * a.height_mm,
+        });
+        let footprint = |given: Option<[f64; 2]>| given.unwrap_or([10.0, 10.0]).map(|v| 1e-3 * v);
+        let mut mesh = None;
+        let body = match (&file.wedge, &file.mesh) {
+            (Some(w), None) => {
+                if !file.materials.is_empty() {
+                    return Err(source
+                        .refuse("", "materials", "regions by name belong to a mesh")
+                        .with_hint("the side masses of a wedge have [wedge.sides.material]"));
+                }
+                let mut wedge = Wedge::new(
+                    w.angle_deg.to_radians(),
+                    1e-3 * w.length_mm,
+                    1e-3 * w.width_mm,
+                    1e-3 * w.toe_mm,
+                );
+                wedge.height = w.height_mm.map(|h| 1e-3 * h);
+                wedge.gluing = 1e-3 * w.gluing_mm;
+                wedge.footprint = footprint(w.footprint_mm);
+                wedge.foot = w.foot.as_ref().map(|f| Foot {
+                    thickness: 1e-3 * f.thickness_mm,
+                    overhang: 1e-3 * f.overhang_mm,
+                });
+                wedge.sides = w.sides.as_ref().map(|s| Sides {
+                    thickness: 1e-3 * s.thickness_mm,
+                    from: 1e-3 * s.from_mm,
+                    to: 1e-3 * s.to_mm,
+                    rise: 1e-3 * s.rise_mm,
+                    depth: s.depth,
+                });
+                wedge.bore = w.bore.as_ref().map(|b| Bore {
+                    diameter: 1e-3 * b.diameter_mm,
+                    depth: 1e-3 * b.depth_mm,
+                });
+                let mut design = Design::new(wedge, material);
+                if let Some(table) = w.sides.as_ref().and_then(|s| s.material.as_ref()) {
+                    design.sides = Some(self::material(&source, "wedge.sides.material", table)?);
+                }
+                design.support = support;
+                design.accelerometer = accelerometer;
+                design
+                    .wedge
+                    .check()
+                    .map_err(|fault| source.refuse("", "wedge", fault.to_string()))?;
+                Body::Wedge(Box::new(design))
+            }
+            (None, Some(m)) => {
+                let scale = match m.unit.as_str() {
+                    "m" => 1.0,
+                    "mm" => 1e-3,
+                    other => {
+                        return Err(source
+                            .refuse("mesh", "unit", format!("`{other}` is not known"))
+                            .with_hint("the unit of the coordinates of the mesh: mm or m"));
+                    }
+                };
+                let (text, input) = source.text(&m.file)?;
+                mesh = Some((GmshMesh::parse(&text, &source.resolve(&m.file))?, input));
+                let materials = file
+                    .materials
+                    .iter()
+                    .map(|(name, table)| {
+                        Ok((name.clone(), self::material(&source, "materials", table)?))
+                    })
+                    .collect::<Result<_>>()?;
+                Body::Mesh(Box::new(MeshedBody {
+                    scale,
+                    material,
+                    materials,
+                    base: m.base.clone(),
+                    point: m.gluing_point_mm.map(|v| 1e-3 * v),
+                    footprint: footprint(m.footprint_mm),
+                    support,
+                    accelerometer,
+                }))
+            }
+            _ => {
+                return Err(source
+                    .refuse("", "wedge", "the file describes no fixture, or two")
+                    .with_hint(
+                        "give either [wedge] with its dimensions or [mesh] with the file of a mesh",
+                    ));
+            }
+        };
+        let mut job = ModesJob::new(body);
+        if let Some(m) = &file.modes {
+            job.count = m.count.unwrap_or(job.count);
+            job.refine.accuracy = m.accuracy.unwrap_or(job.refine.accuracy);
+            job.refine.limit = m.unknowns.unwrap_or(job.refine.limit);
+            job.refine.size = m.size_mm.map(|s| 1e-3 * s);
+            job.weight = m.weight.unwrap_or(job.weight);
+        }
+        if let Some(t) = &file.transfer {
+            let ratio = t.damping.unwrap_or(job.damping.ratio);
+            job.damping = Damping {
+                ratio,
+                // Damping is known to half of it unless somebody measured.
+                u: t.u_damping.unwrap_or(0.5 * ratio),
+            };
+            job.frequencies = t.frequencies_hz.clone().unwrap_or_default();
+            job.share = t.share.unwrap_or(job.share);
+        }
+        for (key, &u) in &file.uncertainty {
+            job.causes.push(cause(&source, &job, key, u)?);
+        }
+        for m in &file.measured {
+            let mode = m
+                .mode
+                .checked_sub(1)
+                .ok_or_else(|| source.refuse("measured", "mode", "modes are counted from 1"))?;
+            job.measured.push(Resonance {
+                mode,
+                frequency: m.frequency_hz,
+                u: m.u_hz,
+            });
+        }
+        if let Some(s) = &file.search {
+            let mut vary = vec![];
+            for (key, [low, high]) in &s.vary {
+                let Some((d, factor)) = dimension(key) else {
+                    return Err(unknown_dimension(&source, "search.vary", key));
+                };
+                vary.push((d, factor * low, factor * high));
+            }
+            let mut search = Search::new(vary);
+            search.weight = job.weight;
+            search.heaviest = s.heaviest_g.map(|m| 1e-3 * m);
+            search.trials = s.trials.unwrap_or(search.trials);
+            job.search = Some(search);
+        }
+        if let Some(e) = &file.evaluation {
+            job.probability = e.probability;
+        }
+        Ok(Self {
+            title: file.title,
+            job,
+            mesh,
+            source,
+        })
+    }
+
+    /// The data of the question.
+    pub fn data(&self) -> ModesData<'_> {
+        ModesData {
+            mesh: self.mesh.as_ref().map(|m| &m.0),
+        }
+    }
+
+    /// What a result is filed with.
+    pub fn record(&self, date: Option<String>) -> Record {
+        let mut inputs = vec![self.source.input.clone()];
+        inputs.extend(self.mesh.iter().map(|m| m.1.clone()));
+        Record {
+            title: self.title.clone(),
+            device: Device::default(),
+            ambient: Ambient::default(),
+            date,
+            inputs,
+            software: Software::default(),
+        }
+    }
+}
+
+fn unknown_dimension(source: &CampaignFile, table: &str, key: &str) -> Error {
+    let names: Vec<String> = Dimension::ALL
+        .into_iter()
+        .map(|d| dimension_key(d).0)
+        .collect();
+    let near = proofmass_io::spelling::nearest(key, names.iter().map(String::as_str))
+        .map_or(String::new(), |near| format!("did you mean `{near}`? "));
+    source
+        .refuse(table, key, "is no dimension of a wedge")
+        .with_hint(format!("{near}valid here: {}", names.join(", ")))
+}
+
+/// `key = u` of [uncertainty].
+fn cause(source: &CampaignFile, job: &ModesJob, key: &str, u: f64) -> Result<Cause> {
+    if !(u.is_finite() && u >= 0.0) {
+        return Err(source.refuse("uncertainty", key, format!("u = {u} is impossible")));
+    }
+    if let Some((d, factor)) = dimension(key) {
+        return Ok(Cause::new(Parameter::Dimension(d), factor * u));
+    }
+    let (body, sides, support, load) = match &job.body {
+        Body::Wedge(d) => (
+            Some(&d.material),
+            d.wedge
+                .sides
+                .as_ref()
+                .map(|_| d.sides.as_ref().unwrap_or(&d.material)),
+            d.support,
+            d.accelerometer,
+        ),
+        Body::Mesh(b) => (Some(&b.material), None, b.support, b.accelerometer),
+    };
+    let springs = match support {
+        Support::Elastic { normal, tangential } => [Some(normal), Some(tangential)],
+        _ => [None, None],
+    };
+    let table = match support {
+        Support::Table(t) => Some(t),
+        _ => None,
+    };
+    // Name, parameter, and what u is a percentage of; `Some(1.0)` with the factor 1 is absolute.
+    let known: Vec<(&str, Parameter, Option<f64>)> = vec![
+        (
+            "young_percent",
+            Parameter::Young(0),
+            body.map(|m| 0.01 * m.young),
+        ),
+        ("poisson", Parameter::Poisson(0), Some(1.0)),
+        (
+            "density_percent",
+            Parameter::Density(0),
+            body.map(|m| 0.01 * m.density),
+        ),
+        (
+            "sides_young_percent",
+            Parameter::Young(1),
+            sides.map(|m| 0.01 * m.young),
+        ),
+        (
+            "sides_density_percent",
+            Parameter::Density(1),
+            sides.map(|m| 0.01 * m.density),
+        ),
+        ("size_percent", Parameter::Scale, Some(0.01)),
+        (
+            "normal_stiffness_percent",
+            Parameter::NormalStiffness,
+            springs[0].map(|k| 0.01 * k),
+        ),
+        (
+            "tangential_stiffness_percent",
+            Parameter::TangentialStiffness,
+            springs[1].map(|k| 0.01 * k),
+        ),
+        (
+            "table_mass_percent",
+            Parameter::TableMass,
+            table.map(|t| 0.01 * t.mass),
+        ),
+        (
+            "table_axial_percent",
+            Parameter::TableAxial,
+            table.map(|t| 0.01 * t.axial),
+        ),
+        (
+            "table_lateral_percent",
+            Parameter::TableLateral,
+            table.and_then(|t| t.lateral).map(|k| 0.01 * k),
+        ),
+        (
+            "table_rocking_percent",
+            Parameter::TableRocking,
+            table.and_then(|t| t.rocking).map(|k| 0.01 * k),
+        ),
+        (
+            "accelerometer_mass_g",
+            Parameter::AccelerometerMass,
+            load.map(|_| 1e-3),
+        ),
+        (
+            "accelerometer_height_mm",
+            Parameter::AccelerometerHeight,
+            load.map(|_| 1e-3),
+        ),
+    ];
+    match known.iter().find(|k| k.0 == key) {
+        Some((_, parameter, Some(factor))) => Ok(Cause::new(parameter.clone(), factor * u)),
+        Some((.., None)) => {
+            Err(source.refuse("uncertainty", key, "this fixture has no such thing"))
+        }
+        None => {
+            let mut names: Vec<String> = known.iter().map(|k| k.0.to_owned()).collect();
+            names.extend(Dimension::ALL.into_iter().map(|d| dimension_key(d).0));
+            let near = proofmass_io::spelling::nearest(key, names.iter().map(String::as_str))
+                .map_or(String::new(), |near| format!("did you mean `{near}`? "));
+            Err(source
+                .refuse("uncertainty", key, "is not known")
+                .with_hint(format!("{near}valid here: {}", names.join(", "))))
+        }
+    }
+}
+
+fn material(source: &CampaignFile, table: &str, m: &MaterialTable) -> Result<Material> {
+    let mut material = match &m.preset {
+        Some(name) => Material::preset(name).ok_or_else(|| {
+            let names: Vec<&str> = Material::presets().collect();
+            source
+                .refuse(table, "preset", format!("`{name}` is not known"))
+                .with_hint(format!(
+                    "known: {}; or give young_GPa, poisson, density_kg_per_m3",
+                    names.join(", ")
+                ))
+        })?,
+        None => {
+            let (Some(_), Some(_), Some(_)) = (m.young_gpa, m.poisson, m.density_kg_per_m3) else {
+                return Err(source
+                    .refuse("", table, "the material is not complete")
+                    .with_hint("give a preset, or young_GPa, poisson and density_kg_per_m3"));
+            };
+            Material::new("as given", 0.0, 0.0, 0.0)
+        }
+    };
+    if let Some(name) = &m.name {
+        material.name.clone_from(name);
+    }
+    material.young = m.young_gpa.map_or(material.young, |e| 1e9 * e);
+    material.poisson = m.poisson.unwrap_or(material.poisson);
+    material.density = m.density_kg_per_m3.unwrap_or(material.density);
+    material
+        .check()
+        .map_err(|fault| source.refuse("", table, fault.to_string()))?;
+    Ok(material)
+}
+
+fn support(source: &CampaignFile, table: Option<&SupportTable>) -> Result<Support> {
+    let Some(t) = table else {
+        return Ok(Support::Clamped);
+    };
+    let need = |value: Option<f64>, key: &str| {
+        value.ok_or_else(|| source.refuse("support", key, format!("{key} is missing")))
+    };
+    let support = match t.kind {
+        SupportKind::Clamped => Support::Clamped,
+        SupportKind::Free => Support::Free,
+        SupportKind::Elastic => Support::Elastic {
+            normal: need(t.normal, "normal_N_per_m")?,
+            tangential: need(t.tangential, "tangential_N_per_m")?,
+        },
+        SupportKind::Table => Support::Table(Table {
+            mass: need(t.mass_kg, "mass_kg")?,
+            axial: need(t.axial, "axial_N_per_m")?,
+            lateral: t.lateral,
+            rocking: t.rocking,
+            gyration: match t.rocking {
+                Some(_) => 1e-3 * need(t.gyration_mm, "gyration_mm")?,
+                None => 0.0,
+            },
+        }),
+    };
+    support
+        .check()
+        .map_err(|fault| source.refuse("", "support", fault.to_string()))?;
+    Ok(support)
+}

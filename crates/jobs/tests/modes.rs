@@ -1,0 +1,197 @@
+//! The job `modes`: from a file to a result and back, a mesh from elsewhere, a campaign that names the result.
+
+use proofmass_fixture::{Fineness, WedgeMesh};
+use proofmass_jobs::campaign::CampaignFile;
+use proofmass_jobs::modes::{Body, ModesFile, ModesOutcome, fixture_findings, read_fixtures};
+use proofmass_jobs::{Filed, Job, Memory, Outcome, Unwatched};
+use std::fmt::Write;
+use std::sync::Arc;
+
+const WEDGE: &str = "
+[wedge]
+angle_deg = 55
+length_mm = 70
+width_mm = 50
+toe_mm = 8
+height_mm = 80
+gluing_mm = -3
+[accelerometer]
+mass_g = 10
+height_mm = 5
+[modes]
+count = 4
+unknowns = 12000
+accuracy = 0.05
+size_mm = 40
+[transfer]
+frequencies_Hz = [100, 1000, 3000]
+[uncertainty]
+young_percent = 2
+width_mm = 0.1
+";
+
+fn open(files: &[(&str, String)]) -> Result<ModesFile, proofmass_io::Error> {
+    let store = files.iter().fold(Memory::new(), |store, (name, text)| {
+        store.file(*name, text.clone())
+    });
+    ModesFile::of(CampaignFile::read(Arc::new(store), files[0].0)?)
+}
+
+fn evaluate(file: &ModesFile) -> Filed<ModesOutcome> {
+    let outcome = file.job.evaluate(&file.data(), &Unwatched).unwrap();
+    Filed::new(file.record(Some("2026-11-21".into())), outcome)
+}
+
+#[test]
+fn law_a_result_read_back_is_the_same_and_looks_the_same() {
+    let file = open(&[("wedge.toml", WEDGE.to_owned())]).unwrap();
+    let filed = evaluate(&file);
+    let bytes = filed.to_json().unwrap();
+    let again: Filed<ModesOutcome> = Filed::from_json(&bytes).unwrap();
+    assert_eq!(filed, again);
+    assert_eq!(filed.files().unwrap(), again.files().unwrap());
+    // Request as data, both ways.
+    let text = serde_json::to_string(&file.job).unwrap();
+    let job: proofmass_jobs::modes::ModesJob = serde_json::from_str(&text).unwrap();
+    assert_eq!(job, file.job);
+    let html = filed.html().unwrap();
+    assert!(html.contains("mode 1: ") && html.contains("Spurious motion over frequency"));
+    let names: Vec<String> = filed.files().unwrap().into_iter().map(|f| f.0).collect();
+    for name in ["modes.csv", "spurious.csv", "slope.csv", "modes.vtu"] {
+        assert!(names.iter().any(|n| n == name), "{names:?}");
+    }
+}
+
+/// A wedge by its dimensions, and its coarsest mesh as a Gmsh file with a named base: the same frequencies on the same mesh.
+#[test]
+fn crosscheck_a_mesh_file_against_the_dimensions() {
+    let file = open(&[("wedge.toml", WEDGE.to_owned())]).unwrap();
+    let Body::Wedge(design) = &file.job.body else {
+        panic!("a wedge")
+    };
+    let fineness = Fineness {
+        size: 0.040,
+        parts: 1,
+    };
+    let mesh = WedgeMesh::new(&design.wedge, fineness).unwrap();
+    let (nodes, elements) = (mesh.fixture.mesh.nodes(), mesh.fixture.mesh.elements());
+    let mut text = String::from(
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n2 1 \"on the table\"\n3 2 \"wedge\"\n$EndPhysicalNames\n$Nodes\n",
+    );
+    writeln!(text, "{}", nodes.len()).unwrap();
+    for (i, x) in nodes.iter().enumerate() {
+        writeln!(
+            text,
+            "{} {:?} {:?} {:?}",
+            i + 1,
+            1e3 * x[0],
+            1e3 * x[1],
+            1e3 * x[2]
+        )
+        .unwrap();
+    }
+    let base = &mesh.fixture.base;
+    write!(
+        text,
+        "$EndNodes\n$Elements\n{}\n",
+        elements.len() + base.len()
+    )
+    .unwrap();
+    for (i, f) in base.iter().enumerate() {
+        writeln!(
+            text,
+            "{} 9 2 1 1 {}",
+            i + 1,
+            f.map(|n| (n + 1).to_string()).join(" ")
+        )
+        .unwrap();
+    }
+    for (i, e) in elements.iter().enumerate() {
+        let mut e = *e;
+        e.swap(8, 9);
+        let words = e.map(|n| (n + 1).to_string()).join(" ");
+        writeln!(text, "{} 11 2 2 1 {words}", base.len() + i + 1).unwrap();
+    }
+    text.push_str("$EndElements\n");
+    let point = mesh.fixture.seat.point.map(|c| 1e3 * c);
+    let toml = format!(
+        "[mesh]\nfile = \"w.msh\"\nbase = \"on the table\"\ngluing_point_mm = {point:?}\n[materials.wedge]\npreset = \"aluminium\"\n\
+         [accelerometer]\nmass_g = 10\nheight_mm = 5\n[modes]\ncount = 4\naccuracy = 0.2\nunknowns = 40000\n[uncertainty]\nsize_percent = 0.1\n"
+    );
+    let meshed = open(&[("m.toml", toml.clone()), ("w.msh", text.clone())]).unwrap();
+    let (a, b) = (evaluate(&file), evaluate(&meshed));
+    // First level of both: the same mesh.
+    let first =
+        |o: &ModesOutcome| serde_json::to_value(o).unwrap()["levels"][0]["frequencies"].clone();
+    let (a, b) = (first(&a.outcome), first(&b.outcome));
+    for m in 0..4 {
+        let (f, g) = (a[m].as_f64().unwrap(), b[m].as_f64().unwrap());
+        assert!((f / g - 1.0).abs() < 1e-6, "{f} {g}");
+    }
+    let wrong = toml.replace("on the table", "floor");
+    let wrong = open(&[("m.toml", wrong), ("w.msh", text)]).unwrap();
+    let trouble = wrong.job.evaluate(&wrong.data(), &Unwatched).unwrap_err();
+    assert!(trouble.to_string().contains("`floor`"), "{trouble}");
+    assert!(trouble.hint().unwrap().contains("on the table"));
+}
+
+#[test]
+fn known_findings_of_a_campaign_that_names_the_wedge() {
+    let file = open(&[("wedge.toml", WEDGE.to_owned())]).unwrap();
+    let filed = evaluate(&file);
+    let store = Memory::new()
+        .file("campaign.toml", "kind = \"shaker-triaxial\"\n")
+        .file("w/result.json", filed.to_json().unwrap());
+    let campaign = CampaignFile::read(Arc::new(store), "campaign.toml").unwrap();
+    let fixtures = read_fixtures(&campaign, &["w/result.json".to_owned()]).unwrap();
+    let alpha = 55f64.to_radians();
+    let resonance = fixtures[0]
+        .resonances()
+        .into_iter()
+        .find(|r| r[2] >= 0.01)
+        .unwrap()[0];
+    let codes = |points: &[(f64, f64)]| -> Vec<String> {
+        fixture_findings(&fixtures, points)
+            .iter()
+            .map(|f| f.code().to_owned())
+            .collect()
+    };
+    assert!(codes(&[(alpha, 20.0), (alpha, 100.0)]).is_empty());
+    let both = codes(&[(alpha, 20.0), (alpha, resonance)]);
+    for code in ["fixture-resonance", "fixture-beyond-its-range"] {
+        assert!(both.iter().any(|c| c == code), "{both:?}");
+    }
+    // Another wedge is another matter.
+    assert!(codes(&[(0.3, resonance)]).is_empty());
+    assert!(read_fixtures(&campaign, &["campaign.toml".to_owned()]).is_err());
+    assert!(read_fixtures(&campaign, &["none.json".to_owned()]).is_err());
+}
+
+#[test]
+fn refuses_files_that_describe_no_fixture() {
+    let refusal = |text: &str| {
+        let error = open(&[("wedge.toml", text.to_owned())]).err().unwrap();
+        error.to_string()
+    };
+    assert!(refusal("title = \"x\"\n").contains("describes no fixture"));
+    assert!(refusal(&WEDGE.replace("width_mm = 50", "widht_mm = 50")).contains("widht_mm"));
+    assert!(
+        refusal(&WEDGE.replace("width_mm = 50", "width_mm = -5"))
+            .contains("must be a positive number")
+    );
+    assert!(refusal(&WEDGE.replace("young_percent", "joung_percent")).contains("is not known"));
+    assert!(
+        refusal(&WEDGE.replace(
+            "width_mm = 0.1",
+            "bore_depth_mm = 0.1\nsides_young_percent = 1"
+        ))
+        .contains("no such thing")
+    );
+    assert!(refusal(&format!("{WEDGE}[search.vary]\nwide_mm = [1, 2]\n")).contains("no dimension"));
+    assert!(refusal(&format!("{WEDGE}[material]\npreset = \"mithril\"\n")).contains("mithril"));
+    let free = open(&[(
+        "wedge.toml",
+        format!("{WEDGE}[support]\nkind = \"elastic\"\n"),
+    )]);
+    assert!(free.err().unwrap().to_string().contains("normal_N_per_m"));
+}
