@@ -73,7 +73,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 let checks = pool.install(|| run(1)).unwrap_or_default();
                 components = checks.into_iter().flat_map(|c| c.components).collect();
             });
-        let u = components.first().map_or(f64::NAN, |v| v.monte_carlo);
+        let u = components
+            .first()
+            .map_or(f64::NAN, |v| v.monte_carlo.unwrap_or(f64::NAN));
         println!(
             "  {threads} thread{}   {ours:8.2} s   {:6.1} ×   u(Re S_xx) = {u:.4e}",
             if threads == 1 { " " } else { "s" },

@@ -128,7 +128,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         seconds.push(best(5, || {
             u = pool
                 .install(|| run.run(&EndGauge, &joint))
-                .map_or(f64::NAN, |r| r.outputs[0].standard_uncertainty);
+                .map_or(f64::NAN, |r| {
+                    r.outputs[0].standard_uncertainty.unwrap_or(f64::NAN)
+                });
         }));
     }
     let (theirs, their_u) = peers.get("end_gauge")?;

@@ -3,8 +3,11 @@
 use crate::recording_arguments::RecordingArguments;
 use crate::{Failure, Outcome, console};
 use proofmass::core::{Matrix3, SensorModel};
-use proofmass::io::{CalibrationFile, Layout, Rewriter, RowReader};
-use std::path::PathBuf;
+use proofmass::io::{
+    AtomicFile, CalibrationFile, Input, Layout, LayoutOptions, Provenance, Rewriter, RowReader,
+    Source,
+};
+use std::path::{Path, PathBuf};
 
 /// Compensate a recording with a calibration.
 ///
@@ -14,20 +17,26 @@ use std::path::PathBuf;
 pub(crate) struct Apply {
     /// calibration.json written by `proofmass calibrate`
     calibration: PathBuf,
-    /// Recording with uncompensated outputs
+    /// Recording with uncompensated outputs; `-` is standard input
     recording: PathBuf,
-    /// File for the compensated recording (CSV); an existing one is replaced
+    /// File for the compensated recording (CSV), replaced if it is there; `-` is standard output
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
+    /// Replace a file that `proofmass apply` did not write or that was changed since
+    #[arg(long)]
+    force: bool,
     #[command(flatten)]
     reading: RecordingArguments,
 }
 
 impl Apply {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
-        let calibration = CalibrationFile::read(&self.calibration)?;
+        self.may_replace()?;
+        let (calibration, calibration_input) =
+            CalibrationFile::from_source(Source::open(&self.calibration)?)?;
         let sensor = SensorModel::new(Matrix3(calibration.k), calibration.b)?;
-        let layout = Layout::sniff(&self.recording)?;
+        let mut source = Source::open(&self.recording)?;
+        let layout = Layout::of(&mut source, &LayoutOptions::default())?;
         let mut columns = Vec::with_capacity(3);
         let mut factors = [1.0; 3];
         let mut headings = Vec::with_capacity(3);
@@ -45,10 +54,9 @@ impl Apply {
         }
 
         let inputs = [self.recording.as_path(), self.calibration.as_path()];
-        let mut reader = RowReader::open(&self.recording, layout.clone(), &columns)?.keep_text();
+        let mut reader = RowReader::new(source, layout.clone(), &columns)?.keep_text();
         let mut writer = Rewriter::create(&self.output, &layout, &headings, &inputs)?;
-        let size = std::fs::metadata(&self.recording)?.len();
-        let bar = console::progress(size, "compensating");
+        let bar = console::progress(reader.size().unwrap_or(0), "compensating");
         let mut compensated: [Vec<f64>; 3] = Default::default();
         let (mut rows, mut beyond) = (0u64, 0u64);
         while let Some(block) = reader.next_block()? {
@@ -69,14 +77,26 @@ impl Apply {
             let [x, y, z] = &compensated;
             writer.block(&block, &[x, y, z])?;
             rows += block.rows() as u64;
-            bar.inc(
-                (0..block.rows())
-                    .map(|row| block.text(row).len() as u64 + 1)
-                    .sum(),
-            );
+            bar.set_position(reader.bytes_read());
         }
-        writer.commit()?;
         bar.finish_and_clear();
+        for finding in reader.findings() {
+            console::note(format!(
+                "{}: {}; {}",
+                finding.severity(),
+                finding.what(),
+                finding.evidence_text()
+            ));
+        }
+        let provenance = writer.file().is_kept().then(|| writer.file().sha256());
+        let recording_input = reader.finish()?;
+        writer.commit()?;
+        if let Some(sha256) = provenance {
+            let provenance = Provenance::new(sha256, vec![recording_input, calibration_input]);
+            let mut beside = AtomicFile::create(Provenance::place(&self.output), &inputs)?;
+            beside.write_all(&provenance.to_json()?)?;
+            beside.commit()?;
+        }
         console::note(format!(
             "written: {} ({rows} samples, columns {})",
             self.output.display(),
@@ -94,5 +114,25 @@ impl Apply {
             ));
         }
         Ok(Outcome::Done)
+    }
+
+    /// Whether what stands at the place may go: what an earlier run wrote there and nobody changed, or what the user says.
+    fn may_replace(&self) -> Result<(), Failure> {
+        let regular = std::fs::metadata(&self.output).is_ok_and(|m| m.is_file() && m.len() > 0);
+        if self.force || !regular || self.output == Path::new("-") {
+            return Ok(());
+        }
+        let own = match Provenance::of(&self.output) {
+            Ok(Some(provenance)) => Input::of(&self.output)?.sha256 == provenance.sha256,
+            _ => false,
+        };
+        if own || console::asked(&format!("replace {}?", self.output.display())) {
+            return Ok(());
+        }
+        Err(Failure::new(format!(
+            "{} is there, and was not written by `proofmass apply` or was changed since",
+            self.output.display()
+        ))
+        .hint("name another file, or replace it with --force"))
     }
 }

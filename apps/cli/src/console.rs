@@ -2,6 +2,7 @@
 
 use crate::Failure;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use proofmass::core::Visible;
 use proofmass::jobs::Watch;
 use proofmass::report::{Report, terminal};
 use proofmass::uncertainty::{Finding, Severity};
@@ -14,7 +15,7 @@ pub(crate) fn show(report: &Report) -> Result<(), Failure> {
     let out = std::io::stdout();
     let options = terminal::Options {
         width: width(),
-        colour: out.is_terminal() && std::env::var_os("NO_COLOR").is_none(),
+        colour: out.is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty()),
     };
     print(&terminal::render(report, &options)?)
 }
@@ -37,9 +38,27 @@ pub(crate) fn print_json(bytes: &[u8]) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Writes to standard error; one that nobody reads or that is full is no reason to fail.
+pub(crate) fn complain(text: &str) {
+    let mut err = anstream::stderr().lock();
+    let _ = err.write_all(text.as_bytes());
+    let _ = err.flush();
+}
+
+/// Asks a question that `y` answers with yes; without a person at the terminal the answer is no.
+pub(crate) fn asked(question: &str) -> bool {
+    if !(std::io::stdin().is_terminal() && std::io::stderr().is_terminal()) {
+        return false;
+    }
+    complain(&format!("{} [y/N] ", Visible(question)));
+    let mut answer = String::new();
+    let read = std::io::stdin().read_line(&mut answer);
+    read.is_ok() && matches!(answer.trim(), "y" | "Y" | "yes")
+}
+
 /// Says on standard error what was written where.
 pub(crate) fn note(text: impl AsRef<str>) {
-    anstream::eprintln!("{}", text.as_ref());
+    complain(&format!("{}\n", Visible(text.as_ref())));
 }
 
 /// Whether one of the findings needs a decision.
@@ -98,10 +117,9 @@ impl Drop for Progress {
     }
 }
 
+/// Columns of the terminal, of COLUMNS where there is none, or a hundred.
 fn width() -> usize {
-    std::env::var("COLUMNS")
-        .ok()
-        .and_then(|v| v.parse().ok())
-        .unwrap_or(100usize)
-        .clamp(60, 140)
+    let terminal = terminal_size::terminal_size().map(|(width, _)| usize::from(width.0));
+    let stated = || std::env::var("COLUMNS").ok()?.parse().ok();
+    terminal.or_else(stated).unwrap_or(100).clamp(40, 140)
 }

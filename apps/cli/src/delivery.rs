@@ -2,7 +2,7 @@
 
 use crate::{Failure, Outcome, console};
 use proofmass::io::OutputFolder;
-use proofmass::jobs::{self, Filed};
+use proofmass::jobs::AnyResult;
 use proofmass::report::{Report, html};
 use proofmass::uncertainty::Finding;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ pub(crate) struct Delivery {
     /// Folder for result.json, report.html and tables [default: none is written]
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) output: Option<PathBuf>,
-    /// Replace the output folder even when it holds files that are not results of proofmass
+    /// Write into a folder with other files or results of another kind; files of the same name are replaced, others kept
     #[arg(long)]
     force: bool,
     /// Print result.json instead of the summary
@@ -47,34 +47,28 @@ impl Delivery {
         }
     }
 
-    /// Begins the folder of a command that always writes one. A folder with one of the inputs is never replaced.
+    /// Begins the folder of a command that always writes one. The inputs are never replaced.
     pub(crate) fn begin_at(
         &self,
         place: PathBuf,
         inputs: &[&Path],
     ) -> Result<OutputFolder, Failure> {
-        if let Ok(folder) = place.canonicalize() {
-            let inside = |input: &&&Path| {
-                let input = input.canonicalize();
-                input.is_ok_and(|input| input.starts_with(&folder))
-            };
-            if let Some(input) = inputs.iter().find(inside) {
-                return Err(Failure::new(format!(
-                    "{} holds the input {}, which would be lost",
-                    place.display(),
-                    input.display()
-                ))
-                .hint("name another folder, such as one inside it"));
-            }
+        let mut folder = OutputFolder::create(place, self.force)?;
+        folder.protect(inputs.iter().copied());
+        for litter in folder.swept() {
+            console::note(format!(
+                "removed what an interrupted run had left: {}",
+                litter.display()
+            ));
         }
-        Ok(OutputFolder::create(place, self.force)?)
+        Ok(folder)
     }
 
     /// Writes every file of an outcome, prints what is asked for and says how it ended.
-    pub(crate) fn deliver<O: jobs::Outcome>(
+    pub(crate) fn deliver(
         &self,
         folder: Option<OutputFolder>,
-        filed: &Filed<O>,
+        filed: &dyn AnyResult,
     ) -> Result<Outcome, Failure> {
         let mut place = None;
         if let Some(folder) = folder {
@@ -91,7 +85,7 @@ impl Delivery {
         if let Some(place) = place {
             console::note(format!("written: {}", place.display()));
         }
-        Ok(Outcome::of(self.strict, filed.outcome.findings()))
+        Ok(Outcome::of(self.strict, filed.findings()))
     }
 
     /// Writes the folder, prints what is asked for and says how it ended.

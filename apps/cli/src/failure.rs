@@ -1,5 +1,6 @@
 //! Errors as a person reads them: what is wrong, where, what to do.
 
+use proofmass::core::Visible;
 use proofmass::io;
 use std::fmt;
 
@@ -42,12 +43,12 @@ impl Failure {
 
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "\x1b[1;31merror\x1b[0m: {}", self.what)?;
+        writeln!(f, "\x1b[1;31merror\x1b[0m: {}", Visible(&self.what))?;
         for detail in &self.details {
-            writeln!(f, "  {detail}")?;
+            writeln!(f, "  {}", Visible(detail))?;
         }
         if let Some(hint) = &self.hint {
-            writeln!(f, "\x1b[1;36mhint\x1b[0m: {hint}")?;
+            writeln!(f, "\x1b[1;36mhint\x1b[0m: {}", Visible(hint))?;
         }
         Ok(())
     }

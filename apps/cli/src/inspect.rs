@@ -2,15 +2,18 @@
 
 use crate::plural::count;
 use crate::{Failure, Outcome, console};
-use proofmass::io::{Inspection, inspect};
+use proofmass::io::{Inspection, Source, inspect_source};
 use proofmass::report::{Cell, Column, Report, Section, Table};
 use std::path::PathBuf;
 
 /// Show what is in a recording: columns, units, rate, gaps, ranges, statistics.
 #[derive(clap::Args)]
 pub(crate) struct Inspect {
-    /// Delimited text of any common shape
+    /// Delimited text of any common shape, plain or packed with gzip or zstd; `-` is standard input
     file: PathBuf,
+    /// List every damaged place, up to ten thousand, instead of the first
+    #[arg(long)]
+    damage: bool,
     /// Print JSON instead of a table
     #[arg(long)]
     json: bool,
@@ -18,19 +21,20 @@ pub(crate) struct Inspect {
 
 impl Inspect {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
-        let inspection = inspect(&self.file)?;
+        let listed = if self.damage { 10_000 } else { 100 };
+        let inspection = inspect_source(Source::open(&self.file)?, listed)?;
         if self.json {
             let json = serde_json::to_vec_pretty(&inspection)
                 .map_err(|e| Failure::new(format!("the inspection cannot be written: {e}")))?;
             console::print_json(&json)?;
         } else {
-            console::show(&report(&inspection))?;
+            console::show(&report(&inspection, self.damage))?;
         }
         Ok(Outcome::Done)
     }
 }
 
-fn report(inspection: &Inspection) -> Report {
+fn report(inspection: &Inspection, damage: bool) -> Report {
     let layout = &inspection.layout;
     let mut report = Report::new(inspection.path.display().to_string())
         .meta("rows", inspection.rows.to_string())
@@ -42,7 +46,17 @@ fn report(inspection: &Inspection) -> Report {
     if let Some(time) = &inspection.time {
         report = report
             .meta("time", format!("column {}", time.column))
-            .meta("rate", format!("{:.6} Hz", time.rate_hz))
+            .meta(
+                "rate",
+                format!(
+                    "{:.6} Hz, u = {:.1e} Hz",
+                    time.rate_hz, time.clock.rate_u_hz
+                ),
+            )
+            .meta(
+                "resolution of the stamps",
+                format!("{} s", significant(time.clock.resolution_s)),
+            )
             .meta("duration", format!("{:.3} s", time.duration_s))
             .meta("gaps", time.gap_count.to_string());
         if let Some(jitter) = time.jitter_s {
@@ -102,7 +116,81 @@ fn report(inspection: &Inspection) -> Report {
             bad.column
         ));
     }
-    report.section(section)
+    if let Some(row) = inspection.bad_rows.first() {
+        section = section.paragraph(format!(
+            "{} of another width, left out of everything above; the first has {} on line {}.",
+            count(inspection.bad_row_count as usize, "row"),
+            count(row.fields, "field"),
+            row.line
+        ));
+    }
+    let mut report = report
+        .section(section)
+        .findings(inspection.findings.iter().cloned());
+    if damage {
+        report = report.section(places(inspection));
+    }
+    report
+}
+
+/// Every damaged place, in the order of lines.
+fn places(inspection: &Inspection) -> Section {
+    let rows = inspection.bad_rows.iter().map(|b| {
+        let what = format!(
+            "{}, not {}",
+            count(b.fields, "field"),
+            inspection.layout.columns
+        );
+        (b.line, String::new(), what, b.text.clone())
+    });
+    let fields = inspection.bad.iter().map(|b| {
+        let what = "not a finite number".to_owned();
+        (b.line, b.column.clone(), what, b.text.clone())
+    });
+    let times = inspection.time.iter().flat_map(|t| {
+        let column = t.column.clone();
+        let backward = t.backward_lines.iter().map({
+            let column = column.clone();
+            move |line| {
+                (
+                    *line,
+                    column.clone(),
+                    "time does not run forward".to_owned(),
+                    String::new(),
+                )
+            }
+        });
+        let gaps = t.gaps.iter().map(move |g| {
+            let what = format!("{:.6} s without a sample after this line", g.step_s);
+            (g.line, column.clone(), what, String::new())
+        });
+        backward.chain(gaps).collect::<Vec<_>>()
+    });
+    let mut all: Vec<_> = rows.chain(fields).chain(times).collect();
+    all.sort_by_key(|p| p.0);
+    if all.is_empty() {
+        return Section::new("Damage").paragraph("None was found.");
+    }
+    let table = Table::new(
+        "",
+        [
+            Column::number("line", ""),
+            Column::text("column"),
+            Column::text("what"),
+            Column::text("text"),
+        ],
+    );
+    let table = all
+        .into_iter()
+        .fold(table, |table, (line, column, what, text)| {
+            table.row([
+                Cell::number(line.to_string()),
+                Cell::text(column),
+                Cell::text(what),
+                Cell::text(text),
+            ])
+        });
+    Section::new("Damage").table(table)
 }
 
 /// Six significant digits.

@@ -5,16 +5,20 @@ mod calibrate;
 mod clock;
 mod console;
 mod delivery;
+mod draft_arguments;
 mod failure;
+mod init;
 mod inspect;
 mod noise;
 mod plan;
 mod plural;
 mod recording_arguments;
+mod render;
 mod simulate;
 mod uncertainty;
 mod validate;
 mod velocity;
+mod verify;
 
 use clap::{Parser, Subcommand};
 use failure::Failure;
@@ -36,7 +40,8 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    Calibrate(calibrate::Calibrate),
+    Calibrate(Box<calibrate::Calibrate>),
+    Init(init::Init),
     Plan(plan::Plan),
     Apply(apply::Apply),
     Validate(validate::Validate),
@@ -44,7 +49,9 @@ enum Command {
     Noise(Box<noise::Noise>),
     Inspect(inspect::Inspect),
     Simulate(simulate::Simulate),
+    Render(render::Render),
     Uncertainty(uncertainty::Uncertainty),
+    Verify(verify::Verify),
 }
 
 /// What a command that came to an end tells the shell.
@@ -69,6 +76,7 @@ impl Outcome {
 fn run(arguments: Arguments) -> Result<Outcome, Failure> {
     match arguments.command {
         Command::Calibrate(command) => command.run(),
+        Command::Init(command) => command.run(),
         Command::Plan(command) => command.run(),
         Command::Apply(command) => command.run(),
         Command::Validate(command) => command.run(),
@@ -76,18 +84,27 @@ fn run(arguments: Arguments) -> Result<Outcome, Failure> {
         Command::Noise(command) => command.run(),
         Command::Inspect(command) => command.run(),
         Command::Simulate(command) => command.run(),
+        Command::Render(command) => command.run(),
         Command::Uncertainty(command) => command.run(),
+        Command::Verify(command) => command.run(),
     }
 }
 
 fn main() -> ExitCode {
+    // What is being written is removed first; results in place are the old ones or the new ones. Without a handler
+    // the next run would remove it.
+    let _ = ctrlc::set_handler(|| {
+        proofmass::io::discard_unfinished();
+        console::complain("interrupted: nothing was written\n");
+        std::process::exit(130);
+    });
     // clap ends wrong use with exit code 2.
     match run(Arguments::parse()) {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Doubtful) => ExitCode::from(3),
         Err(failure) if failure.is_broken_pipe() => ExitCode::SUCCESS,
         Err(failure) => {
-            anstream::eprint!("{failure}");
+            console::complain(&failure.to_string());
             ExitCode::FAILURE
         }
     }

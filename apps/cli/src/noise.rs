@@ -1,28 +1,23 @@
 //! `proofmass noise`: stability and noise of a sensor at rest.
 
-mod columns;
-mod stream;
-mod tables;
-
-use crate::delivery::{Delivery, Results};
+use crate::console::Progress;
+use crate::delivery::Delivery;
 use crate::{Failure, Outcome, clock, console};
-use proofmass::io::{
-    AtomicFile, Input, OutputFolder, ResultDocument, Software, TimeSource, TimeUnit, Unit,
-};
+use proofmass::io::{AtomicFile, ColumnRef, Source, TimeUnit, Unit};
+use proofmass::jobs::noise::{NoiseJob, NoiseReading};
+use proofmass::jobs::{Filed, Job, Record};
 use proofmass::noise::{
-    Analysis, AnalysisOptions, Channel, DeviationOptions, FitOptions, Gaps, ImuPart, Sensor,
-    Statistic, Taus, Term, analyse, imu_yaml,
+    AnalysisOptions, Bias, DeviationOptions, EdfFormula, FitOptions, Gaps, NoiseType, Statistic,
+    Taus, Term,
 };
-use proofmass::report::NoiseReport;
 use proofmass::signal::Detrend;
-use proofmass::uncertainty::Finding;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Noise and stability of a sensor at rest: Allan deviation, spectrum, coefficients with intervals.
 ///
-/// Each coefficient (quantisation Q, white noise N, bias instability B, random walk K, ramp R) comes with an
-/// interval, or as "not identifiable" with the reason. Steps, bursts and spikes are found and named. With -o, a
-/// folder gets result.json (everything), report.html, deviation.csv and spectrum.csv.
+/// Quantisation Q, white noise N, bias instability B, random walk K and ramp R are fitted together: each has an interval
+/// that allows for all others, or, where that reaches zero, a limit. Steps, bursts and spikes are found and named. With
+/// -o, a folder gets result.json (everything), report.html, tables, and imu.yaml where the sensors are inertial.
 #[derive(clap::Args)]
 pub(crate) struct Noise {
     /// Recording of a sensor at rest: delimited text of any common shape
@@ -30,7 +25,7 @@ pub(crate) struct Noise {
     /// Columns by name or number (from 1) [default: every column that is neither time nor temperature]
     #[arg(long, value_name = "A,B,…", value_delimiter = ',')]
     columns: Option<Vec<String>>,
-    /// Unit of these columns, where the headings do not say it: m/s², g, mg, rad/s, °/s, V, count, …
+    /// Unit of these columns, where the headings do not say it: m/s², g, mg, rad/s, °/s, °/h, V, count, …
     #[arg(long, value_parser = unit)]
     unit: Option<Unit>,
     /// Size of one count (or volt) in the unit of --unit, for raw outputs
@@ -42,7 +37,7 @@ pub(crate) struct Noise {
     /// Unit of the time column, where the heading does not say it: s, ms, us, ns
     #[arg(long, value_name = "UNIT", requires = "time", value_parser = crate::recording_arguments::time_unit)]
     time_unit: Option<TimeUnit>,
-    /// Sampling rate in hertz, for recordings without a time column
+    /// Sampling rate in hertz [default: that of the line through the time stamps]
     #[arg(long, value_name = "HZ")]
     rate: Option<f64>,
     /// The columns hold integrals of the rate: velocities (m/s) of an accelerometer, angles of a gyroscope
@@ -50,7 +45,7 @@ pub(crate) struct Noise {
     /// They are differenced. With --unit, state the unit of the rate.
     #[arg(long)]
     phase: bool,
-    /// Statistics, the one plotted first: adev, oadev, mdev, tdev, hdev, ohdev, totdev, mtotdev, ttotdev, htotdev, theo1
+    /// Statistics, the one plotted first: adev, oadev, mdev, tdev, hdev, ohdev, totdev, mtotdev, ttotdev, htotdev, theo1, pdev, tierms, mtie
     #[arg(long, value_name = "A,B,…", value_delimiter = ',', default_value = "oadev", value_parser = statistic)]
     statistic: Vec<Statistic>,
     /// Averaging times: octave, decade, all, a number of them per decade (10/decade), or a list in seconds (0.1,1,10)
@@ -62,12 +57,39 @@ pub(crate) struct Noise {
     /// Probability of the intervals
     #[arg(long, value_name = "P", default_value_t = 0.95)]
     probability: f64,
-    /// Also seek a first-order Gauss–Markov process
+    /// Terms of the model by their letters: Q, N, B, K, R, G (Gauss–Markov), A (sinusoids); others are forbidden
+    #[arg(long, value_name = "N,B,…", value_delimiter = ',', default_value = "Q,N,B,K,R", value_parser = term)]
+    terms: Vec<Term>,
+    /// Also seek first-order Gauss–Markov processes
     #[arg(long)]
     gauss_markov: bool,
     /// Also seek sinusoids
     #[arg(long)]
     sinusoids: bool,
+    /// Terms to report with a value whatever the data say of zero
+    #[arg(long, value_name = "K,…", value_delimiter = ',', value_parser = term)]
+    force: Vec<Term>,
+    /// Coefficients that are known, in SI: held at their value
+    #[arg(long, value_name = "N=1e-3,…", value_delimiter = ',', value_parser = fixed)]
+    fix: Vec<(Term, f64)>,
+    /// Highest frequency of the fit in hertz [default: the highest below which no filter shows]
+    #[arg(long, value_name = "HZ")]
+    highest_frequency: Option<f64>,
+    /// Probability at which a term that is not there may be called identified
+    #[arg(long, value_name = "P", default_value_t = 0.002)]
+    false_alarm_rate: f64,
+    /// Correction of the biases of TOTDEV, MTOTDEV, HTOTDEV and THEO1: by-noise-type, from-record, as-defined
+    #[arg(long, default_value = "by-noise-type", value_parser = bias)]
+    bias: Bias,
+    /// Degrees of freedom of MTOTDEV and HTOTDEV: published or stable32
+    #[arg(long, default_value = "published", value_parser = edf)]
+    edf: EdfFormula,
+    /// Noise type that rules at every τ, by its α from -4 to 2 [default: from the record]
+    #[arg(long, value_name = "ALPHA", allow_negative_numbers = true, value_parser = noise_type)]
+    noise_type: Option<NoiseType>,
+    /// Samples per segment of the Welch density [default: an eighth of the record, at most 4096]
+    #[arg(long, value_name = "SAMPLES")]
+    segment: Option<usize>,
     /// Refuse a recording with gaps instead of analysing the stretches between them
     #[arg(long)]
     refuse_gaps: bool,
@@ -76,12 +98,18 @@ pub(crate) struct Noise {
     /// Gives OADEV at octaves of all samples; spectrum, coefficients and disturbances of its averages.
     #[arg(long)]
     stream: bool,
-    /// Write imu.yaml for visual–inertial programs, units in its comments
+    /// Write imu.yaml for Kalibr and its like, units and reasons in its comments
     #[arg(long, value_name = "FILE")]
     imu_yaml: Option<PathBuf>,
+    /// Topic written into imu.yaml
+    #[arg(long, value_name = "TOPIC", default_value = "/imu0")]
+    rostopic: String,
     #[command(flatten)]
     delivery: Delivery,
 }
+
+/// Text above which a recording is not held in memory, where it would take some ten times as much.
+const LARGEST_IN_MEMORY: u64 = 2_000_000_000;
 
 impl Noise {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
@@ -94,202 +122,103 @@ impl Noise {
                 size as f64 * 1e-9
             ));
         }
-        let found = if stream {
-            stream::analyse(&self)?
+        let source = Source::open(&self.recording)?;
+        let (reading, job, watch) = (self.reading(), self.job(), Progress::new());
+        let (outcome, input) = if stream {
+            let mut recording = reading.stream(source)?;
+            let outcome = job.evaluate(&recording.data(), &watch)?;
+            (outcome, recording.finish()?)
         } else {
-            self.analyse_in_memory()?
+            let recording = reading.read(source)?;
+            let outcome = job.evaluate(&recording.data(), &watch)?;
+            (outcome, recording.input())
         };
+        drop(watch);
         if let Some(path) = &self.imu_yaml {
-            self.write_imu_yaml(path, &found)?;
+            let Some(imu) = outcome.imu_yaml() else {
+                return Err(Failure::new(
+                    "imu.yaml needs coefficients of accelerations or angular rates; there are none",
+                )
+                .hint("state the unit with --unit, and --scale for raw outputs"));
+            };
+            self.write_imu_yaml(path, &imu.to_text())?;
         }
-        self.write(folder, &found)
+        let record = Record {
+            title: Some(format!("Noise of {}", self.recording.display())),
+            date: Some(clock::today()),
+            inputs: vec![input],
+            ..Record::default()
+        };
+        self.delivery.deliver(folder, &Filed::new(record, outcome))
     }
 
-    fn analyse_in_memory(&self) -> Result<Found, Failure> {
-        let recording = columns::read(self)?;
-        let units: Vec<String> = recording
+    fn reading(&self) -> NoiseReading {
+        let mut reading = NoiseReading::default();
+        reading.columns = self
             .columns
-            .iter()
-            .map(|c| unit_name(c.unit))
-            .collect();
-        let channels: Vec<Channel<'_>> = recording
-            .columns
-            .iter()
-            .zip(&units)
-            .map(|(column, unit)| Channel {
-                name: &column.name,
-                sensor: sensor(column.unit),
-                unit,
-                rate: &column.data,
-            })
-            .collect();
-        let stamps = match recording.time.source() {
-            // The rate between two integrals belongs to the later stamp.
-            TimeSource::Column(seconds) => Some(&seconds[usize::from(self.phase)..]),
-            _ => None,
-        };
-        let analysis = analyse(
-            &channels,
-            stamps,
-            columns::rate(&recording),
-            &self.options(),
-        )
-        .map_err(|e| self.failure(e))?;
-        let rows = analysis.rows.0..analysis.rows.1;
-        Ok(Found {
-            input: recording.input(),
-            findings: tables::findings(recording.findings(), &analysis),
-            sensors: recording.columns.iter().map(|c| sensor(c.unit)).collect(),
-            samples: recording
-                .columns
-                .into_iter()
-                .map(|c| c.data[rows.clone()].to_vec())
-                .collect(),
-            analysis,
-        })
+            .as_ref()
+            .map(|c| c.iter().map(|n| ColumnRef::from_word(n)).collect());
+        reading.unit = self.unit;
+        reading.scale = self.scale;
+        reading.time = self.time.as_deref().map(ColumnRef::from_word);
+        reading.time_unit = self.time_unit;
+        reading.rate = self.rate;
+        reading.phase = self.phase;
+        reading
     }
 
-    fn options(&self) -> AnalysisOptions {
-        let mut fit = FitOptions {
-            probability: self.probability,
-            ..FitOptions::default()
-        };
-        fit.terms
-            .extend(self.gauss_markov.then_some(Term::GaussMarkov));
-        fit.terms.extend(self.sinusoids.then_some(Term::Sinusoid));
-        AnalysisOptions {
+    fn job(&self) -> NoiseJob {
+        let mut terms = self.terms.clone();
+        terms.extend(self.gauss_markov.then_some(Term::GaussMarkov));
+        terms.extend(self.sinusoids.then_some(Term::Sinusoid));
+        terms.extend(self.force.iter().chain(self.fix.iter().map(|f| &f.0)));
+        terms.sort();
+        terms.dedup();
+        let mut job = NoiseJob::new(AnalysisOptions {
             statistic: self.statistic[0],
             further: self.statistic[1..].to_vec(),
             deviation: DeviationOptions {
                 taus: self.taus.clone(),
                 probability: self.probability,
-                ..DeviationOptions::default()
+                noise: self.noise_type,
+                bias: self.bias,
+                edf: self.edf,
             },
-            fit,
+            fit: FitOptions {
+                terms,
+                forced: self.force.clone(),
+                fixed: self.fix.clone(),
+                probability: self.probability,
+                false_alarm_rate: self.false_alarm_rate,
+                highest_frequency: self.highest_frequency,
+                ..FitOptions::default()
+            },
             gaps: if self.refuse_gaps {
                 Gaps::Refuse
             } else {
                 Gaps::default()
             },
             detrend: self.detrend,
+            segment: self.segment,
             ..AnalysisOptions::default()
-        }
+        });
+        job.rostopic.clone_from(&self.rostopic);
+        job
     }
 
-    /// A refusal of the analysis, with the file and a remedy.
-    fn failure(&self, error: proofmass::core::Error) -> Failure {
-        use proofmass::core::Error;
-        let hint = match error {
-            Error::TooFew { .. } => {
-                "record longer: coefficients need thousands of samples, a curve at least ten"
-            }
-            Error::OutOfRange { name: "tau", .. } => {
-                "an averaging time is a whole number of sample intervals, at most a half or a third of the record by statistic"
-            }
-            _ if self.refuse_gaps => {
-                "leave out --refuse-gaps to analyse the stretches between the gaps"
-            }
-            _ => "see `proofmass inspect` for what the file holds",
-        };
-        Failure::from(error)
-            .detail(self.recording.display().to_string())
-            .hint(hint)
-    }
-
-    fn write_imu_yaml(&self, path: &PathBuf, found: &Found) -> Result<(), Failure> {
-        let fits = |wanted: Sensor| -> Vec<_> {
-            found
-                .sensors
-                .iter()
-                .zip(&found.analysis.channels)
-                .filter(|(sensor, _)| **sensor == Some(wanted))
-                .filter_map(|(_, channel)| channel.whittle.as_ref())
-                .collect()
-        };
-        let accelerometers = fits(Sensor::Accelerometer);
-        let gyroscopes = fits(Sensor::Gyroscope);
-        let parts: Vec<ImuPart<'_>> = [
-            (Sensor::Accelerometer, &accelerometers),
-            (Sensor::Gyroscope, &gyroscopes),
-        ]
-        .into_iter()
-        .filter(|(_, axes)| !axes.is_empty())
-        .map(|(sensor, axes)| ImuPart { sensor, axes })
-        .collect();
-        if parts.is_empty() {
-            return Err(Failure::new(
-                "imu.yaml needs coefficients of accelerations or angular rates; there are none",
-            )
-            .hint("state the unit with --unit, and --scale for raw outputs"));
-        }
+    fn write_imu_yaml(&self, path: &Path, text: &str) -> Result<(), Failure> {
         let mut file = AtomicFile::create(path, &[&self.recording])?;
-        file.write_all(imu_yaml(&parts, found.analysis.sample_rate).as_bytes())?;
+        file.write_all(text.as_bytes())?;
         file.commit()?;
         console::note(format!("written: {}", path.display()));
         Ok(())
     }
-
-    fn write(&self, folder: Option<OutputFolder>, found: &Found) -> Result<Outcome, Failure> {
-        let (analysis, findings) = (&found.analysis, &found.findings);
-        let json = ResultDocument::new("noise")
-            .findings(findings)
-            .input(found.input.clone())
-            .section("date", &clock::today())?
-            .section("options", &self.options())?
-            .section("noise", analysis)?
-            .to_json()?;
-        let text = NoiseReport {
-            title: format!("Noise of {}", self.recording.display()),
-            meta: vec![("Evaluated on".to_owned(), clock::today())],
-            inputs: vec![(found.input.path.clone(), found.input.sha256.clone())],
-            findings,
-            samples: found.samples.iter().map(Vec::as_slice).collect(),
-            footer: Software::default().to_string(),
-        };
-        self.delivery.hand_over(
-            folder,
-            &Results {
-                json,
-                summary: &|| text.summary(analysis),
-                report: &|| text.full(analysis),
-                files: vec![
-                    ("deviation.csv", tables::deviations(analysis)?),
-                    ("spectrum.csv", tables::spectra(analysis)?),
-                ],
-                findings,
-            },
-        )
-    }
-}
-
-/// Text above which a recording is not held in memory, where it would take some ten times as much.
-const LARGEST_IN_MEMORY: u64 = 2_000_000_000;
-
-/// What was found of a recording, however it was read.
-struct Found {
-    input: Input,
-    analysis: Analysis,
-    findings: Vec<Finding>,
-    sensors: Vec<Option<Sensor>>,
-    /// What is drawn against time: the samples that were analysed, or their averages.
-    samples: Vec<Vec<f64>>,
-}
-
-fn unit_name(unit: Option<Unit>) -> String {
-    unit.map_or_else(|| "U".to_owned(), |u| u.to_string())
-}
-
-fn sensor(unit: Option<Unit>) -> Option<Sensor> {
-    match unit? {
-        Unit::MetrePerSecondSquared => Some(Sensor::Accelerometer),
-        Unit::RadianPerSecond => Some(Sensor::Gyroscope),
-        _ => None,
-    }
 }
 
 fn unit(text: &str) -> Result<Unit, String> {
-    Unit::recognise(text)
-        .ok_or_else(|| format!("{text:?} is no known unit (m/s², g, mg, rad/s, °/s, V, count)"))
+    Unit::recognise(text).ok_or_else(|| {
+        format!("{text:?} is no known unit (m/s², g, mg, rad/s, °/s, °/h, V, count)")
+    })
 }
 
 fn statistic(text: &str) -> Result<Statistic, String> {
@@ -297,6 +226,64 @@ fn statistic(text: &str) -> Result<Statistic, String> {
         .into_iter()
         .find(|s| s.abbreviation().eq_ignore_ascii_case(text))
         .ok_or_else(|| format!("{text:?} is no known statistic"))
+}
+
+const TERMS: [Term; 7] = [
+    Term::Quantisation,
+    Term::White,
+    Term::Flicker,
+    Term::RandomWalk,
+    Term::Ramp,
+    Term::GaussMarkov,
+    Term::Sinusoid,
+];
+
+fn term(text: &str) -> Result<Term, String> {
+    TERMS
+        .into_iter()
+        .find(|t| t.symbol().eq_ignore_ascii_case(text.trim()))
+        .ok_or_else(|| format!("{text:?} is none of the terms Q, N, B, K, R, G, A"))
+}
+
+fn fixed(text: &str) -> Result<(Term, f64), String> {
+    let refused = || format!("{text:?} is no coefficient such as N=1.5e-3");
+    let (name, value) = text.split_once('=').ok_or_else(refused)?;
+    let term = term(name)?;
+    if matches!(term, Term::GaussMarkov | Term::Sinusoid) {
+        return Err(format!("{name} cannot be held: only Q, N, B, K and R can"));
+    }
+    let value: f64 = value.trim().parse().map_err(|_| refused())?;
+    if value.is_finite() {
+        Ok((term, value))
+    } else {
+        Err(refused())
+    }
+}
+
+fn bias(text: &str) -> Result<Bias, String> {
+    match text {
+        "by-noise-type" => Ok(Bias::ByNoiseType),
+        "from-record" => Ok(Bias::FromRecord),
+        "as-defined" => Ok(Bias::AsDefined),
+        _ => Err(format!(
+            "{text:?} is no correction (by-noise-type, from-record, as-defined)"
+        )),
+    }
+}
+
+fn edf(text: &str) -> Result<EdfFormula, String> {
+    match text {
+        "published" => Ok(EdfFormula::Published),
+        "stable32" => Ok(EdfFormula::Stable32),
+        _ => Err(format!("{text:?} is neither published nor stable32")),
+    }
+}
+
+fn noise_type(text: &str) -> Result<NoiseType, String> {
+    text.parse()
+        .ok()
+        .and_then(NoiseType::from_alpha)
+        .ok_or_else(|| format!("{text:?} is no exponent from -4 to 2"))
 }
 
 fn taus(text: &str) -> Result<Taus, String> {

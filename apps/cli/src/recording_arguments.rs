@@ -103,7 +103,7 @@ impl RecordingArguments {
     }
 }
 
-fn unit(text: &str) -> Result<Unit, String> {
+pub(crate) fn unit(text: &str) -> Result<Unit, String> {
     Unit::recognise(text)
         .ok_or_else(|| format!("{text:?} is no known unit (count, m/s², g, mg, µg, V, mV)"))
 }

@@ -1,14 +1,17 @@
 //! `proofmass velocity`: velocity from an encoder and an accelerometer.
 
-mod compare;
-mod estimate;
-mod method;
-mod reading;
-mod reference;
-mod sensors;
-mod tune;
+mod arguments;
 
-use crate::{Failure, Outcome};
+use crate::console::Progress;
+use crate::delivery::Delivery;
+use crate::{Failure, Outcome, clock};
+use arguments::{ReferenceArguments, Sensors};
+use proofmass::jobs::velocity::{
+    AxisRecordings, Reference, VelocityCompareJob, VelocityEstimateJob, VelocityTuneJob,
+};
+use proofmass::jobs::{Filed, Folder, Job};
+use proofmass::motion::{BiasChoice, Method, Tuning};
+use std::path::Path;
 
 /// Velocity of an axis from its encoder (or wheel speed) and its accelerometer.
 #[derive(clap::Args)]
@@ -19,17 +22,129 @@ pub(crate) struct Velocity {
 
 #[derive(clap::Subcommand)]
 enum Question {
-    Estimate(estimate::Estimate),
-    Compare(compare::Compare),
-    Tune(tune::Tune),
+    Estimate(Estimate),
+    Compare(Compare),
+    Tune(Tune),
 }
 
 impl Velocity {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
         match self.question {
-            Question::Estimate(command) => command.run(),
-            Question::Compare(command) => command.run(),
-            Question::Tune(command) => command.run(),
+            Question::Estimate(c) => {
+                let job = VelocityEstimateJob::new(c.method, c.circumference);
+                answer(&job, &c.sensors, None, &c.delivery)
+            }
+            Question::Compare(c) => {
+                let reference = c.reference.reference();
+                let job = VelocityCompareJob::new(c.method, c.rates, c.skip);
+                answer(&job, &c.sensors, reference.as_ref(), &c.delivery)
+            }
+            Question::Tune(c) => {
+                let tuning = Tuning {
+                    bias: match c.offset {
+                        Offset::None => BiasChoice::None,
+                        Offset::Constant => BiasChoice::Constant,
+                        Offset::RandomWalk => BiasChoice::RandomWalk,
+                        Offset::Automatic => BiasChoice::Automatic,
+                    },
+                    ..Tuning::default()
+                };
+                let job = VelocityTuneJob::new(tuning, c.known_increment);
+                answer(&job, &c.sensors, None, &c.delivery)
+            }
         }
     }
+}
+
+fn answer<J>(
+    job: &J,
+    sensors: &Sensors,
+    reference: Option<&Reference>,
+    delivery: &Delivery,
+) -> Result<Outcome, Failure>
+where
+    J: for<'a> Job<Data<'a> = proofmass::jobs::velocity::AxisData<'a>>,
+{
+    let sensors = sensors.request();
+    let mut files = sensors.files();
+    files.extend(reference.and_then(|r| r.file.as_deref()));
+    let paths: Vec<&Path> = files.into_iter().map(Path::new).collect();
+    let folder = delivery.begin(&paths)?;
+    let watch = Progress::new();
+    let recordings: AxisRecordings = sensors.load(&Folder::new(""), reference, &watch)?;
+    let outcome = job.evaluate(&recordings.data(), &watch)?;
+    let record = recordings.record(Some(clock::today()));
+    delivery.deliver(folder, &Filed::new(record, outcome))
+}
+
+/// Velocity with its uncertainty; slip, collisions and ripple of the encoder are found and named.
+///
+/// Without --method the Kalman filter, its noise found by maximum likelihood and its gains by the smoother, which
+/// uses the readings before and after. With -o, a folder gets result.json, report.html and velocity.csv.
+#[derive(clap::Args)]
+struct Estimate {
+    #[command(flatten)]
+    sensors: Sensors,
+    /// Method with its settings, such as observer:5,25 or savitzky-golay:9,2 [default: Kalman, tuned]
+    #[arg(long, value_name = "METHOD")]
+    method: Option<Method>,
+    /// Distance of one turn of the wheel, m: its ripple is then told by itself
+    #[arg(long, value_name = "METRES")]
+    circumference: Option<f64>,
+    #[command(flatten)]
+    delivery: Delivery,
+}
+
+/// Errors of many methods side by side, at any list of sample rates, against a reference or the smoother.
+///
+/// Without --method: differences, a fit and the integral of single sensors, two channels and observers with the
+/// gains of the literature, and every fused method with gains found at that rate. With -o, a folder gets
+/// result.json, report.html, errors.csv and velocities.csv.
+#[derive(clap::Args)]
+struct Compare {
+    #[command(flatten)]
+    sensors: Sensors,
+    #[command(flatten)]
+    reference: ReferenceArguments,
+    /// Sample rates in hertz, to which the recording is thinned [default: its own]
+    #[arg(long, value_name = "HZ,…", value_delimiter = ',')]
+    rates: Vec<f64>,
+    /// Method with its settings, such as observer:5,25; may be given several times [default: all]
+    #[arg(long, value_name = "METHOD")]
+    method: Vec<Method>,
+    /// Seconds at the start that are not compared: filters settle there [default: 1, at most a tenth]
+    #[arg(long, value_name = "SECONDS")]
+    skip: Option<f64>,
+    #[command(flatten)]
+    delivery: Delivery,
+}
+
+/// Noise of both sensors by maximum likelihood, and the gains of every fused filter, without a reference.
+///
+/// The gains are those whose velocity comes closest to the smoother's. With -o, a folder gets result.json,
+/// report.html and likelihood.csv.
+#[derive(clap::Args)]
+struct Tune {
+    #[command(flatten)]
+    sensors: Sensors,
+    /// Whether the accelerometer's offset is a state of the filter
+    #[arg(long, value_enum, default_value = "automatic")]
+    offset: Offset,
+    /// Take the noise of a count as known, increment/√12, instead of finding it
+    #[arg(long)]
+    known_increment: bool,
+    #[command(flatten)]
+    delivery: Delivery,
+}
+
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum Offset {
+    /// It was removed before, or is part of the noise
+    None,
+    /// An unknown constant
+    Constant,
+    /// A random walk
+    RandomWalk,
+    /// The one whose likelihood pays for its parameters
+    Automatic,
 }

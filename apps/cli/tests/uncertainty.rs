@@ -63,7 +63,7 @@ fn published_end_gauge_gum_h1() {
     let nu = result["quantities"][0]["nu_eff"].as_f64().unwrap();
     assert!((nu - 16.75).abs() < 0.05, "{nu}");
     let csv = std::fs::read_to_string(output.join("budget.csv")).unwrap();
-    assert_eq!(csv.lines().count(), 9, "{csv}");
+    assert_eq!(csv.lines().count(), 10, "{csv}"); // a heading, eight inputs, the sum
     let page = std::fs::read_to_string(output.join("report.html")).unwrap();
     assert!(page.contains("<svg") && page.contains("Monte Carlo"));
 }
@@ -84,13 +84,15 @@ fn published_impedance_gum_h2_and_mass_s1_9_3() {
 
     let run = succeed(&["uncertainty", text(&example("mass.toml")), "--json"]);
     let result: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
-    let sampled = &result["extra"]["outputs"][0]["monte_carlo"];
+    let output = &result["extra"]["outcome"]["result"]["outputs"][0];
+    let sampled = &output["monte_carlo"];
     // [S1] table 5: u = 0.0754; the law of propagation gives 0.0539 and is not validated.
     assert!((sampled["standard_uncertainty"].as_f64().unwrap() - 0.0754).abs() < 5e-4);
-    assert_eq!(
-        result["extra"]["outputs"][0]["validation"]["verdict"],
-        "not-validated"
-    );
+    assert_eq!(output["validation"]["verdict"], "not-validated");
+    // The one result is that of the trials: [S1] 9.3.3 gives [1.083, 1.382].
+    let interval = &result["quantities"][0]["interval"];
+    assert!((interval[0].as_f64().unwrap() - 1.0834).abs() < 2e-3);
+    assert!((interval[1].as_f64().unwrap() - 1.3825).abs() < 2e-3);
 }
 
 #[test]

@@ -97,7 +97,12 @@ fn an_estimate_holds_the_truth_in_its_intervals() {
     );
     assert!(holds_only(
         &out,
-        &["report.html", "result.json", "velocity.csv"]
+        &[
+            "manifest.json",
+            "report.html",
+            "result.json",
+            "velocity.csv"
+        ]
     ));
     let truth = column(&place.join("truth.csv"), "velocity_m/s");
     let table = out.join("velocity.csv");
@@ -146,7 +151,13 @@ fn a_comparison_at_three_rates_shows_the_fused_methods_ahead() {
     succeed(&all);
     assert!(holds_only(
         &out,
-        &["errors.csv", "report.html", "result.json", "velocities.csv"]
+        &[
+            "errors.csv",
+            "manifest.json",
+            "report.html",
+            "result.json",
+            "velocities.csv"
+        ]
     ));
     let result = json(&out.join("result.json"));
     let comparison = &result["extra"]["comparison"];
@@ -196,7 +207,12 @@ fn tuning_finds_the_noise_that_was_put_in() {
     succeed(&all);
     assert!(holds_only(
         &out,
-        &["likelihood.csv", "report.html", "result.json"]
+        &[
+            "likelihood.csv",
+            "manifest.json",
+            "report.html",
+            "result.json"
+        ]
     ));
     let result = json(&out.join("result.json"));
     let tuned = &result["extra"]["tuning"]["tuned"];

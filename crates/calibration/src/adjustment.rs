@@ -1,7 +1,6 @@
 //! Weighted non-linear least squares whose weights may be renewed from outside.
 
 use faer::Mat;
-use faer::prelude::*;
 use proofmass_core::Error;
 
 /// Residuals of all equations at a point, and their derivatives.
@@ -88,15 +87,58 @@ pub(crate) fn adjust(
     })
 }
 
-/// The least-squares solution of √w J s = √w r; `None` where it is not finite.
-fn step(equations: &Equations, weights: &[f64], p: usize) -> Option<Vec<f64>> {
-    let n = weights.len();
-    let root: Vec<f64> = weights.iter().map(|w| w.sqrt()).collect();
-    let jacobian = Mat::from_fn(n, p, |i, j| root[i] * equations.jacobian[i * p + j]);
-    let residual = Mat::from_fn(n, 1, |i, _| root[i] * equations.residual[i]);
-    let solution = jacobian.qr().solve_lstsq(&residual);
-    let step: Vec<f64> = (0..p).map(|i| solution[(i, 0)]).collect();
+/// The least-squares solution s of √w J s = √w r; `None` where the equations do not determine it.
+///
+/// By the normal equations in plain arrays: a dozen unknowns, scaled to order one, with a condition number below
+/// [`MAX_CONDITION`], so that a step keeps eight digits, and the next step corrects it.
+pub(crate) fn step(equations: &Equations, weights: &[f64], p: usize) -> Option<Vec<f64>> {
+    let mut normal = vec![0.0; p * p];
+    let mut step = vec![0.0; p];
+    let rows = equations.jacobian.chunks_exact(p);
+    for ((row, r), w) in rows.zip(&equations.residual).zip(weights) {
+        for a in 0..p {
+            let weighted = w * row[a];
+            step[a] += weighted * r;
+            for b in 0..=a {
+                normal[a * p + b] += weighted * row[b];
+            }
+        }
+    }
+    cholesky(&mut normal, p)?;
+    solve(&normal, &mut step);
     step.iter().all(|s| s.is_finite()).then_some(step)
+}
+
+/// L of A = L Lᵀ in place of the lower triangle; `None` for a matrix that is not positive definite.
+pub(crate) fn cholesky(a: &mut [f64], p: usize) -> Option<()> {
+    for i in 0..p {
+        for j in 0..=i {
+            let sum: f64 = (0..j).map(|k| a[i * p + k] * a[j * p + k]).sum();
+            let rest = a[i * p + j] - sum;
+            if i == j {
+                if !(rest > 1e-14 * a[i * p + i] && rest.is_finite()) {
+                    return None;
+                }
+                a[i * p + i] = rest.sqrt();
+            } else {
+                a[i * p + j] = rest / a[j * p + j];
+            }
+        }
+    }
+    Some(())
+}
+
+/// Solves L Lᵀ x = b in place.
+pub(crate) fn solve(l: &[f64], b: &mut [f64]) {
+    let p = b.len();
+    for i in 0..p {
+        let sum: f64 = (0..i).map(|k| l[i * p + k] * b[k]).sum();
+        b[i] = (b[i] - sum) / l[i * p + i];
+    }
+    for i in (0..p).rev() {
+        let sum: f64 = (i + 1..p).map(|k| l[k * p + i] * b[k]).sum();
+        b[i] = (b[i] - sum) / l[i * p + i];
+    }
 }
 
 /// Condition number of the unweighted Jacobian; an error that names the parameter when it is hopeless.

@@ -66,8 +66,9 @@ impl DirectionCoverage {
                 .fold(-1.0f64, f64::max)
         };
         let missing = missing(&units);
-        let (hole_centre, cosine) = spiral(2000)
-            .map(|v| (v, nearest(v)))
+        let (hole_centre, cosine) = PLACES
+            .iter()
+            .map(|v| (*v, nearest(*v)))
             .min_by(|a, b| a.1.total_cmp(&b.1))
             .unwrap_or(([0.0, 0.0, 1.0], -1.0));
         Self {
@@ -128,6 +129,10 @@ pub(crate) fn unit(v: Triple) -> Option<Triple> {
     let norm = proofmass_core::norm(v);
     (norm > 0.0 && norm.is_finite()).then(|| v.map(|x| x / norm))
 }
+
+/// Places at which the largest hole is looked for; none is further than 3° from any.
+static PLACES: std::sync::LazyLock<Vec<Triple>> =
+    std::sync::LazyLock::new(|| spiral(2000).collect());
 
 /// Points spread evenly over the sphere (Fibonacci spiral); with 2000 of them none is further than 3° from any.
 pub(crate) fn spiral(n: usize) -> impl Iterator<Item = Triple> {

@@ -4,6 +4,7 @@ pub mod shaker;
 
 mod added_terms;
 mod adjustment;
+mod autocalibration;
 mod direction_coverage;
 mod ellipsoid;
 mod mean_noise;
@@ -16,15 +17,19 @@ mod standstill_calibration;
 mod threshold_sweep;
 mod validation;
 
+pub use autocalibration::{
+    AutoCalibration, AutoCalibrationFit, AutoCalibrationQuantities, StillWindow, StillWindows,
+    Stop, WindowRule,
+};
 pub use direction_coverage::{Direction, DirectionCoverage};
 pub use ellipsoid::Ellipsoid;
 pub use mean_noise::MeanNoise;
 pub use multi_position::{
     AttitudeUncertainty, CompensatedReading, Misfit, MisfitCause, Model, MultiPosition,
-    MultiPositionFit, PoseResidual, ScatterParts, Suspect, WithoutSuspects,
+    MultiPositionFit, NextAttitude, PoseResidual, ScatterParts, Suspect, WithoutSuspects,
 };
 pub use pose::{Pose, Samples, Segment};
-pub use recording_quality::{clipping, suspected_clipping, temperature_drift};
+pub use recording_quality::{clipping, frozen, suspected_clipping, temperature_drift};
 pub use six_position::Ferraris;
 pub use standstill::{Standstill, WindowedVariance};
 pub use standstill_calibration::{Estimator, StandstillCalibration};

@@ -81,6 +81,51 @@ pub fn suspected_clipping(samples: &Samples<'_>) -> Vec<Finding> {
         .collect()
 }
 
+/// An output that stays at one value while another one moves: a dead channel, a stuck converter, a lost column.
+pub fn frozen(samples: &Samples<'_>) -> Vec<Finding> {
+    // A quantised output at rest repeats itself too, but then all rest.
+    const RUN: usize = 50;
+    const MOVED: f64 = 0.3;
+    let columns = samples.columns();
+    let span = |values: &[f64]| {
+        let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        high - low
+    };
+    (0..3)
+        .filter_map(|axis| {
+            let column = columns[axis];
+            let (mut start, mut longest) = (0, (0, 0));
+            for i in 1..=column.len() {
+                if i == column.len() || column[i] != column[start] {
+                    if i - start > longest.1 - longest.0 {
+                        longest = (start, i);
+                    }
+                    start = i;
+                }
+            }
+            let (start, end) = longest;
+            let others = (0..3).filter(|other| *other != axis);
+            let moved = others
+                .clone()
+                .any(|other| span(&columns[other][start..end]) > MOVED * span(columns[other]));
+            (end - start >= RUN && moved).then(|| {
+                Finding::new(
+                    Severity::Decision,
+                    "frozen-output",
+                    format!("output {} stands still while the others move", AXES[axis]),
+                )
+                .evidence(format!(
+                    "{} from sample {start} to {end}, {:.0} % of the recording",
+                    column[start],
+                    1e2 * (end - start) as f64 / column.len() as f64
+                ))
+                .advice("look for a dead channel or a converter that stuck, and record again")
+            })
+        })
+        .collect()
+}
+
 /// Temperature that changes across the standstills, with the slope of the residuals against it.
 ///
 /// `temperature` in °C per sample. Nothing is said below 2 K, where 200 ppm/K and 0.1 mg/K stay under 1 mg.

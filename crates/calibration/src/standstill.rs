@@ -15,7 +15,7 @@ use proofmass_core::Error;
 pub struct Standstill {
     /// Length of the window over which the variance is taken, s.
     pub window: f64,
-    /// Shortest standstill that counts, s. A mean takes at least [`Self::MINIMUM_SAMPLES`] whatever this says.
+    /// Shortest standstill that counts, s; [`Self::MINIMUM_SAMPLES`] at least.
     pub minimum_duration: f64,
     /// Largest windowed variance of a standstill in multiples of the noise floor; `None`: chosen by the
     /// residual of the fit over a sweep.
@@ -33,11 +33,11 @@ impl Default for Standstill {
 }
 
 impl Standstill {
-    /// Fewest samples a mean is taken over.
-    pub const MINIMUM_SAMPLES: usize = 100;
+    /// Fewest samples a mean is taken over: what it is worth is told by its noise, not by their number.
+    pub const MINIMUM_SAMPLES: usize = 5;
 
-    /// Fewest samples in a window: below, the variance scatters too much to tell rest from motion.
-    const MINIMUM_WINDOW: usize = 20;
+    /// Fewest samples on each side of the middle of a window: five in all, of three axes.
+    const HALF_WINDOW: usize = 2;
 }
 
 /// The windowed variance of a recording, computed once and cut at any threshold.
@@ -60,8 +60,9 @@ pub struct WindowedVariance {
 impl WindowedVariance {
     /// Computes the statistic.
     ///
-    /// `rate` is the sampling rate in Hz; `breaks` are samples before which time jumps (sorted): no standstill
-    /// reaches across one.
+    /// `rate` is the number of samples per second, on the average: a window counts samples, so that uneven stamps, a few
+    /// lost rows and packets do not matter. `breaks` are samples before which time jumps by more than a window
+    /// (sorted): no standstill reaches across one.
     ///
     /// # Errors
     /// [`Error::OutOfRange`] for a rate, window or duration that is not positive; [`Error::TooFew`] for a
@@ -86,8 +87,7 @@ impl WindowedVariance {
                 });
             }
         }
-        let half =
-            ((0.5 * search.window * rate).round() as usize).max(Standstill::MINIMUM_WINDOW / 2);
+        let half = ((0.5 * search.window * rate).round() as usize).max(Standstill::HALF_WINDOW);
         let minimum_samples =
             ((search.minimum_duration * rate).round() as usize).max(Standstill::MINIMUM_SAMPLES);
         let n = samples.len();
@@ -304,7 +304,7 @@ mod tests {
                 value: 0.0
             })
         ));
-        let short: Vec<f64> = (0..50).map(triangle).collect();
+        let short: Vec<f64> = (0..40).map(triangle).collect();
         let samples = Samples::new(&short, &short, &short).unwrap();
         assert!(matches!(
             WindowedVariance::new(&samples, 100.0, &[], &search),

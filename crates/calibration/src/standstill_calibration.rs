@@ -1,17 +1,19 @@
 //! The whole way from samples to a multi-position fit.
 
 use crate::{
-    MeanNoise, MultiPosition, MultiPositionFit, Samples, Segment, Standstill, ThresholdSweep,
+    MeanNoise, MultiPosition, MultiPositionFit, Pose, Samples, Segment, Standstill, ThresholdSweep,
 };
 use proofmass_core::Error;
+use serde::{Deserialize, Serialize};
 
 /// A multi-position calibration with everything it went through.
-#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StandstillCalibration {
     /// The standstills and how they were found.
     pub sweep: ThresholdSweep,
-    /// The noise of their means.
-    pub noise: MeanNoise,
+    /// The noise of their means; `None` for a table of readings, which has no samples.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noise: Option<MeanNoise>,
     /// The fit.
     pub fit: MultiPositionFit,
 }
@@ -29,7 +31,7 @@ pub enum Estimator {
 impl StandstillCalibration {
     /// Finds the standstills of a recording and fits them.
     ///
-    /// `rate` in Hz; `breaks` are samples before which time jumps.
+    /// `rate` in samples per second; `breaks` are samples before which time jumps.
     ///
     /// # Errors
     /// Those of [`ThresholdSweep::run`], [`MeanNoise::estimate`] and [`MultiPosition::fit`].
@@ -41,28 +43,32 @@ impl StandstillCalibration {
         settings: &MultiPosition,
     ) -> Result<Self, Error> {
         let sweep = ThresholdSweep::run(samples, rate, breaks, search, settings)?;
-        Self::fit(samples, sweep, settings, Estimator::LeastSquares)
+        Self::of_sweep(samples, sweep, settings, Estimator::LeastSquares)
     }
 
     /// Fits given standstills.
     ///
     /// # Errors
-    /// Those of [`MeanNoise::estimate`], [`MultiPosition::fit`] and [`MultiPosition::fit_six_positions`].
+    /// Those of [`StandstillCalibration::of_sweep`].
     pub fn of_segments(
         samples: &Samples<'_>,
         segments: Vec<Segment>,
         settings: &MultiPosition,
         estimator: Estimator,
     ) -> Result<Self, Error> {
-        let sweep = ThresholdSweep {
-            segments,
-            threshold: None,
-            candidates: Vec::new(),
-        };
-        Self::fit(samples, sweep, settings, estimator)
+        Self::of_sweep(
+            samples,
+            ThresholdSweep::given(segments),
+            settings,
+            estimator,
+        )
     }
 
-    fn fit(
+    /// Fits standstills that were found or given, some perhaps left out.
+    ///
+    /// # Errors
+    /// Those of [`MeanNoise::estimate`], [`MultiPosition::fit`] and [`MultiPosition::fit_six_positions`].
+    pub fn of_sweep(
         samples: &Samples<'_>,
         sweep: ThresholdSweep,
         settings: &MultiPosition,
@@ -71,10 +77,51 @@ impl StandstillCalibration {
         let noise = MeanNoise::estimate(samples, &sweep.segments)?;
         let poses = noise.poses(samples, &sweep.segments);
         let settings = settings.clone().noise_dof(noise.dof());
-        let fit = match estimator {
-            Estimator::LeastSquares => settings.fit(&poses)?,
-            Estimator::SixPositions => settings.fit_six_positions(&poses)?,
-        };
-        Ok(Self { sweep, noise, fit })
+        Ok(Self {
+            fit: estimator.fit(&settings, &poses)?,
+            noise: Some(noise),
+            sweep,
+        })
+    }
+
+    /// Fits a table of readings or means: every sample is an attitude of its own.
+    ///
+    /// `uncertainty`: standard uncertainty of each output from its noise, output units; without it their scatter about
+    /// the model is all that is known of it.
+    ///
+    /// # Errors
+    /// Those of [`MultiPosition::fit`] and [`MultiPosition::fit_six_positions`].
+    pub fn of_readings(
+        samples: &Samples<'_>,
+        sweep: ThresholdSweep,
+        uncertainty: Option<f64>,
+        settings: &MultiPosition,
+        estimator: Estimator,
+    ) -> Result<Self, Error> {
+        let variance = uncertainty.map(|u| u * u);
+        let poses: Vec<Pose> = sweep
+            .segments
+            .iter()
+            .map(|segment| Pose {
+                covariance: variance.map(|v| [[v, 0.0, 0.0], [0.0, v, 0.0], [0.0, 0.0, v]]),
+                temperature: samples.temperature().map(|t| t[segment.start]),
+                time: samples.time().map(|t| t[segment.start]),
+                ..Pose::reading(segment.clone(), samples.mean(segment.start, segment.end))
+            })
+            .collect();
+        Ok(Self {
+            fit: estimator.fit(settings, &poses)?,
+            noise: None,
+            sweep,
+        })
+    }
+}
+
+impl Estimator {
+    fn fit(self, settings: &MultiPosition, poses: &[Pose]) -> Result<MultiPositionFit, Error> {
+        match self {
+            Self::LeastSquares => settings.fit(poses),
+            Self::SixPositions => settings.fit_six_positions(poses),
+        }
     }
 }

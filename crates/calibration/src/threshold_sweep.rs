@@ -43,6 +43,9 @@ pub struct ThresholdSweep {
     pub threshold: Option<f64>,
     /// Everything that was tried; empty when the threshold or the standstills were given.
     pub candidates: Vec<Candidate>,
+    /// Standstills that were left out on request.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub excluded: Vec<String>,
 }
 
 impl ThresholdSweep {
@@ -74,6 +77,7 @@ impl ThresholdSweep {
                 segments: windowed.segments(threshold),
                 threshold: Some(threshold),
                 candidates: Vec::new(),
+                excluded: Vec::new(),
             });
         }
         let thresholds: Vec<f64> = WindowedVariance::ladder().collect();
@@ -100,6 +104,7 @@ impl ThresholdSweep {
                 segments: segments.clone(),
                 threshold: Some(candidate.threshold),
                 candidates: tried.iter().map(|(c, ..)| c.clone()).collect(),
+                excluded: Vec::new(),
             }),
             None => {
                 let most = tried.iter().max_by_key(|(c, ..)| c.standstills);
@@ -112,6 +117,63 @@ impl ThresholdSweep {
                     }))
             }
         }
+    }
+}
+
+impl ThresholdSweep {
+    /// Standstills that were given.
+    pub fn given(segments: Vec<Segment>) -> Self {
+        Self {
+            segments,
+            threshold: None,
+            candidates: Vec::new(),
+            excluded: Vec::new(),
+        }
+    }
+
+    /// Leaves standstills out by label, or by number counted from one. The others keep their names.
+    ///
+    /// # Errors
+    /// The name that no standstill has.
+    pub fn exclude<'a>(&mut self, names: &'a [String]) -> Result<(), &'a str> {
+        let named: Vec<(String, Segment)> = std::mem::take(&mut self.segments)
+            .into_iter()
+            .enumerate()
+            .map(|(index, segment)| {
+                let name = segment.label.clone();
+                (name.unwrap_or_else(|| (index + 1).to_string()), segment)
+            })
+            .collect();
+        if let Some(unknown) = names
+            .iter()
+            .find(|n| named.iter().all(|(name, _)| name != *n))
+        {
+            return Err(unknown);
+        }
+        self.segments = named
+            .into_iter()
+            .filter(|(name, _)| !names.contains(name))
+            .map(|(name, mut segment)| {
+                if !names.is_empty() {
+                    segment.label = Some(name);
+                }
+                segment
+            })
+            .collect();
+        self.excluded = names.to_vec();
+        Ok(())
+    }
+
+    /// The most standstills that any threshold finds: what there is when no fit could be made.
+    pub fn most(windowed: &WindowedVariance) -> Vec<Segment> {
+        let mut most = Vec::new();
+        for threshold in WindowedVariance::ladder() {
+            let found = windowed.segments(threshold);
+            if found.len() > most.len() {
+                most = found;
+            }
+        }
+        most
     }
 }
 
@@ -134,8 +196,8 @@ fn try_threshold(
         residual: None,
         figure: None,
     };
-    // Two degrees of freedom at least, or one residual may vanish by chance.
-    let needed = fit.parameters() + 2;
+    // One residual at least must judge.
+    let needed = fit.parameters() + 1;
     if poses.len() < needed {
         let error = Error::TooFew {
             name: "standstills",

@@ -245,8 +245,8 @@ fn covariance(
                 }
                 v += &c * c.transpose() * faer::Scale(u * u);
             }
-            Effect::Joint { covariance } => {
-                v += &j * covariance.to_mat() * j.transpose();
+            joint => {
+                v += &j * joint.covariance(p)?.to_mat() * j.transpose();
             }
         }
     }

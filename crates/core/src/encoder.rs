@@ -3,13 +3,19 @@
 use crate::Float;
 
 /// How many edges of a line period are counted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
 pub enum Decoding {
     /// Rising edges of A: N per turn.
     Single,
     /// Both edges of A: 2N per turn.
     Double,
     /// Every edge: 4N per turn.
+    #[default]
     Quadruple,
 }
 

@@ -28,6 +28,7 @@ mod gravity;
 mod matrix3;
 mod sensor_model;
 pub mod velocity;
+mod visible;
 mod watch;
 
 pub use error::Error;
@@ -35,4 +36,5 @@ pub use float::Float;
 pub use gravity::{Gravity, STANDARD_GRAVITY};
 pub use matrix3::{Matrix3, dot, norm};
 pub use sensor_model::SensorModel;
+pub use visible::Visible;
 pub use watch::{Unwatched, Watch};

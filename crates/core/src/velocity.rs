@@ -28,6 +28,7 @@
 //! latency between the sensors, which the caller removes by delaying the faster one.
 
 mod adaptive_observer;
+mod counting;
 mod integrator;
 mod kalman;
 mod observer;
@@ -36,6 +37,9 @@ mod pulse;
 mod two_channel;
 
 pub use adaptive_observer::{AdaptiveObserver, AdaptiveObserverState};
+pub use counting::{
+    CountUpdate, CountUse, CountingKalman, CountingNoise, CountingState, PassedEdge,
+};
 pub use integrator::{Integrator, IntegratorRule, IntegratorState, Newmark, NewmarkState};
 pub use kalman::{
     BiasModel, Hold, Innovation, Kalman, KalmanState, MotionNoise, ProcessNoise, SteadyKalman,

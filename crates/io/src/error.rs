@@ -1,5 +1,6 @@
 //! The one error of this crate: what is wrong, in which file, line and column, and what to do about it.
 
+use proofmass_core::Visible;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -155,7 +156,7 @@ impl Error {
         impl fmt::Display for Line<'_> {
             fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 if let Some(path) = &self.0.path {
-                    write!(f, "{}:", path.display())?;
+                    write!(f, "{}:", Visible(&path.to_string_lossy()))?;
                     if let Some(line) = self.0.line {
                         write!(f, "{line}:")?;
                     }
@@ -167,9 +168,9 @@ impl Error {
                         ErrorKind::Output => "value",
                         _ => "column",
                     };
-                    write!(f, "{word} \"{column}\": ")?;
+                    write!(f, "{word} \"{}\": ", Visible(column))?;
                 }
-                f.write_str(&self.0.what)
+                write!(f, "{}", Visible(&self.0.what))
             }
         }
         Line(&self.place)

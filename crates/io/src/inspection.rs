@@ -4,9 +4,10 @@ use crate::clock::{Clock, ClockEstimator, LISTED};
 use crate::layout::{Layout, LayoutOptions};
 use crate::recording::TimeUnit;
 use crate::recording::time_column;
-use crate::rows::RowReader;
+use crate::rows::{BadRow, RowReader};
 use crate::stamp::Stamp;
 use crate::{Error, Gap, Result, Source, Unit};
+use proofmass_uncertainty::Finding;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
@@ -98,26 +99,33 @@ pub struct Inspection {
     pub bad: Vec<BadEntry>,
     /// All such fields.
     pub bad_count: u64,
+    /// The first rows that have not as many fields as the others; they are left out of everything else.
+    pub bad_rows: Vec<BadRow>,
+    /// All such rows.
+    pub bad_row_count: u64,
+    /// What is doubtful: lines passed over, an open last row, coarse or bursting time stamps.
+    pub findings: Vec<Finding>,
 }
 
 /// Looks through a recording without refusing what is bad in it.
 ///
 /// # Errors
-/// A file that is no text with rows, or a row of another width.
+/// A file that is no text with rows, a line of more than 1 MiB.
 pub fn inspect(path: impl AsRef<Path>) -> Result<Inspection> {
-    inspect_source(Source::open(path)?)
+    inspect_source(Source::open(path)?, LISTED)
 }
 
-/// Looks through a source, such as standard input, without refusing what is bad in it.
+/// Looks through a source, such as standard input, without refusing what is bad in it; so many bad fields and rows
+/// are listed, and all are counted.
 ///
 /// # Errors
 /// As [`inspect`].
-pub fn inspect_source(source: Source) -> Result<Inspection> {
+pub fn inspect_source(source: Source, listed: usize) -> Result<Inspection> {
     let name = source.name().to_path_buf();
-    inspect_inner(source).map_err(|e: Error| e.at(&name))
+    inspect_inner(source, listed).map_err(|e: Error| e.at(&name))
 }
 
-fn inspect_inner(mut source: Source) -> Result<Inspection> {
+fn inspect_inner(mut source: Source, listed: usize) -> Result<Inspection> {
     let path = source.name().to_path_buf();
     let layout = Layout::of(&mut source, &LayoutOptions::default())?;
     let mut selected: Vec<usize> = (0..layout.columns).filter(|&i| layout.numeric[i]).collect();
@@ -131,8 +139,9 @@ fn inspect_inner(mut source: Source) -> Result<Inspection> {
     let unit = time_at.and_then(|i| layout.unit(selected[i]));
     let mut times: Option<Times> = None;
     let mut sums: Vec<Sums> = selected.iter().map(|_| Sums::default()).collect();
+    let (mut bad_rows, mut bad_row_count) = (Vec::new(), 0);
     let (mut rows, mut bad, mut bad_count) = (0_u64, Vec::new(), 0);
-    let mut reader = RowReader::new(source, layout.clone(), &selected)?.locate_bad_fields();
+    let mut reader = RowReader::new(source, layout.clone(), &selected)?.survey();
     if let Some(slot) = time_at {
         reader = reader.stamps(slot);
     }
@@ -151,14 +160,19 @@ fn inspect_inner(mut source: Source) -> Result<Inspection> {
             times.clock.add(rows as usize + row, line, stamp);
         }
         bad_count += block.bad.len() as u64;
-        let room = LISTED - bad.len();
+        let room = listed - bad.len();
         bad.extend(block.bad.iter().take(room).map(|b| BadEntry {
             line: b.line,
             column: layout.name(selected[b.selected]),
             text: b.text.clone(),
         }));
+        bad_row_count += block.bad_rows.len() as u64;
+        let room = listed - bad_rows.len();
+        bad_rows.extend(block.bad_rows.iter().take(room).cloned());
         rows += block.rows() as u64;
     }
+    let mut findings = layout.findings();
+    findings.extend(reader.findings());
     let sha256 = reader.sha256()?;
     let columns = (0..layout.columns)
         .map(|index| ColumnSummary {
@@ -173,7 +187,7 @@ fn inspect_inner(mut source: Source) -> Result<Inspection> {
         .collect();
     let time = times
         .zip(time_column)
-        .and_then(|(times, i)| times.summary(layout.name(i), unit));
+        .and_then(|(times, i)| times.summary(layout.name(i), unit, &mut findings));
     Ok(Inspection {
         path,
         sha256,
@@ -183,6 +197,9 @@ fn inspect_inner(mut source: Source) -> Result<Inspection> {
         time,
         bad,
         bad_count,
+        bad_rows,
+        bad_row_count,
+        findings,
     })
 }
 
@@ -259,9 +276,21 @@ impl Times {
         }
     }
 
-    fn summary(mut self, column: String, unit: Option<Unit>) -> Option<TimeSummary> {
+    fn summary(
+        mut self,
+        column: String,
+        unit: Option<Unit>,
+        findings: &mut Vec<Finding>,
+    ) -> Option<TimeSummary> {
         let (first, last) = (self.clock.first()?, self.clock.last()?);
         let clock = self.clock.finish()?;
+        // Gaps stand in the summary itself.
+        findings.extend(crate::clock_findings::of(
+            &clock,
+            self.clock.wraps(),
+            &[],
+            false,
+        ));
         let mut gaps = std::mem::take(&mut self.clock.gaps);
         let start = first.value() / self.per_second;
         for gap in &mut gaps {

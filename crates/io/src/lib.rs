@@ -34,8 +34,11 @@ mod device;
 mod error;
 mod field;
 pub mod finite;
+mod gmsh;
+mod imu_yaml;
 mod inspection;
 mod layout;
+mod model_file;
 mod output;
 mod recording;
 mod result_document;
@@ -50,23 +53,31 @@ mod stamp;
 mod table;
 mod time_base;
 mod unit;
+mod verification;
+mod vtu;
 mod waveform;
 
 pub use calibration_file::{CALIBRATION_SCHEMA, CALIBRATION_VERSION, CalibrationFile, TRIAXIAL};
 pub use clock::{Clock, Gap};
 pub use device::{Ambient, Device};
 pub use error::{Error, ErrorKind, Result};
+pub use gmsh::GmshMesh;
+pub use imu_yaml::{ImuSensorNoise, ImuValue, ImuYaml};
 pub use inspection::{
     BadEntry, ColumnSummary, Inspection, Statistics, TimeSummary, inspect, inspect_source,
 };
 pub use layout::{ColumnRef, DecimalMark, Layout, LayoutOptions, Separator};
-pub use output::{AtomicFile, OutputFolder};
+pub use model_file::{explain as explain_model, read_budget, read_model};
+pub use output::{
+    AtomicFile, Listed, MANIFEST, MANIFEST_SCHEMA, MANIFEST_VERSION, Manifest, OutputFolder,
+    discard_unfinished,
+};
 pub use recording::{Absent, Column, Input, Recording, RecordingOptions, TimeUnit};
 pub use result_document::{
     NamedCovariance, RESULT_SCHEMA, RESULT_VERSION, ResultDocument, StatedQuantity,
 };
 pub use rewriter::Rewriter;
-pub use rows::{Block, RowReader};
+pub use rows::{BadRow, Block, RowReader};
 pub use segments::Segment;
 pub use software::{Schema, Software};
 pub use source::{LARGEST_DOCUMENT, Source};
@@ -74,4 +85,8 @@ pub use stamp::Stamp;
 pub use table::{Cell, RowWriter, Table};
 pub use time_base::{TimeBase, TimeSource};
 pub use unit::{Unit, split_heading};
+pub use verification::{
+    Fate, Link, PROVENANCE_SCHEMA, PROVENANCE_VERSION, Provenance, Verification,
+};
+pub use vtu::{VtuField, vtu};
 pub use waveform::{Waveform, WaveformFormat, WaveformOptions, write_f32};

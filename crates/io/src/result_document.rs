@@ -20,17 +20,26 @@ pub struct StatedQuantity {
     pub unit: String,
     /// Estimate.
     pub value: f64,
-    /// Standard uncertainty.
-    pub u: f64,
-    /// Expanded uncertainty k u.
+    /// Standard uncertainty; absent where the distribution has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub u: Option<f64>,
+    /// Expanded uncertainty k u; of an interval that is not symmetric about the value, its longer side.
     #[serde(rename = "U")]
     pub expanded: f64,
     /// Coverage factor.
-    pub k: f64,
-    /// Effective degrees of freedom.
-    pub nu_eff: DegreesOfFreedom,
-    /// Probability of the interval value ± U.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub k: Option<f64>,
+    /// Effective degrees of freedom, where the interval rests on them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nu_eff: Option<DegreesOfFreedom>,
+    /// Probability of the interval.
     pub probability: f64,
+    /// The interval, where it is not value ± U.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interval: Option<[f64; 2]>,
+    /// Method that states it, where the kind of result has several.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub method: Option<String>,
 }
 
 impl StatedQuantity {
@@ -40,11 +49,13 @@ impl StatedQuantity {
             name: quantity.name.clone(),
             unit: quantity.unit.clone(),
             value: quantity.value,
-            u: quantity.standard_uncertainty,
+            u: Some(quantity.standard_uncertainty),
             expanded: quantity.expanded(probability),
-            k: quantity.coverage_factor(probability),
-            nu_eff: quantity.dof,
+            k: Some(quantity.coverage_factor(probability)),
+            nu_eff: Some(quantity.dof),
             probability,
+            interval: None,
+            method: None,
         }
     }
 }

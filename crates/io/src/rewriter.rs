@@ -165,6 +165,11 @@ impl Rewriter {
         pieces.iter().try_for_each(|p| self.file.write_all(p))
     }
 
+    /// The file that is written, for its digest.
+    pub fn file(&self) -> &AtomicFile {
+        &self.file
+    }
+
     /// Puts the file in its place.
     ///
     /// # Errors

@@ -23,6 +23,19 @@ pub(crate) enum BadFields {
     Refuse,
     /// Each is listed in [`Block::bad`], and its number is NaN inside this crate only.
     Locate,
+    /// As that; rows of another width are listed and passed over too.
+    Survey,
+}
+
+/// A row that has not as many fields as the others.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct BadRow {
+    /// Line, from one.
+    pub line: u64,
+    /// Fields that it has.
+    pub fields: usize,
+    /// Its beginning.
+    pub text: String,
 }
 
 /// A field that is not a finite number.
@@ -44,6 +57,7 @@ pub struct Block {
     ranges: Vec<Range<usize>>,
     stamps: Vec<Option<Stamp>>,
     pub(crate) bad: Vec<BadField>,
+    pub(crate) bad_rows: Vec<BadRow>,
 }
 
 impl Block {
@@ -209,6 +223,11 @@ impl RowReader {
         self
     }
 
+    pub(crate) fn survey(mut self) -> Self {
+        self.bad_fields = BadFields::Survey;
+        self
+    }
+
     /// The layout it reads by.
     pub fn layout(&self) -> &Layout {
         &self.layout
@@ -281,7 +300,7 @@ impl RowReader {
             if let (false, Some(end)) = (more, &mut self.open_end) {
                 end.line = self.next_line - 1;
             }
-            if block.rows > 0 || !block.bad.is_empty() {
+            if block.rows > 0 || !block.bad.is_empty() || !block.bad_rows.is_empty() {
                 return Ok(Some(block));
             }
         }
@@ -306,6 +325,12 @@ impl RowReader {
                 line: self.next_line + b.line,
                 ..b
             }));
+            block
+                .bad_rows
+                .extend(piece.bad_rows.into_iter().map(|b| BadRow {
+                    line: self.next_line + b.line,
+                    ..b
+                }));
             for (all, part) in block.columns.iter_mut().zip(&piece.columns) {
                 all.extend_from_slice(part);
             }
@@ -512,6 +537,7 @@ struct Piece {
     ranges: Vec<Range<usize>>,
     stamps: Vec<Option<Stamp>>,
     bad: Vec<BadField>,
+    bad_rows: Vec<BadRow>,
     fault: Option<Fault>,
 }
 
@@ -572,7 +598,15 @@ impl Scan<'_> {
             }
             match self.row(line, &mut numbers, &mut stamp) {
                 Ok(()) => {}
-                Err(Reason::Field(..)) if self.bad_fields == BadFields::Locate => {
+                Err(Reason::Width(fields)) if self.bad_fields == BadFields::Survey => {
+                    piece.bad_rows.push(BadRow {
+                        line: number,
+                        fields,
+                        text: shown(line),
+                    });
+                    continue;
+                }
+                Err(Reason::Field(..)) if self.bad_fields != BadFields::Refuse => {
                     stamp = self.locate(line, number, &mut numbers, &mut piece.bad);
                 }
                 Err(reason) => {

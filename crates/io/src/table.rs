@@ -1,7 +1,10 @@
 //! Tables of results as CSV, and rows of numbers written as fast as they come.
 
+use crate::field::parse_number;
+use crate::layout::DecimalMark;
 use crate::output::AtomicFile;
 use crate::{Error, ErrorKind, Result};
+use proofmass_core::Visible;
 use std::path::Path;
 
 /// A field of a [`Table`].
@@ -94,7 +97,7 @@ impl Table {
             for cell in row {
                 match cell {
                     Cell::Number(v) => writer.write_field(buffer.format_finite(*v)),
-                    Cell::Text(t) => writer.write_field(t),
+                    Cell::Text(t) => writer.write_field(harmless(t)),
                     Cell::Missing => writer.write_field(""),
                 }
                 .map_err(fail)?;
@@ -104,6 +107,26 @@ impl Table {
         writer
             .into_inner()
             .map_err(|e| Error::new(ErrorKind::Output, e.to_string()))
+    }
+}
+
+/// Text that no spreadsheet takes for a formula: an apostrophe stands before what would be one, and control
+/// characters are escapes. `+x` and `-z` are directions and stay.
+fn harmless(text: &str) -> String {
+    let mut rest = text.chars();
+    let formula = match rest.next() {
+        Some('=' | '@' | '\t' | '\r') => true,
+        Some('+' | '-') => {
+            parse_number(text.as_bytes(), DecimalMark::Point).is_none()
+                && !rest.all(|c| c.is_alphanumeric() || matches!(c, ' ' | '.' | '_'))
+        }
+        _ => false,
+    };
+    let shown = Visible(text);
+    if formula {
+        format!("'{shown}")
+    } else {
+        shown.to_string()
     }
 }
 

@@ -62,6 +62,8 @@ pub enum Unit {
     RadianPerSecond,
     /// °/s.
     DegreePerSecond,
+    /// °/h.
+    DegreePerHour,
     /// m.
     Metre,
     /// mm.
@@ -167,13 +169,21 @@ const SPELLINGS: &[(Unit, &str, &str, &[&str])] = &[
         RadianPerSecond,
         "rad/s",
         "rad/s",
-        &["rad_s", "radps", "rad/sec"],
+        &[
+            "rad_s", "radps", "rad/sec", "rads-1", "rad.s-1", "rad·s-1", "rad*s-1",
+        ],
     ),
     (
         DegreePerSecond,
         "°/s",
         "deg/s",
-        &["dps", "deg_s", "deg/sec"],
+        &["dps", "deg_s", "deg/sec", "degs-1", "deg.s-1"],
+    ),
+    (
+        DegreePerHour,
+        "°/h",
+        "deg/h",
+        &["dph", "deg_h", "deg/hr", "deg/hour", "°/hr", "°/hour"],
     ),
     (Metre, "m", "m", &["metre", "metres", "meter"]),
     (Millimetre, "mm", "mm", &["millimetre", "millimetres"]),
@@ -277,6 +287,7 @@ impl Unit {
             Nanosecond => (Second, 1e-9),
             Degree => (Radian, std::f64::consts::PI / 180.0),
             DegreePerSecond => (RadianPerSecond, std::f64::consts::PI / 180.0),
+            DegreePerHour => (RadianPerSecond, std::f64::consts::PI / 648_000.0),
             Millimetre => (Metre, 1e-3),
             Centimetre => (Metre, 1e-2),
             MillimetrePerSecond => (MetrePerSecond, 1e-3),

@@ -54,9 +54,13 @@ fn output_appears_whole_or_not_at_all() {
         out.commit().unwrap();
     }
     std::fs::write(target.join("notes.txt"), "mine").unwrap();
+    OutputFolder::create(&target, false)
+        .unwrap()
+        .commit()
+        .unwrap_err();
     assert_eq!(
-        OutputFolder::create(&target, false).unwrap_err().kind(),
-        ErrorKind::Output
+        std::fs::read_to_string(target.join("notes.txt")).unwrap(),
+        "mine"
     );
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
     assert!(AtomicFile::create(target.join("notes.txt"), &[&target.join("notes.txt")]).is_err());

@@ -129,3 +129,29 @@ fn bad_fields_are_listed_and_left_out_of_the_statistics() {
     let i = inspected(&many);
     assert_eq!((i.bad.len(), i.bad_count), (100, 150));
 }
+
+#[test]
+fn regress_rows_of_another_width_are_listed_and_left_out() {
+    let mut text = String::from("t,a,b\n");
+    for i in 0..5000 {
+        match i {
+            10 => text.push_str("10,1\n"),
+            20 => text.push_str("20,1,2,3\n"),
+            4000 => text.push_str("4000,12000,1\nlost\n"),
+            _ => text.push_str(&format!("{i},{},1\n", i % 5)),
+        }
+    }
+    let i = inspected(&text);
+    let listed: Vec<_> = i.bad_rows.iter().map(|b| (b.line, b.fields)).collect();
+    assert_eq!(listed, [(12, 2), (22, 4), (4003, 1)]);
+    assert_eq!((i.rows, i.bad_row_count), (4998, 3));
+    assert_eq!(i.bad_rows[2].text, "lost");
+    // Recordings are refused at the first of them.
+    let source = proofmass_io::Source::from_bytes("r", text).unwrap();
+    let options = proofmass_io::RecordingOptions {
+        columns: vec!["a".into()],
+        ..Default::default()
+    };
+    let error = proofmass_io::Recording::from_source(source, &options).unwrap_err();
+    assert_eq!(error.line_number(), Some(12));
+}

@@ -34,3 +34,40 @@ fn refuses_numbers_that_are_not_finite_and_rows_of_another_width() {
     // What was refused left nothing behind.
     assert_eq!(table.to_csv().unwrap(), b"a,b\n");
 }
+
+#[test]
+fn regress_a_label_is_no_formula_and_no_escape() {
+    let mut table = Table::new(["label"]);
+    for label in [
+        "=HYPERLINK(\"http://evil\",\"x\")",
+        "@SUM(1)",
+        "+1+cmd",
+        "-2+3|' /C calc'!A0",
+        "\tx",
+        "a\u{1b}[31m",
+        "+x",
+        "-z",
+        "-0.25",
+        "run 7",
+    ] {
+        table.push([label]).unwrap();
+    }
+    let csv = String::from_utf8(table.to_csv().unwrap()).unwrap();
+    let mut reader = csv::Reader::from_reader(csv.as_bytes());
+    let fields: Vec<String> = reader.records().map(|r| r.unwrap()[0].to_owned()).collect();
+    assert_eq!(
+        fields,
+        [
+            "'=HYPERLINK(\"http://evil\",\"x\")",
+            "'@SUM(1)",
+            "'+1+cmd",
+            "'-2+3|' /C calc'!A0",
+            "'\tx",
+            r"a\u{1b}[31m",
+            "+x",
+            "-z",
+            "-0.25",
+            "run 7"
+        ]
+    );
+}

@@ -61,7 +61,8 @@ fn regress_rates_behind_rounded_and_huge_stamps() {
     ];
     for (rate, resolution, heading, stamp) in cases {
         let text = table(heading, (0..75_000).map(stamp));
-        let inspection = inspect_source(Source::from_bytes("r", text.clone()).unwrap()).unwrap();
+        let inspection =
+            inspect_source(Source::from_bytes("r", text.clone()).unwrap(), 100).unwrap();
         let seen = inspection.time.unwrap();
         let recording = read(&text).unwrap();
         let clock = *recording.time.clock().unwrap();
@@ -157,6 +158,7 @@ fn known_dates_with_times_and_units_since_1970() {
                 .replace("Z,", "\","),
         )
         .unwrap(),
+        100,
     )
     .unwrap();
     assert!((found.time.unwrap().rate_hz - 100.0).abs() < 1e-9);

@@ -1,14 +1,18 @@
 //! `campaign.toml`: what was measured, with what, and how it is to be evaluated. One file per kind.
 
+mod draft;
+mod free_living;
 mod multi_position;
 mod shaker;
 mod shaker_single;
 mod shaker_triaxial;
 mod spurious_motion;
 
+pub use draft::Draft;
+pub use free_living::{FreeLivingCampaign, FreeLivingMethod, StreamTable};
 pub use multi_position::{
-    Attitude, Axes, GravityInput, Method, MethodModel, MultiPositionCampaign, Prefixes,
-    RecordingTable, StandstillTable,
+    Attitude, Axes, FileIs, GravityInput, Method, MethodModel, MultiPositionCampaign,
+    NumberOrLabel, Prefixes, RecordingTable, RowsAre, StandstillTable,
 };
 pub use shaker::{
     Certificate, CertificateTable, Direction, DriveFrequency, Mounting, PhasorQuantity, RunData,
@@ -31,6 +35,7 @@ use std::sync::Arc;
 /// Kinds that can be read, as written after `kind =`.
 pub const KINDS: &[&str] = &[
     "multi-position",
+    "free-living",
     "shaker-triaxial",
     "shaker-single",
     "spurious-motion",
@@ -42,6 +47,8 @@ pub const KINDS: &[&str] = &[
 pub enum Campaign {
     /// A triaxial accelerometer held still in many positions.
     MultiPosition(Box<MultiPositionCampaign>),
+    /// Days of a logger, calibrated from its still moments.
+    FreeLiving(Box<FreeLivingCampaign>),
     /// A triaxial accelerometer on a shaker.
     ShakerTriaxial(Box<ShakerTriaxialCampaign>),
     /// A single-axis accelerometer against a reference.
@@ -114,6 +121,9 @@ impl Campaign {
             "multi-position" => {
                 MultiPositionCampaign::from_file(file).map(|c| Self::MultiPosition(Box::new(c)))
             }
+            "free-living" => {
+                FreeLivingCampaign::from_file(file).map(|c| Self::FreeLiving(Box::new(c)))
+            }
             "shaker-triaxial" => {
                 ShakerTriaxialCampaign::from_file(file).map(|c| Self::ShakerTriaxial(Box::new(c)))
             }
@@ -142,6 +152,7 @@ impl Campaign {
     pub fn kind(&self) -> &'static str {
         match self {
             Self::MultiPosition(_) => "multi-position",
+            Self::FreeLiving(_) => "free-living",
             Self::ShakerTriaxial(_) => "shaker-triaxial",
             Self::ShakerSingle(_) => "shaker-single",
             Self::SpuriousMotion(_) => "spurious-motion",

@@ -6,8 +6,11 @@
 //! What belongs to the caller comes as an argument: the date in a [`Record`], progress and cancellation as a
 //! [`Watch`](proofmass_core::Watch), files as a [`Store`].
 
+mod any_result;
 pub mod campaign;
+pub mod free_living;
 pub mod multi_position;
+pub mod noise;
 mod observed;
 mod outcome;
 pub mod plan;
@@ -18,7 +21,11 @@ pub mod shaker_triaxial;
 pub mod spurious_motion;
 mod store;
 mod trouble;
+pub mod uncertainty;
+pub mod validation;
+pub mod velocity;
 
+pub use any_result::{AnyResult, read_result};
 pub use outcome::{CALIBRATION, Filed, Job, Outcome, REPORT, RESULT, section};
 pub use proofmass_core::{Unwatched, Watch};
 pub use record::Record;

@@ -5,14 +5,15 @@ mod outcome;
 mod recordings;
 
 pub use outcome::{Figures, MultiPositionOutcome};
-pub use recordings::MultiPositionRecordings;
+pub use recordings::{MultiPositionRecordings, Stamps};
 
 use crate::campaign::MethodModel;
 use crate::outcome::Job;
 use crate::trouble::{Result, Trouble};
 use proofmass_calibration::{
     AttitudeUncertainty, Estimator, Model, MultiPosition, Samples, Segment, Standstill,
-    StandstillCalibration, WindowedVariance, clipping, suspected_clipping, temperature_drift,
+    StandstillCalibration, ThresholdSweep, WindowedVariance, clipping, frozen, suspected_clipping,
+    temperature_drift,
 };
 use proofmass_core::{Gravity, Watch};
 use proofmass_io::{ColumnRef, Unit};
@@ -59,6 +60,12 @@ pub struct MultiPositionJob {
     /// Temperature where none was recorded, °C.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub temperature: Option<f64>,
+    /// Largest standard uncertainty at which a parameter is a result, in units of the scale and of g.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub largest_uncertainty: Option<f64>,
+    /// Standstills that are left out, by label or by number counted from one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub exclude: Vec<String>,
 }
 
 impl MultiPositionJob {
@@ -72,6 +79,8 @@ impl MultiPositionJob {
             attitude_uncertainty: None,
             range: None,
             temperature: None,
+            largest_uncertainty: None,
+            exclude: Vec::new(),
         }
     }
 
@@ -98,6 +107,9 @@ impl MultiPositionJob {
                 "fit `bias-scale`, or convert the recording with the nominal sensitivity first",
             ));
         }
+        if let Some(limit) = self.largest_uncertainty {
+            settings = settings.largest_uncertainty(limit);
+        }
         if let Some(independent) = self.attitude_uncertainty {
             settings = settings.attitude_uncertainty(AttitudeUncertainty {
                 independent,
@@ -115,29 +127,54 @@ impl MultiPositionJob {
     ) -> Result<StandstillCalibration> {
         let explain =
             |error, given: Option<&[Segment]>| explanation::explain(error, self, data, given);
-        let Some(given) = data.segments else {
-            if self.method.needs_attitudes() {
-                return Err(Trouble::request(format!(
-                    "method `{}` needs given attitudes",
-                    self.method.name()
-                ))
-                .with_hint("add `segments = \"segments.csv\"` to [standstill], with a column `direction` (+x, -x, …) or up_x, up_y, up_z; or fit `triangular`"));
-            }
-            return StandstillCalibration::run(
-                samples,
-                data.rate,
-                data.breaks,
-                &self.search,
-                settings,
-            )
-            .map_err(|error| explain(error, None));
+        let mut sweep = match data.segments {
+            Some(given) => ThresholdSweep::given(given.to_vec()),
+            None => ThresholdSweep::run(samples, data.rate, data.breaks, &self.search, settings)
+                .map_err(|error| explain(error, None))?,
         };
+        sweep.exclude(&self.exclude).map_err(|unknown| {
+            Trouble::request(format!("no standstill is called {unknown:?}")).with_hint(
+                "`exclude` in [standstill] lists numbers as in standstills.csv, or labels",
+            )
+        })?;
+        if self.method.needs_attitudes() && sweep.segments.iter().any(|s| s.attitude.is_none()) {
+            return Err(Trouble::request(format!(
+                "method `{}` needs given attitudes",
+                self.method.name()
+            ))
+            .with_hint("add `segments = \"segments.csv\"` to [standstill], with a column `direction` (+x, -x, …) or up_x, up_y, up_z; or `directions` where each file or row is a standstill; or fit `triangular`"));
+        }
         let estimator = match self.method {
             MethodModel::SixPosition | MethodModel::Ferraris => Estimator::SixPositions,
             _ => Estimator::LeastSquares,
         };
-        StandstillCalibration::of_segments(samples, given.to_vec(), settings, estimator)
-            .map_err(|error| explain(error, Some(given)))
+        let used = sweep.segments.clone();
+        match data.readings {
+            Some(Readings { uncertainty }) => {
+                StandstillCalibration::of_readings(samples, sweep, uncertainty, settings, estimator)
+            }
+            None => StandstillCalibration::of_sweep(samples, sweep, settings, estimator),
+        }
+        .map_err(|error| explain(error, Some(&used)))
+    }
+
+    /// What the samples themselves give reason to doubt, whether or not they can be fitted.
+    fn doubts_of_the_samples(
+        &self,
+        data: &MultiPositionData<'_>,
+        samples: &Samples<'_>,
+        segments: &[Segment],
+    ) -> Vec<Finding> {
+        let mut findings = data.findings.to_vec();
+        if data.readings.is_some() {
+            return findings;
+        }
+        findings.extend(match self.range {
+            Some([low, high]) => clipping(samples, (low, high), segments),
+            None => suspected_clipping(samples),
+        });
+        findings.extend(frozen(samples));
+        findings
     }
 
     /// All doubts, those of the recording included, the gravest first.
@@ -148,11 +185,7 @@ impl MultiPositionJob {
         calibration: &StandstillCalibration,
     ) -> Vec<Finding> {
         let segments = &calibration.sweep.segments;
-        let mut findings = data.findings.to_vec();
-        findings.extend(match self.range {
-            Some([low, high]) => clipping(samples, (low, high), segments),
-            None => suspected_clipping(samples),
-        });
+        let mut findings = self.doubts_of_the_samples(data, samples, segments);
         if let Some(temperature) = data.temperature {
             let residuals = calibration.fit.residuals();
             findings.extend(temperature_drift(temperature, segments, residuals));
@@ -161,6 +194,14 @@ impl MultiPositionJob {
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
         findings
     }
+}
+
+/// A table of readings or means in place of a recording.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Readings {
+    /// Standard uncertainty of each output from its noise, in the unit of the data; without it the scatter about the
+    /// model is all that is known.
+    pub uncertainty: Option<f64>,
 }
 
 /// The samples of a triaxial accelerometer, all recordings one after the other.
@@ -180,6 +221,8 @@ pub struct MultiPositionData<'a> {
     pub temperature: Option<&'a [f64]>,
     /// Standstills that are given; without them they are found.
     pub segments: Option<&'a [Segment]>,
+    /// Where every sample is a reading of its own: what is known of it.
+    pub readings: Option<Readings>,
     /// What reading the data found.
     pub findings: &'a [Finding],
     /// What the data are called in messages.
@@ -199,6 +242,7 @@ impl<'a> MultiPositionData<'a> {
             unit,
             temperature: None,
             segments: None,
+            readings: None,
             findings: &[],
             name: "the recording",
             columns: None,
@@ -226,7 +270,10 @@ impl Job for MultiPositionJob {
                 &steady
             }
         };
-        let samples = Samples::new(x, y, z)?.at_times(time)?;
+        let mut samples = Samples::new(x, y, z)?;
+        if data.readings.is_none() || data.time.is_some() {
+            samples = samples.at_times(time)?;
+        }
         let samples = match data.temperature {
             Some(temperature) => samples.at_temperatures(temperature)?,
             None => samples,

@@ -73,5 +73,5 @@ fn law_a_campaign_runs_from_memory() {
     assert_eq!(names, ["campaign.toml", "recording.csv"]);
     let scale = &outcome.quantities()[3];
     assert_eq!(scale.name, "scale.x");
-    assert!((scale.value - 415.2).abs() < 4.0 * scale.u);
+    assert!((scale.value - 415.2).abs() < 4.0 * scale.u.unwrap());
 }

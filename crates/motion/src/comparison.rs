@@ -148,7 +148,6 @@ pub struct ComparisonRow {
     /// How it agrees with the reference.
     pub agreement: Agreement,
     /// Velocity per sample at this rate.
-    #[serde(skip)]
     pub velocity: Vec<f64>,
 }
 

@@ -38,12 +38,14 @@ mod filtering;
 mod floor;
 mod integration;
 mod method;
+mod method_word;
 mod pairing;
 mod record;
 mod ripple;
 mod search;
 mod slip;
 mod smoother;
+mod stretch;
 mod tuning;
 mod velocity;
 mod whiteness;
@@ -55,18 +57,20 @@ pub use crossover::{
     crossover_by_smoother, kalman_by_smoother, noise_of, predicted_error, spectrum_error,
 };
 pub use decode::{
-    AbsoluteCode, Decoded, TimedEdge, absolute, quadrature, quadrature_edges, resolver,
+    AbsoluteCode, Decoded, TimedEdge, absolute, quadrature, quadrature_edges, resolver, rollover,
 };
 pub use diffuse::{ColouredNoise, Unknowns};
 pub use excerpt::excerpt;
 pub use filtering::{KalmanModel, KalmanRun};
 pub use integration::{DriftBudget, DriftSources, HighPass, OffLineIntegration, integrate};
 pub use method::{Family, Method, Trace, WINDOWS};
+pub use method_word::METHODS;
 pub use pairing::Pairing;
 pub use proofmass_core::velocity::{BiasModel, Hold, IntegratorRule, ProcessNoise};
 pub use record::{MotionRecord, Source, Stamped, Timing, align, even_clock, out_of_order};
 pub use ripple::{Ripple, RippleLine, ripple};
 pub use slip::{Episode, SlipReport, SlipSearch};
+pub use stretch::{Ungapped, even_times, longest_stretch, mean_between, thin};
 pub use tuning::{BiasChoice, Found, NoiseNode, ReadingNoise, Tuned, Tuning};
 pub use velocity::{
     CompareResult, EstimateResult, TuneResult, TunedAtRate, compare, estimate, published_sweep,

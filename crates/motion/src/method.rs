@@ -109,6 +109,18 @@ pub enum Family {
     OffLine,
 }
 
+impl Family {
+    /// Stable lower-case name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Position => "position",
+            Self::Acceleration => "acceleration",
+            Self::Fused => "fused",
+            Self::OffLine => "off-line",
+        }
+    }
+}
+
 /// Velocity by one method.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Trace {
@@ -117,10 +129,8 @@ pub struct Trace {
     /// Short text with the settings, for legends and tables.
     pub label: String,
     /// Velocity per sample of the record.
-    #[serde(skip)]
     pub velocity: Vec<f64>,
     /// Standard uncertainty per sample, where the method knows one.
-    #[serde(skip)]
     pub standard_uncertainty: Option<Vec<f64>>,
     /// Delay the method states for slow motion, s.
     pub stated_delay: f64,

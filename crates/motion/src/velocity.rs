@@ -267,9 +267,6 @@ fn part_finding(record: &MotionRecord, samples: &Range<usize>) -> Option<Finding
 /// Answer of [`estimate`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EstimateResult {
-    /// Times of the samples, s.
-    #[serde(skip)]
-    pub time: Vec<f64>,
     /// Velocity by the chosen method.
     pub trace: Trace,
     /// Velocity by the smoother of the same (or the tuned) model, with its uncertainty.
@@ -279,7 +276,6 @@ pub struct EstimateResult {
     /// How it was found; `None` when it was given.
     pub tuned: Option<Tuned>,
     /// Offset of the accelerometer by the smoother with its standard uncertainty, when it is a state.
-    #[serde(skip)]
     pub offset: Option<(Vec<f64>, Vec<f64>)>,
     /// Share of the samples away from slip where filter and smoother agree within two standard uncertainties of
     /// their difference, √(u_f² − u_s²); `None` when the method states no uncertainty.
@@ -390,7 +386,6 @@ pub fn estimate(
     };
     findings.extend(ripple.iter().flat_map(|r| r.findings.iter().cloned()));
     Ok(EstimateResult {
-        time: record.times(),
         trace,
         smoother,
         model,
@@ -522,7 +517,6 @@ pub struct CompareResult {
     /// Whether the reference is a truth that was given, or the smoother at the full rate.
     pub reference_is_truth: bool,
     /// The reference at the full rate.
-    #[serde(skip)]
     pub reference: Vec<f64>,
     /// Tuning at each rate at which it was possible: noise, whiteness, gains.
     pub tuned: Vec<TunedAtRate>,

@@ -1,13 +1,13 @@
 //! The whole noise analysis of a record at rest: curve, density, coefficients, and what to doubt.
 
-use crate::channel_analysis::analyse_channel;
+use crate::channel_analysis::{Steps, analyse_channel};
 use crate::record::check_count;
 use crate::{
     CoefficientFit, ConsistencyPoint, ConverterTrace, DeviationCurve, DeviationOptions,
     Disturbance, FitOptions, FittedPoint, Gap, Gaps, InUnit, JointInfluence, KalmanNoise, Sensor,
     Statistic, Term, clock_line, gaps,
 };
-use proofmass_core::Error;
+use proofmass_core::{Error, Unwatched, Watch};
 use proofmass_signal::{Density, Detrend, Trend};
 use proofmass_uncertainty::{Finding, Severity};
 use rayon::prelude::*;
@@ -31,6 +31,7 @@ pub struct Channel<'a> {
 
 /// How a record is analysed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct AnalysisOptions {
     /// Statistic of the curve.
     pub statistic: Statistic,
@@ -74,6 +75,8 @@ pub struct SpectrumPoint {
     pub density: f64,
     /// Its limits at the probability of the curve.
     pub interval: Option<(f64, f64)>,
+    /// Density of the fitted model, where there is one.
+    pub model: Option<f64>,
 }
 
 /// One coefficient in every unit in use.
@@ -180,6 +183,19 @@ pub fn analyse(
     sample_rate: f64,
     options: &AnalysisOptions,
 ) -> Result<Analysis, Error> {
+    analyse_watched(channels, stamps, sample_rate, options, &Unwatched)
+}
+
+/// [`analyse`] with an onlooker who is told how far it is and may stop it.
+///
+/// **Errors** as [`analyse`], and [`Error::Cancelled`].
+pub fn analyse_watched(
+    channels: &[Channel<'_>],
+    stamps: Option<&[f64]>,
+    sample_rate: f64,
+    options: &AnalysisOptions,
+    watch: &dyn Watch,
+) -> Result<Analysis, Error> {
     let rates: Vec<&[f64]> = channels.iter().map(|c| c.rate).collect();
     let (runs, gaps) = gaps::stretches(&rates, stamps, sample_rate)?;
     let rows = (
@@ -217,11 +233,13 @@ pub fn analyse(
             run.0 - rows.0 + lost
         })
         .collect();
+    let steps = Steps::new(watch, channels.len());
+    steps.none()?;
     let channels = channels
         .par_iter()
         .map(|c| {
             let stretches: Vec<&[f64]> = chosen.iter().map(|r| &c.rate[r.0..r.1]).collect();
-            analyse_channel(c, &stretches, &starts, sample_rate, options)
+            analyse_channel(c, &stretches, &starts, sample_rate, options, &steps)
         })
         .collect::<Result<Vec<_>, Error>>()?;
     Ok(Analysis {

@@ -6,15 +6,44 @@ use crate::curve_model::CurveModel;
 use crate::deviation::curve_of;
 use crate::{
     AnalysisOptions, Channel, ChannelAnalysis, CoefficientFit, Disturbance, DisturbanceKind,
-    JointInfluence, Record, SpectrumPoint, TermUnits, chi_square_interval, consistency, converter,
-    converter_traces, disturbances, in_units, joint_influence, kalman_noise, whittle_stretches,
+    JointInfluence, NoiseModel, Record, SpectrumPoint, TermUnits, chi_square_interval, consistency,
+    converter, converter_traces, disturbances, in_units, joint_influence, kalman_noise,
+    whittle_stretches,
 };
-use proofmass_core::Error;
+use proofmass_core::{Error, Watch};
 use proofmass_signal::{Detrend, Trend, Welch};
 use proofmass_uncertainty::{Finding, Severity};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Cosines in one point of the spectrum, at least.
 const TOGETHER: f64 = 3.0;
+
+/// How far the channels are, four steps each.
+pub(crate) struct Steps<'a> {
+    watch: &'a dyn Watch,
+    of: u64,
+    done: AtomicU64,
+}
+
+impl<'a> Steps<'a> {
+    pub(crate) fn new(watch: &'a dyn Watch, channels: usize) -> Self {
+        Self {
+            watch,
+            of: 4 * channels as u64,
+            done: AtomicU64::new(0),
+        }
+    }
+
+    /// Says that it begins.
+    pub(crate) fn none(&self) -> Result<(), Error> {
+        self.watch.step("noise of the channels", 0, self.of)
+    }
+
+    fn one(&self) -> Result<(), Error> {
+        let done = 1 + self.done.fetch_add(1, Ordering::Relaxed);
+        self.watch.step("noise of the channels", done, self.of)
+    }
+}
 
 /// Everything about one channel from its stretches, which begin at `starts` on the sampling clock.
 pub(crate) fn analyse_channel(
@@ -23,6 +52,7 @@ pub(crate) fn analyse_channel(
     starts: &[usize],
     sample_rate: f64,
     options: &AnalysisOptions,
+    steps: &Steps<'_>,
 ) -> Result<ChannelAnalysis, Error> {
     let samples: usize = stretches.iter().map(|s| s.len()).sum();
     let (trend, variance) = straight_line(stretches, starts, sample_rate);
@@ -88,12 +118,21 @@ pub(crate) fn analyse_channel(
         whittle_stretches(seen, sample_rate, &fit_options),
         &mut result.findings,
     );
+    steps.one()?;
     curves(&prepared, sample_rate, options, &mut result)?;
+    steps.one()?;
     let spectrum = CosineSpectrum::new(stretches, sample_rate, &[]);
-    result.spectrum = points(&spectrum, trend.slope, options.deviation.probability);
+    result.spectrum = points(
+        &spectrum,
+        trend.slope,
+        options.deviation.probability,
+        result.whittle.as_ref().map(|f| &f.model),
+    );
     let longest = longest(&prepared);
     densities(prepared[longest], sample_rate, options, &mut result)?;
+    steps.one()?;
     seek_disturbances(&prepared, starts, sample_rate, options, &mut result)?;
+    steps.one()?;
     result.converter = converter_traces(stretches[longest]);
     result
         .findings
@@ -219,7 +258,12 @@ fn curves(
 }
 
 /// The spectrum as points of a plot, freed from the straight line.
-fn points(spectrum: &CosineSpectrum, slope: f64, probability: f64) -> Vec<SpectrumPoint> {
+fn points(
+    spectrum: &CosineSpectrum,
+    slope: f64,
+    probability: f64,
+    model: Option<&NoiseModel>,
+) -> Vec<SpectrumPoint> {
     let mut bins: Vec<_> = spectrum.bins.iter().collect();
     bins.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
     let mut points = Vec::new();
@@ -232,8 +276,12 @@ fn points(spectrum: &CosineSpectrum, slope: f64, probability: f64) -> Vec<Spectr
         let wide = count >= TOGETHER && count >= 0.1 * (frequency / count).exp() * spectrum.longest;
         if wide || bin.count > 100.0 {
             let mean = density / count;
+            let centre = (frequency / count).exp();
             points.push(SpectrumPoint {
-                frequency: (frequency / count).exp(),
+                frequency: centre,
+                model: model
+                    .map(|m| m.density(centre, spectrum.sample_rate))
+                    .filter(|s| *s > 0.0),
                 density: mean,
                 // The interval of a deviation, squared, is that of its square.
                 interval: chi_square_interval(mean.max(0.0).sqrt(), count, probability)

@@ -20,8 +20,16 @@ const GRID: usize = 400;
 pub(crate) struct CurveModel {
     short: NoiseModel,
     long: NoiseModel,
+    /// What the spectrum shows beside the model for short averaging times: a filter takes degrees of freedom.
+    seen: Seen,
     sample_rate: f64,
 }
+
+/// A spectrum and the model of it: frequency, number of cosines, density seen and of the model.
+type Seen = Vec<(f64, f64, f64, f64)>;
+
+/// Cosines that the model counts for against what is seen.
+const TRUST: f64 = 30.0;
 
 impl CurveModel {
     /// Fitted to stretches of phase points; `None` when they are too short or do not vary.
@@ -31,19 +39,20 @@ impl CurveModel {
     pub(crate) fn fit(stretches: &[Phase<'_>], sample_rate: f64) -> Option<Self> {
         let samples: usize = stretches.iter().map(|p| p.len() - 1).sum();
         let factor = samples.div_ceil(FITTED).max(1);
-        let long = fitted(
+        let (long, seen) = fitted(
             &averages(stretches, factor, usize::MAX),
             sample_rate,
             factor,
         )?;
-        let short = if factor == 1 {
-            long.clone()
+        let (short, seen) = if factor == 1 {
+            (long.clone(), seen)
         } else {
             fitted(&averages(stretches, 1, FITTED), sample_rate, 1)?
         };
         Some(Self {
             short,
             long,
+            seen,
             sample_rate,
         })
     }
@@ -59,13 +68,12 @@ impl CurveModel {
             .filter(|r| r.len() > 2)
             .filter_map(|r| Phase::new(*r, sample_rate).ok())
             .collect();
-        let short = Self::fit(&phases, sample_rate)?.short;
+        let near = Self::fit(&phases, sample_rate)?;
         let some = long.white + long.flicker + long.random_walk + long.quantisation > 0.0
             || !long.gauss_markov.is_empty();
         some.then(|| Self {
-            short,
             long: long.clone(),
-            sample_rate,
+            ..near
         })
     }
 
@@ -86,8 +94,9 @@ impl CurveModel {
         formula: EdfFormula,
     ) -> Option<f64> {
         let model = self.at(m);
+        let filtered = self.filtered(m);
         if statistic == Statistic::OverlappingAllan {
-            return degrees_of_freedom(model, m, lengths, self.sample_rate);
+            return degrees_of_freedom(model, m, lengths, self.sample_rate).map(|nu| nu * filtered);
         }
         let shares = shares(model, statistic, m, self.sample_rate);
         let of = |n: usize| -> Option<f64> {
@@ -107,10 +116,43 @@ impl CurveModel {
             .filter(|n| **n + 1 >= smallest)
             .filter_map(|n| of(*n))
             .collect();
-        if all.is_empty() {
+        let nu = if all.is_empty() {
             of(*longest)
         } else {
             Some(all.iter().sum())
+        };
+        nu.map(|nu| nu * filtered)
+    }
+
+    /// Degrees of freedom at factor m of the spectrum that is seen, relative to those of the model.
+    ///
+    /// Of a long record ν ∝ (∫ S|H|² df)²/∫ S²|H|⁴ df. Few cosines are believed less than the model: where it holds the ratio is
+    /// one.
+    fn filtered(&self, m: usize) -> f64 {
+        if m > SHORT {
+            return 1.0;
+        }
+        let (mut seen, mut seen2, mut model, mut model2) = (0.0, 0.0, 0.0, 0.0);
+        for &(frequency, count, density, expected) in &self.seen {
+            let h: f64 = (0..8)
+                .map(|j| {
+                    let f = frequency * (1.0 + 0.05 * ((f64::from(j) + 0.5) / 8.0 - 0.5));
+                    allan_response(m, f.min(0.5 * self.sample_rate), self.sample_rate)
+                })
+                .sum::<f64>()
+                / 8.0;
+            let trust = count / (count + TRUST);
+            let s = trust * density + (1.0 - trust) * expected;
+            seen += count * s * h;
+            seen2 += count * s * s * h * h / (1.0 + 2.0 * trust * trust / count);
+            model += count * expected * h;
+            model2 += count * (expected * h).powi(2);
+        }
+        let ratio = seen * seen * model2 / (seen2 * model * model);
+        if ratio.is_finite() && ratio > 0.0 {
+            ratio.clamp(0.01, 1.2)
+        } else {
+            1.0
         }
     }
 
@@ -134,7 +176,7 @@ fn noise_type(term: Term) -> NoiseType {
     }
 }
 
-fn fitted(stretches: &[Vec<f64>], sample_rate: f64, factor: usize) -> Option<NoiseModel> {
+fn fitted(stretches: &[Vec<f64>], sample_rate: f64, factor: usize) -> Option<(NoiseModel, Seen)> {
     let parts: Vec<&[f64]> = stretches.iter().map(Vec::as_slice).collect();
     let varies = parts.iter().any(|s| s.iter().any(|v| *v != s[0]));
     let spectrum = CosineSpectrum::new(&parts, sample_rate / factor as f64, &[]);
@@ -143,7 +185,17 @@ fn fitted(stretches: &[Vec<f64>], sample_rate: f64, factor: usize) -> Option<Noi
     }
     let model = quick_model(&spectrum, factor);
     let some = model.white + model.flicker + model.random_walk + model.quantisation > 0.0;
-    some.then_some(model)
+    some.then(|| {
+        let seen = spectrum
+            .bins
+            .iter()
+            .map(|b| {
+                let expected = model.density(b.frequency, spectrum.sample_rate);
+                (b.frequency, b.count, b.cc, expected)
+            })
+            .collect();
+        (model, seen)
+    })
 }
 
 /// Averages of so many samples from each stretch, at most so many from the middle of each.

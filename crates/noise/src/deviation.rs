@@ -8,7 +8,7 @@ use crate::phase::Phase;
 use crate::record::Record;
 use crate::{
     Bias, EdfFormula, NoiseType, Statistic, Taus, allan, chi_square_interval, equivalent_dof,
-    hadamard, theo, total,
+    hadamard, theo, time_error, total,
 };
 use proofmass_core::Error;
 use rayon::prelude::*;
@@ -172,11 +172,12 @@ pub(crate) fn curve_of(
         .enumerate()
         .zip(noises)
         .map(|((index, &m), (noise, basis))| {
-            let (mut sum, mut terms) = (0.0, 0);
+            let (mut sum, mut terms, mut largest) = (0.0, 0, 0.0_f64);
             for part in &parts {
                 if let Some((square, count)) = part.squares[index] {
                     sum += square * count as f64;
                     terms += count;
+                    largest = largest.max(square);
                 }
             }
             let ratio = match options.bias {
@@ -189,10 +190,15 @@ pub(crate) fn curve_of(
             let tau = statistic.tau(m, sample_rate);
             let scale = match statistic {
                 Statistic::Time | Statistic::TimeTotal => tau / 3.0_f64.sqrt(),
+                Statistic::TimeIntervalError | Statistic::MaximumTimeIntervalError => {
+                    1.0 / sample_rate
+                }
                 _ => 1.0,
             };
             let square = if parts.len() == 1 {
                 parts[0].squares[index].map_or(0.0, |s| s.0)
+            } else if statistic == Statistic::MaximumTimeIntervalError {
+                largest
             } else {
                 sum / f64::max(terms as f64, 1.0)
             };
@@ -286,6 +292,9 @@ fn mean_square(phase: &[f64], statistic: Statistic, m: usize) -> allan::MeanSqua
         Statistic::ModifiedTotal | Statistic::TimeTotal => total::modified_total(phase, m),
         Statistic::HadamardTotal => total::hadamard_total(phase, m),
         Statistic::Theo1 => theo::theo1(phase, m),
+        Statistic::Parabolic => time_error::parabolic(phase, m),
+        Statistic::TimeIntervalError => time_error::interval_error(phase, m),
+        Statistic::MaximumTimeIntervalError => time_error::maximum_interval_error(phase, m),
     }
 }
 

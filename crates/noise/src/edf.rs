@@ -56,6 +56,10 @@ pub fn equivalent_dof(
         Statistic::ModifiedTotal | Statistic::TimeTotal => modified_total(alpha, m, n, formula),
         Statistic::HadamardTotal => hadamard_total(alpha, m, n, formula),
         Statistic::Theo1 => theo1(alpha, m, n),
+        // Nothing simple is published.
+        Statistic::Parabolic
+        | Statistic::TimeIntervalError
+        | Statistic::MaximumTimeIntervalError => None,
     };
     edf.filter(|edf| edf.is_finite() && *edf > 0.0)
 }

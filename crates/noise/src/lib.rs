@@ -73,6 +73,7 @@ mod streaming;
 mod taus;
 mod term_density;
 mod theo;
+mod time_error;
 mod total;
 mod units;
 mod usable_band;
@@ -81,6 +82,7 @@ mod whittle;
 
 pub use analysis::{
     Analysis, AnalysisOptions, Channel, ChannelAnalysis, SpectrumPoint, TermUnits, analyse,
+    analyse_watched,
 };
 pub use bias::Bias;
 pub use clock_line::{ClockLine, Slip, clock_line};
@@ -105,5 +107,6 @@ pub use simulate::simulate;
 pub use statistic::Statistic;
 pub use streaming::StreamingAllan;
 pub use taus::Taus;
-pub use units::{ImuPart, InUnit, KalmanNoise, Sensor, imu_yaml, in_units, kalman_noise};
+pub use time_error::{groslambert_covariance, three_cornered_hat};
+pub use units::{Conservative, InUnit, KalmanNoise, Sensor, conservative, in_units, kalman_noise};
 pub use whittle::{whittle, whittle_stretches};

@@ -1,9 +1,10 @@
 //! The analysis of a recording larger than memory.
 
+use crate::allan_covariance::degrees_of_freedom;
 use crate::averages::Averages;
 use crate::{
-    Analysis, AnalysisOptions, Channel, Sensor, Statistic, StreamingAllan, Taus, analyse, in_units,
-    kalman_noise,
+    Analysis, AnalysisOptions, Channel, DeviationCurve, NoiseBasis, NoiseModel, Sensor, Statistic,
+    StreamingAllan, Taus, analyse, chi_square_interval, in_units, kalman_noise,
 };
 use proofmass_core::Error;
 use proofmass_uncertainty::{Finding, Severity};
@@ -26,8 +27,8 @@ pub struct ChannelName {
 ///
 /// Of every channel three things grow with it, none of them with its length: the overlapping Allan deviation at octave
 /// averaging times ([`StreamingAllan`], logarithmic memory), the mean and the scatter, and a record of at most 2^20
-/// averages of 2^k samples, of which spectrum, coefficients and disturbances are taken. Averaging leaves the noise
-/// coefficients as they are; disturbances shorter than one average are not sought.
+/// averages of 2^k samples, of which spectrum, coefficients and disturbances are taken. The fit allows for what averaging does
+/// to the densities; disturbances shorter than one average are not sought.
 ///
 /// ```
 /// use proofmass_noise::{AnalysisOptions, ChannelName, LongRecord, NoiseModel, Term, simulate};
@@ -176,11 +177,15 @@ impl LongRecord {
                 d.samples = (d.samples.0 * averaged, d.samples.1 * averaged);
             }
             if channel.curve.is_some() {
-                channel.curve = Some(
-                    running
-                        .allan
-                        .curve_at(sample_rate, options.deviation.probability)?,
-                );
+                let mut curve = running
+                    .allan
+                    .curve_at(sample_rate, options.deviation.probability)?;
+                if let Some(fit) = &channel.whittle {
+                    of_the_model(&mut curve, &fit.model, n as usize);
+                    channel.fitted =
+                        crate::consistency::fitted(&fit.model, &curve, fit.band.highest_frequency);
+                }
+                channel.curve = Some(curve);
             }
             // What belongs to one sample belongs to one of the recording, not to one average.
             if let Some(fit) = &channel.whittle {
@@ -206,7 +211,7 @@ impl LongRecord {
                     "averages of {averaged} samples, {} Hz",
                     sample_rate / averaged as f64
                 ))
-                .advice("averaging changes no coefficient; analyse a shorter part for frequencies above half that rate"),
+                .advice("the fit allows for the averaging; analyse a shorter part for frequencies above half that rate"),
             );
         }
         Ok(analysis)
@@ -217,6 +222,18 @@ impl LongRecord {
         self.channels
             .get(channel)
             .map_or(&[], |c| c.averages.values())
+    }
+}
+
+/// Degrees of freedom of the fitted noise in place of those of the slope: every (m/8)-th difference costs 1 % of them.
+fn of_the_model(curve: &mut DeviationCurve, model: &NoiseModel, samples: usize) {
+    for p in &mut curve.points {
+        let nu = degrees_of_freedom(model, p.factor, &[samples], curve.sample_rate);
+        if let Some(nu) = nu.map(|nu| 0.99 * nu) {
+            p.basis = NoiseBasis::Model;
+            p.edf = Some(nu);
+            p.interval = chi_square_interval(p.deviation, nu, curve.probability);
+        }
     }
 }
 

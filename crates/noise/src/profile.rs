@@ -102,7 +102,7 @@ impl Fitted {
     pub(crate) fn square(&self, j: usize, level: f64) -> Profile {
         let best = self.best.squares[j];
         let zero = self.rise(j, 0.0, &self.best);
-        let gain = zero.value.max(0.0);
+        let gain = zero.value.clamp(0.0, f64::MAX);
         // Scale of the search: where the term by itself would fill the lowest bins.
         let scale = if best > 0.0 {
             best

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 /// **Source** `[SP1065] 5.2`; the formula stands at each function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Statistic {
     /// ADEV, neighbouring averages without overlap.
     Allan,
@@ -30,11 +31,17 @@ pub enum Statistic {
     HadamardTotal,
     /// THEO1: reaches τ = 3T/4; even m of at least 10 only, effective τ = 0.75 m τ0.
     Theo1,
+    /// PDEV, the parabolic deviation: as MDEV tells white from flicker phase noise, with less scatter.
+    Parabolic,
+    /// TIE rms, the root mean square change of the phase over τ, in U·s.
+    TimeIntervalError,
+    /// MTIE, the largest range of the phase within any stretch of length τ, in U·s.
+    MaximumTimeIntervalError,
 }
 
 impl Statistic {
     /// Every statistic, in the order of the documentation.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 14] = [
         Self::Allan,
         Self::OverlappingAllan,
         Self::ModifiedAllan,
@@ -46,6 +53,9 @@ impl Statistic {
         Self::TimeTotal,
         Self::HadamardTotal,
         Self::Theo1,
+        Self::Parabolic,
+        Self::TimeIntervalError,
+        Self::MaximumTimeIntervalError,
     ];
 
     /// Usual abbreviation.
@@ -62,7 +72,18 @@ impl Statistic {
             Self::TimeTotal => "TTOTDEV",
             Self::HadamardTotal => "HTOTDEV",
             Self::Theo1 => "THEO1",
+            Self::Parabolic => "PDEV",
+            Self::TimeIntervalError => "TIERMS",
+            Self::MaximumTimeIntervalError => "MTIE",
         }
+    }
+
+    /// Whether it is a time and not a rate: in U·s.
+    pub fn is_time(self) -> bool {
+        matches!(
+            self,
+            Self::Time | Self::TimeTotal | Self::TimeIntervalError | Self::MaximumTimeIntervalError
+        )
     }
 
     /// Effective averaging time of factor m: m τ0, and 0.75 m τ0 for THEO1.
@@ -80,6 +101,8 @@ impl Statistic {
         let n = phase_points.saturating_sub(1);
         match self {
             Self::Allan | Self::OverlappingAllan => (1, n / 2),
+            Self::Parabolic => (1, n.saturating_sub(1) / 2),
+            Self::TimeIntervalError | Self::MaximumTimeIntervalError => (1, n),
             Self::ModifiedAllan | Self::Time | Self::ModifiedTotal | Self::TimeTotal => {
                 (1, (n + 1) / 3)
             }
@@ -94,6 +117,8 @@ impl Statistic {
     pub(crate) fn points_needed(self, m: usize) -> usize {
         match self {
             Self::Allan | Self::OverlappingAllan => 2 * m + 1,
+            Self::Parabolic => 2 * m + 2,
+            Self::TimeIntervalError | Self::MaximumTimeIntervalError => m + 1,
             Self::ModifiedAllan | Self::Time | Self::ModifiedTotal | Self::TimeTotal => 3 * m,
             Self::Hadamard | Self::OverlappingHadamard | Self::HadamardTotal => 3 * m + 1,
             Self::Total => m + 2,

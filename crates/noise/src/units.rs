@@ -3,7 +3,6 @@
 use crate::{CoefficientFit, Term, Verdict};
 use proofmass_core::Error;
 use serde::{Deserialize, Serialize};
-use std::fmt::Write;
 
 /// Standard acceleration of free fall, m/s² (exact by definition).
 const STANDARD_GRAVITY: f64 = 9.80665;
@@ -80,6 +79,11 @@ pub fn in_units(term: Term, value: f64, sensor: Sensor, sample_rate: f64) -> Vec
             entry(
                 root_two * value * micro_g,
                 "µg/√Hz",
+                "one-sided amplitude density",
+            ),
+            entry(
+                root_two * value * 1e-3 * micro_g,
+                "mg/√Hz",
                 "one-sided amplitude density",
             ),
             entry(
@@ -214,74 +218,56 @@ pub fn kalman_noise(fit: &CoefficientFit, sample_rate: f64) -> Result<KalmanNois
     })
 }
 
-/// One sensor of an inertial unit for [`imu_yaml`].
-#[derive(Clone, Copy, Debug)]
-pub struct ImuPart<'a> {
-    /// Accelerometer or gyroscope.
-    pub sensor: Sensor,
-    /// One fit per axis.
-    pub axes: &'a [&'a CoefficientFit],
+/// A coefficient for a filter that must not trust a sensor of several axes too much.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Conservative {
+    /// The number.
+    pub value: f64,
+    /// Whether it is a limit because no axis gives a value.
+    pub is_limit: bool,
+    /// Why it is this.
+    pub reason: String,
 }
 
-/// Text of the `imu.yaml` that visual–inertial programs of the ROS world read.
+/// The largest value that an axis gives; where none gives one, the largest upper limit, so that no filter is told zero.
 ///
-/// Densities are continuous-time and two-sided (σ of a sample = density·√rate), the convention of Kalibr. Of several
-/// axes the largest value is taken, as a bound. A coefficient that no axis identifies is left out, with a
-/// comment that says why: nothing is filled in.
-pub fn imu_yaml(parts: &[ImuPart<'_>], sample_rate: f64) -> String {
-    let mut text = String::from(
-        "# Continuous-time noise densities; standard deviation of one sample = density * sqrt(update_rate).\n",
-    );
-    for part in parts {
-        let (key, density, walk) = match part.sensor {
-            Sensor::Accelerometer => ("accelerometer", "m/s^2/sqrt(Hz)", "m/s^3/sqrt(Hz)"),
-            Sensor::Gyroscope => ("gyroscope", "rad/s/sqrt(Hz)", "rad/s^2/sqrt(Hz)"),
-        };
-        for (term, name, unit) in [
-            (Term::White, "noise_density", density),
-            (Term::RandomWalk, "random_walk", walk),
-        ] {
-            let identified: Vec<(f64, (f64, f64))> = part
-                .axes
-                .iter()
-                .filter_map(|fit| {
-                    let verdict = fit.get(term)?.verdict;
-                    Some((verdict.value()?, verdict.interval()?))
-                })
-                .collect();
-            let largest = identified
-                .iter()
-                .copied()
-                .max_by(|a, b| a.0.total_cmp(&b.0));
-            match largest {
-                Some((value, (low, high))) => {
-                    let probability = part.axes.first().map_or(0.95, |f| f.probability);
-                    let _ = writeln!(
-                        text,
-                        "{key}_{name}: {value:.6e}  # {unit}; {:.0} % interval {low:.3e} to {high:.3e}; largest of {} of {} axes",
-                        100.0 * probability,
-                        identified.len(),
-                        part.axes.len()
-                    );
-                }
-                None => {
-                    let limit = part
-                        .axes
-                        .iter()
-                        .filter_map(|fit| match fit.get(term)?.verdict {
-                            Verdict::NotIdentifiable { upper_limit, .. } => upper_limit,
-                            _ => None,
-                        })
-                        .fold(None, |a: Option<f64>, b| Some(a.map_or(b, |a| a.max(b))));
-                    let bound = limit.map_or(String::new(), |l| format!("; below {l:.3e} {unit}"));
-                    let _ = writeln!(
-                        text,
-                        "# {key}_{name}: not identifiable from this record{bound}"
-                    );
-                }
-            }
-        }
+/// `None` without an axis that has either.
+pub fn conservative(term: Term, axes: &[&CoefficientFit]) -> Option<Conservative> {
+    let verdicts: Vec<Verdict> = axes
+        .iter()
+        .filter_map(|fit| Some(fit.get(term)?.verdict))
+        .collect();
+    let given: Vec<Verdict> = verdicts
+        .iter()
+        .copied()
+        .filter(|v| v.value().is_some())
+        .collect();
+    let percent = 100.0 * axes.first()?.probability;
+    let by = |f: fn(&Verdict) -> Option<f64>| {
+        move |a: &&Verdict, b: &&Verdict| f(a).unwrap_or(0.0).total_cmp(&f(b).unwrap_or(0.0))
+    };
+    if let Some(largest) = given.iter().max_by(by(Verdict::value)) {
+        let value = largest.value()?;
+        let interval = largest.interval().map_or(String::new(), |(low, high)| {
+            format!("; {percent:.0} % interval {low:.3e} to {high:.3e}")
+        });
+        return Some(Conservative {
+            value,
+            is_limit: false,
+            reason: format!(
+                "largest value of {} of {} axes{interval}",
+                given.len(),
+                axes.len()
+            ),
+        });
     }
-    let _ = writeln!(text, "update_rate: {sample_rate}  # Hz");
-    text
+    let value = verdicts.iter().max_by(by(Verdict::upper))?.upper()?;
+    Some(Conservative {
+        value,
+        is_limit: true,
+        reason: format!(
+            "not identifiable: largest upper limit ({percent:.0} %) of {} axes",
+            axes.len()
+        ),
+    })
 }

@@ -7,18 +7,10 @@ use proofmass_noise::{
 use std::{fs, path::PathBuf};
 
 /// Folder of measured data recorded by others, or `None` with a line that says so.
-fn reference_data(name: &str) -> Option<PathBuf> {
-    let root = std::env::var_os("PROOFMASS_REFERENCE_DATA").map_or_else(
-        || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"),
-        PathBuf::from,
-    );
-    let path = root.join(name);
-    if path.exists() {
-        Some(path)
-    } else {
-        println!("skipped: {} is absent", path.display());
-        None
-    }
+fn reference_data(name: &str) -> PathBuf {
+    let root = std::env::var_os("PROOFMASS_REFERENCE_DATA")
+        .expect("PROOFMASS_REFERENCE_DATA names the folder of the recordings of others");
+    PathBuf::from(root).join(name)
 }
 
 struct Row {
@@ -33,8 +25,8 @@ struct Row {
 }
 
 /// Rows of a Stable32 export; rows marked as comments in the file are rows too.
-fn table(name: &str) -> Option<Vec<Row>> {
-    let bytes = fs::read(reference_data("allan-reference/phasedat")?.join(name)).unwrap();
+fn table(name: &str) -> Vec<Row> {
+    let bytes = fs::read(reference_data("allan-reference/phasedat").join(name)).unwrap();
     let text = String::from_utf8_lossy(&bytes);
     let rows: Vec<Row> = text
         .lines()
@@ -54,25 +46,23 @@ fn table(name: &str) -> Option<Vec<Row>> {
         })
         .collect();
     assert!(rows.len() > 4, "{name}: {} rows", rows.len());
-    Some(rows)
+    rows
 }
 
-fn phase_dat() -> Option<Vec<f64>> {
-    let path = reference_data("allan-reference/phasedat/PHASE.DAT")?;
+fn phase_dat() -> Vec<f64> {
+    let path = reference_data("allan-reference/phasedat/PHASE.DAT");
     let phase: Vec<f64> = fs::read_to_string(path)
         .unwrap()
         .lines()
         .filter_map(|line| line.trim().parse().ok())
         .collect();
     assert_eq!(phase.len(), 1001);
-    Some(phase)
+    phase
 }
 
 /// Every row of one table, computed with the noise type the table states.
 fn compare(name: &str, statistic: Statistic, bias: Bias) {
-    let (Some(phase), Some(rows)) = (phase_dat(), table(name)) else {
-        return;
-    };
+    let (phase, rows) = (phase_dat(), table(name));
     for row in &rows {
         let options = DeviationOptions {
             taus: Taus::Factors(vec![row.factor]),
@@ -124,6 +114,7 @@ fn known_interval_difference(statistic: Statistic, factor: usize, alpha: i32) ->
 }
 
 #[test]
+#[ignore = "needs PROOFMASS_REFERENCE_DATA, see docs/reference-data.md"]
 fn published_phase_dat_adev() {
     compare("phase_dat_adev.txt", Statistic::Allan, Bias::AsDefined);
     compare(
@@ -134,6 +125,7 @@ fn published_phase_dat_adev() {
 }
 
 #[test]
+#[ignore = "needs PROOFMASS_REFERENCE_DATA, see docs/reference-data.md"]
 fn published_phase_dat_oadev() {
     compare(
         "phase_dat_oadev.txt",
@@ -148,6 +140,7 @@ fn published_phase_dat_oadev() {
 }
 
 #[test]
+#[ignore = "needs PROOFMASS_REFERENCE_DATA, see docs/reference-data.md"]
 fn published_phase_dat_mdev() {
     compare(
         "phase_dat_mdev.txt",
@@ -162,6 +155,7 @@ fn published_phase_dat_mdev() {
 }
 
 #[test]
+#[ignore = "needs PROOFMASS_REFERENCE_DATA, see docs/reference-data.md"]
 fn published_phase_dat_tdev() {
     compare("phase_dat_tdev.txt", Statistic::Time, Bias::AsDefined);
     compare(
@@ -172,6 +166,7 @@ fn published_phase_dat_tdev() {
 }
 
 #[test]
+#[ignore = "needs PROOFMASS_REFERENCE_DATA, see docs/reference-data.md"]
 fn published_phase_dat_hdev() {
     compare("phase_dat_hdev.txt", Statistic::Hadamard, Bias::AsDefined);
     compare(
@@ -182,6 +177,7 @@ fn published_phase_dat_hdev() {
 }
 
 #[test]
+#[ignore = "needs PROOFMASS_REFERENCE_DATA, see docs/reference-data.md"]
 fn published_phase_dat_ohdev() {
     compare(
         "phase_dat_ohdev.txt",
@@ -196,6 +192,7 @@ fn published_phase_dat_ohdev() {
 }
 
 #[test]
+#[ignore = "needs PROOFMASS_REFERENCE_DATA, see docs/reference-data.md"]
 fn published_phase_dat_totdev() {
     compare("phase_dat_totdev.txt", Statistic::Total, Bias::AsDefined);
     compare(
@@ -207,6 +204,7 @@ fn published_phase_dat_totdev() {
 
 /// The table of all τ (release 1.53) corrects the bias, those of octaves and decades (1.60) do not.
 #[test]
+#[ignore = "needs PROOFMASS_REFERENCE_DATA, see docs/reference-data.md"]
 fn published_phase_dat_mtotdev() {
     compare(
         "phase_dat_mtotdev.txt",
@@ -247,6 +245,7 @@ fn published_phase_dat_mtotdev() {
 
 /// HTOTDEV is always corrected by its noise type; white phase noise has no correction.
 #[test]
+#[ignore = "needs PROOFMASS_REFERENCE_DATA, see docs/reference-data.md"]
 fn published_phase_dat_htotdev() {
     compare(
         "phase_dat_htotdev_octave.txt",
@@ -263,6 +262,7 @@ fn published_phase_dat_htotdev() {
 /// With the noise type chosen as white THEO1 is printed as defined; chosen automatically it is scaled to the Allan
 /// variance of the record (ThêoBR).
 #[test]
+#[ignore = "needs PROOFMASS_REFERENCE_DATA, see docs/reference-data.md"]
 fn published_phase_dat_theo1() {
     compare("phase_dat_theo1.txt", Statistic::Theo1, Bias::FromRecord);
     compare(
@@ -277,17 +277,54 @@ fn published_phase_dat_theo1() {
     );
 }
 
+/// TIE rms and MTIE of every row: factor, τ, number, value.
+#[test]
+#[ignore = "needs PROOFMASS_REFERENCE_DATA, see docs/reference-data.md"]
+fn published_phase_dat_time_errors() {
+    let phase = phase_dat();
+    for (name, statistic) in [
+        ("phase_dat_tierms.txt", Statistic::TimeIntervalError),
+        ("phase_dat_mtie.txt", Statistic::MaximumTimeIntervalError),
+    ] {
+        let bytes = fs::read(reference_data("allan-reference/phasedat").join(name)).unwrap();
+        let mut rows = 0;
+        for line in String::from_utf8_lossy(&bytes).lines() {
+            let numbers: Vec<f64> = line
+                .split_whitespace()
+                .map_while(|f| f.parse().ok())
+                .collect();
+            let [factor, _, terms, printed] = numbers[..] else {
+                continue;
+            };
+            let options = DeviationOptions {
+                taus: Taus::Factors(vec![factor as usize]),
+                ..Default::default()
+            };
+            let curve = deviation(Record::Phase(&phase), 1.0, statistic, &options).unwrap();
+            let point = curve.points[0];
+            let resolution = 0.5 * 10_f64.powf(printed.log10().floor() - 4.0);
+            assert!(
+                (point.deviation - printed).abs() <= 1.02 * resolution,
+                "{name} m = {factor}: {} against {printed}",
+                point.deviation
+            );
+            assert_eq!(point.terms as f64, terms, "{name} m = {factor}");
+            rows += 1;
+        }
+        assert!(rows > 8, "{name}: {rows} rows");
+    }
+}
+
 /// Wherever 30 averages are left, the identified noise type is the one the table states.
 #[test]
+#[ignore = "needs PROOFMASS_REFERENCE_DATA, see docs/reference-data.md"]
 fn published_phase_dat_noise_types() {
     for (name, statistic) in [
         ("phase_dat_oadev_octave.txt", Statistic::OverlappingAllan),
         ("phase_dat_ohdev_octave.txt", Statistic::OverlappingHadamard),
         ("phase_dat_mdev_octave.txt", Statistic::ModifiedAllan),
     ] {
-        let (Some(phase), Some(rows)) = (phase_dat(), table(name)) else {
-            return;
-        };
+        let (phase, rows) = (phase_dat(), table(name));
         for row in &rows {
             let options = DeviationOptions {
                 taus: Taus::Factors(vec![row.factor]),
@@ -388,10 +425,9 @@ fn published_nbs14_thousand_points() {
 
 /// One million samples of a real inertial unit: all six channels to 1e-5, and its error formula 1/√(2(N/m − 1)).
 #[test]
+#[ignore = "needs PROOFMASS_REFERENCE_DATA, see docs/reference-data.md"]
 fn published_adis16405_six_channels() {
-    let Some(folder) = reference_data("adis16405") else {
-        return;
-    };
+    let folder = reference_data("adis16405");
     let mut bytes = Vec::new();
     let file = fs::File::open(folder.join("imu1_counts_int16.npy.gz")).unwrap();
     std::io::Read::read_to_end(&mut flate2::read::GzDecoder::new(file), &mut bytes).unwrap();

@@ -46,6 +46,8 @@
 #[cfg(feature = "calibration")]
 pub use proofmass_calibration as calibration;
 pub use proofmass_core as core;
+#[cfg(feature = "fixture")]
+pub use proofmass_fixture as fixture;
 #[cfg(feature = "io")]
 pub use proofmass_io as io;
 #[cfg(feature = "jobs")]

@@ -5,7 +5,7 @@
 #[non_exhaustive]
 pub enum Error {
     /// A point is NaN, infinite, or so large (beyond 1e300) that axis arithmetic would overflow.
-    #[error("{series}: element {index} is {value}, which cannot be drawn")]
+    #[error("{series}: element {index} is {value:?}, which cannot be drawn")]
     NotFinite {
         /// Name of the series, table column or quantity.
         series: String,
@@ -15,7 +15,7 @@ pub enum Error {
         value: f64,
     },
     /// A point on a logarithmic axis is zero or negative.
-    #[error("{series}: element {index} is {value}, a logarithmic axis needs positive numbers")]
+    #[error("{series}: element {index} is {value:?}, a logarithmic axis needs positive numbers")]
     NotPositive {
         /// Name of the series.
         series: String,

@@ -127,9 +127,23 @@ impl Page {
             }
             Block::Figure(figure) => {
                 self.figures += 1;
-                let svg = figure
+                let drawn = figure
                     .plot
-                    .svg(&figure.caption, &format!("figure-{}", self.figures))?;
+                    .svg(&figure.caption, &format!("figure-{}", self.figures));
+                // One figure that cannot be drawn does not take the result with it.
+                let svg = match drawn {
+                    Ok(svg) => svg,
+                    Err(error) => {
+                        let _ = writeln!(
+                            self.out,
+                            "<p class=\"undrawn\"><b>Figure {}</b> cannot be drawn: {}. {}</p>",
+                            self.figures,
+                            escape(&error.to_string()),
+                            marked(&figure.caption)
+                        );
+                        return Ok(());
+                    }
+                };
                 let _ = writeln!(
                     self.out,
                     "<figure{}>\n<div class=\"plot\">{svg}</div>\n<figcaption><b>Figure {}.</b> {}</figcaption>\n</figure>",

@@ -26,6 +26,7 @@
 mod document;
 mod error;
 pub mod html;
+mod modes;
 mod multi_position;
 mod noise;
 mod number;
@@ -42,13 +43,14 @@ mod velocity;
 
 pub use document::{Alignment, Block, Cell, Column, Figure, KeyFigure, Report, Section, Table};
 pub use error::Error;
+pub use modes::{ModesLine, ModesReport};
 pub use multi_position::MultiPositionReport;
 pub use noise::NoiseReport;
 pub use number::{concise, scientific};
 pub use plan::PlanReport;
 pub use plot::{
-    Axis, BarPlot, HistogramPlot, MatrixPlot, Panel, Plot, Scale, Series, SpherePlot, SpherePoint,
-    XyPlot,
+    Axis, BarPlot, BodyPlot, BodyState, HistogramPlot, MatrixPlot, Panel, Plot, Scale, Series,
+    SpherePlot, SpherePoint, XyPlot,
 };
 pub use shaker::ShakerReport;
 pub use single_axis::SingleAxisReport;

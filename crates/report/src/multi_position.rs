@@ -1,11 +1,15 @@
 //! The report of a multi-position calibration.
 
+mod practice;
+
 use crate::number::{rounded, two_digits};
 use crate::{
     Axis, BarPlot, Cell, Column, KeyFigure, MatrixPlot, Report, Section, Series, SpherePlot, Table,
     XyPlot,
 };
-use proofmass_calibration::{Ferraris, MultiPositionFit, StandstillCalibration};
+use proofmass_calibration::{
+    CompensatedReading, Ferraris, MultiPositionFit, NextAttitude, StandstillCalibration,
+};
 use proofmass_signal::Trace;
 use proofmass_uncertainty::{Finding, Format, Quantity};
 
@@ -30,6 +34,10 @@ pub struct MultiPositionReport<'a> {
     pub windowed: Option<&'a Trace>,
     /// Beginning and end of each standstill, s.
     pub standstills: &'a [(f64, f64)],
+    /// What a compensated reading is worth over the sphere.
+    pub reading: Option<&'a CompensatedReading>,
+    /// The next best attitude.
+    pub next: Option<&'a NextAttitude>,
     /// Last line.
     pub footer: String,
 }
@@ -41,6 +49,7 @@ impl MultiPositionReport<'_> {
         let mut report = self.head(fit);
         report = report
             .section(self.result(fit))
+            .section(practice::section(fit, self.reading, self.next))
             .section(self.agreement(fit))
             .section(self.budget(fit));
         if self.outputs.is_some() {
@@ -114,7 +123,7 @@ impl MultiPositionReport<'_> {
                 Cell::number(expanded),
                 Cell::text(quantity.unit.clone()),
                 Cell::number(format!("{:.2}", quantity.coverage_factor(self.probability))),
-                Cell::number(quantity.dof.to_string()),
+                Cell::number(freedom(quantity.dof.get())),
             ]);
         }
         table
@@ -174,40 +183,64 @@ impl MultiPositionReport<'_> {
             .iter()
             .map(|c| c.name.as_str())
             .collect();
+        // One row per quantity: the standstills, taken apart, then every cause that no residual shows.
+        let others: Vec<(&str, &str)> = estimate
+            .influences()
+            .iter()
+            .filter(|i| i.key != "standstills")
+            .map(|i| (i.key.as_str(), i.description.as_str()))
+            .collect();
+        let attitudes = fit.scatter_parts().iter().any(|p| p.attitude > 0.0);
+        let mut columns = vec![
+            Column::text("quantity"),
+            Column::number("noise", ""),
+            Column::number("between standstills", ""),
+        ];
+        if attitudes {
+            columns.push(Column::number("each attitude", ""));
+        }
+        columns.extend(others.iter().map(|(_, what)| Column::number(*what, "")));
+        columns.push(Column::number("u", ""));
+        columns.push(Column::text("unit"));
+        columns.push(Column::number("ν_eff", ""));
         let mut table = Table::new(
-            "Budget: contribution of each cause to the standard uncertainty, and its share of the variance",
-            [
-                Column::text("quantity"),
-                Column::text("cause"),
-                Column::text("type"),
-                Column::text("distribution"),
-                Column::number("ν", ""),
-                Column::number("contribution", ""),
-                Column::text("unit"),
-                Column::number("share", "%"),
-            ],
+            "Budget: contribution of each cause to the standard uncertainty",
+            columns,
         );
         let mut bars = BarPlot::shares("share of the variance, mean over all quantities");
         let mut mean_share: Vec<(String, f64)> = Vec::new();
-        for component in estimate.components() {
-            for line in estimate.budget(&component.name).unwrap_or_default() {
-                table = table.row([
-                    Cell::text(component.name.clone()),
-                    Cell::text(line.description.clone()),
-                    Cell::text(format!("{:?}", line.evaluation)),
-                    Cell::text(line.distribution.clone()),
-                    Cell::number(line.dof.to_string()),
-                    Cell::number(contribution(line.contribution, line.share)),
-                    Cell::text(component.unit.clone()),
-                    Cell::number(format!("{:.1}", 100.0 * line.share)),
-                ]);
-                let share = line.share / names.len() as f64;
-                match mean_share
-                    .iter_mut()
-                    .find(|(name, _)| *name == line.description)
-                {
+        for (quantity, parts) in fit.quantities().iter().zip(fit.scatter_parts()) {
+            let u = quantity.standard_uncertainty;
+            let number = |value: f64| Cell::number(contribution(value, (value / u).powi(2)));
+            let mut row = vec![
+                Cell::text(quantity.name.clone()),
+                number(parts.noise),
+                number(parts.between),
+            ];
+            let mut shares = vec![
+                ("noise of the means", parts.noise),
+                ("between standstills", parts.between),
+            ];
+            if attitudes {
+                row.push(number(parts.attitude));
+                shares.push(("each attitude", parts.attitude));
+            }
+            let lines = estimate.budget(&quantity.name).unwrap_or_default();
+            for (key, what) in &others {
+                let line = lines.iter().find(|l| l.key == *key);
+                let value = line.map_or(0.0, |l| l.contribution);
+                row.push(number(value));
+                shares.push((*what, value));
+            }
+            row.push(Cell::number(two_digits(u)));
+            row.push(Cell::text(quantity.unit.clone()));
+            row.push(Cell::number(freedom(quantity.dof.get())));
+            table = table.row(row);
+            for (what, value) in shares {
+                let share = (value / u).powi(2) / names.len() as f64;
+                match mean_share.iter_mut().find(|(name, _)| name == what) {
                     Some((_, sum)) => *sum += share,
-                    None => mean_share.push((line.description, share)),
+                    None => mean_share.push((what.to_owned(), share)),
                 }
             }
         }
@@ -217,10 +250,11 @@ impl MultiPositionReport<'_> {
         }
         Section::new("Uncertainty")
             .paragraph(
-                "Type A contributions come from the samples of the standstills (their autocorrelation is taken into \
-                 account) and, where the residuals exceed that noise, from the residuals; gravity and attitudes enter \
-                 as type B. Contributions of one quantity add in squares to its variance; quantities of the same fit \
-                 are correlated, so combine them through the joint covariance of result.json.",
+                "Noise comes from the samples of the standstills, their autocorrelation included; what varies between \
+                 standstills from the residuals. Both are type A and one influence with common degrees of freedom, for \
+                 the residuals fix only their sum. Gravity and attitudes enter as type B. Contributions of one quantity \
+                 add in squares to its variance; quantities of the same fit are correlated, so combine them through the \
+                 joint covariance of result.json.",
             )
             .figure("Causes of uncertainty", bars)
             .figure(
@@ -281,13 +315,22 @@ impl MultiPositionReport<'_> {
             .vertical(sweep.threshold.unwrap_or(x[0]), "chosen");
             section = section.figure("The sweep of the threshold", plot);
         }
-        let inflation = calibration.noise.variance_inflation();
+        if !sweep.excluded.is_empty() {
+            section = section.paragraph(format!(
+                "Left out on request: standstill {}.",
+                sweep.excluded.join(", ")
+            ));
+        }
+        let Some(noise) = &calibration.noise else {
+            return section;
+        };
+        let inflation = noise.variance_inflation();
         section.paragraph(format!(
             "Noise of single samples: {} {unit} (x), {} {unit} (y), {} {unit} (z); correlation of neighbouring samples \
              makes the variance of long means {:.2}, {:.2} and {:.2} times that of uncorrelated ones.",
-            two_digits(calibration.noise.deviation()[0]),
-            two_digits(calibration.noise.deviation()[1]),
-            two_digits(calibration.noise.deviation()[2]),
+            two_digits(noise.deviation()[0]),
+            two_digits(noise.deviation()[1]),
+            two_digits(noise.deviation()[2]),
             inflation[0],
             inflation[1],
             inflation[2],
@@ -372,7 +415,11 @@ fn matrix(fit: &MultiPositionFit) -> Table {
                 .iter()
                 .map(|v| Cell::number(six_digits(*v, sensor.k().0[i][i]))),
         );
-        cells.push(Cell::number(format!("{:.4}", sensor.bias()[i])));
+        let expanded = fit
+            .quantities()
+            .get(i)
+            .map_or(0.0, |q| q.expanded(fit.probability()));
+        cells.push(Cell::number(rounded(sensor.bias()[i], expanded).0));
         table = table.row(cells);
     }
     table
@@ -444,6 +491,17 @@ fn contribution(value: f64, share: f64) -> String {
         "0".to_owned()
     } else {
         two_digits(value)
+    }
+}
+
+/// Degrees of freedom; above a hundred thousand Student's t is the normal distribution.
+fn freedom(nu: f64) -> String {
+    if nu > 1e5 {
+        "∞".to_owned()
+    } else if nu < 100.0 {
+        format!("{nu:.1}")
+    } else {
+        format!("{nu:.0}")
     }
 }
 

@@ -3,12 +3,10 @@
 use crate::{Axis, Cell, Column, Report, Section, Series, Table, XyPlot, scientific};
 use proofmass_noise::{
     Analysis, ChannelAnalysis, Coefficient, DeviationCurve, Disturbance, DisturbanceKind,
-    NoiseType, Reason, Statistic, Term, Verdict,
+    FittedPoint, NoiseType, Reason, Term, Verdict,
 };
+use proofmass_signal::Trace;
 use proofmass_uncertainty::Finding;
-
-/// Points of a time plot: a smallest and a largest value for each of half as many stretches.
-const TIME_POINTS: usize = 4000;
 
 /// What the report tells beside the analysis itself.
 #[derive(Clone, Debug, Default)]
@@ -21,8 +19,8 @@ pub struct NoiseReport<'a> {
     pub inputs: Vec<(String, String)>,
     /// All findings, those of the recording and of every channel included.
     pub findings: &'a [Finding],
-    /// The samples of each channel that were analysed, in the order of the analysis.
-    pub samples: Vec<&'a [f64]>,
+    /// What is drawn of each channel against time, in the order of the analysis.
+    pub traces: &'a [Trace],
     /// Last line.
     pub footer: String,
 }
@@ -32,10 +30,7 @@ impl NoiseReport<'_> {
     pub fn full(&self, analysis: &Analysis) -> Report {
         let mut report = self.summary(analysis);
         for (i, channel) in analysis.channels.iter().enumerate() {
-            let samples = self.samples.get(i).copied().unwrap_or_default();
-            // Rate of what spectrum and time plot show.
-            let rate = analysis.sample_rate / analysis.averaged as f64;
-            report = report.section(channel_section(channel, samples, rate));
+            report = report.section(channel_section(channel, self.traces.get(i)));
         }
         report
             .section(Section::new("Inputs").inputs(&self.inputs))
@@ -55,8 +50,8 @@ impl NoiseReport<'_> {
             report = report.meta(label.clone(), value.clone());
         }
         report
-            .findings(self.findings.iter().cloned())
             .section(Section::new("Coefficients").table(coefficients(analysis)))
+            .findings(self.findings.iter().cloned())
     }
 }
 
@@ -76,6 +71,7 @@ fn coefficients(analysis: &Analysis) -> Table {
             Column::text("value"),
             Column::text("interval, or limit"),
             Column::text("unit"),
+            Column::text("in usual units"),
             Column::text("what it is"),
         ],
     );
@@ -86,6 +82,7 @@ fn coefficients(analysis: &Analysis) -> Table {
                 Cell::text("–"),
                 Cell::text("none"),
                 Cell::text("see the findings"),
+                Cell::Empty,
                 Cell::Empty,
                 Cell::Empty,
             ]);
@@ -99,6 +96,7 @@ fn coefficients(analysis: &Analysis) -> Table {
                 Cell::text(value),
                 Cell::text(interval),
                 Cell::text(c.unit.clone()),
+                Cell::text(usual(channel, c)),
                 Cell::text(word),
             ]);
         }
@@ -115,6 +113,35 @@ fn coefficients(analysis: &Analysis) -> Table {
              end is the limit.",
             scientific(1.0 / rate, 1).trim_end_matches(".0")
         ))
+}
+
+/// The value as data sheets give it.
+fn usual(channel: &ChannelAnalysis, c: &Coefficient) -> String {
+    let wanted: &[&str] = match c.term {
+        Term::White => &["one-sided amplitude density", "angle random walk"],
+        Term::Flicker => &["floor of the Allan deviation, 0.664 B"],
+        Term::RandomWalk => &["growth of the bias", "rate random walk"],
+        Term::Ramp => &["drift"],
+        _ => return String::new(),
+    };
+    let units = channel
+        .units
+        .iter()
+        .find(|u| u.term == c.term && c.verdict.value().is_some());
+    units
+        .and_then(|u| {
+            u.units.iter().find(|u| {
+                wanted.contains(&u.meaning.as_str()) && (u.unit.contains(['µ', '°', 'h']))
+            })
+        })
+        .map_or(String::new(), |u| {
+            let kind = match u.meaning.as_str() {
+                "one-sided amplitude density" => " one-sided",
+                "floor of the Allan deviation, 0.664 B" => " floor",
+                _ => "",
+            };
+            format!("{} {}{kind}", scientific(u.value, 3), u.unit)
+        })
 }
 
 /// Value, interval or limit, and the word for what is known of a coefficient.
@@ -165,7 +192,7 @@ fn range((low, high): (f64, f64)) -> String {
     format!("{} to {}", scientific(low, 4), scientific(high, 4))
 }
 
-fn channel_section(channel: &ChannelAnalysis, samples: &[f64], sample_rate: f64) -> Section {
+fn channel_section(channel: &ChannelAnalysis, trace: Option<&Trace>) -> Section {
     let unit = &channel.unit;
     let mut section = Section::new(format!("Channel {}", channel.name)).paragraph(format!(
         "Mean {} {unit}, standard deviation {} {unit}, slope of the straight line {} {}.",
@@ -183,16 +210,16 @@ fn channel_section(channel: &ChannelAnalysis, samples: &[f64], sample_rate: f64)
     for curve in channel.curve.iter().chain(&channel.further) {
         section = section.table(deviations(channel, curve));
     }
-    if let Some(plot) = spectrum(channel, sample_rate) {
+    if let Some(plot) = spectrum(channel) {
         section = section.figure(
-            "One-sided power spectral density of the whole record with its confidence band",
+            "One-sided amplitude density of the whole record with its confidence band; shaded, what the fit leaves out",
             plot,
         );
     }
-    if !samples.is_empty() {
+    if let Some(trace) = trace.filter(|t| t.x.len() > 1) {
         section = section.figure(
             "The record, smallest and largest values of short stretches, with its straight line",
-            time(channel, samples, sample_rate),
+            time(channel, trace),
         );
     }
     if !channel.disturbances.is_empty() {
@@ -225,7 +252,7 @@ fn channel_section(channel: &ChannelAnalysis, samples: &[f64], sample_rate: f64)
 fn stability(channel: &ChannelAnalysis) -> Option<XyPlot> {
     let curve = channel.curve.as_ref()?;
     let points: Vec<_> = curve.points.iter().filter(|p| p.deviation > 0.0).collect();
-    let (first, last) = (points.first()?.tau, points.last()?.tau);
+    points.first()?;
     let tau: Vec<f64> = points.iter().map(|p| p.tau).collect();
     let value: Vec<f64> = points.iter().map(|p| p.deviation).collect();
     let limit = |side: fn((f64, f64)) -> f64| -> Vec<f64> {
@@ -242,23 +269,24 @@ fn stability(channel: &ChannelAnalysis) -> Option<XyPlot> {
         Series::markers(curve.statistic.abbreviation(), &tau, &value)
             .bars(&limit(|i| i.0), &limit(|i| i.1)),
     );
-    let two_samples = matches!(
-        curve.statistic,
-        Statistic::Allan | Statistic::OverlappingAllan | Statistic::Total
-    );
-    let model = channel.whittle.as_ref().map(|f| &f.model)?;
-    // The model is that of the Allan variance; other statistics have other factors.
-    if !two_samples || model.allan_variance(first) <= 0.0 {
+    let Some(model) = channel.whittle.as_ref().map(|f| &f.model) else {
+        return Some(plot);
+    };
+    let fitted: Vec<_> = channel
+        .fitted
+        .iter()
+        .filter(|p| p.deviation > 0.0)
+        .collect();
+    if fitted.is_empty() {
         return Some(plot);
     }
-    let grid: Vec<f64> = (0..=200)
-        .map(|i| first * (last / first).powf(f64::from(i) / 200.0))
-        .collect();
-    let fitted: Vec<f64> = grid
-        .iter()
-        .map(|&t| model.allan_variance(t).sqrt())
-        .collect();
-    plot = plot.series(Series::line("fitted model", &grid, &fitted));
+    let at: Vec<f64> = fitted.iter().map(|p| p.tau).collect();
+    let model_value: Vec<f64> = fitted.iter().map(|p| p.deviation).collect();
+    plot = plot.series(Series::line("fitted model", &at, &model_value));
+    let outside = outside(&fitted);
+    if !outside.is_empty() {
+        plot = plot.shade("model outside the limits of the curve", &outside);
+    }
     // Where a power law takes the value of its coefficient: N at 1 s, K at 3 s, Q at √3 s, R at √2 s.
     let root = f64::sqrt;
     let laws = [
@@ -281,6 +309,20 @@ fn stability(channel: &ChannelAnalysis) -> Option<XyPlot> {
     Some(plot)
 }
 
+/// Ranges of τ where the model lies outside the limits of the curve, half an octave to either side.
+fn outside(fitted: &[&FittedPoint]) -> Vec<(f64, f64)> {
+    let half = std::f64::consts::SQRT_2;
+    let mut ranges: Vec<(f64, f64)> = Vec::new();
+    for p in fitted.iter().filter(|p| !p.inside) {
+        let (low, high) = (p.tau / half, p.tau * half);
+        match ranges.last_mut() {
+            Some(last) if low <= last.1 * 1.01 => last.1 = high,
+            _ => ranges.push((low, high)),
+        }
+    }
+    ranges
+}
+
 /// `N = 0.002489`.
 fn label(channel: &ChannelAnalysis, term: Term) -> String {
     let value = channel.whittle.as_ref().and_then(|f| f.value(term));
@@ -290,7 +332,8 @@ fn label(channel: &ChannelAnalysis, term: Term) -> String {
     )
 }
 
-fn spectrum(channel: &ChannelAnalysis, sample_rate: f64) -> Option<XyPlot> {
+/// Amplitude density in the unit of data sheets.
+fn spectrum(channel: &ChannelAnalysis) -> Option<XyPlot> {
     let points: Vec<_> = channel
         .spectrum
         .iter()
@@ -299,50 +342,57 @@ fn spectrum(channel: &ChannelAnalysis, sample_rate: f64) -> Option<XyPlot> {
     if points.len() < 2 {
         return None;
     }
-    let x: Vec<f64> = points.iter().map(|p| p.frequency).collect();
-    let y: Vec<f64> = points.iter().map(|p| p.density).collect();
-    let low: Vec<f64> = points
-        .iter()
-        .map(|p| p.interval.map_or(p.density, |i| i.0))
-        .collect();
-    let high: Vec<f64> = points
-        .iter()
-        .map(|p| p.interval.map_or(p.density, |i| i.1))
-        .collect();
-    let unit = if channel.unit.contains(['/', '·']) {
-        format!("({})²/Hz", channel.unit)
-    } else {
-        format!("{}²/Hz", channel.unit)
+    let (unit, factor) = amplitude_unit(&channel.unit);
+    let amplitude = |s: f64| factor * s.max(0.0).sqrt();
+    let pick = |f: &dyn Fn(&proofmass_noise::SpectrumPoint) -> f64| -> Vec<f64> {
+        points.iter().map(|p| amplitude(f(p))).collect()
     };
+    let x: Vec<f64> = points.iter().map(|p| p.frequency).collect();
+    let y = pick(&|p| p.density);
+    let low = pick(&|p| p.interval.map_or(p.density, |i| i.0));
+    let high = pick(&|p| p.interval.map_or(p.density, |i| i.1));
     let mut plot = XyPlot::new(
         Axis::log("frequency", "Hz"),
-        Axis::log("power spectral density", unit),
+        Axis::log("amplitude density", unit),
     )
     .series(Series::line("record", &x, &y).band(&low, &high));
-    if let Some(fit) = &channel.whittle {
-        let fitted: Vec<f64> = x
-            .iter()
-            .map(|&f| fit.model.density(f, sample_rate))
-            .collect();
-        if fitted.iter().all(|s| *s > 0.0) {
-            plot = plot.series(Series::line("fitted model", &x, &fitted));
-        }
+    let modelled: Vec<f64> = points
+        .iter()
+        .filter_map(|p| p.model.map(amplitude))
+        .collect();
+    if modelled.len() == x.len() {
+        plot = plot.series(Series::line("fitted model", &x, &modelled));
+    }
+    let band = channel.whittle.as_ref().map(|f| f.band.highest_frequency);
+    if let (Some(highest), Some(last)) = (band, x.last())
+        && highest < *last
+    {
+        plot = plot.shade("not fitted", &[(highest, *last)]);
     }
     Some(plot)
 }
 
-fn time(channel: &ChannelAnalysis, samples: &[f64], sample_rate: f64) -> XyPlot {
-    let (x, y) = outline(samples, sample_rate);
-    let end = (samples.len() - 1) as f64 / sample_rate;
-    let half = 0.5 * channel.trend.slope * end;
+/// Unit of an amplitude density, and what one SI unit of it is there.
+fn amplitude_unit(unit: &str) -> (String, f64) {
+    match unit {
+        "m/s²" => ("µg/√Hz".to_owned(), 1e6 / 9.806_65),
+        "rad/s" => ("(°/h)/√Hz".to_owned(), 3600.0_f64.to_degrees()),
+        _ => (Term::White.unit(unit), 1.0),
+    }
+}
+
+fn time(channel: &ChannelAnalysis, trace: &Trace) -> XyPlot {
+    let start = trace.x.first().copied().unwrap_or(0.0);
+    let end = trace.x.last().copied().unwrap_or(0.0);
+    let half = 0.5 * channel.trend.slope * (end - start);
     let mut plot = XyPlot::new(
         Axis::linear("time", "s"),
         Axis::linear(channel.name.clone(), channel.unit.clone()),
     )
-    .series(Series::line(channel.name.clone(), &x, &y))
+    .series(Series::line(channel.name.clone(), &trace.x, &trace.y))
     .series(Series::line(
         "straight line",
-        &[0.0, end],
+        &[start, end],
         &[channel.trend.mean - half, channel.trend.mean + half],
     ));
     if !channel.disturbances.is_empty() {
@@ -350,31 +400,6 @@ fn time(channel: &ChannelAnalysis, samples: &[f64], sample_rate: f64) -> XyPlot 
         plot = plot.shade("disturbance", &places);
     }
     plot
-}
-
-/// Smallest and largest value of each stretch, in the order in which they occur: a line that looks like the record.
-fn outline(samples: &[f64], sample_rate: f64) -> (Vec<f64>, Vec<f64>) {
-    let stretch = (2 * samples.len()).div_ceil(TIME_POINTS).max(1);
-    let mut points: Vec<usize> = Vec::with_capacity(TIME_POINTS);
-    for (k, part) in samples.chunks(stretch).enumerate() {
-        let (mut low, mut high) = (0, 0);
-        for (i, v) in part.iter().enumerate() {
-            if *v < part[low] {
-                low = i;
-            }
-            if *v > part[high] {
-                high = i;
-            }
-        }
-        points.push(k * stretch + low.min(high));
-        if low != high {
-            points.push(k * stretch + low.max(high));
-        }
-    }
-    points
-        .into_iter()
-        .map(|i| (i as f64 / sample_rate, samples[i]))
-        .unzip()
 }
 
 fn disturbances(found: &[Disturbance]) -> Table {
@@ -468,9 +493,10 @@ fn noise_name(noise: NoiseType) -> &'static str {
 }
 
 fn deviation_unit(channel: &ChannelAnalysis, curve: &DeviationCurve) -> String {
-    match curve.statistic {
-        Statistic::Time | Statistic::TimeTotal => Term::Quantisation.unit(&channel.unit),
-        _ => channel.unit.clone(),
+    if curve.statistic.is_time() {
+        Term::Quantisation.unit(&channel.unit)
+    } else {
+        channel.unit.clone()
     }
 }
 

@@ -5,6 +5,7 @@
 
 mod axis;
 mod bar;
+mod body;
 mod colour;
 mod decimate;
 mod drawing;
@@ -20,6 +21,7 @@ mod xy;
 
 pub use axis::{Axis, Scale};
 pub use bar::{Bar, BarPlot};
+pub use body::{BodyPlot, BodyState};
 pub use histogram::HistogramPlot;
 pub use matrix::MatrixPlot;
 pub use sphere::{SpherePlot, SpherePoint};
@@ -42,6 +44,8 @@ pub enum Plot {
     Histogram(HistogramPlot),
     /// Horizontal bars.
     Bar(BarPlot),
+    /// Deformed bodies.
+    Body(BodyPlot),
 }
 
 impl Plot {
@@ -59,6 +63,7 @@ impl Plot {
             Self::Matrix(plot) => plot.draw(title, id),
             Self::Histogram(plot) => plot.draw(title, id),
             Self::Bar(plot) => plot.draw(title, id),
+            Self::Body(plot) => plot.draw(title, id),
         }
     }
 
@@ -68,6 +73,7 @@ impl Plot {
             Self::Xy(plot) => plot.panels.iter().map(|panel| panel.height).sum::<f64>() > 360.0,
             Self::Matrix(plot) => plot.names.len() > 8,
             Self::Bar(plot) => plot.bars.len() > 15,
+            Self::Body(plot) => plot.states.len() > 3,
             Self::Sphere(_) | Self::Histogram(_) => false,
         }
     }
@@ -91,6 +97,11 @@ impl From<MatrixPlot> for Plot {
 impl From<HistogramPlot> for Plot {
     fn from(plot: HistogramPlot) -> Self {
         Self::Histogram(plot)
+    }
+}
+impl From<BodyPlot> for Plot {
+    fn from(plot: BodyPlot) -> Self {
+        Self::Body(plot)
     }
 }
 impl From<BarPlot> for Plot {

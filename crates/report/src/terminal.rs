@@ -3,6 +3,7 @@
 use crate::Error;
 use crate::document::{Alignment, Block, Cell, KeyFigure, Report, Table};
 use crate::number::{cell_text, minus, quotient, split_at_point};
+use proofmass_core::Visible;
 use proofmass_uncertainty::{Finding, Severity};
 
 /// How wide, and whether in colour.
@@ -395,19 +396,19 @@ fn pad(text: &str, width: usize) -> String {
     format!("{text}{}", " ".repeat(width.saturating_sub(width_of(text))))
 }
 
-/// Without control characters: a name from a file must not steer the terminal.
+/// On one line, control characters as escapes: a name from a file must not steer the terminal.
 fn clean(text: &str) -> String {
-    text.chars().filter(|c| !c.is_control()).collect()
+    let one_line: String = text
+        .chars()
+        .map(|c| if c == '\n' || c == '\t' { ' ' } else { c })
+        .collect();
+    Visible(&one_line).to_string()
 }
 
 /// Lines of at most `width`, broken at spaces, inside a word only where it is longer than a line. What is padded
 /// to fit stays untouched.
 fn wrap(text: &str, width: usize) -> Vec<String> {
-    let text: String = text
-        .chars()
-        .map(|c| if c == '\n' || c == '\t' { ' ' } else { c })
-        .filter(|c| !c.is_control())
-        .collect();
+    let text = clean(text);
     if width_of(&text) <= width {
         return vec![text.replace('\u{a0}', " ")];
     }

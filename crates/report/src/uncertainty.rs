@@ -4,7 +4,9 @@ use crate::{
     Axis, BarPlot, Cell, Column, HistogramPlot, KeyFigure, MatrixPlot, Report, Section, Series,
     Table, scientific,
 };
-use proofmass_uncertainty::{ModelResult, OutputResult, Rounded, Verdict};
+use proofmass_uncertainty::{
+    LinearOutput, Method, ModelResult, OutputResult, Rounded, Statement, Verdict,
+};
 
 /// What the report tells beside the result itself.
 #[derive(Clone, Debug, Default)]
@@ -60,9 +62,13 @@ impl UncertaintyReport {
     pub fn summary(&self, result: &ModelResult) -> Report {
         let mut section = Section::new("Result").table(results(result));
         for output in &result.outputs {
-            section = section
-                .table(budget(output))
-                .table(comparison(result, output));
+            if let Some(linear) = &output.linear {
+                section = section.table(budget(linear));
+            }
+            section = section.table(comparison(result, output));
+        }
+        if let Some(table) = correlations(result) {
+            section = section.table(table);
         }
         self.head(result).section(section)
     }
@@ -85,7 +91,7 @@ impl UncertaintyReport {
         }
         for output in &result.outputs {
             table = table.row([
-                Cell::text(output.quantity.name.clone()),
+                Cell::text(output.name.clone()),
                 Cell::text(output.expression.clone()),
             ]);
         }
@@ -146,34 +152,33 @@ impl UncertaintyReport {
 }
 
 fn key_figures(result: &ModelResult) -> Vec<KeyFigure> {
-    let held = result
-        .outputs
-        .iter()
-        .filter(|o| o.validation.verdict == Verdict::Validated)
-        .count();
+    let checked = |o: &&OutputResult| {
+        let validation = o.validation.as_ref();
+        validation.is_some_and(|v| v.verdict == Verdict::Validated)
+    };
+    let held = result.outputs.iter().filter(checked).count();
     let mut figures = Vec::new();
     if let [output] = result.outputs.as_slice() {
-        let q = &output.quantity;
-        figures.push(if use_trials(output) {
-            let interval = output.monte_carlo.symmetric;
-            let end = |v| at_place(v, q.standard_uncertainty, result.options.digits);
+        let stated = &output.stated;
+        let digits = result.options.digits;
+        let note = format!(
+            "{} % interval by {}",
+            percent(stated.probability),
+            road(stated.method)
+        );
+        figures.push(
             KeyFigure::new(
-                q.name.clone(),
-                format!("{} to {}", end(interval.lower), end(interval.upper)),
-                shown(&q.unit),
+                stated.name.clone(),
+                statement(stated, digits),
+                shown(&stated.unit),
             )
-            .note(format!(
-                "{} % interval by Monte Carlo",
-                percent(result.options.probability)
-            ))
-        } else {
-            KeyFigure::new(
-                q.name.clone(),
-                crate::concise(q.value, q.standard_uncertainty),
-                shown(&q.unit),
-            )
-            .note("standard uncertainty in parentheses")
-        });
+            .note(match stated.coverage_factor {
+                Some(k) if stated.method == Method::LawOfPropagation => {
+                    format!("{note}, k = {k:.2}")
+                }
+                _ => note,
+            }),
+        );
     }
     figures.push(
         KeyFigure::new(
@@ -193,17 +198,57 @@ fn key_figures(result: &ModelResult) -> Vec<KeyFigure> {
     figures
 }
 
-/// Each output by the method that may be used: the law of propagation, or Monte Carlo where that is not validated.
+/// `10000.025 ± 0.059` by the law of propagation, `1.084 to 1.383` by Monte Carlo.
+fn statement(stated: &Statement, digits: u32) -> String {
+    let half = stated.expanded_uncertainty;
+    match (
+        stated.method,
+        Rounded::new(stated.value, half, digits as usize),
+    ) {
+        (Method::LawOfPropagation, Some(rounded)) if half > 0.0 => {
+            let both = format!("{} ± {}", rounded.value, rounded.uncertainty);
+            if rounded.exponent == 0 {
+                both
+            } else {
+                format!("({both})e{}", rounded.exponent)
+            }
+        }
+        (Method::LawOfPropagation, _) => scientific(stated.value, 6),
+        _ => {
+            let end = |v| at_place(v, half, digits);
+            format!(
+                "{} to {}",
+                end(stated.interval.lower),
+                end(stated.interval.upper)
+            )
+        }
+    }
+}
+
+fn road(method: Method) -> &'static str {
+    match method {
+        Method::LawOfPropagation => "the law of propagation",
+        _ => "Monte Carlo",
+    }
+}
+
+/// Each output as it is stated.
 fn results(result: &ModelResult) -> Table {
     let mut table = Table::new(
         format!(
             "Results with intervals at {} %, by the law of propagation where Monte Carlo does not contradict it",
-            percent(result.options.probability)
+            percent(
+                result
+                    .outputs
+                    .first()
+                    .map_or(result.options.probability, |o| o.stated.probability)
+            )
         ),
         [
             Column::text("quantity"),
             Column::number("value", ""),
             Column::number("u", ""),
+            Column::number("U", ""),
             Column::number("lower end", ""),
             Column::number("upper end", ""),
             Column::text("unit"),
@@ -213,38 +258,35 @@ fn results(result: &ModelResult) -> Table {
         ],
     );
     for output in &result.outputs {
-        let q = &output.quantity;
-        let u = q.standard_uncertainty;
-        let number = |v: f64| Cell::number(at_place(v, u, result.options.digits));
-        let numbers = if use_trials(output) {
-            let sampled = &output.monte_carlo;
-            let interval = sampled.symmetric;
-            [
-                sampled.mean,
-                sampled.standard_uncertainty,
-                interval.lower,
-                interval.upper,
-            ]
-        } else {
-            let expanded = output.expanded_uncertainty;
-            [q.value, u, q.value - expanded, q.value + expanded]
+        let stated = &output.stated;
+        let scale = stated
+            .standard_uncertainty
+            .filter(|u| *u > 0.0)
+            .unwrap_or(0.5 * stated.expanded_uncertainty);
+        let number = |v: f64| Cell::number(at_place(v, scale, result.options.digits));
+        let half = match stated.method {
+            Method::LawOfPropagation => number(stated.expanded_uncertainty),
+            _ => Cell::Empty,
         };
-        let [value, u, lower, upper] = numbers.map(number);
-        let [k, nu] = if use_trials(output) {
-            [Cell::Empty, Cell::Empty]
-        } else {
-            [
-                Cell::number(format!("{:.2}", output.coverage_factor)),
-                Cell::number(degrees(q.dof.get())),
-            ]
+        let [k, nu] = match stated.dof {
+            None => [Cell::Empty, Cell::Empty],
+            Some(dof) => [
+                Cell::number(
+                    stated
+                        .coverage_factor
+                        .map_or_else(String::new, |k| format!("{k:.2}")),
+                ),
+                Cell::number(degrees(dof.get())),
+            ],
         };
         table = table.row([
-            Cell::text(q.name.clone()),
-            value,
-            u,
-            lower,
-            upper,
-            Cell::text(shown(&q.unit)),
+            Cell::text(stated.name.clone()),
+            number(stated.value),
+            stated.standard_uncertainty.map_or(Cell::Empty, number),
+            half,
+            number(stated.interval.lower),
+            number(stated.interval.upper),
+            Cell::text(shown(&stated.unit)),
             k,
             nu,
             Cell::text(verdict(output)),
@@ -253,26 +295,52 @@ fn results(result: &ModelResult) -> Table {
     table
 }
 
-/// Whether the result to report is that of the trials.
-fn use_trials(output: &OutputResult) -> bool {
-    output.validation.verdict == Verdict::NotValidated
+/// Correlation coefficients of the outputs by the law of propagation.
+fn correlations(result: &ModelResult) -> Option<Table> {
+    let estimate = result.estimate.as_ref()?;
+    let components = estimate.components();
+    if components.len() < 2 || components.len() > 12 {
+        return None;
+    }
+    let mut columns = vec![Column::text("")];
+    columns.extend(
+        components
+            .iter()
+            .map(|c| Column::number(c.name.clone(), "")),
+    );
+    let mut table = Table::new(
+        "Correlation of the quantities by the law of propagation",
+        columns,
+    );
+    for (i, component) in components.iter().enumerate() {
+        let mut row = vec![Cell::text(component.name.clone())];
+        row.extend((0..components.len()).map(|j| {
+            let r = estimate.covariance().correlation(i, j);
+            r.map_or(Cell::Empty, |r| Cell::number(format!("{r:.3}")))
+        }));
+        table = table.row(row);
+    }
+    Some(table)
 }
 
 fn detail(result: &ModelResult, output: &OutputResult) -> Section {
-    let mut bars = BarPlot::shares(format!("share of the variance of {}", output.quantity.name));
-    for line in &output.budget {
-        bars = bars.bar(line.key.clone(), line.share, "");
+    let mut section = Section::new(format!("Uncertainty of {}", output.name));
+    if let Some(linear) = &output.linear {
+        let mut bars = BarPlot::shares(format!("share of the variance of {}", output.name));
+        for line in &linear.budget {
+            bars = bars.bar(line.key.clone(), line.share, "");
+        }
+        section = section
+            .figure("Causes of uncertainty", bars)
+            .table(budget(linear));
     }
-    let mut section = Section::new(format!("Uncertainty of {}", output.quantity.name))
-        .figure("Causes of uncertainty", bars)
-        .table(budget(output))
-        .table(comparison(result, output));
+    section = section.table(comparison(result, output));
     if let Some(plot) = histogram(output) {
         section = section.figure(
             format!(
                 "Distribution of {} from {} trials, with the density that the law of propagation implies; marks: \
                  ends of the linear interval and of the symmetric Monte Carlo interval at {} %",
-                output.quantity.name,
+                output.name,
                 result.trials,
                 percent(result.options.probability)
             ),
@@ -282,10 +350,11 @@ fn detail(result: &ModelResult, output: &OutputResult) -> Section {
     section
 }
 
-fn budget(output: &OutputResult) -> Table {
-    let unit = &output.quantity.unit;
+fn budget(output: &LinearOutput) -> Table {
+    let q = &output.quantity;
+    let unit = &q.unit;
     let mut table = Table::new(
-        format!("Budget of {}", output.quantity.name),
+        format!("Budget of {}", q.name),
         [
             Column::text("input"),
             Column::number("estimate", ""),
@@ -320,6 +389,20 @@ fn budget(output: &OutputResult) -> Table {
             Cell::number(format!("{:.1}", 100.0 * line.share)),
         ]);
     }
+    table = table.row([
+        Cell::text(q.name.clone()),
+        Cell::number(at_place(q.value, q.standard_uncertainty, 2)),
+        Cell::number(scientific(q.standard_uncertainty, 2)),
+        Cell::text(shown(unit)),
+        Cell::Empty,
+        Cell::number(degrees(q.dof.get())),
+        Cell::Empty,
+        Cell::number(scientific(q.standard_uncertainty, 2)),
+        Cell::number(format!(
+            "{:.1}",
+            100.0 * output.budget.iter().map(|line| line.share).sum::<f64>()
+        )),
+    ]);
     let causes: Vec<String> = output
         .budget
         .iter()
@@ -334,76 +417,86 @@ fn budget(output: &OutputResult) -> Table {
 }
 
 fn comparison(result: &ModelResult, output: &OutputResult) -> Table {
-    let q = &output.quantity;
-    let sampled = &output.monte_carlo;
+    let unit = shown(&output.unit);
     let digits = result.options.digits;
     let mut table = Table::new(
-        format!("Law of propagation and Monte Carlo for {}", q.name),
+        format!("Law of propagation and Monte Carlo for {}", output.name),
         [
             Column::text("method"),
-            Column::number("value", shown(&q.unit)),
-            Column::number("u", shown(&q.unit)),
-            Column::number("lower end", shown(&q.unit)),
-            Column::number("upper end", shown(&q.unit)),
+            Column::number("value", unit),
+            Column::number("u", unit),
+            Column::number("lower end", unit),
+            Column::number("upper end", unit),
         ],
     );
-    let u = if q.standard_uncertainty > 0.0 {
-        q.standard_uncertainty
-    } else {
-        sampled.standard_uncertainty
-    };
-    let number = |v: f64| Cell::number(at_place(v, u, digits));
-    let mut row = |name: &str, value: f64, spread: f64, lower: f64, upper: f64| {
+    let linear = output.linear.as_ref();
+    let sampled = output.monte_carlo.as_ref();
+    let scale = linear
+        .map(|l| l.quantity.standard_uncertainty)
+        .filter(|u| *u > 0.0)
+        .or(sampled.and_then(|s| s.standard_uncertainty))
+        .unwrap_or(0.5 * output.stated.expanded_uncertainty);
+    let number = |v: f64| Cell::number(at_place(v, scale, digits));
+    let mut row = |name: &str, value: f64, spread: Option<f64>, lower: f64, upper: f64| {
         table = std::mem::take(&mut table).row([
             Cell::text(name),
             number(value),
-            number(spread),
+            spread.map_or(Cell::Empty, number),
             number(lower),
             number(upper),
         ]);
     };
-    let expanded = output.expanded_uncertainty;
-    row(
-        "law of propagation",
-        q.value,
-        q.standard_uncertainty,
-        q.value - expanded,
-        q.value + expanded,
-    );
-    let second = &output.second_order;
-    let centre = q.value + second.shift;
-    let spread = output.coverage_factor * second.standard_uncertainty;
-    row(
-        "with terms of second order",
-        centre,
-        second.standard_uncertainty,
-        centre - spread,
-        centre + spread,
-    );
-    for (name, interval) in [
-        ("Monte Carlo, symmetric interval", sampled.symmetric),
-        ("Monte Carlo, shortest interval", sampled.shortest),
-    ] {
+    if let Some(linear) = linear {
+        let q = &linear.quantity;
+        let expanded = linear.expanded_uncertainty;
         row(
-            name,
-            sampled.mean,
-            sampled.standard_uncertainty,
-            interval.lower,
-            interval.upper,
+            "law of propagation",
+            q.value,
+            Some(q.standard_uncertainty),
+            q.value - expanded,
+            q.value + expanded,
         );
+        if let Some(second) = &linear.second_order {
+            let centre = q.value + second.shift;
+            let spread = linear.coverage_factor * second.standard_uncertainty;
+            row(
+                "with terms of second order, for normal inputs",
+                centre,
+                Some(second.standard_uncertainty),
+                centre - spread,
+                centre + spread,
+            );
+        }
     }
-    table.note(statement(output))
+    if let Some(sampled) = sampled {
+        let u = sampled.standard_uncertainty;
+        let value = if u.is_some() {
+            sampled.mean
+        } else {
+            sampled.median
+        };
+        for (name, interval) in [
+            ("Monte Carlo, symmetric interval", sampled.symmetric),
+            ("Monte Carlo, shortest interval", sampled.shortest),
+        ] {
+            row(name, value, u, interval.lower, interval.upper);
+        }
+    }
+    table.note(comparison_in_words(output))
 }
 
 /// The comparison of clause 8 in words.
-fn statement(output: &OutputResult) -> String {
-    let validation = &output.validation;
-    let unit = shown(&output.quantity.unit);
+fn comparison_in_words(output: &OutputResult) -> String {
+    let unit = shown(&output.unit);
+    let Some(validation) = &output.validation else {
+        return "There is only one result, which is not checked by the other.".to_owned();
+    };
     format!(
-        "The ends of the linear and the symmetric Monte Carlo interval differ by {} and {} {unit}; δ = {} {unit} is \
-         allowed: the linear result is {}.",
+        "The ends of the linear and the symmetric Monte Carlo interval differ by {} and {} {unit}, {:.0} % of the \
+         half-width; δ = {} {unit} is allowed: the linear result is {}.",
         scientific(validation.lower, 2),
         scientific(validation.upper, 2),
+        100.0 * validation.relative,
         scientific(validation.tolerance, 1),
         match validation.verdict {
             Verdict::Validated => "validated",
@@ -413,20 +506,23 @@ fn statement(output: &OutputResult) -> String {
     )
     .replace(" ;", ";")
     .replace(" :", ":")
+    .replace(" ,", ",")
 }
 
 fn verdict(output: &OutputResult) -> &'static str {
-    match output.validation.verdict {
-        Verdict::Validated => "validated",
-        Verdict::NotValidated => "not validated",
-        Verdict::Undecided => "undecided",
+    match output.validation.as_ref().map(|v| v.verdict) {
+        Some(Verdict::Validated) => "validated",
+        Some(Verdict::NotValidated) => "not validated",
+        Some(Verdict::Undecided) => "undecided",
+        None if output.linear.is_none() => "none",
+        None => "not checked",
     }
 }
 
 /// Density of the trials with the linear density over it; `None` for an output that does not vary.
 fn histogram(output: &OutputResult) -> Option<HistogramPlot> {
-    let q = &output.quantity;
-    let counted = &output.monte_carlo.histogram;
+    let sampled = output.monte_carlo.as_ref()?;
+    let counted = &sampled.histogram;
     if !(counted.width > 0.0) || counted.counts.is_empty() {
         return None;
     }
@@ -441,12 +537,13 @@ fn histogram(output: &OutputResult) -> Option<HistogramPlot> {
         .iter()
         .map(|c| *c as f64 / (all as f64 * counted.width))
         .collect();
-    let per_unit = match shown(&q.unit) {
+    let linear = output.linear.as_ref();
+    let per_unit = match shown(&output.unit) {
         "" => String::new(),
         unit => format!("1/({unit})"),
     };
     let mut plot = HistogramPlot::new(
-        Axis::linear(q.name.clone(), shown(&q.unit)),
+        Axis::linear(output.name.clone(), shown(&output.unit)),
         Axis::linear("density", per_unit),
         &edges,
         &heights,
@@ -455,10 +552,10 @@ fn histogram(output: &OutputResult) -> Option<HistogramPlot> {
     let curve: Option<(Vec<f64>, Vec<f64>)> = (0..=steps)
         .map(|i| {
             let x = edges[0] + (edges[bins.len()] - edges[0]) * i as f64 / steps as f64;
-            Some((x, q.density(x)?))
+            Some((x, linear?.quantity.density(x)?))
         })
         .collect();
-    if let Some((x, y)) = curve {
+    if let (Some((x, y)), Some(q)) = (curve, linear.map(|l| &l.quantity)) {
         let name = if q.dof.is_infinite() {
             "normal density".to_owned()
         } else {
@@ -466,29 +563,35 @@ fn histogram(output: &OutputResult) -> Option<HistogramPlot> {
         };
         plot = plot.curve(Series::line(name, &x, &y));
     }
-    let expanded = output.expanded_uncertainty;
-    let symmetric = output.monte_carlo.symmetric;
-    for (at, label) in [
-        (q.value - expanded, "linear"),
-        (q.value + expanded, "linear"),
-        (symmetric.lower, "Monte Carlo"),
-        (symmetric.upper, "Monte Carlo"),
-    ] {
-        plot = plot.mark(at, label);
+    if let Some(linear) = linear {
+        let (value, half) = (linear.quantity.value, linear.expanded_uncertainty);
+        plot = plot
+            .mark(value - half, "linear")
+            .mark(value + half, "linear");
     }
+    let symmetric = sampled.symmetric;
+    plot = plot
+        .mark(symmetric.lower, "Monte Carlo")
+        .mark(symmetric.upper, "Monte Carlo");
     Some(plot)
 }
 
 fn joint(result: &ModelResult) -> Section {
-    let names: Vec<&str> = result
-        .outputs
-        .iter()
-        .map(|o| o.quantity.name.as_str())
-        .collect();
-    let mut section = Section::new("Joint result").figure(
-        "Correlation of the quantities by the law of propagation",
-        MatrixPlot::correlation(&names, result.estimate.covariance()),
-    );
+    let mut section = Section::new("Joint result");
+    if let Some(estimate) = &result.estimate {
+        let names: Vec<&str> = estimate
+            .components()
+            .iter()
+            .map(|c| c.name.as_str())
+            .collect();
+        section = section.figure(
+            "Correlation of the quantities by the law of propagation",
+            MatrixPlot::correlation(&names, estimate.covariance()),
+        );
+        section = correlations(result)
+            .into_iter()
+            .fold(section, Section::table);
+    }
     if let Some(region) = &result.region {
         section = section.paragraph(format!(
             "The joint {} % region from the trials is the ellipsoid with k = {:.2} (area or volume {}{}).",

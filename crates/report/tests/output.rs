@@ -110,6 +110,39 @@ fn law_widths_of_tables_are_known_to_the_page() {
 }
 
 #[test]
+fn regress_one_figure_that_cannot_be_drawn_does_not_take_the_page_with_it() {
+    let plot = XyPlot::new(Axis::linear("t", "s"), Axis::linear("y", "")).series(Series::line(
+        "trace",
+        &[0.0, 1.0],
+        &[0.0, 1e305],
+    ));
+    let section = Section::new("S")
+        .figure("Far beyond.", Plot::from(plot))
+        .paragraph("all the rest");
+    let page = html::render(&Report::new("T").section(section)).unwrap();
+    assert!(page.contains("cannot be drawn: trace: element 1 is 1e305"));
+    assert!(page.contains("Far beyond.") && page.contains("all the rest"));
+}
+
+#[test]
+fn law_hostile_text_neither_steers_the_terminal_nor_turns_the_page() {
+    let hostile = "a\u{1b}]0;pwned\u{7}b\u{202e}txt.exe\u{9b}31m";
+    let report = Report::new(hostile)
+        .meta(hostile, hostile)
+        .section(Section::new(hostile).paragraph(hostile));
+    let options = terminal::Options {
+        width: 80,
+        colour: false,
+    };
+    let text = terminal::render(&report, &options).unwrap();
+    assert!(text.contains(r"a\u{1b}]0;pwned\u{7}b\u{202e}txt"));
+    let page = html::render(&report).unwrap();
+    for c in ['\u{1b}', '\u{7}', '\u{202e}', '\u{9b}'] {
+        assert!(!text.contains(c) && !page.contains(c), "{c:?}");
+    }
+}
+
+#[test]
 fn refuses_points_that_cannot_be_drawn() {
     let plot = |y: &[f64], axis: Axis| {
         Plot::from(

@@ -1,5 +1,9 @@
 //! What is known about one input, as a probability distribution.
 
+mod positive;
+
+pub(crate) use positive::weights as discrete_weights;
+
 use crate::{DegreesOfFreedom, student};
 use proofmass_core::Error;
 use serde::{Deserialize, Serialize};
@@ -72,16 +76,78 @@ pub enum Distribution {
         /// Upper limit.
         upper: f64,
     },
-    /// Normal, known to lie between two limits.
+    /// Normal, known to lie between two limits, or on one side of one of them.
     TruncatedNormal {
         /// Mean before truncation.
         mean: f64,
         /// Standard deviation before truncation.
         sd: f64,
+        /// Lower limit; without it the least double.
+        #[serde(default = "positive::lowest")]
+        lower: f64,
+        /// Upper limit; without it the largest double.
+        #[serde(default = "positive::highest")]
+        upper: f64,
+    },
+    /// Above a limit, of which only the mean is known. **Source** `[S1] 6.4.10`.
+    Exponential {
         /// Lower limit.
+        #[serde(default)]
+        lower: f64,
+        /// Mean.
+        mean: f64,
+    },
+    /// Above a limit. A count of q events leaves shape q + 1 and scale 1 for its expectation. **Source** `[S1] 6.4.11`.
+    Gamma {
+        /// Lower limit.
+        #[serde(default)]
+        lower: f64,
+        /// Shape α.
+        shape: f64,
+        /// Scale θ; the mean above the limit is α θ.
+        scale: f64,
+    },
+    /// Above a limit, with a normal logarithm.
+    Lognormal {
+        /// Lower limit.
+        #[serde(default)]
+        lower: f64,
+        /// Median above the limit.
+        median: f64,
+        /// Standard deviation of the logarithm; for small ones the relative standard uncertainty.
+        sigma: f64,
+    },
+    /// Between two limits, of any slope.
+    Beta {
+        /// Lower limit.
+        #[serde(default)]
         lower: f64,
         /// Upper limit.
+        #[serde(default = "positive::one")]
         upper: f64,
+        /// α: weight near the upper limit.
+        alpha: f64,
+        /// β: weight near the lower limit.
+        beta: f64,
+    },
+    /// A number of independent events, times a scale.
+    Poisson {
+        /// Value of no event.
+        #[serde(default)]
+        lower: f64,
+        /// Value of each event.
+        #[serde(default = "positive::one")]
+        scale: f64,
+        /// Expected number of events.
+        mean: f64,
+    },
+    /// One of several values.
+    Discrete {
+        /// The values.
+        values: Vec<f64>,
+        /// Their weights, in any unit; equal without them.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        weights: Vec<f64>,
     },
     /// Samples of another Monte Carlo calculation, drawn with replacement.
     Samples {
@@ -123,10 +189,45 @@ impl std::fmt::Display for Distribution {
                 sd,
                 lower,
                 upper,
+            } => {
+                write!(f, "{name}, mean {mean:?}, standard deviation {sd:?}")?;
+                if *lower > f64::MIN {
+                    write!(f, ", not below {lower:?}")?;
+                }
+                if *upper < f64::MAX {
+                    write!(f, ", not above {upper:?}")?;
+                }
+                Ok(())
+            }
+            Self::Exponential { lower, mean } => {
+                write!(f, "{name} above {lower:?}, mean {mean:?}")
+            }
+            Self::Gamma {
+                lower,
+                shape,
+                scale,
+            } => write!(f, "{name} above {lower:?}, shape {shape}, scale {scale:?}"),
+            Self::Lognormal {
+                lower,
+                median,
+                sigma,
             } => write!(
                 f,
-                "{name}, mean {mean:?}, standard deviation {sd:?}, from {lower:?} to {upper:?}"
+                "{name} above {lower:?}, median {median:?}, σ of the logarithm {sigma}"
             ),
+            Self::Beta {
+                lower,
+                upper,
+                alpha,
+                beta,
+            } => write!(
+                f,
+                "{name} from {lower:?} to {upper:?}, α = {alpha}, β = {beta}"
+            ),
+            Self::Poisson { lower, scale, mean } => {
+                write!(f, "{name}, {mean} events of {scale:?} above {lower:?}")
+            }
+            Self::Discrete { values, .. } => write!(f, "{name}, {} values", values.len()),
             Self::Samples { values } => write!(f, "{} {name}", values.len()),
         }
     }
@@ -160,6 +261,12 @@ impl Distribution {
             Self::CurvilinearTrapezoid { .. } => "curvilinear trapezoid",
             Self::Arcsine { .. } => "arcsine",
             Self::TruncatedNormal { .. } => "truncated normal",
+            Self::Exponential { .. } => "exponential",
+            Self::Gamma { .. } => "gamma",
+            Self::Lognormal { .. } => "lognormal",
+            Self::Beta { .. } => "beta",
+            Self::Poisson { .. } => "Poisson",
+            Self::Discrete { .. } => "discrete",
             Self::Samples { .. } => "samples",
         }
     }
@@ -175,6 +282,12 @@ impl Distribution {
             | Self::CurvilinearTrapezoid { lower, upper, .. }
             | Self::Arcsine { lower, upper } => 0.5 * (lower + upper),
             Self::TruncatedNormal { .. } => self.truncated_moments().0,
+            other @ (Self::Exponential { .. }
+            | Self::Gamma { .. }
+            | Self::Lognormal { .. }
+            | Self::Beta { .. }
+            | Self::Poisson { .. }
+            | Self::Discrete { .. }) => positive::moments(other).0,
             Self::Samples { values } => {
                 mean_and_variance("samples", values).map_or(0.0, |(mean, _)| mean)
             }
@@ -198,6 +311,12 @@ impl Distribution {
             } => ((upper - lower).powi(2) / 12.0 + inexactness * inexactness / 9.0).sqrt(),
             Self::Arcsine { lower, upper } => 0.5 * (upper - lower) / 2f64.sqrt(),
             Self::TruncatedNormal { .. } => self.truncated_moments().1,
+            other @ (Self::Exponential { .. }
+            | Self::Gamma { .. }
+            | Self::Lognormal { .. }
+            | Self::Beta { .. }
+            | Self::Poisson { .. }
+            | Self::Discrete { .. }) => positive::moments(other).1,
             // All of a distribution, not a sample of it: n, not n − 1.
             Self::Samples { values } => {
                 mean_and_variance("samples", values).map_or(0.0, |(_, v)| {
@@ -206,6 +325,20 @@ impl Distribution {
                 })
             }
         }
+    }
+
+    /// Whether it has two limits, which a finite number of degrees of freedom puts in doubt.
+    pub fn is_bounded(&self) -> bool {
+        matches!(
+            self,
+            Self::Rectangular { .. }
+                | Self::Triangular { .. }
+                | Self::Trapezoidal { .. }
+                | Self::CurvilinearTrapezoid { .. }
+                | Self::Arcsine { .. }
+                | Self::TruncatedNormal { .. }
+                | Self::Beta { .. }
+        )
     }
 
     /// The distribution of `factor` × x + `offset`, for a positive factor: another unit, or an error about zero.
@@ -267,8 +400,50 @@ impl Distribution {
             } => Self::TruncatedNormal {
                 mean: at(*mean),
                 sd: factor * sd,
+                lower: at(*lower).max(f64::MIN),
+                upper: at(*upper).min(f64::MAX),
+            },
+            Self::Exponential { lower, mean } => Self::Exponential {
+                lower: at(*lower),
+                mean: at(*mean),
+            },
+            Self::Gamma {
+                lower,
+                shape,
+                scale,
+            } => Self::Gamma {
+                lower: at(*lower),
+                shape: *shape,
+                scale: factor * scale,
+            },
+            Self::Lognormal {
+                lower,
+                median,
+                sigma,
+            } => Self::Lognormal {
+                lower: at(*lower),
+                median: factor * median,
+                sigma: *sigma,
+            },
+            Self::Beta {
+                lower,
+                upper,
+                alpha,
+                beta,
+            } => Self::Beta {
                 lower: at(*lower),
                 upper: at(*upper),
+                alpha: *alpha,
+                beta: *beta,
+            },
+            Self::Poisson { lower, scale, mean } => Self::Poisson {
+                lower: at(*lower),
+                scale: factor * scale,
+                mean: *mean,
+            },
+            Self::Discrete { values, weights } => Self::Discrete {
+                values: values.iter().map(|v| at(*v)).collect(),
+                weights: weights.clone(),
             },
             Self::Samples { values } => Self::Samples {
                 values: values.iter().map(|v| at(*v)).collect(),
@@ -326,6 +501,12 @@ impl Distribution {
                 };
                 (mean + sd * z).clamp(*lower, *upper)
             }
+            other @ (Self::Exponential { .. }
+            | Self::Gamma { .. }
+            | Self::Lognormal { .. }
+            | Self::Beta { .. }
+            | Self::Poisson { .. }
+            | Self::Discrete { .. }) => positive::quantile(other, p),
             Self::Samples { values } => {
                 let mut sorted = values.clone();
                 sorted.sort_by(f64::total_cmp);
@@ -420,6 +601,51 @@ impl Distribution {
                 within("lower", *lower, f64::MIN, mean + 30.0 * sd)?;
                 within("upper", *upper, mean - 30.0 * sd, f64::MAX)
             }
+            Self::Exponential { lower, mean } => {
+                finite(&[("lower", *lower), ("mean", *mean)])?;
+                within("mean", *mean, *lower, f64::MAX)
+            }
+            Self::Gamma {
+                lower,
+                shape,
+                scale,
+            } => {
+                finite(&[("lower", *lower), ("shape", *shape), ("scale", *scale)])?;
+                within("shape", *shape, 1e-3, 1e12)?;
+                within("scale", *scale, 0.0, f64::MAX)
+            }
+            Self::Lognormal {
+                lower,
+                median,
+                sigma,
+            } => {
+                finite(&[("lower", *lower), ("median", *median), ("sigma", *sigma)])?;
+                within("median", *median, 0.0, f64::MAX)?;
+                // Beyond, the standard deviation leaves the range of doubles.
+                within("sigma", *sigma, 0.0, 15.0)
+            }
+            Self::Beta {
+                lower,
+                upper,
+                alpha,
+                beta,
+            } => {
+                finite(&[
+                    ("lower", *lower),
+                    ("upper", *upper),
+                    ("alpha", *alpha),
+                    ("beta", *beta),
+                ])?;
+                within("upper", *upper, *lower, f64::MAX)?;
+                within("alpha", *alpha, 1e-2, 1e9)?;
+                within("beta", *beta, 1e-2, 1e9)
+            }
+            Self::Poisson { lower, scale, mean } => {
+                finite(&[("lower", *lower), ("scale", *scale), ("mean", *mean)])?;
+                within("scale", *scale, 0.0, f64::MAX)?;
+                within("mean", *mean, 0.0, 1e15)
+            }
+            Self::Discrete { values, weights } => positive::check_discrete(values, weights),
             Self::Samples { values } => mean_and_variance("samples", values).map(|_| ()),
         }
     }
@@ -575,6 +801,41 @@ mod tests {
                 sd: 1.0,
                 lower: 5.0,
                 upper: 9.0,
+            },
+            Distribution::TruncatedNormal {
+                mean: 1.0,
+                sd: 2.0,
+                lower: 0.0,
+                upper: f64::MAX,
+            },
+            Distribution::Exponential {
+                lower: 1.0,
+                mean: 3.0,
+            },
+            Distribution::Gamma {
+                lower: 0.5,
+                shape: 7.0,
+                scale: 0.3,
+            },
+            Distribution::Lognormal {
+                lower: 0.0,
+                median: 2.0,
+                sigma: 0.3,
+            },
+            Distribution::Beta {
+                lower: 1.0,
+                upper: 4.0,
+                alpha: 2.0,
+                beta: 3.5,
+            },
+            Distribution::Poisson {
+                lower: 0.0,
+                scale: 1.0,
+                mean: 4.2,
+            },
+            Distribution::Discrete {
+                values: vec![3.0, 1.0, 7.0],
+                weights: vec![1.0, 2.0, 1.0],
             },
         ] {
             d.check().unwrap();

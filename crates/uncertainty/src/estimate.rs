@@ -1,6 +1,6 @@
 //! Named quantities with one joint covariance, and where every share of it comes from.
 
-use crate::{Covariance, DegreesOfFreedom, Evaluation, Quantity, welch_satterthwaite};
+use crate::{Covariance, DegreesOfFreedom, Evaluation, Quantity};
 use proofmass_core::Error;
 use serde::{Deserialize, Serialize};
 
@@ -65,6 +65,53 @@ pub enum Effect {
         /// Covariance of the components from this cause alone.
         covariance: Covariance,
     },
+    /// Correlated scalar inputs that keep their own sensitivities and degrees of freedom.
+    Correlated {
+        /// The inputs.
+        members: Vec<Member>,
+        /// Their correlation matrix.
+        correlation: Covariance,
+    },
+}
+
+/// One of several correlated inputs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Member {
+    /// Stable name.
+    pub key: String,
+    /// What it is.
+    pub description: String,
+    /// Type A or type B.
+    pub evaluation: Evaluation,
+    /// Distribution as a word.
+    pub distribution: String,
+    /// Degrees of freedom of its standard uncertainty.
+    pub dof: DegreesOfFreedom,
+    /// Members with the same number here share one estimate of σ: their variance counts as a whole.
+    pub estimate_of_scatter: usize,
+    /// Estimate of the input.
+    pub value: f64,
+    /// Unit of the input.
+    pub unit: String,
+    /// Standard uncertainty of the input.
+    pub standard_uncertainty: f64,
+    /// ∂(component)/∂(input), one per component.
+    pub sensitivity: Vec<f64>,
+}
+
+/// Per member of a correlated effect, seen in component `i`: contribution c u with its sign, and that times all that
+/// is correlated with it, c_a u_a Σ_b r_ab c_b u_b.
+fn member_shares(members: &[Member], correlation: &Covariance, i: usize) -> Vec<(f64, f64)> {
+    let own: Vec<f64> = members
+        .iter()
+        .map(|m| m.sensitivity[i] * m.standard_uncertainty)
+        .collect();
+    (0..own.len())
+        .map(|a| {
+            let joint: f64 = (0..own.len()).map(|b| correlation[(a, b)] * own[b]).sum();
+            (own[a], own[a] * joint)
+        })
+        .collect()
 }
 
 impl Effect {
@@ -85,6 +132,33 @@ impl Effect {
                 }
                 Covariance::from_standard_uncertainties(&[*u])?.propagate(sensitivity)
             }
+            Self::Correlated {
+                members,
+                correlation,
+            } => {
+                let short = members.iter().find(|m| m.sensitivity.len() != n);
+                let got = short.map(|m| m.sensitivity.len());
+                if let Some(got) = got.or_else(|| {
+                    (correlation.dimension() != members.len()).then(|| correlation.dimension())
+                }) {
+                    return Err(Error::Length {
+                        name: "sensitivity or correlation of an influence",
+                        expected: n,
+                        got,
+                    });
+                }
+                let rows: Vec<f64> = (0..n)
+                    .flat_map(|i| {
+                        members
+                            .iter()
+                            .map(move |m| m.sensitivity[i] * m.standard_uncertainty)
+                    })
+                    .collect();
+                if members.is_empty() {
+                    return Ok(Covariance::zeros(n));
+                }
+                correlation.propagate(&rows)
+            }
             Self::Joint { covariance } if covariance.dimension() == n => Ok(covariance.clone()),
             Self::Joint { covariance } => Err(Error::Length {
                 name: "covariance of an influence",
@@ -102,7 +176,41 @@ impl Effect {
                 ..
             } => (sensitivity[i] * u).abs(),
             Self::Joint { covariance } => covariance.standard_uncertainty(i),
+            Self::Correlated {
+                members,
+                correlation,
+            } => {
+                let shares = member_shares(members, correlation, i);
+                shares.iter().map(|(_, v)| v).sum::<f64>().max(0.0).sqrt()
+            }
         }
+    }
+
+    /// (u, ν) of the estimates of σ behind this effect in component `i`, by Willink: the squares of u are shares of the
+    /// variance, which may be negative and then carry their sign on u. **Source** `[Willink2007]`.
+    fn contributions(&self, i: usize, dof: DegreesOfFreedom) -> Vec<(f64, DegreesOfFreedom)> {
+        let Self::Correlated {
+            members,
+            correlation,
+        } = self
+        else {
+            return vec![(self.standard_uncertainty(i), dof)];
+        };
+        let shares = member_shares(members, correlation, i);
+        let mut groups: Vec<(usize, f64, DegreesOfFreedom)> = Vec::new();
+        for (member, (_, v)) in members.iter().zip(shares) {
+            let group = groups
+                .iter_mut()
+                .find(|g| g.0 == member.estimate_of_scatter);
+            match group {
+                Some(group) => group.1 += v,
+                None => groups.push((member.estimate_of_scatter, v, member.dof)),
+            }
+        }
+        groups
+            .into_iter()
+            .map(|(_, v, nu)| (v.abs().sqrt(), nu))
+            .collect()
     }
 
     fn propagate(&self, jacobian: &[f64], n: usize) -> Result<Self, Error> {
@@ -123,6 +231,27 @@ impl Effect {
             },
             Self::Joint { covariance } => Self::Joint {
                 covariance: covariance.propagate(jacobian)?,
+            },
+            Self::Correlated {
+                members,
+                correlation,
+            } => Self::Correlated {
+                members: members
+                    .iter()
+                    .map(|member| Member {
+                        sensitivity: jacobian
+                            .chunks(n)
+                            .map(|row| {
+                                row.iter()
+                                    .zip(&member.sensitivity)
+                                    .map(|(j, c)| j * c)
+                                    .sum()
+                            })
+                            .collect(),
+                        ..member.clone()
+                    })
+                    .collect(),
+                correlation: correlation.clone(),
             },
         })
     }
@@ -234,58 +363,93 @@ impl Estimate {
         let shares: Vec<_> = self
             .influences
             .iter()
-            .map(|influence| (influence.effect.standard_uncertainty(i), influence.dof))
+            .flat_map(|influence| influence.effect.contributions(i, influence.dof))
             .collect();
+        let u = self.covariance.standard_uncertainty(i);
         Quantity {
             name,
             unit,
             value,
-            standard_uncertainty: self.covariance.standard_uncertainty(i),
-            dof: welch_satterthwaite(&shares),
+            standard_uncertainty: u,
+            dof: effective(u, &shares),
         }
     }
 
-    /// The budget of one component, largest contribution first; the squares sum to its variance.
+    /// The budget of one component, largest contribution first; the shares sum to one.
+    ///
+    /// The share of a correlated input holds half of each of its covariance terms and may be negative.
     pub fn budget(&self, name: &str) -> Option<Vec<BudgetLine>> {
         let i = self.index_of(name)?;
         let variance = self.covariance[(i, i)];
-        let mut lines: Vec<BudgetLine> = self
-            .influences
-            .iter()
-            .map(|influence| {
-                let contribution = influence.effect.standard_uncertainty(i);
-                let input = match &influence.effect {
-                    Effect::Scalar {
-                        value,
-                        unit,
-                        standard_uncertainty,
-                        sensitivity,
-                    } => Some(BudgetInput {
-                        value: *value,
-                        unit: unit.clone(),
-                        standard_uncertainty: *standard_uncertainty,
-                        sensitivity: sensitivity[i],
+        let share = |v: f64| if variance > 0.0 { v / variance } else { 0.0 };
+        let mut lines: Vec<BudgetLine> = Vec::with_capacity(self.influences.len());
+        for influence in &self.influences {
+            if let Effect::Correlated {
+                members,
+                correlation,
+            } = &influence.effect
+            {
+                let shares = member_shares(members, correlation, i);
+                lines.extend(members.iter().zip(shares).map(|(m, (own, v))| BudgetLine {
+                    key: m.key.clone(),
+                    description: m.description.clone(),
+                    evaluation: m.evaluation,
+                    distribution: m.distribution.clone(),
+                    dof: m.dof,
+                    input: Some(BudgetInput {
+                        value: m.value,
+                        unit: m.unit.clone(),
+                        standard_uncertainty: m.standard_uncertainty,
+                        sensitivity: m.sensitivity[i],
                     }),
-                    Effect::Joint { .. } => None,
-                };
-                BudgetLine {
-                    key: influence.key.clone(),
-                    description: influence.description.clone(),
-                    evaluation: influence.evaluation,
-                    distribution: influence.distribution.clone(),
-                    dof: influence.dof,
-                    input,
-                    contribution,
-                    share: if variance > 0.0 {
-                        contribution * contribution / variance
-                    } else {
-                        0.0
-                    },
-                }
-            })
-            .collect();
+                    contribution: own.abs(),
+                    share: share(v),
+                }));
+                continue;
+            }
+            let contribution = influence.effect.standard_uncertainty(i);
+            let input = match &influence.effect {
+                Effect::Scalar {
+                    value,
+                    unit,
+                    standard_uncertainty,
+                    sensitivity,
+                } => Some(BudgetInput {
+                    value: *value,
+                    unit: unit.clone(),
+                    standard_uncertainty: *standard_uncertainty,
+                    sensitivity: sensitivity[i],
+                }),
+                _ => None,
+            };
+            lines.push(BudgetLine {
+                key: influence.key.clone(),
+                description: influence.description.clone(),
+                evaluation: influence.evaluation,
+                distribution: influence.distribution.clone(),
+                dof: influence.dof,
+                input,
+                contribution,
+                share: share(contribution * contribution),
+            });
+        }
         lines.sort_by(|a, b| b.contribution.total_cmp(&a.contribution));
         Some(lines)
+    }
+
+    /// Effective degrees of freedom of a complex quantity whose real and imaginary parts are two of these components,
+    /// also when its causes are correlated groups: each influence counts with its 2 × 2 covariance.
+    ///
+    /// `None` when a name is unknown. **Source** `[WillinkHall2002]`.
+    pub fn complex_dof(&self, real: &str, imaginary: &str) -> Option<DegreesOfFreedom> {
+        let (i, j) = (self.index_of(real)?, self.index_of(imaginary)?);
+        let n = self.components.len();
+        let parts = self.influences.iter().map(|influence| {
+            let c = influence.effect.covariance(n).ok()?;
+            let rows = [c[(i, i)], c[(i, j)], c[(j, i)], c[(j, j)]];
+            Some((Covariance::try_from_rows(2, &rows).ok()?, influence.dof))
+        });
+        crate::willink_hall(&parts.collect::<Option<Vec<_>>>()?).ok()
     }
 
     /// New components that are functions of these, with the Jacobian by rows (one row per new component).
@@ -314,6 +478,16 @@ impl Estimate {
             .collect::<Result<Vec<_>, Error>>()?;
         Self::new(components, influences)
     }
+}
+
+/// u⁴ / Σ u_i⁴/ν_i, with a total that need not be the sum of the parts, for correlated parts cancel.
+fn effective(u: f64, parts: &[(f64, DegreesOfFreedom)]) -> DegreesOfFreedom {
+    // Scaled by u, so that u⁴ neither overflows nor underflows for any unit.
+    let spread: f64 = parts
+        .iter()
+        .map(|(part, nu)| (part / u).powi(4) / nu.get())
+        .sum();
+    DegreesOfFreedom::new(1.0 / spread).unwrap_or(DegreesOfFreedom::INFINITE)
 }
 
 /// One line of a budget.

@@ -1,9 +1,14 @@
-//! Everything a person expects of an uncertainty machine, from one model file.
+//! Everything a person expects of an uncertainty machine, from one model: three roads, each by itself, and one result.
+
+mod doubts;
+mod statement;
+
+pub use statement::{Method, Statement};
 
 use crate::{
-    BudgetLine, CorrelationEntry, Covariance, Estimate, Finding, MonteCarlo, OutputEntry, Progress,
-    Quantity, Refusal, Region, SampledOutput, SecondOrder, Severity, Trials, UncertaintyModel,
-    Validation, Verdict, numerical_tolerance, propagate_second_order, scientific,
+    BudgetLine, CorrelationEntry, Covariance, Equations, Estimate, Finding, JointInputs, Linear,
+    Model, MonteCarlo, Progress, Quantity, Refusal, Region, Sampled, SampledOutput, SecondOrder,
+    Trials, UncertaintyModel, Validation, numerical_tolerance, propagate, propagate_second_order,
 };
 use proofmass_core::Error;
 use serde::{Deserialize, Serialize};
@@ -11,11 +16,18 @@ use std::ops::ControlFlow;
 
 /// What to compute.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct Evaluate {
     /// Coverage probability.
     pub probability: f64,
-    /// Significant digits of u that are printed, and that the validation asks for.
+    /// A coverage factor to state the linear result with, instead of the one that the probability and the degrees of
+    /// freedom give: 2, where a customer or a standard asks for it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub coverage_factor: Option<f64>,
+    /// Significant digits of u that are printed.
     pub digits: u32,
+    /// Significant digits of u to which the linear and the Monte Carlo interval must agree. **Source** `[S1] 8.1`.
+    pub check_digits: u32,
     /// Seed of the Monte Carlo check.
     pub seed: u64,
     /// Trials of the Monte Carlo check.
@@ -26,7 +38,9 @@ impl Default for Evaluate {
     fn default() -> Self {
         Self {
             probability: 0.95,
+            coverage_factor: None,
             digits: 2,
+            check_digits: 1,
             seed: 1,
             trials: Trials::Adaptive {
                 digits: 2,
@@ -36,28 +50,44 @@ impl Default for Evaluate {
     }
 }
 
-/// Result for one output.
+/// Inputs beyond which terms of second order are left out: their cost grows with the square.
+const SECOND_ORDER: usize = 200;
+
+/// One output by the law of propagation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct OutputResult {
-    /// Value, standard uncertainty and degrees of freedom by the law of propagation.
+pub struct LinearOutput {
+    /// Value, standard uncertainty and degrees of freedom.
     pub quantity: Quantity,
-    /// Formula, as in the file.
-    pub expression: String,
-    /// Coverage factor.
+    /// Coverage factor for the probability, from Student's t.
     pub coverage_factor: f64,
-    /// Expanded uncertainty.
+    /// Expanded uncertainty with it.
     pub expanded_uncertainty: f64,
     /// Budget, largest contribution first.
     pub budget: Vec<BudgetLine>,
-    /// Terms of second order.
-    pub second_order: SecondOrder,
-    /// Monte Carlo mean, u, intervals and histogram.
-    pub monte_carlo: SampledOutput,
-    /// Whether the linear result stands.
-    pub validation: Validation,
+    /// Terms of second order, where they exist.
+    pub second_order: Option<SecondOrder>,
 }
 
-/// Result of a model file.
+/// Result for one output.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OutputResult {
+    /// Name.
+    pub name: String,
+    /// Unit.
+    pub unit: String,
+    /// Formula, as in the model.
+    pub expression: String,
+    /// The result: by the law of propagation where Monte Carlo does not contradict it.
+    pub stated: Statement,
+    /// By the law of propagation; absent where the model has no value or derivative at the estimates.
+    pub linear: Option<LinearOutput>,
+    /// By Monte Carlo; absent where the model is a number in almost no trial.
+    pub monte_carlo: Option<SampledOutput>,
+    /// Whether both agree; absent where there are not both.
+    pub validation: Option<Validation>,
+}
+
+/// Result of a model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ModelResult {
     /// Title of the model.
@@ -67,17 +97,24 @@ pub struct ModelResult {
     /// One result per output.
     pub outputs: Vec<OutputResult>,
     /// All outputs with their joint covariance, by the law of propagation.
-    pub estimate: Estimate,
+    pub estimate: Option<Estimate>,
     /// Trials made.
     pub trials: usize,
-    /// Joint covariance by Monte Carlo.
-    pub monte_carlo_covariance: Covariance,
+    /// Joint covariance by Monte Carlo, of the outputs that have a Monte Carlo result.
+    pub monte_carlo_covariance: Option<Covariance>,
     /// Correlations of the inputs, given or observed.
     pub input_correlations: Vec<CorrelationEntry>,
     /// Joint coverage region by Monte Carlo.
     pub region: Option<Region>,
     /// What to doubt.
     pub findings: Vec<Finding>,
+}
+
+impl ModelResult {
+    /// One output by name.
+    pub fn get(&self, name: &str) -> Option<&OutputResult> {
+        self.outputs.iter().find(|o| o.name == name)
+    }
 }
 
 impl UncertaintyModel {
@@ -90,7 +127,7 @@ impl UncertaintyModel {
             "model output" => (index, "not a finite number at the estimates of the inputs"),
             "model output in a trial" => (
                 index,
-                "not a finite number for some values that the distributions of the inputs allow",
+                "not a finite number for almost all values that the distributions of the inputs allow",
             ),
             _ => (
                 index / inputs.max(1),
@@ -108,69 +145,106 @@ impl UncertaintyModel {
 
     /// Budget, linear result, terms of second order, Monte Carlo check and verdict, in one call.
     ///
+    /// No road can take the result of another away: where one fails a finding says so and the others stand.
     /// `progress` is told how far the trials have come and may stop them.
     ///
     /// # Errors
-    /// [`Refusal`] for inputs or expressions that do not do, for a model that is not finite, or when cancelled.
+    /// [`Refusal`] for inputs or expressions that do not do, for a model that is finite neither at the estimates nor
+    /// in enough trials, or when cancelled.
     pub fn evaluate(
         &self,
         options: &Evaluate,
         progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
     ) -> Result<ModelResult, Refusal> {
         let joint = self.inputs()?.single()?;
-        let equations = self.equations()?;
+        let estimates = joint.estimates();
+        let equations = self.equations()?.about(&estimates);
         let name_output = |refusal| self.name_output(refusal, joint.draws().len());
-        let linear =
-            propagate_second_order(&equations, &joint).map_err(|e| name_output(e.into()))?;
-        let tolerances: Vec<f64> = linear
-            .estimate()
-            .quantities()
+        let mut findings = self.doubtful_units();
+        findings.extend(self.doubtful_inputs());
+        let (linear, refused) = linear_of_the_finite(&equations, &joint)?;
+        let tolerances: Vec<f64> = self
+            .output
             .iter()
-            .map(|q| numerical_tolerance(q.standard_uncertainty, options.digits))
+            .map(|o| {
+                let quantity = linear.as_ref().and_then(|l| l.get(&o.name));
+                let u = quantity.map_or(0.0, |q| q.standard_uncertainty);
+                numerical_tolerance(u, options.check_digits)
+            })
             .collect();
-        let monte_carlo = MonteCarlo::new(options.seed)
+        let sampled = MonteCarlo::new(options.seed)
             .probability(options.probability)
             .trials(options.trials)
-            .run_resolving(&equations, &joint, &tolerances, progress)
-            .map_err(name_output)?;
-        let validations = monte_carlo.validate(&linear, options.digits);
-        let mut findings = self.doubtful_inputs();
-        findings.extend(linear.findings().iter().cloned());
-        findings.extend(monte_carlo.findings);
+            .run_resolving(&equations, &joint, &tolerances, progress);
+        let sampled = match sampled {
+            Ok(sampled) => Ok(sampled),
+            Err(Refusal::Core(error @ Error::NotFinite { .. })) => Err(name_output(error.into())),
+            Err(other) => return Err(other),
+        };
+        let refused: Vec<Refusal> = refused.into_iter().map(|e| name_output(e.into())).collect();
+        if let (None, Some(refusal), Err(_)) = (&linear, refused.first(), &sampled) {
+            return Err(refusal.clone());
+        }
+        findings.extend(refused.iter().map(doubts::no_linear_result));
+        findings.extend(sampled.as_ref().err().map(doubts::no_monte_carlo_result));
+        let sampled = sampled.ok();
+        findings.extend(linear.iter().flat_map(|l| l.findings().iter().cloned()));
+        findings.extend(sampled.iter().flat_map(|s| s.findings.iter().cloned()));
+        let validations = match (&linear, &sampled) {
+            (Some(linear), Some(sampled)) => sampled.validate(linear, options.check_digits),
+            _ => Vec::new(),
+        };
         let mut outputs = Vec::new();
-        let sampled = monte_carlo
-            .outputs
-            .into_iter()
-            .zip(validations)
-            .zip(&self.output);
-        for (k, ((sampled, validation), entry)) in sampled.enumerate() {
-            let (Some(quantity), Some(budget)) =
-                (linear.get(&entry.name), linear.budget(&entry.name))
-            else {
-                return Err(Refusal::Unknown {
-                    what: "output",
+        for entry in &self.output {
+            let linear = linear
+                .as_ref()
+                .and_then(|l| linear_output(l, &entry.name, options));
+            let monte_carlo = sampled.as_ref().and_then(|s| s.get(&entry.name)).cloned();
+            let validation = validations.iter().find(|v| v.name == entry.name).cloned();
+            let Some(stated) = Statement::decide(
+                entry,
+                linear.as_ref(),
+                monte_carlo.as_ref(),
+                validation.as_ref(),
+                sampled.as_ref().map_or(0, |s| s.trials),
+                options,
+            ) else {
+                return Err(Refusal::Output {
                     name: entry.name.clone(),
+                    what: "not a finite number at the estimates nor in enough trials",
                 });
             };
-            findings.extend(verdict(&validation, entry, options));
+            findings.extend(
+                validation
+                    .as_ref()
+                    .and_then(|v| doubts::verdict(v, entry, options)),
+            );
             outputs.push(OutputResult {
-                coverage_factor: quantity.coverage_factor(options.probability),
-                expanded_uncertainty: quantity.expanded(options.probability),
-                quantity,
+                name: entry.name.clone(),
+                unit: entry.unit.clone(),
                 expression: entry.expression.clone(),
-                budget: budget.to_vec(),
-                second_order: linear.second_order()[k],
-                monte_carlo: sampled,
+                stated,
+                linear,
+                monte_carlo,
                 validation,
             });
         }
+        let Sampled {
+            trials,
+            covariance,
+            region,
+            ..
+        } = match sampled {
+            Some(sampled) => sampled,
+            None => Sampled::none(options.probability),
+        };
         Ok(ModelResult {
             title: self.title.clone(),
             options: *options,
             outputs,
-            estimate: linear.estimate().clone(),
-            trials: monte_carlo.trials,
-            monte_carlo_covariance: monte_carlo.covariance,
+            estimate: linear.map(|l| l.estimate().clone()),
+            trials,
+            monte_carlo_covariance: (covariance.dimension() > 0).then_some(covariance),
             input_correlations: joint
                 .correlations()
                 .into_iter()
@@ -179,87 +253,57 @@ impl UncertaintyModel {
                     coefficient,
                 })
                 .collect(),
-            region: monte_carlo.region,
+            region,
             findings,
         })
     }
 }
 
-impl UncertaintyModel {
-    /// What a careful reader would ask about the inputs themselves.
-    fn doubtful_inputs(&self) -> Vec<Finding> {
-        let mut findings = Vec::new();
-        for input in &self.input {
-            let Some(values) = &input.observations else {
-                continue;
-            };
-            if values.windows(2).all(|pair| pair[0] == pair[1]) {
-                findings.push(
-                    Finding::new(
-                        Severity::Warning,
-                        "no-scatter",
-                        format!("the observations of {} are all the same", input.name),
-                    )
-                    .evidence(format!("{} times {}", values.len(), values[0]))
-                    .advice("add an input for the resolution of the instrument: rectangular, one digit wide"),
-                );
-            } else if values.len() < 4 {
-                findings.push(
-                    Finding::new(
-                        Severity::Warning,
-                        "no-standard-deviation",
-                        format!("{} has so few observations that its distribution has no standard deviation", input.name),
-                    )
-                    .evidence(format!("Student's t with ν = {}", values.len() - 1))
-                    .advice("ignore the Monte Carlo u, which has no limit; the intervals stand. Better: four observations or more"),
-                );
+/// The law of propagation for every output that has a value and derivatives at the estimates, and why the others
+/// have none.
+fn linear_of_the_finite(
+    equations: &Equations,
+    joint: &JointInputs,
+) -> Result<(Option<Linear>, Vec<Error>), Refusal> {
+    let inputs = joint.draws().len().max(1);
+    let mut kept: Vec<usize> = (0..equations.outputs().len()).collect();
+    let mut refused = Vec::new();
+    while !kept.is_empty() {
+        let part = equations.only(&kept);
+        let linear = if joint.draws().len() <= SECOND_ORDER {
+            propagate_second_order(&part, joint)
+        } else {
+            propagate(&part, joint)
+        };
+        match linear {
+            Ok(linear) => return Ok((Some(linear), refused)),
+            Err(Error::NotFinite { name, index }) => {
+                // The place within the part, as one within the whole.
+                let value = name == "model output";
+                let which = if value { index } else { index / inputs };
+                if which >= kept.len() {
+                    return Err(Error::NotFinite { name, index }.into());
+                }
+                let output = kept.remove(which);
+                refused.push(Error::NotFinite {
+                    name,
+                    index: if value { output } else { output * inputs },
+                });
             }
+            Err(other) => return Err(other.into()),
         }
-        findings
     }
+    Ok((None, refused))
 }
 
-/// What the verdict asks of the reader.
-fn verdict(validation: &Validation, entry: &OutputEntry, options: &Evaluate) -> Option<Finding> {
-    let unit = match entry.unit.as_str() {
-        "1" => String::new(),
-        unit => format!(" {unit}"),
-    };
-    let evidence = format!(
-        "by {} and {}{unit} at the ends; {}{unit} is allowed for {} digits of u",
-        scientific(validation.lower, 2),
-        scientific(validation.upper, 2),
-        scientific(validation.tolerance, 1),
-        options.digits,
-    );
-    match validation.verdict {
-        Verdict::Validated => None,
-        Verdict::NotValidated => Some(
-            Finding::new(
-                Severity::Decision,
-                "linear-result-not-validated",
-                format!(
-                    "the linear and the Monte Carlo interval of {} differ",
-                    entry.name
-                ),
-            )
-            .evidence(evidence)
-            .advice("report the Monte Carlo interval"),
-        ),
-        Verdict::Undecided => Some(
-            Finding::new(
-                Severity::Warning,
-                "monte-carlo-undecided",
-                format!(
-                    "the trials do not tell whether the linear interval of {} stands",
-                    entry.name
-                ),
-            )
-            .evidence(format!(
-                "{evidence}, and the ends of the Monte Carlo interval scatter by {}{unit}",
-                scientific(validation.scatter, 1)
-            ))
-            .advice("allow more trials, or ask for fewer digits"),
-        ),
-    }
+fn linear_output(linear: &Linear, name: &str, options: &Evaluate) -> Option<LinearOutput> {
+    let quantity = linear.get(name)?;
+    let k = linear.estimate().index_of(name)?;
+    Some(LinearOutput {
+        coverage_factor: quantity.coverage_factor(options.probability),
+        expanded_uncertainty: quantity.expanded(options.probability),
+        quantity,
+        budget: linear.budget(name)?.to_vec(),
+        second_order: linear.second_order().get(k).copied().flatten(),
+    })
 }

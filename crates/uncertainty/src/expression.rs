@@ -4,9 +4,10 @@ use crate::{Number, Refusal};
 
 /// A formula over named variables, ready to be evaluated on any [`Number`].
 ///
-/// Numbers, names, `+ − * / ^` (also `**`), parentheses, `pi`, and the functions sin cos tan asin acos atan atan2
-/// sinh cosh tanh exp ln log10 sqrt abs. `^` binds tighter than a sign and groups from the right, as on paper.
-/// Angles are radians. An integer exponent keeps negative bases allowed.
+/// Numbers, names, `+ − * / ^` (also `**`), parentheses, `pi`; the functions sin cos tan asin acos atan sinh cosh tanh
+/// exp ln (also log) log10 log2 sqrt cbrt abs degrees radians of one argument; atan2(y, x) and hypot(a, b, …); min, max,
+/// sum, mean of any number; and `if(a < b, then, else)` with `< <= > >=`. `^` binds tighter than a sign and groups from
+/// the right, as on paper. Angles are radians. An integer exponent keeps negative bases allowed.
 ///
 /// ```
 /// use proofmass_uncertainty::Expression;
@@ -23,6 +24,8 @@ use crate::{Number, Refusal};
 pub struct Expression {
     text: String,
     code: Vec<Step>,
+    /// Operands that wait at once.
+    depth: usize,
 }
 
 /// One step of the formula in reverse Polish order.
@@ -38,8 +41,46 @@ enum Step {
     Power,
     IntegerPower(i32),
     Call(Function),
-    Atan2,
+    /// Number of this angle in the formula.
+    Atan2(usize),
+    Minimum,
+    Maximum,
+    /// √(a² + b²)
+    Hypotenuse,
+    /// Which relation: 1 where it holds, else 0.
+    Compare(Relation),
+    /// Of condition, then, else.
+    Select,
 }
+
+impl Step {
+    /// Operands it takes.
+    fn operands(self) -> usize {
+        match self {
+            Self::Constant(_) | Self::Variable(_) => 0,
+            Self::Negate | Self::IntegerPower(_) | Self::Call(_) => 1,
+            Self::Select => 3,
+            _ => 2,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Relation {
+    Less,
+    LessOrEqual,
+    More,
+    MoreOrEqual,
+}
+
+const RELATIONS: [(&str, Relation); 6] = [
+    ("<=", Relation::LessOrEqual),
+    ("≤", Relation::LessOrEqual),
+    (">=", Relation::MoreOrEqual),
+    ("≥", Relation::MoreOrEqual),
+    ("<", Relation::Less),
+    (">", Relation::More),
+];
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Function {
@@ -55,11 +96,15 @@ enum Function {
     Exp,
     Ln,
     Log10,
+    Log2,
     Sqrt,
+    Cbrt,
     Abs,
+    Degrees,
+    Radians,
 }
 
-const FUNCTIONS: [(&str, Function); 15] = [
+const FUNCTIONS: [(&str, Function); 21] = [
     ("sin", Function::Sin),
     ("cos", Function::Cos),
     ("tan", Function::Tan),
@@ -73,14 +118,25 @@ const FUNCTIONS: [(&str, Function); 15] = [
     ("ln", Function::Ln),
     ("log", Function::Ln),
     ("log10", Function::Log10),
+    ("log2", Function::Log2),
     ("sqrt", Function::Sqrt),
+    ("cbrt", Function::Cbrt),
     ("abs", Function::Abs),
+    ("degrees", Function::Degrees),
+    ("deg", Function::Degrees),
+    ("radians", Function::Radians),
+    ("rad", Function::Radians),
 ];
 
+/// Functions of several arguments.
+const SEVERAL: [&str; 7] = ["atan2", "hypot", "min", "max", "sum", "mean", "if"];
+
 /// Operands that may wait at once; a formula on paper stays far below.
-const DEPTH: usize = 32;
+const DEPTH: usize = 128;
+/// Operands of most formulas: a smaller stack to clear in each trial.
+const SHALLOW: usize = 12;
 /// Nesting of parentheses, signs and powers.
-const NESTING: usize = 64;
+const NESTING: usize = 256;
 
 impl Expression {
     /// Reads a formula; `variables` are looked up by name and later given by position.
@@ -94,6 +150,7 @@ impl Expression {
             variables: variables.iter().map(AsRef::as_ref).collect(),
             code: Vec::new(),
             nesting: 0,
+            angles: 0,
         };
         parser.sum()?;
         parser.space();
@@ -103,11 +160,7 @@ impl Expression {
         let code = parser.code;
         let (mut depth, mut deepest) = (0usize, 0);
         for step in &code {
-            match step {
-                Step::Constant(_) | Step::Variable(_) => depth += 1,
-                Step::Negate | Step::IntegerPower(_) | Step::Call(_) => {}
-                _ => depth -= 1,
-            }
+            depth = depth + 1 - step.operands();
             deepest = deepest.max(depth);
         }
         if deepest > DEPTH {
@@ -121,6 +174,7 @@ impl Expression {
         Ok(Self {
             text: text.into(),
             code,
+            depth: deepest,
         })
     }
 
@@ -138,7 +192,7 @@ impl Expression {
             "must be a letter or underscore followed by letters, digits and underscores"
         } else if name == "pi" || name == "π" {
             "means a constant in formulas"
-        } else if name == "atan2" || FUNCTIONS.iter().any(|(known, _)| *known == name) {
+        } else if SEVERAL.contains(&name) || FUNCTIONS.iter().any(|(known, _)| *known == name) {
             "means a function in formulas"
         } else {
             return Ok(());
@@ -156,7 +210,28 @@ impl Expression {
 
     /// The value, with variables in the order of [`Expression::parse`]; a variable that is not given counts as NaN.
     pub fn evaluate<T: Number>(&self, variables: &[T]) -> T {
-        let mut stack = [T::from(0.0); DEPTH];
+        self.evaluate_with(variables, |_, angle| angle)
+    }
+
+    /// The value, where `angle` may replace the result of each `atan2`, by its number in the formula.
+    pub(crate) fn evaluate_with<T: Number>(
+        &self,
+        variables: &[T],
+        angle: impl FnMut(usize, T) -> T,
+    ) -> T {
+        if self.depth <= SHALLOW {
+            self.run::<T, SHALLOW>(variables, angle)
+        } else {
+            self.run::<T, DEPTH>(variables, angle)
+        }
+    }
+
+    fn run<T: Number, const N: usize>(
+        &self,
+        variables: &[T],
+        mut angle: impl FnMut(usize, T) -> T,
+    ) -> T {
+        let mut stack = [T::from(0.0); N];
         let mut top = 0;
         for step in &self.code {
             match *step {
@@ -171,6 +246,11 @@ impl Expression {
                 Step::Negate => stack[top - 1] = -stack[top - 1],
                 Step::IntegerPower(n) => stack[top - 1] = stack[top - 1].powi(n),
                 Step::Call(function) => stack[top - 1] = function.apply(stack[top - 1]),
+                Step::Select => {
+                    top -= 2;
+                    let holds = stack[top - 1].value() != 0.0;
+                    stack[top - 1] = stack[if holds { top } else { top + 1 }];
+                }
                 binary => {
                     let (a, b) = (stack[top - 2], stack[top - 1]);
                     top -= 1;
@@ -180,12 +260,45 @@ impl Expression {
                         Step::Multiply => a * b,
                         Step::Divide => a / b,
                         Step::Power => a.powf(b),
-                        _ => a.atan2(b),
+                        Step::Minimum if b.value() < a.value() || b.value().is_nan() => b,
+                        Step::Maximum if b.value() > a.value() || b.value().is_nan() => b,
+                        Step::Minimum | Step::Maximum => a,
+                        Step::Hypotenuse => hypotenuse(a, b),
+                        Step::Compare(relation) => {
+                            T::from(f64::from(u8::from(relation.holds(a.value(), b.value()))))
+                        }
+                        Step::Atan2(number) => angle(number, a.atan2(b)),
+                        _ => T::from(f64::NAN),
                     };
                 }
             }
         }
         stack[0]
+    }
+}
+
+/// √(a² + b²) without overflow; at the origin its derivative is that of |a|.
+fn hypotenuse<T: Number>(a: T, b: T) -> T {
+    let (large, small) = if a.value().abs() >= b.value().abs() {
+        (a.abs(), b)
+    } else {
+        (b.abs(), a)
+    };
+    if large.value() == 0.0 {
+        return large;
+    }
+    let ratio = small / large;
+    large * (T::from(1.0) + ratio * ratio).sqrt()
+}
+
+impl Relation {
+    fn holds(self, a: f64, b: f64) -> bool {
+        match self {
+            Self::Less => a < b,
+            Self::LessOrEqual => a <= b,
+            Self::More => a > b,
+            Self::MoreOrEqual => a >= b,
+        }
     }
 }
 
@@ -204,9 +317,85 @@ impl Function {
             Self::Exp => x.exp(),
             Self::Ln => x.ln(),
             Self::Log10 => x.log10(),
+            Self::Log2 => x.ln() / T::from(std::f64::consts::LN_2),
             Self::Sqrt => x.sqrt(),
+            Self::Cbrt if x.value() < 0.0 => -(-x).powf(T::from(1.0 / 3.0)),
+            Self::Cbrt => x.powf(T::from(1.0 / 3.0)),
             Self::Abs => x.abs(),
+            Self::Degrees => x * T::from(180.0 / std::f64::consts::PI),
+            Self::Radians => x * T::from(std::f64::consts::PI / 180.0),
         }
+    }
+}
+
+/// What one step does to units.
+#[cfg(feature = "model")]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Operation {
+    /// A number in the text.
+    Number(f64),
+    /// A variable by its position.
+    Variable(usize),
+    /// Of two: they must be alike.
+    Sum,
+    /// The unit stays.
+    Keep,
+    /// Of two.
+    Product,
+    /// Of two.
+    Quotient,
+    /// Base and exponent.
+    Power,
+    /// By a whole number.
+    IntegerPower(i32),
+    /// Square root.
+    Root,
+    /// Sine, cosine, tangent.
+    Trigonometric,
+    /// A function of a pure number.
+    OfNumber,
+    /// A function whose unit the rules do not follow.
+    Other,
+    /// Angle of two that are alike.
+    Angle,
+    /// From radians.
+    ToDegrees,
+    /// From degrees.
+    ToRadians,
+    /// Of two that are alike.
+    Comparison,
+    /// Condition, and two that are alike.
+    Choice,
+}
+
+#[cfg(feature = "model")]
+impl Expression {
+    /// Its steps in reverse Polish order, as far as units are concerned.
+    pub(crate) fn operations(&self) -> impl Iterator<Item = Operation> + '_ {
+        self.code.iter().map(|step| match *step {
+            Step::Constant(c) => Operation::Number(c),
+            Step::Variable(i) => Operation::Variable(i),
+            Step::Negate => Operation::Keep,
+            Step::Add | Step::Subtract | Step::Minimum | Step::Maximum | Step::Hypotenuse => {
+                Operation::Sum
+            }
+            Step::Multiply => Operation::Product,
+            Step::Divide => Operation::Quotient,
+            Step::Power => Operation::Power,
+            Step::IntegerPower(n) => Operation::IntegerPower(n),
+            Step::Atan2(_) => Operation::Angle,
+            Step::Compare(_) => Operation::Comparison,
+            Step::Select => Operation::Choice,
+            Step::Call(function) => match function {
+                Function::Sin | Function::Cos | Function::Tan => Operation::Trigonometric,
+                Function::Sqrt => Operation::Root,
+                Function::Abs => Operation::Keep,
+                Function::Cbrt => Operation::Other,
+                Function::Degrees => Operation::ToDegrees,
+                Function::Radians => Operation::ToRadians,
+                _ => Operation::OfNumber,
+            },
+        })
     }
 }
 
@@ -217,6 +406,7 @@ struct Parser<'a> {
     variables: Vec<&'a str>,
     code: Vec<Step>,
     nesting: usize,
+    angles: usize,
 }
 
 impl Parser<'_> {
@@ -372,17 +562,91 @@ impl Parser<'_> {
             self.code.push(Step::Call(*function));
             return Ok(());
         }
-        if name != "atan2" {
-            self.place = start;
-            return Err(self.refuse(format!("no function is called {name}")));
+        match name {
+            "atan2" => {
+                self.arguments("a comma was expected: atan2(y, x)", 2..=2, None)?;
+                self.code.push(Step::Atan2(self.angles));
+                self.angles += 1;
+            }
+            "hypot" => {
+                self.arguments(
+                    "two arguments at least: hypot(a, b)",
+                    2..=99,
+                    Some(Step::Hypotenuse),
+                )?;
+            }
+            "min" => {
+                self.arguments(
+                    "a comma was expected: min(a, b)",
+                    1..=9999,
+                    Some(Step::Minimum),
+                )?;
+            }
+            "max" => {
+                self.arguments(
+                    "a comma was expected: max(a, b)",
+                    1..=9999,
+                    Some(Step::Maximum),
+                )?;
+            }
+            "sum" => {
+                self.arguments("a comma was expected: sum(a, b)", 1..=9999, Some(Step::Add))?;
+            }
+            "mean" => {
+                let n = self.arguments(
+                    "a comma was expected: mean(a, b)",
+                    1..=9999,
+                    Some(Step::Add),
+                )?;
+                self.code.push(Step::Constant(n as f64));
+                self.code.push(Step::Divide);
+            }
+            "if" => self.condition()?,
+            _ => {
+                self.place = start;
+                return Err(self.refuse(format!("no function is called {name}")));
+            }
         }
+        self.close()
+    }
+
+    /// Arguments between commas, joined one by one by a step; how many there were.
+    fn arguments(
+        &mut self,
+        expected: &str,
+        allowed: std::ops::RangeInclusive<usize>,
+        joined_by: Option<Step>,
+    ) -> Result<usize, Refusal> {
         self.sum()?;
-        if !self.take(",") {
-            return Err(self.refuse("a comma was expected: atan2(y, x)"));
+        let mut count = 1;
+        while count < *allowed.end() && self.take(",") {
+            self.sum()?;
+            self.code.extend(joined_by);
+            count += 1;
         }
+        if allowed.contains(&count) {
+            Ok(count)
+        } else {
+            Err(self.refuse(expected))
+        }
+    }
+
+    /// `a < b, then, else`
+    fn condition(&mut self) -> Result<(), Refusal> {
+        let expected = "a condition was expected: if(a < b, then, else)";
         self.sum()?;
-        self.close()?;
-        self.code.push(Step::Atan2);
+        let Some((_, relation)) = RELATIONS.iter().find(|(sign, _)| self.take(sign)) else {
+            return Err(self.refuse(expected));
+        };
+        self.sum()?;
+        self.code.push(Step::Compare(*relation));
+        for _ in 0..2 {
+            if !self.take(",") {
+                return Err(self.refuse(expected));
+            }
+            self.sum()?;
+        }
+        self.code.push(Step::Select);
         Ok(())
     }
 
@@ -445,6 +709,14 @@ mod tests {
             ("sqrt(abs(b) * 2) + exp(0) + ln(1) + log10(100)", 5.0),
             ("a^0.5 · a^0.5", 3.0),
             ("cos(pi)", -1.0),
+            ("min(a, b, 7) + max(a, b)", 1.0),
+            ("hypot(3, 4, 12)", 13.0),
+            ("sum(1, 2, 3) + mean(2, 4)", 9.0),
+            ("if(a > b, a, b / 0)", 3.0),
+            ("if(a <= b, sqrt(b), if(a < 4, 5, 6))", 5.0),
+            ("degrees(pi) - deg(rad(180))", 0.0),
+            ("cbrt(-8) + cbrt(27) + log2(8)", 4.0),
+            ("b^(1+1)", 4.0),
         ] {
             match Expression::parse(text, &["a", "b"]) {
                 Ok(e) => assert!((e.evaluate(&x) - expected).abs() < 1e-14, "{text}"),

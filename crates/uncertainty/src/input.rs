@@ -2,7 +2,8 @@
 
 use crate::{Covariance, DegreesOfFreedom, Distribution, Evaluation, Refusal};
 use proofmass_core::Error;
-use std::collections::{BTreeMap, HashMap};
+use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// One input quantity: what is known about it and what it varies with.
 #[derive(Clone, Debug, PartialEq)]
@@ -73,18 +74,83 @@ impl Input {
         &self.name
     }
 
+    /// What a trial draws, and what its finite degrees of freedom add to that.
+    ///
+    /// A normal or Student t is a Student t with the degrees of freedom of the input. **Source** `[S1] 6.4.9.7`.
+    /// Doubtful limits are those of the curvilinear trapezoid: half-widths anywhere within a (1 ± √(3/(2ν))), for which
+    /// ν = ½ (Δu/u)⁻². **Source** `[S1] 6.4.3`, `[GUM] G.4.2`.
     #[cfg(feature = "monte-carlo")]
-    /// What a trial draws: a normal whose u has finite degrees of freedom is a Student t. **Source** `[S1] 6.4.9.7`.
-    pub(crate) fn drawn_from(&self) -> Distribution {
-        match self.distribution {
-            Distribution::Normal { mean, u } if !self.dof.is_infinite() => Distribution::StudentT {
-                location: mean,
-                scale: u,
-                dof: self.dof.get(),
-            },
-            _ => self.distribution.clone(),
+    pub(crate) fn drawn_from(&self) -> (Distribution, Doubt) {
+        let nu = self.dof.get();
+        match (&self.distribution, self.dof.is_infinite()) {
+            (
+                Distribution::StudentT {
+                    location, scale, ..
+                },
+                true,
+            ) => (
+                Distribution::Normal {
+                    mean: *location,
+                    u: *scale,
+                },
+                Doubt::None,
+            ),
+            (
+                Distribution::Normal {
+                    mean: location,
+                    u: scale,
+                }
+                | Distribution::StudentT {
+                    location, scale, ..
+                },
+                false,
+            ) => (
+                Distribution::StudentT {
+                    location: *location,
+                    scale: *scale,
+                    dof: nu,
+                },
+                Doubt::None,
+            ),
+            (other, true) => (other.clone(), Doubt::None),
+            // The same doubt, stated already.
+            (other @ Distribution::CurvilinearTrapezoid { inexactness, .. }, _)
+                if *inexactness > 0.0 =>
+            {
+                (other.clone(), Doubt::None)
+            }
+            (other, false) if other.is_bounded() => {
+                (other.clone(), Doubt::Limits((1.5 / nu).sqrt().min(1.0)))
+            }
+            (other, false) => (other.clone(), Doubt::Scale(nu)),
         }
     }
+}
+
+/// What finite degrees of freedom do to a draw that is no Student t: it is stretched about its estimate.
+#[cfg(feature = "monte-carlo")]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Doubt {
+    /// Nothing.
+    None,
+    /// By √(ν/χ²_ν), as the normal becomes Student t.
+    Scale(f64),
+    /// By a factor anywhere in 1 ± this.
+    Limits(f64),
+}
+
+/// How the joint covariance of quantities that were read together n times is stated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum JointReadings {
+    /// Scatter over n − 1, and ν = n − 1 for the covariance as a whole. **Source** `[GUM] H.2`.
+    #[default]
+    Gum,
+    /// Scatter over n − N for N quantities, and ν = n − N: the multivariate t of the Bayesian analysis. **Source**
+    /// `[S2] 5.3.2`.
+    #[serde(rename = "jcgm-102")]
+    Jcgm102,
 }
 
 /// The values of the keys for one observation: frequency, channel, run, …
@@ -171,11 +237,23 @@ impl Inputs {
     }
 
     /// Adds quantities that were read together n times: means, their covariance s_ij/n, and ν = n − 1 for the
-    /// covariance as a whole. **Source** `[GUM] H.2.2`, `[S2] 5.3.2`.
+    /// covariance as a whole. **Source** `[GUM] H.2.2`.
     ///
     /// # Errors
     /// [`Error::TooFew`] below two observations, [`Error::Length`] when the columns differ, [`Error::NotFinite`].
-    pub fn observed(mut self, columns: &[(&str, &str, &[f64])]) -> Result<Self, Error> {
+    pub fn observed(self, columns: &[(&str, &str, &[f64])]) -> Result<Self, Error> {
+        self.observed_by(JointReadings::Gum, columns)
+    }
+
+    /// As [`Inputs::observed`], by the rule of one's choice.
+    ///
+    /// # Errors
+    /// As [`Inputs::observed`]; [`Error::TooFew`] for [`JointReadings::Jcgm102`] unless n > N.
+    pub fn observed_by(
+        mut self,
+        rule: JointReadings,
+        columns: &[(&str, &str, &[f64])],
+    ) -> Result<Self, Error> {
         let start = self.inputs.len();
         for (name, unit, values) in columns {
             let distribution = Distribution::from_observations(values)?;
@@ -183,12 +261,47 @@ impl Inputs {
         }
         let set: Vec<usize> = (start..start + columns.len()).collect();
         let values: Vec<&[f64]> = columns.iter().map(|(_, _, values)| *values).collect();
-        self.observe_together(&set, &values)
+        self.observe_together(rule, &set, &values)
+    }
+
+    /// States that the covariance of these inputs was estimated as a whole, with one number of degrees of freedom
+    /// that all of them have: readings made together of which only means, uncertainties and correlations are
+    /// known. They then behave as the readings themselves would.
+    ///
+    /// ```
+    /// use proofmass_uncertainty::*;
+    /// // `[GUM] H.2` from its table H.3.
+    /// let nu = DegreesOfFreedom::new(4.0).unwrap();
+    /// let input = |name: &str, mean, u| Input::new(name, "1", Distribution::Normal { mean, u }).dof(nu);
+    /// let joint = Inputs::new()
+    ///     .add(input("V", 4.9990, 0.0032))
+    ///     .add(input("I", 19.6610e-3, 0.0095e-3))
+    ///     .add(input("phi", 1.04446, 0.00075))
+    ///     .correlate("V", "I", -0.36).correlate("V", "phi", 0.86).correlate("I", "phi", -0.65)
+    ///     .ensemble(&["V", "I", "phi"])?
+    ///     .single()?;
+    /// # Ok::<(), Refusal>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Refusal::Unknown`] for a name that no input has.
+    pub fn ensemble(mut self, names: &[&str]) -> Result<Self, Refusal> {
+        let place = |name: &&str| {
+            let found = self.inputs.iter().position(|i| i.name == *name);
+            found.ok_or_else(|| Refusal::Unknown {
+                what: "input",
+                name: (*name).to_owned(),
+            })
+        };
+        let set = names.iter().map(place).collect::<Result<Vec<_>, _>>()?;
+        self.together.push(set);
+        Ok(self)
     }
 
     /// Joins inputs that are already here by the correlation of their observations.
     pub(crate) fn observe_together(
         mut self,
+        rule: JointReadings,
         set: &[usize],
         columns: &[&[f64]],
     ) -> Result<Self, Error> {
@@ -208,6 +321,25 @@ impl Inputs {
             })
             .collect();
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        if rule == JointReadings::Jcgm102 {
+            let Some(dof) = n.checked_sub(set.len()).filter(|nu| *nu > 0) else {
+                return Err(Error::TooFew {
+                    name: "observations read together by JCGM 102",
+                    needed: set.len() + 1,
+                    got: n,
+                });
+            };
+            let nu = dof as f64;
+            for (&i, d) in set.iter().zip(&deviations) {
+                let input = &mut self.inputs[i];
+                input.distribution = Distribution::StudentT {
+                    location: input.distribution.estimate(),
+                    scale: (dot(d, d) / (n as f64 * nu)).sqrt(),
+                    dof: nu,
+                };
+                input.dof = input.distribution.dof();
+            }
+        }
         for i in 0..set.len() {
             for j in 0..i {
                 let (a, b) = (&deviations[i], &deviations[j]);
@@ -252,11 +384,9 @@ impl Inputs {
     /// [`Refusal::Duplicate`] and [`Refusal::Unknown`] for names and keys, [`Refusal::Input`] for an impossible
     /// distribution, [`Refusal::Correlation`] when the coefficients contradict each other.
     pub fn joint(&self, observations: &[Labels]) -> Result<JointInputs, Refusal> {
-        for (i, input) in self.inputs.iter().enumerate() {
-            if self.inputs[..i]
-                .iter()
-                .any(|other| other.name == input.name)
-            {
+        let mut names = HashSet::new();
+        for input in &self.inputs {
+            if !names.insert(input.name.as_str()) {
                 return Err(Refusal::Duplicate {
                     name: input.name.clone(),
                 });
@@ -269,6 +399,7 @@ impl Inputs {
                     source,
                 })?;
         }
+        self.check_degrees_of_freedom()?;
         let mut draws: Vec<Draw> = Vec::new();
         let mut known: HashMap<(usize, Vec<&str>), usize> = HashMap::new();
         let mut index = Vec::with_capacity(observations.len() * self.inputs.len());
@@ -316,6 +447,34 @@ impl Inputs {
         }
         let correlations = self.resolve(&draws)?;
         JointInputs::new(self, draws, index, correlations)
+    }
+
+    /// Degrees of freedom that can be drawn from, and one number of them per set that was estimated as a whole.
+    fn check_degrees_of_freedom(&self) -> Result<(), Refusal> {
+        for input in &self.inputs {
+            // One observation more than parameters gives 1; pooled values may fall a little below.
+            if input.dof.get() < 0.5 {
+                return Err(Refusal::Input {
+                    name: input.name.clone(),
+                    source: Error::OutOfRange {
+                        name: "dof",
+                        value: input.dof.get(),
+                        min: 0.5,
+                        max: f64::MAX,
+                    },
+                });
+            }
+        }
+        for set in &self.together {
+            let first = set.first().map(|&i| self.inputs[i].dof);
+            if let Some(&other) = set.iter().find(|&&i| Some(self.inputs[i].dof) != first) {
+                return Err(Refusal::Incomplete {
+                    name: self.inputs[other].name.clone(),
+                    needed: "the same number of degrees of freedom as the inputs it was observed together with",
+                });
+            }
+        }
+        Ok(())
     }
 
     /// Coefficients by draw; a bare input name pairs the draws with equal labels.
@@ -522,6 +681,13 @@ impl JointInputs {
             clusters,
             index,
         })
+    }
+
+    /// Whose estimate of σ a draw shares: the first input of its set, else its own input.
+    pub(crate) fn estimated_with(&self, draw: usize) -> usize {
+        let input = self.draws[draw].input;
+        let set = self.together.iter().find(|set| set.contains(&input));
+        set.and_then(|set| set.first().copied()).unwrap_or(input)
     }
 
     /// The draws in order.

@@ -118,12 +118,10 @@
 //! # Not covered
 //!
 //! - Bayesian type A evaluation with informative priors, and interval-valued (imprecise) probability.
-//! - Marginals other than normal and Student t with equal ν under correlation are joined by a normal copula; other
-//!   copulas are not offered.
-//! - Effective degrees of freedom of a complex quantity with correlated groups ([`willink_hall`] takes independent
-//!   contributions).
+//! - Marginals other than normal and Student t are joined under correlation by a normal copula, whose coefficient is not
+//!   corrected for them; other copulas are not offered.
 //! - Sensitivity coefficients from Monte Carlo (`[S1] annex B`).
-//! - Conformity decisions (JCGM 106).
+//! - Complex quantities, vectors and fits in model files; in Rust they are [`Complex`], [`Implicit`], [`LeastSquares`].
 
 #![allow(
     clippy::needless_range_loop,
@@ -136,6 +134,7 @@
 
 mod agreement;
 mod between_scatter;
+mod conformity;
 mod coverage;
 mod distribution;
 mod effective_dof;
@@ -154,6 +153,7 @@ pub use agreement::En;
 pub use between_scatter::{
     BetweenScatter, CommonErrors, Linearised, MeanOfRepeats, NoiseDof, Repeats, WithCommonErrors,
 };
+pub use conformity::{Conformity, DecisionRule, GlobalRisk, Limits};
 pub use coverage::DegreesOfFreedom;
 pub use distribution::Distribution;
 pub use effective_dof::welch_satterthwaite;
@@ -174,15 +174,18 @@ pub use refusal::Refusal;
 mod joint {
     pub use crate::covariance::Covariance;
     pub use crate::effective_dof::{CorrelatedGroup, GroupDof, willink, willink_hall};
-    pub use crate::estimate::{BudgetInput, BudgetLine, Component, Effect, Estimate, Influence};
+    pub use crate::estimate::{
+        BudgetInput, BudgetLine, Component, Effect, Estimate, Influence, Member,
+    };
     pub use crate::implicit::{
         Implicit, LeastSquares, propagate_implicit, propagate_least_squares,
     };
-    pub use crate::input::{Draw, Input, Inputs, JointInputs, Labels};
+    pub use crate::input::{Draw, Input, Inputs, JointInputs, JointReadings, Labels};
     pub use crate::propagation::{
         Linear, Model, SecondOrder, jacobian, linear, propagate, propagate_second_order,
     };
     pub use crate::solved::{NormalEquations, Solved};
+    pub use crate::uncertain::Uncertain;
 }
 #[cfg(feature = "estimate")]
 mod covariance;
@@ -196,6 +199,8 @@ mod input;
 mod propagation;
 #[cfg(feature = "estimate")]
 mod solved;
+#[cfg(feature = "estimate")]
+mod uncertain;
 #[cfg(feature = "estimate")]
 pub use joint::*;
 
@@ -224,19 +229,21 @@ mod ziggurat;
 #[cfg(feature = "monte-carlo")]
 pub use trials::*;
 
-#[cfg(feature = "model-file")]
-mod budget_file;
-#[cfg(feature = "model-file")]
+#[cfg(feature = "model")]
+mod dimension;
+#[cfg(feature = "model")]
 mod evaluation;
-#[cfg(feature = "model-file")]
-pub use budget_file::{
-    Budget, CorrelationEntry, Equations, InputEntry, IntermediateEntry, OutputEntry,
+#[cfg(feature = "model")]
+mod model;
+#[cfg(feature = "model")]
+pub use evaluation::{Evaluate, LinearOutput, Method, ModelResult, OutputResult, Statement};
+#[cfg(feature = "model")]
+pub use model::{
+    Accuracy, Budget, CorrelationEntry, Equations, InputEntry, IntermediateEntry, OutputEntry,
     UncertaintyModel,
 };
-#[cfg(feature = "model-file")]
-pub use evaluation::{Evaluate, ModelResult, OutputResult};
 
 /// The example of the README, so that it stays true.
-#[cfg(all(doctest, feature = "model-file"))]
+#[cfg(all(doctest, feature = "model"))]
 #[doc = include_str!("../README.md")]
 struct Readme;

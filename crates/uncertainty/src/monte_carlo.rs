@@ -27,7 +27,7 @@ use std::ops::ControlFlow;
 /// let reading = |name| Input::new(name, "V", Distribution::Normal { mean: 1.0, u: 0.1 });
 /// let inputs = Inputs::new().add(reading("a")).add(reading("b")).add(reading("c")).single()?;
 /// let result = MonteCarlo::new(1).trials(Trials::Fixed(100_000)).run(&Median, &inputs)?;
-/// assert!((result.get("median").unwrap().standard_uncertainty / 0.1 - 0.6698).abs() < 0.01);
+/// assert!((result.get("median").unwrap().standard_uncertainty.unwrap() / 0.1 - 0.6698).abs() < 0.01);
 /// # Ok::<(), Refusal>(())
 /// ```
 pub trait Trial {
@@ -35,6 +35,10 @@ pub trait Trial {
     fn names(&self) -> Vec<(String, String)>;
     /// The outputs of one trial: one input per draw, in the order of [`JointInputs::draws`].
     fn trial(&self, x: &[f64], y: &mut [f64]);
+    /// Period of each output that lives on a circle, as [`Model::periods`]; none by default.
+    fn circles(&self) -> Vec<Option<f64>> {
+        Vec::new()
+    }
 }
 
 impl<M: Model> Trial for M {
@@ -43,6 +47,9 @@ impl<M: Model> Trial for M {
     }
     fn trial(&self, x: &[f64], y: &mut [f64]) {
         self.evaluate(x, y);
+    }
+    fn circles(&self) -> Vec<Option<f64>> {
+        self.periods()
     }
 }
 
@@ -83,7 +90,7 @@ pub enum Trials {
 /// }
 /// let result = MonteCarlo::new(1).trials(Trials::Fixed(200_000)).run(&Sum, &inputs.single()?)?;
 /// let y = result.get("y").unwrap();
-/// assert!((y.standard_uncertainty - 2.0).abs() < 0.015);
+/// assert!((y.standard_uncertainty.unwrap() - 2.0).abs() < 0.015);
 /// assert!((y.symmetric.upper - 3.88).abs() < 0.04); // `[S1]` 9.2.3
 /// # Ok::<(), Refusal>(())
 /// ```
@@ -160,8 +167,8 @@ impl MonteCarlo {
     ///
     /// # Errors
     /// [`Refusal::Cancelled`]; [`Error::OutOfRange`] for a probability not inside (0, 1) or no trials;
-    /// [`Error::NotFinite`] when the model is not finite somewhere in the distribution of its inputs (the index
-    /// is that of the output).
+    /// [`Error::NotFinite`] when no output is finite in enough trials to have an interval. Trials in which an output is
+    /// not finite are left out of it, counted, and said in a finding.
     pub fn run_with<M: Trial + Sync>(
         &self,
         model: &M,
@@ -219,14 +226,15 @@ impl MonteCarlo {
         let room = room.min(1 << 24);
         let mut columns: Vec<Vec<f64>> = (0..m).map(|_| Vec::with_capacity(room)).collect();
         let mut stability = Stability::new(m);
+        let circles = circles(model, inputs);
         let mut stable = false;
         let mut done = 0;
         while done < blocks && !stable {
             let wave = wave.min(blocks - done);
             let values: Vec<Block> = (done..done + wave)
                 .into_par_iter()
-                .map(|number| self.block(model, &sampler, inputs, m, block, number))
-                .collect::<Result<_, Error>>()?;
+                .map(|number| self.block(model, &sampler, inputs, &circles, block, number))
+                .collect();
             for block in values {
                 for (column, values) in columns.iter_mut().zip(&block.columns) {
                     column.extend_from_slice(values);
@@ -246,8 +254,12 @@ impl MonteCarlo {
                 return Err(Refusal::Cancelled);
             }
         }
-        let mut result = summarise(outputs, columns, p)?;
-        if let (Trials::Adaptive { digits, .. }, false) = (self.trials, stable) {
+        let mut result = summarise(outputs, columns, p, sampler.heavy)?;
+        let settled = result
+            .outputs
+            .iter()
+            .all(|o| o.standard_uncertainty.is_some());
+        if let (Trials::Adaptive { digits, .. }, false, true) = (self.trials, stable, settled) {
             result.findings.push(
                 Finding::new(
                     Severity::Warning,
@@ -277,10 +289,11 @@ impl MonteCarlo {
         model: &M,
         sampler: &Sampler,
         inputs: &JointInputs,
-        m: usize,
+        circles: &[Option<(f64, f64)>],
         size: usize,
         number: usize,
-    ) -> Result<Block, Error> {
+    ) -> Block {
+        let m = circles.len();
         // Two odd constants keep neighbouring seeds and blocks apart before seed_from_u64 mixes them again.
         let stream = self.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15)
             ^ (number as u64 + 1).wrapping_mul(0xD1B5_4A32_D192_ED03);
@@ -302,28 +315,30 @@ impl MonteCarlo {
             }
             start += count;
         }
-        if let Some(index) = columns
-            .iter()
-            .position(|c| c.iter().any(|v| !v.is_finite()))
-        {
-            return Err(Error::NotFinite {
-                name: "model output in a trial",
-                index,
-            });
+        for (column, circle) in columns.iter_mut().zip(circles) {
+            if let Some((centre, period)) = circle {
+                for y in column {
+                    *y -= period * ((*y - centre) / period).round();
+                }
+            }
         }
         let figures = match self.trials {
             Trials::Fixed(_) => Vec::new(),
             Trials::Adaptive { .. } => columns
                 .iter()
                 .map(|column| {
-                    let (mean, sd) = mean_and_sd(column);
-                    let mut copy = column.clone();
+                    let mut copy: Vec<f64> =
+                        column.iter().copied().filter(|v| v.is_finite()).collect();
+                    if copy.len() < 2 {
+                        return [f64::NAN; 4];
+                    }
+                    let (mean, sd) = mean_and_sd(&copy);
                     let interval = symmetric_interval(&mut copy, self.probability);
                     [mean, sd, interval.lower, interval.upper]
                 })
                 .collect(),
         };
-        Ok(Block { columns, figures })
+        Block { columns, figures }
     }
 }
 
@@ -364,11 +379,13 @@ impl Stability {
         let h = self.count;
         let columns = self.mean.iter().zip(&self.squares).enumerate();
         columns.into_iter().all(|(k, (mean, squares))| {
-            let asked = tolerances.get(k).map_or(f64::INFINITY, |t| 0.5 * t);
+            let asked = tolerances.get(k).filter(|t| **t > 0.0);
+            let asked = asked.map_or(f64::INFINITY, |t| 0.5 * t);
             let delta = numerical_tolerance(mean[1], digits).min(asked);
+            // An output without valid trials has nothing to wait for.
             squares
                 .iter()
-                .all(|s| 2.0 * (s / (h * (h - 1.0))).sqrt() <= delta)
+                .all(|s| s.is_nan() || 2.0 * (s / (h * (h - 1.0))).sqrt() <= delta)
         })
     }
 }
@@ -396,10 +413,15 @@ pub struct SampledOutput {
     pub name: String,
     /// Unit.
     pub unit: String,
-    /// Mean of the trials.
+    /// Trials in which it was not a finite number; everything below is of the others.
+    pub invalid: usize,
+    /// Mean of the trials; without meaning where there is no standard uncertainty.
     pub mean: f64,
-    /// Standard deviation of the trials.
-    pub standard_uncertainty: f64,
+    /// Value that half of the trials exceed.
+    pub median: f64,
+    /// Standard deviation of the trials; absent where their tails are so heavy that it does not settle however many
+    /// are made.
+    pub standard_uncertainty: Option<f64>,
     /// Probabilistically symmetric interval.
     pub symmetric: Interval,
     /// Standard uncertainty of its ends from the number of trials, the larger of the two.
@@ -417,9 +439,9 @@ pub struct Sampled {
     pub trials: usize,
     /// Coverage probability of intervals and region.
     pub probability: f64,
-    /// Outputs in the order of the model.
+    /// Outputs in the order of the model; one that is finite in too few trials to have an interval is absent.
     pub outputs: Vec<SampledOutput>,
-    /// Joint covariance of the outputs.
+    /// Joint covariance of these outputs, over the trials in which all are finite.
     pub covariance: Covariance,
     /// Joint region; absent for one output, or when the covariance is singular.
     pub region: Option<Region>,
@@ -428,6 +450,19 @@ pub struct Sampled {
 }
 
 impl Sampled {
+    /// Of no trials.
+    #[cfg(feature = "model")]
+    pub(crate) fn none(probability: f64) -> Self {
+        Self {
+            trials: 0,
+            probability,
+            outputs: Vec::new(),
+            covariance: Covariance::zeros(0),
+            region: None,
+            findings: Vec::new(),
+        }
+    }
+
     /// One output by name.
     pub fn get(&self, name: &str) -> Option<&SampledOutput> {
         self.outputs.iter().find(|o| o.name == name)
@@ -512,18 +547,129 @@ fn smallest(values: &[f64], count: usize, side: impl Fn(f64) -> f64 + Sync) -> V
     tail
 }
 
+/// Estimate and period of the outputs that live on a circle.
+fn circles<M: Trial>(model: &M, inputs: &JointInputs) -> Vec<Option<(f64, f64)>> {
+    let m = model.names().len();
+    let periods = model.circles();
+    let mut centre = vec![0.0; m];
+    if periods.iter().any(Option::is_some) {
+        model.trial(&inputs.estimates(), &mut centre);
+    }
+    (0..m)
+        .map(|k| {
+            let period = periods.get(k).copied().flatten()?;
+            (centre[k].is_finite() && period > 0.0).then_some((centre[k], period))
+        })
+        .collect()
+}
+
+/// The trials without those in which an output is not finite.
+struct Valid {
+    outputs: Vec<(String, String)>,
+    /// One column per output that keeps enough trials, and how many it lost.
+    columns: Vec<(Vec<f64>, usize)>,
+    /// The trials in which all of these are finite, where any was lost.
+    joint: Option<Vec<Vec<f64>>>,
+    findings: Vec<Finding>,
+}
+
+impl Valid {
+    fn of(outputs: Vec<(String, String)>, columns: Vec<Vec<f64>>, p: f64) -> Result<Self, Refusal> {
+        let trials = columns[0].len();
+        // Ten trials outside the interval are the least that can place its ends.
+        let needed = (10.0 / (1.0 - p)).ceil().max(2.0) as usize;
+        let mut result = Self {
+            outputs: Vec::new(),
+            columns: Vec::new(),
+            joint: None,
+            findings: Vec::new(),
+        };
+        let mut kept = Vec::new();
+        for ((name, unit), column) in outputs.into_iter().zip(columns) {
+            let valid = column.par_iter().filter(|v| v.is_finite()).count();
+            let invalid = trials - valid;
+            result
+                .findings
+                .extend(left_out(&name, invalid, trials, p, valid >= needed));
+            if valid >= needed {
+                result.outputs.push((name, unit));
+                kept.push((column, invalid));
+            }
+        }
+        if kept.is_empty() {
+            return Err(Error::NotFinite {
+                name: "model output in a trial",
+                index: 0,
+            }
+            .into());
+        }
+        if kept.iter().any(|(_, invalid)| *invalid > 0) {
+            let whole: Vec<usize> = (0..trials)
+                .filter(|&t| kept.iter().all(|(column, _)| column[t].is_finite()))
+                .collect();
+            let pick = |column: &Vec<f64>| whole.iter().map(|&t| column[t]).collect();
+            result.joint = Some(kept.iter().map(|(column, _)| pick(column)).collect());
+            for (column, _) in &mut kept {
+                column.retain(|v| v.is_finite());
+            }
+        }
+        result.columns = kept;
+        Ok(result)
+    }
+}
+
+/// Says how many trials had to be left out.
+fn left_out(name: &str, invalid: usize, trials: usize, p: f64, enough: bool) -> Option<Finding> {
+    if invalid == 0 {
+        return None;
+    }
+    let share = invalid as f64 / trials as f64;
+    // Below a hundredth of what lies outside the interval they cannot move its ends visibly.
+    let severity = if share > 0.01 * (1.0 - p) {
+        Severity::Decision
+    } else {
+        Severity::Note
+    };
+    let what = if enough {
+        format!(
+            "{name} is not a finite number in some trials; its Monte Carlo result is that of the others"
+        )
+    } else {
+        format!("{name} is not a finite number in almost all trials; it has no Monte Carlo result")
+    };
+    Some(
+        Finding::new(severity, "invalid-trials", what)
+            .evidence(format!("{invalid} of {trials}, {} %", crate::scientific(100.0 * share, 2)))
+            .advice(
+                "state the distributions of the inputs so that they keep to what is possible: truncated, rectangular, \
+                 lognormal",
+            ),
+    )
+}
+
 fn summarise(
     outputs: Vec<(String, String)>,
     columns: Vec<Vec<f64>>,
     p: f64,
+    heavy: bool,
 ) -> Result<Sampled, Refusal> {
-    let (m, trials) = (columns.len(), columns[0].len());
+    let trials = columns[0].len();
+    let valid = Valid::of(outputs, columns, p)?;
+    let mut findings = valid.findings;
+    let joint = valid.joint.as_ref().filter(|joint| joint[0].len() > 1);
+    let own: Vec<&Vec<f64>> = valid.columns.iter().map(|(column, _)| column).collect();
+    let columns: Vec<&Vec<f64>> = joint.map_or_else(|| own.clone(), |joint| joint.iter().collect());
+    let m = columns.len();
     let moments: Vec<(f64, f64)> = columns.iter().map(|c| mean_and_sd(c)).collect();
     let mut rows = vec![0.0; m * m];
     for i in 0..m {
         for j in 0..=i {
+            let last = columns[i].len() as f64 - 1.0;
+            // Columns of unequal length exist only where no trial is valid in all of them.
             let sum: f64 = if i == j {
-                moments[i].1.powi(2) * (trials as f64 - 1.0)
+                moments[i].1.powi(2) * last
+            } else if columns[i].len() != columns[j].len() {
+                0.0
             } else {
                 let products =
                     columns[i]
@@ -537,56 +683,25 @@ fn summarise(
                         });
                 products.sum()
             };
-            rows[i * m + j] = sum / (trials as f64 - 1.0);
+            rows[i * m + j] = sum / last;
             rows[j * m + i] = rows[i * m + j];
         }
     }
     let covariance = Covariance::try_from_rows(m, &rows)?;
-    let region = (m > 1)
+    let equal = columns.iter().all(|c| c.len() == columns[0].len());
+    let region = (m > 1 && equal)
         .then(|| region(&columns, &moments, &covariance, p))
         .flatten();
-    let (r, q) = ranks(trials, p);
-    let outputs = outputs
-        .into_iter()
-        .zip(&columns)
-        .zip(&moments)
-        .map(|(((name, unit), column), &(mean, u))| {
-            let histogram = Histogram::count(column, mean, u, CHUNK);
-            // Only the two tails decide the intervals: ranks 0 to trials − q can be lower ends, q and more upper ends.
-            let count = trials - q + 1;
-            let (low, high) = rayon::join(
-                || smallest(column, count, |v| v),
-                || smallest(column, count, |v| -v),
-            );
-            let (lower, upper) = (
-                |rank: usize| low[rank],
-                |rank: usize| -high[trials - 1 - rank],
-            );
-            let shortest = (0..trials - q)
-                .min_by(|&a, &b| (upper(a + q) - lower(a)).total_cmp(&(upper(b + q) - lower(b))))
-                .unwrap_or(r);
-            SampledOutput {
-                name,
-                unit,
-                mean,
-                standard_uncertainty: u,
-                symmetric: Interval {
-                    lower: lower(r),
-                    upper: upper(r + q),
-                },
-                symmetric_scatter: {
-                    // The rank of a quantile is binomial: one standard deviation of it to either side.
-                    let share = (r + 1) as f64 / trials as f64;
-                    let step = (trials as f64 * share * (1.0 - share)).sqrt().ceil() as usize;
-                    let (below, above) = (r.saturating_sub(step), (r + step).min(count - 1));
-                    0.5 * (low[above] - low[below]).max(high[above] - high[below])
-                },
-                shortest: Interval {
-                    lower: lower(shortest),
-                    upper: upper(shortest + q),
-                },
-                histogram,
+    let outputs: Vec<SampledOutput> = valid
+        .outputs
+        .iter()
+        .zip(&valid.columns)
+        .map(|((name, unit), (column, invalid))| {
+            let output = output(name.clone(), unit.clone(), column, *invalid, p, heavy);
+            if output.standard_uncertainty.is_none() {
+                findings.push(no_standard_deviation(name));
             }
+            output
         })
         .collect();
     Ok(Sampled {
@@ -595,6 +710,127 @@ fn summarise(
         outputs,
         covariance,
         region,
-        findings: Vec::new(),
+        findings,
     })
+}
+
+fn no_standard_deviation(name: &str) -> Finding {
+    Finding::new(
+        Severity::Warning,
+        "no-standard-deviation",
+        format!("the trials of {name} have tails so heavy that their standard deviation does not settle"),
+    )
+    .advice(
+        "state the Monte Carlo interval with the median; look for a division by something that reaches zero, and for \
+         inputs from three observations or fewer",
+    )
+}
+
+fn output(
+    name: String,
+    unit: String,
+    column: &[f64],
+    invalid: usize,
+    p: f64,
+    heavy: bool,
+) -> SampledOutput {
+    let trials = column.len();
+    let (r, q) = ranks(trials, p);
+    let (mean, u) = mean_and_sd(column);
+    // Only the two tails decide the intervals: ranks 0 to trials − q can be lower ends, q and more upper ends.
+    let count = trials - q + 1;
+    let ((low, high), median) = rayon::join(
+        || {
+            rayon::join(
+                || smallest(column, count, |v| v),
+                || smallest(column, count, |v| -v),
+            )
+        },
+        || {
+            let mut copy = column.to_vec();
+            *copy.select_nth_unstable_by(trials / 2, f64::total_cmp).1
+        },
+    );
+    let (lower, upper) = (
+        |rank: usize| low[rank],
+        |rank: usize| -high[trials - 1 - rank],
+    );
+    let shortest = (0..trials - q)
+        .min_by(|&a, &b| (upper(a + q) - lower(a)).total_cmp(&(upper(b + q) - lower(b))))
+        .unwrap_or(r);
+    let symmetric = Interval {
+        lower: lower(r),
+        upper: upper(r + q),
+    };
+    let settles = u.is_finite() && !heavy_tails(&low, &high, median, trials, heavy);
+    // Bins about the middle that exists.
+    let (centre, spread) = if settles {
+        (mean, u)
+    } else {
+        (median, 0.25 * symmetric.width())
+    };
+    SampledOutput {
+        name,
+        unit,
+        invalid,
+        mean: if mean.is_finite() { mean } else { median },
+        median,
+        standard_uncertainty: settles.then_some(u),
+        symmetric,
+        symmetric_scatter: {
+            // The rank of a quantile is binomial: one standard deviation of it to either side.
+            let share = (r + 1) as f64 / trials as f64;
+            let step = (trials as f64 * share * (1.0 - share)).sqrt().ceil() as usize;
+            let (below, above) = (r.saturating_sub(step), (r + step).min(count - 1));
+            0.5 * (low[above] - low[below]).max(high[above] - high[below])
+        },
+        shortest: Interval {
+            lower: lower(shortest),
+            upper: upper(shortest + q),
+        },
+        histogram: Histogram::count(column, centre, spread, CHUNK),
+    }
+}
+
+/// Whether the standard deviation of the trials has no limit: the tail index of Hill, from the thousandth of the trials
+/// that lies farthest out, is below 2 by more than twice its standard error. Where an input is known to have none
+/// (Student t with ν ≤ 2) an index that may well be 2 suffices.
+///
+/// **Accuracy** on Student t with ν = 3, whose index is 3, a false alarm in fewer than one of a thousand runs of 20 000
+/// trials; 1/x with x from N(3, 1), whose index is 1, is found in 95 %. **Source** `[Hill1975]`.
+fn heavy_tails(low: &[f64], high: &[f64], median: f64, trials: usize, known: bool) -> bool {
+    let k = (trials / 1000).clamp(20, 2000);
+    let (mut i, mut j) = (0, 0);
+    let mut farthest = Vec::with_capacity(k + 1);
+    while farthest.len() <= k {
+        let below = low.get(i).map(|v| median - v);
+        let above = high.get(j).map(|v| -v - median);
+        match (below, above) {
+            (Some(b), Some(a)) if b >= a => {
+                farthest.push(b);
+                i += 1;
+            }
+            (_, Some(a)) => {
+                farthest.push(a);
+                j += 1;
+            }
+            (Some(b), None) => {
+                farthest.push(b);
+                i += 1;
+            }
+            (None, None) => return false,
+        }
+    }
+    let last = farthest[k];
+    if !(last > 0.0) {
+        return false;
+    }
+    let mean_log = farthest[..k].iter().map(|d| (d / last).ln()).sum::<f64>() / k as f64;
+    let error = 2.0 / (k as f64).sqrt();
+    let index = 1.0 / mean_log;
+    if known {
+        index * (1.0 - error) < 2.0
+    } else {
+        index * (1.0 + error) < 2.0
+    }
 }

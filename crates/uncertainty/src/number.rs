@@ -24,6 +24,10 @@ pub trait Number:
 {
     /// The plain value, for comparisons.
     fn value(self) -> f64;
+    /// Whether it is zero with all of its derivatives.
+    fn vanishes(self) -> bool {
+        self.value() == 0.0
+    }
 
     /// eˣ
     fn exp(self) -> Self;
@@ -277,6 +281,9 @@ impl<T: Number, const N: usize> Number for Dual<T, N> {
     fn value(self) -> f64 {
         self.real.value()
     }
+    fn vanishes(self) -> bool {
+        self.real.vanishes() && self.partials.iter().all(|p| p.vanishes())
+    }
     fn exp(self) -> Self {
         let e = self.real.exp();
         self.map(e, e)
@@ -326,12 +333,20 @@ impl<T: Number, const N: usize> Number for Dual<T, N> {
         self.map(lower * self.real, lower * T::from(f64::from(n)))
     }
     fn powf(self, exponent: Self) -> Self {
-        let constant = exponent.partials.iter().all(|p| p.value() == 0.0);
-        if constant && self.value() <= 0.0 {
-            // xᵖ has a derivative at x = 0 for p ≥ 1 although ln x has none.
-            let p = exponent.real;
-            let lower = self.real.powf(p - T::from(1.0));
-            return self.map(self.real.powf(p), p * lower);
+        let p = exponent.real;
+        let constant = exponent.partials.iter().all(|p| p.vanishes());
+        if constant || self.value() <= 0.0 {
+            // xᵖ has a derivative at x ≤ 0 for whole p, and at 0 for p ≥ 1, although ln x has none.
+            let lower = p * self.real.powf(p - T::from(1.0));
+            let value = self.real.powf(p);
+            let by_exponent = value * self.real.ln();
+            let mut result = self.map(value, lower);
+            for (out, by) in result.partials.iter_mut().zip(exponent.partials) {
+                if !by.vanishes() {
+                    *out = *out + by * by_exponent;
+                }
+            }
+            return result;
         }
         (exponent * self.ln()).exp()
     }
@@ -374,6 +389,65 @@ impl<T: Number> Complex<T> {
     /// e to this power.
     pub fn exp(self) -> Self {
         Self::from_polar(self.re.exp(), self.im)
+    }
+    /// Natural logarithm, its imaginary part in (−π, π].
+    pub fn ln(self) -> Self {
+        Self::new(self.norm_squared().ln() * T::from(0.5), self.arg())
+    }
+    /// Square root, its real part not negative; it has no derivative at zero.
+    pub fn sqrt(self) -> Self {
+        let half = T::from(0.5);
+        let size = self.abs();
+        // The larger part without cancellation, the other from 2 re im = Im z.
+        if self.re.value() >= 0.0 {
+            let re = ((size + self.re) * half).sqrt();
+            Self::new(re, self.im * half / re)
+        } else {
+            let im = ((size - self.re) * half).sqrt();
+            let im = if self.im.value() < 0.0 { -im } else { im };
+            Self::new(self.im * half / im, im)
+        }
+    }
+    /// Integer power.
+    pub fn powi(self, n: i32) -> Self {
+        let mut result = Self::new(T::from(1.0), T::from(0.0));
+        let mut base = self;
+        let mut left = n.unsigned_abs();
+        while left > 0 {
+            if left & 1 == 1 {
+                result = result * base;
+            }
+            left >>= 1;
+            if left > 0 {
+                base = base * base;
+            }
+        }
+        if n < 0 {
+            Self::new(T::from(1.0), T::from(0.0)) / result
+        } else {
+            result
+        }
+    }
+}
+
+impl<T: Number> Neg for Complex<T> {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self::new(-self.re, -self.im)
+    }
+}
+
+impl<T: Number> Mul<T> for Complex<T> {
+    type Output = Self;
+    fn mul(self, factor: T) -> Self {
+        Self::new(self.re * factor, self.im * factor)
+    }
+}
+
+impl<T: Number> Div<T> for Complex<T> {
+    type Output = Self;
+    fn div(self, divisor: T) -> Self {
+        Self::new(self.re / divisor, self.im / divisor)
     }
 }
 
@@ -471,5 +545,12 @@ mod tests {
         let z = Complex::new(3.0, 4.0);
         assert_eq!((z.abs(), (z / z).re, (z / z).im), (5.0, 1.0, 0.0));
         assert!((Complex::from_polar(2.0, 0.5).arg() - 0.5).abs() < 1e-15);
+        for z in [z, -z, z.conj(), -z.conj(), Complex::new(-2.0, 1e-9)] {
+            let root = z.sqrt();
+            assert!((root * root / z - Complex::new(1.0, 0.0)).abs() < 1e-15 && root.re >= 0.0);
+            assert!((z.ln().exp() / z - Complex::new(1.0, 0.0)).abs() < 1e-15);
+            assert!((z.powi(3) * z.powi(-2) / z - Complex::new(1.0, 0.0)).abs() < 1e-14);
+        }
+        assert_eq!((z * 2.0).im, 8.0);
     }
 }

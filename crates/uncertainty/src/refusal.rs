@@ -23,6 +23,13 @@ pub enum Refusal {
         /// What is needed.
         needed: &'static str,
     },
+    /// What is said of an input contradicts itself or can mean nothing.
+    Contradiction {
+        /// Name of the input.
+        name: String,
+        /// What is wrong.
+        what: &'static str,
+    },
     /// An output is no finite number somewhere among the inputs.
     Output {
         /// Name of the output.
@@ -101,6 +108,7 @@ impl fmt::Display for Refusal {
             Self::Core(error) => error.fmt(f),
             Self::Input { name, source } => write!(f, "input {name}: {source}"),
             Self::Incomplete { name, needed } => write!(f, "input {name}: {needed} is needed"),
+            Self::Contradiction { name, what } => write!(f, "input {name}: {what}"),
             Self::Output { name, what } => write!(f, "output {name}: {what}"),
             Self::Unknown { what, name } => write!(f, "no {what} is called {name}"),
             Self::Duplicate { name } => write!(f, "{name} is defined twice"),

@@ -18,7 +18,7 @@ pub struct Region {
 /// The hyper-ellipsoid that holds the share p of the trials, and the smallest region; `None` for a singular
 /// covariance.
 pub(crate) fn region(
-    columns: &[Vec<f64>],
+    columns: &[&Vec<f64>],
     moments: &[(f64, f64)],
     covariance: &Covariance,
     p: f64,
@@ -73,7 +73,7 @@ pub(crate) fn region(
 ///
 /// The mesh has about (trials/50)^(1/m) cells a side over ± 5 u, so that a cell near the middle holds enough to be
 /// ranked.
-fn smallest_region(columns: &[Vec<f64>], moments: &[(f64, f64)], p: f64) -> f64 {
+fn smallest_region(columns: &[&Vec<f64>], moments: &[(f64, f64)], p: f64) -> f64 {
     let (m, trials) = (columns.len(), columns[0].len());
     let side = ((trials as f64 / 50.0).powf(1.0 / m as f64) as usize).clamp(4, 200);
     let mut counts = vec![0usize; side.pow(m as u32)];

@@ -1,11 +1,12 @@
 //! Random draws for Monte Carlo: every input of a trial, with its correlations.
 
+use crate::input::Doubt;
 use crate::propagation::square_root;
 use crate::ziggurat::StudentZiggurat;
 use crate::{Distribution, JointInputs};
 use proofmass_core::Error;
 use rand::{Rng, RngExt};
-use rand_distr::{ChiSquared, Distribution as _, StandardNormal};
+use rand_distr::{Beta, ChiSquared, Distribution as _, Exp1, Gamma, Poisson, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 /// Trials drawn at a time: they stay in the first-level cache.
@@ -15,22 +16,66 @@ pub(crate) const STRIP: usize = 256;
 enum Plan {
     /// Draws that depend on nothing else.
     Alone { draw: usize, source: Source },
-    /// Draws of Student t that share the one estimate of σ: draw, location, scale.
+    /// Independent draws that share the one estimate of their σ: draw, source, estimate.
     SharedScale {
-        draws: Vec<(usize, f64, f64)>,
-        chi_squared: ChiSquared<f64>,
-        dof: f64,
+        draws: Vec<(usize, Source, f64)>,
+        stretch: Stretch,
     },
-    /// Multivariate normal or t (one chi-square for all), or a normal copula for other marginals.
+    /// Multivariate normal, stretched to Student t by one χ² per estimate of σ, or a normal copula for other marginals.
     Correlated {
         draws: Vec<usize>,
         root: Vec<f64>,
-        marginals: Vec<Distribution>,
-        shared: Option<(ChiSquared<f64>, f64)>,
+        marginals: Vec<Marginal>,
+        stretches: Vec<Stretch>,
     },
 }
 
+/// One correlated draw.
+struct Marginal {
+    shape: Shape,
+    /// Position of its stretch.
+    stretch: Option<usize>,
+}
+
+enum Shape {
+    /// Middle and scale of a normal.
+    Normal(f64, f64),
+    /// Samples in ascending order, and their mean.
+    Samples(Vec<f64>, f64),
+    /// By its quantile, and its estimate.
+    Quantile(Distribution, f64),
+}
+
+/// A random factor about the estimate.
+enum Stretch {
+    Chi(ChiSquared<f64>, f64),
+    Limits(f64),
+}
+
+impl Stretch {
+    fn new(doubt: Doubt) -> Result<Option<Self>, Error> {
+        Ok(match doubt {
+            Doubt::None => None,
+            Doubt::Scale(dof) => Some(Self::Chi(chi_squared(dof)?, dof)),
+            Doubt::Limits(share) => Some(Self::Limits(share)),
+        })
+    }
+
+    fn draw(&self, rng: &mut Xoshiro256PlusPlus) -> f64 {
+        match self {
+            Self::Chi(chi_squared, dof) => (dof / chi_squared.sample(rng)).sqrt(),
+            Self::Limits(share) => 1.0 + share * (2.0 * rng.random::<f64>() - 1.0),
+        }
+    }
+}
+
 enum Source {
+    /// Another source, stretched about its estimate.
+    Stretched {
+        inner: Box<Source>,
+        middle: f64,
+        stretch: Stretch,
+    },
     Constant(f64),
     Normal {
         mean: f64,
@@ -60,6 +105,31 @@ enum Source {
         half: f64,
     },
     Truncated(Distribution),
+    Exponential {
+        lower: f64,
+        scale: f64,
+    },
+    Gamma {
+        lower: f64,
+        shape: Gamma<f64>,
+    },
+    Lognormal {
+        lower: f64,
+        median: f64,
+        sigma: f64,
+    },
+    Beta {
+        lower: f64,
+        width: f64,
+        shape: Beta<f64>,
+    },
+    Poisson {
+        lower: f64,
+        scale: f64,
+        events: Poisson<f64>,
+    },
+    /// Values, and the share of all up to each.
+    Discrete(Vec<f64>, Vec<f64>),
     Samples(Vec<f64>),
 }
 
@@ -69,76 +139,176 @@ pub(crate) struct Sampler {
     size: usize,
     /// Names of correlated inputs whose marginals are not normal: their joint distribution is a choice.
     pub copula: Vec<String>,
+    /// Whether an input has no standard deviation.
+    pub heavy: bool,
+}
+
+/// A Student t as a normal with a stretch, anything else as it is.
+fn unstretched(drawn: &(Distribution, Doubt)) -> (Distribution, Doubt) {
+    match drawn {
+        (
+            Distribution::StudentT {
+                location,
+                scale,
+                dof,
+            },
+            _,
+        ) => (
+            Distribution::Normal {
+                mean: *location,
+                u: *scale,
+            },
+            Doubt::Scale(*dof),
+        ),
+        other => other.clone(),
+    }
 }
 
 impl Sampler {
     pub fn new(inputs: &JointInputs) -> Result<Self, Error> {
-        let mut plans = Vec::new();
-        let mut copula = Vec::new();
+        let mut result = Self {
+            plans: Vec::new(),
+            size: inputs.draws.len(),
+            copula: Vec::new(),
+            heavy: false,
+        };
         for cluster in &inputs.clusters {
-            let distribution = |d: usize| inputs.inputs[inputs.draws[d].input].drawn_from();
-            if let Some(r) = &cluster.correlation {
-                let marginals: Vec<Distribution> =
-                    cluster.draws.iter().map(|&d| distribution(d)).collect();
-                let common = common_dof(&marginals);
-                let normal = marginals
-                    .iter()
-                    .all(|m| matches!(m, Distribution::Normal { .. }));
-                if common.is_none() && !normal {
-                    copula.extend(cluster.draws.iter().map(|&d| inputs.draws[d].name.clone()));
+            let drawn: Vec<(Distribution, Doubt)> = cluster
+                .draws
+                .iter()
+                .map(|&d| inputs.inputs[inputs.draws[d].input].drawn_from())
+                .collect();
+            result.heavy |= drawn.iter().any(|d| match d {
+                (Distribution::StudentT { dof, scale, .. }, _) => *dof <= 2.0 && *scale > 0.0,
+                (_, Doubt::Scale(dof)) => *dof <= 2.0,
+                _ => false,
+            });
+            // Draws by the estimate of σ that they share.
+            let mut groups: Vec<(usize, Vec<usize>)> = Vec::new();
+            for (a, &d) in cluster.draws.iter().enumerate() {
+                let key = inputs.estimated_with(d);
+                match groups.iter_mut().find(|(k, _)| *k == key) {
+                    Some((_, members)) => members.push(a),
+                    None => groups.push((key, vec![a])),
                 }
-                plans.push(Plan::Correlated {
-                    draws: cluster.draws.clone(),
-                    root: square_root(r)?,
-                    marginals,
-                    shared: match common {
-                        Some(dof) => Some((chi_squared(dof)?, dof)),
-                        None => None,
-                    },
-                });
-                continue;
             }
-            // Several draws without correlation: of one input, or of inputs that were observed together.
-            let marginals: Vec<Distribution> =
-                cluster.draws.iter().map(|&d| distribution(d)).collect();
-            match common_dof(&marginals) {
-                Some(dof) if marginals.len() > 1 => plans.push(Plan::SharedScale {
-                    draws: cluster
-                        .draws
-                        .iter()
-                        .zip(&marginals)
-                        .filter_map(|(&draw, marginal)| match marginal {
-                            Distribution::StudentT {
-                                location, scale, ..
-                            } => Some((draw, *location, *scale)),
-                            _ => None,
-                        })
-                        .collect(),
-                    chi_squared: chi_squared(dof)?,
-                    dof,
-                }),
-                _ => {
-                    for (&draw, marginal) in cluster.draws.iter().zip(&marginals) {
-                        plans.push(Plan::Alone {
-                            draw,
-                            source: Source::new(marginal)?,
-                        });
+            match &cluster.correlation {
+                Some(r) => {
+                    result.correlated(inputs, &cluster.draws, square_root(r)?, &drawn, &groups)?
+                }
+                None => {
+                    for (_, members) in &groups {
+                        result.independent(&cluster.draws, members, &drawn)?;
                     }
                 }
             }
         }
-        Ok(Self {
-            plans,
-            size: inputs.draws.len(),
-            copula,
-        })
+        Ok(result)
+    }
+
+    fn independent(
+        &mut self,
+        draws: &[usize],
+        members: &[usize],
+        drawn: &[(Distribution, Doubt)],
+    ) -> Result<(), Error> {
+        let several = members.len() > 1;
+        if let (true, Some(stretch)) = (
+            several,
+            Stretch::new(
+                members
+                    .first()
+                    .map_or(Doubt::None, |&a| unstretched(&drawn[a]).1),
+            )?,
+        ) {
+            let draws = members.iter().map(|&a| {
+                let (distribution, _) = unstretched(&drawn[a]);
+                let middle = distribution.estimate();
+                Ok((draws[a], Source::new(&distribution)?, middle))
+            });
+            self.plans.push(Plan::SharedScale {
+                draws: draws.collect::<Result<_, Error>>()?,
+                stretch,
+            });
+            return Ok(());
+        }
+        for &a in members {
+            let (distribution, doubt) = &drawn[a];
+            let inner = Source::new(distribution)?;
+            let source = match Stretch::new(*doubt)? {
+                Some(stretch) => Source::Stretched {
+                    inner: Box::new(inner),
+                    middle: distribution.estimate(),
+                    stretch,
+                },
+                None => inner,
+            };
+            self.plans.push(Plan::Alone {
+                draw: draws[a],
+                source,
+            });
+        }
+        Ok(())
+    }
+
+    fn correlated(
+        &mut self,
+        inputs: &JointInputs,
+        draws: &[usize],
+        root: Vec<f64>,
+        drawn: &[(Distribution, Doubt)],
+        groups: &[(usize, Vec<usize>)],
+    ) -> Result<(), Error> {
+        let mut stretches = Vec::new();
+        let mut marginals: Vec<Marginal> = Vec::with_capacity(draws.len());
+        let mut of_group = vec![None; draws.len()];
+        for (_, members) in groups {
+            let doubt = members
+                .first()
+                .map_or(Doubt::None, |&a| unstretched(&drawn[a]).1);
+            if let Some(stretch) = Stretch::new(doubt)? {
+                members
+                    .iter()
+                    .for_each(|&a| of_group[a] = Some(stretches.len()));
+                stretches.push(stretch);
+            }
+        }
+        for (a, drawn) in drawn.iter().enumerate() {
+            let shape = match unstretched(drawn).0 {
+                Distribution::Normal { mean, u } => Shape::Normal(mean, u),
+                other => {
+                    self.copula.push(inputs.draws[draws[a]].name.clone());
+                    let middle = other.estimate();
+                    match other {
+                        Distribution::Samples { mut values } => {
+                            values.sort_by(f64::total_cmp);
+                            Shape::Samples(values, middle)
+                        }
+                        other => Shape::Quantile(other, middle),
+                    }
+                }
+            };
+            marginals.push(Marginal {
+                shape,
+                stretch: of_group[a],
+            });
+        }
+        self.plans.push(Plan::Correlated {
+            draws: draws.to_vec(),
+            root,
+            marginals,
+            stretches,
+        });
+        Ok(())
     }
 
     /// Fills [`STRIP`] trials, each a row of n draws.
     pub fn fill(&self, rows: &mut [f64], rng: &mut Xoshiro256PlusPlus) {
         let n = self.size.max(1);
         let mut strip = [0.0; STRIP];
+        let mut factors = [1.0; STRIP];
         let mut z = Vec::new();
+        let mut common = Vec::new();
         for plan in &self.plans {
             match plan {
                 Plan::Alone { draw, source } => {
@@ -147,16 +317,13 @@ impl Sampler {
                         row[*draw] = *x;
                     }
                 }
-                Plan::SharedScale {
-                    draws,
-                    chi_squared,
-                    dof,
-                } => {
-                    for row in rows.chunks_exact_mut(n) {
-                        let stretch = (dof / chi_squared.sample(rng)).sqrt();
-                        for (d, location, scale) in draws {
-                            row[*d] =
-                                location + scale * stretch * rng.sample::<f64, _>(StandardNormal);
+                Plan::SharedScale { draws, stretch } => {
+                    factors.fill_with(|| stretch.draw(rng));
+                    for (d, source, middle) in draws {
+                        source.fill(&mut strip, rng);
+                        let trials = rows.chunks_exact_mut(n).zip(&strip).zip(&factors);
+                        for ((row, x), factor) in trials {
+                            row[*d] = middle + factor * (x - middle);
                         }
                     }
                 }
@@ -164,27 +331,32 @@ impl Sampler {
                     draws,
                     root,
                     marginals,
-                    shared,
+                    stretches,
                 } => {
                     let m = draws.len();
                     for row in rows.chunks_exact_mut(n) {
                         z.clear();
                         z.extend((0..m).map(|_| rng.sample::<f64, _>(StandardNormal)));
-                        let stretch = shared.as_ref().map_or(1.0, |(chi_squared, dof)| {
-                            (dof / chi_squared.sample(rng)).sqrt()
-                        });
-                        for (a, &d) in draws.iter().enumerate() {
+                        common.clear();
+                        common.extend(stretches.iter().map(|s| s.draw(rng)));
+                        for (a, (&d, marginal)) in draws.iter().zip(marginals).enumerate() {
                             let g: f64 = root[a * m..(a + 1) * m]
                                 .iter()
                                 .zip(&z)
                                 .map(|(r, z)| r * z)
                                 .sum();
-                            row[d] = match &marginals[a] {
-                                Distribution::Normal { mean, u } => mean + u * g,
-                                Distribution::StudentT {
-                                    location, scale, ..
-                                } if shared.is_some() => location + scale * stretch * g,
-                                other => other.quantile(normal_probability(g)),
+                            let factor = marginal.stretch.map_or(1.0, |s| common[s]);
+                            row[d] = match &marginal.shape {
+                                Shape::Normal(mean, u) => mean + u * factor * g,
+                                Shape::Samples(sorted, middle) => {
+                                    let place = normal_probability(g) * sorted.len() as f64;
+                                    let x = sorted[(place as usize).min(sorted.len() - 1)];
+                                    middle + factor * (x - middle)
+                                }
+                                Shape::Quantile(distribution, middle) => {
+                                    let x = distribution.quantile(normal_probability(g));
+                                    middle + factor * (x - middle)
+                                }
                             };
                         }
                     }
@@ -211,6 +383,16 @@ fn fraction(word: u64) -> f64 {
     (word >> 11) as i64 as f64 * (1.0 / (1u64 << 53) as f64)
 }
 
+/// A parameter that the sampler cannot use.
+fn beyond(name: &'static str, value: f64) -> Error {
+    Error::OutOfRange {
+        name,
+        value,
+        min: f64::MIN_POSITIVE,
+        max: f64::MAX,
+    }
+}
+
 fn chi_squared(dof: f64) -> Result<ChiSquared<f64>, Error> {
     ChiSquared::new(dof).map_err(|_| Error::OutOfRange {
         name: "degrees of freedom",
@@ -218,18 +400,6 @@ fn chi_squared(dof: f64) -> Result<ChiSquared<f64>, Error> {
         min: f64::MIN_POSITIVE,
         max: f64::MAX,
     })
-}
-
-fn common_dof(marginals: &[Distribution]) -> Option<f64> {
-    let mut common = None;
-    for marginal in marginals {
-        match (marginal, common) {
-            (Distribution::StudentT { dof, .. }, None) => common = Some(*dof),
-            (Distribution::StudentT { dof, .. }, Some(nu)) if *dof == nu => {}
-            _ => return None,
-        }
-    }
-    common
 }
 
 /// Φ(z) kept strictly inside (0, 1), so that quantiles stay finite.
@@ -288,6 +458,51 @@ impl Source {
                 half: 0.5 * (upper - lower),
             },
             truncated @ Distribution::TruncatedNormal { .. } => Self::Truncated(truncated.clone()),
+            Distribution::Exponential { lower, mean } => Self::Exponential {
+                lower: *lower,
+                scale: mean - lower,
+            },
+            Distribution::Gamma {
+                lower,
+                shape,
+                scale,
+            } => Self::Gamma {
+                lower: *lower,
+                shape: Gamma::new(*shape, *scale).map_err(|_| beyond("shape", *shape))?,
+            },
+            Distribution::Lognormal {
+                lower,
+                median,
+                sigma,
+            } => Self::Lognormal {
+                lower: *lower,
+                median: *median,
+                sigma: *sigma,
+            },
+            Distribution::Beta {
+                lower,
+                upper,
+                alpha,
+                beta,
+            } => Self::Beta {
+                lower: *lower,
+                width: upper - lower,
+                shape: Beta::new(*alpha, *beta).map_err(|_| beyond("alpha", *alpha))?,
+            },
+            Distribution::Poisson { lower, scale, mean } => Self::Poisson {
+                lower: *lower,
+                scale: *scale,
+                events: Poisson::new(*mean).map_err(|_| beyond("mean", *mean))?,
+            },
+            Distribution::Discrete { values, weights } => {
+                let mut below = 0.0;
+                let shares = crate::distribution::discrete_weights(values, weights);
+                let up_to = shares.iter().map(|w| {
+                    below += w;
+                    below
+                });
+                Self::Discrete(values.clone(), up_to.collect())
+            }
             Distribution::Samples { values } => Self::Samples(values.clone()),
         })
     }
@@ -295,6 +510,16 @@ impl Source {
     /// One draw of a strip of trials.
     fn fill(&self, column: &mut [f64; STRIP], rng: &mut Xoshiro256PlusPlus) {
         match self {
+            Self::Stretched {
+                inner,
+                middle,
+                stretch,
+            } => {
+                inner.fill(column, rng);
+                for x in column {
+                    *x = middle + stretch.draw(rng) * (*x - middle);
+                }
+            }
             Self::Constant(value) => *column = [*value; STRIP],
             Self::Normal { mean, u } => {
                 for x in column {
@@ -343,6 +568,50 @@ impl Source {
             Self::Truncated(distribution) => {
                 for x in column {
                     *x = distribution.quantile(rng.random::<f64>());
+                }
+            }
+            Self::Exponential { lower, scale } => {
+                for x in column {
+                    *x = lower + scale * rng.sample::<f64, _>(Exp1);
+                }
+            }
+            Self::Gamma { lower, shape } => {
+                for x in column {
+                    *x = lower + shape.sample(rng);
+                }
+            }
+            Self::Lognormal {
+                lower,
+                median,
+                sigma,
+            } => {
+                for x in column {
+                    *x = lower + median * (sigma * rng.sample::<f64, _>(StandardNormal)).exp();
+                }
+            }
+            Self::Beta {
+                lower,
+                width,
+                shape,
+            } => {
+                for x in column {
+                    *x = lower + width * shape.sample(rng);
+                }
+            }
+            Self::Poisson {
+                lower,
+                scale,
+                events,
+            } => {
+                for x in column {
+                    *x = lower + scale * events.sample(rng);
+                }
+            }
+            Self::Discrete(values, up_to) => {
+                for x in column {
+                    let p = rng.random::<f64>();
+                    let place = up_to.partition_point(|share| *share < p);
+                    *x = values[place.min(values.len() - 1)];
                 }
             }
             Self::Samples(values) => {

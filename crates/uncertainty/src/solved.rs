@@ -24,7 +24,7 @@ use crate::{Dual, Implicit, LeastSquares, Model, Number};
 /// let sampled = MonteCarlo::new(1).trials(Trials::Fixed(100_000)).run(&Solved::new(Cubic, vec![2.0]), &inputs)?;
 /// let y = sampled.get("y").unwrap();
 /// assert!((y.mean - 2.0).abs() < 5e-4);
-/// assert!((y.standard_uncertainty - 0.13 / 13.0).abs() < 1e-4);
+/// assert!((y.standard_uncertainty.unwrap() - 0.13 / 13.0).abs() < 1e-4);
 /// # Ok::<(), Refusal>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]

@@ -55,6 +55,16 @@ pub(crate) fn two_sided_quantile(probability: f64, nu: f64) -> f64 {
     x.exp()
 }
 
+/// P(|T| ≤ k).
+#[cfg(feature = "model")]
+pub(crate) fn two_sided_probability(k: f64, nu: f64) -> f64 {
+    if nu > 1e6 {
+        statrs::function::erf::erf(k / std::f64::consts::SQRT_2)
+    } else {
+        1.0 - beta_reg(0.5 * nu, 0.5, nu / (nu + k * k))
+    }
+}
+
 /// x with P(T ≤ x) = p for Student's t.
 pub(crate) fn quantile(p: f64, nu: f64) -> f64 {
     if p >= 0.5 {

@@ -28,13 +28,16 @@ pub struct Validation {
     pub upper: f64,
     /// Standard uncertainty of both from the number of trials.
     pub scatter: f64,
+    /// The larger difference over the half-width of the Monte Carlo interval: what the linear result would be wrong by.
+    pub relative: f64,
     /// Verdict.
     pub verdict: Verdict,
 }
 
 impl Sampled {
     /// Judges the linear result by this one: do y ± U and the symmetric interval agree to half a unit of the last
-    /// printed digit of u? Twice the scatter of the ends must not matter to the answer. **Source** `[S1] 8.1`, `[S2] 8`.
+    /// digit of u that counts? Twice the scatter of the ends must not matter to the answer. An output without a Monte
+    /// Carlo result is absent. **Source** `[S1] 8.1`, `[S2] 8`.
     pub fn validate(&self, linear: &Linear, digits: u32) -> Vec<Validation> {
         let quantities: Vec<Quantity> = self
             .outputs
@@ -51,25 +54,31 @@ impl Sampled {
             .iter()
             .filter_map(|sampled| {
                 let q = quantities.iter().find(|q| q.name == sampled.name)?;
-                let tolerance = numerical_tolerance(q.standard_uncertainty, digits);
+                let width = 0.5 * sampled.symmetric.width();
+                // A linear u of zero sets no tolerance; that of the trials does.
+                let spread = sampled.standard_uncertainty.unwrap_or(0.5 * width);
+                let tolerance = if q.standard_uncertainty > 1e-9 * spread {
+                    numerical_tolerance(q.standard_uncertainty, digits)
+                } else {
+                    numerical_tolerance(spread, digits)
+                };
                 let expanded = q.expanded(self.probability);
                 let lower = (q.value - expanded - sampled.symmetric.lower).abs();
                 let upper = (q.value + expanded - sampled.symmetric.upper).abs();
+                let (largest, doubt) = (lower.max(upper), 2.0 * sampled.symmetric_scatter);
                 Some(Validation {
                     name: sampled.name.clone(),
                     tolerance,
                     lower,
                     upper,
                     scatter: sampled.symmetric_scatter,
-                    verdict: {
-                        let (largest, doubt) = (lower.max(upper), 2.0 * sampled.symmetric_scatter);
-                        if largest + doubt <= tolerance {
-                            Verdict::Validated
-                        } else if largest - doubt > tolerance {
-                            Verdict::NotValidated
-                        } else {
-                            Verdict::Undecided
-                        }
+                    relative: if width > 0.0 { largest / width } else { 0.0 },
+                    verdict: if largest + doubt <= tolerance {
+                        Verdict::Validated
+                    } else if largest - doubt > tolerance {
+                        Verdict::NotValidated
+                    } else {
+                        Verdict::Undecided
                     },
                 })
             })

@@ -2,9 +2,8 @@
 
 use super::{MultiPosition, Problem, problem::Weighting};
 use crate::added_terms::AddedTerms;
-use crate::adjustment::{Solution, observability};
+use crate::adjustment::{Solution, cholesky, observability, solve, step};
 use faer::Mat;
-use faer::prelude::*;
 use proofmass_core::Error;
 use proofmass_uncertainty::{BetweenScatter, DegreesOfFreedom, Linearised, NoiseDof};
 
@@ -28,6 +27,11 @@ pub(crate) struct Solved {
     pub dof: DegreesOfFreedom,
     pub condition: f64,
 }
+
+/// Below this step (natural units) what a linear fit leaves out is less than a millionth.
+const LINEAR: f64 = 1e-3;
+/// Iterations after which the scatter is taken as it is.
+const MANY: usize = 200;
 
 impl Solved {
     pub(crate) fn of(settings: &MultiPosition, problem: &Problem<'_>) -> Result<Self, Error> {
@@ -73,20 +77,46 @@ impl Solved {
             } else {
                 NoiseDof::Pooled(settings.noise_dof)
             };
-            let mut scatter = BetweenScatter::evaluate(
-                &weighting.variances,
-                dof,
-                settings.probability,
-                |weights| -> Result<Linearised, Error> {
-                    let before = solution.iterations;
-                    solution = problem.adjust(&solution.parameters, &weighting, weights)?;
-                    solution.iterations += before;
-                    Ok(Linearised {
-                        jacobian: solution.equations.jacobian.clone(),
-                        residuals: solution.equations.residual.clone(),
-                    })
-                },
-            )?;
+            let mut scatter = loop {
+                // Other weights move the solution by a small part of its uncertainty: a linear step from here gives
+                // it, and only a larger one asks for another round.
+                let here = solution.clone();
+                let mut moved = vec![0.0; p];
+                let scatter = BetweenScatter::evaluate(
+                    &weighting.variances,
+                    dof.clone(),
+                    settings.probability,
+                    |weights| -> Result<Linearised, Error> {
+                        moved = step(&here.equations, weights, p).ok_or(Error::Singular {
+                            name: "equations of the fit",
+                            condition,
+                        })?;
+                        let rows = here.equations.jacobian.chunks_exact(p);
+                        Ok(Linearised {
+                            residuals: rows
+                                .zip(&here.equations.residual)
+                                .map(|(row, r)| {
+                                    let change: f64 =
+                                        row.iter().zip(&moved).map(|(j, s)| j * s).sum();
+                                    r - change
+                                })
+                                .collect(),
+                            jacobian: here.equations.jacobian.clone(),
+                        })
+                    },
+                )?;
+                let weights: Vec<f64> = weighting
+                    .variances
+                    .iter()
+                    .map(|v| 1.0 / (v + scatter.excess_variance))
+                    .collect();
+                solution = problem.adjust(&here.parameters, &weighting, &weights)?;
+                solution.iterations += here.iterations;
+                let largest = moved.iter().fold(0.0f64, |m, s| m.max(s.abs()));
+                if largest < LINEAR || solution.iterations > MANY {
+                    break scatter;
+                }
+            };
             solved.chi_square = Some(scatter.chi_squared);
             solved.excess = scatter.excess_variance;
             solved.gain = std::mem::take(&mut scatter.gain);
@@ -144,23 +174,31 @@ fn sum_of_squares(solution: &Solution) -> f64 {
 /// (JᵀWJ)⁻¹JᵀW by rows.
 fn gain(solution: &Solution, weights: &[f64], p: usize) -> Result<Vec<f64>, Error> {
     let n = weights.len();
-    let root: Vec<f64> = weights.iter().map(|w| w.sqrt()).collect();
-    let jacobian = Mat::from_fn(n, p, |i, j| {
-        root[i] * solution.equations.jacobian[i * p + j]
-    });
-    let diagonal = Mat::from_fn(n, n, |i, j| if i == j { root[i] } else { 0.0 });
-    let gain = jacobian.qr().solve_lstsq(&diagonal);
-    let rows: Vec<f64> = (0..p)
-        .flat_map(|a| (0..n).map(move |i| (a, i)))
-        .map(|i| gain[i])
-        .collect();
-    match rows.iter().position(|v| !v.is_finite()) {
-        Some(index) => Err(Error::NotFinite {
-            name: "gain of the fit",
-            index,
-        }),
-        None => Ok(rows),
+    let jacobian = &solution.equations.jacobian;
+    let mut normal = vec![0.0; p * p];
+    for (row, w) in jacobian.chunks_exact(p).zip(weights) {
+        for a in 0..p {
+            for b in 0..=a {
+                normal[a * p + b] += w * row[a] * row[b];
+            }
+        }
     }
+    cholesky(&mut normal, p).ok_or(Error::Singular {
+        name: "equations of the fit",
+        condition: f64::INFINITY,
+    })?;
+    let mut gain = vec![0.0; p * n];
+    let mut column = vec![0.0; p];
+    for (i, (row, w)) in jacobian.chunks_exact(p).zip(weights).enumerate() {
+        for (c, j) in column.iter_mut().zip(row) {
+            *c = w * j;
+        }
+        solve(&normal, &mut column);
+        for (a, c) in column.iter().enumerate() {
+            gain[a * n + i] = *c;
+        }
+    }
+    Ok(gain)
 }
 
 impl Problem<'_> {

@@ -25,8 +25,8 @@ pub struct ComponentCheck {
     pub component: String,
     /// Standard uncertainty that is stated.
     pub linear: f64,
-    /// Standard deviation of the trials.
-    pub monte_carlo: f64,
+    /// Standard deviation of the trials; absent where it does not settle.
+    pub monte_carlo: Option<f64>,
     /// 95 % interval that is stated, about the estimate.
     pub linear_interval: [f64; 2],
     /// Probabilistically symmetric 95 % interval of the trials, about the estimate.
@@ -201,8 +201,7 @@ fn together(
     let trials = sampled.trials as u64;
     fit.frequencies
         .iter()
-        .enumerate()
-        .map(|(f, stated)| {
+        .map(|stated| {
             let quantities: Vec<Quantity> = stated
                 .estimate
                 .quantities()
@@ -220,7 +219,9 @@ fn together(
                 let Some(validation) = validations.iter().find(|v| v.name == q.name) else {
                     continue;
                 };
-                let trials = &sampled.outputs[18 * f + p];
+                let Some(trials) = sampled.get(&q.name) else {
+                    continue;
+                };
                 let half = q.expanded(super::derived::PROBABILITY);
                 components.push(ComponentCheck {
                     component: component(p),

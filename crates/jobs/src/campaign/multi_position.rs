@@ -116,6 +116,34 @@ pub struct RecordingTable {
     pub unit: Option<Unit>,
     /// Smallest and largest output in that unit, beyond which the converter clips.
     pub range: Option<[f64; 2]>,
+    /// What a row is: a sample of a recording, or a reading (a mean) of its own.
+    #[serde(default)]
+    pub rows: RowsAre,
+    /// What a file is: a recording in which standstills are found, or one standstill.
+    #[serde(default)]
+    pub each_file: FileIs,
+}
+
+/// What a row of a table is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RowsAre {
+    /// One sample among many.
+    #[default]
+    Samples,
+    /// A reading or a mean in an attitude of its own.
+    Readings,
+}
+
+/// What a file is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FileIs {
+    /// A recording in which standstills are to be found.
+    #[default]
+    Recording,
+    /// One standstill from beginning to end.
+    Standstill,
 }
 
 /// One prefix or several.
@@ -185,6 +213,32 @@ pub struct StandstillTable {
     pub threshold: Option<f64>,
     /// Table of given segments, relative to the campaign.
     pub segments: Option<String>,
+    /// Attitude of each standstill in order, where each file or each row is one: `+x`, `-z`, …: the axis that points up.
+    pub directions: Option<Vec<String>>,
+    /// Standstills that are left out, by number counted from one or by label.
+    #[serde(default)]
+    pub exclude: Vec<NumberOrLabel>,
+    /// Standard uncertainty of a reading from its noise, in the unit of the file, where rows are readings.
+    pub reading_standard_uncertainty: Option<f64>,
+}
+
+/// How a standstill is called.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum NumberOrLabel {
+    /// Counted from one.
+    Number(u32),
+    /// Label of the table of standstills, or name of the file.
+    Label(String),
+}
+
+impl std::fmt::Display for NumberOrLabel {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Number(number) => number.fmt(f),
+            Self::Label(label) => f.write_str(label),
+        }
+    }
 }
 
 /// What is fitted.
@@ -239,6 +293,9 @@ pub struct Method {
     pub model: MethodModel,
     /// Probability of the intervals.
     pub confidence: f64,
+    /// Largest standard uncertainty at which a parameter is a result: of a scale factor relative, of a misalignment in
+    /// rad, of a bias in units of g.
+    pub largest_uncertainty: Option<f64>,
 }
 
 impl Default for Method {
@@ -246,6 +303,7 @@ impl Default for Method {
         Self {
             model: MethodModel::default(),
             confidence: 0.95,
+            largest_uncertainty: None,
         }
     }
 }
@@ -323,6 +381,42 @@ impl MultiPositionCampaign {
         positive("standstill", "window_s", self.standstill.window_s)?;
         positive("standstill", "threshold", self.standstill.threshold)?;
         positive(
+            "standstill",
+            "reading_standard_uncertainty",
+            self.standstill.reading_standard_uncertainty,
+        )?;
+        positive(
+            "method",
+            "largest_uncertainty",
+            self.method.largest_uncertainty,
+        )?;
+        let single = table.rows == RowsAre::Readings || table.each_file == FileIs::Standstill;
+        if self.standstill.directions.is_some() && !single {
+            return Err(self
+                .source
+                .refuse(
+                    "standstill",
+                    "directions",
+                    "a list of directions has no standstills to belong to",
+                )
+                .with_hint("add each_file = \"standstill\" or rows = \"readings\" to [recording], or give `segments`"));
+        }
+        if self.standstill.reading_standard_uncertainty.is_some() && table.rows != RowsAre::Readings
+        {
+            return refuse(
+                "standstill",
+                "reading_standard_uncertainty",
+                "the noise of standstills is taken from their samples; this is for rows = \"readings\" in [recording]".into(),
+            );
+        }
+        if self.standstill.segments.is_some() && single {
+            return refuse(
+                "standstill",
+                "segments",
+                "each file or row is a standstill already; give `directions`".into(),
+            );
+        }
+        positive(
             "attitude",
             "standard_uncertainty_deg",
             self.attitude.standard_uncertainty_deg,
@@ -399,7 +493,10 @@ impl MultiPositionCampaign {
             ],
             time: t.time.clone(),
             time_unit: t.time_unit,
-            sampling_rate_hz: t.sampling_rate_hz,
+            // A table of readings has no time: its rows are numbered.
+            sampling_rate_hz: t
+                .sampling_rate_hz
+                .or((t.rows == RowsAre::Readings && t.time.is_none()).then_some(1.0)),
             temperature: t.temperature.clone(),
             unit: t.unit,
             ..RecordingOptions::default()

@@ -4,7 +4,9 @@ use super::{MultiPositionData, MultiPositionJob};
 use crate::campaign::MethodModel;
 use crate::plural::count;
 use crate::trouble::Trouble;
-use proofmass_calibration::{DirectionCoverage, Samples, Segment, WindowedVariance};
+use proofmass_calibration::{
+    DirectionCoverage, MeanNoise, Samples, Segment, Standstill, ThresholdSweep, WindowedVariance,
+};
 use proofmass_core::Error;
 
 /// What a fit that failed says to the person who recorded the data.
@@ -15,7 +17,6 @@ pub(super) fn explain(
     given: Option<&[Segment]>,
 ) -> Trouble {
     let trouble = Trouble::from(error);
-    let model = job.method.name();
     match error {
         Error::Constant { .. } => trouble.detail(data.name).with_hint(
             "check the columns named in [recording], and that the sensor was switched on",
@@ -43,22 +44,9 @@ pub(super) fn explain(
         | Error::Unobservable { .. }
         | Error::TooUncertain { .. }
         | Error::NotConverged { .. }
-        | Error::NotPositiveDefinite { .. } => {
-            let trouble = match directions(job, data, given) {
-                Some((standstills, coverage)) => trouble.detail(format!(
-                    "{}: {}, {coverage}",
-                    data.name,
-                    count(standstills, "standstill")
-                )),
-                None => trouble.detail(data.name),
-            };
-            trouble.with_hint(match smaller(job.method) {
-                Some(smaller) => format!(
-                    "record at least twelve standstills of 3 s in well-spread attitudes, each axis up and down among them, or fit a smaller model (`model = \"{smaller}\"` in [method])"
-                ),
-                None => format!("record more standstills in other attitudes; `{model}` is the smallest model"),
-            })
-        }
+        | Error::NotFinite { .. }
+        | Error::Singular { .. }
+        | Error::NotPositiveDefinite { .. } => data_at_fault(error, job, data, given),
         _ => trouble.detail(data.name),
     }
 }
@@ -74,30 +62,122 @@ fn smaller(model: MethodModel) -> Option<&'static str> {
     }
 }
 
-/// Number of standstills and the directions they reach, as far as they can be told without a fit.
-fn directions(
+/// Standstills that do not make a calibration: how many there are, where, and everything else that is known of them.
+fn data_at_fault(
+    error: Error,
     job: &MultiPositionJob,
     data: &MultiPositionData<'_>,
     given: Option<&[Segment]>,
-) -> Option<(usize, DirectionCoverage)> {
+) -> Trouble {
     let [x, y, z] = data.outputs;
-    let samples = Samples::new(x, y, z).ok()?;
+    let Ok(samples) = Samples::new(x, y, z) else {
+        return Trouble::from(error).detail(data.name);
+    };
     let segments = match given {
         Some(given) => given.to_vec(),
-        None => {
-            let windowed =
-                WindowedVariance::new(&samples, data.rate, data.breaks, &job.search).ok()?;
-            windowed.segments(job.search.threshold.unwrap_or(6.0))
-        }
+        None => WindowedVariance::new(&samples, data.rate, data.breaks, &job.search)
+            .map(|windowed| match job.search.threshold {
+                Some(threshold) => windowed.segments(threshold),
+                None => ThresholdSweep::most(&windowed),
+            })
+            .unwrap_or_default(),
     };
-    let attitudes: Option<Vec<[f64; 3]>> = segments.iter().map(|s| s.attitude).collect();
+    let found = if given.is_some() { "given" } else { "found" };
+    let n = segments.len();
+    let mut trouble = match error {
+        // One count, whatever number the fit was offered.
+        Error::TooFew {
+            name: "standstills",
+            needed,
+            ..
+        } => Trouble::data(format!(
+            "too few standstills: {n} {found}, model `{}` needs {needed}",
+            job.method.name()
+        )),
+        Error::NotFinite { .. } | Error::Singular { .. } => Trouble::data(
+            "the standstills do not lie on one sphere or ellipsoid: the fit runs away",
+        ),
+        _ => Trouble::from(error),
+    };
     let means: Vec<[f64; 3]> = segments
         .iter()
         .map(|s| samples.mean(s.start, s.end))
         .collect();
+    let attitudes: Option<Vec<[f64; 3]>> = segments.iter().map(|s| s.attitude).collect();
     let coverage = match attitudes {
-        Some(attitudes) if !attitudes.is_empty() => DirectionCoverage::of(&attitudes),
-        _ => DirectionCoverage::of_outputs(&means, data.unit.is_acceleration()).ok()?,
+        Some(attitudes) if !attitudes.is_empty() => Some(DirectionCoverage::of(&attitudes)),
+        _ => DirectionCoverage::of_outputs(&means, data.unit.is_acceleration()).ok(),
     };
-    Some((segments.len(), coverage))
+    let place = format!("{}: {} {found}", data.name, count(n, "standstill"));
+    trouble = trouble.detail(match coverage {
+        Some(coverage) => format!("{place}, {coverage}"),
+        None => place,
+    });
+    if data.segments.is_none() {
+        let spans = segments.iter().map(|s| s.len() as f64 / data.rate);
+        let (shortest, longest) =
+            spans.fold((f64::INFINITY, 0.0f64), |(a, b), v| (a.min(v), b.max(v)));
+        trouble = trouble.detail(format!(
+            "{:.3} samples per second; a standstill takes {} s of at least {} samples{}",
+            data.rate,
+            job.search.minimum_duration,
+            Standstill::MINIMUM_SAMPLES,
+            if n > 0 {
+                format!("; those found last {shortest:.1} to {longest:.1} s")
+            } else {
+                String::new()
+            }
+        ));
+    }
+    let pauses = data.breaks.len();
+    if pauses > 0 {
+        trouble = trouble.detail(format!(
+            "the stamps pause or restart {}",
+            count(pauses, "time")
+        ));
+    }
+    for finding in job.doubts_of_the_samples(data, &samples, &segments) {
+        trouble = trouble.detail(format!("{}: {}", finding.what(), finding.evidence_text()));
+    }
+    for suspect in suspects(job, data, &samples, &segments) {
+        trouble = trouble.detail(suspect);
+    }
+    let model = job.method.name();
+    trouble.with_hint(match smaller(job.method) {
+        Some(smaller) => format!(
+            "record at least twelve standstills of 3 s in well-spread attitudes, each axis up and down among them, or fit a smaller model (`model = \"{smaller}\"` in [method])"
+        ),
+        None => format!("record more standstills in other attitudes; `{model}` is the smallest model"),
+    })
+}
+
+/// Standstills that the others contradict, in words.
+fn suspects(
+    job: &MultiPositionJob,
+    data: &MultiPositionData<'_>,
+    samples: &Samples<'_>,
+    segments: &[Segment],
+) -> Vec<String> {
+    let found = || -> Option<Vec<String>> {
+        let noise = MeanNoise::estimate(samples, segments).ok()?;
+        let poses = noise.poses(samples, segments);
+        let settings = job.settings(data).ok()?.noise_dof(noise.dof());
+        let suspects = settings.suspects(&poses).ok()?;
+        let words = suspects.iter().map(|suspect| {
+            let given = segments[suspect.index].attitude;
+            match (given, suspect.seen) {
+                (Some([x, y, z]), Some([a, b, c])) => format!(
+                    "standstill {}: given ({x:+.2}, {y:+.2}, {z:+.2}), the others see it along ({a:+.2}, {b:+.2}, {c:+.2}): correct its attitude or exclude it",
+                    suspect.name
+                ),
+                _ => format!(
+                    "standstill {} is out of line with the others by {:.1} % of g: look at it or exclude it",
+                    suspect.name,
+                    1e2 * suspect.deviation
+                ),
+            }
+        });
+        Some(words.collect())
+    };
+    found().unwrap_or_default()
 }

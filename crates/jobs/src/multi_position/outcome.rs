@@ -5,7 +5,10 @@ use crate::campaign::MethodModel;
 use crate::outcome::{Outcome, section};
 use crate::record::Record;
 use crate::trouble::Result;
-use proofmass_calibration::{DirectionCoverage, Ferraris, StandstillCalibration, WindowedVariance};
+use proofmass_calibration::{
+    CompensatedReading, DirectionCoverage, Ferraris, Misfit, Model, NextAttitude,
+    StandstillCalibration, WindowedVariance,
+};
 use proofmass_core::Gravity;
 use proofmass_io::{CalibrationFile, Cell, ColumnRef, StatedQuantity, Table, Unit};
 use proofmass_report::{MultiPositionReport, Report};
@@ -27,6 +30,11 @@ pub struct MultiPositionOutcome {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     columns: Option<[ColumnRef; 3]>,
     figures: Figures,
+    /// What a compensated reading is worth over the sphere.
+    reading: CompensatedReading,
+    /// Where to hold the sensor next.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    next: Option<NextAttitude>,
 }
 
 /// What is drawn of the recording.
@@ -106,6 +114,8 @@ impl MultiPositionOutcome {
                 .or(job.temperature.map(|t| [t, t])),
             columns: data.columns.clone(),
             figures,
+            reading: fit.compensated_reading(),
+            next: fit.next_attitude(),
             calibration,
         }
     }
@@ -126,6 +136,8 @@ impl MultiPositionOutcome {
             outputs: Some(&self.figures.outputs),
             windowed: self.figures.windowed.as_ref(),
             standstills: &self.figures.standstills,
+            reading: Some(&self.reading),
+            next: self.next.as_ref(),
             footer: record.software.to_string(),
         }
     }
@@ -134,7 +146,7 @@ impl MultiPositionOutcome {
         let mut table = Table::new(["quantity", "value", "unit", "u", "U", "k", "nu_eff"]);
         let parameters = self.calibration.fit.estimate().components().len();
         for q in &self.quantities[..parameters] {
-            let nu = q.nu_eff.get();
+            let nu = q.nu_eff.map(|nu| nu.get());
             table.push([
                 Cell::from(q.name.as_str()),
                 Cell::from(q.value),
@@ -142,7 +154,7 @@ impl MultiPositionOutcome {
                 Cell::from(q.u),
                 Cell::from(q.expanded),
                 Cell::from(q.k),
-                Cell::from(nu.is_finite().then_some(nu)),
+                Cell::from(nu.filter(|nu| nu.is_finite())),
             ])?;
         }
         Ok(table)
@@ -217,7 +229,13 @@ fn temperature_range(
 struct Fit<'a> {
     #[serde(rename = "K")]
     k: [[f64; 3]; 3],
+    #[serde(rename = "K_inverse")]
+    k_inverse: [[f64; 3]; 3],
     b: [f64; 3],
+    /// "given", or the convention by which the model chooses it.
+    frame: &'static str,
+    misfits: &'a [Misfit],
+    compensated_reading_m_per_s2: &'a CompensatedReading,
     chi_square: Option<f64>,
     degrees_of_freedom: usize,
     birge_ratio: Option<f64>,
@@ -257,7 +275,15 @@ impl Outcome for MultiPositionOutcome {
         let sensor = fit.model();
         let summary = Fit {
             k: sensor.k().0,
+            k_inverse: sensor.k_inverse().0,
             b: sensor.bias(),
+            frame: match (fit.attitudes_given(), fit.form()) {
+                (true, _) => "given",
+                (false, Model::Symmetric) => "symmetric K",
+                (false, _) => "upper-triangular K",
+            },
+            misfits: fit.misfits(),
+            compensated_reading_m_per_s2: &self.reading,
             chi_square: fit.chi_square(),
             degrees_of_freedom: fit.degrees_of_freedom(),
             birge_ratio: fit.birge_ratio(),

@@ -1,10 +1,10 @@
 //! The recordings of a campaign as one series.
 
-use super::{MultiPositionData, MultiPositionJob};
-use crate::campaign::{GravityInput, MultiPositionCampaign};
+use super::{MultiPositionData, MultiPositionJob, Readings};
+use crate::campaign::{FileIs, GravityInput, MultiPositionCampaign, RowsAre};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
-use proofmass_calibration::{Segment, Standstill};
+use proofmass_calibration::{Direction, Segment, Standstill};
 use proofmass_core::{Error, Gravity, Watch};
 use proofmass_io::{ColumnRef, Input, Recording, Unit};
 use proofmass_uncertainty::Finding;
@@ -14,11 +14,14 @@ use proofmass_uncertainty::Finding;
 pub struct MultiPositionRecordings {
     outputs: [Vec<f64>; 3],
     time: Vec<f64>,
+    /// Whether the times mean something: rows of a table of readings are only numbered.
+    timed: bool,
     rate: f64,
     breaks: Vec<usize>,
     unit: Unit,
     temperature: Option<Vec<f64>>,
     segments: Option<Vec<Segment>>,
+    readings: Option<Readings>,
     findings: Vec<Finding>,
     name: String,
     columns: [ColumnRef; 3],
@@ -35,10 +38,20 @@ impl MultiPositionCampaign {
     pub fn load(&self, watch: &dyn Watch) -> Result<MultiPositionRecordings> {
         watch.step("reading", 0, 0)?;
         let recordings = self.read_recordings()?;
-        let (segments, table) = self.given_segments(&recordings)?.unzip();
+        let (mut segments, table) = self.given_segments(&recordings)?.unzip();
+        if segments.is_none() {
+            segments = self.single_standstills(&recordings)?;
+        }
         let columns = &self.recording.columns;
-        let mut all = MultiPositionRecordings::join(recordings)?;
+        let mut all = MultiPositionRecordings::join(recordings, segments.is_some())?;
         all.segments = segments;
+        if self.recording.rows == RowsAre::Readings {
+            let uncertainty = self.standstill.reading_standard_uncertainty;
+            all.readings = Some(Readings {
+                uncertainty: uncertainty.map(|u| u * all.factor),
+            });
+            all.timed = self.recording.time.is_some();
+        }
         all.columns = [columns.x.clone(), columns.y.clone(), columns.z.clone()];
         all.inputs.insert(0, self.source.input.clone());
         all.inputs.extend(table);
@@ -46,17 +59,16 @@ impl MultiPositionCampaign {
     }
 
     fn given_segments(&self, recordings: &[Recording]) -> Result<Option<(Vec<Segment>, Input)>> {
-        let given =
-            match recordings {
-                [only] => self.read_segments(only)?,
-                _ if self.standstill.segments.is_some() => {
-                    return Err(Trouble::request(
+        let given = match recordings {
+            [only] => self.read_segments(only)?,
+            _ if self.standstill.segments.is_some() => {
+                return Err(Trouble::request(
                         "given standstills need a campaign of one recording",
                     )
-                    .with_hint("join the recordings into one file, or make one campaign of each"));
-                }
-                _ => None,
-            };
+                    .with_hint("where each file is one standstill, say so: each_file = \"standstill\" in [recording], with `directions` in [standstill] where they are known"));
+            }
+            _ => None,
+        };
         let segment = |s: proofmass_io::Segment| Segment {
             start: s.start,
             end: s.end,
@@ -64,6 +76,57 @@ impl MultiPositionCampaign {
             label: s.label,
         };
         Ok(given.map(|(all, table)| (all.into_iter().map(segment).collect(), table)))
+    }
+
+    /// Standstills that need no search: one per file, or one per row.
+    fn single_standstills(&self, recordings: &[Recording]) -> Result<Option<Vec<Segment>>> {
+        let table = &self.recording;
+        let mut segments = Vec::new();
+        let mut start = 0;
+        for recording in recordings {
+            let end = start + recording.samples();
+            if table.rows == RowsAre::Readings {
+                segments.extend((start..end).map(|row| Segment {
+                    start: row,
+                    end: row + 1,
+                    attitude: None,
+                    label: None,
+                }));
+            } else if table.each_file == FileIs::Standstill {
+                let stem = recording.path.file_stem();
+                segments.push(Segment {
+                    start,
+                    end,
+                    attitude: None,
+                    label: stem.map(|s| s.to_string_lossy().into_owned()),
+                });
+            } else {
+                return Ok(None);
+            }
+            start = end;
+        }
+        if let Some(directions) = &self.standstill.directions {
+            if directions.len() != segments.len() {
+                return Err(Trouble::request(format!(
+                    "{} directions are given for {} standstills",
+                    directions.len(),
+                    segments.len()
+                ))
+                .with_hint(
+                    "`directions` in [standstill] has one entry for each file or row, in order",
+                ));
+            }
+            for (segment, word) in segments.iter_mut().zip(directions) {
+                let direction = Direction::ALL.into_iter().find(|d| d.to_string() == *word);
+                let direction = direction.ok_or_else(|| {
+                    Trouble::request(format!("unknown direction {word:?}")).with_hint(
+                        "the axis that points up: \"+x\", \"-x\", \"+y\", \"-y\", \"+z\" or \"-z\"",
+                    )
+                })?;
+                segment.attitude = Some(direction.unit());
+            }
+        }
+        Ok(Some(segments))
     }
 
     /// The question of the campaign; a range in the unit of the file is brought to that of the data.
@@ -83,6 +146,8 @@ impl MultiPositionCampaign {
         };
         job.attitude_uncertainty = self.attitude.standard_uncertainty_deg.map(f64::to_radians);
         job.range = self.recording.range.map(|r| r.map(|v| v * data.factor));
+        job.largest_uncertainty = self.method.largest_uncertainty;
+        job.exclude = table.exclude.iter().map(ToString::to_string).collect();
         job.temperature = self.ambient.temperature_deg_c;
         Ok(job)
     }
@@ -102,7 +167,9 @@ impl MultiPositionCampaign {
 
 impl MultiPositionRecordings {
     /// Puts recordings of one sensor one after the other.
-    fn join(recordings: Vec<Recording>) -> Result<Self> {
+    ///
+    /// `given`: the standstills need no search, and so no common rate.
+    fn join(recordings: Vec<Recording>, given: bool) -> Result<Self> {
         let Some(first) = recordings.first() else {
             return Err(Trouble::request("the campaign names no recording"));
         };
@@ -121,7 +188,9 @@ impl MultiPositionRecordings {
         let mut all = Self {
             outputs: Default::default(),
             time: Vec::new(),
-            rate: first.time.rate_hz(),
+            timed: true,
+            rate: Stamps::of(first).rate,
+            readings: None,
             breaks: Vec::new(),
             unit,
             temperature: first.temperature.as_ref().map(|_| Vec::new()),
@@ -134,29 +203,28 @@ impl MultiPositionRecordings {
         };
         let mut offset = 0.0;
         for recording in recordings {
-            offset = all.append(recording, offset)?;
+            offset = all.append(recording, offset, given)?;
         }
         Ok(all)
     }
 
     /// Appends a recording that begins at `offset`, s, and returns where it ends.
-    fn append(&mut self, recording: Recording, offset: f64) -> Result<f64> {
-        let rate = recording.time.rate_hz();
-        if (rate / self.rate - 1.0).abs() > 0.01 {
+    fn append(&mut self, recording: Recording, offset: f64, given: bool) -> Result<f64> {
+        let Stamps { rate, breaks } = Stamps::of(&recording);
+        // A window counts samples: a rate that differs by a fifth makes it a fifth longer.
+        if !given && (rate / self.rate - 1.0).abs() > 0.2 {
             return Err(Trouble::data(format!(
                 "{}: sampled at {rate:.3} Hz, the recording before at {:.3} Hz",
                 recording.path.display(),
                 self.rate
             ))
-            .with_hint("calibrate recordings of different rates as separate campaigns"));
+            .with_hint("where each file is one standstill, say so: each_file = \"standstill\" in [recording]; else calibrate recordings of different rates as separate campaigns"));
         }
         let start = self.outputs[0].len();
         if start > 0 {
             self.breaks.push(start);
         }
-        let gaps = recording.time.gaps().iter();
-        self.breaks
-            .extend(gaps.map(|gap| start + gap.after_sample + 1));
+        self.breaks.extend(breaks.iter().map(|at| start + at));
         let recording = recording.into_si();
         for (all, column) in self.outputs.iter_mut().zip(&recording.columns) {
             if column.unit != Some(self.unit) {
@@ -186,12 +254,13 @@ impl MultiPositionRecordings {
         let [x, y, z] = &self.outputs;
         MultiPositionData {
             outputs: [x, y, z],
-            time: Some(&self.time),
+            time: self.timed.then_some(self.time.as_slice()),
             rate: self.rate,
             breaks: &self.breaks,
             unit: self.unit,
             temperature: self.temperature.as_deref(),
             segments: self.segments.as_deref(),
+            readings: self.readings,
             findings: &self.findings,
             name: &self.name,
             columns: Some(self.columns.clone()),
@@ -201,6 +270,53 @@ impl MultiPositionRecordings {
     /// Files it was read from.
     pub fn inputs(&self) -> &[Input] {
         &self.inputs
+    }
+}
+
+/// What the stamps of a recording say of its rate, however unevenly they come.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stamps {
+    /// Samples per second while it ran, Hz.
+    pub rate: f64,
+    /// Samples before which it did not run for longer than a window.
+    pub breaks: Vec<usize>,
+}
+
+impl Stamps {
+    /// A pause that a moving window does not bridge, s: the window of the search for standstills.
+    const PAUSE: f64 = 1.0;
+
+    /// Of a recording with a time column or a stated rate.
+    pub fn of(recording: &Recording) -> Self {
+        let time = &recording.time;
+        let n = recording.samples();
+        if n < 2 {
+            return Self {
+                rate: time.rate_hz(),
+                breaks: Vec::new(),
+            };
+        }
+        let mean = (time.seconds(n - 1) - time.seconds(0)) / (n - 1) as f64;
+        let pause = Self::PAUSE.max(4.0 * mean);
+        let (mut ran, mut steps) = (0.0, 0.0);
+        let mut breaks = Vec::new();
+        for i in 1..n {
+            let step = time.seconds(i) - time.seconds(i - 1);
+            if step > pause {
+                breaks.push(i);
+            } else {
+                ran += step;
+                steps += 1.0;
+            }
+        }
+        Self {
+            rate: if ran > 0.0 {
+                steps / ran
+            } else {
+                time.rate_hz()
+            },
+            breaks,
+        }
     }
 }
 

@@ -357,13 +357,13 @@ pub(super) fn monte_carlo(checks: &[FrequencyCheck]) -> Result<Table> {
             ];
             row.extend(
                 [
-                    v.linear,
+                    Some(v.linear),
                     v.monte_carlo,
-                    v.linear_interval[0],
-                    v.interval[0],
-                    v.linear_interval[1],
-                    v.interval[1],
-                    v.validation.tolerance,
+                    Some(v.linear_interval[0]),
+                    Some(v.interval[0]),
+                    Some(v.linear_interval[1]),
+                    Some(v.interval[1]),
+                    Some(v.validation.tolerance),
                 ]
                 .map(Cell::from),
             );

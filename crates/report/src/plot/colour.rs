@@ -54,6 +54,13 @@ pub(super) fn diverging(value: f64) -> String {
     hex(between(&DIVERGING, 0.5 + 0.5 * value))
 }
 
+/// Colour of a value between 0 and 1 in light between 0 (dark) and 1.
+pub(super) fn shaded(value: f64, light: f64) -> String {
+    // Paler than the plain scale, so that light and shade can be told from the value.
+    let light = light.clamp(0.0, 1.0);
+    hex(between(&SEQUENTIAL, value).map(|c| (0.72 * c + 0.28 * 235.0) * light))
+}
+
 /// Colour of a value between 0 and 1.
 pub(super) fn sequential(value: f64) -> String {
     hex(between(&SEQUENTIAL, value))

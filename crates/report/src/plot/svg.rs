@@ -1,6 +1,7 @@
 //! The SVG writer: elements, escaped text, numbers without superfluous digits, and a watch over NaN.
 
 use crate::Error;
+use proofmass_core::Visible;
 use std::fmt::Write;
 
 /// 10 to a power.
@@ -66,6 +67,10 @@ pub(crate) fn escape(text: &str) -> String {
             '\'' => out.push_str("&#39;"),
             '\n' | '\t' => out.push(c),
             c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => {}
+            // A mark of the writing direction would let a name read backwards.
+            c if Visible::hides(c) => {
+                let _ = write!(out, "{}", c.escape_unicode());
+            }
             c => out.push(c),
         }
     }

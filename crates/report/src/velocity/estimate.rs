@@ -8,7 +8,7 @@ use std::ops::Range;
 impl VelocityReport<'_> {
     /// What is worth a look in the terminal.
     pub fn estimate_summary(&self, result: &EstimateResult) -> Report {
-        self.head(result.time.len()).section(
+        self.head(result.trace.velocity.len()).section(
             Section::new("Velocity")
                 .key_figures(key_figures(result))
                 .table(facts("Model", model(result))),
@@ -17,7 +17,7 @@ impl VelocityReport<'_> {
 
     /// The whole report.
     pub fn estimate(&self, result: &EstimateResult) -> Report {
-        let n = result.time.len();
+        let n = result.trace.velocity.len();
         let zoom = excerpt(&result.smoother.velocity);
         let mut report = self
             .head(n)

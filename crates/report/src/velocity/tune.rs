@@ -2,7 +2,7 @@
 
 use super::{VelocityReport, facts, figures, noise};
 use crate::{Cell, Column, Report, Section, Table, scientific};
-use proofmass_motion::{BiasModel, Crossover, Method, TuneResult};
+use proofmass_motion::{Crossover, TuneResult};
 
 impl VelocityReport<'_> {
     /// What is worth a look in the terminal.
@@ -72,21 +72,5 @@ fn gains(result: &TuneResult) -> Table {
 
 /// The method as `proofmass velocity estimate --method` takes it.
 fn word(found: &Crossover) -> String {
-    match found.method {
-        Method::Kalman { model } => {
-            let noise = format!(
-                "kalman:{:.4e},{:.4e}",
-                model.acceleration_noise, model.reading_noise
-            );
-            match model.bias {
-                Some(BiasModel::RandomWalk { density, initial }) => {
-                    format!("{noise},{density:.3e},{initial:.3}")
-                }
-                _ => noise,
-            }
-        }
-        Method::TwoChannel { k1, k2 } => format!("two-channel:{k1:.5},{k2:.5}"),
-        Method::Observer { k_x, k_v } => format!("observer:{k_x:.5},{k_v:.5}"),
-        ref other => other.label(),
-    }
+    found.method.word().unwrap_or_else(|| found.method.label())
 }

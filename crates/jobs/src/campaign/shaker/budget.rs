@@ -3,7 +3,7 @@
 use crate::campaign::CampaignFile;
 use proofmass_calibration::shaker::{self as calibration, Acts, Key};
 use proofmass_io::{Error, ErrorKind, Input, Result};
-use proofmass_uncertainty::{Budget, Distribution, Evaluation, InputEntry};
+use proofmass_uncertainty::{Distribution, Evaluation, InputEntry};
 use serde::Deserialize;
 use std::path::Path;
 
@@ -171,7 +171,7 @@ impl ShakerBudget {
             BudgetSource::Table(BudgetTable { file: Some(file), bench: None }) => {
                 let path = source.resolve(file);
                 let (text, input) = source.text(file)?;
-                let budget = Budget::parse(&text).map_err(|refusal| {
+                let budget = proofmass_io::read_budget(&text).map_err(|refusal| {
                     let (line, what) = match refusal {
                         proofmass_uncertainty::Refusal::File { line, reason } => (line, reason),
                         other => (None, other.to_string()),

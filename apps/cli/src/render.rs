@@ -1,0 +1,34 @@
+//! `proofmass render`: report and tables again from a result.json.
+
+use crate::delivery::Delivery;
+use crate::{Failure, Outcome};
+use proofmass::io::{LARGEST_DOCUMENT, Source};
+use proofmass::jobs::read_result;
+use std::path::PathBuf;
+
+/// Show a result again, or write its report and tables anew, from result.json alone.
+///
+/// The recordings are not needed: what was found, drawn and doubted stands in the result. Files come out as they were
+/// written, to the byte, by the same version.
+#[derive(clap::Args)]
+pub(crate) struct Render {
+    /// result.json, or the folder that holds it
+    result: PathBuf,
+    #[command(flatten)]
+    delivery: Delivery,
+}
+
+impl Render {
+    pub(crate) fn run(self) -> Result<Outcome, Failure> {
+        let path = if self.result.is_dir() {
+            self.result.join("result.json")
+        } else {
+            self.result.clone()
+        };
+        let folder = self.delivery.begin(&[&path])?;
+        let (bytes, _) = Source::open(&path)?.into_bytes(LARGEST_DOCUMENT)?;
+        let result = read_result(&bytes)
+            .map_err(|trouble| Failure::from(trouble).detail(path.display().to_string()))?;
+        self.delivery.deliver(folder, result.as_ref())
+    }
+}

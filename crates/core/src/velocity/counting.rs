@@ -1,0 +1,579 @@
+//! The Kalman filter of a counted position: a count is no reading with noise, it says between which edges the axis is.
+
+// Matrix algebra reads by its indices.
+#![allow(clippy::needless_range_loop)]
+
+use super::{not_negative, positive};
+use crate::{Error, Float};
+
+/// Kalman filter of position, velocity and the accelerometer's offset that takes a count for what it is.
+///
+/// While a count does not change, its error is the same in every sample: read as white noise of δ²/12 it makes a slow
+/// axis certain of what it cannot know. Here a count is used when it changes, at the edge that was passed, and the cell
+/// is used again only after the filter has forgotten where in it the axis is:
+///
+/// | case | what is known | variance, counts² |
+/// |---|---|---|
+/// | edge: the count changed by one, or the edge was timed | the place at the time of the edge | min((v² + P_vv) θ², 1)/12 + r + qτ³/3 |
+/// | cell: it changed by more | the middle of the new cell | 1/12 + r |
+/// | reminder: it did not change, and P_xx > ¼ | the middle of the cell | 1/12 + r |
+/// | else | nothing | – |
+///
+/// τ is the age of the edge at the sample and θ the tick of the clock, both in samples; without a clock the crossing is
+/// uniform within the sample, τ = ½ and θ = 1. The place of an edge is max(count before, count after) · δ in both
+/// senses: no hysteresis at a reversal. Positions count from the edge below the axis, so that `f32` keeps its digits
+/// however far a motor turns.
+///
+/// **Delay** none. **Steady-state error** none for an offset.
+/// **Accuracy** within 5 % of a particle filter from 5 to 200 samples per count and in dithering, 23 % in stop-and-go;
+/// coverage of 95 % intervals 0.945 to 0.965. One to three samples per count at a constant speed: 0.89 to 0.97.
+/// **Source** `[CurryVanderVeldePotter70]` for quantised readings as intervals, `[MerryEtAl10]` for time-stamped edges;
+/// the reminder was chosen by measurement.
+///
+/// ```
+/// use proofmass_core::velocity::{CountingKalman, CountingNoise, CountingState};
+/// let noise = CountingNoise { acceleration: 4e-4, walk: 0.0, edge: 0.005, tick: None };
+/// let filter = CountingKalman::<f32>::new(1e-3, 1e-3, &noise)?;
+/// let mut state = filter.start(0, (0.0, 0.1), (0.0, 0.1), 0.0);
+/// // 20 mm/s over increments of 1 mm: an edge every 50 samples.
+/// for n in 1..=5000 { filter.update(&mut state, n / 50, None, 0.0); }
+/// let (v, u) = filter.velocity(&state);
+/// assert!((v - 0.02).abs() < 3.0 * u && u < 3e-4);
+/// # Ok::<(), proofmass_core::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CountingKalman<T> {
+    /// Counts per sample² of one m/s², and m/s of a count per sample.
+    to_counts: T,
+    to_velocity: T,
+    q: T,
+    walk: T,
+    edge: T,
+    /// θ²
+    tick: T,
+    timed: bool,
+    per_second: T,
+}
+
+/// Noise of a [`CountingKalman`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CountingNoise {
+    /// q: variance of an acceleration sample, (m/s²)².
+    pub acceleration: f64,
+    /// Density of the walk of the accelerometer's offset, (m/s³)²/Hz; 0 for a constant.
+    pub walk: f64,
+    /// r: variance of the place of an edge over the increment squared; 0.005 for quarters that are unequal by 10 %.
+    pub edge: f64,
+    /// Tick of the clock that times the edges, s; `None` where they are not timed.
+    pub tick: Option<f64>,
+}
+
+/// The last edge before a sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PassedEdge<T> {
+    /// How long before the sample it was passed, s; half a tick less than a captured count of ticks says.
+    pub age: T,
+    /// Whether the count rose.
+    pub upwards: bool,
+}
+
+/// State of a [`CountingKalman`]: counts and samples, from the edge below the axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CountingState<T> {
+    /// Position above the lower edge of the cell, velocity, offset.
+    pub x: [T; 3],
+    /// Their covariance.
+    pub p: [[T; 3]; 3],
+    /// Acceleration of the last sample.
+    pub acceleration: T,
+    /// The count, which may roll over.
+    pub count: i32,
+}
+
+/// What a count was used as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CountUse {
+    /// Nothing new.
+    Nothing,
+    /// An edge was passed.
+    Edge,
+    /// Another cell was reached.
+    Cell,
+    /// The axis is still in its cell.
+    Reminder,
+}
+
+/// What an update did.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CountUpdate<T> {
+    /// What the count was used as.
+    pub kind: CountUse,
+    /// Reading minus prediction, counts.
+    pub innovation: T,
+    /// Its variance as predicted; zero where nothing was used.
+    pub variance: T,
+}
+
+impl<T: Float> CountingKalman<T> {
+    /// Increment in m (or rad), sample time in s.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] for an increment, a sample time or a tick that is not positive, or negative noise.
+    pub fn new(increment: f64, sample_time: f64, noise: &CountingNoise) -> Result<Self, Error> {
+        let delta = positive("increment", increment)?;
+        let t = positive("sample time", sample_time)?;
+        let q = not_negative("acceleration noise", noise.acceleration)?;
+        let walk = not_negative("bias density", noise.walk)?;
+        // Below it single precision loses R beside P.
+        let edge = not_negative("variance of an edge", noise.edge)?.max(1e-6);
+        let tick = match noise.tick {
+            Some(tick) => positive("tick", tick)? / t,
+            None => 1.0,
+        };
+        let scale = t * t / delta;
+        Ok(Self {
+            to_counts: T::from_f64(scale),
+            to_velocity: T::from_f64(delta / t),
+            q: T::from_f64(q * scale * scale),
+            walk: T::from_f64(walk * t * scale * scale),
+            edge: T::from_f64(edge),
+            tick: T::from_f64(tick * tick),
+            timed: noise.tick.is_some(),
+            per_second: T::from_f64(1.0 / t),
+        })
+    }
+
+    /// State at a count with velocity and offset, each with its standard deviation, and the acceleration, all SI.
+    pub fn start(
+        &self,
+        count: i32,
+        velocity: (T, T),
+        offset: (T, T),
+        acceleration: T,
+    ) -> CountingState<T> {
+        let (v, b) = (T::ONE / self.to_velocity, self.to_counts);
+        let square = |x: T| x * x;
+        let mut p = [[T::ZERO; 3]; 3];
+        p[0][0] = T::from_f64(1.0 / 12.0);
+        p[1][1] = square(velocity.1 * v);
+        p[2][2] = square(offset.1 * b);
+        CountingState {
+            x: [T::from_f64(0.5), velocity.0 * v, offset.0 * b],
+            p,
+            acceleration: acceleration * b,
+            count,
+        }
+    }
+
+    /// Time update to a sample with this acceleration.
+    pub fn predict(&self, state: &mut CountingState<T>, acceleration: T) {
+        let now = acceleration * self.to_counts;
+        let third = T::from_f64(1.0 / 3.0);
+        let half = T::from_f64(0.5);
+        let input = [
+            third * (state.acceleration + half * now),
+            half * (state.acceleration + now),
+        ];
+        state.acceleration = now;
+        self.advance(state, input);
+    }
+
+    /// Time update with what the acceleration does to position and velocity over the step, in counts and samples.
+    pub fn advance(&self, state: &mut CountingState<T>, input: [T; 2]) {
+        let half = T::from_f64(0.5);
+        let [x, v, b] = state.x;
+        state.x = [x + v - half * b + input[0], v + input[1] - b, b];
+        let p = &state.p;
+        // F P Fᵀ, written out: F = [[1, 1, −½], [0, 1, −1], [0, 0, 1]].
+        let row = |i: usize| match i {
+            0 => core::array::from_fn(|j| p[0][j] + p[1][j] - half * p[2][j]),
+            1 => core::array::from_fn(|j| p[1][j] - p[2][j]),
+            _ => p[2],
+        };
+        let rows: [[T; 3]; 3] = core::array::from_fn(row);
+        let mut next = rows.map(|r| [r[0] + r[1] - half * r[2], r[1] - r[2], r[2]]);
+        next[0][0] += self.q * T::from_f64(1.0 / 3.0);
+        next[0][1] += self.q * half;
+        next[1][1] += self.q;
+        next[2][2] += self.walk;
+        for i in 0..3 {
+            for j in 0..i {
+                next[i][j] = next[j][i];
+            }
+        }
+        state.p = next;
+    }
+
+    /// The count at a sample, the last edge before it where edges are timed, and the acceleration.
+    pub fn update(
+        &self,
+        state: &mut CountingState<T>,
+        count: i32,
+        edge: Option<PassedEdge<T>>,
+        acceleration: T,
+    ) -> CountUpdate<T> {
+        let before = state.acceleration;
+        self.predict(state, acceleration);
+        let mean = T::from_f64(0.5) * (before + state.acceleration);
+        self.observe(state, count, edge, mean)
+    }
+
+    /// What the count says after the time update; `mean` is the mean acceleration over the step, counts per sample².
+    pub fn observe(
+        &self,
+        state: &mut CountingState<T>,
+        count: i32,
+        edge: Option<PassedEdge<T>>,
+        mean: T,
+    ) -> CountUpdate<T> {
+        let change = count.wrapping_sub(state.count);
+        state.count = count;
+        state.x[0] = state.x[0] - T::from_f64(f64::from(change));
+        let edge = edge.filter(|_| self.timed);
+        let (half, twelfth) = (T::from_f64(0.5), T::from_f64(1.0 / 12.0));
+        if change == 1 || change == -1 || edge.is_some() {
+            let (tau, tick) = match edge {
+                Some(edge) => (edge.age * self.per_second, self.tick),
+                None => (half, T::ONE),
+            };
+            let upwards = edge.map_or(change > 0, |e| e.upwards);
+            let reading = if upwards { T::ZERO } else { T::ONE };
+            let [x, v, b] = state.x;
+            let bend = half * tau * tau;
+            let predicted = x - v * tau + (mean - b) * bend;
+            let spread = (v * v + state.p[1][1]) * tick;
+            let crossing = if spread < T::ONE { spread } else { T::ONE };
+            let variance =
+                crossing * twelfth + self.edge + self.q * tau * tau * tau * T::from_f64(1.0 / 3.0);
+            let h = [T::ONE, -tau, -bend];
+            return Self::correct(state, h, reading - predicted, variance, CountUse::Edge);
+        }
+        let kind = if change != 0 {
+            CountUse::Cell
+        } else if state.p[0][0] > T::from_f64(0.25) {
+            CountUse::Reminder
+        } else {
+            return CountUpdate {
+                kind: CountUse::Nothing,
+                innovation: T::ZERO,
+                variance: T::ZERO,
+            };
+        };
+        let h = [T::ONE, T::ZERO, T::ZERO];
+        let innovation = half - state.x[0];
+        Self::correct(state, h, innovation, twelfth + self.edge, kind)
+    }
+
+    fn correct(
+        state: &mut CountingState<T>,
+        h: [T; 3],
+        innovation: T,
+        variance: T,
+        kind: CountUse,
+    ) -> CountUpdate<T> {
+        let ph: [T; 3] =
+            core::array::from_fn(|i| (0..3).fold(T::ZERO, |s, j| s + state.p[i][j] * h[j]));
+        let s = (0..3).fold(variance, |s, i| s + h[i] * ph[i]);
+        let inverse = T::ONE / s;
+        for i in 0..3 {
+            let gain = ph[i] * inverse;
+            state.x[i] += gain * innovation;
+            for j in 0..=i {
+                state.p[i][j] = state.p[i][j] - gain * ph[j];
+                state.p[j][i] = state.p[i][j];
+            }
+        }
+        CountUpdate {
+            kind,
+            innovation,
+            variance: s,
+        }
+    }
+
+    /// Velocity and its standard uncertainty, SI.
+    pub fn velocity(&self, state: &CountingState<T>) -> (T, T) {
+        (
+            state.x[1] * self.to_velocity,
+            state.p[1][1].sqrt() * self.to_velocity,
+        )
+    }
+
+    /// Offset of the accelerometer and its standard uncertainty, SI.
+    pub fn offset(&self, state: &CountingState<T>) -> (T, T) {
+        let scale = T::ONE / self.to_counts;
+        (state.x[2] * scale, state.p[2][2].sqrt() * scale)
+    }
+
+    /// m/s of one count per sample.
+    pub fn velocity_unit(&self) -> T {
+        self.to_velocity
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn filter<T: Float>(q: f64, edge: f64, tick: Option<f64>) -> CountingKalman<T> {
+        let noise = CountingNoise {
+            acceleration: q,
+            walk: 0.0,
+            edge,
+            tick,
+        };
+        CountingKalman::new(1.0, 1.0, &noise).unwrap()
+    }
+
+    fn state(x: [f64; 3], p: [f64; 3]) -> CountingState<f64> {
+        let mut covariance = [[0.0; 3]; 3];
+        for i in 0..3 {
+            covariance[i][i] = p[i];
+        }
+        CountingState {
+            x,
+            p: covariance,
+            acceleration: 0.0,
+            count: 0,
+        }
+    }
+
+    fn near(ours: f64, theirs: f64) {
+        // Printed to nine digits.
+        assert!(
+            (ours - theirs).abs() < 6e-9 * theirs.abs().max(1e-3),
+            "{ours} instead of {theirs}"
+        );
+    }
+
+    /// Against two independent programmes.
+    #[test]
+    fn crosscheck_sampled_counts() {
+        let filter = filter::<f64>(1e-4, 1e-6, None);
+        let mut state = state([0.5, 0.2, 0.0], [1.0 / 3.0, 0.04, 1e-4]);
+        let a = [0.02, 0.06, 0.4, 1.8, 1.2, -1.6, -2.4, -1.2, 0.0, 0.0, 0.0];
+        let steps = [0, 1, 0, 1, 3, 3, 2, 0, -1, -2, -1];
+        let expected = [
+            (
+                1,
+                CountUse::Reminder,
+                [
+                    0.537100248,
+                    0.192147575,
+                    2.22598816e-5,
+                    0.0681291313,
+                    0.0366792677,
+                ],
+            ),
+            (
+                2,
+                CountUse::Edge,
+                [
+                    0.131954187,
+                    0.334033618,
+                    -2.52637757e-4,
+                    0.0165275004,
+                    0.0298876937,
+                ],
+            ),
+            (
+                3,
+                CountUse::Nothing,
+                [
+                    0.552780790,
+                    0.564286255,
+                    -2.52637757e-4,
+                    0.0808080573,
+                    0.0304400939,
+                ],
+            ),
+            (
+                4,
+                CountUse::Edge,
+                [
+                    0.660631299,
+                    1.70603264,
+                    -5.53958933e-4,
+                    0.0788275622,
+                    0.0130411329,
+                ],
+            ),
+            (
+                5,
+                CountUse::Cell,
+                [
+                    0.382754250,
+                    3.26885730,
+                    -0.00136674854,
+                    0.0539984083,
+                    0.00545362354,
+                ],
+            ),
+            (
+                7,
+                CountUse::Cell,
+                [
+                    0.630915786,
+                    1.01245994,
+                    3.00423241e-4,
+                    0.0375161364,
+                    0.00277365414,
+                ],
+            ),
+            (
+                9,
+                CountUse::Edge,
+                [
+                    0.417977247,
+                    -1.39511364,
+                    7.29072198e-4,
+                    0.0464247068,
+                    0.00326321472,
+                ],
+            ),
+            (
+                11,
+                CountUse::Edge,
+                [
+                    0.313780087,
+                    -1.45335232,
+                    0.00504200508,
+                    0.0369425126,
+                    0.00321144057,
+                ],
+            ),
+        ];
+        let mut count = 0;
+        for n in 1..=11 {
+            count += steps[n - 1];
+            let update = filter.update(&mut state, count, None, a[n - 1]);
+            if n == 1 {
+                near(update.innovation, -0.203333333);
+                near(update.variance, 0.456726000);
+            }
+            if n == 2 {
+                near(update.innovation, 0.365162081);
+                near(update.variance, 0.0922242851);
+            }
+            if let Some((_, kind, values)) = expected.iter().find(|(m, ..)| *m == n) {
+                assert_eq!(update.kind, *kind, "{n}");
+                let [x, v, b] = state.x;
+                let ours = [x, v, b, state.p[0][0], state.p[1][1]];
+                for (ours, theirs) in ours.iter().zip(values) {
+                    near(*ours, *theirs);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn crosscheck_timed_edges_at_a_reversal() {
+        let filter = filter::<f64>(1e-6, 1e-6, Some(1e-3));
+        let mut state = state([0.5, 0.3, 0.0], [1.0 / 12.0, 0.01, 1e-6]);
+        let rows = [
+            (
+                1,
+                Some((0.3, true)),
+                0.0,
+                [
+                    0.0968991183,
+                    0.323008327,
+                    -8.0524027e-7,
+                    8.51234515e-4,
+                    0.00283401397,
+                    0.00944659127,
+                ],
+            ),
+            (
+                0,
+                Some((0.25, false)),
+                -0.02,
+                [
+                    0.998127922,
+                    -0.00887496401,
+                    4.0265714e-5,
+                    1.67951029e-6,
+                    1.71636442e-6,
+                    3.09923749e-6,
+                ],
+            ),
+            (
+                0,
+                None,
+                0.0,
+                [
+                    0.982566159,
+                    -0.0189152297,
+                    4.0265714e-5,
+                    9.7325356e-6,
+                    7.14084343e-6,
+                    6.64930095e-6,
+                ],
+            ),
+            (
+                1,
+                Some((0.6, true)),
+                0.02,
+                [
+                    0.00111418087,
+                    0.00836842151,
+                    -0.00315700379,
+                    3.05015879e-6,
+                    2.95661924e-6,
+                    4.11614561e-6,
+                ],
+            ),
+        ];
+        for (count, edge, a, values) in rows {
+            let edge = edge.map(|(age, upwards)| PassedEdge { age, upwards });
+            filter.update(&mut state, count, edge, a);
+            let [x, v, b] = state.x;
+            let ours = [x, v, b, state.p[0][0], state.p[0][1], state.p[1][1]];
+            for (ours, theirs) in ours.iter().zip(&values) {
+                // Differences of 0.01 leave six digits of 10⁻⁶.
+                assert!(
+                    (ours - theirs).abs() < 2e-8 + 2e-6 * theirs.abs(),
+                    "{ours} {theirs}"
+                );
+            }
+        }
+    }
+
+    /// A motor that turns for ten minutes: single precision stays where double precision is, and the count rolls over.
+    #[test]
+    fn law_single_precision_does_not_decay_as_a_motor_turns() {
+        let (single, double) = (
+            filter::<f32>(1e-4, 0.005, None),
+            filter::<f64>(1e-4, 0.005, None),
+        );
+        let start = i32::MAX - 1000;
+        let mut a = single.start(start, (0.0, 10.0), (0.0, 0.1), 0.0);
+        let mut b = double.start(start, (0.0, 10.0), (0.0, 0.1), 0.0);
+        let speed = 3.3;
+        let mut worst = 0.0f64;
+        for n in 1..=600_000u32 {
+            let place = (speed * f64::from(n) + 0.3).floor() as i64;
+            let count = (i64::from(start) + place) as i32;
+            single.update(&mut a, count, None, 0.0);
+            double.update(&mut b, count, None, 0.0);
+            if n > 1000 {
+                let (v, u) = double.velocity(&b);
+                let off = (f64::from(single.velocity(&a).0) - v).abs() / u;
+                worst = worst.max(off);
+                assert!((v - speed).abs() < 5.0 * u);
+            }
+        }
+        assert!(worst < 0.5, "{worst}");
+    }
+
+    #[test]
+    fn refuses_impossible_designs() {
+        let noise = CountingNoise {
+            acceleration: 1.0,
+            walk: 0.0,
+            edge: 0.0,
+            tick: Some(0.0),
+        };
+        assert!(CountingKalman::<f64>::new(1.0, 1.0, &noise).is_err());
+        assert!(CountingKalman::<f64>::new(0.0, 1.0, &noise).is_err());
+    }
+}

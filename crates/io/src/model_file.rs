@@ -1,0 +1,78 @@
+//! Model and budget files (TOML) of the uncertainty calculation.
+
+mod place;
+
+use place::Place;
+use proofmass_uncertainty::{Budget, Refusal, UncertaintyModel};
+use serde::Deserialize;
+
+/// Reads `budget.toml`: the inputs of a campaign.
+///
+/// ```
+/// let wrong = proofmass_io::read_budget("[[input]]\nname = \"a\"\nunit = \"1\"\ncolour = \"red\"\n").unwrap_err();
+/// assert!(wrong.to_string().starts_with("line 4: unknown field `colour`"));
+/// ```
+///
+/// # Errors
+/// [`Refusal::File`] with line and field.
+pub fn read_budget(text: &str) -> Result<Budget, Refusal> {
+    let budget: Budget = read(text)?;
+    // Distributions are judged here, where the line is still known.
+    budget
+        .inputs()
+        .and_then(|inputs| inputs.single())
+        .map_err(|refusal| {
+            Place::of(&refusal, &budget.input, &budget.correlation, &[]).explain(text, refusal)
+        })?;
+    Ok(budget)
+}
+
+/// Reads `MODEL.toml`: the equations of one measurement and what is known of its inputs.
+///
+/// # Errors
+/// [`Refusal::File`] with line and field, also for an expression that cannot be read.
+pub fn read_model(text: &str) -> Result<UncertaintyModel, Refusal> {
+    let model: UncertaintyModel = read(text)?;
+    if model.output.is_empty() {
+        return Err(Refusal::File {
+            line: None,
+            reason: "no [[output]]: a model states at least one quantity to compute".into(),
+        });
+    }
+    model
+        .inputs()
+        .and_then(|inputs| inputs.single())
+        .and_then(|_| model.equations())
+        .map_err(|refusal| explain(&model, text, refusal))?;
+    Ok(model)
+}
+
+/// A refusal of this model with the line of its text that it speaks of.
+pub fn explain(model: &UncertaintyModel, text: &str, refusal: Refusal) -> Refusal {
+    let parts = model.intermediate.iter().enumerate();
+    let parts = parts.map(|(k, i)| place::Formula {
+        table: "intermediate",
+        number: k,
+        name: &i.name,
+        text: &i.expression,
+    });
+    let outputs = model
+        .output
+        .iter()
+        .enumerate()
+        .map(|(k, o)| place::Formula {
+            table: "output",
+            number: k,
+            name: &o.name,
+            text: &o.expression,
+        });
+    let formulas: Vec<place::Formula<'_>> = parts.chain(outputs).collect();
+    Place::of(&refusal, &model.input, &model.correlation, &formulas).explain(text, refusal)
+}
+
+fn read<'de, T: Deserialize<'de>>(text: &'de str) -> Result<T, Refusal> {
+    toml::from_str(text).map_err(|error| Refusal::File {
+        line: error.span().map(|span| place::line_at(text, span.start)),
+        reason: error.message().to_owned(),
+    })
+}

@@ -1,0 +1,132 @@
+//! Which line of a budget or model file a refusal speaks of.
+
+use proofmass_uncertainty::{CorrelationEntry, InputEntry, Refusal};
+
+/// One formula and where it stands in the file.
+pub(super) struct Formula<'a> {
+    pub table: &'static str,
+    pub number: usize,
+    pub name: &'a str,
+    pub text: &'a str,
+}
+
+/// Line of a byte, from 1.
+pub(super) fn line_at(text: &str, byte: usize) -> usize {
+    let before = &text.as_bytes()[..byte.min(text.len())];
+    1 + before.iter().filter(|b| **b == b'\n').count()
+}
+
+/// A key of the `number`-th table of an array, as far as a refusal names one.
+pub(super) struct Place(Option<(&'static str, usize, &'static str)>);
+
+impl Place {
+    /// Finds what a refusal speaks of among the entries of its file.
+    pub fn of(
+        refusal: &Refusal,
+        inputs: &[InputEntry],
+        correlations: &[CorrelationEntry],
+        formulas: &[Formula<'_>],
+    ) -> Self {
+        // The draw `a[frequency=10]` belongs to the input `a`.
+        let input = |wanted: &str| {
+            let name = wanted.split('[').next().unwrap_or(wanted);
+            inputs.iter().position(|i| i.name == name)
+        };
+        let pair = |named: &dyn Fn(&CorrelationEntry) -> bool, key| {
+            let found = correlations.iter().position(named);
+            found.map(|number| ("correlation", number, key))
+        };
+        Self(match refusal {
+            Refusal::Input { name, .. } => input(name).map(|number| {
+                let entry = &inputs[number];
+                let key = if entry.observations.is_some() {
+                    "observations"
+                } else if entry.distribution.is_some() {
+                    "distribution"
+                } else {
+                    "value"
+                };
+                ("input", number, key)
+            }),
+            Refusal::Incomplete { name, .. } | Refusal::Contradiction { name, .. } => {
+                input(name).map(|number| ("input", number, "name"))
+            }
+            Refusal::Name { name, .. } => {
+                let formula = formulas.iter().find(|f| f.name == name);
+                let place = formula.map(|f| (f.table, f.number, "name"));
+                place.or_else(|| {
+                    let first = inputs.iter().position(|i| &i.name == name);
+                    first.map(|number| ("input", number, "name"))
+                })
+            }
+            Refusal::Output { name, .. } => {
+                let formula = formulas.iter().find(|f| f.name == name);
+                formula.map(|f| (f.table, f.number, "expression"))
+            }
+            Refusal::Duplicate { name } => {
+                let formula = formulas.iter().rev().find(|f| f.name == name);
+                formula.map(|f| (f.table, f.number, "name")).or_else(|| {
+                    let last = inputs.iter().rposition(|i| &i.name == name);
+                    last.map(|number| ("input", number, "name"))
+                })
+            }
+            Refusal::Expression { text, .. } => {
+                let formula = formulas.iter().find(|f| f.text == text);
+                formula.map(|f| (f.table, f.number, "expression"))
+            }
+            Refusal::Unknown { name, .. } => pair(&|c| c.between.contains(name), "between"),
+            Refusal::Pair {
+                first,
+                second,
+                coefficient,
+                ..
+            } => {
+                // The last one: of two it is the second that is one too many.
+                let found = correlations.iter().rposition(|c| {
+                    c.between.contains(first)
+                        && c.between.contains(second)
+                        && c.coefficient.to_bits() == coefficient.to_bits()
+                });
+                found.map(|number| ("correlation", number, "coefficient"))
+            }
+            Refusal::Correlation { first, second, .. } => pair(
+                &|c| c.between.contains(first) && c.between.contains(second),
+                "coefficient",
+            )
+            .or_else(|| input(first).map(|number| ("input", number, "observations"))),
+            _ => None,
+        })
+    }
+
+    /// The refusal with line and key.
+    pub fn explain(&self, text: &str, refusal: Refusal) -> Refusal {
+        match self.0 {
+            Some((table, _, key)) => Refusal::File {
+                line: self.line(text),
+                reason: format!("`{key}` of [[{table}]]: {refusal}"),
+            },
+            None => refusal,
+        }
+    }
+
+    /// Line of the key, else of the head of its table, from 1.
+    fn line(&self, text: &str) -> Option<usize> {
+        let (table, number, key) = self.0?;
+        let is_head = |line: &str| {
+            let inner = line.trim_start().strip_prefix("[[");
+            inner.is_some_and(|rest| rest.split("]]").next().map(str::trim) == Some(table))
+        };
+        let mut heads = text.lines().enumerate().filter(|(_, line)| is_head(line));
+        let (start, _) = heads.nth(number)?;
+        let own = text
+            .lines()
+            .enumerate()
+            .skip(start + 1)
+            .take_while(|(_, line)| !line.trim_start().starts_with('['));
+        let mut keys = own.filter(|(_, line)| {
+            let after = line.trim_start().strip_prefix(key);
+            after.is_some_and(|rest| rest.trim_start().starts_with(['=', '.']))
+        });
+        Some(1 + keys.next().map_or(start, |(line, _)| line))
+    }
+}

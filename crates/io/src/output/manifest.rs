@@ -1,0 +1,118 @@
+//! `manifest.json`: which files of a folder were written by which run.
+
+use crate::software::{Schema, Software};
+use crate::{Error, ErrorKind, Result, Source};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// Name of the manifest in a folder of results.
+pub const MANIFEST: &str = "manifest.json";
+/// Name of the form.
+pub const MANIFEST_SCHEMA: &str = "proofmass.manifest";
+/// Version of the form.
+pub const MANIFEST_VERSION: u32 = 1;
+
+/// A file that was written.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Listed {
+    /// Name in the folder.
+    pub name: String,
+    /// SHA-256 in hexadecimal digits.
+    pub sha256: String,
+}
+
+/// The files of a folder that belong to one result.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Manifest {
+    /// Form and version.
+    pub schema: Schema,
+    /// Program that wrote them.
+    pub software: Software,
+    /// Kind of the result, as `kind` in result.json.
+    pub kind: String,
+    /// The files, the manifest itself left out.
+    pub files: Vec<Listed>,
+}
+
+impl Manifest {
+    /// For the files of a result.
+    pub fn new(kind: impl Into<String>, files: Vec<Listed>) -> Self {
+        Self {
+            schema: Schema {
+                name: MANIFEST_SCHEMA.into(),
+                version: MANIFEST_VERSION,
+            },
+            software: Software::default(),
+            kind: kind.into(),
+            files,
+        }
+    }
+
+    /// The manifest of a folder, `None` where there is none.
+    ///
+    /// # Errors
+    /// A file of that name which is no manifest, or damaged.
+    pub fn read(folder: &Path) -> Result<Option<Self>> {
+        let path = folder.join(MANIFEST);
+        if !path.is_file() {
+            return Ok(None);
+        }
+        let (bytes, _) = Source::open(&path)?.into_bytes(crate::LARGEST_DOCUMENT)?;
+        Self::from_json(&bytes).map(Some).map_err(|e| e.at(&path))
+    }
+
+    /// Reads the bytes of a manifest.
+    ///
+    /// # Errors
+    /// Another form or version, a name that is not that of a file in the folder.
+    pub fn from_json(bytes: &[u8]) -> Result<Self> {
+        let wrong = |what: String| Error::new(ErrorKind::Format, what);
+        let manifest: Self = serde_json::from_slice(bytes)
+            .map_err(|e| wrong(format!("is not a manifest of proofmass: {e}")).because(e))?;
+        if manifest.schema.name != MANIFEST_SCHEMA || manifest.schema.version != MANIFEST_VERSION {
+            return Err(wrong(format!(
+                "is {} version {}; this program reads {MANIFEST_SCHEMA} version {MANIFEST_VERSION}",
+                manifest.schema.name, manifest.schema.version
+            )));
+        }
+        match manifest.files.iter().find(|f| !is_plain(&f.name)) {
+            Some(file) => Err(wrong(format!(
+                "names {:?}, which is no file of this folder",
+                file.name
+            ))),
+            None => Ok(manifest),
+        }
+    }
+
+    /// The bytes of the file.
+    ///
+    /// # Errors
+    /// None in practice.
+    pub fn to_json(&self) -> Result<Vec<u8>> {
+        crate::finite::to_json(self)
+    }
+}
+
+impl Listed {
+    /// Whether the file of this name is still the one that was written.
+    pub fn is_unchanged(&self, folder: &Path) -> bool {
+        let path = folder.join(&self.name);
+        std::fs::symlink_metadata(&path).is_ok_and(|m| m.is_file())
+            && digest(&path).is_ok_and(|d| d == self.sha256)
+    }
+}
+
+/// Digest of a file that is there.
+pub(super) fn digest(path: &Path) -> Result<String> {
+    Ok(Source::open(path)?.finish()?.sha256)
+}
+
+/// Whether a name is that of a file directly in a folder.
+pub(super) fn is_plain(name: &str) -> bool {
+    let mut parts = Path::new(name).components();
+    matches!(
+        (parts.next(), parts.next()),
+        (Some(std::path::Component::Normal(_)), None)
+    ) && name != MANIFEST
+        && !name.contains(['/', '\\', '\0'])
+}

@@ -1,0 +1,143 @@
+//! `kind = "free-living"`: days of a logger on a wrist or a machine.
+
+use super::CampaignFile;
+use super::multi_position::{Axes, Prefixes};
+use proofmass_calibration::Stop;
+use proofmass_io::{
+    ColumnRef, DecimalMark, Device, LayoutOptions, Result, Separator, TimeUnit, Unit,
+};
+use serde::Deserialize;
+
+/// A recording of days, calibrated from its still moments.
+///
+/// ```toml
+/// kind = "free-living"
+///
+/// [recording]
+/// file = "wrist.csv.gz"
+/// columns = { x = "x", y = "y", z = "z" }
+/// time = "t"
+/// temperature = "temperature"
+/// unit = "g"
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct FreeLivingCampaign {
+    /// The file it was read from.
+    pub source: CampaignFile,
+    /// One line for the head of the report.
+    pub title: Option<String>,
+    /// The device.
+    pub device: Device,
+    /// Where the samples are.
+    pub recording: StreamTable,
+    /// How they are fitted.
+    pub method: FreeLivingMethod,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    #[serde(rename = "kind")]
+    _kind: String,
+    title: Option<String>,
+    #[serde(default)]
+    device: Device,
+    recording: StreamTable,
+    #[serde(default)]
+    method: FreeLivingMethod,
+}
+
+/// `[recording]` of a stream.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StreamTable {
+    /// The file, relative to the campaign.
+    pub file: String,
+    /// `comma`, `semicolon`, `tab`, `pipe` or `whitespace`.
+    pub separator: Option<Separator>,
+    /// Whether there is a header row.
+    pub header: Option<bool>,
+    /// Prefixes of comment lines.
+    pub comment: Option<Prefixes>,
+    /// `point` or `comma`.
+    pub decimal: Option<DecimalMark>,
+    /// Lines to pass over at the top.
+    pub skip_lines: Option<usize>,
+    /// Columns of the axes, by name or number.
+    pub columns: Axes,
+    /// Time column, by name or number.
+    pub time: Option<ColumnRef>,
+    /// `s`, `ms`, `us`, `ns` or `index`.
+    pub time_unit: Option<TimeUnit>,
+    /// Sampling rate, Hz, instead of a time column.
+    #[serde(rename = "sampling_rate_Hz", alias = "sampling_rate_hz")]
+    pub sampling_rate_hz: Option<f64>,
+    /// Temperature column, by name or number.
+    pub temperature: Option<ColumnRef>,
+    /// Unit of the three axes: g unless told.
+    pub unit: Option<Unit>,
+}
+
+impl StreamTable {
+    pub(crate) fn layout(&self) -> LayoutOptions {
+        LayoutOptions {
+            separator: self.separator,
+            header: self.header,
+            comment: self.comment.as_ref().map(Prefixes::list),
+            decimal: self.decimal,
+            skip_lines: self.skip_lines,
+        }
+    }
+}
+
+/// `[method]` of a free-living campaign.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct FreeLivingMethod {
+    /// `converged`, or `published` to equal programs that stop early.
+    pub stop: Stop,
+    /// Whether temperature is a regressor where there is one.
+    pub temperature: bool,
+    /// Probability of the intervals.
+    pub confidence: f64,
+}
+
+impl Default for FreeLivingMethod {
+    fn default() -> Self {
+        Self {
+            stop: Stop::Converged,
+            temperature: true,
+            confidence: 0.95,
+        }
+    }
+}
+
+impl FreeLivingCampaign {
+    pub(crate) fn from_file(source: CampaignFile) -> Result<Self> {
+        let file: File = source.parse()?;
+        let confidence = file.method.confidence;
+        if !(confidence > 0.5 && confidence < 1.0) {
+            return Err(source.refuse(
+                "method",
+                "confidence",
+                format!("a probability of {confidence} is out of place"),
+            ));
+        }
+        if let Some(rate) = file.recording.sampling_rate_hz
+            && !(rate.is_finite() && rate > 0.0)
+        {
+            return Err(source.refuse(
+                "recording",
+                "sampling_rate_Hz",
+                format!("{rate} is not a positive number"),
+            ));
+        }
+        Ok(Self {
+            title: file.title,
+            device: file.device,
+            recording: file.recording,
+            method: file.method,
+            source,
+        })
+    }
+}

@@ -1,0 +1,331 @@
+//! Scale and offset of a logger from the still moments of days of free living.
+
+use crate::campaign::FreeLivingCampaign;
+use crate::outcome::{Job, Outcome, section};
+use crate::record::Record;
+use crate::trouble::{Result, Trouble};
+use proofmass_calibration::{
+    AutoCalibration, AutoCalibrationFit, StillWindow, StillWindows, WindowRule,
+};
+use proofmass_core::{Error, Watch};
+use proofmass_io::{Cell, Input, Layout, RowReader, StatedQuantity, Table, TimeUnit, Unit};
+use proofmass_report::{
+    Cell as ReportCell, Column, KeyFigure, Report, Section, Table as ReportTable,
+};
+use proofmass_uncertainty::{Estimate, Finding};
+use serde::{Deserialize, Serialize};
+
+/// Which windows are still, and how they are fitted.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct FreeLivingJob {
+    /// What a still window is.
+    #[serde(default)]
+    pub rule: WindowRule,
+    /// The fit.
+    #[serde(default)]
+    pub fit: AutoCalibration,
+    /// Probability of the intervals.
+    pub probability: f64,
+}
+
+impl Default for FreeLivingJob {
+    fn default() -> Self {
+        Self {
+            rule: WindowRule::default(),
+            fit: AutoCalibration::default(),
+            probability: 0.95,
+        }
+    }
+}
+
+/// The still windows of a recording that was never held.
+#[derive(Clone, Debug, Default)]
+pub struct FreeLivingWindows {
+    /// Still windows in the order of time.
+    pub still: Vec<StillWindow>,
+    /// All windows.
+    pub seen: usize,
+    /// What reading found.
+    pub findings: Vec<Finding>,
+    /// Files.
+    pub inputs: Vec<Input>,
+    /// What the recording is called in messages.
+    pub name: String,
+}
+
+impl FreeLivingCampaign {
+    /// Reads the recording block by block and keeps its still windows only.
+    ///
+    /// # Errors
+    /// A file that cannot be read, a column that is missing, an output that is no acceleration.
+    pub fn load(&self, watch: &dyn Watch) -> Result<FreeLivingWindows> {
+        let table = &self.recording;
+        let mut source = self.source.source(&table.file)?;
+        let name = source.name().display().to_string();
+        let layout = Layout::of(&mut source, &table.layout())?;
+        let axes = [&table.columns.x, &table.columns.y, &table.columns.z];
+        let mut selected = Vec::new();
+        let mut factors = [1.0; 3];
+        for (axis, column) in axes.into_iter().enumerate() {
+            let index = layout.find(column)?;
+            let unit = layout
+                .unit(index)
+                .or(table.unit)
+                .unwrap_or(Unit::StandardGravity);
+            let (si, factor) = unit.si();
+            if !si.is_acceleration() {
+                return Err(Trouble::data(format!("{name}: {unit} is no acceleration"))
+                    .with_hint("auto-calibration needs outputs in g or m/s²"));
+            }
+            factors[axis] = factor / proofmass_core::STANDARD_GRAVITY;
+            selected.push(index);
+        }
+        let time = match (&table.time, table.sampling_rate_hz) {
+            (Some(column), _) => Some(layout.find(column)?),
+            (None, Some(_)) => None,
+            (None, None) => layout.time_column(),
+        };
+        if time.is_none() && table.sampling_rate_hz.is_none() {
+            return Err(Trouble::data(format!(
+                "{name}: neither a time column nor a sampling rate is known"
+            ))
+            .with_hint("add `time` or `sampling_rate_Hz` to [recording]"));
+        }
+        let per_second = time.map_or(1.0, |column| {
+            let unit = table
+                .time_unit
+                .or_else(|| layout.unit(column).and_then(TimeUnit::of))
+                .unwrap_or(TimeUnit::Second);
+            unit.per_second(table.sampling_rate_hz).unwrap_or(1.0)
+        });
+        selected.extend(time);
+        let temperature = table
+            .temperature
+            .as_ref()
+            .map(|c| layout.find(c))
+            .transpose()?;
+        selected.extend(temperature);
+        let temperature_slot = temperature.map(|_| selected.len() - 1);
+
+        let mut windows = StillWindows::new(self.job().rule)?;
+        let mut findings = layout.findings();
+        let mut reader = RowReader::new(source, layout, &selected)?;
+        let size = reader.size().unwrap_or(0);
+        let mut rows = 0usize;
+        while let Some(block) = reader.next_block()? {
+            watch.step("reading", reader.bytes_read(), size)?;
+            let [x, y, z] = [0, 1, 2].map(|axis| block.column(axis));
+            for row in 0..block.rows() {
+                let at = match (time, table.sampling_rate_hz) {
+                    (Some(_), _) => block.column(3)[row] / per_second,
+                    (None, Some(rate)) => (rows + row) as f64 / rate,
+                    (None, None) => 0.0,
+                };
+                let output = [
+                    x[row] * factors[0],
+                    y[row] * factors[1],
+                    z[row] * factors[2],
+                ];
+                windows.push(
+                    at,
+                    output,
+                    temperature_slot.map(|slot| block.column(slot)[row]),
+                );
+            }
+            rows += block.rows();
+        }
+        findings.extend(reader.findings());
+        let inputs = vec![self.source.input.clone(), reader.finish()?];
+        Ok(FreeLivingWindows {
+            seen: windows.seen(),
+            still: windows.finish(),
+            findings,
+            inputs,
+            name,
+        })
+    }
+
+    /// The question of the campaign.
+    pub fn job(&self) -> FreeLivingJob {
+        let mut job = FreeLivingJob::default();
+        job.fit.stop = self.method.stop;
+        job.fit.temperature = self.method.temperature;
+        job.probability = self.method.confidence;
+        job
+    }
+
+    /// What the result is filed with.
+    pub fn record(&self, data: &FreeLivingWindows, date: Option<String>) -> Record {
+        Record {
+            title: self.title.clone(),
+            device: self.device.clone(),
+            date,
+            inputs: data.inputs.clone(),
+            ..Record::default()
+        }
+    }
+}
+
+impl Job for FreeLivingJob {
+    type Data<'a> = FreeLivingWindows;
+    type Outcome = FreeLivingOutcome;
+
+    fn evaluate(&self, data: &FreeLivingWindows, watch: &dyn Watch) -> Result<FreeLivingOutcome> {
+        watch.step("fit", 0, 1)?;
+        let place = format!(
+            "{}: {} of {} windows of {} s are still",
+            data.name,
+            data.still.len(),
+            data.seen,
+            self.rule.duration
+        );
+        let fit = self.fit.fit(&data.still).map_err(|error| {
+            let trouble = match error {
+                Error::Unobservable { parameter, .. } => Trouble::data(format!(
+                    "the still windows do not populate the sphere: {parameter} is not determined"
+                ))
+                .detail(format!(
+                    "every axis must have still windows below −{reach} g and above +{reach} g",
+                    reach = self.fit.reach
+                )),
+                other => Trouble::from(other),
+            };
+            trouble.detail(&place).with_hint(
+                "record longer, or lay the logger still on each of its sides for a minute",
+            )
+        })?;
+        watch.step("fit", 1, 1)?;
+        let mut findings = data.findings.clone();
+        findings.extend(fit.findings.iter().cloned());
+        findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
+        Ok(FreeLivingOutcome {
+            quantities: fit
+                .quantities()
+                .iter()
+                .map(|q| StatedQuantity::new(q, self.probability))
+                .collect(),
+            probability: self.probability,
+            seen: data.seen,
+            findings,
+            fit,
+        })
+    }
+}
+
+/// Scale, offset and temperature coefficient of each axis.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FreeLivingOutcome {
+    quantities: Vec<StatedQuantity>,
+    probability: f64,
+    seen: usize,
+    findings: Vec<Finding>,
+    fit: AutoCalibrationFit,
+}
+
+impl FreeLivingOutcome {
+    /// The fit itself.
+    pub fn fit(&self) -> &AutoCalibrationFit {
+        &self.fit
+    }
+}
+
+impl Outcome for FreeLivingOutcome {
+    const KIND: &'static str = "free-living";
+
+    fn title(&self, record: &Record) -> String {
+        record.title("Auto-calibration of", "Auto-calibration of a logger")
+    }
+
+    fn quantities(&self) -> Vec<StatedQuantity> {
+        self.quantities.clone()
+    }
+
+    fn findings(&self) -> &[Finding] {
+        &self.findings
+    }
+
+    fn estimate(&self) -> Option<&Estimate> {
+        Some(&self.fit.estimate)
+    }
+
+    fn sections(&self) -> Result<Vec<(&'static str, serde_json::Value)>> {
+        Ok(vec![section("fit", &self.fit.parameters)?])
+    }
+
+    fn tables(&self) -> Result<Vec<(String, Table)>> {
+        let mut table = Table::new(["quantity", "value", "unit", "u", "U", "k", "nu_eff"]);
+        for q in &self.quantities {
+            let nu = q.nu_eff.map(|nu| nu.get()).filter(|nu| nu.is_finite());
+            table.push([
+                Cell::from(q.name.as_str()),
+                Cell::from(q.value),
+                Cell::from(q.unit.as_str()),
+                Cell::from(q.u),
+                Cell::from(q.expanded),
+                Cell::from(q.k),
+                Cell::from(nu),
+            ])?;
+        }
+        Ok(vec![("parameters.csv".to_owned(), table)])
+    }
+
+    fn summary(&self, record: &Record) -> Report {
+        let fit = &self.fit;
+        let figure = |label: &str, value: f64| KeyFigure::new(label, format!("{value:.2}"), "mg");
+        let mut table = ReportTable::new(
+            format!(
+                "Parameters with their {:.0} % intervals",
+                100.0 * self.probability
+            ),
+            [
+                Column::text("quantity"),
+                Column::number("value", ""),
+                Column::number("U", ""),
+                Column::text("unit"),
+                Column::number("k", ""),
+            ],
+        );
+        for q in &self.quantities {
+            table = table.row([
+                ReportCell::text(q.name.clone()),
+                ReportCell::number(format!("{:.6}", q.value)),
+                ReportCell::number(format!("{:.6}", q.expanded)),
+                ReportCell::text(q.unit.clone()),
+                q.k.map_or(ReportCell::Empty, |k| ReportCell::number(format!("{k:.2}"))),
+            ]);
+        }
+        let temperature = fit
+            .mean_temperature
+            .map_or(String::new(), |t| format!(" T̄ = {t:.2} °C."));
+        let mut report = Report::new(self.title(record)).subtitle(format!(
+            "Auto-calibration from {} still windows of {} ({} independent blocks of time)",
+            fit.windows, self.seen, fit.blocks
+        ));
+        for (label, value) in record.meta() {
+            report = report.meta(label, value);
+        }
+        report
+            .findings(self.findings.iter().cloned())
+            .section(
+                Section::new("Result")
+                    .paragraph(format!(
+                        "Corrected output a = scale · (output + offset) + temperature · (T − T̄), axis by axis, in g.{temperature} \
+                         Offsets and scale factors make ‖a‖ = 1 g where the sensor was still; misalignment is not part of the model."
+                    ))
+                    .key_figures(vec![
+                        KeyFigure::new("still windows", fit.windows.to_string(), ""),
+                        figure("error before", fit.error_before_mg),
+                        figure("error after", fit.error_after_mg).note("mean of |‖a‖ − 1 g|"),
+                        KeyFigure::new("iterations", fit.iterations.to_string(), ""),
+                    ])
+                    .table(table),
+            )
+    }
+
+    fn report(&self, record: &Record) -> Report {
+        self.summary(record)
+            .section(Section::new("Inputs").inputs(&record.digests()))
+            .footer(record.software.to_string())
+    }
+}

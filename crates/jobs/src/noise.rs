@@ -1,0 +1,288 @@
+//! Noise and stability of a sensor at rest.
+
+mod blocks;
+mod outcome;
+mod reading;
+
+pub use blocks::{NoiseBlock, NoiseBlocks};
+pub use outcome::NoiseOutcome;
+pub use reading::{NoiseReading, NoiseRecording, NoiseStream};
+
+use crate::outcome::Job;
+use crate::trouble::{Result, Trouble};
+use proofmass_core::{Error, Watch};
+use proofmass_noise::{
+    AnalysisOptions, Channel, ChannelName, Gaps, LongRecord, analyse_watched, clock_line,
+};
+use proofmass_signal::Trace;
+use proofmass_uncertainty::{Finding, Severity};
+use serde::{Deserialize, Serialize};
+use std::sync::Mutex;
+
+/// What is asked of a recording of a sensor at rest.
+///
+/// ```
+/// use proofmass_jobs::noise::{NoiseData, NoiseJob};
+/// use proofmass_jobs::{Job, Outcome, Unwatched};
+/// use proofmass_noise::{Channel, NoiseModel, Sensor, simulate};
+/// use rand::SeedableRng;
+///
+/// let truth = NoiseModel { white: 2.5e-3, ..Default::default() };
+/// let mut rng = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(7);
+/// let rate = simulate(&truth, 20_000, 50.0, &mut rng)?;
+/// let channel = Channel { name: "x", sensor: Some(Sensor::Accelerometer), unit: "m/s²", rate: &rate };
+/// let outcome = NoiseJob::default().evaluate(&NoiseData::samples(vec![channel], 50.0), &Unwatched)?;
+/// let white = outcome.quantities().into_iter().find(|q| q.name == "x.N").unwrap();
+/// assert!((white.value - 2.5e-3).abs() < 2.0 * white.expanded);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct NoiseJob {
+    /// Statistics, averaging times, terms, band, gaps, rates of false alarms.
+    pub options: AnalysisOptions,
+    /// Topic written into imu.yaml.
+    pub rostopic: String,
+}
+
+impl Default for NoiseJob {
+    fn default() -> Self {
+        Self {
+            options: AnalysisOptions::default(),
+            rostopic: "/imu0".to_owned(),
+        }
+    }
+}
+
+impl NoiseJob {
+    /// A request with these options.
+    pub fn new(options: AnalysisOptions) -> Self {
+        Self {
+            options,
+            ..Self::default()
+        }
+    }
+}
+
+/// A recording of a sensor at rest.
+pub struct NoiseData<'a> {
+    /// The samples, or where they come from.
+    pub samples: NoiseSamples<'a>,
+    /// What reading the data found.
+    pub findings: &'a [Finding],
+    /// What the data are called in messages.
+    pub name: &'a str,
+}
+
+/// Samples in memory, or blocks of them that are seen once.
+#[non_exhaustive]
+pub enum NoiseSamples<'a> {
+    /// Channels of equal length; NaN marks a missing value.
+    Slices {
+        /// The channels.
+        channels: Vec<Channel<'a>>,
+        /// Time of every row in s, compared with the line of an even clock.
+        stamps: Option<&'a [f64]>,
+        /// Samples per second; that of the stamps when `None`.
+        rate: Option<f64>,
+    },
+    /// A recording larger than memory.
+    Stream {
+        /// What its columns are.
+        channels: Vec<ChannelName>,
+        /// Gives the blocks, one after the other; a job that is evaluated again finds it at its end.
+        blocks: Mutex<&'a mut (dyn NoiseBlocks + Send)>,
+    },
+}
+
+impl<'a> NoiseData<'a> {
+    /// Channels at an even rate in Hz.
+    pub fn samples(channels: Vec<Channel<'a>>, rate: f64) -> Self {
+        Self {
+            samples: NoiseSamples::Slices {
+                channels,
+                stamps: None,
+                rate: Some(rate),
+            },
+            findings: &[],
+            name: "the recording",
+        }
+    }
+
+    /// Blocks that are seen once.
+    pub fn stream(channels: Vec<ChannelName>, blocks: &'a mut (dyn NoiseBlocks + Send)) -> Self {
+        Self {
+            samples: NoiseSamples::Stream {
+                channels,
+                blocks: Mutex::new(blocks),
+            },
+            findings: &[],
+            name: "the recording",
+        }
+    }
+}
+
+impl Job for NoiseJob {
+    type Data<'a> = NoiseData<'a>;
+    type Outcome = NoiseOutcome;
+
+    fn evaluate(&self, data: &NoiseData<'_>, watch: &dyn Watch) -> Result<NoiseOutcome> {
+        match &data.samples {
+            NoiseSamples::Slices {
+                channels,
+                stamps,
+                rate,
+            } => self.in_memory(data, channels, *stamps, *rate, watch),
+            NoiseSamples::Stream { channels, blocks } => {
+                let mut blocks = blocks
+                    .lock()
+                    .map_err(|_| Trouble::data("the blocks of the recording were lost"))?;
+                self.streamed(data, channels, &mut **blocks, watch)
+            }
+        }
+    }
+}
+
+impl NoiseJob {
+    fn in_memory(
+        &self,
+        data: &NoiseData<'_>,
+        channels: &[Channel<'_>],
+        stamps: Option<&[f64]>,
+        rate: Option<f64>,
+        watch: &dyn Watch,
+    ) -> Result<NoiseOutcome> {
+        let rate = match (rate, stamps) {
+            (Some(rate), _) => rate,
+            (None, Some(stamps)) => {
+                let finite: Vec<f64> = stamps.iter().copied().filter(|t| t.is_finite()).collect();
+                clock_line(&finite, None)
+                    .map_err(|e| self.explain(e, data.name))?
+                    .rate
+            }
+            (None, None) => {
+                return Err(Trouble::request(format!(
+                    "neither time stamps nor a sampling rate of {} are known",
+                    data.name
+                ))
+                .with_hint("give the rate in hertz, or a time column"));
+            }
+        };
+        let analysis = analyse_watched(channels, stamps, rate, &self.options, watch)
+            .map_err(|e| self.explain(e, data.name))?;
+        let steady: Vec<f64> = match stamps {
+            Some(stamps) => stamps.to_vec(),
+            None => (0..channels.first().map_or(0, |c| c.rate.len()))
+                .map(|i| i as f64 / rate)
+                .collect(),
+        };
+        let traces = channels
+            .iter()
+            .map(|c| {
+                let rows = analysis.rows.0..analysis.rows.1.min(c.rate.len());
+                trace(&steady[rows.clone()], &c.rate[rows])
+            })
+            .collect();
+        Ok(NoiseOutcome::new(
+            self,
+            data,
+            analysis,
+            channels.iter().map(|c| c.sensor).collect(),
+            traces,
+        ))
+    }
+
+    fn streamed(
+        &self,
+        data: &NoiseData<'_>,
+        channels: &[ChannelName],
+        blocks: &mut dyn NoiseBlocks,
+        watch: &dyn Watch,
+    ) -> Result<NoiseOutcome> {
+        let mut record = LongRecord::new(channels.to_vec());
+        while let Some(block) = blocks.next_block()? {
+            if block.behind_gap {
+                record.gap();
+            }
+            let slices: Vec<&[f64]> = block.columns.iter().map(Vec::as_slice).collect();
+            record
+                .push(&slices)
+                .map_err(|e| self.explain(e, data.name))?;
+            let (done, of) = blocks.progress();
+            watch.step("reading the recording", done, of)?;
+        }
+        let gaps = blocks.gaps();
+        if self.options.gaps == Gaps::Refuse && gaps > 0 {
+            return Err(
+                Trouble::data(format!("the recording has {gaps} gaps in time"))
+                    .detail(data.name)
+                    .with_hint("allow gaps: no statistic reaches across them"),
+            );
+        }
+        let rate = blocks.rate().ok_or_else(|| {
+            Trouble::request(format!("the sampling rate of {} is not known", data.name))
+                .with_hint("give the rate in hertz, or a time column")
+        })?;
+        let mut analysis = record
+            .analyse(rate, &self.options)
+            .map_err(|e| self.explain(e, data.name))?;
+        if gaps > 0 {
+            analysis.findings.retain(|f| f.code() != "gaps-in-record");
+            analysis.findings.push(
+                Finding::new(
+                    Severity::Note,
+                    "gaps-in-record",
+                    "the record is interrupted; no statistic reaches across a gap",
+                )
+                .evidence(format!("{gaps} gaps; {} samples in all", record.samples()))
+                .advice("averaging times longer than the stretches between gaps are lost: look for lost packets or a logger that pauses"),
+            );
+        }
+        let step = analysis.averaged as f64 / rate;
+        let traces = (0..channels.len())
+            .map(|c| {
+                let averages = record.averages(c);
+                let time: Vec<f64> = (0..averages.len()).map(|i| i as f64 * step).collect();
+                trace(&time, averages)
+            })
+            .collect();
+        Ok(NoiseOutcome::new(
+            self,
+            data,
+            analysis,
+            channels.iter().map(|c| c.sensor).collect(),
+            traces,
+        ))
+    }
+
+    /// A refusal of the analysis with its remedy.
+    fn explain(&self, error: Error, name: &str) -> Trouble {
+        let hint = match error {
+            Error::Cancelled { .. } => return Trouble::from(error),
+            Error::TooFew { .. } => {
+                "record longer: coefficients need thousands of samples, a curve at least ten"
+            }
+            Error::OutOfRange { name: "tau", .. } => {
+                "an averaging time is a whole number of sample intervals, at most a half or a third of the record by statistic"
+            }
+            _ if self.options.gaps == Gaps::Refuse => {
+                "allow gaps: no statistic reaches across them"
+            }
+            _ => "see `proofmass inspect` for what the file holds",
+        };
+        Trouble::from(error).detail(name).with_hint(hint)
+    }
+}
+
+/// What is drawn against time, without the rows that are missing.
+fn trace(time: &[f64], values: &[f64]) -> Trace {
+    let start = time.first().copied().unwrap_or(0.0);
+    let (x, y): (Vec<f64>, Vec<f64>) = time
+        .iter()
+        .zip(values)
+        .filter(|(t, v)| t.is_finite() && v.is_finite())
+        .map(|(t, v)| (t - start, *v))
+        .unzip();
+    Trace::new(&x, &y, Trace::RUNS)
+}

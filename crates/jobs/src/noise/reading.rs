@@ -1,0 +1,545 @@
+//! Recordings of sensors at rest as files have them: which columns, in which unit, on which clock.
+
+use super::{NoiseBlock, NoiseBlocks, NoiseData, NoiseSamples};
+use crate::trouble::{Result, Trouble};
+use proofmass_io::{
+    Absent, ColumnRef, Input, Layout, LayoutOptions, Recording, RecordingOptions, RowReader,
+    Source, TimeSource, TimeUnit, Unit,
+};
+use proofmass_noise::{Channel, ChannelName, Sensor, Slip, clock_line};
+use proofmass_uncertainty::Finding;
+use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
+use std::sync::Mutex;
+
+/// Stamps of a block kept for the next, against which its first stamps are compared.
+const REMEMBERED: usize = 128;
+
+/// How a recording is to be read.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct NoiseReading {
+    /// Columns of the signals; every one that is neither time nor temperature when `None`.
+    pub columns: Option<Vec<ColumnRef>>,
+    /// Their unit, where the headings do not say it.
+    pub unit: Option<Unit>,
+    /// Size of one count (or volt) in that unit, for raw outputs.
+    pub scale: Option<f64>,
+    /// Time column.
+    pub time: Option<ColumnRef>,
+    /// Its unit, where the heading does not say it.
+    pub time_unit: Option<TimeUnit>,
+    /// Sampling rate in Hz.
+    pub rate: Option<f64>,
+    /// The columns hold integrals of the rate, which are differenced; the unit is that of the rate.
+    pub phase: bool,
+}
+
+/// A recording in memory, in SI.
+#[derive(Clone, Debug)]
+pub struct NoiseRecording {
+    names: Vec<ChannelName>,
+    columns: Vec<Vec<f64>>,
+    stamps: Option<Vec<f64>>,
+    rate: Option<f64>,
+    findings: Vec<Finding>,
+    input: Input,
+    name: String,
+}
+
+impl NoiseRecording {
+    /// The data of the job.
+    pub fn data(&self) -> NoiseData<'_> {
+        NoiseData {
+            samples: NoiseSamples::Slices {
+                channels: self
+                    .names
+                    .iter()
+                    .zip(&self.columns)
+                    .map(|(n, rate)| Channel {
+                        name: &n.name,
+                        sensor: n.sensor,
+                        unit: &n.unit,
+                        rate,
+                    })
+                    .collect(),
+                stamps: self.stamps.as_deref(),
+                rate: self.rate,
+            },
+            findings: &self.findings,
+            name: &self.name,
+        }
+    }
+
+    /// The file and its digest.
+    pub fn input(&self) -> Input {
+        self.input.clone()
+    }
+}
+
+impl NoiseReading {
+    /// Reads a recording as a whole. A field that is empty or NaN is a missing sample, not damage.
+    ///
+    /// # Errors
+    /// What the reader refuses, units that contradict each other, no column with a signal.
+    pub fn read(&self, mut source: Source) -> Result<NoiseRecording> {
+        let name = source.name().display().to_string();
+        let options = LayoutOptions::default();
+        let layout = Layout::of(&mut source, &options)?;
+        let chosen = self.chosen(&layout, &name)?;
+        let absent = vec![Absent::EmptyOrNan; chosen.len()];
+        let recording = Recording::from_source_sparse(
+            source,
+            &RecordingOptions {
+                layout: options,
+                columns: chosen,
+                time: self.time.clone(),
+                time_unit: self.time_unit,
+                sampling_rate_hz: self.rate,
+                // With a scale or for integrals the unit is not that of the columns as they stand.
+                unit: self.unit.filter(|_| self.scale.is_none() && !self.phase),
+                ..RecordingOptions::default()
+            },
+            &absent,
+        )?;
+        let mut stamps = match recording.time.source() {
+            TimeSource::Column(seconds) => Some(seconds.clone()),
+            _ => None,
+        };
+        let line = stamps
+            .as_deref()
+            .and_then(|s| clock_line(s, self.rate).ok());
+        let rate = self
+            .rate
+            .or(line.as_ref().map(|l| l.rate))
+            .unwrap_or_else(|| recording.time.rate_hz());
+        let mut names = Vec::new();
+        let mut columns = Vec::new();
+        for (index, column) in recording.columns.iter().enumerate() {
+            let (unit, mut factor) = self.conversion(&column.name, column.unit)?;
+            let mut data = column.data.clone();
+            for &row in recording.missing(index) {
+                data[row] = f64::NAN;
+            }
+            if self.phase {
+                // A difference across a gap is no rate.
+                let slips = line.as_ref().map_or(&[][..], |l| &l.slips);
+                data = differences(&data, slips);
+                factor *= rate;
+            }
+            if factor != 1.0 {
+                data.iter_mut().for_each(|v| *v *= factor);
+            }
+            names.push(channel_name(&column.name, unit));
+            columns.push(data);
+        }
+        if self.phase
+            && let Some(stamps) = &mut stamps
+        {
+            // The rate between two integrals belongs to the later stamp.
+            stamps.remove(0);
+        }
+        Ok(NoiseRecording {
+            names,
+            columns,
+            stamps,
+            rate: Some(rate),
+            findings: recording.findings().to_vec(),
+            input: recording.input(),
+            name,
+        })
+    }
+
+    /// Opens a recording to be seen once, in memory that does not grow with it.
+    ///
+    /// # Errors
+    /// As [`NoiseReading::read`]; neither rate nor time column.
+    pub fn stream(&self, mut source: Source) -> Result<NoiseStream> {
+        let name = source.name().display().to_string();
+        let layout = Layout::of(&mut source, &LayoutOptions::default())?;
+        let mut selected = self
+            .chosen(&layout, &name)?
+            .iter()
+            .map(|c| layout.find(c))
+            .collect::<Result<Vec<_>, _>>()?;
+        let mut factors = Vec::new();
+        let mut names = Vec::new();
+        for &index in &selected {
+            let column = layout.name(index);
+            let (unit, factor) = self.conversion(&column, layout.unit(index))?;
+            factors.push(factor);
+            names.push(channel_name(&column, unit));
+        }
+        let clock = match (self.rate, self.time_index(&layout)?) {
+            (Some(rate), time) if time.is_none() || self.time.is_none() => BlockClock::steady(rate),
+            (rate, Some(index)) => {
+                selected.push(index);
+                let unit = self
+                    .time_unit
+                    .or_else(|| layout.unit(index).and_then(TimeUnit::of))
+                    .unwrap_or(TimeUnit::Second);
+                let known = self.time_unit.is_some() || layout.unit(index).is_some();
+                BlockClock::stamped(unit.per_second(rate).unwrap_or(1.0), rate, known)
+            }
+            (_, None) => {
+                return Err(
+                    Trouble::request("neither a time column nor a sampling rate is known")
+                        .detail(name)
+                        .with_hint("add --rate or --time"),
+                );
+            }
+        };
+        let findings = layout.findings();
+        Ok(NoiseStream {
+            blocks: FileBlocks {
+                reader: RowReader::new(source, layout, &selected)?,
+                factors,
+                clock,
+                phase: self.phase,
+                last: Vec::new(),
+                ready: VecDeque::new(),
+                name: name.clone(),
+            },
+            names,
+            findings,
+            name,
+        })
+    }
+
+    /// The columns asked for, else every numeric one that is neither a time nor a temperature.
+    fn chosen(&self, layout: &Layout, name: &str) -> Result<Vec<ColumnRef>> {
+        if let Some(columns) = &self.columns {
+            return Ok(columns.clone());
+        }
+        let time = self.time_index(layout)?;
+        let is_signal = |i: &usize| {
+            let other = |u: Unit| u.is_time() || matches!(u, Unit::DegreeCelsius | Unit::Kelvin);
+            layout.numeric[*i] && Some(*i) != time && !layout.unit(*i).is_some_and(other)
+        };
+        let columns: Vec<ColumnRef> = (0..layout.columns)
+            .filter(is_signal)
+            .map(|i| ColumnRef::Index(i + 1))
+            .collect();
+        if columns.is_empty() {
+            return Err(Trouble::data("no column holds a signal")
+                .detail(name)
+                .with_hint("name the columns with --columns"));
+        }
+        Ok(columns)
+    }
+
+    /// The time column, as asked for or as its heading says.
+    fn time_index(&self, layout: &Layout) -> Result<Option<usize>> {
+        Ok(match &self.time {
+            Some(column) => Some(layout.find(column)?),
+            None => layout.time_column(),
+        })
+    }
+
+    /// SI unit of the rate in a column, and the factor that brings its numbers there; `stated` stands in its heading.
+    fn conversion(&self, name: &str, stated: Option<Unit>) -> Result<(Option<Unit>, f64)> {
+        let raw = stated.is_none_or(Unit::is_raw);
+        match (self.scale, self.unit) {
+            (Some(scale), Some(unit)) => {
+                if let Some(stated) = stated.filter(|_| !raw) {
+                    return Err(Trouble::request(format!(
+                        "column {name:?} is in {stated} by its heading: a scale is for raw outputs"
+                    ))
+                    .with_hint("remove --scale and --unit, or correct the heading"));
+                }
+                if !(scale.is_finite() && scale > 0.0) {
+                    return Err(Trouble::request(format!(
+                        "a scale of {scale} is impossible: it must be positive"
+                    )));
+                }
+                let (si, factor) = unit.si();
+                Ok((Some(si), scale * factor))
+            }
+            (_, given) if self.phase => Ok(match (stated.map(Unit::si), given) {
+                (Some((Unit::MetrePerSecond, factor)), _) => {
+                    (Some(Unit::MetrePerSecondSquared), factor)
+                }
+                (Some((Unit::Radian, factor)), _) => (Some(Unit::RadianPerSecond), factor),
+                (_, Some(unit)) => {
+                    let (si, factor) = unit.si();
+                    (Some(si), factor)
+                }
+                // Counts times seconds have no name.
+                (_, None) => (None, 1.0),
+            }),
+            (_, given) => {
+                if let (Some(stated), Some(given)) = (stated, given)
+                    && stated != given
+                {
+                    return Err(Trouble::request(format!(
+                        "column {name:?} is in {stated} by its heading, in {given} by --unit"
+                    ))
+                    .with_hint("remove --unit, or correct the heading"));
+                }
+                Ok(match stated.or(given).map(Unit::si) {
+                    Some((si, factor)) => (Some(si), factor),
+                    None => (None, 1.0),
+                })
+            }
+        }
+    }
+}
+
+fn channel_name(name: &str, unit: Option<Unit>) -> ChannelName {
+    ChannelName {
+        name: name.to_owned(),
+        sensor: match unit {
+            Some(Unit::MetrePerSecondSquared) => Some(Sensor::Accelerometer),
+            Some(Unit::RadianPerSecond) => Some(Sensor::Gyroscope),
+            _ => None,
+        },
+        unit: unit.map_or_else(|| "U".to_owned(), |u| u.to_string()),
+    }
+}
+
+/// Differences of neighbours, missing where either is, or where samples between them are.
+fn differences(phase: &[f64], slips: &[Slip]) -> Vec<f64> {
+    let mut rate: Vec<f64> = phase.windows(2).map(|w| w[1] - w[0]).collect();
+    for slip in slips {
+        rate[slip.row - 1] = f64::NAN;
+    }
+    rate
+}
+
+/// A recording that is read once, block by block, and never held as a whole.
+pub struct NoiseStream {
+    blocks: FileBlocks,
+    names: Vec<ChannelName>,
+    findings: Vec<Finding>,
+    name: String,
+}
+
+impl NoiseStream {
+    /// The data of the job.
+    pub fn data(&mut self) -> NoiseData<'_> {
+        let channels = self.names.clone();
+        NoiseData {
+            samples: NoiseSamples::Stream {
+                channels,
+                blocks: Mutex::new(&mut self.blocks),
+            },
+            findings: &self.findings,
+            name: &self.name,
+        }
+    }
+
+    /// The file and its digest, once the job is done.
+    ///
+    /// # Errors
+    /// The rest of the file cannot be read.
+    pub fn finish(self) -> Result<Input> {
+        Ok(self.blocks.reader.finish()?)
+    }
+}
+
+struct FileBlocks {
+    reader: RowReader,
+    factors: Vec<f64>,
+    clock: BlockClock,
+    phase: bool,
+    /// The last integral of each column, from which the next rate is taken.
+    last: Vec<f64>,
+    ready: VecDeque<NoiseBlock>,
+    name: String,
+}
+
+impl NoiseBlocks for FileBlocks {
+    fn next_block(&mut self) -> Result<Option<NoiseBlock>> {
+        loop {
+            if let Some(block) = self.ready.pop_front() {
+                return Ok(Some(block));
+            }
+            let Some(block) = self.reader.next_block()? else {
+                return Ok(None);
+            };
+            let count = self.factors.len();
+            let runs = match self.clock.per_second {
+                Some(_) => {
+                    let breaks = self.clock.breaks(block.column(count)).map_err(|(row, what)| {
+                        Trouble::data(what)
+                            .detail(format!("{}:{}", self.name, block.line(row)))
+                            .with_hint("look for a restart of the clock or a doubled row, or give --rate in place of the time column")
+                    })?;
+                    let mut edges = vec![0];
+                    edges.extend(breaks.iter().copied().filter(|b| *b > 0));
+                    edges.push(block.rows());
+                    let first = breaks.first() == Some(&0);
+                    edges
+                        .windows(2)
+                        .map(|w| (w[0]..w[1], w[0] > 0 || first))
+                        .collect()
+                }
+                None => vec![(0..block.rows(), false)],
+            };
+            for (rows, behind_gap) in runs {
+                let mut columns: Vec<Vec<f64>> = (0..count)
+                    .map(|c| block.column(c)[rows.clone()].to_vec())
+                    .collect();
+                let mut scale = 1.0;
+                if self.phase {
+                    if behind_gap {
+                        self.last.clear();
+                    }
+                    columns = self.rates(columns);
+                    scale = self.clock.nominal;
+                }
+                for (column, factor) in columns.iter_mut().zip(&self.factors) {
+                    let factor = factor * scale;
+                    if factor != 1.0 {
+                        column.iter_mut().for_each(|v| *v *= factor);
+                    }
+                }
+                self.ready.push_back(NoiseBlock {
+                    behind_gap,
+                    columns,
+                });
+            }
+        }
+    }
+
+    fn rate(&self) -> Option<f64> {
+        self.clock.rate()
+    }
+
+    fn gaps(&self) -> u64 {
+        self.clock.gaps
+    }
+
+    fn progress(&self) -> (u64, u64) {
+        (self.reader.bytes_read(), self.reader.size().unwrap_or(0))
+    }
+}
+
+impl FileBlocks {
+    /// Differences of each column, one fewer at the beginning and behind a gap.
+    fn rates(&mut self, columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+        let ends: Vec<f64> = columns.iter().filter_map(|c| c.last().copied()).collect();
+        let rates = columns
+            .into_iter()
+            .enumerate()
+            .map(|(k, mut column)| {
+                if let Some(&last) = self.last.get(k) {
+                    column.insert(0, last);
+                }
+                column.windows(2).map(|w| w[1] - w[0]).collect()
+            })
+            .collect();
+        if !ends.is_empty() {
+            self.last = ends;
+        }
+        rates
+    }
+}
+
+/// What is known of the times while the recording goes by.
+struct BlockClock {
+    /// Units of the time column in a second; none for a stated rate.
+    per_second: Option<f64>,
+    unit_is_known: bool,
+    /// Samples per second: as stated, or by the line of the first block.
+    nominal: f64,
+    /// Last stamps of the block before, s.
+    tail: Vec<f64>,
+    first: Option<f64>,
+    last: f64,
+    /// Rows so far, and samples missing among them.
+    rows: u64,
+    missing: i64,
+    gaps: u64,
+}
+
+impl BlockClock {
+    fn steady(rate: f64) -> Self {
+        Self {
+            per_second: None,
+            unit_is_known: true,
+            nominal: rate,
+            tail: Vec::new(),
+            first: None,
+            last: 0.0,
+            rows: 0,
+            missing: 0,
+            gaps: 0,
+        }
+    }
+
+    fn stamped(per_second: f64, rate: Option<f64>, unit_is_known: bool) -> Self {
+        Self {
+            per_second: Some(per_second),
+            unit_is_known,
+            nominal: rate.unwrap_or(f64::NAN),
+            ..Self::steady(0.0)
+        }
+    }
+
+    /// Units in a second: as known, or by the size of a stamp that counts from 1970.
+    fn units_per_second(&mut self, column: &[f64]) -> f64 {
+        if let (false, Some(first)) = (self.unit_is_known, column.first()) {
+            self.unit_is_known = true;
+            self.per_second = Some(match first.abs() {
+                s if s > 1e17 => 1e9,
+                s if s > 1e14 => 1e6,
+                s if s > 1e11 => 1e3,
+                _ => 1.0,
+            });
+        }
+        self.per_second.unwrap_or(1.0)
+    }
+
+    /// Rows of a block before which samples are missing, by the line of its stamps and the last ones before it.
+    fn breaks(&mut self, column: &[f64]) -> std::result::Result<Vec<usize>, (usize, String)> {
+        let per_second = self.units_per_second(column);
+        let stamps: Vec<f64> = column.iter().map(|t| t / per_second).collect();
+        let before = self.tail.len();
+        let mut all = std::mem::take(&mut self.tail);
+        all.extend_from_slice(&stamps);
+        if let Some(row) = (1..all.len()).find(|i| all[*i] < all[i - 1] && *i >= before) {
+            return Err((
+                row - before,
+                format!(
+                    "the time does not advance, from {} s to {} s",
+                    all[row - 1],
+                    all[row]
+                ),
+            ));
+        }
+        let known = Some(self.nominal).filter(|r| r.is_finite());
+        let mut breaks = Vec::new();
+        if all.len() > 2
+            && let Ok(line) = clock_line(&all, known)
+        {
+            if !self.nominal.is_finite() {
+                self.nominal = line.rate;
+            }
+            for slip in line.slips.iter().filter(|s| s.row >= before && s.row > 0) {
+                breaks.push(slip.row - before);
+                self.missing += slip.samples;
+                self.gaps += 1;
+            }
+        }
+        self.rows += stamps.len() as u64;
+        self.first = self.first.or(stamps.first().copied());
+        self.last = stamps.last().copied().unwrap_or(self.last);
+        let from = all.len().saturating_sub(REMEMBERED);
+        // A gap ends the memory: its far side belongs to another line.
+        let from = breaks.last().map_or(from, |b| from.max(b + before));
+        self.tail = all.split_off(from);
+        Ok(breaks)
+    }
+
+    /// Samples per second over the whole recording, missing ones counted.
+    fn rate(&self) -> Option<f64> {
+        let Some(first) = self.first.filter(|_| self.per_second.is_some()) else {
+            return Some(self.nominal).filter(|r| r.is_finite());
+        };
+        let steps = self.rows as i64 - 1 + self.missing;
+        let rate = steps as f64 / (self.last - first);
+        (rate.is_finite() && rate > 0.0).then_some(rate)
+    }
+}

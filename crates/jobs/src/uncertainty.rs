@@ -1,0 +1,294 @@
+//! From a formula and what is known of its inputs to a result with its budget.
+
+use crate::record::Record;
+use crate::trouble::{Result, Trouble, TroubleKind};
+use crate::{Job, Outcome};
+use proofmass_core::Watch;
+use proofmass_io::{Cell, StatedQuantity, Table};
+use proofmass_report::{GivenInput, Report, UncertaintyReport};
+use proofmass_uncertainty::{
+    Estimate, Evaluate, Finding, InputEntry, Method, ModelResult, Refusal, UncertaintyModel,
+};
+use serde::{Deserialize, Serialize};
+use std::ops::ControlFlow;
+
+/// The equations of one measurement with what is known of its inputs, and how to evaluate them.
+///
+/// ```
+/// use proofmass_jobs::uncertainty::UncertaintyJob;
+/// use proofmass_jobs::{Job, Outcome, Unwatched};
+/// let model = proofmass_io::read_model(r#"
+/// [[input]]
+/// name = "V"
+/// unit = "V"
+/// value = 5.0
+/// u = 0.01
+/// [[input]]
+/// name = "R"
+/// unit = "Ω"
+/// value = 100.0
+/// half_width = 0.1
+/// [[output]]
+/// name = "I"
+/// unit = "A"
+/// expression = "V / R"
+/// "#).unwrap();
+/// let outcome = UncertaintyJob { model, ..Default::default() }.evaluate(&(), &Unwatched)?;
+/// let current = &outcome.quantities()[0];
+/// assert!((current.value - 0.05).abs() < 1e-12 && (current.expanded - 2.0e-4).abs() < 5e-6);
+/// # Ok::<(), proofmass_jobs::Trouble>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct UncertaintyJob {
+    /// The model.
+    pub model: UncertaintyModel,
+    /// How to evaluate it.
+    #[serde(default)]
+    pub options: Evaluate,
+}
+
+impl UncertaintyJob {
+    /// As [`Job::evaluate`], with the refusal that [`proofmass_io::explain_model`] finds the line of.
+    ///
+    /// # Errors
+    /// As [`UncertaintyModel::evaluate`].
+    pub fn run(&self, watch: &dyn Watch) -> Result<UncertaintyOutcome, Refusal> {
+        let result = self.model.evaluate(&self.options, &mut |progress| {
+            watch.progress("trials", progress.done as u64, progress.most as u64)
+        })?;
+        if watch.progress("trials", 1, 1) == ControlFlow::Break(()) {
+            return Err(Refusal::Cancelled);
+        }
+        Ok(UncertaintyOutcome {
+            model: self.model.clone(),
+            result,
+        })
+    }
+}
+
+impl Job for UncertaintyJob {
+    type Data<'a> = ();
+    type Outcome = UncertaintyOutcome;
+
+    fn evaluate(&self, _data: &(), watch: &dyn Watch) -> Result<UncertaintyOutcome> {
+        self.run(watch).map_err(|refusal| trouble(&refusal))
+    }
+}
+
+/// What to do about a refusal.
+pub fn trouble(refusal: &Refusal) -> Trouble {
+    let (kind, hint) = match refusal {
+        Refusal::Cancelled => return Trouble::new(TroubleKind::Cancelled, "cancelled"),
+        Refusal::Output { .. } => (
+            TroubleKind::Data,
+            "the formulas must be finite at the estimates of the inputs, or in most of what their distributions allow",
+        ),
+        _ => (
+            TroubleKind::Request,
+            "docs/uncertainty.md describes the model file, examples/uncertainty/ holds some",
+        ),
+    };
+    Trouble::new(kind, refusal.to_string()).with_hint(hint)
+}
+
+/// The result of a model, with the model.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct UncertaintyOutcome {
+    /// The model.
+    pub model: UncertaintyModel,
+    /// Its result by every road.
+    pub result: ModelResult,
+}
+
+impl Outcome for UncertaintyOutcome {
+    const KIND: &'static str = "uncertainty";
+
+    fn title(&self, record: &Record) -> String {
+        let own = || {
+            if self.model.title.is_empty() {
+                "Uncertainty of a measurement".to_owned()
+            } else {
+                self.model.title.clone()
+            }
+        };
+        record.title.clone().unwrap_or_else(own)
+    }
+
+    fn quantities(&self) -> Vec<StatedQuantity> {
+        let outputs = self.result.outputs.iter();
+        outputs
+            .map(|output| {
+                let stated = &output.stated;
+                let trials = stated.method == Method::MonteCarlo;
+                StatedQuantity {
+                    name: stated.name.clone(),
+                    unit: stated.unit.clone(),
+                    value: stated.value,
+                    u: stated.standard_uncertainty,
+                    expanded: stated.expanded_uncertainty,
+                    k: stated.coverage_factor,
+                    nu_eff: stated.dof,
+                    probability: stated.probability,
+                    interval: trials.then_some([stated.interval.lower, stated.interval.upper]),
+                    method: Some(
+                        if trials {
+                            "monte-carlo"
+                        } else {
+                            "law-of-propagation"
+                        }
+                        .to_owned(),
+                    ),
+                }
+            })
+            .collect()
+    }
+
+    fn findings(&self) -> &[Finding] {
+        &self.result.findings
+    }
+
+    fn estimate(&self) -> Option<&Estimate> {
+        self.result.estimate.as_ref()
+    }
+
+    fn tables(&self) -> Result<Vec<(String, Table)>> {
+        Ok(vec![("budget.csv".to_owned(), self.budget()?)])
+    }
+
+    fn summary(&self, record: &Record) -> Report {
+        self.page(record).summary(&self.result)
+    }
+
+    fn report(&self, record: &Record) -> Report {
+        self.page(record).full(&self.result)
+    }
+}
+
+impl UncertaintyOutcome {
+    fn page(&self, record: &Record) -> UncertaintyReport {
+        UncertaintyReport {
+            title: self.title(record),
+            meta: record.meta(),
+            inputs: record.digests(),
+            intermediate: self
+                .model
+                .intermediate
+                .iter()
+                .map(|i| (i.name.clone(), i.expression.clone()))
+                .collect(),
+            given: self.model.input.iter().map(given).collect(),
+            footer: record.software.to_string(),
+        }
+    }
+
+    /// One row per output and input, and one that closes each output.
+    fn budget(&self) -> Result<Table> {
+        let mut table = Table::new([
+            "output",
+            "unit",
+            "input",
+            "description",
+            "input_unit",
+            "estimate",
+            "u",
+            "distribution",
+            "dof",
+            "sensitivity",
+            "contribution",
+            "share",
+        ]);
+        // Infinite degrees of freedom are an empty field.
+        let finite = |nu: proofmass_uncertainty::DegreesOfFreedom| {
+            Cell::from((!nu.is_infinite()).then(|| nu.get()))
+        };
+        for output in &self.result.outputs {
+            let Some(linear) = &output.linear else {
+                continue;
+            };
+            for line in &linear.budget {
+                let input = line.input.as_ref();
+                table.push([
+                    Cell::from(output.name.as_str()),
+                    Cell::from(output.unit.as_str()),
+                    Cell::from(line.key.as_str()),
+                    Cell::from(line.description.as_str()),
+                    input.map_or(Cell::Missing, |i| Cell::from(i.unit.as_str())),
+                    Cell::from(input.map(|i| i.value)),
+                    Cell::from(input.map(|i| i.standard_uncertainty)),
+                    Cell::from(line.distribution.as_str()),
+                    finite(line.dof),
+                    Cell::from(input.map(|i| i.sensitivity)),
+                    Cell::from(line.contribution),
+                    Cell::from(line.share),
+                ])?;
+            }
+            let q = &linear.quantity;
+            table.push([
+                Cell::from(output.name.as_str()),
+                Cell::from(output.unit.as_str()),
+                Cell::from(output.name.as_str()),
+                Cell::from("combined"),
+                Cell::from(output.unit.as_str()),
+                Cell::from(q.value),
+                Cell::from(q.standard_uncertainty),
+                Cell::Missing,
+                finite(q.dof),
+                Cell::Missing,
+                Cell::from(q.standard_uncertainty),
+                Cell::from(linear.budget.iter().map(|line| line.share).sum::<f64>()),
+            ])?;
+        }
+        Ok(table)
+    }
+}
+
+/// An input in words, as far as its model states it.
+fn given(entry: &InputEntry) -> GivenInput {
+    let mut known = match (&entry.distribution, &entry.observations) {
+        (Some(distribution), _) => distribution.to_string(),
+        (None, Some(values)) if values.len() <= 12 => {
+            let values: Vec<String> = values.iter().map(f64::to_string).collect();
+            values.join(", ")
+        }
+        (None, Some(values)) => format!("{} observations", values.len()),
+        (None, None) => stated(entry),
+    };
+    if let Some(dof) = entry.dof {
+        known += &format!("; ν = {}", dof.get());
+    }
+    if let Some(word) = &entry.together {
+        known += &format!("; together as {word}");
+    }
+    GivenInput {
+        name: entry.name.clone(),
+        unit: entry.unit.clone(),
+        description: entry.description.clone().unwrap_or_default(),
+        known,
+    }
+}
+
+/// A value with its uncertainty, in the words of its statement.
+fn stated(entry: &InputEntry) -> String {
+    let Some(value) = entry.value else {
+        return String::new();
+    };
+    let mut text = format!("{value:?}");
+    let number =
+        |name: &str, x: Option<f64>| x.map_or_else(String::new, |x| format!(", {name} = {x:?}"));
+    text += &number("u", entry.u);
+    text += &number("U", entry.expanded);
+    text += &number("k", entry.k);
+    text += &number("p", entry.probability);
+    text += &number("half-width", entry.half_width);
+    if let Some(shape) = &entry.shape {
+        text += &format!(" ({shape})");
+    }
+    text += &number("resolution", entry.resolution);
+    if let Some(accuracy) = &entry.accuracy {
+        text += &format!(
+            ", accuracy {} % of reading + {} % of {:?} + {:?}",
+            accuracy.reading_percent, accuracy.range_percent, accuracy.range, accuracy.constant
+        );
+    }
+    text
+}

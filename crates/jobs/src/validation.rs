@@ -1,0 +1,205 @@
+//! Does a calibration hold on standstills it was not made from?
+
+use crate::outcome::{Job, Outcome, section};
+use crate::record::Record;
+use crate::trouble::{Result, Trouble};
+use proofmass_calibration::{
+    Calibrated, MeanNoise, Samples, Segment, Standstill, Validation, WindowedVariance,
+};
+use proofmass_core::{Gravity, Matrix3, SensorModel, Watch};
+use proofmass_io::{CalibrationFile, StatedQuantity};
+use proofmass_report::{Report, ValidationReport};
+use proofmass_uncertainty::{Finding, Severity};
+use serde::{Deserialize, Serialize};
+
+/// How new standstills are looked for, and where they were recorded.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct ValidationJob {
+    /// Largest windowed variance of a standstill in multiples of the noise floor.
+    pub threshold: f64,
+    /// Local gravity where it is not that of the calibration.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gravity: Option<Gravity>,
+    /// How standstills are found where none are given.
+    #[serde(default)]
+    pub search: Standstill,
+}
+
+impl Default for ValidationJob {
+    fn default() -> Self {
+        Self {
+            threshold: 6.0,
+            gravity: None,
+            search: Standstill::default(),
+        }
+    }
+}
+
+/// A calibration and a recording of the same sensor.
+#[derive(Clone, Debug)]
+pub struct ValidationData<'a> {
+    /// The calibration.
+    pub calibration: &'a CalibrationFile,
+    /// Outputs x, y, z in the input unit of the calibration.
+    pub outputs: [&'a [f64]; 3],
+    /// Samples per second.
+    pub rate: f64,
+    /// Samples before which time pauses, in increasing order.
+    pub breaks: &'a [usize],
+    /// Standstills that are given; without them they are found.
+    pub segments: Option<&'a [Segment]>,
+    /// What reading the data found.
+    pub findings: &'a [Finding],
+    /// Digest of the recording, to tell whether the calibration was made from it.
+    pub sha256: Option<&'a str>,
+    /// What the recording is called in messages.
+    pub name: &'a str,
+}
+
+impl ValidationJob {
+    fn standstills(
+        &self,
+        data: &ValidationData<'_>,
+        samples: &Samples<'_>,
+    ) -> Result<Vec<Segment>> {
+        if let Some(given) = data.segments {
+            return Ok(given.to_vec());
+        }
+        if !(self.threshold > 1.0 && self.threshold.is_finite()) {
+            return Err(Trouble::request(format!(
+                "a threshold of {} times the noise floor must be larger than 1",
+                self.threshold
+            )));
+        }
+        let windowed = WindowedVariance::new(samples, data.rate, data.breaks, &self.search)
+            .map_err(|e| Trouble::from(e).detail(data.name))?;
+        Ok(windowed.segments(self.threshold))
+    }
+
+    /// Gravity of the calibration, and that of the validation where it is another.
+    fn gravities(&self, file: &CalibrationFile) -> Result<(Gravity, Option<Gravity>)> {
+        let there = match (&file.gravity, self.gravity) {
+            (Some(q), _) => Gravity::given(q.value, q.standard_uncertainty)?,
+            (None, Some(here)) => here,
+            (None, None) => {
+                return Err(Trouble::request(
+                    "the calibration does not say which gravity it was made with",
+                )
+                .with_hint("give local gravity with its uncertainty"));
+            }
+        };
+        Ok((there, self.gravity))
+    }
+}
+
+impl Job for ValidationJob {
+    type Data<'a> = ValidationData<'a>;
+    type Outcome = ValidationOutcome;
+
+    fn evaluate(&self, data: &ValidationData<'_>, watch: &dyn Watch) -> Result<ValidationOutcome> {
+        watch.step("standstills", 0, 2)?;
+        let file = data.calibration;
+        let sensor = SensorModel::new(Matrix3(file.k), file.b)?;
+        let [x, y, z] = data.outputs;
+        let samples = Samples::new(x, y, z)?;
+        let segments = self.standstills(data, &samples)?;
+        if segments.is_empty() {
+            return Err(
+                Trouble::data("no standstill was found").detail(data.name).with_hint(
+                    "a standstill takes two seconds or more; raise the threshold, or give the standstills",
+                ),
+            );
+        }
+        watch.step("comparison", 1, 2)?;
+        let noise = MeanNoise::estimate(&samples, &segments)?;
+        let (gravity, here) = self.gravities(file)?;
+        let calibrated = Calibrated {
+            sensor: &sensor,
+            estimate: &file.estimate,
+            gravity,
+            repeatability: file.repeatability.unwrap_or(0.0),
+            nominal_sensitivity: file.input_unit.is_acceleration().then_some(1.0),
+        };
+        let validation = Validation::run(&calibrated, here, &noise.poses(&samples, &segments))?;
+        let mut findings = data.findings.to_vec();
+        findings.extend(validation.findings.iter().cloned());
+        if file.inputs.iter().any(|i| data.sha256 == Some(&i.sha256)) {
+            findings.push(
+                Finding::new(
+                    Severity::Warning,
+                    "same-recording",
+                    "the calibration was made from this very recording: agreement proves nothing",
+                )
+                .advice("record new standstills and validate with them"),
+            );
+        }
+        findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
+        watch.step("comparison", 2, 2)?;
+        Ok(ValidationOutcome {
+            model: file.model.clone(),
+            findings,
+            validation,
+        })
+    }
+}
+
+/// How a calibration did on new standstills.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ValidationOutcome {
+    model: String,
+    findings: Vec<Finding>,
+    validation: Validation,
+}
+
+impl ValidationOutcome {
+    /// The comparison itself.
+    pub fn validation(&self) -> &Validation {
+        &self.validation
+    }
+
+    fn page(&self, record: &Record) -> ValidationReport<'_> {
+        ValidationReport {
+            title: self.title(record),
+            meta: record.meta(),
+            inputs: record.digests(),
+            findings: &self.findings,
+            footer: record.software.to_string(),
+        }
+    }
+}
+
+impl Outcome for ValidationOutcome {
+    const KIND: &'static str = "validation";
+
+    fn title(&self, record: &Record) -> String {
+        record
+            .title
+            .clone()
+            .unwrap_or_else(|| "Validation of a calibration".to_owned())
+    }
+
+    fn quantities(&self) -> Vec<StatedQuantity> {
+        Vec::new()
+    }
+
+    fn findings(&self) -> &[Finding] {
+        &self.findings
+    }
+
+    fn model(&self) -> Option<String> {
+        Some(self.model.clone())
+    }
+
+    fn sections(&self) -> Result<Vec<(&'static str, serde_json::Value)>> {
+        Ok(vec![section("validation", &self.validation)?])
+    }
+
+    fn summary(&self, record: &Record) -> Report {
+        self.page(record).summary(&self.validation)
+    }
+
+    fn report(&self, record: &Record) -> Report {
+        self.page(record).full(&self.validation)
+    }
+}

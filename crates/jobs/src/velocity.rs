@@ -1,0 +1,246 @@
+//! Velocity of an axis from its encoder (or wheel speed) and its accelerometer: estimate, comparison, tuning.
+
+mod outcome;
+mod reading;
+mod reference;
+mod sensors;
+
+pub use outcome::{VelocityComparison, VelocityEstimate, VelocityTuning};
+pub use reading::Reading;
+pub use reference::Reference;
+pub use sensors::{AxisRecordings, AxisSensors, SensorAxis};
+
+use crate::outcome::Job;
+use crate::trouble::{Result, Trouble};
+use proofmass_core::{Error, Watch};
+use proofmass_motion::{
+    Method, MotionRecord, ReadingNoise, Tuning, compare, conditions, estimate, tune,
+};
+use proofmass_uncertainty::Finding;
+use serde::{Deserialize, Serialize};
+
+/// Both sensors of an axis on one time base, and what is known beside them.
+#[derive(Clone, Copy, Debug)]
+pub struct AxisData<'a> {
+    /// Both sensors, SI.
+    pub record: &'a MotionRecord,
+    /// Time of the first sample in the clock of the recording, s.
+    pub start: f64,
+    /// Reference velocity per sample, m/s.
+    pub reference: Option<&'a [f64]>,
+    /// What to doubt about the data.
+    pub findings: &'a [Finding],
+    /// The recording in messages and titles.
+    pub name: &'a str,
+}
+
+impl<'a> AxisData<'a> {
+    /// A record that begins at zero, without a reference.
+    pub fn new(record: &'a MotionRecord) -> Self {
+        Self {
+            record,
+            start: 0.0,
+            reference: None,
+            findings: &[],
+            name: "an axis",
+        }
+    }
+}
+
+/// The velocity with its uncertainty.
+///
+/// ```
+/// use proofmass_jobs::{Job, Outcome, Unwatched, velocity::{AxisData, VelocityEstimateJob}};
+/// use proofmass_motion::{MotionRecord, Source};
+/// use proofmass_rig::{Axis, AxisMotion};
+///
+/// let recording = Axis::new(AxisMotion::servo(5.0)).simulate(1)?;
+/// let (x, a) = (recording.position(), recording.acceleration.clone());
+/// let mut record = MotionRecord::new(recording.sample_time, Source::Position, x, a)?;
+/// record.increment = Some(recording.increment);
+/// let outcome = VelocityEstimateJob::default().evaluate(&AxisData::new(&record), &Unwatched)?;
+/// let fastest = &outcome.quantities()[0];
+/// assert!(fastest.expanded < 1e-3);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct VelocityEstimateJob {
+    /// Method with its settings; where there is none the Kalman filter, tuned.
+    pub method: Option<Method>,
+    /// Distance of one turn of the wheel, m.
+    pub circumference: Option<f64>,
+}
+
+impl VelocityEstimateJob {
+    /// By a method, or by the tuned Kalman filter.
+    pub fn new(method: Option<Method>, circumference: Option<f64>) -> Self {
+        Self {
+            method,
+            circumference,
+        }
+    }
+}
+
+impl Job for VelocityEstimateJob {
+    type Data<'a> = AxisData<'a>;
+    type Outcome = VelocityEstimate;
+
+    fn evaluate(&self, data: &AxisData<'_>, watch: &dyn Watch) -> Result<VelocityEstimate> {
+        let result = estimate(data.record, self.method, self.circumference, watch)
+            .map_err(|e| explain(e, data.name))?;
+        Ok(VelocityEstimate::new(data, result))
+    }
+}
+
+/// Methods side by side.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct VelocityCompareJob {
+    /// Methods with their settings; none stands for all.
+    pub methods: Vec<Method>,
+    /// Sample rates, Hz, to which the recording is thinned; none stands for its own.
+    pub rates: Vec<f64>,
+    /// Seconds at the start that are not compared; where there is none one, at most a tenth of the record.
+    pub skip: Option<f64>,
+}
+
+impl VelocityCompareJob {
+    /// Methods at rates.
+    pub fn new(methods: Vec<Method>, rates: Vec<f64>, skip: Option<f64>) -> Self {
+        Self {
+            methods,
+            rates,
+            skip,
+        }
+    }
+
+    /// Rates as whole fractions of that of the recording.
+    fn decimations(&self, record: &MotionRecord) -> Result<Vec<usize>> {
+        let own = 1.0 / record.sample_time;
+        if self.rates.is_empty() {
+            return Ok(vec![1]);
+        }
+        let mut list = Vec::new();
+        for &rate in &self.rates {
+            let n = (own / rate).round();
+            let fits = rate.is_finite() && rate > 0.0 && n >= 1.0;
+            if !fits || (own / n / rate - 1.0).abs() > 0.01 {
+                return Err(Trouble::request(format!(
+                    "{rate} Hz is not the rate of the recording, {own:.6} Hz, over a whole number"
+                ))
+                .with_hint(if fits {
+                    format!(
+                        "the nearest are {:.6} Hz and {:.6} Hz",
+                        own / n,
+                        own / (n + 1.0)
+                    )
+                } else {
+                    format!("give rates from {own:.6} Hz down")
+                }));
+            }
+            if !list.contains(&(n as usize)) {
+                list.push(n as usize);
+            }
+        }
+        Ok(list)
+    }
+}
+
+impl Job for VelocityCompareJob {
+    type Data<'a> = AxisData<'a>;
+    type Outcome = VelocityComparison;
+
+    fn evaluate(&self, data: &AxisData<'_>, watch: &dyn Watch) -> Result<VelocityComparison> {
+        let decimations = self.decimations(data.record)?;
+        let duration = data.record.sample_time * data.record.reading.len() as f64;
+        let skip = self.skip.unwrap_or((0.1 * duration).min(1.0));
+        if !(skip >= 0.0 && skip < duration) {
+            return Err(Trouble::request(format!(
+                "without the first {skip} s nothing of {duration:.3} s is left to compare"
+            )));
+        }
+        let result = compare(
+            data.record,
+            data.reference,
+            &self.methods,
+            &decimations,
+            skip,
+            watch,
+        )
+        .map_err(|e| explain(e, data.name))?;
+        Ok(VelocityComparison::new(data, result))
+    }
+}
+
+/// Noise and gains from the recording alone.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct VelocityTuneJob {
+    /// What is tuned.
+    pub tuning: Tuning,
+    /// Take the noise of a count as known, increment/√12, instead of finding it.
+    pub known_increment: bool,
+}
+
+impl VelocityTuneJob {
+    /// Tunes this.
+    pub fn new(tuning: Tuning, known_increment: bool) -> Self {
+        Self {
+            tuning,
+            known_increment,
+        }
+    }
+}
+
+impl Job for VelocityTuneJob {
+    type Data<'a> = AxisData<'a>;
+    type Outcome = VelocityTuning;
+
+    fn evaluate(&self, data: &AxisData<'_>, watch: &dyn Watch) -> Result<VelocityTuning> {
+        let still = |f: &Finding| f.code() == "readings-never-change";
+        if conditions(data.record).iter().any(still) {
+            return Err(Trouble::data(
+                "the axis never moves: nothing can be tuned on a standstill",
+            )
+            .detail(data.name)
+            .with_hint("record a motion of many increments, or check the column of the position"));
+        }
+        let mut tuning = self.tuning;
+        if self.known_increment {
+            let Some(increment) = data.record.increment else {
+                return Err(Trouble::request("a known increment needs counts")
+                    .with_hint("state --counts-per-turn or --counts-per-metre"));
+            };
+            tuning.reading_noise = ReadingNoise::Known {
+                variance: increment * increment / 12.0,
+            };
+        }
+        let result = tune(data.record, &tuning, watch).map_err(|e| explain(e, data.name))?;
+        Ok(VelocityTuning::new(data, tuning, result))
+    }
+}
+
+/// A refusal of the calculation, with the recording and a remedy.
+fn explain(error: Error, name: &str) -> Trouble {
+    let hint = match error {
+        Error::TooFew { .. } => "record longer, or use a stretch with more readings",
+        Error::NotFinite { .. } => {
+            "gains too high for this rate make a filter run away: lower them, or leave them to `velocity tune`"
+        }
+        Error::OutOfRange { .. } => {
+            "see `proofmass velocity estimate --help` for what a method takes"
+        }
+        _ => "see `proofmass inspect` for what the file holds",
+    };
+    let cancelled = error.is_cancelled();
+    let trouble = Trouble::from(error);
+    if cancelled {
+        trouble
+    } else {
+        trouble.detail(name).with_hint(hint)
+    }
+}

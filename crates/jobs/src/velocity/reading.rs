@@ -1,0 +1,377 @@
+//! The slow, drift-free sensor: encoder, resolver, wheel speed.
+
+use super::sensors::{stated_unit, unknown_unit};
+use crate::trouble::Trouble;
+use proofmass_core::encoder::Decoding;
+use proofmass_io::{Column, ColumnRef, Recording, Unit};
+use proofmass_motion::{
+    AbsoluteCode, Decoded, Source, TimedEdge, absolute, quadrature, quadrature_edges, resolver,
+    rollover,
+};
+use proofmass_uncertainty::{Finding, Severity};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// The encoder or the wheel speed: which columns hold it, and what they mean.
+///
+/// One of `position`, `speed`, `quadrature` and `resolver` is named.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Reading {
+    /// Column of the position (count, length or angle); of several columns the mean, as of two wheels
+    pub position: Option<Vec<String>>,
+    /// Column of a speed instead of a position (wheel, tachogenerator); of several columns the mean
+    pub speed: Option<Vec<String>>,
+    /// Columns of the logic levels A,B or A,B,Z of an incremental encoder
+    pub quadrature: Option<Vec<String>>,
+    /// Columns of the demodulated voltages of a resolver, sine and cosine
+    pub resolver: Option<Vec<String>>,
+    /// Unit of position or speed, where the heading does not say it: count, m, mm, rad, °, turn, m/s, km/h, rad/s, …
+    pub unit: Option<Unit>,
+    /// Counts per turn of the encoder (four times its lines with fourfold decoding)
+    pub counts_per_turn: Option<f64>,
+    /// Counts per metre of a linear encoder
+    pub counts_per_metre: Option<f64>,
+    /// Radius that turns an angle into a length, m: of the wheel, or where the accelerometer sits
+    pub radius: Option<f64>,
+    /// Bits of the counter or of the absolute encoder, which rolls over
+    pub bits: Option<u32>,
+    /// The words are Gray code
+    pub gray: bool,
+    /// Edges counted per line of --quadrature: 1, 2 or 4
+    pub decoding: Decoding,
+    /// Each row is an edge of the encoder with its time stamp, not a sample
+    pub edges: bool,
+}
+
+/// Values with their times.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Samples {
+    pub(super) time: Vec<f64>,
+    pub(super) value: Vec<f64>,
+}
+
+impl Samples {
+    /// The rows in which no column lacks its value.
+    pub(super) fn present(clock: &[f64], value: &[f64], missing: &[&[usize]]) -> Self {
+        let mut there = vec![true; value.len()];
+        for &k in missing.iter().copied().flatten() {
+            there[k] = false;
+        }
+        let kept = |v: &[f64]| -> Vec<f64> {
+            let pairs = v.iter().zip(&there).filter(|(_, there)| **there);
+            pairs.map(|(v, _)| *v).collect()
+        };
+        Self {
+            time: kept(clock),
+            value: kept(value),
+        }
+    }
+
+    /// Keeps the samples at these times.
+    pub(super) fn keep(&mut self, wanted: impl Fn(f64) -> bool) {
+        let pairs = self.time.iter().zip(&self.value);
+        (self.time, self.value) = pairs.filter(|(t, _)| wanted(**t)).unzip();
+    }
+}
+
+impl Reading {
+    /// The columns it needs, in the order in which [`Reading::decode`] takes them.
+    pub(super) fn columns(&self) -> Result<Vec<ColumnRef>, Trouble> {
+        let (names, least, most) = match (
+            &self.position,
+            &self.speed,
+            &self.quadrature,
+            &self.resolver,
+        ) {
+            (Some(n), ..) | (_, Some(n), ..) => (n, 1, 16),
+            (_, _, Some(n), _) => (n, 2, 3),
+            (.., Some(n)) => (n, 2, 2),
+            _ => {
+                return Err(
+                    Trouble::data("no column of a position or a speed is named").with_hint(
+                        "add --position COLUMN, --speed COLUMN, --quadrature A,B or --resolver SIN,COS; `proofmass inspect` lists the columns",
+                    ),
+                );
+            }
+        };
+        if !(least..=most).contains(&names.len()) {
+            return Err(Trouble::data(format!(
+                "{} columns are named, {least} to {most} are needed",
+                names.len()
+            )));
+        }
+        Ok(names.iter().map(|n| ColumnRef::from_word(n)).collect())
+    }
+
+    /// Position or speed.
+    pub(super) fn source(&self) -> Source {
+        if self.speed.is_some() {
+            Source::Speed
+        } else {
+            Source::Position
+        }
+    }
+
+    /// Whether rows are edges.
+    pub(super) fn edges(&self) -> bool {
+        self.edges
+    }
+
+    /// Whether the reading is no count, so that a repeated value was not read anew.
+    pub(super) fn is_analogue(&self) -> bool {
+        !self.counts() && !self.edges
+    }
+
+    fn counts(&self) -> bool {
+        self.quadrature.is_some()
+            || self.bits.is_some()
+            || self.counts_per_turn.is_some()
+            || self.counts_per_metre.is_some()
+    }
+
+    /// Length of one count, m, where counts are read.
+    pub(super) fn increment(&self) -> Option<f64> {
+        // An edge is a place, not an interval.
+        let rounded = self.counts() && !self.edges;
+        rounded.then(|| self.count_length().ok()).flatten()
+    }
+
+    /// Length of one count, m.
+    fn count_length(&self) -> Result<f64, Trouble> {
+        let positive = |name: &str, value: f64| {
+            if value.is_finite() && value > 0.0 {
+                Ok(value)
+            } else {
+                Err(Trouble::data(format!("{name} {value} must be positive")))
+            }
+        };
+        match (self.counts_per_metre, self.counts_per_turn) {
+            (Some(n), _) => Ok(1.0 / positive("--counts-per-metre", n)?),
+            (None, Some(n)) => {
+                Ok(TAU / positive("--counts-per-turn", n)? * self.radius("counts of a turn")?)
+            }
+            (None, None) => Err(Trouble::data("the length of one count is not known")
+                .with_hint("add --counts-per-turn N with --radius R, or --counts-per-metre N")),
+        }
+    }
+
+    fn radius(&self, of: &str) -> Result<f64, Trouble> {
+        match self.radius {
+            Some(r) if r.is_finite() && r > 0.0 => Ok(r),
+            Some(r) => Err(Trouble::data(format!("--radius {r} must be positive"))),
+            None => Err(Trouble::data(format!(
+                "{of} give an angle, the accelerometer measures along a line"
+            ))
+            .with_hint("add --radius R in metres: of the wheel, or where the accelerometer sits")),
+        }
+    }
+
+    /// Readings in m or m/s with their times.
+    pub(super) fn decode(
+        &self,
+        recording: &Recording,
+        clock: &[f64],
+        findings: &mut Vec<Finding>,
+    ) -> Result<Samples, Trouble> {
+        let n = self.columns()?.len();
+        let columns = &recording.columns[..n];
+        let missing: Vec<&[usize]> = (0..n).map(|i| recording.missing(i)).collect();
+        let absent: usize = missing.iter().map(|m| m.len()).sum();
+        if absent > 0 && columns.len() == 1 && absent * 2 < clock.len() {
+            findings.push(
+                Finding::new(
+                    Severity::Note,
+                    "rows-without-reading",
+                    "rows hold no reading of the encoder",
+                )
+                .evidence(format!(
+                    "{absent} of {} rows; the first is line {}",
+                    clock.len(),
+                    recording.line(missing[0][0])
+                )),
+            );
+        }
+        if self.quadrature.is_some() {
+            return self.logic(recording, columns, clock, &missing, findings);
+        }
+        if self.resolver.is_some() {
+            let found = resolver(&columns[0].data, &columns[1].data)
+                .map_err(|e| Trouble::from(e).detail(recording.path.display().to_string()))?;
+            findings.extend(found.1);
+            let radius = self.radius("a resolver's voltages")?;
+            let value: Vec<f64> = found.0.iter().map(|a| radius * a).collect();
+            return Ok(Samples::present(clock, &value, &missing));
+        }
+        let mut mean = vec![0.0; clock.len()];
+        for (i, column) in columns.iter().enumerate() {
+            let value = self.length(recording, column, i, findings)?;
+            for (m, v) in mean.iter_mut().zip(value) {
+                *m += v / n as f64;
+            }
+        }
+        Ok(Samples::present(clock, &mean, &missing))
+    }
+
+    /// One column in m or m/s.
+    fn length(
+        &self,
+        recording: &Recording,
+        column: &Column,
+        index: usize,
+        findings: &mut Vec<Finding>,
+    ) -> Result<Vec<f64>, Trouble> {
+        let name = &column.name;
+        let unit = match stated_unit(recording, column, (self.unit, "--unit"))? {
+            Some(unit) => unit,
+            None if self.counts() => Unit::Count,
+            None => {
+                let hint =
+                    "add --unit m, mm, rad, turn, m/s, km/h, …, or --counts-per-turn N for counts";
+                return Err(unknown_unit(recording, column, hint));
+            }
+        };
+        let speed = self.source() == Source::Speed;
+        let (si, factor) = unit.si();
+        let scale = match (si, speed) {
+            (Unit::Metre, false) | (Unit::MetrePerSecond, true) => factor,
+            (Unit::Radian, false) | (Unit::RadianPerSecond, true) => {
+                factor * self.radius("readings in angles")?
+            }
+            (Unit::Count, false) => {
+                let step = self.count_length()?;
+                let count = self.continued(recording, column, index, findings)?;
+                return Ok(count.into_iter().map(|c| step * c as f64).collect());
+            }
+            _ => {
+                let what = if speed { "speed" } else { "position" };
+                return Err(Trouble::data(format!(
+                    "column {name:?} is in {unit}, which is no {what}"
+                ))
+                .with_hint("see --position, --speed and --unit"));
+            }
+        };
+        Ok(column.data.iter().map(|v| scale * v).collect())
+    }
+
+    /// Whole numbers, continued over the rollovers of a counter.
+    fn continued(
+        &self,
+        recording: &Recording,
+        column: &Column,
+        index: usize,
+        findings: &mut Vec<Finding>,
+    ) -> Result<Vec<i64>, Trouble> {
+        let refuse = |k: usize, what: &str, hint: &str| {
+            Trouble::data(format!(
+                "{}:{}: column {:?}: {} {what}",
+                recording.path.display(),
+                recording.line(k),
+                column.name,
+                column.data[k]
+            ))
+            .with_hint(hint.to_owned())
+        };
+        let mut counts = Vec::with_capacity(column.data.len());
+        for (k, v) in column.data.iter().enumerate() {
+            if v.fract() != 0.0 || v.abs() > 9e15 {
+                return Err(refuse(
+                    k,
+                    "is no count",
+                    "counts are whole numbers; state another --unit if these are lengths or angles",
+                ));
+            }
+            counts.push(*v as i64);
+        }
+        let Some(bits) = self.bits else {
+            findings.extend(rollover(&counts));
+            return Ok(counts);
+        };
+        let range = 1i64 << bits;
+        let mut words = Vec::with_capacity(counts.len());
+        for (k, c) in counts.iter().enumerate() {
+            if *c < -(range / 2) || *c >= range {
+                return Err(refuse(
+                    k,
+                    &format!("does not fit into {bits} bits"),
+                    "give the width of the counter with --bits, or leave it out for counts that do not roll over",
+                ));
+            }
+            words.push(c.rem_euclid(range) as u32);
+        }
+        let code = if self.gray {
+            AbsoluteCode::Gray
+        } else {
+            AbsoluteCode::Binary
+        };
+        // Without a reading the row repeats the count before it: no step.
+        let decoded = absolute(code, bits, &words)?;
+        findings.extend(decoded.findings);
+        let _ = index;
+        Ok(decoded.count)
+    }
+
+    fn logic(
+        &self,
+        recording: &Recording,
+        columns: &[Column],
+        clock: &[f64],
+        missing: &[&[usize]],
+        findings: &mut Vec<Finding>,
+    ) -> Result<Samples, Trouble> {
+        let step = self.count_length().map_err(|f| {
+            f.detail("counts of the decoded signal: lines times --decoding per turn")
+        })?;
+        if let Some(k) = missing.iter().copied().flatten().next() {
+            return Err(Trouble::data(format!(
+                "{}:{}: a logic level is missing",
+                recording.path.display(),
+                recording.line(*k)
+            )));
+        }
+        // Levels in volts are cut half way.
+        let levels: Vec<Vec<bool>> = columns
+            .iter()
+            .map(|c| {
+                let high = c.data.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+                let low = c.data.iter().copied().fold(f64::INFINITY, f64::min);
+                c.data.iter().map(|v| *v > 0.5 * (low + high)).collect()
+            })
+            .collect();
+        let index = levels.get(2).map(Vec::as_slice);
+        let decoded: Decoded = if self.edges {
+            let edges: Vec<TimedEdge> = (0..clock.len())
+                .map(|k| TimedEdge {
+                    time: clock[k],
+                    a: levels[0][k],
+                    b: levels[1][k],
+                    index: index.is_some_and(|z| z[k]),
+                })
+                .collect();
+            quadrature_edges(self.decoding, &edges)
+        } else {
+            quadrature(self.decoding, &levels[0], &levels[1], index)
+        }
+        .map_err(|e| Trouble::from(e).detail(recording.path.display().to_string()))?;
+        if let Some(k) = decoded.illegal.first() {
+            findings.push(
+                Finding::new(
+                    Severity::Note,
+                    "illegal-transition-line",
+                    "where the first illegal transition stands",
+                )
+                .evidence(format!(
+                    "{}:{}",
+                    recording.path.display(),
+                    recording.line(*k)
+                )),
+            );
+        }
+        findings.extend(decoded.findings);
+        let value: Vec<f64> = decoded.count.iter().map(|c| step * *c as f64).collect();
+        Ok(Samples {
+            time: clock.to_vec(),
+            value,
+        })
+    }
+}

@@ -1,0 +1,152 @@
+//! A reference velocity, where one was recorded.
+
+use super::reading::Samples;
+use super::sensors::{AxisRecordings, stated_unit, unknown_unit};
+use crate::trouble::Trouble;
+use proofmass_io::{Recording, Unit};
+use proofmass_uncertainty::{Finding, Severity};
+use serde::{Deserialize, Serialize};
+
+/// A reference velocity: its column, and its file where it has one of its own.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Reference {
+    /// Column of the velocity, from a better instrument or a simulation.
+    pub column: String,
+    /// Its unit, where the heading does not say it.
+    pub unit: Option<Unit>,
+    /// File in the store, whose clock must be that of the recording.
+    pub file: Option<String>,
+    /// Time column of the file, where its heading does not tell.
+    pub time: Option<String>,
+    /// Sampling rate of the file, Hz, when that has no time column.
+    pub rate: Option<f64>,
+    /// Time by which the reference is late, s; it is shifted back by it.
+    pub latency: f64,
+}
+
+impl Reference {
+    /// The reference in m/s with its times.
+    pub(super) fn samples(
+        &self,
+        recording: &Recording,
+        clock: &[f64],
+        column: usize,
+    ) -> Result<Samples, Trouble> {
+        let missing = recording.missing(column);
+        let column = &recording.columns[column];
+        let name = &column.name;
+        let unit = stated_unit(recording, column, (self.unit, "--reference-unit"))?
+            .ok_or_else(|| unknown_unit(recording, column, "add --reference-unit m/s, km/h, …"))?;
+        let (si, factor) = unit.si();
+        if si != Unit::MetrePerSecond {
+            return Err(Trouble::data(format!(
+                "column {name:?} is in {unit}, which is no velocity"
+            )));
+        }
+        let value: Vec<f64> = column.data.iter().map(|v| factor * v).collect();
+        if !self.latency.is_finite() {
+            return Err(Trouble::data("--reference-latency must be a finite number"));
+        }
+        let clock: Vec<f64> = clock.iter().map(|t| t - self.latency).collect();
+        Ok(Samples::present(&clock, &value, &[missing]))
+    }
+
+    /// Puts the reference at every sample of the record, on straight lines between its own, and cuts off what it
+    /// does not cover.
+    pub(super) fn attach(
+        &self,
+        bench: &mut AxisRecordings,
+        reference: &Samples,
+    ) -> Result<(), Trouble> {
+        let dt = bench.record.sample_time;
+        let n = bench.record.reading.len();
+        let time = |k: usize| bench.start + dt * k as f64;
+        let (Some(first), Some(last)) = (reference.time.first(), reference.time.last()) else {
+            return Err(Trouble::data("the reference holds no value"));
+        };
+        if reference.time.len() < 2 {
+            return Err(Trouble::data("the reference holds a single value"));
+        }
+        let slack = 1e-6 * dt;
+        let from = (0..n).find(|&k| time(k) >= first - slack).unwrap_or(n);
+        let to = (0..n)
+            .rev()
+            .find(|&k| time(k) <= last + slack)
+            .map_or(0, |k| k + 1);
+        if from + 8 > to {
+            return Err(
+                Trouble::data("the reference and the sensors share no stretch of time")
+                    .detail(format!(
+                        "reference {first:.3} s to {last:.3} s, sensors {:.3} s to {:.3} s",
+                        time(0),
+                        time(n - 1)
+                    ))
+                    .with_hint("both clocks must share their zero"),
+            );
+        }
+        let mut steps: Vec<f64> = reference.time.windows(2).map(|w| w[1] - w[0]).collect();
+        steps.sort_by(f64::total_cmp);
+        let step = steps[steps.len() / 2];
+        let mut bridged = 0usize;
+        let values: Vec<f64> = (from..to)
+            .map(|k| {
+                let t = time(k);
+                let after = reference.time.partition_point(|s| *s < t - slack);
+                let after = after.min(reference.time.len() - 1);
+                if after == 0 || (reference.time[after] - t).abs() <= slack {
+                    return reference.value[after];
+                }
+                let (a, b) = (reference.time[after - 1], reference.time[after]);
+                bridged += usize::from(b - a > 3.0 * step);
+                let share = ((t - a) / (b - a)).clamp(0.0, 1.0);
+                reference.value[after - 1] * (1.0 - share) + reference.value[after] * share
+            })
+            .collect();
+        if bridged > 0 {
+            bench.findings.push(
+                Finding::new(
+                    Severity::Warning,
+                    "gaps-in-reference",
+                    "the reference has gaps, which are bridged by straight lines",
+                )
+                .evidence(format!("{bridged} of {} samples", to - from))
+                .advice("leave them out with --between FROM,TO"),
+            );
+        }
+        if step > 1.5 * dt {
+            bench.findings.push(
+                Finding::new(
+                    Severity::Note,
+                    "slow-reference",
+                    "the reference is slower than the sensors: straight lines stand between its samples",
+                )
+                .evidence(format!(
+                    "{:.4} Hz against {:.4} Hz",
+                    1.0 / step,
+                    1.0 / dt
+                )),
+            );
+        }
+        if to - from < n {
+            bench.findings.push(
+                Finding::new(
+                    Severity::Note,
+                    "cut-to-reference",
+                    "only the stretch that the reference covers is compared",
+                )
+                .evidence(format!("{} of {n} samples", to - from)),
+            );
+            let record = &mut bench.record;
+            record.reading = record.reading[from..to].to_vec();
+            record.acceleration = record.acceleration[from..to].to_vec();
+            if from > 0 {
+                record.initial_velocity = None;
+            }
+            bench.start += from as f64 * dt;
+            record.check()?;
+        }
+        bench.reference = Some(values);
+        Ok(())
+    }
+}

@@ -1,0 +1,441 @@
+//! The two sensors of an axis, from one file or two, on one time base.
+
+use super::AxisData;
+use super::reading::{Reading, Samples};
+use super::reference::Reference;
+use crate::record::Record;
+use crate::store::Store;
+use crate::trouble::Trouble;
+use proofmass_core::{Matrix3, SensorModel, Watch};
+use proofmass_io::{
+    Absent, CalibrationFile, Column, ColumnRef, Input, Layout, LayoutOptions, Recording,
+    RecordingOptions, Source as Bytes, TimeSource, TimeUnit, Unit,
+};
+use proofmass_motion::{
+    MotionRecord, Stamped, Timing, align, even_clock, even_times, longest_stretch, mean_between,
+    thin,
+};
+use proofmass_uncertainty::Finding;
+use serde::{Deserialize, Serialize};
+
+/// The two sensors of an axis: files in a store, columns, units, and what is known about the clocks.
+///
+/// Times are seconds from the first row of the recording.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct AxisSensors {
+    /// Recording with the encoder or the wheel speed, and with the accelerometer unless `acceleration_file` says else.
+    pub recording: String,
+    /// Encoder or wheel speed.
+    pub reading: Reading,
+    /// Column of the acceleration; with `calibration` the three columns x, y, z.
+    pub acceleration: Vec<String>,
+    /// Unit of the acceleration, where the heading does not say it.
+    pub acceleration_unit: Option<Unit>,
+    /// File of the accelerometer, when it has its own; its clock must be that of the recording.
+    pub acceleration_file: Option<String>,
+    /// Time column of `acceleration_file`, where its heading does not tell.
+    pub acceleration_time: Option<String>,
+    /// Sampling rate of `acceleration_file`, Hz, when that has no time column.
+    pub acceleration_rate: Option<f64>,
+    /// calibration.json that compensates the acceleration first; needs `axis` and three columns.
+    pub calibration: Option<String>,
+    /// Axis of the compensated accelerometer that lies along the motion.
+    pub axis: Option<SensorAxis>,
+    /// Time by which the accelerometer is later than the encoder, s; it is shifted back by it.
+    pub latency: f64,
+    /// Stretch at rest: its mean acceleration is the offset that is removed.
+    pub still: Option<[f64; 2]>,
+    /// Stretch that is used; all where there is none.
+    pub between: Option<[f64; 2]>,
+    /// The axis stands still at the first sample.
+    pub at_rest: bool,
+    /// Time column.
+    pub time: Option<String>,
+    /// Unit of the time column, where the heading does not say it.
+    pub time_unit: Option<TimeUnit>,
+    /// Sampling rate, Hz, for recordings without a time column.
+    pub rate: Option<f64>,
+}
+
+/// One axis of a triaxial sensor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SensorAxis {
+    /// First.
+    X,
+    /// Second.
+    Y,
+    /// Third.
+    Z,
+}
+
+/// Unit of a column by its heading or by an option, which must not contradict each other.
+pub(super) fn stated_unit(
+    recording: &Recording,
+    column: &Column,
+    (given, option): (Option<Unit>, &str),
+) -> Result<Option<Unit>, Trouble> {
+    match (column.unit, given) {
+        (Some(heading), Some(given)) if heading != given => Err(Trouble::data(format!(
+            "column {:?} is in {heading} by its heading, in {given} by {option}",
+            column.name
+        ))
+        .detail(recording.path.display().to_string())
+        .with_hint(format!("remove {option}, or correct the heading"))),
+        (heading, given) => Ok(heading.or(given)),
+    }
+}
+
+/// Neither heading nor option tells the unit.
+pub(super) fn unknown_unit(recording: &Recording, column: &Column, hint: &str) -> Trouble {
+    Trouble::data(format!("the unit of column {:?} is not known", column.name))
+        .detail(recording.path.display().to_string())
+        .with_hint(hint)
+}
+
+/// Both sensors of an axis in SI on one time base, as a store held them.
+#[derive(Clone, Debug)]
+pub struct AxisRecordings {
+    /// Both sensors.
+    pub(super) record: MotionRecord,
+    /// Zero of the times below in the clock of the recording, s: its first row.
+    pub(super) origin: f64,
+    /// Time of the first sample after that, s.
+    pub(super) start: f64,
+    /// Reference velocity per sample, m/s.
+    pub(super) reference: Option<Vec<f64>>,
+    /// Files with their digests.
+    inputs: Vec<Input>,
+    /// What to doubt about the files.
+    pub(super) findings: Vec<Finding>,
+    /// The recording in messages and titles.
+    name: String,
+}
+
+impl AxisRecordings {
+    /// The data as the jobs want them.
+    pub fn data(&self) -> AxisData<'_> {
+        AxisData {
+            record: &self.record,
+            start: self.origin + self.start,
+            reference: self.reference.as_deref(),
+            findings: &self.findings,
+            name: &self.name,
+        }
+    }
+
+    /// What a result is filed with.
+    pub fn record(&self, date: Option<String>) -> Record {
+        Record {
+            date,
+            inputs: self.inputs.clone(),
+            ..Record::default()
+        }
+    }
+}
+
+impl AxisSensors {
+    /// Names of the files that are read.
+    pub fn files(&self) -> Vec<&str> {
+        let second = self.acceleration_file.as_deref();
+        std::iter::once(self.recording.as_str())
+            .chain(second)
+            .chain(self.calibration.as_deref())
+            .collect()
+    }
+
+    /// Reads both sensors and, where one is asked for, the reference.
+    ///
+    /// # Errors
+    /// A file or column that is not there or cannot be read, units that do not fit, clocks without a common stretch.
+    pub fn load(
+        &self,
+        store: &dyn Store,
+        reference: Option<&Reference>,
+        watch: &dyn Watch,
+    ) -> Result<AxisRecordings, Trouble> {
+        watch.step("reading", 0, 0)?;
+        for (name, value) in [("--latency", Some(self.latency)), ("--rate", self.rate)] {
+            if value.is_some_and(|v| !v.is_finite()) {
+                return Err(Trouble::data(format!("{name} must be a finite number")));
+            }
+        }
+        let mut columns = self.reading.columns()?;
+        let of_reading = columns.len();
+        let of_acceleration = self.acceleration_columns()?;
+        let together = self.acceleration_file.is_none();
+        if together {
+            columns.extend(of_acceleration.iter().cloned());
+        }
+        let with_reference = reference.filter(|r| r.file.is_none());
+        columns.extend(with_reference.map(|r| ColumnRef::from_word(&r.column)));
+        let mut absent = vec![Absent::EmptyOrNan; columns.len()];
+        if together {
+            absent[of_reading..of_reading + of_acceleration.len()].fill(Absent::Empty);
+        }
+        let mut source = store.open(&self.recording)?;
+        let options = self.options(&mut source, true, columns, self.time.as_deref(), self.rate)?;
+        let main = Recording::from_source_sparse(source, &options, &absent)?;
+        let mut inputs = vec![main.input()];
+        let mut findings = main.findings().to_vec();
+        if self.reading.edges() {
+            // Edges come when they come.
+            findings.retain(|f| f.code() != "time-gaps");
+        }
+        // Seconds since an epoch leave a double too few digits for a step.
+        let origin = main.time.seconds(0);
+        let clock = clock(&main, &main, origin, self.reading.edges());
+
+        let reading = self.reading.decode(&main, &clock, &mut findings)?;
+        let mut acceleration = match &self.acceleration_file {
+            None => self.accelerations(store, &main, &clock, of_reading)?,
+            Some(name) => {
+                let mut source = store.open(name)?;
+                let options = self.options(
+                    &mut source,
+                    false,
+                    of_acceleration.clone(),
+                    self.acceleration_time.as_deref(),
+                    self.acceleration_rate,
+                )?;
+                let absent = vec![Absent::Empty; of_acceleration.len()];
+                let other = Recording::from_source_sparse(source, &options, &absent)?;
+                findings.extend(other.findings().iter().cloned());
+                inputs.push(other.input());
+                let own = self::clock(&other, &main, origin, false);
+                self.accelerations(store, &other, &own, 0)?
+            }
+        };
+        for t in &mut acceleration.time {
+            *t -= self.latency;
+        }
+        if let Some([from, to]) = self.still {
+            let offset = mean_between(&acceleration.time, &acceleration.value, from, to)
+                .ok_or_else(|| {
+                    Trouble::data(format!(
+                        "no sample lies in the still stretch {from} s to {to} s"
+                    ))
+                    .detail(self.recording.clone())
+                })?;
+            acceleration.value.iter_mut().for_each(|a| *a -= offset);
+        }
+        if let Some([from, to]) = self.between {
+            acceleration.keep(|t| t >= from && t <= to);
+        }
+        if let Some(gaps) = longest_stretch(&acceleration.time) {
+            let Samples { time, value } = &mut acceleration;
+            *time = time[gaps.used.clone()].to_vec();
+            *value = value[gaps.used.clone()].to_vec();
+            findings.push(gaps.finding);
+        }
+
+        let (mut record, start) = self.common(&reading, &acceleration)?;
+        record.increment = self.reading.increment();
+        if self.at_rest {
+            record.initial_velocity = Some(0.0);
+        }
+        if self.reading.is_analogue() {
+            findings.extend(thin(&mut record));
+        }
+        let mut bench = AxisRecordings {
+            record,
+            origin,
+            start,
+            reference: None,
+            inputs,
+            findings,
+            name: store.describe(&self.recording).display().to_string(),
+        };
+        if let Some(reference) = reference {
+            let samples = match &reference.file {
+                None => reference.samples(&main, &clock, main.columns.len() - 1)?,
+                Some(name) => {
+                    let column = ColumnRef::from_word(&reference.column);
+                    let time = reference.time.as_deref();
+                    let mut source = store.open(name)?;
+                    let options =
+                        self.options(&mut source, false, vec![column], time, reference.rate)?;
+                    let absent = [Absent::EmptyOrNan];
+                    let other = Recording::from_source_sparse(source, &options, &absent)?;
+                    bench.inputs.push(other.input());
+                    reference.samples(&other, &self::clock(&other, &main, origin, false), 0)?
+                }
+            };
+            reference.attach(&mut bench, &samples)?;
+        }
+        Ok(bench)
+    }
+
+    fn acceleration_columns(&self) -> Result<Vec<ColumnRef>, Trouble> {
+        let needed = if self.calibration.is_some() { 3 } else { 1 };
+        if self.acceleration.len() != needed {
+            return Err(Trouble::data(format!(
+                "--acceleration names {} columns, {needed} are needed",
+                self.acceleration.len()
+            ))
+            .with_hint("one column along the motion, or three columns x,y,z together with --calibration and --axis"));
+        }
+        Ok(self
+            .acceleration
+            .iter()
+            .map(|name| ColumnRef::from_word(name))
+            .collect())
+    }
+
+    fn options(
+        &self,
+        source: &mut Bytes,
+        main: bool,
+        columns: Vec<ColumnRef>,
+        time: Option<&str>,
+        rate: Option<f64>,
+    ) -> Result<RecordingOptions, Trouble> {
+        let time = time.map(ColumnRef::from_word);
+        // --time-unit is for headings that do not say it; one of several files may.
+        let layout = Layout::of(source, &LayoutOptions::default())?;
+        let at = match &time {
+            Some(column) => Some(
+                layout
+                    .find(column)
+                    .map_err(|e| Trouble::from(e).detail(source.name().display().to_string()))?,
+            ),
+            None => layout.time_column(),
+        };
+        let told = at.is_some_and(|i| layout.unit(i).is_some_and(Unit::is_time));
+        Ok(RecordingOptions {
+            layout: LayoutOptions::default(),
+            columns,
+            time,
+            time_unit: self.time_unit.filter(|_| rate.is_none() && (main || !told)),
+            sampling_rate_hz: rate,
+            events: self.reading.edges() && main,
+            ..RecordingOptions::default()
+        })
+    }
+
+    /// Acceleration along the motion in m/s², where the file holds one.
+    fn accelerations(
+        &self,
+        store: &dyn Store,
+        recording: &Recording,
+        clock: &[f64],
+        first: usize,
+    ) -> Result<Samples, Trouble> {
+        let columns = &recording.columns[first..first + self.acceleration.len()];
+        let missing: Vec<&[usize]> = (first..first + columns.len())
+            .map(|i| recording.missing(i))
+            .collect();
+        let unit = |i: usize| -> Result<Unit, Trouble> {
+            let given = (self.acceleration_unit, "--acceleration-unit");
+            stated_unit(recording, &columns[i], given)?.ok_or_else(|| {
+                unknown_unit(
+                    recording,
+                    &columns[i],
+                    "add --acceleration-unit m/s2, g, mg, …",
+                )
+            })
+        };
+        let value: Vec<f64> = match &self.calibration {
+            None => {
+                let unit = unit(0)?;
+                if !unit.is_acceleration() {
+                    return Err(Trouble::data(format!(
+                        "column {:?} is in {unit}, which is no acceleration",
+                        columns[0].name
+                    ))
+                    .with_hint("raw outputs need a calibration: --calibration FILE --axis x"));
+                }
+                let factor = unit.si().1;
+                columns[0].data.iter().map(|v| factor * v).collect()
+            }
+            Some(name) => {
+                let (calibration, _) = CalibrationFile::from_source(store.open(name)?)?;
+                let sensor = SensorModel::new(Matrix3(calibration.k), calibration.b)?;
+                let mut factors = [1.0; 3];
+                for (i, factor) in factors.iter_mut().enumerate() {
+                    let (si, to_si) = unit(i)?.si();
+                    if si != calibration.input_unit {
+                        return Err(Trouble::data(format!(
+                            "column {:?} is in {si}, the calibration takes {}",
+                            columns[i].name, calibration.input_unit
+                        ))
+                        .detail(store.describe(name).display().to_string()));
+                    }
+                    *factor = to_si;
+                }
+                let axis = match self.axis {
+                    Some(SensorAxis::X) | None => 0,
+                    Some(SensorAxis::Y) => 1,
+                    Some(SensorAxis::Z) => 2,
+                };
+                let to_si = calibration.output_unit.si().1;
+                (0..columns[0].data.len())
+                    .map(|k| {
+                        let output = std::array::from_fn(|i| factors[i] * columns[i].data[k]);
+                        to_si * sensor.apply(output)[axis]
+                    })
+                    .collect()
+            }
+        };
+        Ok(Samples::present(clock, &value, &missing))
+    }
+
+    /// Both sensors on the clock of the accelerometer.
+    fn common(
+        &self,
+        reading: &Samples,
+        acceleration: &Samples,
+    ) -> Result<(MotionRecord, f64), Trouble> {
+        let source = self.reading.source();
+        let timing = if self.reading.edges() {
+            Timing::Edges
+        } else {
+            Timing::Sampled
+        };
+        let step = even_clock(&acceleration.time);
+        let start = acceleration
+            .time
+            .first()
+            .copied()
+            .unwrap_or(0.0)
+            .max(reading.time.first().copied().unwrap_or(0.0));
+        let record = align(
+            source,
+            Stamped {
+                time: &reading.time,
+                value: &reading.value,
+            },
+            Stamped {
+                time: &acceleration.time,
+                value: &acceleration.value,
+            },
+            step,
+            timing,
+        )
+        .map_err(|e| {
+            Trouble::data(format!(
+                "the two sensors cannot be put on one time base: {e}"
+            ))
+            .detail(self.recording.clone())
+            .with_hint("both clocks must share their zero and overlap; see `proofmass inspect`")
+        })?;
+        Ok((record, start))
+    }
+}
+
+/// Times of the rows after an origin: of an even clock behind rounded stamps, the clock.
+fn clock(recording: &Recording, main: &Recording, origin: f64, edges: bool) -> Vec<f64> {
+    // Recordings with stamps since 1970 count from their own first one.
+    let origin = origin - recording.time.offset_s(&main.time);
+    let own: Vec<f64> = (0..recording.samples())
+        .map(|k| recording.time.seconds(k) - origin)
+        .collect();
+    let TimeSource::Column(stamps) = recording.time.source() else {
+        return own;
+    };
+    match even_clock(stamps).filter(|_| !edges) {
+        Some(step) => even_times(&own, step),
+        None => own,
+    }
+}

@@ -1,0 +1,141 @@
+//! The three questions to an axis, from memory alone.
+
+mod support;
+
+use proofmass_jobs::velocity::{
+    AxisData, AxisSensors, Reading, Reference, VelocityCompareJob, VelocityEstimateJob,
+    VelocityTuneJob,
+};
+use proofmass_jobs::{Job, Memory, Outcome, TroubleKind, Unwatched};
+use proofmass_motion::{Method, MotionRecord, Source};
+use proofmass_rig::{Axis, AxisMotion, AxisRecording};
+
+fn recording() -> AxisRecording {
+    let mut axis = Axis::new(AxisMotion::servo(5.0));
+    axis.duration = 2.0;
+    axis.simulate(1).unwrap()
+}
+
+fn record() -> (MotionRecord, Vec<f64>) {
+    let recording = recording();
+    let mut record = MotionRecord::new(
+        recording.sample_time,
+        Source::Position,
+        recording.position(),
+        recording.acceleration.clone(),
+    )
+    .unwrap();
+    record.increment = Some(recording.increment);
+    (record, recording.truth.iter().map(|p| p.velocity).collect())
+}
+
+#[test]
+fn law_outcomes_come_back_to_the_byte() {
+    let (record, truth) = record();
+    let data = AxisData::new(&record);
+    let outcome = VelocityEstimateJob::default()
+        .evaluate(&data, &Unwatched)
+        .unwrap();
+    assert_eq!(outcome.quantities()[0].name, "largest_speed");
+    support::law_outcome_comes_back(outcome);
+    // A method without an uncertainty, on line.
+    let observer: Method = "observer:10,100".parse().unwrap();
+    let job = VelocityEstimateJob::new(Some(observer), None);
+    support::law_outcome_comes_back(job.evaluate(&data, &Unwatched).unwrap());
+    support::law_outcome_comes_back(
+        VelocityTuneJob::default()
+            .evaluate(&data, &Unwatched)
+            .unwrap(),
+    );
+    let job = VelocityCompareJob::new(Vec::new(), vec![1000.0, 100.0], Some(0.5));
+    let with = AxisData {
+        reference: Some(&truth),
+        ..data
+    };
+    support::law_outcome_comes_back(job.evaluate(&with, &Unwatched).unwrap());
+}
+
+#[test]
+fn law_an_onlooker_can_stop_it() {
+    let (record, _) = record();
+    let data = AxisData::new(&record);
+    let troubles = [
+        VelocityEstimateJob::default()
+            .evaluate(&data, &support::Stop)
+            .unwrap_err(),
+        VelocityTuneJob::default()
+            .evaluate(&data, &support::Stop)
+            .unwrap_err(),
+        VelocityCompareJob::default()
+            .evaluate(&data, &support::Stop)
+            .unwrap_err(),
+    ];
+    for trouble in troubles {
+        assert_eq!(trouble.kind(), TroubleKind::Cancelled);
+    }
+}
+
+#[test]
+fn law_requests_are_plain_data() {
+    let sensors = AxisSensors {
+        recording: "axis.csv".into(),
+        reading: Reading {
+            position: Some(vec!["count".into()]),
+            counts_per_metre: Some(1000.0),
+            ..Reading::default()
+        },
+        acceleration: vec!["acceleration".into()],
+        ..AxisSensors::default()
+    };
+    let text = serde_json::to_string(&sensors).unwrap();
+    assert_eq!(serde_json::from_str::<AxisSensors>(&text).unwrap(), sensors);
+    let job = VelocityCompareJob::new(vec![Method::FixedTime], vec![100.0], None);
+    let text = serde_json::to_string(&job).unwrap();
+    assert_eq!(
+        serde_json::from_str::<VelocityCompareJob>(&text).unwrap(),
+        job
+    );
+}
+
+/// Two files and a reference that never touch a disk.
+#[test]
+fn law_sensors_are_read_from_memory() {
+    let recording = recording();
+    let (mut axis, mut truth) = (
+        String::from("time_s,count,acceleration_m/s2\n"),
+        String::from("time_s,velocity_m/s\n"),
+    );
+    for (k, count) in recording.count.iter().enumerate() {
+        let t = recording.sample_time * k as f64;
+        axis += &format!("{t:.3},{},{}\n", count.unwrap(), recording.acceleration[k]);
+        truth += &format!("{t:.3},{}\n", recording.truth[k].velocity);
+    }
+    let store = Memory::new()
+        .file("axis.csv", axis)
+        .file("truth.csv", truth);
+    let sensors = AxisSensors {
+        recording: "axis.csv".into(),
+        reading: Reading {
+            position: Some(vec!["count".into()]),
+            counts_per_metre: Some(1.0 / recording.increment),
+            ..Reading::default()
+        },
+        acceleration: vec!["acceleration".into()],
+        ..AxisSensors::default()
+    };
+    let reference = Reference {
+        column: "velocity".into(),
+        file: Some("truth.csv".into()),
+        ..Reference::default()
+    };
+    let loaded = sensors.load(&store, Some(&reference), &Unwatched).unwrap();
+    let job = VelocityCompareJob::new(vec![Method::FixedTime], Vec::new(), None);
+    let outcome = job.evaluate(&loaded.data(), &Unwatched).unwrap();
+    let result = outcome.result();
+    assert!(result.reference_is_truth);
+    let best = result.rows.iter().map(|r| r.agreement.rms);
+    assert!(best.fold(f64::INFINITY, f64::min) < 1e-3);
+    assert_eq!(loaded.record(None).inputs.len(), 2);
+    let trouble = sensors.load(&Memory::new(), None, &Unwatched).unwrap_err();
+    assert!(trouble.to_string().contains("no such file"), "{trouble}");
+}

@@ -1,0 +1,143 @@
+//! Methods as words: `observer:5,25`.
+
+use crate::{BiasModel, IntegratorRule, KalmanModel, Method};
+use std::str::FromStr;
+
+/// Every method as a word with its settings, for help and messages.
+pub const METHODS: &str = "fixed-time, backward-difference:ORDER, savitzky-golay:WINDOW,DEGREE, \
+    tracking-loop:BANDWIDTH, speed, trapezoid, simpson, tick, adams-moulton-3 (each also as :OFFSET), two-channel:K1,K2, \
+    observer:KX,KV, offset-observer:KX,KV,KB, adaptive-observer:KX,KV,RATE,FLOOR, kalman:Q,R, steady-kalman:Q,R, \
+    smoother:Q,R (each also as :Q,R,WALK,START with an offset that walks)";
+
+impl FromStr for Method {
+    type Err = String;
+
+    /// Reads `name` or `name:number,number`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        method(text)
+    }
+}
+
+impl Method {
+    /// The word that [`str::parse`] takes, with five digits of each setting where it has them.
+    pub fn word(&self) -> Option<String> {
+        let noise = |name: &str, model: &KalmanModel| {
+            let noise = format!(
+                "{name}:{:.4e},{:.4e}",
+                model.acceleration_noise, model.reading_noise
+            );
+            match model.bias {
+                Some(BiasModel::RandomWalk { density, initial }) => {
+                    Some(format!("{noise},{density:.3e},{initial:.3}"))
+                }
+                Some(BiasModel::GaussMarkov { .. }) => None,
+                None => Some(noise),
+            }
+        };
+        match self {
+            Self::Kalman { model } => noise("kalman", model),
+            Self::SteadyKalman { model } => noise("steady-kalman", model),
+            Self::Smoother { model } => noise("smoother", model),
+            Self::TwoChannel { k1, k2 } => Some(format!("two-channel:{k1:.5},{k2:.5}")),
+            Self::Observer { k_x, k_v } => Some(format!("observer:{k_x:.5},{k_v:.5}")),
+            _ => None,
+        }
+    }
+}
+
+fn method(text: &str) -> Result<Method, String> {
+    let (name, rest) = text.split_once(':').unwrap_or((text, ""));
+    let numbers: Vec<f64> = rest
+        .split(',')
+        .map(str::trim)
+        .filter(|n| !n.is_empty())
+        .map(|n| {
+            n.parse::<f64>()
+                .ok()
+                .filter(|v| v.is_finite())
+                .ok_or_else(|| format!("{n:?} in {text:?} is no number"))
+        })
+        .collect::<Result<_, _>>()?;
+    let whole = |v: f64| -> Result<usize, String> {
+        if v >= 0.0 && v.fract() == 0.0 && v < 1e6 {
+            Ok(v as usize)
+        } else {
+            Err(format!("{v} in {text:?} must be a whole number"))
+        }
+    };
+    let integration = |rule| match numbers[..] {
+        [] => Some(Method::Integration { rule, offset: 0.0 }),
+        [offset] => Some(Method::Integration { rule, offset }),
+        _ => None,
+    };
+    let found = match (name, &numbers[..]) {
+        ("fixed-time", []) => Some(Method::FixedTime),
+        ("speed", []) => Some(Method::SpeedReading),
+        ("backward-difference", &[order]) => Some(Method::BackwardDifference {
+            order: whole(order)?,
+        }),
+        ("savitzky-golay", &[window, degree]) => Some(Method::SavitzkyGolay {
+            window: whole(window)?,
+            degree: whole(degree)?,
+        }),
+        ("tracking-loop", &[bandwidth]) => Some(Method::TrackingLoop { bandwidth }),
+        ("trapezoid", _) => integration(IntegratorRule::Trapezoid),
+        ("simpson", _) => integration(IntegratorRule::Simpson),
+        ("tick", _) => integration(IntegratorRule::Tick),
+        ("adams-moulton-3", _) => integration(IntegratorRule::AdamsMoulton3),
+        ("two-channel", &[k1, k2]) => Some(Method::TwoChannel { k1, k2 }),
+        ("observer", &[k_x, k_v]) => Some(Method::Observer { k_x, k_v }),
+        ("offset-observer", &[k_x, k_v, k_b]) => Some(Method::OffsetObserver { k_x, k_v, k_b }),
+        ("adaptive-observer", &[k_x, k_v, rate, floor]) => Some(Method::AdaptiveObserver {
+            k_x,
+            k_v,
+            rate,
+            floor,
+        }),
+        ("kalman", noise) => model(noise).map(|model| Method::Kalman { model }),
+        ("steady-kalman", noise) => model(noise).map(|model| Method::SteadyKalman { model }),
+        ("smoother", noise) => model(noise).map(|model| Method::Smoother { model }),
+        _ => None,
+    };
+    found.ok_or_else(|| format!("{text:?} is no method with its numbers: {METHODS}"))
+}
+
+/// q and R, and of an offset that walks its density and its deviation at the start.
+fn model(numbers: &[f64]) -> Option<KalmanModel> {
+    match *numbers {
+        [q, r] => Some(KalmanModel::new(q, r)),
+        [q, r, density, initial] => Some(KalmanModel {
+            bias: Some(BiasModel::RandomWalk { density, initial }),
+            ..KalmanModel::new(q, r)
+        }),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_become_methods() {
+        assert_eq!(
+            method("observer:5,25"),
+            Ok(Method::Observer {
+                k_x: 5.0,
+                k_v: 25.0
+            })
+        );
+        assert_eq!(method("fixed-time"), Ok(Method::FixedTime));
+        for wrong in [
+            "observer",
+            "observer:5",
+            "observer:5,x",
+            "savitzky-golay:5.5,2",
+            "nothing",
+            "kalman:nan,1",
+            "kalman:1,2,3",
+        ] {
+            assert!(method(wrong).is_err(), "{wrong}");
+        }
+    }
+}

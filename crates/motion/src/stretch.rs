@@ -1,0 +1,97 @@
+//! Stamped samples of one sensor before they share a time base with another: clock, gaps, stretches.
+
+use crate::condition::repetition;
+use crate::{MotionRecord, out_of_order};
+use proofmass_uncertainty::{Finding, Severity};
+use std::ops::Range;
+
+/// Times of an even clock of this step whose rounded stamps have this mean.
+pub fn even_times(stamps: &[f64], step: f64) -> Vec<f64> {
+    let n = stamps.len();
+    let middle = 0.5 * n.saturating_sub(1) as f64;
+    let mean = stamps.iter().sum::<f64>() / n.max(1) as f64;
+    (0..n).map(|k| mean + step * (k as f64 - middle)).collect()
+}
+
+/// Mean of the values at times between two; `None` where there is none.
+pub fn mean_between(time: &[f64], value: &[f64], from: f64, to: f64) -> Option<f64> {
+    let inside = time
+        .iter()
+        .zip(value)
+        .filter(|(t, _)| **t >= from && **t <= to);
+    let (n, sum) = inside.fold((0usize, 0.0), |(n, sum), (_, v)| (n + 1, sum + v));
+    (n > 0).then(|| sum / n as f64)
+}
+
+/// The longest stretch of samples without a gap, and what is to be said about it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ungapped {
+    /// Samples of the stretch.
+    pub used: Range<usize>,
+    /// That there are gaps.
+    pub finding: Finding,
+}
+
+/// The longest stretch without a gap of three median steps and more; `None` where there is no gap.
+pub fn longest_stretch(time: &[f64]) -> Option<Ungapped> {
+    if out_of_order(time).is_some() {
+        return None;
+    }
+    let mut steps: Vec<f64> = time.windows(2).map(|w| w[1] - w[0]).collect();
+    steps.sort_by(f64::total_cmp);
+    let limit = 3.0 * steps.get(steps.len() / 2)?;
+    let mut cuts: Vec<usize> = vec![0];
+    cuts.extend((1..time.len()).filter(|&k| time[k] - time[k - 1] >= limit));
+    cuts.push(time.len());
+    if cuts.len() == 2 {
+        return None;
+    }
+    let (from, to) = cuts
+        .windows(2)
+        .map(|w| (w[0], w[1]))
+        .max_by_key(|(from, to)| to - from)?;
+    let finding = Finding::new(
+        Severity::Warning,
+        "gaps-in-acceleration",
+        "the accelerometer has gaps: only the longest stretch without one is used",
+    )
+    .evidence(format!(
+        "{} gaps of more than three steps; used {:.3} s to {:.3} s after the start",
+        cuts.len() - 2,
+        time[from],
+        time[to - 1]
+    ))
+    .advice("choose another stretch of time");
+    Some(Ungapped {
+        used: from..to,
+        finding,
+    })
+}
+
+/// Of a slower sensor whose value stands in several rows, keeps the row in which it is new.
+pub fn thin(record: &mut MotionRecord) -> Option<Finding> {
+    let n = repetition(record)?;
+    let mut last = None;
+    let mut age = 0;
+    for reading in &mut record.reading {
+        age += 1;
+        // A value that stays (a wheel at rest) is new again after as many rows.
+        if *reading != last || age >= n {
+            (last, age) = (*reading, 0);
+        } else {
+            *reading = None;
+        }
+    }
+    Some(
+        Finding::new(
+            Severity::Note,
+            "repeated-readings",
+            "each reading stands in several rows: only the first of each is taken",
+        )
+        .evidence(format!(
+            "most values stand {n} times in a row, at {:.4} Hz of {:.4} Hz",
+            1.0 / (n as f64 * record.sample_time),
+            1.0 / record.sample_time
+        )),
+    )
+}

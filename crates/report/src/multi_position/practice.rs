@@ -1,0 +1,189 @@
+//! The result in the units of practice: mg, percent, degrees, K⁻¹, and what a compensated reading is worth.
+
+use crate::number::{rounded, two_digits};
+use crate::{Cell, Column, Section, Table};
+use proofmass_calibration::{
+    CompensatedReading, Misfit, MultiPositionFit, NextAttitude, WithoutSuspects,
+};
+use proofmass_core::STANDARD_GRAVITY;
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+pub(super) fn section(
+    fit: &MultiPositionFit,
+    reading: Option<&CompensatedReading>,
+    next: Option<&NextAttitude>,
+) -> Section {
+    let mut section = Section::new("For practice").paragraph(format!(
+        "{} Intervals hold the true value with a probability of approximately {:.0} %, the effects of gravity and of what \
+         varies between the standstills included.",
+        frame(fit),
+        100.0 * fit.probability()
+    ));
+    if let Some(reading) = reading {
+        let mg = |a: f64| two_digits(1e3 * a / STANDARD_GRAVITY);
+        let [x, y, z] = reading.worst_direction;
+        section = section.paragraph(format!(
+            "A compensated reading under 1 g has along its worst axis an expanded uncertainty between {} and {} mg over the \
+             sphere, half of all directions below {} mg; the worst direction is ({x:+.2}, {y:+.2}, {z:+.2}). The noise of the \
+             reading itself is not in it.",
+            mg(reading.smallest),
+            mg(reading.largest),
+            mg(reading.median),
+        ));
+    }
+    if let Some(next) = next {
+        let [x, y, z] = next.direction;
+        section = section.paragraph(format!(
+            "One more standstill tells most with ({x:+.2}, {y:+.2}, {z:+.2}) in the axes of the sensor pointing up: the \
+             expanded uncertainties would then be {:.0} % of what they are, in the mean square.",
+            1e2 * next.expected
+        ));
+    }
+    section = section.table(values(fit)).table(inverse(fit));
+    if let Some(without) = fit.without_suspects() {
+        section = section.table(beside(fit, without));
+    }
+    if !fit.misfits().is_empty() {
+        section = section.table(checked(fit.misfits()));
+    }
+    section
+}
+
+fn frame(fit: &MultiPositionFit) -> &'static str {
+    if fit.attitudes_given() {
+        "The frame is that in which the attitudes were given."
+    } else {
+        "Without given attitudes ‖a‖ = g shows neither a rotation of the sensor nor a mirror image of it (an axis wired \
+         backwards); with an upper-triangular K the z axis is that of the z element and the y axis lies in the plane of the \
+         y and z elements, with a symmetric K the frame lies evenly among the three."
+    }
+}
+
+/// Bias in mg, scale errors in percent, misalignments in degrees.
+fn values(fit: &MultiPositionFit) -> Table {
+    let mut table = Table::new(
+        "The quantities in other units",
+        [
+            Column::text("quantity"),
+            Column::number("value", ""),
+            Column::number("U", ""),
+            Column::text("unit"),
+        ],
+    );
+    for q in fit.quantities() {
+        let (name, offset, factor, unit) = if q.unit == "rad" {
+            (q.name.clone(), 0.0, 180.0 / std::f64::consts::PI, "°")
+        } else if !fit.are_accelerations() {
+            continue;
+        } else if q.name.starts_with("bias") {
+            (q.name.clone(), 0.0, 1e3 / STANDARD_GRAVITY, "mg")
+        } else {
+            (format!("{} less 1", q.name), 1.0, 1e2, "%")
+        };
+        let (value, expanded) = rounded(
+            factor * (q.value - offset),
+            factor * q.expanded(fit.probability()),
+        );
+        table = table.row([
+            Cell::text(name),
+            Cell::number(value),
+            Cell::number(expanded),
+            Cell::text(unit),
+        ]);
+    }
+    table
+}
+
+/// K⁻¹, which compensation multiplies with.
+fn inverse(fit: &MultiPositionFit) -> Table {
+    let unit = if fit.are_accelerations() {
+        String::new()
+    } else {
+        format!("(m/s²)/{}", fit.output_unit())
+    };
+    let mut table = Table::new(
+        "K⁻¹ of a = K⁻¹ (ã − b)",
+        std::iter::once(Column::text("acceleration"))
+            .chain(AXES.map(|axis| Column::number(format!("output {axis}"), unit.clone()))),
+    );
+    let inverse = fit.model().k_inverse().0;
+    for (axis, row) in AXES.iter().zip(inverse) {
+        let largest = row.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        let places = (7 - largest.max(1e-12).log10().ceil() as i32).clamp(0, 12) as usize;
+        let cells = row.map(|v| Cell::number(format!("{v:.places$}")));
+        table = table.row(std::iter::once(Cell::text(*axis)).chain(cells));
+    }
+    table
+}
+
+/// With and without the standstills that are suspected.
+fn beside(fit: &MultiPositionFit, without: &WithoutSuspects) -> Table {
+    let names: Vec<&str> = without.suspects.iter().map(|s| s.name.as_str()).collect();
+    let mut table = Table::new(
+        format!(
+            "The result without standstill {}, beside that with all",
+            names.join(", ")
+        ),
+        [
+            Column::text("quantity"),
+            Column::number("with all", ""),
+            Column::number("U", ""),
+            Column::number("without", ""),
+            Column::number("U", ""),
+            Column::text("unit"),
+        ],
+    );
+    let p = fit.probability();
+    for (all, other) in fit
+        .quantities()
+        .iter()
+        .zip(without.quantities.iter().flatten())
+    {
+        let (a, u) = rounded(all.value, all.expanded(p));
+        let (b, v) = rounded(other.value, other.expanded(p));
+        table = table.row([
+            Cell::text(all.name.clone()),
+            Cell::number(a),
+            Cell::number(u),
+            Cell::number(b),
+            Cell::number(v),
+            Cell::text(all.unit.clone()),
+        ]);
+    }
+    table
+}
+
+/// What was looked for in the residuals, found or not.
+fn checked(misfits: &[Misfit]) -> Table {
+    let mut table = Table::new(
+        "Looked for in the residuals",
+        [
+            Column::text("what"),
+            Column::number("x", "mg"),
+            Column::number("y", "mg"),
+            Column::number("z", "mg"),
+            Column::number("probability by chance", ""),
+            Column::text("found"),
+        ],
+    );
+    for misfit in misfits {
+        let [x, y, z] = misfit
+            .amplitudes_mg
+            .map(|a| Cell::number(format!("{a:.2}")));
+        let p = if misfit.p_value < 1e-4 {
+            "< 0.0001".to_owned()
+        } else {
+            format!("{:.4}", misfit.p_value)
+        };
+        table = table.row([
+            Cell::text(misfit.cause.to_string()),
+            x,
+            y,
+            z,
+            Cell::text(p),
+            Cell::text(if misfit.found { "yes" } else { "no" }),
+        ]);
+    }
+    table
+}

@@ -1,0 +1,210 @@
+//! One input of a model or budget, in the words of a laboratory.
+
+use crate::{DegreesOfFreedom, Distribution, Evaluation, Input, Refusal};
+use serde::{Deserialize, Serialize};
+
+/// One `[[input]]`: a name, a unit, and one statement of what is known:
+///
+/// - `distribution`, or `observations`;
+/// - `value` with `u`;
+/// - `value` with `U` and `k` (a certificate), or `U`, `probability` and `dof`;
+/// - `value` with `half_width` and perhaps `shape`;
+/// - `value` with `accuracy` (a data sheet: percent of reading and of range);
+/// - `value` with `resolution` (a display: rectangular, one digit wide);
+/// - `value` alone: a constant.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct InputEntry {
+    /// Name, as in the equations.
+    pub name: String,
+    /// Unit; `1` for a pure number.
+    pub unit: String,
+    /// What it is, for a reader of the budget.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub description: Option<String>,
+    /// What is known about it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub distribution: Option<Distribution>,
+    /// Repeated observations instead of a distribution.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub observations: Option<Vec<f64>>,
+    /// The estimate, with one of the statements below.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub value: Option<f64>,
+    /// Standard uncertainty.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub u: Option<f64>,
+    /// Expanded uncertainty, as a certificate states it.
+    #[serde(default, rename = "U", skip_serializing_if = "Option::is_none")]
+    pub expanded: Option<f64>,
+    /// Its coverage factor.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub k: Option<f64>,
+    /// Its probability, where no factor is stated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub probability: Option<f64>,
+    /// Half-width of limits about the value.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub half_width: Option<f64>,
+    /// Shape between these limits: `rectangular` (as without it), `triangular`, `arcsine`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shape: Option<String>,
+    /// Accuracy of an instrument after its data sheet.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<Accuracy>,
+    /// Smallest step of a display.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub resolution: Option<f64>,
+    /// Inputs with the same word here were observed together: one covariance with one number of degrees of freedom.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub together: Option<String>,
+    /// Keys of which each distinct value has its own draw.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub varies_with: Vec<String>,
+    /// Degrees of freedom, when not those of the distribution.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dof: Option<DegreesOfFreedom>,
+    /// Type A or B, when not as the distribution suggests.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub evaluation: Option<Evaluation>,
+    /// What an error of it does to an observation, in the words of the kind of campaign; equations need none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub acts: Option<String>,
+}
+
+/// Limits of error of an instrument as its data sheet states them: the sum of these parts, rectangular.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Accuracy {
+    /// Percent of the reading.
+    pub reading_percent: f64,
+    /// Percent of the range.
+    pub range_percent: f64,
+    /// The range, in the unit of the input.
+    pub range: f64,
+    /// A constant part, in the unit of the input.
+    pub constant: f64,
+}
+
+impl Accuracy {
+    /// Half-width of the limits at a reading.
+    pub fn half_width(&self, reading: f64) -> f64 {
+        (self.reading_percent * reading.abs() + self.range_percent * self.range.abs()) / 100.0
+            + self.constant
+    }
+}
+
+impl InputEntry {
+    /// The input it describes.
+    ///
+    /// # Errors
+    /// [`Refusal::Incomplete`] and [`Refusal::Contradiction`] for what does not make one statement,
+    /// [`Refusal::Input`] for observations that do not do.
+    pub fn input(&self) -> Result<Input, Refusal> {
+        let mut input =
+            Input::new(&self.name, &self.unit, self.known()?).varies_with(self.varies_with.clone());
+        if let Some(text) = &self.description {
+            input = input.description(text);
+        }
+        if let Some(dof) = self.dof {
+            input = input.dof(dof);
+        }
+        if let Some(evaluation) = self.evaluation {
+            input = input.evaluation(evaluation);
+        }
+        Ok(input)
+    }
+
+    /// The one statement, as a distribution.
+    fn known(&self) -> Result<Distribution, Refusal> {
+        let contradiction = |what| Refusal::Contradiction {
+            name: self.name.clone(),
+            what,
+        };
+        let spreads = [
+            self.u.is_some(),
+            self.expanded.is_some(),
+            self.half_width.is_some(),
+            self.accuracy.is_some(),
+            self.resolution.is_some(),
+        ];
+        let stated = spreads.iter().filter(|s| **s).count();
+        if self.expanded.is_none() && (self.k.is_some() || self.probability.is_some()) {
+            return Err(contradiction(
+                "`k` and `probability` belong to an expanded uncertainty `U`",
+            ));
+        }
+        if self.half_width.is_none() && self.shape.is_some() {
+            return Err(contradiction(
+                "`shape` belongs to limits given by `half_width`",
+            ));
+        }
+        match (&self.distribution, &self.observations, self.value) {
+            (Some(distribution), None, None) if stated == 0 => Ok(distribution.clone()),
+            (None, Some(values), None) if stated == 0 => Distribution::from_observations(values)
+                .map_err(|source| Refusal::Input {
+                    name: self.name.clone(),
+                    source,
+                }),
+            (None, None, Some(value)) if stated <= 1 => self.about(value),
+            (None, None, Some(_)) => Err(contradiction(
+                "only one of `u`, `U`, `half_width`, `accuracy` and `resolution` can be its uncertainty; more are inputs \
+                 of their own",
+            )),
+            (None, None, None) if stated > 0 => Err(Refusal::Incomplete {
+                name: self.name.clone(),
+                needed: "a `value`",
+            }),
+            (None, None, None) => Err(Refusal::Incomplete {
+                name: self.name.clone(),
+                needed: "a `distribution`, `observations` or a `value` with its uncertainty",
+            }),
+            _ => Err(contradiction(
+                "it is stated more than once: one of `distribution`, `observations` and `value` with its uncertainty",
+            )),
+        }
+    }
+
+    fn about(&self, value: f64) -> Result<Distribution, Refusal> {
+        let limits = |half: f64| (value - half, value + half);
+        if let Some(expanded) = self.expanded {
+            let k = match (self.k, self.probability) {
+                (Some(k), None) if k > 0.0 => k,
+                (None, Some(p)) if p > 0.0 && p < 1.0 => self
+                    .dof
+                    .unwrap_or(DegreesOfFreedom::INFINITE)
+                    .coverage_factor(p),
+                _ => {
+                    return Err(Refusal::Incomplete {
+                        name: self.name.clone(),
+                        needed: "beside `U`, either its factor `k` above 0 or its `probability` between 0 and 1,",
+                    });
+                }
+            };
+            return Ok(Distribution::Normal {
+                mean: value,
+                u: expanded / k,
+            });
+        }
+        let (lower, upper) = match (self.half_width, &self.accuracy, self.resolution) {
+            (Some(half), _, _) => limits(half),
+            (_, Some(accuracy), _) => limits(accuracy.half_width(value)),
+            (_, _, Some(step)) => limits(0.5 * step),
+            _ => {
+                return Ok(Distribution::Normal {
+                    mean: value,
+                    u: self.u.unwrap_or(0.0),
+                });
+            }
+        };
+        match self.shape.as_deref() {
+            None | Some("rectangular") => Ok(Distribution::Rectangular { lower, upper }),
+            Some("triangular") => Ok(Distribution::Triangular { lower, upper }),
+            Some("arcsine") => Ok(Distribution::Arcsine { lower, upper }),
+            Some(_) => Err(Refusal::Contradiction {
+                name: self.name.clone(),
+                what: "`shape` is one of rectangular, triangular and arcsine",
+            }),
+        }
+    }
+}

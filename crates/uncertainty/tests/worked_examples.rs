@@ -1,0 +1,164 @@
+//! Every worked example of `reference/gum` as a model file, against the published figures.
+//!
+//! The default run fails when a figure is farther off than its last digit and the noise of the trials allow;
+//! `cargo test -p proofmass-uncertainty --test worked_examples -- --nocapture` prints the table of docs/uncertainty.md.
+use proofmass_uncertainty::*;
+use std::ops::ControlFlow;
+
+/// Which figure of an output.
+#[derive(Clone, Copy)]
+enum Figure {
+    Value,
+    U,
+    Dof,
+    Mean,
+    TrialsU,
+    Lower,
+    Upper,
+    ShortLower,
+    ShortUpper,
+}
+use Figure::*;
+
+/// File, output, figure, published, allowed: half of its last digit, plus what 10⁶ trials leave open where they are meant.
+type Row = (&'static str, &'static str, Figure, f64, f64);
+
+const ROWS: &[Row] = &[
+    ("gum-h1", "l", Value, 50_000_838.0, 0.5),
+    ("gum-h1", "l", U, 31.664, 0.005),
+    ("gum-h1", "l", Dof, 16.752, 0.01),
+    ("gum-h2", "R", Value, 127.732, 5e-4),
+    ("gum-h2", "R", U, 0.071, 5e-4),
+    ("gum-h2", "X", Value, 219.847, 6e-4),
+    ("gum-h2", "X", U, 0.295, 6e-4),
+    ("gum-h2", "Z", Value, 254.260, 5e-4),
+    ("gum-h2", "Z", U, 0.236, 5e-4),
+    ("gum-h2", "R", Dof, 4.0, 1e-9),
+    ("gum-h3", "y1", Value, -0.1712, 5e-5),
+    ("gum-h3", "y1", U, 0.0029, 5e-5),
+    ("gum-h3", "y2", Value, 0.00218, 5e-6),
+    ("gum-h3", "y2", U, 0.00067, 5e-6),
+    ("gum-h3", "b30", Value, -0.1494, 5e-5),
+    ("gum-h3", "b30", U, 0.0041, 5e-5),
+    ("gum-h3", "b30", Dof, 9.0, 1e-6),
+    ("s1-9-2-normal", "y", Upper, 3.92, 0.02),
+    ("s1-9-2-rectangular", "y", Upper, 3.88, 0.02),
+    ("s1-9-2-dominant", "y", TrialsU, 10.15, 0.02),
+    ("s1-9-2-dominant", "y", Upper, 17.0, 0.06),
+    ("s1-9-3", "deviation", U, 0.0539, 5e-5),
+    ("s1-9-3", "deviation", TrialsU, 0.0754, 3e-4),
+    ("s1-9-3", "deviation", ShortLower, 1.0834, 0.003),
+    ("s1-9-3", "deviation", ShortUpper, 1.3825, 0.003),
+    ("s1-9-4-a", "y", TrialsU, 50e-6, 0.6e-6),
+    ("s1-9-4-a", "y", ShortUpper, 150e-6, 1.5e-6),
+    ("s1-9-4-b", "y", TrialsU, 112e-6, 0.9e-6),
+    ("s1-9-4-b", "y", ShortUpper, 367e-6, 4e-6),
+    ("s1-9-4-c", "y", TrialsU, 502e-6, 2e-6),
+    ("s1-9-4-d", "y", TrialsU, 67e-6, 0.9e-6),
+    ("s1-9-4-e", "y", TrialsU, 121e-6, 0.9e-6),
+    ("s1-9-4-f", "y", TrialsU, 504e-6, 2e-6),
+    ("s1-9-5", "deviation", TrialsU, 36.0, 0.5),
+    ("s1-9-5", "deviation", Value, 838.0, 0.5),
+    ("s2-9-3-a", "r", Mean, 0.013, 5e-4),
+    ("s2-9-3-a", "r", TrialsU, 0.007, 5e-4),
+    ("s2-9-3-a", "theta", TrialsU, 1.744, 0.004),
+    ("s2-9-3-b", "r", Mean, 0.015, 6e-4),
+    ("s2-9-3-b", "theta", TrialsU, 1.117, 0.004),
+    ("s2-9-3-c", "r", Mean, 0.1005, 5e-5),
+    ("s2-9-3-c", "theta", TrialsU, 0.1005, 4e-4),
+    ("s2-9-3-d", "r", Mean, 0.012, 5e-4),
+    ("s2-9-3-d", "r", TrialsU, 0.008, 5e-4),
+    ("s2-9-3-d", "theta", Mean, -0.556, 0.006),
+    ("s2-9-3-d", "theta", TrialsU, 1.599, 0.004),
+    ("s2-9-3-e", "r", Mean, 0.015, 5e-4),
+    ("s2-9-3-e", "theta", Mean, -0.343, 0.004),
+    ("s2-9-3-e", "theta", TrialsU, 0.903, 0.003),
+    ("s2-9-3-f", "r", Mean, 0.1005, 6e-5),
+    ("s2-9-4-gum", "R", U, 0.058, 5e-4),
+    ("s2-9-4-gum", "X", U, 0.241, 5e-4),
+    ("s2-9-4-gum", "Z", U, 0.193, 5e-4),
+    ("s2-9-4-jcgm-102", "R", TrialsU, 0.130, 0.006),
+    ("s2-9-4-jcgm-102", "X", TrialsU, 0.540, 0.025),
+    ("s2-9-4-jcgm-102", "Z", TrialsU, 0.431, 0.02),
+    ("ea-s2-weight", "m_X", Value, 10_000.025, 5e-4),
+    ("ea-s2-weight", "m_X", U, 0.0293, 5e-5),
+    ("ea-s3-resistor", "R_X", Value, 10_000.178, 1e-3),
+    ("ea-s3-resistor", "R_X", U, 8.33e-3, 2e-5),
+    ("ea-multimeter", "E_X", Value, 0.10, 1e-9),
+    ("ea-multimeter", "E_X", U, 0.030, 5e-4),
+    ("ea-multimeter", "E_X", Upper, 0.15, 2e-3),
+    ("ea-calliper", "E_X", Value, 0.10, 1e-9),
+    ("ea-calliper", "E_X", U, 0.033, 8e-4),
+    ("tn1900-e3-viscosity", "mu_M", TrialsU, 1.11, 0.01),
+    ("tn1900-e3-viscosity", "mu_M", Mean, 5.82, 0.01),
+    ("tn1900-e3-viscosity", "mu_M", Lower, 4.05, 0.015),
+    ("tn1900-e3-viscosity", "mu_M", Upper, 8.39, 0.03),
+    ("npl-ln", "y", Mean, -0.665, 0.003),
+    ("npl-ln", "y", TrialsU, 0.606, 0.003),
+    ("npl-ln", "y", ShortLower, -1.895, 0.012),
+    ("npl-ln", "y", ShortUpper, 0.095, 0.002),
+];
+
+fn run(name: &str) -> ModelResult {
+    let path = format!(
+        "{}/../../reference/gum/{name}.toml",
+        env!("CARGO_MANIFEST_DIR")
+    );
+    let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{path}: {e}"));
+    let model: UncertaintyModel = toml::from_str(&text).unwrap_or_else(|e| panic!("{path}: {e}"));
+    let options = Evaluate {
+        trials: Trials::Fixed(1_000_000),
+        ..Evaluate::default()
+    };
+    let result = model.evaluate(&options, &mut |_| ControlFlow::Continue(()));
+    result.unwrap_or_else(|e| panic!("{path}: {e}"))
+}
+
+fn figure(output: &OutputResult, figure: Figure) -> (&'static str, f64) {
+    let linear = || output.linear.as_ref().expect("a linear result");
+    let trials = || output.monte_carlo.as_ref().expect("a Monte Carlo result");
+    match figure {
+        Value => ("value", linear().quantity.value),
+        U => ("u", linear().quantity.standard_uncertainty),
+        Dof => ("ν", linear().quantity.dof.get()),
+        Mean => ("mean of the trials", trials().mean),
+        TrialsU => (
+            "u of the trials",
+            trials().standard_uncertainty.expect("a u"),
+        ),
+        Lower => ("lower end", trials().symmetric.lower),
+        Upper => ("upper end", trials().symmetric.upper),
+        ShortLower => ("lower end, shortest", trials().shortest.lower),
+        ShortUpper => ("upper end, shortest", trials().shortest.upper),
+    }
+}
+
+#[test]
+fn published_worked_examples() {
+    let mut file = "";
+    let mut result = None;
+    let mut wrong = Vec::new();
+    for &(name, output, which, published, allowed) in ROWS {
+        if name != file {
+            (file, result) = (name, Some(run(name)));
+        }
+        let Some(result) = &result else { continue };
+        let (word, got) = figure(result.get(output).expect("the output"), which);
+        println!(
+            "| {name} | {word} of {output} | {published} | {got:.6} | {:+.1e} |",
+            got - published
+        );
+        if !((got - published).abs() <= allowed) {
+            wrong.push(format!(
+                "{name}: {word} of {output}: {got}, published {published} ± {allowed}"
+            ));
+        }
+        // Healthy models with units hear nothing of them.
+        let units = result
+            .findings
+            .iter()
+            .any(|f| f.code() == "units-do-not-fit");
+        assert!(!units, "{name}: {:?}", result.findings);
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
