@@ -237,7 +237,7 @@ impl ModesReport<'_> {
             } else if mode.weight() >= self.weight {
                 format!("matters: weight {} %", percent(mode.weight()))
             } else {
-                "hardly moves the gluing point".to_owned()
+                "not driven along z′".to_owned()
             };
             plot = plot.state(
                 format!("mode {}: {}", m + 1, hertz(frequency)),
