@@ -195,8 +195,11 @@ fn refuses_coefficients_that_no_pair_has() {
 
 #[test]
 fn refuses_a_formula_that_is_not_finite() {
-    let text = model("{ kind = \"normal\", mean = 0.0, u = 0.1 }", "1 / a");
+    let text = model(
+        "{ kind = \"normal\", mean = 0.0, u = 0.1 }",
+        "sqrt(-1 - a^2)",
+    );
     assert_says(&refuse_model(&text), &["model.toml", "output y", "finite"]);
-    let text = model("{ kind = \"normal\", mean = 0.1, u = 0.1 }", "sqrt(a)");
+    let text = model("{ kind = \"normal\", mean = 0.1, u = 0.1 }", "ln(a - 9)");
     assert_says(&refuse_model(&text), &["model.toml", "output y", "finite"]);
 }
