@@ -147,7 +147,7 @@ impl Place {
 fn direction(index: usize, normal: &mut impl FnMut() -> f64) -> [f64; 3] {
     let mut v = [0.0; 3];
     if index < 6 {
-        v[index / 2] = if index % 2 == 0 { 1.0 } else { -1.0 };
+        v[index / 2] = if index.is_multiple_of(2) { 1.0 } else { -1.0 };
         v = v.map(|x| x + 0.06 * normal());
     } else {
         v = v.map(|_| normal());

@@ -299,7 +299,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
         std::fs::write(at("recording.csv"), "t,a\n0,1\n1,2\n").unwrap();
-        let inputs = vec![Input::of(&at("recording.csv")).unwrap()];
+        let inputs = [Input::of(&at("recording.csv")).unwrap()];
         let out = OutputFolder::create(at("result"), false).unwrap();
         let result = ResultDocument::new("noise").input(inputs[0].clone());
         out.write("result.json", result.to_json().unwrap()).unwrap();

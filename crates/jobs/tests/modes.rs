@@ -3,7 +3,7 @@
 use proofmass_fixture::{Fineness, WedgeMesh};
 use proofmass_jobs::campaign::CampaignFile;
 use proofmass_jobs::modes::{Body, ModesFile, ModesOutcome, fixture_findings, read_fixtures};
-use proofmass_jobs::{Filed, Job, Memory, Outcome, Unwatched};
+use proofmass_jobs::{Filed, Job, Memory, Unwatched};
 use std::fmt::Write;
 use std::sync::Arc;
 

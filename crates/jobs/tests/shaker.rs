@@ -89,7 +89,7 @@ fn law_a_triaxial_outcome_is_read_again() {
     let term = &filed.outcome.calibration().results[0].frequencies[0].sensitivity[0];
     assert_eq!(quantities[0].name, "S.xx.modulus[frequency=80]");
     assert_eq!(quantities[0].expanded, term.modulus.expanded);
-    assert_eq!(quantities[0].k, term.modulus.coverage_factor);
+    assert_eq!(quantities[0].k, Some(term.modulus.coverage_factor));
     // A cross term of zero has an interval of the size of its noise, and no phase.
     let zero = &filed.outcome.calibration().results[0].frequencies[0].sensitivity[1];
     assert!(zero.phase.is_none());

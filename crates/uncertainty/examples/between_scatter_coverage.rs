@@ -17,7 +17,7 @@ fn direction(i: usize, rng: &mut Xoshiro256PlusPlus) -> [f64; 3] {
     let mut normal = || rng.sample::<f64, _>(StandardNormal);
     let mut a = if i < 6 {
         let mut a: [f64; 3] = std::array::from_fn(|_| 0.06 * normal());
-        a[i / 2] = if i % 2 == 0 { 1.0 } else { -1.0 };
+        a[i / 2] = if i.is_multiple_of(2) { 1.0 } else { -1.0 };
         a
     } else {
         std::array::from_fn(|_| normal())
@@ -39,7 +39,13 @@ fn coverage(n: usize, ratio: f64, sets: usize, rng: &mut Xoshiro256PlusPlus) -> 
                 [x, y, z, x * x, y * y, z * z, x * y, x * z, y * z]
             })
             .collect();
-        let variance = |i: usize| if i % 2 == 0 { 5.0 / 3.0 } else { 1.0 / 3.0 };
+        let variance = |i: usize| {
+            if i.is_multiple_of(2) {
+                5.0 / 3.0
+            } else {
+                1.0 / 3.0
+            }
+        };
         let observed: Vec<f64> = (0..n)
             .map(|i| (variance(i) + ratio * ratio).sqrt() * rng.sample::<f64, _>(StandardNormal))
             .collect();

@@ -166,13 +166,13 @@ pub(super) fn solve(
 fn wedge(job: &ModesJob, design: &Design, watch: &dyn Watch) -> Result<Solved> {
     // Sorted by cause before anything long begins.
     for cause in &job.causes {
-        if let proofmass_fixture::Parameter::Dimension(d) = cause.parameter {
-            if design.wedge.get(d).is_none() {
-                return Err(Trouble::request(format!(
-                    "`{}` has an uncertainty, but the wedge has no such part",
-                    d.name()
-                )));
-            }
+        if let proofmass_fixture::Parameter::Dimension(d) = cause.parameter
+            && design.wedge.get(d).is_none()
+        {
+            return Err(Trouble::request(format!(
+                "`{}` has an uncertainty, but the wedge has no such part",
+                d.name()
+            )));
         }
     }
     let refined = refine(design, job.count, &job.refine, &mut |meshes, found| {
