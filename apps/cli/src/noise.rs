@@ -67,8 +67,8 @@ pub(crate) struct Noise {
     #[arg(long)]
     sinusoids: bool,
     /// Terms to report with a value whatever the data say of zero
-    #[arg(long, value_name = "K,…", value_delimiter = ',', value_parser = term)]
-    force: Vec<Term>,
+    #[arg(long = "report-terms", value_name = "K,…", value_delimiter = ',', value_parser = term)]
+    forced: Vec<Term>,
     /// Coefficients that are known, in SI: held at their value
     #[arg(long, value_name = "N=1e-3,…", value_delimiter = ',', value_parser = fixed)]
     fix: Vec<(Term, f64)>,
@@ -171,7 +171,7 @@ impl Noise {
         let mut terms = self.terms.clone();
         terms.extend(self.gauss_markov.then_some(Term::GaussMarkov));
         terms.extend(self.sinusoids.then_some(Term::Sinusoid));
-        terms.extend(self.force.iter().chain(self.fix.iter().map(|f| &f.0)));
+        terms.extend(self.forced.iter().chain(self.fix.iter().map(|f| &f.0)));
         terms.sort();
         terms.dedup();
         let mut job = NoiseJob::new(AnalysisOptions {
@@ -186,7 +186,7 @@ impl Noise {
             },
             fit: FitOptions {
                 terms,
-                forced: self.force.clone(),
+                forced: self.forced.clone(),
                 fixed: self.fix.clone(),
                 probability: self.probability,
                 false_alarm_rate: self.false_alarm_rate,

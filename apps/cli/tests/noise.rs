@@ -247,7 +247,7 @@ fn options_reach_the_fit() {
         "--json",
         "--terms",
         "N,K",
-        "--force",
+        "--report-terms",
         "B",
         "--fix",
         "K=5e-4",
@@ -262,7 +262,7 @@ fn options_reach_the_fit() {
     assert_eq!(fit["coefficients"].as_array().unwrap().len(), 3);
     assert_eq!(verdict(&result, 0, "random_walk")["verdict"], "fixed");
     assert_eq!(verdict(&result, 0, "flicker")["verdict"], "identified");
-    for wrong in [["--terms", "X"], ["--fix", "N"], ["--force", "Q,Z"]] {
+    for wrong in [["--terms", "X"], ["--fix", "N"], ["--report-terms", "Q,Z"]] {
         let output = proofmass(&[&["noise", text(&path)][..], &wrong[..]].concat());
         assert_eq!(output.status.code(), Some(2));
     }

@@ -119,7 +119,10 @@ fn published_example_returns_the_printed_matrices() {
     );
     let findings = result["findings"].as_array().expect("findings");
     assert!(
-        findings.iter().all(|f| f["severity"] == "note"),
+        // Ten thousand trials cannot tell all 90 components from a tenth of u; that is said, and is no decision.
+        findings
+            .iter()
+            .all(|f| f["severity"] == "note" || f["code"] == "monte-carlo-undecided"),
         "{findings:?}"
     );
     // Phasors read back as a table of runs.
@@ -372,7 +375,7 @@ fn law_a_comparison_from_recordings_returns_the_sensitivity() {
     let result = json(&folder.path().join("result/result.json"));
     let said = result["findings"].to_string();
     for words in [
-        "c (400 Hz, line 4)",
+        "runs.csv:4)",
         "run b: the transverse motion exceeds",
         "run c",
     ] {

@@ -68,7 +68,8 @@ fn holds(outcome: &MultiPositionOutcome, rig: &HandHeld) {
             .find(|q| q.name == name)
             .unwrap();
         assert!(
-            (q.value - truth).abs() < 1.6 * q.expanded,
+            // 84 comparisons at some seven degrees of freedom: one beyond 2.5 U comes by chance once in 20 runs.
+            (q.value - truth).abs() < 2.5 * q.expanded,
             "{name}: {} ± {}, truth {truth}",
             q.value,
             q.expanded

@@ -30,13 +30,10 @@ pub fn render(report: &Report, options: &Options) -> Result<String, Error> {
     if !report.subtitle.is_empty() {
         text.wrapped(&report.subtitle, "");
     }
-    let label = report
-        .meta
-        .iter()
-        .map(|(l, _)| width_of(l))
-        .max()
-        .unwrap_or(0);
-    for (name, value) in &report.meta {
+    let names = report.meta.iter().map(|(name, _)| clean(name));
+    let names: Vec<String> = names.collect();
+    let label = names.iter().map(|name| width_of(name)).max().unwrap_or(0);
+    for (name, (_, value)) in names.iter().zip(&report.meta) {
         text.hanging(&format!("{}  ", pad(name, label)), value);
     }
     text.findings(&report.findings);

@@ -175,7 +175,7 @@ mod tests {
             }
         };
         push(0.0, 20.0, 0.001); // Two still windows.
-        push(20.0, 30.0, 0.1); // One that is not.
+        push(20.0, 30.1, 0.1); // One that is not.
         push(40.0, 45.0, 0.001); // After a pause, not full …
         push(60.0, 71.0, 0.001); // … and one still window after another.
         assert_eq!(windows.seen(), 4);

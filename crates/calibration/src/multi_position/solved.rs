@@ -2,7 +2,7 @@
 
 use super::{MultiPosition, Problem, problem::Weighting};
 use crate::added_terms::AddedTerms;
-use crate::adjustment::{Solution, cholesky, observability, solve, step};
+use crate::adjustment::{Solution, cholesky, observability, solve};
 use faer::Mat;
 use proofmass_core::Error;
 use proofmass_uncertainty::{BetweenScatter, DegreesOfFreedom, Linearised, NoiseDof};
@@ -27,11 +27,6 @@ pub(crate) struct Solved {
     pub dof: DegreesOfFreedom,
     pub condition: f64,
 }
-
-/// Below this step (natural units) what a linear fit leaves out is less than a millionth.
-const LINEAR: f64 = 1e-3;
-/// Iterations after which the scatter is taken as it is.
-const MANY: usize = 200;
 
 impl Solved {
     pub(crate) fn of(settings: &MultiPosition, problem: &Problem<'_>) -> Result<Self, Error> {
@@ -77,46 +72,20 @@ impl Solved {
             } else {
                 NoiseDof::Pooled(settings.noise_dof)
             };
-            let mut scatter = loop {
-                // Other weights move the solution by a small part of its uncertainty: a linear step from here gives
-                // it, and only a larger one asks for another round.
-                let here = solution.clone();
-                let mut moved = vec![0.0; p];
-                let scatter = BetweenScatter::evaluate(
-                    &weighting.variances,
-                    dof.clone(),
-                    settings.probability,
-                    |weights| -> Result<Linearised, Error> {
-                        moved = step(&here.equations, weights, p).ok_or(Error::Singular {
-                            name: "equations of the fit",
-                            condition,
-                        })?;
-                        let rows = here.equations.jacobian.chunks_exact(p);
-                        Ok(Linearised {
-                            residuals: rows
-                                .zip(&here.equations.residual)
-                                .map(|(row, r)| {
-                                    let change: f64 =
-                                        row.iter().zip(&moved).map(|(j, s)| j * s).sum();
-                                    r - change
-                                })
-                                .collect(),
-                            jacobian: here.equations.jacobian.clone(),
-                        })
-                    },
-                )?;
-                let weights: Vec<f64> = weighting
-                    .variances
-                    .iter()
-                    .map(|v| 1.0 / (v + scatter.excess_variance))
-                    .collect();
-                solution = problem.adjust(&here.parameters, &weighting, &weights)?;
-                solution.iterations += here.iterations;
-                let largest = moved.iter().fold(0.0f64, |m, s| m.max(s.abs()));
-                if largest < LINEAR || solution.iterations > MANY {
-                    break scatter;
-                }
-            };
+            let mut scatter = BetweenScatter::evaluate(
+                &weighting.variances,
+                dof,
+                settings.probability,
+                |weights| -> Result<Linearised, Error> {
+                    let before = solution.iterations;
+                    solution = problem.adjust(&solution.parameters, &weighting, weights)?;
+                    solution.iterations += before;
+                    Ok(Linearised {
+                        jacobian: solution.equations.jacobian.clone(),
+                        residuals: solution.equations.residual.clone(),
+                    })
+                },
+            )?;
             solved.chi_square = Some(scatter.chi_squared);
             solved.excess = scatter.excess_variance;
             solved.gain = std::mem::take(&mut scatter.gain);
