@@ -439,6 +439,10 @@ fn on_edges(
     record: &MotionRecord,
     watch: &dyn Watch,
 ) -> Result<Option<(CountingModel, CountingRun)>, Error> {
+    // An uncertain gain or latency has no place in the rule of counts: its intervals would not hold.
+    if tuned.gain.is_some() || tuned.latency.is_some() {
+        return Ok(None);
+    }
     let right = tuned.corrected(part);
     let Some(counted) = Counted::new(&right).filter(Counted::is_slow) else {
         return Ok(None);

@@ -57,18 +57,11 @@ pub fn quantity(result: &serde_json::Value, name: &str) -> (f64, f64, f64) {
     (get("value"), get("u"), get("U"))
 }
 
-/// The folder of recordings that others made, or `None` with the reason printed.
-pub fn reference_data() -> Option<PathBuf> {
-    let root = std::env::var_os("PROOFMASS_REFERENCE_DATA").map_or_else(
-        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data")),
-        PathBuf::from,
-    );
-    if root.is_dir() {
-        Some(root)
-    } else {
-        println!("skipped: no reference data at {}", root.display());
-        None
-    }
+/// The folder of recordings that others made; only tests that are ignored without it ask for it.
+pub fn reference_data() -> PathBuf {
+    let data = std::env::var_os("PROOFMASS_REFERENCE_DATA");
+    data.expect("PROOFMASS_REFERENCE_DATA names the folder, see docs/reference-data.md")
+        .into()
 }
 
 /// A campaign folder with one campaign.toml.
