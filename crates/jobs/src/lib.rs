@@ -4,7 +4,7 @@
 //! question is a [`Job`]: a request without paths, terminal or clock, evaluated against data in memory, answered by
 //! an [`Outcome`] that decides the principal result once and can be written, read again and rendered by anyone.
 //! What belongs to the caller comes as an argument: the date in a [`Record`], progress and cancellation as a
-//! [`Watch`](proofmass_core::Watch), files as a [`Store`].
+//! [`Watch`], files as a [`Store`].
 
 mod any_result;
 pub mod campaign;

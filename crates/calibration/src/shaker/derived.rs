@@ -237,7 +237,7 @@ pub fn normalised(symbol: &str, estimate: &Estimate) -> Result<Estimate, Error> 
 ///
 /// **Units** relative; angle in radians from axis k towards axis l, modulo π.
 ///
-/// **Accuracy** near zero the interval is that of [`near_zero`](super::near_zero). Two cross terms of one size in
+/// **Accuracy** near zero the interval is that of the module `near_zero`. Two cross terms of one size in
 /// quadrature have no direction of the largest response; there the interval covers 89 % instead of 95 %.
 ///
 /// **Source** `[ISO16063-31]` 3 and annex.
