@@ -54,23 +54,17 @@ pub(crate) fn adjust(
             step: step_norm,
         };
         let step = step(&here, weights, parameters.len()).ok_or(diverged)?;
-        let now = cost(&here);
-        let mut factor = 1.0;
-        (parameters, here) = loop {
-            let trial: Vec<f64> = parameters
-                .iter()
-                .zip(&step)
-                .map(|(x, s)| x - factor * s)
-                .collect();
-            match equations(&trial) {
-                Ok(there) if cost(&there) <= now * (1.0 + 1e-9) + 1e-18 || factor < 1e-3 => {
-                    break (trial, there);
-                }
-                Err(_) if factor < 1e-3 => return Err(diverged),
-                _ => factor *= 0.5,
-            }
-        };
-        step_norm = factor * step.iter().fold(0.0f64, |m, s| m.max(s.abs()));
+        let taken = descend(
+            &parameters,
+            &step,
+            cost(&here),
+            1e-18,
+            &equations,
+            |e, _| cost(e),
+        )
+        .map_err(|_| diverged)?;
+        (parameters, here) = (taken.parameters, taken.equations);
+        step_norm = taken.share * step.iter().fold(0.0f64, |m, s| m.max(s.abs()));
         // Rounding of the data may hold the step slightly above the tolerance; a thousand times of it is failure.
         if step_norm < TOLERANCE || (iteration == MAX_ITERATIONS && step_norm < 1e3 * TOLERANCE) {
             return Ok(Solution {
@@ -85,6 +79,51 @@ pub(crate) fn adjust(
         iterations: MAX_ITERATIONS,
         step: step_norm,
     })
+}
+
+/// Where a damped step ended.
+pub(crate) struct Taken<L> {
+    pub parameters: Vec<f64>,
+    pub equations: L,
+    /// Share of the full step that was taken.
+    pub share: f64,
+}
+
+/// Takes θ − share · step, the share halved while the sum of squares rises above `before` by more than rounding
+/// (a part in 10⁹, or `rounding`), or the equations cannot be evaluated; a thousandth is taken whatever it gives.
+///
+/// # Errors
+/// Those of `equations` at a thousandth of the step.
+pub(crate) fn descend<L>(
+    parameters: &[f64],
+    step: &[f64],
+    before: f64,
+    rounding: f64,
+    equations: impl Fn(&[f64]) -> Result<L, Error>,
+    sum_of_squares: impl Fn(&L, &[f64]) -> f64,
+) -> Result<Taken<L>, Error> {
+    let mut share = 1.0;
+    loop {
+        let trial: Vec<f64> = parameters
+            .iter()
+            .zip(step)
+            .map(|(x, s)| x - share * s)
+            .collect();
+        match equations(&trial) {
+            Ok(there)
+                if sum_of_squares(&there, &trial) <= before * (1.0 + 1e-9) + rounding
+                    || share < 1e-3 =>
+            {
+                return Ok(Taken {
+                    parameters: trial,
+                    equations: there,
+                    share,
+                });
+            }
+            Err(error) if share < 1e-3 => return Err(error),
+            _ => share *= 0.5,
+        }
+    }
 }
 
 /// The least-squares solution s of √w J s = √w r; `None` where the equations do not determine it.

@@ -1,6 +1,7 @@
 //! The fields of one line, and the number in a field.
 
-use crate::layout::{DecimalMark, Separator, sniff};
+use crate::layout::{Separator, sniff};
+use proofmass_uncertainty::DecimalMark;
 
 /// Walks over the fields of one line.
 pub(crate) struct Fields<'a> {

@@ -3,7 +3,7 @@
 pub(crate) mod sniff;
 
 use crate::{Error, ErrorKind, Result, Source, Unit, split_heading};
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::{DecimalMark, Finding, Severity};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::path::Path;
@@ -49,26 +49,6 @@ impl fmt::Display for Separator {
             Self::Tab => "tab",
             Self::Pipe => "pipe",
             Self::Whitespace => "white space",
-        })
-    }
-}
-
-/// The mark between the whole number and its decimals.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub enum DecimalMark {
-    /// `.`
-    #[serde(rename = "point", alias = ".")]
-    Point,
-    /// `,`
-    #[serde(rename = "comma", alias = ",")]
-    Comma,
-}
-
-impl fmt::Display for DecimalMark {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Point => "point",
-            Self::Comma => "comma",
         })
     }
 }

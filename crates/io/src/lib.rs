@@ -66,12 +66,13 @@ pub use imu_yaml::{ImuSensorNoise, ImuValue, ImuYaml};
 pub use inspection::{
     BadEntry, ColumnSummary, Inspection, Statistics, TimeSummary, inspect, inspect_source,
 };
-pub use layout::{ColumnRef, DecimalMark, Layout, LayoutOptions, Separator};
+pub use layout::{ColumnRef, Layout, LayoutOptions, Separator};
 pub use model_file::{explain as explain_model, read_budget, read_model};
 pub use output::{
     AtomicFile, Listed, MANIFEST, MANIFEST_SCHEMA, MANIFEST_VERSION, Manifest, OutputFolder,
     discard_unfinished,
 };
+pub use proofmass_uncertainty::DecimalMark;
 pub use recording::{Absent, Column, Input, Recording, RecordingOptions, TimeUnit};
 pub use result_document::{
     NamedCovariance, RESULT_SCHEMA, RESULT_VERSION, ResultDocument, StatedQuantity,

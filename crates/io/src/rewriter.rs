@@ -1,9 +1,10 @@
 //! A recording written again with some columns replaced: everything else goes through as it stands.
 
 use crate::field::{Fields, parse_number};
-use crate::layout::{DecimalMark, Layout, Separator, sniff};
+use crate::layout::{Layout, Separator, sniff};
 use crate::output::AtomicFile;
 use crate::{Block, Error, ErrorKind, Result, Unit, split_heading};
+use proofmass_uncertainty::DecimalMark;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 

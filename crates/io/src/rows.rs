@@ -1,9 +1,10 @@
 //! Reading the rows of a delimited text as numbers, block by block, in bounded memory.
 
 use crate::field::{Fields, is_reading, parse_number, shown};
-use crate::layout::{DecimalMark, Layout, sniff};
+use crate::layout::{Layout, sniff};
 use crate::stamp::Stamp;
 use crate::{Error, ErrorKind, Input, Result, Source};
+use proofmass_uncertainty::DecimalMark;
 use proofmass_uncertainty::{Finding, Severity};
 use rayon::prelude::*;
 use std::ops::Range;

@@ -1,9 +1,9 @@
 //! `segments.csv`: standstills given by hand, with or without their attitude.
 
 use crate::field::parse_number;
-use crate::layout::DecimalMark;
 use crate::sheet::Sheet;
 use crate::{Error, ErrorKind, Input, Recording, Result, Source};
+use proofmass_uncertainty::DecimalMark;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 

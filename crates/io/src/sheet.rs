@@ -1,9 +1,10 @@
 //! A small table with a header: fields with their lines, and numbers in the unit their column names.
 
 use crate::field::{is_reading, parse_number, shown};
-use crate::layout::{DecimalMark, sniff};
+use crate::layout::sniff;
 use crate::source::LARGEST_DOCUMENT;
 use crate::{Error, ErrorKind, Input, Result, Source};
+use proofmass_uncertainty::DecimalMark;
 use std::path::{Path, PathBuf};
 
 /// Unit endings of the headings of one quantity, and what a number is multiplied with to be in SI.

@@ -1,7 +1,7 @@
 //! One time stamp, exactly as it stands: nanoseconds since 1970 lose nothing.
 
 use crate::field::parse_number;
-use crate::layout::DecimalMark;
+use proofmass_uncertainty::DecimalMark;
 
 /// Parts of a unit that are told apart: 10⁻¹⁵.
 pub(crate) const PARTS: i128 = 1_000_000_000_000_000;

@@ -1,10 +1,10 @@
 //! Tables of results as CSV, and rows of numbers written as fast as they come.
 
 use crate::field::parse_number;
-use crate::layout::DecimalMark;
 use crate::output::AtomicFile;
 use crate::{Error, ErrorKind, Result};
 use proofmass_core::Visible;
+use proofmass_uncertainty::DecimalMark;
 use std::path::Path;
 
 /// A field of a [`Table`].

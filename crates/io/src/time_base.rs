@@ -1,9 +1,9 @@
 //! When the samples were taken: a checked time column or a stated rate.
 
 use crate::clock::{Backward, Clock, ClockEstimator, Gap};
-use crate::layout::DecimalMark;
 use crate::stamp::Stamp;
 use crate::{Error, ErrorKind, Result, clock_findings};
+use proofmass_uncertainty::DecimalMark;
 use proofmass_uncertainty::Finding;
 
 /// Beyond so many seconds a recording counts its times from its first stamp: a double then tells less than

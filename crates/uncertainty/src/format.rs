@@ -1,6 +1,7 @@
 //! How a result is printed: GUM 7.2, with digits that say what is known and no more.
 
 use crate::Quantity;
+use serde::{Deserialize, Serialize};
 use std::fmt::{self, Write as _};
 
 /// How the uncertainty stands beside the value.
@@ -24,13 +25,24 @@ pub enum Alphabet {
     Ascii,
 }
 
-/// The sign between units and tenths. **Source** `[ISO80000-1] 7.3.2` admits both.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// The mark between the whole number and its decimals. **Source** `[ISO80000-1] 7.3.2` admits both.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum DecimalMark {
     /// `0.5`
+    #[serde(rename = "point", alias = ".")]
     Point,
     /// `0,5`
+    #[serde(rename = "comma", alias = ",")]
     Comma,
+}
+
+impl fmt::Display for DecimalMark {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Point => "point",
+            Self::Comma => "comma",
+        })
+    }
 }
 
 /// Whether the degrees of freedom stand beside k in the expanded notation.

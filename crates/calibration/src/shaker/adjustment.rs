@@ -12,6 +12,7 @@ pub(crate) mod model;
 use super::budget::{Acts, Budget};
 use super::matrix::{Matrix, from_real};
 use super::observation::{PhasorRow, SpuriousTable};
+use crate::adjustment::descend;
 use faer::{Mat, Side, linalg::solvers::Solve};
 pub(crate) use model::Link;
 use model::{Model, phasor_noise, run_columns};
@@ -208,27 +209,24 @@ impl Adjustment {
                     links,
                 });
             }
-            // Shorter steps while the sum of squares rises: runs that contradict each other turn the angles far.
-            let mut length = 1.0;
-            let (next, trial) = loop {
-                let trial: Vec<f64> = (0..count)
-                    .map(|i| parameters[i] + length * delta[(i, 0)])
-                    .collect();
-                let next = linearise(&trial);
-                let after = objective(&next, &weights, &trial[model.offset..]);
-                if after <= before * (1.0 + 1e-9) + 1e-9 || length < 1e-3 {
-                    break (next, trial);
-                }
-                length *= 0.5;
-            };
+            // Runs that contradict each other turn the angles far: the step is damped.
+            let back: Vec<f64> = (0..count).map(|i| -delta[(i, 0)]).collect();
+            let taken = descend(
+                &parameters,
+                &back,
+                before,
+                1e-9,
+                |trial| Ok(linearise(trial)),
+                |next, trial| objective(next, &weights, &trial[model.offset..]),
+            )?;
             step = (0..count)
                 .map(|i| {
                     // Sensitivities against the unit of y, draws against a thousand of their priors.
                     let unit = if i < model.offset { 1.0 } else { 1e3 };
-                    length * delta[(i, 0)].abs() / unit
+                    taken.share * delta[(i, 0)].abs() / unit
                 })
                 .fold(0.0, f64::max);
-            (linear, parameters) = (next, trial);
+            (linear, parameters) = (taken.equations, taken.parameters);
             if !step.is_finite() {
                 break;
             }
