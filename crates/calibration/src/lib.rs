@@ -1,5 +1,6 @@
 //! Calibration of accelerometers: from observations to parameters with one joint covariance.
 
+pub mod frequency_response;
 pub mod shaker;
 
 mod added_terms;
@@ -8,6 +9,7 @@ mod autocalibration;
 mod direction_coverage;
 mod ellipsoid;
 mod mean_noise;
+mod monotone_cubic;
 mod multi_position;
 mod pose;
 mod recording_quality;
@@ -23,6 +25,7 @@ pub use autocalibration::{
 };
 pub use direction_coverage::{Direction, DirectionCoverage};
 pub use ellipsoid::Ellipsoid;
+pub use frequency_response::FrequencyResponse;
 pub use mean_noise::MeanNoise;
 pub use multi_position::{
     AttitudeUncertainty, CompensatedReading, Misfit, MisfitCause, Model, MultiPosition,

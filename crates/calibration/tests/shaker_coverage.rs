@@ -1,5 +1,6 @@
 //! Do the stated uncertainties hold the truth? Simulated campaigns with known sensitivities.
 
+use proofmass_calibration::FrequencyResponse;
 use proofmass_calibration::shaker::{
     Acts, Budget, Configuration, Fit, Input, Key, PhasorRow, Spurious, SpuriousTable, complex,
     joint, published,
@@ -337,4 +338,54 @@ fn refuses_a_prior_three_times_too_small() {
     };
     assert!((0..10).all(|seed| noticed(&wrong, seed)));
     assert!((0..10).all(|seed| !noticed(&truth, seed)));
+}
+
+/// What the frequencies share: 95 % intervals of the difference of two of them hold the true difference, and are those
+/// of correlated quantities, not of independent ones.
+#[test]
+fn coverage_of_differences_between_frequencies() {
+    let bench = bench(false);
+    let budget = budget(&bench);
+    let trials = 300u64;
+    let all: Vec<Vec<(bool, f64)>> = (0..trials)
+        .into_par_iter()
+        .map(|seed| {
+            let mut rng = Xoshiro256PlusPlus::seed_from_u64(19_000 + seed);
+            let campaign = bench.campaign(&published_plan(), &[160.0, 1000.0], &mut rng);
+            let fit = joint(&rows(&campaign), &spurious(&campaign), &budget).unwrap();
+            let points: Vec<_> = fit
+                .frequencies
+                .iter()
+                .map(|f| (f.frequency, &f.estimate))
+                .collect();
+            let known = FrequencyResponse::from_row_convention(&points, fit.shared.clone());
+            let known = known.unwrap();
+            let apart = FrequencyResponse::from_row_convention(&points, Some(vec![])).unwrap();
+            let difference = known.series().combination(&[-1.0, 1.0]).unwrap();
+            let independent = apart.series().combination(&[-1.0, 1.0]).unwrap();
+            let u = |e: &proofmass_uncertainty::Estimate, p| e.covariance().standard_uncertainty(p);
+            (0..9)
+                .map(|k| {
+                    let (output, axis) = (k / 3, k % 3);
+                    let truth = |f: usize| campaign.truth[f][axis][output].re;
+                    let error = difference.components()[2 * k].value - (truth(1) - truth(0));
+                    let u_known = u(&difference, 2 * k);
+                    (
+                        error.abs() < 1.95996 * u_known,
+                        u_known / u(&independent, 2 * k),
+                    )
+                })
+                .collect()
+        })
+        .collect();
+    for k in 0..9 {
+        let inside = all.iter().filter(|h| h[k].0).count();
+        let ratio = all.iter().map(|h| h[k].1).sum::<f64>() / trials as f64;
+        println!(
+            "element {k}: {inside} of {trials}, u {ratio:.2} of that of independent frequencies"
+        );
+        assert!(bound(trials).contains(&inside), "element {k}: {inside}");
+        // Gains and angles are common; the main terms keep the reference, which is drawn for every frequency.
+        assert!(ratio < 1.0);
+    }
 }

@@ -1,6 +1,7 @@
 //! `calibration.json`: what compensation needs, with its uncertainty, its units and where it is valid.
 
 use crate::Device;
+use crate::any_calibration::{calibration_schema, kind_of, parse};
 use crate::layout::ColumnRef;
 use crate::output::AtomicFile;
 use crate::software::{Schema, Software};
@@ -10,11 +11,7 @@ use proofmass_uncertainty::{Estimate, Quantity};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// Name of the form.
-pub const CALIBRATION_SCHEMA: &str = "proofmass.calibration";
-/// Version of the form.
-pub const CALIBRATION_VERSION: u32 = 1;
-/// The kind of calibration this version knows.
+/// Kind of a calibration by one real matrix and a bias.
 pub const TRIAXIAL: &str = "triaxial";
 
 /// A stored calibration of a triaxial accelerometer: ã = K a + b, so a = K⁻¹(ã − b).
@@ -78,10 +75,7 @@ impl CalibrationFile {
         estimate: Estimate,
     ) -> Self {
         Self {
-            schema: Schema {
-                name: CALIBRATION_SCHEMA.into(),
-                version: CALIBRATION_VERSION,
-            },
+            schema: calibration_schema(),
             kind: TRIAXIAL.into(),
             software: Software::default(),
             device: Device::default(),
@@ -124,55 +118,17 @@ impl CalibrationFile {
     /// # Errors
     /// As [`CalibrationFile::read`].
     pub fn from_json(bytes: &[u8]) -> Result<Self> {
-        #[derive(Deserialize)]
-        struct Head {
-            schema: Option<Schema>,
-            kind: Option<String>,
-        }
-        let not_ours = |what: String| {
-            Error::new(ErrorKind::Format, what)
-                .with_hint("name the calibration.json that `proofmass calibrate` wrote")
-        };
-        let head: Head = serde_json::from_slice(bytes).map_err(|e| {
-            not_ours("is not a calibration file, or is damaged or cut off".into())
-                .line(e.line() as u64)
-                .because(e)
-        })?;
-        let schema = head
-            .schema
-            .ok_or_else(|| not_ours("is not a calibration file: it names no schema".into()))?;
-        if schema.name != CALIBRATION_SCHEMA {
-            return Err(not_ours(format!(
-                "is a {} file, not a {CALIBRATION_SCHEMA} file",
-                schema.name
-            )));
-        }
-        if schema.version != CALIBRATION_VERSION {
-            return Err(Error::new(
-                ErrorKind::Format,
-                format!("is of version {} of the calibration form; this program reads version {CALIBRATION_VERSION}", schema.version),
-            )
-            .with_hint("use the version of proofmass that wrote it (it stands under `software`), or calibrate again"));
-        }
-        if head.kind.as_deref() != Some(TRIAXIAL) {
+        let kind = kind_of(bytes)?;
+        if kind != TRIAXIAL {
             return Err(Error::new(
                 ErrorKind::Format,
                 format!(
-                    "is a calibration of kind \"{}\"; this version applies \"{TRIAXIAL}\"",
-                    head.kind.unwrap_or_default()
+                    "is a calibration of kind \"{kind}\"; one of kind \"{TRIAXIAL}\" is needed here"
                 ),
             )
             .with_hint("use a calibration of a triaxial accelerometer from static positions"));
         }
-        let file: Self = serde_json::from_slice(bytes).map_err(|e| {
-            Error::new(
-                ErrorKind::Format,
-                format!("the calibration is damaged: {e}"),
-            )
-            .line(e.line() as u64)
-            .with_hint("do not edit the file by hand; calibrate again")
-            .because(e)
-        })?;
+        let file: Self = parse(bytes)?;
         file.check()?;
         Ok(file)
     }

@@ -27,6 +27,7 @@
 //! # Not covered
 //! Times of day without a date, missing rows, UTF-16, binary recordings other than raw 32-bit floats and WAV.
 
+mod any_calibration;
 mod calibration_file;
 mod clock;
 mod clock_findings;
@@ -34,6 +35,7 @@ mod device;
 mod error;
 mod field;
 pub mod finite;
+mod frequency_response_file;
 mod gmsh;
 mod imu_yaml;
 mod inspection;
@@ -57,10 +59,12 @@ mod verification;
 mod vtu;
 mod waveform;
 
-pub use calibration_file::{CALIBRATION_SCHEMA, CALIBRATION_VERSION, CalibrationFile, TRIAXIAL};
+pub use any_calibration::{AnyCalibration, CALIBRATION_SCHEMA, CALIBRATION_VERSION};
+pub use calibration_file::{CalibrationFile, TRIAXIAL};
 pub use clock::{Clock, Gap};
 pub use device::{Ambient, Device};
 pub use error::{Error, ErrorKind, Result};
+pub use frequency_response_file::{FREQUENCY_RESPONSE, FrequencyResponseFile};
 pub use gmsh::GmshMesh;
 pub use imu_yaml::{ImuSensorNoise, ImuValue, ImuYaml};
 pub use inspection::{

@@ -9,6 +9,7 @@
 mod any_result;
 pub mod campaign;
 pub mod free_living;
+pub mod frequency_response;
 pub mod modes;
 pub mod multi_position;
 pub mod noise;

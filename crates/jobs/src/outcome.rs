@@ -3,7 +3,7 @@
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
-use proofmass_io::{CalibrationFile, NamedCovariance, ResultDocument, StatedQuantity, Table};
+use proofmass_io::{AnyCalibration, NamedCovariance, ResultDocument, StatedQuantity, Table};
 use proofmass_report::{Report, html};
 use proofmass_uncertainty::{Estimate, Finding, Severity};
 use serde::Serialize;
@@ -78,8 +78,11 @@ pub trait Outcome: Serialize + DeserializeOwned {
     }
 
     /// What compensation needs, where the outcome is a calibration.
-    fn calibration(&self, _record: &Record) -> Option<CalibrationFile> {
-        None
+    ///
+    /// # Errors
+    /// A response that contradicts itself.
+    fn calibration(&self, _record: &Record) -> Result<Option<AnyCalibration>> {
+        Ok(None)
     }
 
     /// What is worth a look in a terminal.
@@ -215,7 +218,7 @@ impl<O: Outcome> Filed<O> {
             (RESULT.to_owned(), self.to_json()?),
             (REPORT.to_owned(), self.html()?.into_bytes()),
         ];
-        if let Some(calibration) = self.outcome.calibration(&self.record) {
+        if let Some(calibration) = self.outcome.calibration(&self.record)? {
             files.push((CALIBRATION.to_owned(), calibration.to_json()?));
         }
         for (name, table) in self.outcome.tables()? {

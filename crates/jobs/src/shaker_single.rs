@@ -1,10 +1,12 @@
 //! A single-axis accelerometer against a reference on the shaker.
 
 use crate::campaign::ShakerSingleCampaign;
+use crate::frequency_response;
 use crate::observed::{listed, observe};
 use crate::outcome::{Job, Outcome};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
+use proofmass_calibration::FrequencyResponse;
 use proofmass_calibration::shaker::derived::PROBABILITY;
 use proofmass_calibration::shaker::recording::{Assessed, Limits, Quality, assess};
 use proofmass_calibration::shaker::reference::ReferenceTable;
@@ -12,7 +14,7 @@ use proofmass_calibration::shaker::single_axis::{
     ComparisonBudget, ComparisonRow, SingleAxis, combine, compare,
 };
 use proofmass_core::Watch;
-use proofmass_io::{Cell, Input, StatedQuantity, Table};
+use proofmass_io::{AnyCalibration, Cell, Input, StatedQuantity, Table, Unit};
 use proofmass_report::{Report, SingleAxisReport};
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity, Severity};
 use serde::{Deserialize, Serialize};
@@ -151,6 +153,21 @@ impl Outcome for ShakerSingleOutcome {
                 sensitivity(Some(&self.runs), &self.single)?,
             ),
         ])
+    }
+
+    fn calibration(&self, record: &Record) -> Result<Option<AnyCalibration>> {
+        let points: Vec<_> = self
+            .results
+            .iter()
+            .map(|r| (r.frequency, &r.estimate))
+            .collect();
+        if points.is_empty() {
+            return Ok(None);
+        }
+        // The certificate behind them says nothing of the correlation of its lines.
+        let response = FrequencyResponse::from_polar("axis", &points, None)?;
+        let file = frequency_response::to_file(&response, "comparison", Unit::Volt, record);
+        Ok(Some(file.into()))
     }
 
     fn summary(&self, record: &Record) -> Report {

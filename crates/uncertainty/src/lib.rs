@@ -177,6 +177,7 @@ mod joint {
     pub use crate::estimate::{
         BudgetInput, BudgetLine, Component, Effect, Estimate, Influence, Member,
     };
+    pub use crate::estimate_series::{EstimateSeries, SeriesPoint, SharedEffect};
     pub use crate::implicit::{
         Implicit, LeastSquares, propagate_implicit, propagate_least_squares,
     };
@@ -191,6 +192,8 @@ mod joint {
 mod covariance;
 #[cfg(feature = "estimate")]
 mod estimate;
+#[cfg(feature = "estimate")]
+mod estimate_series;
 #[cfg(feature = "estimate")]
 mod implicit;
 #[cfg(feature = "estimate")]

@@ -13,8 +13,9 @@ use super::published::{self, MagnitudeBudget, MagnitudeRow, PublishedFit, Spurio
 use super::recording::{Limits, RunInput};
 use super::reference::ReferenceTable;
 use super::screening::{Observations, observations};
+use crate::frequency_response::FrequencyResponse;
 use proofmass_core::Error;
-use proofmass_uncertainty::{Estimate, Finding, Severity};
+use proofmass_uncertainty::{Estimate, Finding, Severity, SharedEffect};
 use serde::{Deserialize, Serialize};
 
 /// Which calculation.
@@ -175,6 +176,27 @@ pub struct MethodResult {
     pub angles: Vec<AngleResult>,
     /// Doubts that belong to this result.
     pub findings: Vec<Finding>,
+    /// What the frequencies have in common, where the method knows it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shared: Option<Vec<SharedEffect>>,
+}
+
+impl MethodResult {
+    /// S over frequency as K = Sᵀ of the column convention; `None` for a method without a covariance.
+    ///
+    /// # Errors
+    /// As [`FrequencyResponse::from_row_convention`].
+    pub fn frequency_response(&self) -> Result<Option<FrequencyResponse>, Error> {
+        if self.frequencies.is_empty() {
+            return Ok(None);
+        }
+        let points: Vec<(f64, &Estimate)> = self
+            .frequencies
+            .iter()
+            .map(|f| (f.frequency, &f.estimate))
+            .collect();
+        FrequencyResponse::from_row_convention(&points, self.shared.clone()).map(Some)
+    }
 }
 
 /// Difference of one term between two results.
@@ -390,6 +412,7 @@ fn rigorous(
             .collect(),
         angles: fit.angles.iter().map(angle_result).collect(),
         findings: fit.findings,
+        shared: fit.shared,
     })
 }
 
@@ -484,6 +507,7 @@ fn by_magnitudes(
             .evidence("it loses the signs of cross terms and averages common errors away")
             .advice("use the complex or the joint result"),
         ],
+        shared: None,
     })
 }
 

@@ -9,7 +9,7 @@ use num_complex::Complex64;
 use proofmass_core::Error;
 use proofmass_uncertainty::{
     Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence,
-    Severity,
+    Severity, SharedEffect,
 };
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -84,6 +84,9 @@ pub struct Fit {
     pub angles: Vec<AngleEstimate>,
     /// Doubts.
     pub findings: Vec<Finding>,
+    /// What the sensitivities of the frequencies have in common, in the order of the 18 reals; `None` where every
+    /// frequency was fitted by itself and nobody knows.
+    pub shared: Option<Vec<SharedEffect>>,
     pub(crate) scale: f64,
 }
 
@@ -145,6 +148,7 @@ pub fn complex(
         got: 0,
     })?;
     for fit in fits {
+        total.shared = None;
         total.frequencies.extend(fit.frequencies);
         total.chi_squared += fit.chi_squared;
         total.dof += fit.dof;
@@ -252,8 +256,55 @@ fn adjust(rows: &[PhasorRow], spurious: &SpuriousTable, budget: &Budget) -> Resu
         runs,
         angles,
         findings,
+        shared: Some(shared_effects(&adjustment, excess)?),
         scale: adjustment.scale,
     })
+}
+
+/// How the sensitivities of different frequencies depend on each other through the draws g that all share:
+/// C_fg = B_f B_gᵀ with B = C_sg C_gg^{−1/2}, exact because the normal equations have no other term between two
+/// frequencies. An excess of the residuals enlarges it as it enlarges the rest.
+fn shared_effects(adjustment: &Adjustment, excess: f64) -> Result<Vec<SharedEffect>, Error> {
+    let offset = adjustment.first_draw();
+    let common: Vec<usize> = (0..adjustment.draws.len())
+        .filter(|&d| adjustment.draws[d].frequency.is_none())
+        .map(|d| offset + d)
+        .collect();
+    if common.is_empty() {
+        return Ok(Vec::new());
+    }
+    let c = Mat::from_fn(common.len(), common.len(), |i, j| {
+        adjustment.covariance(common[i], common[j])
+    });
+    let eigen = c
+        .self_adjoint_eigen(Side::Lower)
+        .map_err(|_| Error::NotConverged {
+            name: "eigenvalues of the shared errors",
+            iterations: 0,
+            step: f64::INFINITY,
+        })?;
+    let largest = eigen.S()[common.len() - 1];
+    let size = adjustment.scale * (1.0 + excess).sqrt();
+    Ok((0..common.len())
+        .filter(|&e| eigen.S()[e] > 1e-14 * largest)
+        .map(|e| {
+            let root = eigen.S()[e].sqrt();
+            let along = |p: usize| -> f64 {
+                let sum: f64 = common
+                    .iter()
+                    .enumerate()
+                    .map(|(i, &g)| adjustment.covariance(p, g) * eigen.U()[(i, e)])
+                    .sum();
+                size * sum / root
+            };
+            SharedEffect {
+                key: format!("adjustment.{}", e + 1),
+                effects: (0..adjustment.frequencies.len())
+                    .map(|f| (18 * f..18 * f + 18).map(along).collect())
+                    .collect(),
+            }
+        })
+        .collect())
 }
 
 fn frequency_fit(

@@ -139,6 +139,7 @@ pub fn validate(
                     runs: vec![],
                     angles: vec![],
                     findings: vec![],
+                    shared: None,
                     scale: fit.scale,
                 };
                 checks.extend(together(

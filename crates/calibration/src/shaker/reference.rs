@@ -1,7 +1,12 @@
 //! The certificate of the reference standard: sensitivity against frequency, between and never beyond its points.
 
+use crate::frequency_response::FrequencyResponse;
+use crate::monotone_cubic::{MonotoneCubic, interval};
 use num_complex::Complex64;
 use proofmass_core::Error;
+use proofmass_uncertainty::{
+    Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Influence,
+};
 use serde::{Deserialize, Serialize};
 
 /// One line of the certificate.
@@ -111,17 +116,12 @@ impl ReferenceTable {
         if self.points.len() == 1 {
             return Ok(ReferencePoint { frequency, ..first });
         }
-        let k = self
-            .points
-            .partition_point(|p| p.frequency <= frequency)
-            .clamp(1, self.points.len() - 1)
-            - 1;
-        let (a, b) = (self.points[k], self.points[k + 1]);
-        let t = ((frequency / a.frequency).ln() / (b.frequency / a.frequency).ln()).clamp(0.0, 1.0);
         let x: Vec<f64> = self.points.iter().map(|p| p.frequency.ln()).collect();
+        let (k, t) = interval(&x, frequency.ln());
+        let (a, b) = (self.points[k], self.points[k + 1]);
         let curve = |value: fn(&ReferencePoint) -> f64| {
             let y: Vec<f64> = self.points.iter().map(value).collect();
-            hermite(&x, &y, k, t)
+            MonotoneCubic::new(&x, &y).at(k, t)
         };
         Ok(ReferencePoint {
             frequency,
@@ -142,33 +142,37 @@ impl ReferenceTable {
     }
 }
 
-/// Monotone cubic between knots k and k + 1 at t in [0, 1].
-fn hermite(x: &[f64], y: &[f64], k: usize, t: f64) -> f64 {
-    let secant = |i: usize| (y[i + 1] - y[i]) / (x[i + 1] - x[i]);
-    let n = x.len();
-    let tangent = |i: usize| -> f64 {
-        if i == 0 {
-            return secant(0);
-        }
-        if i == n - 1 {
-            return secant(n - 2);
-        }
-        let (a, b) = (secant(i - 1), secant(i));
-        if a * b <= 0.0 {
-            return 0.0;
-        }
-        // Weighted harmonic mean: monotone by construction.
-        let (h0, h1) = (x[i] - x[i - 1], x[i + 1] - x[i]);
-        let (w0, w1) = (2.0 * h1 + h0, h1 + 2.0 * h0);
-        (w0 + w1) / (w0 / a + w1 / b)
-    };
-    let h = x[k + 1] - x[k];
-    let (m0, m1) = (tangent(k) * h, tangent(k + 1) * h);
-    let (t2, t3) = (t * t, t * t * t);
-    y[k] * (2.0 * t3 - 3.0 * t2 + 1.0)
-        + m0 * (t3 - 2.0 * t2 + t)
-        + y[k + 1] * (3.0 * t2 - 2.0 * t3)
-        + m1 * (t3 - t2)
+/// A certificate says nothing of the correlation of its lines.
+impl TryFrom<&ReferenceTable> for FrequencyResponse {
+    type Error = Error;
+
+    fn try_from(table: &ReferenceTable) -> Result<Self, Error> {
+        let polar = |p: &ReferencePoint| {
+            let u = [p.sensitivity * p.modulus_uncertainty, p.phase_uncertainty];
+            let influence = Influence {
+                key: "certificate".to_owned(),
+                description: "uncertainty of the certificate".to_owned(),
+                evaluation: Evaluation::B,
+                distribution: "normal".to_owned(),
+                dof: DegreesOfFreedom::INFINITE,
+                effect: Effect::Joint {
+                    covariance: Covariance::from_standard_uncertainties(&u)?,
+                },
+            };
+            let components = vec![
+                Component::new("modulus", "V/(m/s²)", p.sensitivity),
+                Component::new("phase", "rad", p.phase),
+            ];
+            Ok((p.frequency, Estimate::new(components, vec![influence])?))
+        };
+        let points = table
+            .points
+            .iter()
+            .map(polar)
+            .collect::<Result<Vec<_>, Error>>()?;
+        let points: Vec<(f64, &Estimate)> = points.iter().map(|(f, e)| (*f, e)).collect();
+        Self::from_polar("axis", &points, None)
+    }
 }
 
 #[cfg(test)]

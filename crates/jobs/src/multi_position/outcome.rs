@@ -10,7 +10,7 @@ use proofmass_calibration::{
     StandstillCalibration, WindowedVariance,
 };
 use proofmass_core::Gravity;
-use proofmass_io::{CalibrationFile, Cell, ColumnRef, StatedQuantity, Table, Unit};
+use proofmass_io::{AnyCalibration, CalibrationFile, Cell, ColumnRef, StatedQuantity, Table, Unit};
 use proofmass_report::{MultiPositionReport, Report};
 use proofmass_signal::Trace;
 use proofmass_uncertainty::{DegreesOfFreedom, Estimate, Finding, Quantity};
@@ -311,7 +311,7 @@ impl Outcome for MultiPositionOutcome {
         ])
     }
 
-    fn calibration(&self, record: &Record) -> Option<CalibrationFile> {
+    fn calibration(&self, record: &Record) -> Result<Option<AnyCalibration>> {
         let fit = &self.calibration.fit;
         let sensor = fit.model();
         let mut file = CalibrationFile::new(
@@ -332,7 +332,7 @@ impl Outcome for MultiPositionOutcome {
         let high = reached.fold(f64::NEG_INFINITY, f64::max);
         file.acceleration_range = Some([low, high]);
         file.inputs = record.inputs.clone();
-        Some(file)
+        Ok(Some(file.into()))
     }
 
     fn summary(&self, record: &Record) -> Report {

@@ -1,6 +1,7 @@
 //! What a triaxial calibration on a shaker found.
 
 use super::{ShakerTriaxialData, ShakerTriaxialJob, tables};
+use crate::frequency_response;
 use crate::observed::listed;
 use crate::outcome::Outcome;
 use crate::record::Record;
@@ -8,7 +9,7 @@ use crate::trouble::Result;
 use proofmass_calibration::shaker::published::MagnitudeBudget;
 use proofmass_calibration::shaker::recording::RunInput;
 use proofmass_calibration::shaker::{Budget, FrequencyCheck, ShakerCalibration};
-use proofmass_io::{StatedQuantity, Table};
+use proofmass_io::{AnyCalibration, StatedQuantity, Table, Unit};
 use proofmass_report::{Report, ShakerReport};
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
@@ -131,6 +132,16 @@ impl Outcome for ShakerTriaxialOutcome {
             list.push(("recordings.csv".to_owned(), tables::recordings(&self.runs)?));
         }
         Ok(list)
+    }
+
+    fn calibration(&self, record: &Record) -> Result<Option<AnyCalibration>> {
+        let Some(principal) = self.calibration.results.first() else {
+            return Ok(None);
+        };
+        Ok(principal.frequency_response()?.map(|response| {
+            let model = tables::word(principal.method);
+            frequency_response::to_file(&response, model, Unit::Volt, record).into()
+        }))
     }
 
     fn summary(&self, record: &Record) -> Report {

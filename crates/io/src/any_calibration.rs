@@ -1,0 +1,179 @@
+//! A calibration file of whatever kind.
+
+use crate::software::Schema;
+use crate::source::LARGEST_DOCUMENT;
+use crate::{
+    CalibrationFile, Device, Error, ErrorKind, FREQUENCY_RESPONSE, FrequencyResponseFile, Input,
+    Result, Source, TRIAXIAL, Unit,
+};
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use std::path::Path;
+
+/// Name of the form.
+pub const CALIBRATION_SCHEMA: &str = "proofmass.calibration";
+/// Version of the form; version 1 (kind [`TRIAXIAL`] alone) is read as well.
+pub const CALIBRATION_VERSION: u32 = 2;
+
+/// A calibration of any kind that this version knows.
+///
+/// ```
+/// use proofmass_io::AnyCalibration;
+///
+/// let refused = AnyCalibration::from_json(b"{\"schema\": {\"name\": \"proofmass.result\", \"version\": 1}}");
+/// assert!(refused.unwrap_err().to_string().contains("not a proofmass.calibration file"));
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum AnyCalibration {
+    /// One real matrix and a bias, from static positions.
+    Triaxial(Box<CalibrationFile>),
+    /// A complex matrix over frequency, from a shaker, a shock or a certificate.
+    FrequencyResponse(Box<FrequencyResponseFile>),
+}
+
+impl From<CalibrationFile> for AnyCalibration {
+    fn from(file: CalibrationFile) -> Self {
+        Self::Triaxial(Box::new(file))
+    }
+}
+
+impl From<FrequencyResponseFile> for AnyCalibration {
+    fn from(file: FrequencyResponseFile) -> Self {
+        Self::FrequencyResponse(Box::new(file))
+    }
+}
+
+impl AnyCalibration {
+    /// Reads and checks a file.
+    ///
+    /// # Errors
+    /// Another form, version or kind (with advice), a damaged file.
+    pub fn read(path: &Path) -> Result<Self> {
+        Self::from_source(Source::open(path)?).map(|(file, _)| file)
+    }
+
+    /// Reads and checks a source; its name and digest come with it.
+    ///
+    /// # Errors
+    /// As [`AnyCalibration::read`].
+    pub fn from_source(source: Source) -> Result<(Self, Input)> {
+        let name = source.name().to_path_buf();
+        let (bytes, input) = source.into_bytes(LARGEST_DOCUMENT)?;
+        let file = Self::from_json(&bytes).map_err(|e| e.at(&name))?;
+        Ok((file, input))
+    }
+
+    /// Reads and checks the bytes of a file.
+    ///
+    /// # Errors
+    /// As [`AnyCalibration::read`].
+    pub fn from_json(bytes: &[u8]) -> Result<Self> {
+        let kind = kind_of(bytes)?;
+        match kind.as_str() {
+            TRIAXIAL => CalibrationFile::from_json(bytes).map(Self::from),
+            FREQUENCY_RESPONSE => FrequencyResponseFile::from_json(bytes).map(Self::from),
+            _ => Err(Error::new(
+                ErrorKind::Format,
+                format!("is a calibration of kind \"{kind}\", which this version does not know"),
+            )
+            .with_hint(format!(
+                "kinds it knows: {TRIAXIAL}, {FREQUENCY_RESPONSE}; use the version of proofmass that wrote it"
+            ))),
+        }
+    }
+
+    /// The bytes of the file.
+    ///
+    /// # Errors
+    /// A number that is not finite, or a singular matrix.
+    pub fn to_json(&self) -> Result<Vec<u8>> {
+        match self {
+            Self::Triaxial(file) => file.to_json(),
+            Self::FrequencyResponse(file) => file.to_json(),
+        }
+    }
+
+    /// Kind as in the file.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Triaxial(_) => TRIAXIAL,
+            Self::FrequencyResponse(_) => FREQUENCY_RESPONSE,
+        }
+    }
+
+    /// The calibrated device.
+    pub fn device(&self) -> &Device {
+        match self {
+            Self::Triaxial(file) => &file.device,
+            Self::FrequencyResponse(file) => &file.device,
+        }
+    }
+
+    /// Unit of the recordings it applies to.
+    pub fn input_unit(&self) -> Unit {
+        match self {
+            Self::Triaxial(file) => file.input_unit,
+            Self::FrequencyResponse(file) => file.input_unit,
+        }
+    }
+}
+
+/// Form and version that this program writes.
+pub(crate) fn calibration_schema() -> Schema {
+    Schema {
+        name: CALIBRATION_SCHEMA.into(),
+        version: CALIBRATION_VERSION,
+    }
+}
+
+/// The kind of a calibration file, after its form and version have been checked.
+pub(crate) fn kind_of(bytes: &[u8]) -> Result<String> {
+    #[derive(Deserialize)]
+    struct Head {
+        schema: Option<Schema>,
+        kind: Option<String>,
+    }
+    let not_ours = |what: String| {
+        Error::new(ErrorKind::Format, what)
+            .with_hint("name the calibration.json that `proofmass calibrate` wrote")
+    };
+    let head: Head = serde_json::from_slice(bytes).map_err(|e| {
+        not_ours("is not a calibration file, or is damaged or cut off".into())
+            .line(e.line() as u64)
+            .because(e)
+    })?;
+    let schema = head
+        .schema
+        .ok_or_else(|| not_ours("is not a calibration file: it names no schema".into()))?;
+    if schema.name != CALIBRATION_SCHEMA {
+        return Err(not_ours(format!(
+            "is a {} file, not a {CALIBRATION_SCHEMA} file",
+            schema.name
+        )));
+    }
+    if !(1..=CALIBRATION_VERSION).contains(&schema.version) {
+        return Err(Error::new(
+            ErrorKind::Format,
+            format!(
+                "is of version {} of the calibration form; this program reads versions 1 to {CALIBRATION_VERSION}",
+                schema.version
+            ),
+        )
+        .with_hint("use the version of proofmass that wrote it (it stands under `software`), or calibrate again"));
+    }
+    Ok(head.kind.unwrap_or_default())
+}
+
+/// The whole file, whose head is known to be right.
+pub(crate) fn parse<T: DeserializeOwned>(bytes: &[u8]) -> Result<T> {
+    serde_json::from_slice(bytes).map_err(|e| {
+        Error::new(
+            ErrorKind::Format,
+            format!("the calibration is damaged: {e}"),
+        )
+        .line(e.line() as u64)
+        .with_hint("do not edit the file by hand; calibrate again")
+        .because(e)
+    })
+}
