@@ -6,6 +6,7 @@ mod clock;
 mod console;
 mod delivery;
 mod draft_arguments;
+mod export;
 mod failure;
 mod init;
 mod inspect;
@@ -16,6 +17,7 @@ mod plural;
 mod recording_arguments;
 mod render;
 mod simulate;
+mod test;
 mod uncertainty;
 mod validate;
 mod velocity;
@@ -45,10 +47,12 @@ enum Command {
     Init(init::Init),
     Plan(plan::Plan),
     Apply(apply::Apply),
+    Export(export::Export),
     Validate(validate::Validate),
     Velocity(Box<velocity::Velocity>),
     Noise(Box<noise::Noise>),
     Modes(modes::Modes),
+    Test(test::Test),
     Inspect(inspect::Inspect),
     Simulate(simulate::Simulate),
     Render(render::Render),
@@ -81,10 +85,12 @@ fn run(arguments: Arguments) -> Result<Outcome, Failure> {
         Command::Init(command) => command.run(),
         Command::Plan(command) => command.run(),
         Command::Apply(command) => command.run(),
+        Command::Export(command) => command.run(),
         Command::Validate(command) => command.run(),
         Command::Velocity(command) => command.run(),
         Command::Noise(command) => command.run(),
         Command::Modes(command) => command.run(),
+        Command::Test(command) => command.run(),
         Command::Inspect(command) => command.run(),
         Command::Simulate(command) => command.run(),
         Command::Render(command) => command.run(),

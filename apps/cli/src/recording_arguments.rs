@@ -1,7 +1,9 @@
 //! How a recording outside a campaign is to be read.
 
 use crate::Failure;
-use proofmass::io::{CalibrationFile, ColumnRef, LayoutOptions, RecordingOptions, TimeUnit, Unit};
+use proofmass::io::{
+    CalibrationFile, Column, ColumnRef, LayoutOptions, RecordingOptions, TimeUnit, Unit,
+};
 
 /// Three columns by name or number.
 #[derive(Clone, Debug)]
@@ -52,20 +54,60 @@ impl RecordingArguments {
         }
     }
 
+    /// Everything a reader needs; without a calibration the columns must be named.
+    pub(crate) fn options_with(
+        &self,
+        calibration: Option<&CalibrationFile>,
+    ) -> Result<RecordingOptions, Failure> {
+        if let Some(calibration) = calibration {
+            return self.options(calibration);
+        }
+        let names = self.columns.as_ref().ok_or_else(|| {
+            Failure::new("which columns are x, y and z is not known").hint("add --columns X,Y,Z")
+        })?;
+        Ok(self.reading_of(names.0.iter().map(|n| ColumnRef::from_word(n)).collect()))
+    }
+
+    /// The one unit of three columns: that of their headings, else of --unit.
+    pub(crate) fn common_unit(&self, columns: [&Column; 3]) -> Result<Unit, Failure> {
+        let mut common = self.unit;
+        for column in columns {
+            match (column.unit, common) {
+                (Some(own), Some(unit)) if own != unit => {
+                    return Err(Failure::new(format!(
+                        "column {:?} is in {own}, not in {unit}",
+                        column.name
+                    ))
+                    .hint("x, y and z need one unit; remove --unit, or correct the heading"));
+                }
+                (Some(own), _) => common = Some(own),
+                (None, _) => {}
+            }
+        }
+        common.ok_or_else(|| {
+            Failure::new("the unit of the outputs is not known")
+                .hint("add --unit, such as --unit mg")
+        })
+    }
+
     /// Everything a reader needs.
     pub(crate) fn options(
         &self,
         calibration: &CalibrationFile,
     ) -> Result<RecordingOptions, Failure> {
-        Ok(RecordingOptions {
+        Ok(self.reading_of(self.signals(calibration)?))
+    }
+
+    fn reading_of(&self, columns: Vec<ColumnRef>) -> RecordingOptions {
+        RecordingOptions {
             layout: LayoutOptions::default(),
-            columns: self.signals(calibration)?,
+            columns,
             time: self.time.as_deref().map(ColumnRef::from_word),
             time_unit: self.time_unit,
             sampling_rate_hz: self.rate,
             unit: self.unit,
             ..RecordingOptions::default()
-        })
+        }
     }
 
     /// Factor from the unit of a column to the input unit of the calibration, or why there is none.

@@ -16,6 +16,7 @@ mod recording_quality;
 mod six_position;
 mod standstill;
 mod standstill_calibration;
+mod temperature;
 mod threshold_sweep;
 mod validation;
 
@@ -36,6 +37,10 @@ pub use recording_quality::{clipping, frozen, suspected_clipping, temperature_dr
 pub use six_position::Ferraris;
 pub use standstill::{Standstill, WindowedVariance};
 pub use standstill_calibration::{Estimator, StandstillCalibration};
+pub use temperature::{
+    Attitude as SweepAttitude, AxisFit, Blocks, Hysteresis, OrderFit, SweepData, TemperatureFit,
+    TemperatureSweep,
+};
 pub use threshold_sweep::{Candidate, ThresholdSweep};
 pub use validation::{AttitudeCheck, Calibrated, Validation};
 

@@ -21,8 +21,10 @@
 //! `serde`: values of the models can be written and read. Off by default.
 #![cfg_attr(not(test), no_std)]
 
+mod compensation;
 pub mod encoder;
 mod error;
+mod fixed_point;
 mod float;
 mod gravity;
 mod matrix3;
@@ -31,7 +33,11 @@ pub mod velocity;
 mod visible;
 mod watch;
 
+pub use compensation::{
+    Compensation, Curvature, LARGEST_NONLINEARITY, THERMAL_ORDER, ThermalTerms,
+};
 pub use error::Error;
+pub use fixed_point::{FixedPoint, FixedRange, FixedThermal, TEMPERATURE_BITS};
 pub use float::Float;
 pub use gravity::{Gravity, STANDARD_GRAVITY};
 pub use matrix3::{Matrix3, dot, norm};

@@ -1,5 +1,9 @@
 //! `calibration.json`: what compensation needs, with its uncertainty, its units and where it is valid.
 
+mod blocks;
+
+pub use blocks::{CurvatureBlock, ThermalBlock};
+
 use crate::Device;
 use crate::any_calibration::{calibration_schema, kind_of, parse};
 use crate::layout::ColumnRef;
@@ -7,6 +11,7 @@ use crate::output::AtomicFile;
 use crate::software::{Schema, Software};
 use crate::source::LARGEST_DOCUMENT;
 use crate::{Error, ErrorKind, Input, Result, Source, Unit};
+use proofmass_core::{Compensation, Matrix3, SensorModel};
 use proofmass_uncertainty::{Estimate, Quantity};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -61,6 +66,12 @@ pub struct CalibrationFile {
     /// Range of acceleration per axis in which it was tested, output unit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub acceleration_range: Option<[f64; 2]>,
+    /// How bias and scale follow the temperature, where that was measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub temperature: Option<ThermalBlock>,
+    /// What is not linear, where that was measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub curvature: Option<CurvatureBlock>,
     /// Files it was computed from.
     pub inputs: Vec<Input>,
 }
@@ -90,6 +101,8 @@ impl CalibrationFile {
             repeatability: None,
             temperature_range: None,
             acceleration_range: None,
+            temperature: None,
+            curvature: None,
             inputs: Vec::new(),
         }
     }
@@ -153,6 +166,18 @@ impl CalibrationFile {
         crate::finite::to_json(self)
     }
 
+    /// What runs on the desk and on the chip: the linear model with what the blocks say.
+    ///
+    /// # Errors
+    /// A K that cannot be inverted, a coefficient that is not finite, curvature that is no small correction.
+    pub fn compensation(&self) -> Result<Compensation<f64>> {
+        let sensor = SensorModel::new(Matrix3(self.k), self.b).map_err(unusable)?;
+        let thermal = self.temperature.as_ref().map(ThermalBlock::terms);
+        let curvature = self.curvature.as_ref().map(CurvatureBlock::terms);
+        let reach = self.curvature.as_ref().map_or(0.0, |c| c.reach);
+        Compensation::new(sensor, thermal, curvature, reach).map_err(unusable)
+    }
+
     /// K and b stand twice in the file, as they are applied and as the quantities of the estimate: they must agree.
     fn check_consistency(&self) -> Result<()> {
         let refuse = |key: &str, what: String| {
@@ -208,6 +233,22 @@ impl CalibrationFile {
                     );
                 }
             }
+            let blocks = [
+                self.temperature.as_ref().map(|t| t.named(i, a)),
+                self.curvature.as_ref().map(|c| c.named(i, a)),
+            ];
+            for (name, value) in blocks.into_iter().flatten().flatten() {
+                if !agree(stated(name.clone(), value), value, value) {
+                    return refuse(
+                        if name.starts_with("curvature") {
+                            "curvature"
+                        } else {
+                            "temperature"
+                        },
+                        format!("{name} of the block disagrees with that of the estimate"),
+                    );
+                }
+            }
         }
         Ok(())
     }
@@ -253,6 +294,26 @@ impl CalibrationFile {
             .column("K")
             .with_hint("calibrate again with attitudes that reach all three axes"));
         }
+        if let Some(block) = &self.temperature {
+            finite("temperature", &block.numbers())?;
+            if !(block.range[0] < block.range[1]) {
+                return Err(Error::new(
+                    ErrorKind::Format,
+                    "the temperature range of the coefficients is empty or reversed",
+                )
+                .column("temperature"));
+            }
+        }
+        self.compensation()?;
         self.check_consistency()
     }
+}
+
+fn unusable(error: proofmass_core::Error) -> Error {
+    Error::new(
+        ErrorKind::Format,
+        format!("the calibration cannot be applied: {error}"),
+    )
+    .with_hint("calibrate again")
+    .because(error)
 }

@@ -5,7 +5,7 @@ use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use crate::{
     free_living, modes, multi_position, noise, plan, shaker_single, shaker_triaxial,
-    spurious_motion, uncertainty, validation, velocity,
+    spurious_motion, temperature, uncertainty, validation, velocity,
 };
 use proofmass_io::{ResultDocument, StatedQuantity};
 use proofmass_report::Report;
@@ -83,6 +83,7 @@ fn readers() -> Vec<(&'static str, Reader)> {
         reader::<multi_position::MultiPositionOutcome>(),
         reader::<free_living::FreeLivingOutcome>(),
         reader::<validation::ValidationOutcome>(),
+        reader::<temperature::TemperatureOutcome>(),
         reader::<shaker_triaxial::ShakerTriaxialOutcome>(),
         reader::<shaker_single::ShakerSingleOutcome>(),
         reader::<spurious_motion::SpuriousMotionOutcome>(),

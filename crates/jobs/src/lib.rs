@@ -22,6 +22,7 @@ pub mod shaker_single;
 pub mod shaker_triaxial;
 pub mod spurious_motion;
 mod store;
+pub mod temperature;
 mod trouble;
 pub mod uncertainty;
 pub mod validation;

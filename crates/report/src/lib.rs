@@ -36,6 +36,7 @@ mod shaker;
 mod single_axis;
 mod spurious;
 mod subscript;
+mod temperature;
 pub mod terminal;
 mod uncertainty;
 mod validation;
@@ -55,6 +56,7 @@ pub use plot::{
 pub use shaker::ShakerReport;
 pub use single_axis::SingleAxisReport;
 pub use spurious::SpuriousReport;
+pub use temperature::TemperatureReport;
 pub use uncertainty::{GivenInput, UncertaintyReport};
 pub use validation::ValidationReport;
 pub use velocity::VelocityReport;

@@ -1,0 +1,105 @@
+//! Temperature coefficients of a resting accelerometer from plateaus or a continuous sweep.
+
+mod averaged;
+mod blocks;
+mod branches;
+mod correlated_noise;
+mod findings;
+mod fit;
+
+pub use blocks::{Attitude, Blocks};
+pub use branches::Hysteresis;
+pub use fit::{AxisFit, OrderFit, TemperatureFit};
+
+use crate::Triple;
+use proofmass_core::Error;
+use serde::{Deserialize, Serialize};
+
+/// How the output of a resting accelerometer follows its temperature.
+///
+/// The recording is reduced to block means. Each axis is fitted with the intercepts of the attitudes it was found in and
+/// powers of d = T − T₀; where the sensor was both heated and cooled, half the difference of the branches is part of the
+/// model, so that hysteresis is neither averaged away nor taken for a coefficient; where the rate of the temperature varies
+/// enough besides, the lag of the thermometer is.
+///
+/// ```text
+/// y(t) = a_s + Σ c_k dᵏ ± ½ h(d) − λ Ṫ + noise,   noise: white + first-order Gauss–Markov
+/// ```
+///
+/// Neither the order nor the noise is chosen: every order up to the largest and every noise of a grid is fitted, and what is
+/// stated is their average by evidence (AICc between orders, restricted likelihood between noises), with the
+/// variance between them. So nothing stands between the data and the interval.
+///
+/// **Assumes** noise that is stationary. Wander as slow as the whole sweep cannot be told from temperature; a second sweep tells
+/// them apart.
+/// **Accuracy** coverage in docs/temperature.md.
+/// **Source** `[BurnhamAnderson2002]` ch. 4 (averaging over models), `[PattersonThompson1971]` (restricted likelihood).
+#[doc(alias("TCB", "temperature coefficient of bias", "thermal calibration"))]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct TemperatureSweep {
+    /// Largest power of the temperature difference, 1 to 3.
+    pub largest_order: usize,
+    /// T₀, °C; the middle of the range unless told.
+    pub reference: Option<f64>,
+    /// Coverage probability.
+    pub probability: f64,
+    /// Number of blocks that is aimed at.
+    pub blocks: usize,
+}
+
+impl Default for TemperatureSweep {
+    fn default() -> Self {
+        Self {
+            largest_order: 3,
+            reference: None,
+            probability: 0.95,
+            blocks: 200,
+        }
+    }
+}
+
+/// A recording of a sensor that stands still while its temperature changes.
+#[derive(Clone, Copy, Debug)]
+pub struct SweepData<'a> {
+    /// Outputs x, y, z as accelerations, m/s².
+    pub outputs: [&'a [f64]; 3],
+    /// Temperature of every sample, °C.
+    pub temperature: &'a [f64],
+    /// Samples per second.
+    pub rate: f64,
+}
+
+/// Mean of three columns over a range.
+pub(super) fn means(columns: [&[f64]; 3], start: usize, end: usize) -> Triple {
+    columns.map(|c| c[start..end].iter().sum::<f64>() / (end - start) as f64)
+}
+
+impl TemperatureSweep {
+    /// Fits the coefficients.
+    ///
+    /// # Errors
+    /// [`Error::Length`], [`Error::NotFinite`], [`Error::TooFew`] for a recording too short for the model,
+    /// [`Error::Constant`] for a temperature that does not change, [`Error::Unobservable`] where the sensor was turned and the
+    /// temperature did not change while it lay still, [`Error::OutOfRange`] for settings without meaning.
+    pub fn fit(&self, data: &SweepData<'_>) -> Result<TemperatureFit, Error> {
+        let settings = [
+            ("largest order", self.largest_order as f64, 1.0, 3.0),
+            ("number of blocks", self.blocks as f64, 40.0, 400.0),
+            ("probability", self.probability, 0.5, 0.9999),
+            ("sampling rate, Hz", data.rate, 1e-6, 1e9),
+        ];
+        for (name, value, min, max) in settings {
+            if !(min..=max).contains(&value) {
+                return Err(Error::OutOfRange {
+                    name,
+                    value,
+                    min,
+                    max,
+                });
+            }
+        }
+        let blocks = Blocks::of(data, self.blocks)?;
+        fit::fit(self, &blocks)
+    }
+}

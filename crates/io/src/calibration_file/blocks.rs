@@ -1,0 +1,93 @@
+//! What a calibration knows beyond the linear model: temperature and curvature.
+
+use proofmass_core::{Curvature, THERMAL_ORDER, ThermalTerms};
+use serde::{Deserialize, Serialize};
+
+/// How bias and scale of each axis follow the temperature T: with d = T − T₀ in K,
+/// b_i(T) = b_i + Σ β_ik dᵏ and K(T) = diag(1 + Σ γ_ik dᵏ) K, k = 1 … 3.
+///
+/// In the estimate the coefficients are named `bias.x.T1`, `scale.x.T1`, …; one that was not fitted is zero here and
+/// missing there.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ThermalBlock {
+    /// T₀, °C.
+    #[serde(rename = "reference_degC")]
+    pub reference: f64,
+    /// β: per axis the coefficients of d, d², d³, input unit per Kᵏ.
+    pub bias: [[f64; THERMAL_ORDER]; 3],
+    /// γ: per axis the coefficients of d, d², d³, 1/Kᵏ.
+    pub scale: [[f64; THERMAL_ORDER]; 3],
+    /// Temperatures between which they were measured, °C.
+    #[serde(rename = "range_degC")]
+    pub range: [f64; 2],
+    /// Standard uncertainty per axis from what heating and cooling do differently, input unit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hysteresis: Option<[f64; 3]>,
+}
+
+impl ThermalBlock {
+    /// As the compensation takes them.
+    pub fn terms(&self) -> ThermalTerms<f64> {
+        ThermalTerms {
+            reference: self.reference,
+            bias: self.bias,
+            scale: self.scale,
+        }
+    }
+
+    /// Whether the coefficients were measured at this temperature, °C.
+    pub fn covers(&self, temperature: f64) -> bool {
+        (self.range[0]..=self.range[1]).contains(&temperature)
+    }
+
+    pub(super) fn numbers(&self) -> Vec<f64> {
+        let polynomials = self.bias.iter().chain(&self.scale).flatten();
+        let mut all: Vec<f64> = polynomials.copied().collect();
+        all.push(self.reference);
+        all.extend(self.range);
+        all.extend(self.hysteresis.iter().flatten());
+        all
+    }
+
+    /// Names of the coefficients of an axis in the estimate, with their values here.
+    pub(super) fn named(&self, i: usize, axis: char) -> Vec<(String, f64)> {
+        let of = |kind: &'static str, c: [f64; THERMAL_ORDER]| {
+            let powers = c.into_iter().enumerate();
+            powers.map(move |(k, v)| (format!("{kind}.{axis}.T{}", k + 1), v))
+        };
+        of("bias", self.bias[i])
+            .chain(of("scale", self.scale[i]))
+            .collect()
+    }
+}
+
+/// Curvature of each channel along its own sensitive axis: with x = (K a)_i / K_ii the channel gives
+/// b_i + K_ii (x + k₂ x² + k₃ x³).
+///
+/// In the estimate the coefficients are named `curvature.x.2` and `curvature.x.3`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CurvatureBlock {
+    /// k₂ per axis, 1/(m/s²).
+    pub quadratic: [f64; 3],
+    /// k₃ per axis, 1/(m/s²)².
+    pub cubic: [f64; 3],
+    /// Largest acceleration at which they were measured, m/s².
+    pub reach: f64,
+}
+
+impl CurvatureBlock {
+    /// As the compensation takes them.
+    pub fn terms(&self) -> Curvature<f64> {
+        Curvature {
+            quadratic: self.quadratic,
+            cubic: self.cubic,
+        }
+    }
+
+    pub(super) fn named(&self, i: usize, axis: char) -> Vec<(String, f64)> {
+        vec![
+            (format!("curvature.{axis}.2"), self.quadratic[i]),
+            (format!("curvature.{axis}.3"), self.cubic[i]),
+        ]
+    }
+}

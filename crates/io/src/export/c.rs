@@ -1,0 +1,188 @@
+//! A C99 header in single or double precision.
+
+use super::{ExportNumber, Plan, literal};
+use std::fmt::Write;
+
+pub(super) fn text(plan: &Plan<'_>, number: ExportNumber) -> String {
+    let single = number == ExportNumber::Float;
+    let real = if single { "float" } else { "double" };
+    let n = |v: f64| literal(v, single) + if single { "f" } else { "" };
+    let row = |v: &[f64]| {
+        let cells: Vec<String> = v.iter().map(|v| n(*v)).collect();
+        format!("{{{}}}", cells.join(", "))
+    };
+    let rows = |m: &[[f64; 3]; 3]| {
+        let rows: Vec<String> = m.iter().map(|r| format!("    {}", row(r))).collect();
+        format!("{{\n{}\n}}", rows.join(",\n"))
+    };
+    let name = &plan.name;
+    let guard = format!("{}_H", name.to_ascii_uppercase());
+    let mut c = String::new();
+    let _ = writeln!(c, "/*");
+    for line in plan.heading() {
+        let _ = writeln!(c, " * {line}");
+    }
+    let _ = writeln!(
+        c,
+        " * C99, no library, no allocation. {name}_self_check() returns 0 when this compiler computes what the desk computed."
+    );
+    let _ = writeln!(c, " */\n#ifndef {guard}\n#define {guard}\n");
+    let sensor = plan.model.sensor();
+    let _ = writeln!(
+        c,
+        "static const {real} {name}_k_inverse[3][3] = {};",
+        rows(&sensor.k_inverse().0)
+    );
+    let _ = writeln!(
+        c,
+        "static const {real} {name}_bias[3] = {};",
+        row(&sensor.bias())
+    );
+    if let Some(terms) = plan.model.thermal() {
+        let _ = writeln!(
+            c,
+            "/* Powers 1 to 3 of T - T0, per axis. */\nstatic const {real} {name}_t0 = {};",
+            n(terms.reference)
+        );
+        let _ = writeln!(
+            c,
+            "static const {real} {name}_bias_t[3][3] = {};",
+            rows(&terms.bias)
+        );
+        let _ = writeln!(
+            c,
+            "static const {real} {name}_scale_t[3][3] = {};",
+            rows(&terms.scale)
+        );
+    }
+    if let Some(terms) = plan.model.curvature() {
+        let k = sensor.k().0;
+        let _ = writeln!(
+            c,
+            "static const {real} {name}_k_diagonal[3] = {};",
+            row(&[k[0][0], k[1][1], k[2][2]])
+        );
+        let _ = writeln!(
+            c,
+            "static const {real} {name}_k2[3] = {};\nstatic const {real} {name}_k3[3] = {};",
+            row(&terms.quadratic),
+            row(&terms.cubic)
+        );
+    }
+    function(&mut c, plan, real, &n);
+    self_check(&mut c, plan, real, single, &row, &n);
+    let _ = writeln!(c, "#endif");
+    c
+}
+
+fn function(c: &mut String, plan: &Plan<'_>, real: &str, n: &dyn Fn(f64) -> String) {
+    let name = &plan.name;
+    let (result, temperature) = if plan.needs_temperature() {
+        ("int", format!("{real} temperature, "))
+    } else {
+        ("void", String::new())
+    };
+    let comment = if plan.needs_temperature() {
+        "/* Acceleration in m/s^2. Returns 1, or 0 where the temperature lies beyond the calibration. */"
+    } else {
+        "/* Acceleration in m/s^2. */"
+    };
+    let _ = writeln!(
+        c,
+        "\n{comment}\nstatic inline {result} {name}_apply(const {real} output[3], {temperature}{real} acceleration[3])\n{{"
+    );
+    let _ = writeln!(c, "    {real} v[3];\n    int i;");
+    if plan.needs_temperature() {
+        let _ = writeln!(c, "    const {real} d = temperature - {name}_t0;");
+    }
+    let _ = writeln!(c, "    for (i = 0; i < 3; i++) {{");
+    let _ = writeln!(c, "        v[i] = output[i] - {name}_bias[i];");
+    let one = n(1.0);
+    if plan.needs_temperature() {
+        let _ = writeln!(
+            c,
+            "        const {real} *b = {name}_bias_t[i], *s = {name}_scale_t[i];\n        \
+             v[i] = (v[i] - d * (b[0] + d * (b[1] + d * b[2]))) / ({one} + d * (s[0] + d * (s[1] + d * s[2])));"
+        );
+    }
+    if plan.model.curvature().is_some() {
+        let _ = writeln!(
+            c,
+            "        const {real} y = v[i] / {name}_k_diagonal[i], k2 = {name}_k2[i], k3 = {name}_k3[i];\n        \
+             {real} x = y;\n        int step;\n        \
+             for (step = 0; step < 3; step++)\n            \
+             x = x - (x * ({one} + x * (k2 + x * k3)) - y) / ({one} + x * ({} * k2 + {} * k3 * x));\n        \
+             v[i] = {name}_k_diagonal[i] * x;",
+            n(2.0),
+            n(3.0)
+        );
+    }
+    let _ = writeln!(
+        c,
+        "    }}\n    for (i = 0; i < 3; i++) {{\n        const {real} *r = {name}_k_inverse[i];\n        \
+         acceleration[i] = r[0] * v[0] + r[1] * v[1] + r[2] * v[2];\n    }}"
+    );
+    if let Some(block) = &plan.file.temperature {
+        let _ = writeln!(
+            c,
+            "    return temperature >= {} && temperature <= {};",
+            n(block.range[0]),
+            n(block.range[1])
+        );
+    }
+    let _ = writeln!(c, "}}\n");
+}
+
+fn self_check(
+    c: &mut String,
+    plan: &Plan<'_>,
+    real: &str,
+    single: bool,
+    row: &dyn Fn(&[f64]) -> String,
+    n: &dyn Fn(f64) -> String,
+) {
+    let (name, check) = (&plan.name, &plan.check);
+    let bound = if single {
+        check.single_bound
+    } else {
+        check.double_bound
+    };
+    let _ = writeln!(
+        c,
+        "/* 0 when all vectors agree within {} m/s^2, else the number of the first that does not. */",
+        literal(bound, true)
+    );
+    let _ = writeln!(c, "static inline int {name}_self_check(void)\n{{");
+    let count = check.outputs.len();
+    let list = |rows: Vec<String>| format!("{{\n        {}\n    }}", rows.join(",\n        "));
+    let _ = writeln!(
+        c,
+        "    static const {real} output[{count}][3] = {};",
+        list(check.outputs.iter().map(|o| row(o)).collect())
+    );
+    if plan.needs_temperature() {
+        let _ = writeln!(
+            c,
+            "    static const {real} temperature[{count}] = {};",
+            row(&check.temperatures)
+        );
+    }
+    let _ = writeln!(
+        c,
+        "    static const {real} expected[{count}][3] = {};",
+        list(check.accelerations.iter().map(|a| row(a)).collect())
+    );
+    let argument = if plan.needs_temperature() {
+        "temperature[v], "
+    } else {
+        ""
+    };
+    let _ = writeln!(
+        c,
+        "    int v, i;\n    for (v = 0; v < {count}; v++) {{\n        {real} a[3];\n        \
+         {name}_apply(output[v], {argument}a);\n        for (i = 0; i < 3; i++) {{\n            \
+         const {real} e = a[i] - expected[v][i];\n            \
+         if (!(e <= {bound} && e >= -{bound}))\n                return v + 1;\n        }}\n    }}\n    return 0;\n}}\n",
+        bound = n(bound)
+    );
+}

@@ -1,0 +1,68 @@
+//! Coefficients for any other program.
+
+use super::Plan;
+use crate::{CurvatureBlock, Device, NamedCovariance, Schema, Software, ThermalBlock, Unit};
+use crate::{Input, Result};
+use serde::Serialize;
+
+#[derive(Serialize)]
+struct Coefficients<'a> {
+    schema: Schema,
+    software: &'a Software,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    source: Option<&'a Input>,
+    device: &'a Device,
+    input_unit: Unit,
+    output_unit: Unit,
+    equation: &'static str,
+    #[serde(rename = "K")]
+    k: [[f64; 3]; 3],
+    #[serde(rename = "K_inverse")]
+    k_inverse: [[f64; 3]; 3],
+    b: [f64; 3],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    temperature: Option<&'a ThermalBlock>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    curvature: Option<&'a CurvatureBlock>,
+    covariance: NamedCovariance,
+    check: Check<'a>,
+}
+
+#[derive(Serialize)]
+struct Check<'a> {
+    outputs: &'a [[f64; 3]],
+    #[serde(rename = "temperatures_degC")]
+    temperatures: &'a [f64],
+    accelerations: &'a [[f64; 3]],
+    bound: f64,
+}
+
+pub(super) fn text(plan: &Plan<'_>) -> Result<String> {
+    let (file, check, sensor) = (plan.file, &plan.check, plan.model.sensor());
+    let bytes = crate::finite::to_json(&Coefficients {
+        schema: Schema {
+            name: "proofmass.coefficients".into(),
+            version: 1,
+        },
+        software: &file.software,
+        source: plan.source,
+        device: &file.device,
+        input_unit: file.input_unit,
+        output_unit: file.output_unit,
+        equation: "d = T - reference; v_i = (output_i - b_i - sum_k bias_ik d^k) / (1 + sum_k scale_ik d^k); \
+                   x_i + quadratic_i x_i^2 + cubic_i x_i^3 = v_i / K_ii; a = K_inverse (K_ii x_i)",
+        k: sensor.k().0,
+        k_inverse: sensor.k_inverse().0,
+        b: sensor.bias(),
+        temperature: file.temperature.as_ref(),
+        curvature: file.curvature.as_ref(),
+        covariance: NamedCovariance::of(&file.estimate),
+        check: Check {
+            outputs: &check.outputs,
+            temperatures: &check.temperatures,
+            accelerations: &check.accelerations,
+            bound: check.double_bound,
+        },
+    })?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}

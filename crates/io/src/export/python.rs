@@ -1,0 +1,100 @@
+//! A Python module.
+
+use super::Plan;
+use std::fmt::Write;
+
+pub(super) fn text(plan: &Plan<'_>) -> String {
+    let n = |v: f64| format!("{v:e}");
+    let row = |v: &[f64; 3]| format!("({}, {}, {})", n(v[0]), n(v[1]), n(v[2]));
+    let rows = |m: &[[f64; 3]; 3]| format!("({}, {}, {})", row(&m[0]), row(&m[1]), row(&m[2]));
+    let sensor = plan.model.sensor();
+    let mut text = String::from("\"\"\"");
+    for line in plan.heading() {
+        let plain = line.replace('\\', "/").replace('"', "'");
+        let _ = writeln!(text, "{plain}");
+    }
+    text.push_str("\nWithout dependencies; numbers and arrays alike. `python FILE` checks itself.\n\"\"\"\n\n");
+    let _ = writeln!(text, "K_INVERSE = {}", rows(&sensor.k_inverse().0));
+    let _ = writeln!(text, "BIAS = {}", row(&sensor.bias()));
+    if let Some(terms) = plan.model.thermal() {
+        let _ = writeln!(
+            text,
+            "T0 = {}\nBIAS_T = {}\nSCALE_T = {}",
+            n(terms.reference),
+            rows(&terms.bias),
+            rows(&terms.scale)
+        );
+    }
+    if let Some(block) = &plan.file.temperature {
+        let _ = writeln!(
+            text,
+            "TEMPERATURE_RANGE = ({}, {})",
+            n(block.range[0]),
+            n(block.range[1])
+        );
+    }
+    if let Some(terms) = plan.model.curvature() {
+        let k = sensor.k().0;
+        let _ = writeln!(
+            text,
+            "K_DIAGONAL = {}\nK2 = {}\nK3 = {}",
+            row(&[k[0][0], k[1][1], k[2][2]]),
+            row(&terms.quadratic),
+            row(&terms.cubic)
+        );
+    }
+    let temperature = if plan.needs_temperature() {
+        ", temperature"
+    } else {
+        ""
+    };
+    let _ = writeln!(
+        text,
+        "\n\ndef apply(x, y, z{temperature}):\n    \"\"\"Acceleration x, y, z in m/s^2 from the outputs{}.\"\"\"\n    v = []\n    \
+         for axis, output in enumerate((x, y, z)):\n        value = output - BIAS[axis]",
+        if plan.needs_temperature() {
+            " and the temperature in degC"
+        } else {
+            ""
+        }
+    );
+    if plan.needs_temperature() {
+        text.push_str(
+            "        d = temperature - T0\n        b, s = BIAS_T[axis], SCALE_T[axis]\n        \
+             value = (value - d * (b[0] + d * (b[1] + d * b[2]))) / (1.0 + d * (s[0] + d * (s[1] + d * s[2])))\n",
+        );
+    }
+    if plan.model.curvature().is_some() {
+        text.push_str(
+            "        y_ = value / K_DIAGONAL[axis]\n        k2, k3 = K2[axis], K3[axis]\n        x_ = y_\n        \
+             for _ in range(3):\n            \
+             x_ = x_ - (x_ * (1.0 + x_ * (k2 + x_ * k3)) - y_) / (1.0 + x_ * (2.0 * k2 + 3.0 * k3 * x_))\n        \
+             value = K_DIAGONAL[axis] * x_\n",
+        );
+    }
+    text.push_str(
+        "        v.append(value)\n    return tuple(r[0] * v[0] + r[1] * v[1] + r[2] * v[2] for r in K_INVERSE)\n",
+    );
+    let check = &plan.check;
+    let list = |rows: &[[f64; 3]]| {
+        let rows: Vec<String> = rows.iter().map(row).collect();
+        rows.join(",\n        ")
+    };
+    let temperatures: Vec<String> = check.temperatures.iter().map(|t| n(*t)).collect();
+    let argument = if plan.needs_temperature() { ", t" } else { "" };
+    let _ = writeln!(
+        text,
+        "\n\ndef self_check():\n    \"\"\"None, or the number of the first vector that comes out otherwise than on the desk.\"\"\"\n    \
+         outputs = (\n        {},\n    )\n    temperatures = ({},)\n    expected = (\n        {},\n    )\n    \
+         for number, (o, t, e) in enumerate(zip(outputs, temperatures, expected)):\n        \
+         a = apply(*o{argument})\n        \
+         if not all(abs(p - q) <= {} for p, q in zip(a, e)):\n            return number\n    return None\n\n\n\
+         if __name__ == \"__main__\":\n    number = self_check()\n    if number is not None:\n        \
+         raise SystemExit(f\"vector {{number}} does not agree\")\n    print(\"all vectors agree\")",
+        list(&check.outputs),
+        temperatures.join(", "),
+        list(&check.accelerations),
+        n(check.double_bound),
+    );
+    text
+}

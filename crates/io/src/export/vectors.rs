@@ -1,0 +1,73 @@
+//! Outputs and accelerations with which exported code checks itself.
+
+use crate::{CalibrationFile, Unit};
+use proofmass_core::{Compensation, STANDARD_GRAVITY, norm};
+
+/// Outputs of the sensor, its temperature, and what the desk makes of them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SelfCheck {
+    /// Output x, y, z in the input unit.
+    pub outputs: Vec<[f64; 3]>,
+    /// Temperature, °C.
+    pub temperatures: Vec<f64>,
+    /// Acceleration in double precision, m/s².
+    pub accelerations: Vec<[f64; 3]>,
+    /// Largest rounding error of single precision, m/s².
+    pub single_bound: f64,
+    /// Largest rounding error of double precision, m/s².
+    pub double_bound: f64,
+}
+
+impl SelfCheck {
+    /// Every axis in both senses, all together and nothing, at both ends of the temperature and in its middle.
+    pub fn of(file: &CalibrationFile, model: &Compensation<f64>) -> Self {
+        let tested = file
+            .acceleration_range
+            .map(|[low, high]| low.abs().max(high.abs()));
+        let reach = file
+            .curvature
+            .as_ref()
+            .map(|c| c.reach)
+            .or(tested)
+            .filter(|r| *r > 0.0)
+            .unwrap_or(STANDARD_GRAVITY);
+        let temperatures = match &file.temperature {
+            Some(block) => vec![block.range[0], block.reference, block.range[1]],
+            None => vec![0.0],
+        };
+        let mut check = Self {
+            outputs: Vec::new(),
+            temperatures: Vec::new(),
+            accelerations: Vec::new(),
+            single_bound: 0.0,
+            double_bound: 0.0,
+        };
+        let mut size = 0.0f64;
+        for t in temperatures {
+            for direction in [
+                [0.0, 0.0, 0.0],
+                [1.0, 0.0, 0.0],
+                [-1.0, 0.0, 0.0],
+                [0.0, 1.0, 0.0],
+                [0.0, -1.0, 0.0],
+                [0.0, 0.0, 1.0],
+                [0.0, 0.0, -1.0],
+                [0.5, -0.6, 0.6],
+            ] {
+                let mut output = model.invert(direction.map(|c| c * reach), t);
+                if file.input_unit == Unit::Count {
+                    output = output.map(f64::round);
+                }
+                size = size.max(norm(output) + norm(model.sensor().bias()));
+                check.accelerations.push(model.apply(output, t));
+                check.outputs.push(output);
+                check.temperatures.push(t);
+            }
+        }
+        // Sixteen roundings at most between the output and the acceleration, each relative to the largest number in it.
+        let per_epsilon = 16.0 * size * model.sensor().k_inverse().norm();
+        check.single_bound = per_epsilon * f64::from(f32::EPSILON);
+        check.double_bound = per_epsilon * f64::EPSILON;
+        check
+    }
+}

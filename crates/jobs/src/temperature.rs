@@ -1,0 +1,335 @@
+//! How does the output of a resting accelerometer follow its temperature?
+
+use crate::outcome::{Job, Outcome, section};
+use crate::record::Record;
+use crate::trouble::{Result, Trouble};
+use proofmass_calibration::{SweepData, TemperatureFit, TemperatureSweep};
+use proofmass_core::{Error, Matrix3, SensorModel, THERMAL_ORDER, Watch};
+use proofmass_io::{CalibrationFile, Cell, StatedQuantity, Table, ThermalBlock, Unit};
+use proofmass_report::{Report, TemperatureReport};
+use proofmass_uncertainty::{Component, Estimate, Finding};
+use serde::{Deserialize, Serialize};
+
+/// How the coefficients are fitted.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct TemperatureJob {
+    /// The fit.
+    pub sweep: TemperatureSweep,
+}
+
+/// A recording of a sensor that stands still while its temperature changes, and the calibration it is to complete.
+#[derive(Clone, Debug)]
+pub struct TemperatureData<'a> {
+    /// Outputs x, y, z in `unit`.
+    pub outputs: [&'a [f64]; 3],
+    /// Unit of the outputs: an acceleration, or what the calibration takes.
+    pub unit: Unit,
+    /// Temperature of every sample, °C.
+    pub temperature: &'a [f64],
+    /// Samples per second.
+    pub rate: f64,
+    /// A calibration at one temperature that gets these coefficients.
+    pub calibration: Option<&'a CalibrationFile>,
+    /// What reading the data found.
+    pub findings: &'a [Finding],
+    /// What the recording is called in messages.
+    pub name: &'a str,
+}
+
+impl Job for TemperatureJob {
+    type Data<'a> = TemperatureData<'a>;
+    type Outcome = TemperatureOutcome;
+
+    fn evaluate(
+        &self,
+        data: &TemperatureData<'_>,
+        watch: &dyn Watch,
+    ) -> Result<TemperatureOutcome> {
+        watch.step("temperature", 0, 2)?;
+        let mut sweep = self.sweep.clone();
+        let accelerations = match data.calibration {
+            Some(file) => {
+                sweep.reference = Some(self.reference(file)?);
+                compensated(file, data)?
+            }
+            None => {
+                let (si, factor) = data.unit.si();
+                if !si.is_acceleration() {
+                    return Err(Trouble::data(format!(
+                        "the outputs are in {}, which is no acceleration",
+                        data.unit
+                    ))
+                    .detail(data.name)
+                    .with_hint("name the calibration that turns them into accelerations"));
+                }
+                data.outputs
+                    .map(|column| column.iter().map(|v| v * factor).collect::<Vec<f64>>())
+            }
+        };
+        let [x, y, z] = &accelerations;
+        let swept = SweepData {
+            outputs: [x, y, z],
+            temperature: data.temperature,
+            rate: data.rate,
+        };
+        let fit = sweep.fit(&swept).map_err(|error| refusal(error, data))?;
+        watch.step("temperature", 1, 2)?;
+        let mut findings = data.findings.to_vec();
+        findings.extend(fit.findings.iter().cloned());
+        findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
+        let calibration = data
+            .calibration
+            .map(|file| completed(file, &fit))
+            .transpose()?;
+        watch.step("temperature", 2, 2)?;
+        Ok(TemperatureOutcome {
+            quantities: fit
+                .estimate
+                .quantities()
+                .iter()
+                .map(|q| StatedQuantity::new(q, sweep.probability))
+                .collect(),
+            probability: sweep.probability,
+            findings,
+            fit,
+            calibration,
+        })
+    }
+}
+
+impl TemperatureJob {
+    /// The temperature at which K and b of the calibration hold.
+    fn reference(&self, file: &CalibrationFile) -> Result<f64> {
+        let own = file.temperature_range.map(|[low, high]| 0.5 * (low + high));
+        self.sweep.reference.or(own).ok_or_else(|| {
+            Trouble::request("the calibration does not say at which temperature it was made")
+                .with_hint("give it as the reference temperature")
+        })
+    }
+}
+
+fn compensated(file: &CalibrationFile, data: &TemperatureData<'_>) -> Result<[Vec<f64>; 3]> {
+    let (si, factor) = data.unit.si();
+    if si != file.input_unit {
+        return Err(Trouble::data(format!(
+            "the outputs are in {}, the calibration takes {}",
+            data.unit, file.input_unit
+        ))
+        .detail(data.name));
+    }
+    let sensor = SensorModel::new(Matrix3(file.k), file.b)?;
+    let [x, y, z] = data.outputs;
+    if y.len() != x.len() || z.len() != x.len() {
+        return Err(Trouble::data("the columns x, y and z are not equally long").detail(data.name));
+    }
+    let mut columns: [Vec<f64>; 3] = std::array::from_fn(|_| Vec::with_capacity(x.len()));
+    for i in 0..x.len() {
+        let a = sensor.apply([x[i] * factor, y[i] * factor, z[i] * factor]);
+        for (column, v) in columns.iter_mut().zip(a) {
+            column.push(v);
+        }
+    }
+    Ok(columns)
+}
+
+fn refusal(error: Error, data: &TemperatureData<'_>) -> Trouble {
+    let hint = match error {
+        Error::Unobservable { .. } => {
+            "keep the sensor in one attitude while the temperature changes, or record the change in each attitude"
+        }
+        Error::Constant { .. } => {
+            "record a change of temperature that is well above the noise of the thermometer"
+        }
+        _ => return Trouble::from(error).detail(data.name),
+    };
+    Trouble::from(error).detail(data.name).with_hint(hint)
+}
+
+/// The calibration with the coefficients in its own unit, and one estimate of all.
+///
+/// A change Δa of the compensated reading is K Δa of the output; relative changes of scale are those of the axes, for
+/// misalignment of a hundredth times a difference of 10⁻⁴ is beyond any uncertainty.
+fn completed(file: &CalibrationFile, fit: &TemperatureFit) -> Result<CalibrationFile> {
+    const AXES: [&str; 3] = ["x", "y", "z"];
+    let mut file = file.clone();
+    let top = fit.largest_order;
+    let kind = if fit.scale { "bias" } else { "output" };
+    let source = &fit.estimate;
+    let base = file.estimate.components().len();
+    let width = source.components().len();
+    let index = |name: &str| {
+        source
+            .index_of(name)
+            .ok_or_else(|| Trouble::data(format!("the fit lacks {name}")))
+    };
+    let mut components = file.estimate.components().to_vec();
+    let mut rows: Vec<Vec<f64>> = vec![vec![0.0; width]; base];
+    let mut block = ThermalBlock {
+        reference: fit.reference,
+        bias: [[0.0; THERMAL_ORDER]; 3],
+        scale: [[0.0; THERMAL_ORDER]; 3],
+        range: fit.range,
+        hysteresis: None,
+    };
+    let unit = file.input_unit;
+    for (i, axis) in AXES.iter().enumerate() {
+        for power in 1..=top {
+            let mut row = vec![0.0; width];
+            for (j, other) in AXES.iter().enumerate() {
+                row[index(&format!("{kind}.{other}.T{power}"))?] = file.k[i][j];
+            }
+            let value = row
+                .iter()
+                .zip(source.components())
+                .map(|(r, c)| r * c.value)
+                .sum();
+            block.bias[i][power - 1] = value;
+            let exponent = ["", "²", "³"][power - 1];
+            components.push(Component::new(
+                format!("bias.{axis}.T{power}"),
+                format!("{unit}/K{exponent}"),
+                value,
+            ));
+            rows.push(row);
+        }
+        if fit.scale {
+            for power in 1..=top {
+                let name = format!("scale.{axis}.T{power}");
+                let at = index(&name)?;
+                let mut row = vec![0.0; width];
+                row[at] = 1.0;
+                let component = source.components()[at].clone();
+                block.scale[i][power - 1] = component.value;
+                components.push(component);
+                rows.push(row);
+            }
+        }
+    }
+    let total = components.len();
+    let mut identity = vec![0.0; total * base];
+    for i in 0..base {
+        identity[i * base + i] = 1.0;
+    }
+    let own = file.estimate.propagate(components.clone(), &identity)?;
+    let thermal = source.propagate(components.clone(), &rows.concat())?;
+    let mut influences = own.influences().to_vec();
+    influences.extend(thermal.influences().iter().map(|influence| {
+        let mut influence = influence.clone();
+        influence.key = format!("temperature.{}", influence.key);
+        influence
+    }));
+    file.estimate = Estimate::new(components, influences)?;
+    let hysteresis = fit.axes.each_ref().map(|a| {
+        let h = a.hysteresis.as_ref();
+        h.map(|h| h.of_a_reading())
+    });
+    if let [Some(x), Some(y), Some(z)] = hysteresis {
+        let of = |i: usize, u: f64| u * file.k[i][i].abs();
+        block.hysteresis = Some([of(0, x), of(1, y), of(2, z)]);
+    }
+    file.temperature = Some(block);
+    file.temperature_range = Some(fit.range);
+    Ok(file)
+}
+
+/// Temperature coefficients, and the calibration they complete.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TemperatureOutcome {
+    quantities: Vec<StatedQuantity>,
+    probability: f64,
+    findings: Vec<Finding>,
+    fit: TemperatureFit,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    calibration: Option<CalibrationFile>,
+}
+
+impl TemperatureOutcome {
+    /// The fit itself.
+    pub fn fit(&self) -> &TemperatureFit {
+        &self.fit
+    }
+
+    fn page(&self, record: &Record) -> TemperatureReport<'_> {
+        TemperatureReport {
+            title: self.title(record),
+            meta: record.meta(),
+            inputs: record.digests(),
+            probability: self.probability,
+            findings: &self.findings,
+            combined: self.calibration.is_some(),
+            footer: record.software.to_string(),
+        }
+    }
+}
+
+impl Outcome for TemperatureOutcome {
+    const KIND: &'static str = "temperature";
+
+    fn title(&self, record: &Record) -> String {
+        record.title(
+            "Temperature coefficients of",
+            "Temperature coefficients of an accelerometer",
+        )
+    }
+
+    fn quantities(&self) -> Vec<StatedQuantity> {
+        self.quantities.clone()
+    }
+
+    fn findings(&self) -> &[Finding] {
+        &self.findings
+    }
+
+    fn estimate(&self) -> Option<&Estimate> {
+        Some(&self.fit.estimate)
+    }
+
+    fn model(&self) -> Option<String> {
+        Some(format!("polynomial up to order {}", self.fit.largest_order))
+    }
+
+    fn sections(&self) -> Result<Vec<(&'static str, serde_json::Value)>> {
+        Ok(vec![section("axes", &self.fit.axes)?])
+    }
+
+    fn tables(&self) -> Result<Vec<(String, Table)>> {
+        let blocks = &self.fit.blocks;
+        let mut table = Table::new([
+            "time_s",
+            "temperature_degC",
+            "direction",
+            "attitude",
+            "acceleration_x_m/s2",
+            "acceleration_y_m/s2",
+            "acceleration_z_m/s2",
+        ]);
+        for i in 0..blocks.len() {
+            let mut row = vec![
+                Cell::from(blocks.time[i]),
+                Cell::from(blocks.temperature[i]),
+                Cell::from(self.fit.direction[i]),
+                Cell::from(blocks.attitude[i] as f64 + 1.0),
+            ];
+            row.extend(blocks.output[i].iter().map(|v| Cell::from(*v)));
+            table.push(row)?;
+        }
+        Ok(vec![("blocks.csv".to_owned(), table)])
+    }
+
+    fn calibration(&self, record: &Record) -> Option<CalibrationFile> {
+        let mut file = self.calibration.clone()?;
+        file.software = record.software.clone();
+        file.inputs.extend(record.inputs.iter().cloned());
+        Some(file)
+    }
+
+    fn summary(&self, record: &Record) -> Report {
+        self.page(record).summary(&self.fit)
+    }
+
+    fn report(&self, record: &Record) -> Report {
+        self.page(record).full(&self.fit)
+    }
+}
