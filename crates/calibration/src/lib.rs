@@ -2,6 +2,7 @@
 
 pub mod frequency_response;
 pub mod shaker;
+pub mod static_test;
 
 mod added_terms;
 mod adjustment;

@@ -7,6 +7,7 @@ mod correlated_noise;
 mod findings;
 mod fit;
 
+pub(crate) use averaged::mixture;
 pub use blocks::{Attitude, Blocks};
 pub use branches::Hysteresis;
 pub use fit::{AxisFit, OrderFit, TemperatureFit};

@@ -166,6 +166,11 @@ impl CalibrationFile {
         crate::finite::to_json(self)
     }
 
+    /// Form and version that this program writes: those of a file that was read are its own.
+    pub fn schema() -> Schema {
+        calibration_schema()
+    }
+
     /// What runs on the desk and on the chip: the linear model with what the blocks say.
     ///
     /// # Errors

@@ -5,7 +5,9 @@ use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_calibration::{SweepData, TemperatureFit, TemperatureSweep};
 use proofmass_core::{Error, Matrix3, SensorModel, THERMAL_ORDER, Watch};
-use proofmass_io::{CalibrationFile, Cell, StatedQuantity, Table, ThermalBlock, Unit};
+use proofmass_io::{
+    AnyCalibration, CalibrationFile, Cell, StatedQuantity, Table, ThermalBlock, Unit,
+};
 use proofmass_report::{Report, TemperatureReport};
 use proofmass_uncertainty::{Component, Estimate, Finding};
 use serde::{Deserialize, Serialize};
@@ -318,11 +320,13 @@ impl Outcome for TemperatureOutcome {
         Ok(vec![("blocks.csv".to_owned(), table)])
     }
 
-    fn calibration(&self, record: &Record) -> Option<CalibrationFile> {
-        let mut file = self.calibration.clone()?;
-        file.software = record.software.clone();
-        file.inputs.extend(record.inputs.iter().cloned());
-        Some(file)
+    fn calibration(&self, record: &Record) -> Result<Option<AnyCalibration>> {
+        Ok(self.calibration.clone().map(|mut file| {
+            file.schema = CalibrationFile::schema();
+            file.software = record.software.clone();
+            file.inputs.extend(record.inputs.iter().cloned());
+            file.into()
+        }))
     }
 
     fn summary(&self, record: &Record) -> Report {

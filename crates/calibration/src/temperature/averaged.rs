@@ -10,8 +10,6 @@ pub(super) struct Averaged {
     pub estimate: Vec<f64>,
     /// p × p: within the noises and between them.
     pub covariance: Vec<f64>,
-    /// Residuals of the average.
-    pub residuals: Vec<f64>,
     /// Log-likelihood (not restricted) of the best noise: what orders are compared by.
     pub log_likelihood: f64,
 }
@@ -75,19 +73,15 @@ pub(super) fn fit(columns: &[Vec<f64>], y: &[f64], noises: &[Noise]) -> Result<A
     let weights: Vec<f64> = runs.iter().map(|r| (r.2 - best).exp()).collect();
     let parts = runs.iter().map(|r| (r.0.as_slice(), r.1.as_slice()));
     let (estimate, covariance) = mixture(parts, &weights, p);
-    let residuals = (0..n)
-        .map(|i| y[i] - (0..p).map(|a| columns[a][i] * estimate[a]).sum::<f64>())
-        .collect();
     Ok(Averaged {
         estimate,
         covariance,
-        residuals,
         log_likelihood: runs.iter().map(|r| r.3).fold(f64::NEG_INFINITY, f64::max),
     })
 }
 
 /// Mean and covariance of a mixture: within its parts and between them.
-pub(super) fn mixture<'a>(
+pub(crate) fn mixture<'a>(
     parts: impl Iterator<Item = (&'a [f64], &'a [f64])> + Clone,
     weights: &[f64],
     p: usize,

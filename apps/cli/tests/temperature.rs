@@ -1,0 +1,170 @@
+//! `proofmass test temperature` on simulated recordings.
+
+mod support;
+
+use std::fmt::Write;
+use std::path::Path;
+use support::*;
+
+/// Noise that needs no library: a sum of twelve uniform numbers.
+struct Noise(u64);
+
+impl Noise {
+    fn next(&mut self) -> f64 {
+        let mut sum = -6.0;
+        for _ in 0..12 {
+            self.0 = self
+                .0
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            sum += (self.0 >> 11) as f64 / (1u64 << 53) as f64;
+        }
+        sum
+    }
+}
+
+/// Up and down between −10 and 60 °C: z follows with 1.2 mg/K, heating lies `gap` mg above cooling; turned half-way if asked.
+fn write_recording(path: &Path, gap: f64, turned: bool) {
+    let mut noise = Noise(5);
+    let mut text = String::from("acc_x_mg,acc_y_mg,acc_z_mg,temp_degC\n");
+    for i in 0..6000 {
+        let s = f64::from(i) / 3000.0;
+        let heating = s < 1.0;
+        let u = if heating { s } else { 2.0 - s };
+        let t = if turned {
+            if heating { -10.0 } else { 60.0 }
+        } else {
+            -10.0 + 70.0 * u
+        };
+        let d = t - 25.0;
+        let sign = if heating { 0.5 } else { -0.5 };
+        let z = 1002.0 + 1.2 * d + sign * gap * (1.0 - (d / 35.0f64).powi(2));
+        let (x, y) = (12.0 + 0.05 * d, -7.0);
+        let (y, z) = if turned && !heating { (z, -y) } else { (y, z) };
+        let mut n = || 2.0 * noise.next();
+        let _ = writeln!(
+            text,
+            "{:.3},{:.3},{:.3},{:.3}",
+            x + n(),
+            y + n(),
+            z + n(),
+            t + 0.02 * n()
+        );
+    }
+    std::fs::write(path, text).unwrap();
+}
+
+const COLUMNS: [&str; 6] = [
+    "--columns",
+    "acc_x,acc_y,acc_z",
+    "--temperature",
+    "temp",
+    "--rate",
+    "10",
+];
+
+#[test]
+fn known_slope_and_hysteresis_and_the_same_files_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("sweep.csv");
+    write_recording(&recording, 6.0, false);
+    let out = folder.path().join("result");
+    let mut words = vec!["test", "temperature", text(&recording), "-o", text(&out)];
+    words.extend(COLUMNS);
+    succeed(&words);
+    let result = json(&out.join("result.json"));
+    let mg = 9.80665e-3;
+    let (z, u, _) = quantity(&result, "slope.z");
+    assert!(
+        (z / mg - 1.2).abs() < 4.0 * u / mg && u / mg < 0.1,
+        "{} {}",
+        z / mg,
+        u / mg
+    );
+    let gap = result["axes"][2]["hysteresis"]["difference"]
+        .as_f64()
+        .unwrap()
+        / mg;
+    assert!((gap - 6.0).abs() < 1.0, "{gap}");
+    let codes: Vec<&str> = result["findings"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter_map(|f| f["code"].as_str())
+        .collect();
+    assert!(codes.contains(&"hysteresis"), "{codes:?}");
+    let again = folder.path().join("again");
+    succeed(&["render", text(&out.join("result.json")), "-o", text(&again)]);
+    for name in ["report.html", "blocks.csv"] {
+        assert_eq!(
+            std::fs::read(out.join(name)).unwrap(),
+            std::fs::read(again.join(name)).unwrap(),
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn refuses_a_turned_sensor_and_says_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("turned.csv");
+    write_recording(&recording, 0.0, true);
+    let mut words = vec!["test", "temperature", text(&recording)];
+    words.extend(COLUMNS);
+    let said = refuse(&words);
+    assert!(said.contains("turned between the temperatures"), "{said}");
+    assert!(said.contains("hint"), "{said}");
+}
+
+/// A calibration at 25 °C and a sweep make one calibration, which is exported with its temperature.
+#[test]
+fn law_a_calibration_is_completed_and_exported() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("sweep.csv");
+    write_recording(&recording, 0.0, false);
+    let base = folder.path().join("base.json");
+    let file = r#"{"schema": {"name": "proofmass.calibration", "version": 1}, "kind": "triaxial",
+        "software": {"name": "proofmass", "version": "0.1.0"}, "device": {"model": "unit"},
+        "input_unit": "m/s²", "output_unit": "m/s²", "model": "full",
+        "K": [[1.01, 0.002, 0.0], [0.0, 0.99, 0.001], [0.0, 0.0, 1.002]], "b": [0.1, -0.07, 0.02],
+        "estimate": {"components": [{"name": "bias.z", "unit": "m/s²", "value": 0.02}],
+            "covariance": [[1e-8]], "influences": [{"key": "noise", "description": "noise", "evaluation": "A",
+            "distribution": "normal", "dof": 20.0, "effect": {"form": "joint", "covariance": [[1e-8]]}}]},
+        "temperature_range_degC": [24.8, 25.2], "inputs": []}"#;
+    std::fs::write(&base, file).unwrap();
+    let out = folder.path().join("result");
+    let mut words = vec![
+        "test",
+        "temperature",
+        text(&recording),
+        "--calibration",
+        text(&base),
+        "-o",
+        text(&out),
+    ];
+    words.extend(COLUMNS);
+    succeed(&words);
+    let written = json(&out.join("calibration.json"));
+    let block = &written["temperature"];
+    assert!((block["reference_degC"].as_f64().unwrap() - 25.0).abs() < 1e-9);
+    // In the unit of the outputs: 1.2 mg/K.
+    let slope = block["bias"][2][0].as_f64().unwrap() / 9.80665e-3;
+    assert!((slope - 1.2).abs() < 0.1, "{slope}");
+    let names: Vec<&str> = written["estimate"]["components"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter_map(|c| c["name"].as_str())
+        .collect();
+    assert!(
+        names.contains(&"bias.z") && names.contains(&"bias.z.T1"),
+        "{names:?}"
+    );
+    let header = succeed(&["export", text(&out.join("calibration.json")), "--c"]);
+    let header = String::from_utf8_lossy(&header.stdout).into_owned();
+    assert!(
+        header.contains(
+            "unit_apply(const float output[3], float temperature, float acceleration[3])"
+        )
+    );
+}

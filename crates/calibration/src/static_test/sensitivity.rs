@@ -1,0 +1,110 @@
+//! Sensitivity and bias of one axis from readings up and down.
+
+use super::StaticFit;
+use super::readings::{CommonError, check, least_squares, not_negative};
+use proofmass_core::{Error, Gravity};
+use proofmass_uncertainty::{Component, DegreesOfFreedom, Effect, Estimate, Evaluation, Influence};
+use serde::{Deserialize, Serialize};
+
+/// S = (V₊ − V₋)/2g and b = (V₊ + V₋)/2; repeated readings are averaged and their scatter counts.
+///
+/// **Accuracy** Student's t is exact for the scatter (`coverage_sensitivity`); levelling within δ lowers a reading by
+/// g δ²/2 or less and is carried as δ² of the sensitivity.
+/// **Source** `[IEEE1293]` (two-point test).
+///
+/// ```
+/// use proofmass_calibration::static_test::Sensitivity;
+/// use proofmass_core::Gravity;
+///
+/// // QA700: 10 mV per g, 50 µg.
+/// let test = Sensitivity::new(Gravity::given(9.80665, 1e-5)?);
+/// let fit = test.fit(&[1.0, 1.0, -1.0, -1.0], &[10.0006, 10.0004, -9.9994, -9.9996], "mV")?;
+/// assert!((fit.estimate.get("sensitivity").unwrap().value * 9.80665 - 10.0).abs() < 1e-12);
+/// assert!((fit.estimate.get("bias").unwrap().value - 5e-4).abs() < 1e-12);
+/// # Ok::<(), proofmass_core::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Sensitivity {
+    /// Local gravity.
+    pub gravity: Gravity,
+    /// Standard uncertainty of the levelling of each position, rad.
+    pub levelling: f64,
+    /// Standard uncertainty of one reading, output unit: needed where each position is read once.
+    pub reading: Option<f64>,
+}
+
+impl Sensitivity {
+    /// With perfect levelling.
+    pub fn new(gravity: Gravity) -> Self {
+        Self {
+            gravity,
+            levelling: 0.0,
+            reading: None,
+        }
+    }
+
+    /// `position`: +1 where the axis points up, −1 where it points down.
+    ///
+    /// # Errors
+    /// [`Error::Unobservable`] when a position is missing, [`Error::OutOfRange`] for another position than ±1,
+    /// [`Error::TooFew`] for two readings whose uncertainty is not given, [`Error::Length`], [`Error::NotFinite`].
+    pub fn fit(&self, position: &[f64], output: &[f64], unit: &str) -> Result<StaticFit, Error> {
+        check(position, output, "position")?;
+        not_negative("levelling", self.levelling)?;
+        if let Some(other) = position.iter().find(|p| p.abs() != 1.0) {
+            return Err(Error::OutOfRange {
+                name: "position (1 up, −1 down)",
+                value: *other,
+                min: -1.0,
+                max: 1.0,
+            });
+        }
+        let g = self.gravity.value();
+        let input: Vec<f64> = position.iter().map(|p| p * g).collect();
+        let columns = [vec![1.0; input.len()], input.clone()];
+        let solved = least_squares(&columns, output, "sensitivity: up or down is missing")?;
+        let (scatter, dof) = solved.scatter(self.reading)?;
+        let [b, s] = [solved.parameters[0], solved.parameters[1]];
+        let common = [CommonError {
+            key: "gravity",
+            description: "local gravity",
+            unit: "m/s²",
+            value: g,
+            standard_uncertainty: self.gravity.standard_uncertainty(),
+            effect: position.iter().map(|p| p * s).collect(),
+        }];
+        let mut influences = solved.influences(scatter, dof, &common)?;
+        if self.levelling > 0.0 {
+            influences.push(Influence {
+                key: "levelling".to_owned(),
+                description: "the axis beside the vertical".to_owned(),
+                evaluation: Evaluation::B,
+                distribution: "normal".to_owned(),
+                dof: DegreesOfFreedom::INFINITE,
+                effect: Effect::Scalar {
+                    value: 0.0,
+                    unit: "rad".to_owned(),
+                    standard_uncertainty: self.levelling,
+                    sensitivity: vec![0.0, s * self.levelling],
+                },
+            });
+        }
+        Ok(StaticFit {
+            estimate: Estimate::new(
+                vec![
+                    Component::new("bias", unit, b),
+                    Component::new("sensitivity", format!("{unit}/(m/s²)"), s),
+                ],
+                influences,
+            )?,
+            readings: solved.readings(&input, output),
+            input: "acceleration, m/s²".to_owned(),
+            unit: unit.to_owned(),
+            scatter: (solved.dof > 0).then_some(scatter),
+            nonlinearity: None,
+            orders: Vec::new(),
+            findings: Vec::new(),
+        })
+    }
+}

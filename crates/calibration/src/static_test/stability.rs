@@ -1,0 +1,285 @@
+//! Drift of calibration results over time, and when to calibrate again.
+
+use proofmass_core::Error;
+use proofmass_uncertainty::{
+    BetweenScatter, DegreesOfFreedom, Estimate, Finding, NoiseDof, Quantity, Severity,
+};
+use serde::{Deserialize, Serialize};
+
+/// A calibration and the day it was made.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DatedEstimate {
+    /// Days from any origin.
+    pub day: f64,
+    /// Its quantities with their uncertainty.
+    pub estimate: Estimate,
+    /// What it is called.
+    pub name: String,
+}
+
+/// Days in a month, on average.
+pub const MONTH: f64 = 30.4375;
+
+/// Drift of each quantity by weighted least squares over the days, with the scatter between calibrations estimated.
+///
+/// ```text
+/// y_i = y₀ + D (t_i − t̄),  var y_i = u_i² + τ²        (τ: reproducibility beyond the stated uncertainties)
+/// ```
+///
+/// Uncertainties that all calibrations share (the same gravity) cancel in a drift; they are counted in each, which is
+/// on the safe side.
+///
+/// **Accuracy** `coverage_stability`. **Source** the rule of [`BetweenScatter`]; intervals `[ILAC-G24]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Stability {
+    /// Coverage probability.
+    pub probability: f64,
+    /// Largest change since the last calibration that is tolerated, by the name of a quantity (`bias.x`), in its unit.
+    pub tolerances: Vec<(String, f64)>,
+    /// Longest time between calibrations whatever the drift, months.
+    pub longest_interval: f64,
+}
+
+impl Default for Stability {
+    fn default() -> Self {
+        Self {
+            probability: 0.95,
+            tolerances: Vec::new(),
+            longest_interval: 12.0,
+        }
+    }
+}
+
+/// One quantity over time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Drift {
+    /// Name of the quantity.
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+    /// Drift per month.
+    pub drift: Quantity,
+    /// Value at the mean day.
+    pub level: f64,
+    /// Day of `level`.
+    pub mean_day: f64,
+    /// Standard deviation between calibrations beyond their stated uncertainty.
+    pub excess: f64,
+    /// Day, value and standard uncertainty of each calibration.
+    pub values: Vec<[f64; 3]>,
+    /// Limits of the control chart at each day: where the next calibration of such uncertainty lies.
+    pub limits: Vec<[f64; 3]>,
+    /// Days after the last calibration until the change may exceed the tolerance, where one is given.
+    pub due_in: Option<f64>,
+}
+
+/// All quantities over time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StabilityFit {
+    /// One for each quantity that all calibrations have.
+    pub drifts: Vec<Drift>,
+    /// Days after the last calibration until the next is due.
+    pub due_in: f64,
+    /// Day of the last calibration.
+    pub last: f64,
+    /// What to doubt.
+    pub findings: Vec<Finding>,
+}
+
+impl Stability {
+    /// Drifts of everything the calibrations have in common.
+    ///
+    /// # Errors
+    /// [`Error::TooFew`] for fewer than three calibrations, [`Error::Constant`] for one day only, [`Error::Unobservable`] where
+    /// they have no quantity in common, [`Error::OutOfRange`].
+    pub fn fit(&self, history: &[DatedEstimate]) -> Result<StabilityFit, Error> {
+        if history.len() < 3 {
+            return Err(Error::TooFew {
+                name: "calibrations",
+                needed: 3,
+                got: history.len(),
+            });
+        }
+        if let Some(index) = history.iter().position(|h| !h.day.is_finite()) {
+            return Err(Error::NotFinite { name: "day", index });
+        }
+        super::readings::positive("longest interval, months", self.longest_interval)?;
+        if !(0.5..1.0).contains(&self.probability) {
+            return Err(Error::OutOfRange {
+                name: "probability",
+                value: self.probability,
+                min: 0.5,
+                max: 1.0,
+            });
+        }
+        let mut history: Vec<&DatedEstimate> = history.iter().collect();
+        history.sort_by(|a, b| a.day.total_cmp(&b.day));
+        let days: Vec<f64> = history.iter().map(|h| h.day).collect();
+        let (first, last) = (days[0], days[days.len() - 1]);
+        if !(last - first >= 1.0) {
+            return Err(Error::Constant {
+                name: "day of the calibrations",
+                value: first,
+            });
+        }
+        let mut drifts = Vec::new();
+        for component in history[0].estimate.components() {
+            let values: Option<Vec<Quantity>> = history
+                .iter()
+                .map(|h| {
+                    h.estimate
+                        .get(&component.name)
+                        .filter(|q| q.unit == component.unit)
+                })
+                .collect();
+            let Some(values) = values.filter(|v| v.iter().all(|q| q.standard_uncertainty > 0.0))
+            else {
+                continue;
+            };
+            drifts.push(self.drift(&days, &values)?);
+        }
+        if drifts.is_empty() {
+            return Err(Error::Unobservable {
+                parameter: "a drift: the calibrations have no quantity with an uncertainty in common",
+                condition: f64::INFINITY,
+            });
+        }
+        let longest = self.longest_interval * MONTH;
+        let due_in = drifts
+            .iter()
+            .filter_map(|d| d.due_in)
+            .fold(longest, f64::min);
+        let findings = self.findings(&drifts, due_in);
+        Ok(StabilityFit {
+            drifts,
+            due_in,
+            last,
+            findings,
+        })
+    }
+
+    fn drift(&self, days: &[f64], values: &[Quantity]) -> Result<Drift, Error> {
+        let n = days.len();
+        let mean_day = days.iter().sum::<f64>() / n as f64;
+        let months: Vec<f64> = days.iter().map(|d| (d - mean_day) / MONTH).collect();
+        let reach = months.iter().map(|m| m.abs()).fold(0.0, f64::max);
+        let jacobian: Vec<f64> = months.iter().flat_map(|m| [1.0, m / reach]).collect();
+        let variances: Vec<f64> = values
+            .iter()
+            .map(|q| q.standard_uncertainty.powi(2))
+            .collect();
+        let dof: Vec<DegreesOfFreedom> = values.iter().map(|q| q.dof).collect();
+        let pedestal = values[0].value;
+        let y: Vec<f64> = values.iter().map(|q| q.value - pedestal).collect();
+        let (x, scatter) = BetweenScatter::linear(
+            &jacobian,
+            &y,
+            &variances,
+            NoiseDof::Each(dof),
+            self.probability,
+        )?;
+        let quantity = &values[0];
+        let drift = Quantity {
+            name: format!("drift.{}", quantity.name),
+            unit: format!("{}/month", quantity.unit),
+            value: x[1] / reach,
+            standard_uncertainty: scatter.standard_uncertainty(1) / reach,
+            dof: scatter.dof,
+        };
+        let limit = |m: f64, own: f64| {
+            let (c00, c01, c11) = (
+                scatter.covariance[0],
+                scatter.covariance[1],
+                scatter.covariance[3],
+            );
+            let z = m / reach;
+            let variance = c00 + 2.0 * z * c01 + z * z * c11 + own * own + scatter.excess_variance;
+            let centre = pedestal + x[0] + x[1] * z;
+            let half = scatter.coverage_factor * variance.sqrt();
+            (centre, half)
+        };
+        let limits = days
+            .iter()
+            .zip(&months)
+            .zip(values)
+            .map(|((day, m), q)| {
+                let (centre, half) = limit(*m, q.standard_uncertainty);
+                [*day, centre - half, centre + half]
+            })
+            .collect();
+        let tolerance = self
+            .tolerances
+            .iter()
+            .find(|(name, _)| *name == quantity.name);
+        let own = values[n - 1].standard_uncertainty;
+        let due_in = tolerance.map(|(_, tolerance)| {
+            // Change since the last calibration: drift times time, its own uncertainty and the reproducibility.
+            let fixed = scatter.coverage_factor.powi(2) * (own * own + scatter.excess_variance);
+            let grows = |m: f64| {
+                let u = scatter.coverage_factor * drift.standard_uncertainty * m;
+                (drift.value * m).abs() + (fixed + u * u).sqrt()
+            };
+            let (mut low, mut high) = (0.0, 12.0 * self.longest_interval);
+            if grows(low) >= *tolerance {
+                return 0.0;
+            }
+            for _ in 0..60 {
+                let middle = 0.5 * (low + high);
+                if grows(middle) < *tolerance {
+                    low = middle
+                } else {
+                    high = middle
+                }
+            }
+            low * MONTH
+        });
+        Ok(Drift {
+            name: quantity.name.clone(),
+            unit: quantity.unit.clone(),
+            drift,
+            level: pedestal + x[0],
+            mean_day,
+            excess: scatter.excess_variance.sqrt(),
+            values: days
+                .iter()
+                .zip(values)
+                .map(|(d, q)| [*d, q.value, q.standard_uncertainty])
+                .collect(),
+            limits,
+            due_in,
+        })
+    }
+
+    fn findings(&self, drifts: &[Drift], due_in: f64) -> Vec<Finding> {
+        let mut findings = Vec::new();
+        // One in a hundred over all quantities together.
+        let level = 1.0 - 0.01 / drifts.len() as f64;
+        for d in drifts {
+            let k = d.drift.dof.coverage_factor(level);
+            if d.drift.value.abs() > k * d.drift.standard_uncertainty {
+                findings.push(
+                    Finding::new(Severity::Warning, "drifts", format!("{} drifts", d.name))
+                        .evidence(format!(
+                            "{:.3e} ± {:.1e} {} per month",
+                            d.drift.value,
+                            d.drift.expanded(self.probability),
+                            d.unit
+                        ))
+                        .advice("calibrate more often, or extrapolate the drift knowingly"),
+                );
+            }
+        }
+        if due_in <= 0.0 {
+            findings.push(
+                Finding::new(
+                    Severity::Decision,
+                    "tolerance-exhausted",
+                    "the uncertainty of the last calibration alone fills a tolerance",
+                )
+                .advice("calibrate better, or widen the tolerance"),
+            );
+        }
+        findings
+    }
+}

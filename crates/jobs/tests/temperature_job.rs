@@ -1,0 +1,89 @@
+//! The temperature job from memory: evaluated, filed, read again, cancelled.
+
+use proofmass_io::Unit;
+use proofmass_jobs::temperature::{TemperatureData, TemperatureJob, TemperatureOutcome};
+use proofmass_jobs::{Filed, Job, Record, TroubleKind, Unwatched, Watch, read_result};
+use std::ops::ControlFlow;
+
+struct Sweep {
+    outputs: [Vec<f64>; 3],
+    temperature: Vec<f64>,
+}
+
+/// 0 … 40 °C in 3000 samples, x by 0.5 mg/K, small deterministic noise.
+fn sweep() -> Sweep {
+    let t: Vec<f64> = (0..3000).map(|i| f64::from(i) / 75.0).collect();
+    let noise =
+        |i: usize, k: usize| ((i * (7919 + 104 * k) % 10_007) as f64 / 10_007.0 - 0.5) * 4e-3;
+    let column = |k: usize, level: f64, slope: f64| -> Vec<f64> {
+        t.iter()
+            .enumerate()
+            .map(|(i, t)| level + slope * t + noise(i, k))
+            .collect()
+    };
+    Sweep {
+        outputs: [
+            column(0, 0.01, 5e-4),
+            column(1, 0.0, 0.0),
+            column(2, 1.0, 0.0),
+        ],
+        temperature: t,
+    }
+}
+
+fn data(sweep: &Sweep) -> TemperatureData<'_> {
+    let [x, y, z] = &sweep.outputs;
+    TemperatureData {
+        outputs: [x, y, z],
+        unit: Unit::StandardGravity,
+        temperature: &sweep.temperature,
+        rate: 10.0,
+        calibration: None,
+        findings: &[],
+        name: "memory",
+    }
+}
+
+#[test]
+fn law_filed_read_and_rendered_again_alike() {
+    let sweep = sweep();
+    let outcome = TemperatureJob::default()
+        .evaluate(&data(&sweep), &Unwatched)
+        .unwrap();
+    let slope = outcome.fit().estimate.get("slope.x").unwrap();
+    assert!((slope.value / 9.80665e-3 - 0.5).abs() < 5e-3);
+    let filed = Filed::new(Record::default(), outcome);
+    let bytes = filed.to_json().unwrap();
+    let back = Filed::<TemperatureOutcome>::from_json(&bytes).unwrap();
+    assert_eq!(back, filed);
+    assert_eq!(
+        read_result(&bytes).unwrap().files().unwrap(),
+        filed.files().unwrap()
+    );
+}
+
+#[test]
+fn law_a_watcher_stops_it() {
+    struct Stop;
+    impl Watch for Stop {
+        fn progress(&self, _: &'static str, _: u64, _: u64) -> ControlFlow<()> {
+            ControlFlow::Break(())
+        }
+    }
+    let sweep = sweep();
+    let trouble = TemperatureJob::default()
+        .evaluate(&data(&sweep), &Stop)
+        .unwrap_err();
+    assert_eq!(trouble.kind(), TroubleKind::Cancelled);
+}
+
+#[test]
+fn refuses_units_that_are_no_acceleration_without_a_calibration() {
+    let sweep = sweep();
+    let mut data = data(&sweep);
+    data.unit = Unit::Count;
+    let trouble = TemperatureJob::default()
+        .evaluate(&data, &Unwatched)
+        .unwrap_err();
+    assert!(trouble.to_string().contains("count") && trouble.hint().is_some());
+}
