@@ -5,7 +5,7 @@ use crate::{Failure, Outcome, console};
 use proofmass::core::{Matrix3, SensorModel};
 use proofmass::io::{
     AtomicFile, CalibrationFile, Input, Layout, LayoutOptions, Provenance, Rewriter, RowReader,
-    Source,
+    SigningKey, Source,
 };
 use std::path::{Path, PathBuf};
 
@@ -25,13 +25,17 @@ pub(crate) struct Apply {
     /// Replace a file that `proofmass apply` did not write or that was changed since
     #[arg(long)]
     force: bool,
+    /// Sign where the file came from with a private key (PEM, Ed25519), as `proofmass keygen` makes it
+    #[arg(long, value_name = "KEY")]
+    sign: Option<PathBuf>,
     #[command(flatten)]
     reading: RecordingArguments,
 }
 
 impl Apply {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
-        self.may_replace()?;
+        let replaced = self.may_replace()?;
+        let signer = self.sign.as_deref().map(SigningKey::read).transpose()?;
         let (calibration, calibration_input) =
             CalibrationFile::from_source(Source::open(&self.calibration)?)?;
         let sensor = SensorModel::new(Matrix3(calibration.k), calibration.b)?;
@@ -90,13 +94,18 @@ impl Apply {
         }
         let provenance = writer.file().is_kept().then(|| writer.file().sha256());
         let recording_input = reader.finish()?;
-        writer.commit()?;
+        // Before the recording itself: a run that is killed in between leaves a recording that the next may replace.
         if let Some(sha256) = provenance {
-            let provenance = Provenance::new(sha256, vec![recording_input, calibration_input]);
+            let mut provenance = Provenance::new(sha256, vec![recording_input, calibration_input]);
+            provenance.replaces = replaced;
+            if let Some(key) = &signer {
+                provenance = provenance.signed(key);
+            }
             let mut beside = AtomicFile::create(Provenance::place(&self.output), &inputs)?;
             beside.write_all(&provenance.to_json()?)?;
             beside.commit()?;
         }
+        writer.commit()?;
         console::note(format!(
             "written: {} ({rows} samples, columns {})",
             self.output.display(),
@@ -117,17 +126,19 @@ impl Apply {
     }
 
     /// Whether what stands at the place may go: what an earlier run wrote there and nobody changed, or what the user says.
-    fn may_replace(&self) -> Result<(), Failure> {
+    /// Its digest, where something stands there.
+    fn may_replace(&self) -> Result<Option<String>, Failure> {
         let regular = std::fs::metadata(&self.output).is_ok_and(|m| m.is_file() && m.len() > 0);
-        if self.force || !regular || self.output == Path::new("-") {
-            return Ok(());
+        if !regular || self.output == Path::new("-") {
+            return Ok(None);
         }
+        let there = Input::of(&self.output)?.sha256;
         let own = match Provenance::of(&self.output) {
-            Ok(Some(provenance)) => Input::of(&self.output)?.sha256 == provenance.sha256,
+            Ok(Some(provenance)) => provenance.wrote(&there),
             _ => false,
         };
-        if own || console::asked(&format!("replace {}?", self.output.display())) {
-            return Ok(());
+        if self.force || own || console::asked(&format!("replace {}?", self.output.display())) {
+            return Ok(Some(there));
         }
         Err(Failure::new(format!(
             "{} is there, and was not written by `proofmass apply` or was changed since",

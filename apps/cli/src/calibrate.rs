@@ -24,6 +24,9 @@ use std::path::PathBuf;
 pub(crate) struct Calibrate {
     /// Campaign folder, its campaign.toml, or a recording
     campaign: PathBuf,
+    /// Refuse a campaign that names files outside of its folder: for campaigns of strangers
+    #[arg(long)]
+    contained: bool,
     #[command(flatten)]
     recording: DraftArguments,
     #[command(flatten)]
@@ -32,10 +35,11 @@ pub(crate) struct Calibrate {
 
 impl Calibrate {
     /// Begins the folder of results, by default beside the campaign.
-    fn begin(&self, campaign: &CampaignFile) -> Result<OutputFolder, Failure> {
+    fn begin(&self, kind: &str, campaign: &CampaignFile) -> Result<OutputFolder, Failure> {
         let place = self.delivery.output.clone();
         self.delivery.begin_at(
             place.unwrap_or_else(|| campaign.resolve("result")),
+            kind,
             &[&campaign.path],
         )
     }
@@ -56,7 +60,10 @@ impl Calibrate {
             draft.campaign(&self.campaign)?
         } else {
             self.recording.refuse_with_a_campaign()?;
-            Campaign::open(&self.campaign)?
+            match self.contained {
+                true => Campaign::open_contained(&self.campaign)?,
+                false => Campaign::open(&self.campaign)?,
+            }
         };
         match campaign {
             Campaign::MultiPosition(campaign) => multi_position::run(&self, &campaign),

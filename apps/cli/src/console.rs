@@ -8,6 +8,7 @@ use proofmass::report::{Report, terminal};
 use proofmass::uncertainty::{Finding, Severity};
 use std::io::{IsTerminal, Write};
 use std::ops::ControlFlow;
+use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 /// Prints a report as text, as wide as the terminal, with colour where a person looks at it.
@@ -79,10 +80,19 @@ pub(crate) fn progress(total: u64, what: &str) -> ProgressBar {
     bar
 }
 
-/// What a person sees of a long calculation: a line on standard error that appears after a second.
+/// What a person sees of a long calculation: a line on standard error that appears after a second. Where no terminal
+/// shows it, one sentence tells how long a stage of more than a minute will take.
 pub(crate) struct Progress {
     bar: ProgressBar,
     began: Instant,
+    stage: Mutex<Stage>,
+}
+
+/// The stage that is at work.
+struct Stage {
+    name: &'static str,
+    began: Instant,
+    told: bool,
 }
 
 impl Progress {
@@ -93,8 +103,42 @@ impl Progress {
         Self {
             bar,
             began: Instant::now(),
+            stage: Mutex::new(Stage {
+                name: "",
+                began: Instant::now(),
+                told: false,
+            }),
         }
     }
+
+    /// Says once how long a stage will take, as soon as that can be told.
+    fn estimate(&self, name: &'static str, done: u64, of: u64) {
+        let Ok(mut stage) = self.stage.try_lock() else {
+            return;
+        };
+        if stage.name != name {
+            *stage = Stage {
+                name,
+                began: Instant::now(),
+                told: false,
+            };
+        }
+        if let (false, Some(left)) = (stage.told, time_left(stage.began.elapsed(), done, of)) {
+            stage.told = true;
+            drop(stage);
+            let minutes = left.as_secs_f64() / 60.0;
+            note(format!("{name}: about {minutes:.0} min to go"));
+        }
+    }
+}
+
+/// Time that is left of a stage, where it is more than a minute and enough was done to tell.
+fn time_left(elapsed: Duration, done: u64, of: u64) -> Option<Duration> {
+    if done == 0 || done >= of || elapsed < Duration::from_secs(2) {
+        return None;
+    }
+    let left = elapsed.as_secs_f64() * ((of - done) as f64 / done as f64);
+    (left > 60.0).then(|| Duration::try_from_secs_f64(left).unwrap_or(Duration::MAX))
 }
 
 impl Watch for Progress {
@@ -106,6 +150,8 @@ impl Watch for Progress {
             self.bar.set_message(stage);
             self.bar.set_length(of.max(1));
             self.bar.set_position(done.min(of.max(1)));
+        } else {
+            self.estimate(stage, done, of);
         }
         ControlFlow::Continue(())
     }
@@ -122,4 +168,24 @@ fn width() -> usize {
     let terminal = terminal_size::terminal_size().map(|(width, _)| usize::from(width.0));
     let stated = || std::env::var("COLUMNS").ok()?.parse().ok();
     terminal.or_else(stated).unwrap_or(100).clamp(40, 140)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_the_time_left_is_told_when_it_is_long() {
+        let seconds = Duration::from_secs;
+        assert_eq!(time_left(seconds(10), 1, 61), Some(seconds(600)));
+        assert_eq!(time_left(seconds(10), 30, 61), None, "short");
+        assert_eq!(
+            time_left(seconds(1), 1, 1_000_000),
+            None,
+            "too early to tell"
+        );
+        assert_eq!(time_left(seconds(10), 0, 100), None, "nothing done yet");
+        assert_eq!(time_left(seconds(10), 5, 0), None, "no end is known");
+        assert!(time_left(seconds(u64::MAX / 2), 1, u64::MAX).is_some());
+    }
 }

@@ -1,7 +1,7 @@
 //! Where the results of a command go: a folder, standard output, the exit code.
 
 use crate::{Failure, Outcome, console};
-use proofmass::io::OutputFolder;
+use proofmass::io::{OutputFolder, SigningKey};
 use proofmass::jobs::AnyResult;
 use std::path::{Path, PathBuf};
 
@@ -14,6 +14,9 @@ pub(crate) struct Delivery {
     /// Write into a folder with other files or results of another kind; files of the same name are replaced, others kept
     #[arg(long)]
     force: bool,
+    /// Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it
+    #[arg(long, value_name = "KEY")]
+    sign: Option<PathBuf>,
     /// Print result.json instead of the summary
     #[arg(long)]
     json: bool,
@@ -23,10 +26,19 @@ pub(crate) struct Delivery {
 }
 
 impl Delivery {
-    /// Begins the folder, where one is asked for: a place that is taken is refused before the work, not after it.
-    pub(crate) fn begin(&self, inputs: &[&Path]) -> Result<Option<OutputFolder>, Failure> {
+    /// Begins the folder, where one is asked for: a place that is taken, or that holds results of another kind, is
+    /// refused before the work, not after it.
+    pub(crate) fn begin(
+        &self,
+        kind: &str,
+        inputs: &[&Path],
+    ) -> Result<Option<OutputFolder>, Failure> {
         match &self.output {
-            Some(path) => self.begin_at(path.clone(), inputs).map(Some),
+            Some(path) => self.begin_at(path.clone(), kind, inputs).map(Some),
+            None if self.sign.is_some() => Err(Failure::new(
+                "there is nothing to sign: no folder is written",
+            )
+            .hint("name one with -o FOLDER")),
             None => Ok(None),
         }
     }
@@ -35,9 +47,14 @@ impl Delivery {
     pub(crate) fn begin_at(
         &self,
         place: PathBuf,
+        kind: &str,
         inputs: &[&Path],
     ) -> Result<OutputFolder, Failure> {
         let mut folder = OutputFolder::create(place, self.force)?;
+        folder.expect_kind(kind)?;
+        if let Some(key) = &self.sign {
+            folder.sign_with(SigningKey::read(key)?);
+        }
         folder.protect(inputs.iter().copied());
         for litter in folder.swept() {
             console::note(format!(

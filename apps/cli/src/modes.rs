@@ -3,8 +3,8 @@
 use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::{Failure, Outcome, clock};
-use proofmass::jobs::modes::ModesFile;
-use proofmass::jobs::{Filed, Job};
+use proofmass::jobs::modes::{ModesFile, ModesOutcome};
+use proofmass::jobs::{Filed, Job, Outcome as _};
 use std::path::PathBuf;
 
 /// Natural frequencies, mode shapes and spurious motion of a wedge, by finite elements.
@@ -23,7 +23,7 @@ pub(crate) struct Modes {
 impl Modes {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
         let file = ModesFile::open(&self.wedge)?;
-        let folder = self.delivery.begin(&[&self.wedge])?;
+        let folder = self.delivery.begin(ModesOutcome::KIND, &[&self.wedge])?;
         let outcome = file.job.evaluate(&file.data(), &Progress::new())?;
         let record = file.record(Some(clock::today()));
         self.delivery.deliver(folder, &Filed::new(record, outcome))

@@ -4,8 +4,8 @@ use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::{Failure, Outcome, clock, console};
 use proofmass::io::{AtomicFile, ColumnRef, Source, TimeUnit, Unit};
-use proofmass::jobs::noise::{NoiseJob, NoiseReading};
-use proofmass::jobs::{Filed, Job, Record};
+use proofmass::jobs::noise::{NoiseJob, NoiseOutcome, NoiseReading};
+use proofmass::jobs::{Filed, Job, Outcome as _, Record};
 use proofmass::noise::{
     AnalysisOptions, Bias, DeviationOptions, EdfFormula, FitOptions, Gaps, NoiseType, Statistic,
     Taus, Term,
@@ -93,7 +93,7 @@ pub(crate) struct Noise {
     /// Refuse a recording with gaps instead of analysing the stretches between them
     #[arg(long)]
     refuse_gaps: bool,
-    /// Read the recording as a stream, in memory that does not grow with it [default: above 2 GB]
+    /// Read the recording as a stream, in memory that does not grow with it [default: above some 20 million samples]
     ///
     /// Gives OADEV at octaves of all samples; spectrum, coefficients and disturbances of its averages.
     #[arg(long)]
@@ -108,21 +108,27 @@ pub(crate) struct Noise {
     delivery: Delivery,
 }
 
-/// Text above which a recording is not held in memory, where it would take some ten times as much.
-const LARGEST_IN_MEMORY: u64 = 2_000_000_000;
+/// Samples, all channels together, above which a recording is not held in memory: the analysis takes some eighty bytes of
+/// each, and minutes.
+const MOST_IN_MEMORY: u64 = 20_000_000;
 
 impl Noise {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
-        let folder = self.delivery.begin(&[&self.recording])?;
-        let size = std::fs::metadata(&self.recording).map_or(0, |m| m.len());
-        let stream = self.stream || size > LARGEST_IN_MEMORY;
+        let inputs: [&Path; 1] = [&self.recording];
+        let folder = self.delivery.begin(NoiseOutcome::KIND, &inputs)?;
+        let mut source = Source::open(&self.recording)?;
+        let channels = self.columns.as_ref().map_or(1, Vec::len) as u64;
+        let samples = source
+            .lines_expected()?
+            .unwrap_or(0)
+            .saturating_mul(channels);
+        let stream = self.stream || samples > MOST_IN_MEMORY;
         if stream && !self.stream {
             console::note(format!(
-                "the recording has {:.1} GB: read as a stream (--stream)",
-                size as f64 * 1e-9
+                "the recording has about {:.0} million samples: read as a stream (--stream)",
+                samples as f64 * 1e-6
             ));
         }
-        let source = Source::open(&self.recording)?;
         let (reading, job, watch) = (self.reading(), self.job(), Progress::new());
         let (outcome, input) = if stream {
             let mut recording = reading.stream(source)?;

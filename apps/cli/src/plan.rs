@@ -4,7 +4,8 @@ use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::{Failure, Outcome, clock};
 use proofmass::jobs::campaign::Campaign;
-use proofmass::jobs::{Filed, Job, Record};
+use proofmass::jobs::plan::PlanOutcome;
+use proofmass::jobs::{Filed, Job, Outcome as _, Record};
 use std::path::PathBuf;
 
 /// Predict the uncertainties of a campaign on the shaker, and find the best of fewer configurations.
@@ -25,14 +26,21 @@ pub(crate) struct Plan {
     /// Frequency whose uncertainty of the reference counts, Hz
     #[arg(long, value_name = "HZ", default_value_t = 160.0)]
     frequency: f64,
+    /// Refuse a campaign that names files outside of its folder: for campaigns of strangers
+    #[arg(long)]
+    contained: bool,
     #[command(flatten)]
     delivery: Delivery,
 }
 
 impl Plan {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
-        let folder = self.delivery.begin(&[&self.campaign])?;
-        let campaign = match Campaign::open(&self.campaign)? {
+        let folder = self.delivery.begin(PlanOutcome::KIND, &[&self.campaign])?;
+        let campaign = match self.contained {
+            true => Campaign::open_contained(&self.campaign)?,
+            false => Campaign::open(&self.campaign)?,
+        };
+        let campaign = match campaign {
             Campaign::ShakerTriaxial(campaign) => campaign,
             other => {
                 return Err(Failure::new(format!(

@@ -25,10 +25,10 @@ impl Render {
         } else {
             self.result.clone()
         };
-        let folder = self.delivery.begin(&[&path])?;
         let (bytes, _) = Source::open(&path)?.into_bytes(LARGEST_DOCUMENT)?;
         let result = read_result(&bytes)
             .map_err(|trouble| Failure::from(trouble).detail(path.display().to_string()))?;
+        let folder = self.delivery.begin(result.kind(), &[&path])?;
         self.delivery.deliver(folder, result.as_ref())
     }
 }

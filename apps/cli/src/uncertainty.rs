@@ -3,9 +3,9 @@
 use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::{Failure, Outcome, clock};
-use proofmass::io::{self, Input};
-use proofmass::jobs::uncertainty::{UncertaintyJob, trouble};
-use proofmass::jobs::{Filed, Record};
+use proofmass::io::{self, LARGEST_DOCUMENT, Source};
+use proofmass::jobs::uncertainty::{UncertaintyJob, UncertaintyOutcome, trouble};
+use proofmass::jobs::{Filed, Outcome as _, Record};
 use proofmass::uncertainty::{Evaluate, Refusal, Trials};
 use std::path::{Path, PathBuf};
 
@@ -42,11 +42,15 @@ pub(crate) struct Uncertainty {
 
 impl Uncertainty {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
-        let input = Input::of(&self.model)?;
-        let text = std::fs::read_to_string(&self.model)
-            .map_err(|e| Failure::new(format!("{}: {e}", self.model.display())))?;
+        let (bytes, input) = Source::open(&self.model)?.into_bytes(LARGEST_DOCUMENT)?;
+        let text = String::from_utf8(bytes).map_err(|_| {
+            Failure::new(format!("{}: the text is not UTF-8", self.model.display()))
+                .hint("a model is a TOML text in UTF-8")
+        })?;
         let model = io::read_model(&text).map_err(|e| refused(&self.model, &e))?;
-        let folder = self.delivery.begin(&[&self.model])?;
+        let folder = self
+            .delivery
+            .begin(UncertaintyOutcome::KIND, &[&self.model])?;
         let job = UncertaintyJob {
             model,
             options: self.options(),

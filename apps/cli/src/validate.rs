@@ -7,11 +7,11 @@ use crate::recording_arguments::RecordingArguments;
 use crate::{Failure, Outcome, clock, console};
 use proofmass::calibration::Segment;
 use proofmass::core::Gravity;
-use proofmass::io::{CalibrationFile, Input, Recording};
+use proofmass::io::{CalibrationFile, Input, Recording, Source};
 use proofmass::jobs::multi_position::Stamps;
-use proofmass::jobs::validation::{ValidationData, ValidationJob};
-use proofmass::jobs::{Filed, Job, Record};
-use std::path::PathBuf;
+use proofmass::jobs::validation::{ValidationData, ValidationJob, ValidationOutcome};
+use proofmass::jobs::{Filed, Job, Outcome as _, Record};
+use std::path::{Path, PathBuf};
 
 /// Check a calibration on a recording it was not made from.
 ///
@@ -43,8 +43,10 @@ pub(crate) struct Validate {
 
 impl Validate {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
-        let folder = self.delivery.begin(&[&self.calibration, &self.recording])?;
-        let file = CalibrationFile::read(&self.calibration)?;
+        let mut inputs: Vec<&Path> = vec![&self.calibration, &self.recording];
+        inputs.extend(self.segments.as_deref());
+        let folder = self.delivery.begin(ValidationOutcome::KIND, &inputs)?;
+        let (file, calibration) = CalibrationFile::from_source(Source::open(&self.calibration)?)?;
         let mut recording = Recording::read(&self.recording, &self.reading.options(&file)?)?;
         for column in &mut recording.columns {
             let factor = self
@@ -56,7 +58,7 @@ impl Validate {
         let [x, y, z] = recording.columns.as_slice() else {
             return Err(Failure::new("three columns are needed"));
         };
-        let segments = self.given(&recording)?;
+        let (segments, given) = self.given(&recording)?.unzip();
         let mut job = ValidationJob::default();
         job.threshold = self.threshold;
         if let (Some(value), Some(u)) = (self.gravity, self.gravity_uncertainty) {
@@ -80,23 +82,26 @@ impl Validate {
         let record = Record {
             device: file.device.clone(),
             date: Some(clock::today()),
-            inputs: vec![Input::of(&self.calibration)?, recording.input()],
+            inputs: [calibration, recording.input()]
+                .into_iter()
+                .chain(given)
+                .collect(),
             ..Record::default()
         };
         self.delivery.deliver(folder, &Filed::new(record, outcome))
     }
 
-    fn given(&self, recording: &Recording) -> Result<Option<Vec<Segment>>, Failure> {
+    fn given(&self, recording: &Recording) -> Result<Option<(Vec<Segment>, Input)>, Failure> {
         let Some(path) = &self.segments else {
             return Ok(None);
         };
-        let given = proofmass::io::Segment::read(path, recording)?;
+        let (given, input) = proofmass::io::Segment::from_source(Source::open(path)?, recording)?;
         let segments = given.into_iter().map(|s| Segment {
             start: s.start,
             end: s.end,
             attitude: s.attitude,
             label: s.label,
         });
-        Ok(Some(segments.collect()))
+        Ok(Some((segments.collect(), input)))
     }
 }

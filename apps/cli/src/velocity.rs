@@ -9,7 +9,7 @@ use arguments::{ReferenceArguments, Sensors};
 use proofmass::jobs::velocity::{
     AxisRecordings, Reference, VelocityCompareJob, VelocityEstimateJob, VelocityTuneJob,
 };
-use proofmass::jobs::{Filed, Folder, Job};
+use proofmass::jobs::{Filed, Folder, Job, Outcome as _};
 use proofmass::motion::{BiasChoice, Method, Tuning};
 use std::path::Path;
 
@@ -69,7 +69,7 @@ where
     let mut files = sensors.files();
     files.extend(reference.and_then(|r| r.file.as_deref()));
     let paths: Vec<&Path> = files.into_iter().map(Path::new).collect();
-    let folder = delivery.begin(&paths)?;
+    let folder = delivery.begin(J::Outcome::KIND, &paths)?;
     let watch = Progress::new();
     let recordings: AxisRecordings = sensors.load(&Folder::new(""), reference, &watch)?;
     let outcome = job.evaluate(&recordings.data(), &watch)?;

@@ -27,6 +27,15 @@ pub enum Error {
         /// The number that came.
         got: usize,
     },
+    /// More than is worked on: beyond it time or memory would not suffice.
+    TooMany {
+        /// What there is too much of.
+        name: &'static str,
+        /// The largest number that is taken.
+        most: usize,
+        /// The number that came.
+        got: usize,
+    },
     /// An argument is NaN or infinite.
     NotFinite {
         /// Name of the argument.
@@ -112,7 +121,10 @@ pub enum Error {
 impl Error {
     /// The caller passed an argument that no data could make right (length, range).
     pub fn is_input(&self) -> bool {
-        matches!(self, Self::Length { .. } | Self::OutOfRange { .. })
+        matches!(
+            self,
+            Self::Length { .. } | Self::OutOfRange { .. } | Self::TooMany { .. }
+        )
     }
 
     /// The data are at fault: too few, not finite, or they do not determine what was asked.
@@ -157,6 +169,9 @@ impl fmt::Display for Error {
                     f,
                     "too few {name}: {got} given, at least {needed} are needed"
                 )
+            }
+            Self::TooMany { name, most, got } => {
+                write!(f, "too many {name}: {got} given, {most} at most")
             }
             Self::NotFinite { name, index } => {
                 write!(

@@ -49,6 +49,7 @@ mod rewriter;
 mod rows;
 mod segments;
 pub mod sheet;
+mod signature;
 mod software;
 mod source;
 pub mod spelling;
@@ -86,6 +87,7 @@ pub use result_document::{
 pub use rewriter::Rewriter;
 pub use rows::{BadRow, Block, RowReader};
 pub use segments::Segment;
+pub use signature::{Signature, SigningKey, VerifyingKey};
 pub use software::{Schema, Software};
 pub use source::{LARGEST_DOCUMENT, Source};
 pub use stamp::Stamp;
@@ -93,7 +95,7 @@ pub use table::{Cell, RowWriter, Table};
 pub use time_base::{TimeBase, TimeSource};
 pub use unit::{Unit, split_heading};
 pub use verification::{
-    Fate, Link, PROVENANCE_SCHEMA, PROVENANCE_VERSION, Provenance, Verification,
+    Fate, Link, PROVENANCE_SCHEMA, PROVENANCE_VERSION, Provenance, Verification, Vouching,
 };
 pub use vtu::{VtuField, vtu};
 pub use waveform::{Waveform, WaveformFormat, WaveformOptions, write_f32};

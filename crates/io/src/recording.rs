@@ -149,6 +149,9 @@ pub enum Absent {
 }
 
 impl Recording {
+    /// Values that are held at most, all chosen columns together: 4 GiB.
+    pub const MOST_VALUES: usize = 1 << 29;
+
     /// Reads the chosen columns of a file.
     ///
     /// # Errors
@@ -289,6 +292,16 @@ impl Recording {
                 }
             }
             rows += block.rows();
+            if rows * selected.len() > Self::MOST_VALUES {
+                return Err(Error::new(
+                    ErrorKind::Format,
+                    format!(
+                        "holds more than {} values in the chosen columns, the most that is held in memory",
+                        Self::MOST_VALUES
+                    ),
+                )
+                .with_hint("choose fewer columns or a part of the recording; `inspect`, `apply` and `noise --stream` read recordings of any length"));
+            }
         }
         let layout = reader.layout().clone();
         findings.extend(reader.findings());

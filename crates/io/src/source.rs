@@ -188,6 +188,28 @@ impl Source {
         self.tap().bytes
     }
 
+    /// About how many lines there are, by the length of those that lie ahead; `None` where the size is not known
+    /// beforehand. Nothing is consumed.
+    ///
+    /// # Errors
+    /// The system's own, damaged compression.
+    pub fn lines_expected(&mut self) -> Result<Option<u64>> {
+        let Some(size) = self.size else {
+            return Ok(None);
+        };
+        let (ahead, at_end) = self.ahead(PIECE)?;
+        let (seen, bytes) = (memchr::memchr_iter(b'\n', ahead).count(), ahead.len());
+        if at_end || bytes == 0 {
+            return Ok(Some(seen as u64));
+        }
+        // Packed bytes taken in so far gave so many lines.
+        let taken = match self.body {
+            Body::Plain(_) => bytes as u64,
+            _ => self.bytes_read().max(1),
+        };
+        Ok(Some((seen as f64 * size as f64 / taken as f64) as u64))
+    }
+
     /// The whole content, where it has no more than `limit` bytes, and its digest.
     ///
     /// # Errors

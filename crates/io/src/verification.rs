@@ -1,9 +1,11 @@
 //! Whether files are still those that a result was computed from and those that were written: the chain by digests.
 //!
 //! recording → campaign → result → calibration → compensated recording: every link names its predecessors with their
-//! SHA-256, and a folder of results lists its files. One changed byte anywhere is found and named.
+//! SHA-256, and a folder of results lists its files. One changed byte anywhere is found and named. A signature of the list
+//! says who vouches for it: digests alone can be written anew by whoever changes a file.
 
 use crate::output::{MANIFEST, Manifest};
+use crate::signature::{Signature, SigningKey, VerifyingKey, quoted};
 use crate::software::{Schema, Software};
 use crate::{
     CalibrationFile, Error, ErrorKind, Input, LARGEST_DOCUMENT, Result, ResultDocument, Source,
@@ -30,6 +32,12 @@ pub struct Provenance {
     pub sha256: String,
     /// Files it was computed from.
     pub inputs: Vec<Input>,
+    /// SHA-256 of the file that stood there before: a run that was killed while it replaced it left that one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub replaces: Option<String>,
+    /// Who vouches for all of this.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub signature: Option<Signature>,
 }
 
 impl Provenance {
@@ -43,7 +51,37 @@ impl Provenance {
             software: Software::default(),
             sha256: sha256.into(),
             inputs,
+            replaces: None,
+            signature: None,
         }
+    }
+
+    /// Whether a file with this digest is what was written, or what stood there when it was to be replaced.
+    pub fn wrote(&self, sha256: &str) -> bool {
+        self.sha256 == sha256 || self.replaces.as_deref() == Some(sha256)
+    }
+
+    /// Signed with a key.
+    #[must_use]
+    pub fn signed(mut self, key: &SigningKey) -> Self {
+        self.signature = Some(key.sign(&self.statement()));
+        self
+    }
+
+    /// What a signature is of: form, program, digest, and a line for each input in order.
+    pub fn statement(&self) -> String {
+        let mut text = format!(
+            "{} {}\nsoftware {} {}\noutput {}\n",
+            self.schema.name,
+            self.schema.version,
+            quoted(&self.software.name),
+            quoted(&self.software.version),
+            quoted(&self.sha256)
+        );
+        for input in &self.inputs {
+            text += &format!("input {} {}\n", quoted(&input.sha256), quoted(&input.path));
+        }
+        text
     }
 
     /// Where the provenance of a file stands: beside it, with `.provenance.json` after its name.
@@ -119,6 +157,17 @@ pub struct Link {
     pub fate: Fate,
 }
 
+/// Whether somebody vouches for a list of files.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Vouching {
+    /// The manifest or provenance.
+    pub list: PathBuf,
+    /// Public key of the signer in hexadecimal digits; `None` without a signature.
+    pub key: Option<String>,
+    /// Whether the signature is that of this key over this list.
+    pub holds: bool,
+}
+
 /// The whole chain.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Verification {
@@ -126,6 +175,9 @@ pub struct Verification {
     pub links: Vec<Link>,
     /// Programs that wrote the files.
     pub software: Vec<Software>,
+    /// The lists that the links come from, and who signed them.
+    #[serde(default)]
+    pub lists: Vec<Vouching>,
 }
 
 impl Verification {
@@ -157,6 +209,47 @@ impl Verification {
         self.links.iter().all(|l| l.fate == Fate::Unchanged)
     }
 
+    /// Why the signatures do not do: one that is not of what its list says now, or, where keys are given, a list that
+    /// none of them signed.
+    pub fn distrust(&self, keys: &[VerifyingKey]) -> Option<String> {
+        if let Some(forged) = self.lists.iter().find(|l| l.key.is_some() && !l.holds) {
+            return Some(format!(
+                "{}: the signature is not of what stands there now",
+                forged.list.display()
+            ));
+        }
+        if keys.is_empty() {
+            return None;
+        }
+        let known = |key: &String| keys.iter().any(|k| k.to_string() == *key);
+        let stranger = self
+            .lists
+            .iter()
+            .find(|l| !l.key.as_ref().is_some_and(known));
+        match stranger {
+            Some(Vouching {
+                list,
+                key: Some(key),
+                ..
+            }) => Some(format!("{}: signed by another key, {key}", list.display())),
+            Some(list) => Some(format!("{}: is not signed", list.list.display())),
+            None if self.lists.is_empty() => {
+                Some("no list of files was found that could be signed".to_owned())
+            }
+            None => None,
+        }
+    }
+
+    fn vouching(&mut self, list: &Path, signature: Option<&Signature>, statement: &str) {
+        if self.lists.iter().all(|l| l.list != list) {
+            self.lists.push(Vouching {
+                list: list.to_path_buf(),
+                key: signature.map(|s| s.key.to_ascii_lowercase()),
+                holds: signature.is_some_and(|s| s.signer(statement).is_some()),
+            });
+        }
+    }
+
     fn follow(
         &mut self,
         path: &Path,
@@ -176,6 +269,7 @@ impl Verification {
             };
             self.wrote(&manifest.software);
             let list = path.join(MANIFEST);
+            self.vouching(&list, manifest.signature.as_ref(), &manifest.statement());
             for file in &manifest.files {
                 self.link(&list, &file.name, &file.sha256, &[path.join(&file.name)])?;
             }
@@ -190,11 +284,17 @@ impl Verification {
             Some(provenance) => {
                 self.wrote(&provenance.software);
                 let list = Provenance::place(path);
+                self.vouching(
+                    &list,
+                    provenance.signature.as_ref(),
+                    &provenance.statement(),
+                );
                 let name = path.display().to_string();
                 self.link(&list, &name, &provenance.sha256, &[path.to_path_buf()])?;
                 provenance.inputs
             }
             None if path.extension().is_some_and(|e| e == "json") && path.is_file() => {
+                self.in_its_folder(path)?;
                 let (bytes, _) = Source::open(path)?.into_bytes(LARGEST_DOCUMENT)?;
                 if let Ok(result) = ResultDocument::from_json(&bytes) {
                     self.wrote(&result.software);
@@ -221,6 +321,24 @@ impl Verification {
                     self.follow(folder, data, seen)?;
                 }
             }
+        }
+        Ok(())
+    }
+
+    /// Where the folder of a file lists it: the file as it is listed, and who vouches for the list.
+    fn in_its_folder(&mut self, path: &Path) -> Result<()> {
+        let (Some(folder), Some(name)) = (path.parent(), path.file_name().and_then(|n| n.to_str()))
+        else {
+            return Ok(());
+        };
+        let Some(manifest) = Manifest::read(folder)? else {
+            return Ok(());
+        };
+        if let Some(file) = manifest.files.iter().find(|f| f.name == name) {
+            let list = folder.join(MANIFEST);
+            self.wrote(&manifest.software);
+            self.vouching(&list, manifest.signature.as_ref(), &manifest.statement());
+            self.link(&list, name, &file.sha256, &[path.to_path_buf()])?;
         }
         Ok(())
     }
@@ -368,5 +486,57 @@ mod tests {
                 .is_whole()
         );
         assert!(Verification::of(at("archive"), None).is_err());
+    }
+
+    #[test]
+    fn law_digests_written_anew_do_not_pass_a_signature() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let (mine, other) = (
+            SigningKey::generate().unwrap(),
+            SigningKey::generate().unwrap(),
+        );
+        let write = |key: Option<&SigningKey>| {
+            let mut out = OutputFolder::create(at("result"), false).unwrap();
+            let result = ResultDocument::new("noise").to_json().unwrap();
+            out.write("result.json", result).unwrap();
+            if let Some(key) = key {
+                out.sign_with(key.clone());
+            }
+            out.commit().unwrap();
+        };
+        let distrust = |keys: &[VerifyingKey]| {
+            let chain = Verification::of(at("result"), None).unwrap();
+            assert!(chain.is_whole());
+            chain.distrust(keys)
+        };
+        write(None);
+        assert_eq!(distrust(&[]), None);
+        assert!(
+            distrust(&[mine.public()])
+                .unwrap()
+                .contains("is not signed")
+        );
+        write(Some(&mine));
+        assert_eq!(distrust(&[]), None);
+        assert_eq!(distrust(&[other.public(), mine.public()]), None);
+        assert!(distrust(&[other.public()]).unwrap().contains("another key"));
+        // One file of the folder is vouched for by the list of its folder.
+        let chain = Verification::of(at("result/result.json"), None).unwrap();
+        assert_eq!(chain.distrust(&[mine.public()]), None);
+        // A file is changed and its digest with it: the chain is whole, the signature is not.
+        let manifest = std::fs::read_to_string(at("result/manifest.json")).unwrap();
+        let old = Input::of(&at("result/result.json")).unwrap().sha256;
+        let result = std::fs::read_to_string(at("result/result.json")).unwrap();
+        std::fs::write(at("result/result.json"), result.replace("noise", "Noise")).unwrap();
+        let new = Input::of(&at("result/result.json")).unwrap().sha256;
+        std::fs::write(at("result/manifest.json"), manifest.replace(&old, &new)).unwrap();
+        assert!(distrust(&[]).unwrap().contains("not of what stands there"));
+        assert!(distrust(&[mine.public()]).is_some());
+        // The same statement in another layout of the JSON is the same.
+        std::fs::write(at("result/result.json"), &result).unwrap();
+        let spaced = manifest.replace(": ", " :  ");
+        std::fs::write(at("result/manifest.json"), spaced).unwrap();
+        assert_eq!(distrust(&[mine.public()]), None);
     }
 }

@@ -92,6 +92,14 @@ impl Campaign {
         Self::of(CampaignFile::open(path.as_ref())?)
     }
 
+    /// As [`Campaign::open`], but a file outside of the folder of the campaign is refused: for campaigns of strangers.
+    ///
+    /// # Errors
+    /// As [`Campaign::open`]; a file that is named outside, once it is asked for.
+    pub fn open_contained(path: impl AsRef<Path>) -> Result<Self> {
+        Self::of(CampaignFile::open_in(path.as_ref(), Folder::contained)?)
+    }
+
     /// Reads the campaign of a store; what it names is read from the same store.
     ///
     /// # Errors
@@ -166,6 +174,10 @@ impl CampaignFile {
     /// # Errors
     /// A missing or empty file, or one that is not UTF-8.
     pub fn open(path: &Path) -> Result<Self> {
+        Self::open_in(path, |folder| folder)
+    }
+
+    fn open_in(path: &Path, rule: fn(Folder) -> Folder) -> Result<Self> {
         let path = if path.is_dir() {
             let inside = path.join("campaign.toml");
             if !inside.is_file() {
@@ -185,7 +197,7 @@ impl CampaignFile {
         else {
             return Err(Error::new(ErrorKind::NotFound, "is no campaign").at(&path));
         };
-        Self::read(Arc::new(Folder::new(folder)), name)
+        Self::read(Arc::new(rule(Folder::new(folder))), name)
     }
 
     /// Reads the text of a campaign from a store.

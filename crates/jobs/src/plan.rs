@@ -18,6 +18,9 @@ use proofmass_report::{PlanReport, Report};
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
 
+/// Most candidates: their joint prediction is adjusted as one campaign, which grows with the cube of their number.
+pub const MOST_CANDIDATES: usize = 1000;
+
 /// Which plan is asked about.
 ///
 /// ```
@@ -216,6 +219,13 @@ impl Job for PlanJob {
 
     fn evaluate(&self, (): &(), watch: &dyn Watch) -> Result<PlanOutcome> {
         let count = self.candidates.len();
+        if count > MOST_CANDIDATES {
+            return Err(Trouble::request(format!(
+                "{count} candidates, {}; {MOST_CANDIDATES} at most",
+                self.origin
+            ))
+            .with_hint("neighbouring directions are alike: choose a grid of a degree or two, or divide the plan"));
+        }
         let hopeless = |e: Error| {
             Trouble::from(e)
                 .detail(format!("{count} candidates, {}", self.origin))

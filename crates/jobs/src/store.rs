@@ -2,7 +2,7 @@
 
 use proofmass_io::{Error, ErrorKind, Result, Source};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 /// Files by name. Names are those of the campaign, relative to it, with `/` between folders.
 pub trait Store: Send + Sync {
@@ -21,16 +21,56 @@ pub trait Store: Send + Sync {
     }
 }
 
-/// A folder of the file system. An absolute name is taken as it is.
+/// A folder of the file system.
+///
+/// An absolute name, `..` and links are followed wherever they lead: a campaign names any file that its reader may
+/// read. [`Folder::contained`] follows them no further than the folder itself, for campaigns of strangers.
+///
+/// ```
+/// use proofmass_jobs::{Folder, Store};
+/// let folder = Folder::new("examples").contained();
+/// let message = folder.open("../Cargo.toml").err().unwrap().to_string();
+/// assert!(message.contains("outside of the folder of the campaign"), "{message}");
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Folder {
     root: PathBuf,
+    contained: bool,
 }
 
 impl Folder {
     /// The folder that names are relative to.
     pub fn new(root: impl Into<PathBuf>) -> Self {
-        Self { root: root.into() }
+        Self {
+            root: root.into(),
+            contained: false,
+        }
+    }
+
+    /// Refuses every name that leads out of the folder: absolute ones, those with `..` and links.
+    #[must_use]
+    pub fn contained(mut self) -> Self {
+        self.contained = true;
+        self
+    }
+
+    /// Whether a name leads out of the folder, by itself or by a link.
+    pub fn leads_out(&self, name: &str) -> bool {
+        let plain = Path::new(name)
+            .components()
+            .all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
+        // What is not there leads nowhere else.
+        let linked = || {
+            let root = match self.root.as_os_str().is_empty() {
+                true => Path::new(".").canonicalize(),
+                false => self.root.canonicalize(),
+            };
+            match (root, self.describe(name).canonicalize()) {
+                (Ok(root), Ok(file)) => !file.starts_with(root),
+                _ => false,
+            }
+        };
+        !plain || linked()
     }
 
     /// The folder itself.
@@ -41,6 +81,16 @@ impl Folder {
 
 impl Store for Folder {
     fn open(&self, name: &str) -> Result<Source> {
+        if self.contained && self.leads_out(name) {
+            return Err(Error::new(
+                ErrorKind::Access,
+                "lies outside of the folder of the campaign",
+            )
+            .at(&self.describe(name))
+            .with_hint(
+                "copy the file beside campaign.toml, or allow it where the campaign is trusted",
+            ));
+        }
         Source::open(self.describe(name))
     }
 

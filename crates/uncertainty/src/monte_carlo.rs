@@ -124,6 +124,9 @@ const LONG_WAVE: usize = 64;
 const CHUNK: usize = 1 << 14;
 
 impl MonteCarlo {
+    /// Values that are kept at most, all outputs together: 4 GiB.
+    pub const MOST_VALUES: usize = 1 << 29;
+
     /// Adaptive to two digits of u, at most 10⁷ trials, 95 %.
     pub fn new(seed: u64) -> Self {
         Self {
@@ -205,15 +208,25 @@ impl MonteCarlo {
         let sampler = Sampler::new(inputs)?;
         // `[S1]` 7.9.4: a block must hold enough trials outside the interval to have quantiles at all.
         let block = BLOCK.max((100.0 / (1.0 - p)).ceil().min(1e7) as usize);
+        // The values of every output are kept for their quantiles.
+        let kept = Self::MOST_VALUES / m.max(1);
         let most = match self.trials {
             Trials::Fixed(n) => n,
-            Trials::Adaptive { max, .. } => max,
+            Trials::Adaptive { max, .. } => max.min(kept),
         };
         if most == 0 || m == 0 {
             return Err(Error::TooFew {
                 name: "trials or outputs",
                 needed: 1,
                 got: 0,
+            }
+            .into());
+        }
+        if most > kept {
+            return Err(Error::TooMany {
+                name: "trials for the number of outputs",
+                most: kept,
+                got: most,
             }
             .into());
         }

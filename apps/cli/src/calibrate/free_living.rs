@@ -4,13 +4,14 @@ use super::Calibrate;
 use crate::console::Progress;
 use crate::{Failure, Outcome, clock};
 use proofmass::jobs::campaign::FreeLivingCampaign;
-use proofmass::jobs::{Filed, Job};
+use proofmass::jobs::free_living::FreeLivingOutcome;
+use proofmass::jobs::{Filed, Job, Outcome as _};
 
 pub(super) fn run(
     arguments: &Calibrate,
     campaign: &FreeLivingCampaign,
 ) -> Result<Outcome, Failure> {
-    let folder = arguments.begin(&campaign.source)?;
+    let folder = arguments.begin(FreeLivingOutcome::KIND, &campaign.source)?;
     let watch = Progress::new();
     let windows = campaign.load(&watch)?;
     let outcome = campaign.job().evaluate(&windows, &watch)?;

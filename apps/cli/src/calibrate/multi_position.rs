@@ -4,13 +4,14 @@ use super::Calibrate;
 use crate::console::Progress;
 use crate::{Failure, Outcome, clock};
 use proofmass::jobs::campaign::MultiPositionCampaign;
-use proofmass::jobs::{Filed, Job};
+use proofmass::jobs::multi_position::MultiPositionOutcome;
+use proofmass::jobs::{Filed, Job, Outcome as _};
 
 pub(super) fn run(
     arguments: &Calibrate,
     campaign: &MultiPositionCampaign,
 ) -> Result<Outcome, Failure> {
-    let folder = arguments.begin(&campaign.source)?;
+    let folder = arguments.begin(MultiPositionOutcome::KIND, &campaign.source)?;
     let watch = Progress::new();
     let recordings = campaign.load(&watch)?;
     let outcome = campaign

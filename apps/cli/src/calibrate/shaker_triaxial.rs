@@ -4,13 +4,14 @@ use super::Calibrate;
 use crate::console::Progress;
 use crate::{Failure, Outcome, clock};
 use proofmass::jobs::campaign::ShakerTriaxialCampaign;
-use proofmass::jobs::{Filed, Job};
+use proofmass::jobs::shaker_triaxial::ShakerTriaxialOutcome;
+use proofmass::jobs::{Filed, Job, Outcome as _};
 
 pub(super) fn run(
     arguments: &Calibrate,
     campaign: &ShakerTriaxialCampaign,
 ) -> Result<Outcome, Failure> {
-    let folder = arguments.begin(&campaign.source)?;
+    let folder = arguments.begin(ShakerTriaxialOutcome::KIND, &campaign.source)?;
     let watch = Progress::new();
     let files = campaign.load(&watch)?;
     let outcome = files.job.evaluate(&files.data(), &watch)?;

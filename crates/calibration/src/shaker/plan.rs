@@ -135,7 +135,10 @@ pub fn predict(
 /// The best `count` of some candidates: the largest determinant of DᵀD, by greedy choice and exchange.
 ///
 /// Exchange ends when no swap of a chosen for a free candidate raises the determinant; several starts guard
-/// against a poor end. Returns indices of candidates in ascending order.
+/// against a poor end: every candidate up to 64 of them, then fewer, so that the time grows with their number only.
+/// Of equals the first is taken. Returns indices of candidates in ascending order.
+///
+/// **Equation** det(G − aaᵀ + bbᵀ) = det G ((1 − aᵀG⁻¹a)(1 + bᵀG⁻¹b) + (aᵀG⁻¹b)²)
 ///
 /// **Source** `[Fedorov1972]` 3.
 ///
@@ -152,61 +155,15 @@ pub fn best(candidates: &[Configuration], count: usize) -> Result<Vec<usize>, Er
         });
     }
     let d: Vec<[f64; 3]> = candidates.iter().map(Configuration::direction).collect();
-    let change = |g: &mut [[f64; 3]; 3], k: usize, sign: f64| {
-        for i in 0..3 {
-            for j in 0..3 {
-                g[i][j] += sign * d[k][i] * d[k][j];
-            }
-        }
-    };
+    let starts = if m <= 64 { m } else { (4096 / m).max(4) };
     let mut champion: (f64, Vec<usize>) = (0.0, vec![]);
-    for start in 0..m {
-        // Greedy from each candidate, with a trace of identity until three are in.
-        let mut g = [[0.0; 3]; 3];
-        let mut chosen = vec![start];
-        change(&mut g, start, 1.0);
-        while chosen.len() < count {
-            let ridge = if chosen.len() < 3 { 1e-3 } else { 0.0 };
-            let gain = |k: usize| {
-                let mut t = g;
-                change(&mut t, k, 1.0);
-                for (i, row) in t.iter_mut().enumerate() {
-                    row[i] += ridge;
-                }
-                determinant(&t)
-            };
-            let Some(next) = (0..m)
-                .filter(|k| !chosen.contains(k))
-                .max_by(|&a, &b| gain(a).total_cmp(&gain(b)))
-            else {
-                break;
-            };
-            change(&mut g, next, 1.0);
-            chosen.push(next);
-        }
-        loop {
-            let now = determinant(&g);
-            let mut swap = None;
-            let mut highest = now * (1.0 + 1e-9);
-            for (place, &out) in chosen.iter().enumerate() {
-                for into in (0..m).filter(|k| !chosen.contains(k)) {
-                    let mut t = g;
-                    change(&mut t, out, -1.0);
-                    change(&mut t, into, 1.0);
-                    let value = determinant(&t);
-                    if value > highest {
-                        (highest, swap) = (value, Some((place, into)));
-                    }
-                }
-            }
-            let Some((place, into)) = swap else { break };
-            change(&mut g, chosen[place], -1.0);
-            change(&mut g, into, 1.0);
-            chosen[place] = into;
-        }
-        let value = determinant(&g);
+    for start in 0..starts {
+        let mut choice = Choice::new(&d, start * m / starts);
+        while choice.chosen.len() < count && choice.add() {}
+        while choice.exchange() {}
+        let value = determinant(&choice.g);
         if value > champion.0 * (1.0 + 1e-9) {
-            champion = (value, chosen);
+            champion = (value, choice.chosen);
         }
     }
     if champion.0 < 1e-9 {
@@ -217,6 +174,119 @@ pub fn best(candidates: &[Configuration], count: usize) -> Result<Vec<usize>, Er
     }
     champion.1.sort_unstable();
     Ok(champion.1)
+}
+
+/// By how much a value must be larger than another to be larger on every machine.
+const LARGER: f64 = 1.0 + 1e-12;
+
+/// A choice of candidates in the making.
+struct Choice<'a> {
+    d: &'a [[f64; 3]],
+    chosen: Vec<usize>,
+    taken: Vec<bool>,
+    /// DᵀD of the chosen.
+    g: [[f64; 3]; 3],
+}
+
+impl<'a> Choice<'a> {
+    fn new(d: &'a [[f64; 3]], first: usize) -> Self {
+        let mut choice = Self {
+            d,
+            chosen: vec![first],
+            taken: vec![false; d.len()],
+            g: [[0.0; 3]; 3],
+        };
+        choice.change(first, 1.0);
+        choice
+    }
+
+    fn change(&mut self, k: usize, sign: f64) {
+        self.taken[k] = sign > 0.0;
+        let d = self.d[k];
+        for i in 0..3 {
+            for j in 0..3 {
+                self.g[i][j] += sign * d[i] * d[j];
+            }
+        }
+    }
+
+    fn free(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.d.len()).filter(|&k| !self.taken[k])
+    }
+
+    /// Takes the candidate that raises the determinant most; with a trace of identity until three are in.
+    fn add(&mut self) -> bool {
+        let ridge = if self.chosen.len() < 3 { 1e-3 } else { 0.0 };
+        let inverse = adjoint(&self.g, ridge);
+        let mut most: Option<(f64, usize)> = None;
+        for k in self.free() {
+            // det(G + bbᵀ) − det G = bᵀ adj(G) b, also where G has no inverse.
+            let gain = dot(self.d[k], times(&inverse, self.d[k]));
+            if most.is_none_or(|(value, _)| gain > value * LARGER) {
+                most = Some((gain, k));
+            }
+        }
+        if let Some((_, k)) = most {
+            self.change(k, 1.0);
+            self.chosen.push(k);
+        }
+        most.is_some()
+    }
+
+    /// Swaps the pair that raises the determinant most; `false` where none does.
+    fn exchange(&mut self) -> bool {
+        let whole = determinant(&self.g);
+        if !(whole > 0.0) {
+            return false;
+        }
+        let inverse = adjoint(&self.g, 0.0).map(|row| row.map(|v| v / whole));
+        let free: Vec<(usize, f64)> = self
+            .free()
+            .map(|k| (k, dot(self.d[k], times(&inverse, self.d[k]))))
+            .collect();
+        let mut swap = None;
+        let mut highest = 1.0 + 1e-9;
+        for (place, &out) in self.chosen.iter().enumerate() {
+            let v = times(&inverse, self.d[out]);
+            let kept = 1.0 - dot(self.d[out], v);
+            for &(into, own) in &free {
+                let both = dot(self.d[into], v);
+                let value = kept * (1.0 + own) + both * both;
+                if value > highest {
+                    (highest, swap) = (value * LARGER, Some((place, into)));
+                }
+            }
+        }
+        if let Some((place, into)) = swap {
+            self.change(self.chosen[place], -1.0);
+            self.change(into, 1.0);
+            self.chosen[place] = into;
+        }
+        swap.is_some()
+    }
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn times(m: &[[f64; 3]; 3], v: [f64; 3]) -> [f64; 3] {
+    m.map(|row| dot(row, v))
+}
+
+/// Adjoint of a symmetric matrix with something added to its diagonal.
+fn adjoint(g: &[[f64; 3]; 3], ridge: f64) -> [[f64; 3]; 3] {
+    let mut g = *g;
+    for (i, row) in g.iter_mut().enumerate() {
+        row[i] += ridge;
+    }
+    std::array::from_fn(|i| {
+        std::array::from_fn(|j| {
+            let (a, b) = ((i + 1) % 3, (i + 2) % 3);
+            let (c, d) = ((j + 1) % 3, (j + 2) % 3);
+            g[a][c] * g[b][d] - g[a][d] * g[b][c]
+        })
+    })
 }
 
 /// What fewer configurations cost.
@@ -307,6 +377,33 @@ mod tests {
             }
         }
         assert!((value(&best(&candidates, 4).unwrap()) / most - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn law_many_candidates_end_where_no_swap_helps() {
+        // A hemisphere of 2000 directions, of which an even cover has nearly the efficiency of the whole sphere.
+        let candidates: Vec<Configuration> = (0..2000)
+            .map(|k| {
+                let z = (f64::from(k) + 0.5) / 2000.0;
+                let turn = 137.507_764 * f64::from(k);
+                Configuration::degrees(z.acos().to_degrees(), turn % 360.0)
+            })
+            .collect();
+        let chosen = best(&candidates, 24).unwrap();
+        let plan: Vec<_> = chosen.iter().map(|&k| candidates[k]).collect();
+        assert_eq!(plan.len(), 24);
+        // Eight times three orthogonal directions have efficiency one.
+        assert!(conditioning(&plan).unwrap().d_efficiency > 1.0 - 1e-4);
+        let whole = determinant(&gram(&plan));
+        for &out in chosen.iter().step_by(5) {
+            for into in (0..2000).step_by(7).filter(|k| !chosen.contains(k)) {
+                let other: Vec<_> = chosen
+                    .iter()
+                    .map(|&k| candidates[if k == out { into } else { k }])
+                    .collect();
+                assert!(determinant(&gram(&other)) < whole * (1.0 + 1e-8));
+            }
+        }
     }
 
     #[test]

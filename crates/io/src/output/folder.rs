@@ -4,6 +4,7 @@ use super::manifest::{Listed, MANIFEST, Manifest, digest, is_plain};
 use super::place::{Place, exchange, move_file, remove_flat, sync, wait_for_lock};
 use super::unfinished::{Unfinished, in_place, sweep};
 use crate::result_document::RESULT_SCHEMA;
+use crate::signature::SigningKey;
 use crate::{Error, ErrorKind, Result, Schema};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -32,6 +33,7 @@ pub struct OutputFolder {
     place: Place,
     swept: Vec<PathBuf>,
     protected: Vec<PathBuf>,
+    signer: Option<SigningKey>,
 }
 
 /// What stands at the place.
@@ -93,6 +95,7 @@ impl OutputFolder {
             unfinished,
             swept,
             protected: Vec::new(),
+            signer: None,
         })
     }
 
@@ -111,6 +114,11 @@ impl OutputFolder {
     pub fn protect<'a>(&mut self, inputs: impl IntoIterator<Item = &'a Path>) {
         let resolved = inputs.into_iter().filter_map(|i| i.canonicalize().ok());
         self.protected.extend(resolved);
+    }
+
+    /// Signs the list of files with a key.
+    pub fn sign_with(&mut self, key: SigningKey) {
+        self.signer = Some(key);
     }
 
     /// What killed runs had left at this place and was removed.
@@ -160,7 +168,10 @@ impl OutputFolder {
             .collect();
         self.protect(inputs.iter().map(PathBuf::as_path));
         written.sort_by(|a, b| a.name.cmp(&b.name));
-        let manifest = Manifest::new(kind, written);
+        let mut manifest = Manifest::new(kind, written);
+        if let Some(key) = &self.signer {
+            manifest = manifest.signed(key);
+        }
         let path = self.file(MANIFEST);
         fs::write(&path, manifest.to_json()?)
             .and_then(|()| sync(&path))

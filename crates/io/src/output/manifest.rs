@@ -1,5 +1,6 @@
 //! `manifest.json`: which files of a folder were written by which run.
 
+use crate::signature::{Signature, SigningKey, quoted};
 use crate::software::{Schema, Software};
 use crate::{Error, ErrorKind, Result, Source};
 use serde::{Deserialize, Serialize};
@@ -32,6 +33,9 @@ pub struct Manifest {
     pub kind: String,
     /// The files, the manifest itself left out.
     pub files: Vec<Listed>,
+    /// Who vouches for all of this.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub signature: Option<Signature>,
 }
 
 impl Manifest {
@@ -45,7 +49,31 @@ impl Manifest {
             software: Software::default(),
             kind: kind.into(),
             files,
+            signature: None,
         }
+    }
+
+    /// Signed with a key.
+    #[must_use]
+    pub fn signed(mut self, key: &SigningKey) -> Self {
+        self.signature = Some(key.sign(&self.statement()));
+        self
+    }
+
+    /// What a signature is of: form, kind, program, and a line for each file in order.
+    pub fn statement(&self) -> String {
+        let mut text = format!(
+            "{} {}\nkind {}\nsoftware {} {}\n",
+            self.schema.name,
+            self.schema.version,
+            quoted(&self.kind),
+            quoted(&self.software.name),
+            quoted(&self.software.version)
+        );
+        for file in &self.files {
+            text += &format!("file {} {}\n", quoted(&file.sha256), quoted(&file.name));
+        }
+        text
     }
 
     /// The manifest of a folder, `None` where there is none.

@@ -12,6 +12,9 @@ use proofmass_io::{Input, Result, WaveformOptions};
 use proofmass_uncertainty::Finding;
 use serde::Deserialize;
 
+/// Most trials of the check: an hour of a small campaign on one core.
+const MOST_TRIALS: u64 = 100_000_000;
+
 /// `[method]`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -230,6 +233,16 @@ impl ShakerTriaxialCampaign {
                     format!("{} trials tell nothing", self.method.trials),
                 )
                 .with_hint("10 000 at least and by default, 0 for no check"));
+        }
+        if self.method.trials > MOST_TRIALS {
+            return Err(self
+                .source
+                .refuse(
+                    "method",
+                    "trials",
+                    format!("{} trials, {MOST_TRIALS} at most", self.method.trials),
+                )
+                .with_hint("10 000 check the interval to a digit of u; a hundred times as many to another digit"));
         }
         for (i, a) in self.corrections.iter().enumerate() {
             if self.corrections[..i].iter().any(|b| b.label == a.label) {

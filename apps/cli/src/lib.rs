@@ -1,4 +1,4 @@
-//! `proofmass`: the open accelerometer laboratory on the command line.
+//! `proofmass`: the open accelerometer laboratory on the command line, as a function of its arguments.
 
 mod apply;
 mod calibrate;
@@ -10,6 +10,7 @@ mod export;
 mod failure;
 mod init;
 mod inspect;
+mod keygen;
 mod modes;
 mod noise;
 mod plan;
@@ -25,7 +26,7 @@ mod verify;
 
 use clap::{Parser, Subcommand};
 use failure::Failure;
-use std::process::ExitCode;
+use std::ffi::OsString;
 
 /// The open accelerometer laboratory: from a recording to a calibration with a defensible uncertainty, and to
 /// compensated acceleration.
@@ -58,6 +59,7 @@ enum Command {
     Render(render::Render),
     Uncertainty(uncertainty::Uncertainty),
     Verify(verify::Verify),
+    Keygen(keygen::Keygen),
 }
 
 /// What a command that came to an end tells the shell.
@@ -79,7 +81,7 @@ impl Outcome {
     }
 }
 
-fn run(arguments: Arguments) -> Result<Outcome, Failure> {
+fn execute(arguments: Arguments) -> Result<Outcome, Failure> {
     match arguments.command {
         Command::Calibrate(command) => command.run(),
         Command::Init(command) => command.run(),
@@ -96,25 +98,42 @@ fn run(arguments: Arguments) -> Result<Outcome, Failure> {
         Command::Render(command) => command.run(),
         Command::Uncertainty(command) => command.run(),
         Command::Verify(command) => command.run(),
+        Command::Keygen(command) => command.run(),
     }
 }
 
-fn main() -> ExitCode {
-    // What is being written is removed first; results in place are the old ones or the new ones. Without a handler
-    // the next run would remove it.
+/// Removes what is being written when the user or the system ends the process; results in place are the old ones or the
+/// new ones. Without it the next run would remove it.
+pub fn handle_interrupts() {
     let _ = ctrlc::set_handler(|| {
         proofmass::io::discard_unfinished();
         console::complain("interrupted: nothing was written\n");
         std::process::exit(130);
     });
-    // clap ends wrong use with exit code 2.
-    match run(Arguments::parse()) {
-        Ok(Outcome::Done) => ExitCode::SUCCESS,
-        Ok(Outcome::Doubtful) => ExitCode::from(3),
-        Err(failure) if failure.is_broken_pipe() => ExitCode::SUCCESS,
+}
+
+/// Runs one command, the name of the program first, and returns its exit code: 0 done, 1 failed, 2 wrong use, 3 done with
+/// findings that need a decision under `--strict`.
+pub fn run<I, T>(arguments: I) -> u8
+where
+    I: IntoIterator<Item = T>,
+    T: Into<OsString> + Clone,
+{
+    let arguments = match Arguments::try_parse_from(arguments) {
+        Ok(arguments) => arguments,
+        Err(wrong) => {
+            // Help and version come this way too, to standard output and with code 0.
+            let _ = wrong.print();
+            return u8::try_from(wrong.exit_code()).unwrap_or(2);
+        }
+    };
+    match execute(arguments) {
+        Ok(Outcome::Done) => 0,
+        Ok(Outcome::Doubtful) => 3,
+        Err(failure) if failure.is_broken_pipe() => 0,
         Err(failure) => {
             console::complain(&failure.to_string());
-            ExitCode::FAILURE
+            1
         }
     }
 }
