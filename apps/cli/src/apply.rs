@@ -94,6 +94,7 @@ impl Apply {
         }
         let provenance = writer.file().is_kept().then(|| writer.file().sha256());
         let recording_input = reader.finish()?;
+        writer.settle()?;
         // Before the recording itself: a run that is killed in between leaves a recording that the next may replace.
         if let Some(sha256) = provenance {
             let mut provenance = Provenance::new(sha256, vec![recording_input, calibration_input]);

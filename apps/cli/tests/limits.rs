@@ -1,12 +1,14 @@
 //! What is too large is refused with the bound, what is hostile is shown as it is, and one bad number takes nothing with it.
 
+#[path = "support/bench.rs"]
+mod bench;
 mod support;
 
+use bench::{phasors, rows};
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 use std::time::Instant;
-use support::bench::{phasors, rows};
 use support::*;
 
 fn published(folder: &Path) {

@@ -171,6 +171,14 @@ impl Rewriter {
         &self.file
     }
 
+    /// Waits until all that was written is on the disk; the place is not touched yet.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    pub fn settle(&mut self) -> Result<()> {
+        self.file.settle()
+    }
+
     /// Puts the file in its place.
     ///
     /// # Errors

@@ -150,14 +150,16 @@ impl Axis {
         for (k, point) in truth.iter().enumerate() {
             let angle = point.position / encoder.radius;
             let seen = point.position
-                + encoder.radius * encoder.eccentricity * ((angle + turn).sin() - turn.sin());
+                + encoder.radius
+                    * encoder.eccentricity
+                    * (libm::sin(angle + turn) - libm::sin(turn));
             let lost = rng.random::<f64>() < encoder.missing;
             let read = k % encoder.every == 0 && !lost;
             count.push(read.then(|| (seen / increment + phase).floor() as i64));
         }
 
         let offset = device.offset * largest;
-        let gravity = STANDARD_GRAVITY * device.orientation.sin();
+        let gravity = STANDARD_GRAVITY * libm::sin(device.orientation);
         let analogue = self.piezo(n, dt, gravity);
         let mut acceleration: Vec<f64> = analogue
             .iter()
@@ -191,7 +193,7 @@ impl Axis {
     /// Signal of the element at every sample: gain, orientation, latency and roll-off.
     fn piezo(&self, n: usize, dt: f64, gravity: f64) -> Vec<f64> {
         let device = &self.accelerometer;
-        let scale = (1.0 + device.gain_error) * device.orientation.cos();
+        let scale = (1.0 + device.gain_error) * libm::cos(device.orientation);
         let input = |t: f64| scale * self.motion.at(t - device.latency).acceleration + gravity;
         if device.roll_off == 0.0 {
             return (0..n).map(|k| input(k as f64 * dt)).collect();

@@ -136,6 +136,20 @@ impl AtomicFile {
         matches!(self.to, Destination::Replaced { .. })
     }
 
+    /// Waits until all that was written is on the disk; the place is not touched yet.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    pub fn settle(&mut self) -> Result<()> {
+        match &mut self.to {
+            Destination::Replaced { file, .. } => {
+                file.flush().and_then(|()| file.get_ref().sync_all())
+            }
+            Destination::Stream(stream) => stream.flush(),
+        }
+        .map_err(|e| Error::access(&self.target, "write", e))
+    }
+
     /// Puts the file in its place, once it is on the disk.
     ///
     /// # Errors

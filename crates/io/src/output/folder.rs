@@ -148,8 +148,8 @@ impl OutputFolder {
             )
             .at(&self.given));
         }
-        let path = self.file(name);
-        fs::write(&path, bytes).map_err(|e| Error::access(&path, "write", e))
+        fs::write(self.file(name), bytes)
+            .map_err(|e| Error::access(&self.given.join(name), "write", e))
     }
 
     /// Puts the files in their place and returns where that is.

@@ -167,10 +167,11 @@ impl AxisMotion {
                 let angle = PI * u / contact;
                 let inside = s < contact;
                 let blow = MotionPoint {
-                    position: 0.5 * change * (u - contact / PI * angle.sin()) + change * (s - u),
-                    velocity: 0.5 * change * (1.0 - angle.cos()),
+                    position: 0.5 * change * (u - contact / PI * libm::sin(angle))
+                        + change * (s - u),
+                    velocity: 0.5 * change * (1.0 - libm::cos(angle)),
                     acceleration: if inside {
-                        0.5 * change * PI / contact * angle.sin()
+                        0.5 * change * PI / contact * libm::sin(angle)
                     } else {
                         0.0
                     },
@@ -275,8 +276,9 @@ impl AxisMotion {
 
 /// e^{−σt}(C cos ωt + S sin ωt) with its derivatives.
 fn decaying(t: f64, sigma: f64, w: f64, c: f64, s: f64) -> MotionPoint {
-    let e = (-sigma * t).exp();
-    let (sin, cos) = (w * t).sin_cos();
+    // Not the system's own, so that a seed gives the same bits on every machine.
+    let e = libm::exp(-sigma * t);
+    let (sin, cos) = libm::sincos(w * t);
     let (c1, s1) = (w * s - sigma * c, -w * c - sigma * s);
     let (c2, s2) = (w * s1 - sigma * c1, -w * c1 - sigma * s1);
     MotionPoint {
