@@ -5,8 +5,8 @@ use crate::delivery::Delivery;
 use crate::recording_arguments::RecordingArguments;
 use crate::{Failure, Outcome, clock};
 use proofmass::io::{CalibrationFile, ColumnRef, Input, Recording};
-use proofmass::jobs::temperature::{TemperatureData, TemperatureJob};
-use proofmass::jobs::{Filed, Job, Record};
+use proofmass::jobs::temperature::{TemperatureData, TemperatureJob, TemperatureOutcome};
+use proofmass::jobs::{Filed, Job, Outcome as _, Record};
 use std::path::PathBuf;
 
 /// Temperature coefficients of a resting accelerometer, from plateaus or a continuous sweep.
@@ -40,7 +40,7 @@ impl Temperature {
     pub(super) fn run(self) -> Result<Outcome, Failure> {
         let mut protected = vec![self.recording.as_path()];
         protected.extend(self.calibration.as_deref());
-        let folder = self.delivery.begin(&protected)?;
+        let folder = self.delivery.begin(TemperatureOutcome::KIND, &protected)?;
         let calibration = self
             .calibration
             .as_deref()
