@@ -1,27 +1,47 @@
 //! `proofmass apply`: compensated recording, streamed.
 
+use crate::console::Progress;
 use crate::recording_arguments::RecordingArguments;
 use crate::{Failure, Outcome, console};
-use proofmass::core::{Matrix3, SensorModel};
-use proofmass::io::{
-    AtomicFile, CalibrationFile, Input, Layout, LayoutOptions, Provenance, Rewriter, RowReader,
-    SigningKey, Source,
+use proofmass::calibration::frequency_response::{Beyond, FilterDesign};
+use proofmass::io::{AtomicFile, Input, Provenance, SigningKey, Source};
+use proofmass::jobs::apply::{
+    ApplyData, ApplyJob, ApplyOutcome, CompensationMethod, Destination, OutOfRange,
 };
+use proofmass::jobs::{Job, Outcome as _, frequency_response};
 use std::path::{Path, PathBuf};
 
 /// Compensate a recording with a calibration.
 ///
 /// a = K⁻¹ (ã − b), row by row: a recording of any size needs no more memory than a small one. All other columns
-/// are kept as they are. The same function runs in firmware.
+/// are kept as they are. The same function runs in firmware. A calibration over frequency (from a shaker, or the table
+/// of a laboratory) is used through the constant matrix of a band, or through a filter; both state their error.
 #[derive(clap::Args)]
 pub(crate) struct Apply {
-    /// calibration.json written by `proofmass calibrate`
+    /// calibration.json written by `proofmass calibrate`, or the table of a laboratory (.csv: frequency, sensitivity,
+    /// phase, uncertainties)
     calibration: PathBuf,
     /// Recording with uncompensated outputs; `-` is standard input
     recording: PathBuf,
     /// File for the compensated recording (CSV), replaced if it is there; `-` is standard output
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
+    /// Calibration over frequency: the constant real matrix of this band in hertz
+    #[arg(long, value_name = "LOW,HIGH", value_parser = band)]
+    band: Option<Band>,
+    /// Calibration over frequency: a filter that undoes it over the whole range (or over --band); samples at either end
+    /// of the recording, for which it would need others before or after, are left out
+    #[arg(long)]
+    filter: bool,
+    /// Below and above the calibrated frequencies, take the sensitivity of the nearest one instead of filtering them out
+    #[arg(long, requires = "filter")]
+    hold: bool,
+    /// Coverage factor of the expanded uncertainties (U_…) in the table of a laboratory
+    #[arg(long, value_name = "K")]
+    coverage: Option<f64>,
+    /// Refuse a recording with samples beyond the range in which the calibration was tested, instead of reporting them
+    #[arg(long)]
+    within_range: bool,
     /// Replace a file that `proofmass apply` did not write or that was changed since
     #[arg(long)]
     force: bool,
@@ -32,98 +52,86 @@ pub(crate) struct Apply {
     reading: RecordingArguments,
 }
 
+/// Two frequencies.
+#[derive(Clone, Copy, Debug)]
+struct Band([f64; 2]);
+
+fn band(text: &str) -> Result<Band, String> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
+    let numbers = numbers.and_then(|n| <[f64; 2]>::try_from(n).ok());
+    numbers
+        .map(Band)
+        .ok_or_else(|| format!("{text:?} is no band: write LOW,HIGH in hertz"))
+}
+
 impl Apply {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
         let replaced = self.may_replace()?;
         let signer = self.sign.as_deref().map(SigningKey::read).transpose()?;
-        let (calibration, calibration_input) =
-            CalibrationFile::from_source(Source::open(&self.calibration)?)?;
-        let sensor = SensorModel::new(Matrix3(calibration.k), calibration.b)?;
-        let mut source = Source::open(&self.recording)?;
-        let layout = Layout::of(&mut source, &LayoutOptions::default())?;
-        let mut columns = Vec::with_capacity(3);
-        let mut factors = [1.0; 3];
-        let mut headings = Vec::with_capacity(3);
-        for (axis, signal) in self.reading.signals(&calibration)?.iter().enumerate() {
-            let index = layout
-                .find(signal)
-                .map_err(|e| Failure::from(e).detail(self.recording.display().to_string()))?;
-            let name = layout.name(index);
-            factors[axis] = self
-                .reading
-                .factor(&calibration, &name, layout.unit(index))?;
-            columns.push(index);
-            let bare = proofmass::io::split_heading(&name).0.replace(' ', "_");
-            headings.push((index, format!("{bare}_{}", calibration.output_unit.ascii())));
-        }
-
+        let source = Source::open(&self.calibration)?;
+        let (calibration, calibration_input, findings) =
+            frequency_response::read_calibration(source, self.coverage)?;
+        findings.iter().for_each(console::finding);
         let inputs = [self.recording.as_path(), self.calibration.as_path()];
-        let mut reader = RowReader::new(source, layout.clone(), &columns)?.keep_text();
-        let mut writer = Rewriter::create(&self.output, &layout, &headings, &inputs)?;
-        let bar = console::progress(reader.size().unwrap_or(0), "compensating");
-        let mut compensated: [Vec<f64>; 3] = Default::default();
-        let (mut rows, mut beyond) = (0u64, 0u64);
-        while let Some(block) = reader.next_block()? {
-            for column in &mut compensated {
-                column.clear();
-            }
-            for row in 0..block.rows() {
-                let a = sensor.apply(std::array::from_fn(|i| factors[i] * block.column(i)[row]));
-                for (column, value) in compensated.iter_mut().zip(a) {
-                    column.push(value);
-                }
-                if let Some([low, high]) = calibration.acceleration_range {
-                    // The range is that of a resting sensor: a tenth more is still at rest.
-                    let margin = 0.1 * (high - low);
-                    beyond += u64::from(a.iter().any(|v| *v < low - margin || *v > high + margin));
-                }
-            }
-            let [x, y, z] = &compensated;
-            writer.block(&block, &[x, y, z])?;
-            rows += block.rows() as u64;
-            bar.set_position(reader.bytes_read());
-        }
-        bar.finish_and_clear();
-        for finding in reader.findings() {
-            console::note(format!(
-                "{}: {}; {}",
-                finding.severity(),
-                finding.what(),
-                finding.evidence_text()
-            ));
-        }
-        let provenance = writer.file().is_kept().then(|| writer.file().sha256());
-        let recording_input = reader.finish()?;
-        writer.settle()?;
         // Before the recording itself: a run that is killed in between leaves a recording that the next may replace.
-        if let Some(sha256) = provenance {
-            let mut provenance = Provenance::new(sha256, vec![recording_input, calibration_input]);
-            provenance.replaces = replaced;
+        let beside = |recording: &Input, sha256: &str| {
+            let inputs_read = vec![recording.clone(), calibration_input.clone()];
+            let mut provenance = Provenance::new(sha256.to_owned(), inputs_read);
+            provenance.replaces = replaced.clone();
             if let Some(key) = &signer {
                 provenance = provenance.signed(key);
             }
             let mut beside = AtomicFile::create(Provenance::place(&self.output), &inputs)?;
             beside.write_all(&provenance.to_json()?)?;
-            beside.commit()?;
-        }
-        writer.commit()?;
-        console::note(format!(
-            "written: {} ({rows} samples, columns {})",
-            self.output.display(),
-            headings
-                .iter()
-                .map(|(_, h)| h.as_str())
-                .collect::<Vec<_>>()
-                .join(", ")
-        ));
-        if beyond > 0 {
-            let [low, high] = calibration.acceleration_range.unwrap_or_default();
-            console::note(format!(
-                "note: {beyond} samples lie beyond {low:.1} … {high:.1} m/s², where the calibration was tested; \
-                 the model is extrapolated there"
-            ));
-        }
+            beside.commit()
+        };
+        let data = ApplyData::new(
+            &calibration,
+            Source::open(&self.recording)?,
+            Destination::File {
+                path: &self.output,
+                inputs: &inputs,
+                beside: &beside,
+            },
+        );
+        let outcome = self.job().evaluate(&data, &Progress::new())?;
+        self.tell(&outcome);
         Ok(Outcome::Done)
+    }
+
+    fn job(&self) -> ApplyJob {
+        let band = self.band.map(|b| b.0);
+        let mut job = ApplyJob::default();
+        job.reading = self.reading.reading();
+        job.method = match (self.filter, band) {
+            (true, band) => {
+                let mut design = FilterDesign::default();
+                design.band = band;
+                if self.hold {
+                    design.beyond = Beyond::Hold;
+                }
+                CompensationMethod::Filter(design)
+            }
+            (false, Some(band)) => CompensationMethod::Band(band),
+            (false, None) => CompensationMethod::Model,
+        };
+        if self.within_range {
+            job.out_of_range = OutOfRange::Refuse;
+        }
+        job
+    }
+
+    fn tell(&self, outcome: &ApplyOutcome) {
+        outcome.findings().iter().for_each(console::finding);
+        if let Some(statement) = outcome.statement() {
+            console::note(statement);
+        }
+        console::note(format!(
+            "written: {} ({} samples, columns {})",
+            self.output.display(),
+            outcome.rows(),
+            outcome.columns().join(", ")
+        ));
     }
 
     /// Whether what stands at the place may go: what an earlier run wrote there and nobody changed, or what the user says.

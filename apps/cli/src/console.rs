@@ -62,6 +62,15 @@ pub(crate) fn note(text: impl AsRef<str>) {
     complain(&format!("{}\n", Visible(text.as_ref())));
 }
 
+/// Says a finding on standard error.
+pub(crate) fn finding(finding: &Finding) {
+    let text = match finding.evidence_text() {
+        "" => format!("{}: {}", finding.severity(), finding.what()),
+        evidence => format!("{}: {}; {evidence}", finding.severity(), finding.what()),
+    };
+    note(text);
+}
+
 /// Whether one of the findings needs a decision.
 pub(crate) fn needs_decision(findings: &[Finding]) -> bool {
     findings.iter().any(|f| f.severity() == Severity::Decision)

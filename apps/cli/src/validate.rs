@@ -47,12 +47,12 @@ impl Validate {
         inputs.extend(self.segments.as_deref());
         let folder = self.delivery.begin(ValidationOutcome::KIND, &inputs)?;
         let (file, calibration) = CalibrationFile::from_source(Source::open(&self.calibration)?)?;
-        let mut recording = Recording::read(&self.recording, &self.reading.options(&file)?)?;
+        let reading = self.reading.reading();
+        let mut recording = Recording::read(&self.recording, &reading.options(&file)?)?;
         for column in &mut recording.columns {
-            let factor = self
-                .reading
-                .factor(&file, &column.name, column.unit)
-                .map_err(|failure| failure.detail(self.recording.display().to_string()))?;
+            let factor = reading
+                .factor(file.input_unit, &column.name, column.unit)
+                .map_err(|trouble| trouble.detail(self.recording.display().to_string()))?;
             column.data.iter_mut().for_each(|v| *v *= factor);
         }
         let [x, y, z] = recording.columns.as_slice() else {

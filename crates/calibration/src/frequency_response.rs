@@ -6,8 +6,15 @@
 //! phase. The row convention o = a S of the published calibrations on shakers is the transpose, K = Sᵀ;
 //! [`FrequencyResponse::from_row_convention`] is the one place where the two meet.
 
+mod band;
+mod compensation_error;
+mod compensation_filter;
+mod complex_matrix;
 mod interpolation;
 
+pub use band::BandMatrix;
+pub use compensation_error::CompensationError;
+pub use compensation_filter::{Beyond, CompensationFilter, FilterDesign, FilterStream};
 pub use interpolation::Interpolated;
 
 use num_complex::Complex64;

@@ -6,6 +6,8 @@ use crate::output::AtomicFile;
 use crate::{Block, Error, ErrorKind, Result, Unit, split_heading};
 use proofmass_uncertainty::DecimalMark;
 use rayon::prelude::*;
+use sha2::{Digest, Sha256};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// Rows that one thread formats at once; a constant, so that nothing depends on the number of threads.
@@ -42,9 +44,34 @@ const PIECE: usize = 2048;
 /// ```
 #[derive(Debug)]
 pub struct Rewriter {
-    file: AtomicFile,
+    sink: Sink,
     source: Option<PathBuf>,
     plan: Plan,
+}
+
+#[derive(Debug)]
+enum Sink {
+    File(AtomicFile),
+    Bytes(Vec<u8>),
+}
+
+impl Sink {
+    fn write_all(&mut self, bytes: &[u8]) -> Result<()> {
+        match self {
+            Self::File(file) => file.write_all(bytes),
+            Self::Bytes(all) => {
+                all.extend_from_slice(bytes);
+                Ok(())
+            }
+        }
+    }
+
+    fn target(&self) -> &Path {
+        match self {
+            Self::File(file) => file.target(),
+            Self::Bytes(_) => Path::new("the output"),
+        }
+    }
 }
 
 /// What the threads that format need to know.
@@ -74,6 +101,130 @@ impl Rewriter {
         replaced: &[(usize, String)],
         inputs: &[&Path],
     ) -> Result<Self> {
+        let (plan, header) = Plan::new(path, layout, replaced)?;
+        let mut file = AtomicFile::create(path, inputs)?;
+        file.write_all(&header)?;
+        Ok(Self {
+            sink: Sink::File(file),
+            source: inputs.first().map(|p| p.to_path_buf()),
+            plan,
+        })
+    }
+
+    /// The same in memory; `source` is what messages call the recording. [`Rewriter::into_bytes`] gives the file.
+    ///
+    /// # Errors
+    /// As [`Rewriter::create`], but for the place.
+    pub fn in_memory(source: &Path, layout: &Layout, replaced: &[(usize, String)]) -> Result<Self> {
+        let (plan, header) = Plan::new(source, layout, replaced)?;
+        Ok(Self {
+            sink: Sink::Bytes(header),
+            source: Some(source.to_path_buf()),
+            plan,
+        })
+    }
+
+    /// Writes the rows of a block that was read with [`RowReader::keep_text`](crate::RowReader::keep_text).
+    ///
+    /// `values` holds one slice for each replaced column, in the order in which [`Rewriter::create`] named them.
+    /// A block is written whole or, when it is refused, not at all.
+    ///
+    /// # Errors
+    /// A number that is not finite (with the line of the recording), a block without text, slices of another
+    /// number or length, a disk that refuses.
+    pub fn block(&mut self, block: &Block, values: &[&[f64]]) -> Result<()> {
+        self.rows(block, 0..block.rows(), values)
+    }
+
+    /// Writes some rows of a block; `values` are those of these rows.
+    ///
+    /// # Errors
+    /// As [`Rewriter::block`]; rows that the block does not have.
+    pub fn rows(&mut self, block: &Block, rows: Range<usize>, values: &[&[f64]]) -> Result<()> {
+        let count = rows.len();
+        let fits = values.len() == self.plan.headings.len()
+            && values.iter().all(|v| v.len() == count)
+            && rows.end <= block.rows()
+            && (count == 0 || !block.text(rows.start).is_empty());
+        if !fits {
+            let lengths: Vec<usize> = values.iter().map(|v| v.len()).collect();
+            return Err(Error::new(
+                ErrorKind::Output,
+                format!(
+                    "{} columns of {count} rows, read with their text, are to be replaced; values came for {lengths:?} rows",
+                    self.plan.headings.len(),
+                ),
+            )
+            .at(self.sink.target()));
+        }
+        let pieces: Vec<Result<Vec<u8>>> = (0..count.div_ceil(PIECE))
+            .into_par_iter()
+            .map(|i| {
+                let piece = i * PIECE..count.min((i + 1) * PIECE);
+                self.plan.rows(block, rows.start, values, piece)
+            })
+            .collect();
+        // The first refusal in the order of rows, and nothing written of its block.
+        let pieces = pieces
+            .into_iter()
+            .collect::<Result<Vec<_>>>()
+            .map_err(|e| match &self.source {
+                Some(source) => e.at(source),
+                None => e,
+            })?;
+        pieces.iter().try_for_each(|p| self.sink.write_all(p))
+    }
+
+    /// The file that is written, for its digest; none in memory.
+    pub fn file(&self) -> Option<&AtomicFile> {
+        match &self.sink {
+            Sink::File(file) => Some(file),
+            Sink::Bytes(_) => None,
+        }
+    }
+
+    /// SHA-256 of what was written so far, in hexadecimal digits.
+    pub fn sha256(&self) -> String {
+        match &self.sink {
+            Sink::File(file) => file.sha256(),
+            Sink::Bytes(bytes) => crate::rows::hexadecimal(&Sha256::digest(bytes)),
+        }
+    }
+
+    /// Waits until all that was written is on the disk; the place is not touched yet.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    pub fn settle(&mut self) -> Result<()> {
+        match &mut self.sink {
+            Sink::File(file) => file.settle(),
+            Sink::Bytes(_) => Ok(()),
+        }
+    }
+
+    /// Puts the file in its place; what was written in memory is lost.
+    ///
+    /// # Errors
+    /// The disk refuses; what stood there before is then still there.
+    pub fn commit(self) -> Result<()> {
+        match self.sink {
+            Sink::File(file) => file.commit(),
+            Sink::Bytes(_) => Ok(()),
+        }
+    }
+
+    /// What was written in memory; `None` for a file.
+    pub fn into_bytes(self) -> Option<Vec<u8>> {
+        match self.sink {
+            Sink::File(_) => None,
+            Sink::Bytes(bytes) => Some(bytes),
+        }
+    }
+}
+
+impl Plan {
+    /// The plan and the header line; messages name `path`.
+    fn new(path: &Path, layout: &Layout, replaced: &[(usize, String)]) -> Result<(Self, Vec<u8>)> {
         let wrong = |what: String, name: &str| {
             Err(Error::new(ErrorKind::Column, what).at(path).column(name))
         };
@@ -109,98 +260,34 @@ impl Rewriter {
             push_text(&mut line, name.as_bytes(), i == 0);
         }
         line.push(b'\n');
-        let mut file = AtomicFile::create(path, inputs)?;
-        file.write_all(&line)?;
-        Ok(Self {
-            file,
-            source: inputs.first().map(|p| p.to_path_buf()),
-            plan: Plan {
+        Ok((
+            Self {
                 separator: layout.separator,
                 decimal: layout.decimal,
                 numeric: layout.numeric.clone(),
                 places,
                 headings: replaced.iter().map(|(_, name)| name.clone()).collect(),
             },
-        })
+            line,
+        ))
     }
 
-    /// Writes the rows of a block that was read with [`RowReader::keep_text`](crate::RowReader::keep_text).
-    ///
-    /// `values` holds one slice for each replaced column, in the order in which [`Rewriter::create`] named them.
-    /// A block is written whole or, when it is refused, not at all.
-    ///
-    /// # Errors
-    /// A number that is not finite (with the line of the recording), a block without text, slices of another
-    /// number or length, a disk that refuses.
-    pub fn block(&mut self, block: &Block, values: &[&[f64]]) -> Result<()> {
-        let rows = block.rows();
-        let fits = values.len() == self.plan.headings.len()
-            && values.iter().all(|v| v.len() == rows)
-            && (rows == 0 || !block.text(0).is_empty());
-        if !fits {
-            let lengths: Vec<usize> = values.iter().map(|v| v.len()).collect();
-            return Err(Error::new(
-                ErrorKind::Output,
-                format!(
-                    "{} columns of {rows} rows, read with their text, are to be replaced; values came for {lengths:?} rows",
-                    self.plan.headings.len(),
-                ),
-            )
-            .at(self.file.target()));
-        }
-        let pieces: Vec<Result<Vec<u8>>> = (0..rows.div_ceil(PIECE))
-            .into_par_iter()
-            .map(|i| {
-                self.plan
-                    .rows(block, values, i * PIECE..rows.min((i + 1) * PIECE))
-            })
-            .collect();
-        // The first refusal in the order of rows, and nothing written of its block.
-        let pieces = pieces
-            .into_iter()
-            .collect::<Result<Vec<_>>>()
-            .map_err(|e| match &self.source {
-                Some(source) => e.at(source),
-                None => e,
-            })?;
-        pieces.iter().try_for_each(|p| self.file.write_all(p))
-    }
-
-    /// The file that is written, for its digest.
-    pub fn file(&self) -> &AtomicFile {
-        &self.file
-    }
-
-    /// Waits until all that was written is on the disk; the place is not touched yet.
-    ///
-    /// # Errors
-    /// The disk refuses.
-    pub fn settle(&mut self) -> Result<()> {
-        self.file.settle()
-    }
-
-    /// Puts the file in its place.
-    ///
-    /// # Errors
-    /// The disk refuses; what stood there before is then still there.
-    pub fn commit(self) -> Result<()> {
-        self.file.commit()
-    }
-}
-
-impl Plan {
+    /// Rows of a piece, counted from row `first` of the block, which `values` begin with.
     fn rows(
         &self,
         block: &Block,
+        first: usize,
         values: &[&[f64]],
-        rows: std::ops::Range<usize>,
+        piece: Range<usize>,
     ) -> Result<Vec<u8>> {
-        let room = rows.clone().map(|r| block.text(r).len() + 1).sum::<usize>();
+        let texts = piece.clone().map(|r| block.text(first + r).len() + 1);
+        let room = texts.sum::<usize>();
         // A double takes up to 24 characters, and seldom fewer than 16 after a computation.
-        let mut out = Vec::with_capacity(room + rows.len() * 20 * values.len());
+        let mut out = Vec::with_capacity(room + piece.len() * 20 * values.len());
         let mut digits = ryu::Buffer::new();
-        for row in rows {
-            let text = block.text(row);
+        for row in piece {
+            let text = block.text(first + row);
+            let line = block.line(first + row);
             let plain = self.is_plain(text);
             let mut fields = Fields::new(text, self.separator);
             for (column, place) in self.places.iter().enumerate() {
@@ -212,7 +299,7 @@ impl Plan {
                             self.places.len()
                         ),
                     )
-                    .line(block.line(row)));
+                    .line(line));
                 };
                 if column > 0 {
                     out.push(b',');
@@ -229,7 +316,7 @@ impl Plan {
                                 values[new][row]
                             ),
                         )
-                        .line(block.line(row))
+                        .line(line)
                         .column(&self.headings[new])
                         .with_hint(
                             "look at this row of the recording: no finite number came out of it",

@@ -4,7 +4,7 @@ use crate::outcome::{Filed, Outcome};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use crate::{
-    free_living, modes, multi_position, noise, plan, shaker_single, shaker_triaxial,
+    apply, free_living, modes, multi_position, noise, plan, shaker_single, shaker_triaxial,
     spurious_motion, temperature, uncertainty, validation, velocity,
 };
 use proofmass_io::{ResultDocument, StatedQuantity};
@@ -83,6 +83,7 @@ fn readers() -> Vec<(&'static str, Reader)> {
         reader::<multi_position::MultiPositionOutcome>(),
         reader::<free_living::FreeLivingOutcome>(),
         reader::<validation::ValidationOutcome>(),
+        reader::<apply::ApplyOutcome>(),
         reader::<temperature::TemperatureOutcome>(),
         reader::<shaker_triaxial::ShakerTriaxialOutcome>(),
         reader::<shaker_single::ShakerSingleOutcome>(),

@@ -1,9 +1,11 @@
 //! Frequency responses between the mathematics and their files.
 
+use crate::campaign::Certificate;
 use crate::record::Record;
 use crate::trouble::Result;
 use proofmass_calibration::FrequencyResponse;
-use proofmass_io::{FrequencyResponseFile, Unit};
+use proofmass_io::{AnyCalibration, FrequencyResponseFile, Input, Source, Unit};
+use proofmass_uncertainty::Finding;
 
 /// The file of a response.
 pub fn to_file(
@@ -23,6 +25,34 @@ pub fn to_file(
     file.device = record.device.clone();
     file.inputs = record.inputs.clone();
     file
+}
+
+/// A calibration of any kind: a calibration.json, or the table of a laboratory (`.csv`) as one over frequency.
+///
+/// `coverage` is the factor k of expanded uncertainties in such a table, where it has no column of it.
+///
+/// # Errors
+/// As [`AnyCalibration::from_source`] and [`Certificate::from_source`].
+pub fn read_calibration(
+    source: Source,
+    coverage: Option<f64>,
+) -> Result<(AnyCalibration, Input, Vec<Finding>)> {
+    let table = source
+        .name()
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("csv"));
+    if !table {
+        let (calibration, input) = AnyCalibration::from_source(source)?;
+        return Ok((calibration, input, Vec::new()));
+    }
+    let certificate = Certificate::from_source(source, coverage, None)?;
+    let response = FrequencyResponse::try_from(&certificate.table)?;
+    let record = Record {
+        inputs: vec![certificate.input.clone()],
+        ..Record::default()
+    };
+    let file = to_file(&response, "certificate", Unit::Volt, &record);
+    Ok((file.into(), certificate.input, certificate.findings))
 }
 
 /// The response of a file.

@@ -7,6 +7,8 @@
 //! [`Watch`], files as a [`Store`].
 
 mod any_result;
+pub mod apply;
+mod block_clock;
 pub mod campaign;
 pub mod free_living;
 pub mod frequency_response;
@@ -18,6 +20,7 @@ mod outcome;
 pub mod plan;
 mod plural;
 mod record;
+mod recording;
 pub mod shaker_single;
 pub mod shaker_triaxial;
 pub mod spurious_motion;
@@ -32,5 +35,6 @@ pub use any_result::{AnyResult, read_result};
 pub use outcome::{CALIBRATION, Filed, Job, Outcome, REPORT, RESULT, section};
 pub use proofmass_core::{Unwatched, Watch};
 pub use record::Record;
+pub use recording::RecordingReading;
 pub use store::{Folder, Memory, Store};
 pub use trouble::{Result, Trouble, TroubleKind};

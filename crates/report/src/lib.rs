@@ -23,6 +23,7 @@
 //! Nothing is computed here and no clock is read: times, versions and digests are texts of the caller. The page
 //! needs no network, no font and no script.
 
+mod compensation;
 mod document;
 mod error;
 pub mod html;
@@ -42,6 +43,7 @@ mod uncertainty;
 mod validation;
 mod velocity;
 
+pub use compensation::CompensationReport;
 pub use document::{Alignment, Block, Cell, Column, Figure, KeyFigure, Report, Section, Table};
 pub use error::Error;
 pub use modes::{ModesLine, ModesReport};

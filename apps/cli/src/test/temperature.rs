@@ -46,7 +46,11 @@ impl Temperature {
             .as_deref()
             .map(CalibrationFile::read)
             .transpose()?;
-        let mut options = self.reading.options_with(calibration.as_ref())?;
+        let reading = self.reading.reading();
+        let mut options = match &calibration {
+            Some(calibration) => reading.options(calibration)?,
+            None => reading.options_alone()?,
+        };
         options.temperature = Some(ColumnRef::from_word(&self.temperature));
         let recording = Recording::read(&self.recording, &options)?;
         let [x, y, z] = recording.columns.as_slice() else {
@@ -56,8 +60,7 @@ impl Temperature {
             return Err(Failure::new("the recording has no temperature"));
         };
         let name = self.recording.display().to_string();
-        let unit = self
-            .reading
+        let unit = reading
             .common_unit([x, y, z])
             .map_err(|e| e.detail(name.clone()))?;
         let mut job = TemperatureJob::default();

@@ -82,6 +82,15 @@ impl<'a> Interpolation<'a> {
             .collect()
     }
 
+    /// The points on either side of a frequency; the same one twice where there is but one.
+    pub(crate) fn neighbours(&self, frequency: f64) -> (usize, usize) {
+        if self.knots.len() < 2 {
+            return (0, 0);
+        }
+        let (k, _) = interval(&self.knots, frequency.ln());
+        (k, k + 1)
+    }
+
     /// (1 − t) C_k + t C_{k+1}: what no correlation of the two neighbours can exceed.
     pub(crate) fn covariance(&self, frequency: f64) -> Result<Covariance, Error> {
         let points = self.response.series.points();
@@ -155,7 +164,7 @@ impl FrequencyResponse {
 
     /// Estimated relative error of the interpolation in every interval between two points: what the other points
     /// say of a point that is left out, ‖K̂ − K‖/‖K‖ (Frobenius norm), a quarter of it (half the distance, an error
-    /// of second order), the larger of the two ends of the interval. `None` below three points, where nothing can be
+    /// of second order; half of it in the first and the last interval), the larger of the two ends of the interval. `None` below three points, where nothing can be
     /// left out.
     pub fn interpolation_error(&self) -> Option<Vec<f64>> {
         let n = self.frequencies().len();
@@ -186,7 +195,13 @@ impl FrequencyResponse {
                 .copied()
                 .unwrap_or(0.0)
         };
-        Some((0..n - 1).map(|i| at_end(i).max(at_end(i + 1))).collect())
+        // A tangent at the first and the last point has a neighbour on one side only: of first order there.
+        let outer = |i: usize| if i == 0 || i == n - 2 { 2.0 } else { 1.0 };
+        Some(
+            (0..n - 1)
+                .map(|i| outer(i) * at_end(i).max(at_end(i + 1)))
+                .collect(),
+        )
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::campaign::CampaignFile;
 use proofmass_calibration::shaker::reference::{ReferencePoint, ReferenceTable};
 use proofmass_io::sheet::{ANGLE, FREQUENCY, PERCENT, Place, SENSITIVITY, Sheet, SheetRow};
-use proofmass_io::{Error, ErrorKind, Input, Result};
+use proofmass_io::{Error, ErrorKind, Input, Result, Source};
 use proofmass_uncertainty::{Finding, Severity};
 use serde::Deserialize;
 
@@ -47,9 +47,25 @@ impl Certificate {
                     "certificates state k = 2 for 95 %; leave it out for standard uncertainties",
                 ));
         }
-        let path = source.resolve(&table.file);
-        let mut sheet =
-            Sheet::from_source(source.source(&table.file)?, "certificate of the reference")?;
+        Self::from_source(
+            source.source(&table.file)?,
+            table.k,
+            table.description.clone(),
+        )
+    }
+
+    /// Reads the table of a laboratory: `frequency_Hz`, `sensitivity_V/(m/s2)`, `phase_deg` where it is known, and
+    /// standard (`u_relative_%`, `u_phase_deg`) or expanded uncertainties (`U_…`, with `k` or a column of it).
+    ///
+    /// # Errors
+    /// A missing column, an expanded uncertainty without its coverage factor, a row that cannot be.
+    pub fn from_source(
+        source: Source,
+        coverage: Option<f64>,
+        description: Option<String>,
+    ) -> Result<Self> {
+        let path = source.name().to_path_buf();
+        let mut sheet = Sheet::from_source(source, "certificate of the reference")?;
         let frequency = sheet.quantity("frequency", FREQUENCY)?;
         let sensitivity = sheet.quantity("sensitivity", SENSITIVITY)?;
         let phase = sheet.quantity("phase", ANGLE)?;
@@ -65,15 +81,15 @@ impl Certificate {
         sheet.finish()?;
         let frequency = sheet.required(frequency, "frequency_Hz")?;
         let sensitivity = sheet.required(sensitivity, "sensitivity_V/(m/s2)")?;
-        modulus.complete(&sheet, "relative_%", table.k, k)?;
+        modulus.complete(&sheet, "relative_%", coverage, k)?;
         if phase.is_some() {
-            angle.complete(&sheet, "phase_deg", table.k, k)?;
+            angle.complete(&sheet, "phase_deg", coverage, k)?;
         }
         let mut points: Vec<(u64, ReferencePoint)> = Vec::new();
         for row in sheet.rows() {
             let factor = match k {
                 Some(place) => Some(row.positive(place)?),
-                None => table.k,
+                None => coverage,
             };
             let point = ReferencePoint {
                 frequency: row.positive(frequency)?,
@@ -113,7 +129,7 @@ impl Certificate {
         }
         Ok(Self {
             input: sheet.input.clone(),
-            description: table.description.clone(),
+            description,
             table: ReferenceTable::new(points.into_iter().map(|(_, p)| p).collect())
                 .map_err(|e| Error::new(ErrorKind::Format, e.to_string()).at(&path))?,
             findings,

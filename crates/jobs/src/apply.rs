@@ -1,0 +1,357 @@
+//! A recording compensated with a calibration, row by row.
+
+mod compensation;
+mod outcome;
+
+pub use compensation::{Compensation, CompensationMethod};
+pub use outcome::{ApplyOutcome, FilterFigures};
+
+use crate::block_clock::BlockClock;
+use crate::outcome::Job;
+use crate::recording::RecordingReading;
+use crate::trouble::{Result, Trouble, TroubleKind};
+use proofmass_core::Watch;
+use proofmass_io::{
+    AnyCalibration, Block, Input, Layout, LayoutOptions, Rewriter, RowReader, Source, TimeUnit,
+    split_heading,
+};
+use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
+use std::ops::Range;
+use std::path::Path;
+use std::rc::Rc;
+use std::sync::Mutex;
+
+/// What to do with a sample beyond the range in which the calibration was tested.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum OutOfRange {
+    /// It is compensated, counted and reported.
+    #[default]
+    Report,
+    /// The recording is refused at the first one.
+    Refuse,
+}
+
+/// Which recording is to be compensated, and how.
+///
+/// ```
+/// use proofmass_io::{AnyCalibration, CalibrationFile, Source, Unit};
+/// use proofmass_jobs::apply::{ApplyData, ApplyJob, Destination};
+/// use proofmass_jobs::{Job, Unwatched};
+/// use proofmass_uncertainty::Estimate;
+///
+/// let k = [[2.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 4.0]];
+/// let file = CalibrationFile::new("full", Unit::Count, k, [1.0, 0.0, 0.0], Estimate::new(vec![], vec![])?);
+/// let calibration = AnyCalibration::from(file);
+/// let recording = Source::from_bytes("raw.csv", "t_s,x_count,y_count,z_count\n0,3,4,8\n1,5,6,40\n")?;
+/// let mut job = ApplyJob::default();
+/// job.reading.columns = Some(vec!["x".into(), "y".into(), "z".into()]);
+/// let mut written = Vec::new();
+/// let data = ApplyData::new(&calibration, recording, Destination::Bytes(&mut written));
+/// let outcome = job.evaluate(&data, &Unwatched)?;
+/// assert_eq!(outcome.rows(), 2);
+/// drop(data);
+/// assert_eq!(
+///     String::from_utf8(written)?,
+///     "t_s,x_m/s2,y_m/s2,z_m/s2\n0,1.0,2.0,2.0\n1,2.0,3.0,10.0\n"
+/// );
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct ApplyJob {
+    /// How the calibration is used.
+    pub method: CompensationMethod,
+    /// What to do with samples beyond the tested range.
+    pub out_of_range: OutOfRange,
+    /// How the recording is read.
+    pub reading: RecordingReading,
+}
+
+/// Where the compensated recording goes.
+#[non_exhaustive]
+pub enum Destination<'a> {
+    /// A file, which appears whole or not at all; the inputs are never overwritten.
+    File {
+        /// Its place.
+        path: &'a Path,
+        /// Files that may not be overwritten, the recording first.
+        inputs: &'a [&'a Path],
+        /// Told the recording and the digest of the whole file before that stands in its place.
+        beside: &'a dyn Fn(&Input, &str) -> proofmass_io::Result<()>,
+    },
+    /// Memory.
+    Bytes(&'a mut Vec<u8>),
+}
+
+/// A calibration, a recording that is seen once, and where the compensated one goes.
+pub struct ApplyData<'a> {
+    calibration: &'a AnyCalibration,
+    once: Mutex<Option<(Source, Destination<'a>)>>,
+}
+
+impl<'a> ApplyData<'a> {
+    /// A recording is read once: the data serve one evaluation.
+    pub fn new(calibration: &'a AnyCalibration, recording: Source, to: Destination<'a>) -> Self {
+        Self {
+            calibration,
+            once: Mutex::new(Some((recording, to))),
+        }
+    }
+}
+
+impl Job for ApplyJob {
+    type Data<'a> = ApplyData<'a>;
+    type Outcome = ApplyOutcome;
+
+    fn evaluate(&self, data: &ApplyData<'_>, watch: &dyn Watch) -> Result<ApplyOutcome> {
+        let once = data.once.lock().ok().and_then(|mut once| once.take());
+        let Some((source, to)) = once else {
+            return Err(Trouble::data(
+                "the recording was read already: it can be seen once",
+            ));
+        };
+        let name = source.name().display().to_string();
+        let about = |t: Trouble| t.detail(name.clone());
+        let calibration = data.calibration;
+        let mut source = source;
+        let layout = Layout::of(&mut source, &LayoutOptions::default())?;
+        let (mut columns, mut factors, mut headings) = (Vec::new(), Vec::new(), Vec::new());
+        let unit = match calibration {
+            AnyCalibration::FrequencyResponse(file) => file.output_unit,
+            AnyCalibration::Triaxial(file) => file.output_unit,
+            _ => return Err(Trouble::request("a calibration of an unknown kind")),
+        };
+        for signal in self.reading.signals(calibration)? {
+            let index = layout.find(&signal).map_err(|e| about(e.into()))?;
+            let column = layout.name(index);
+            let wanted = calibration.input_unit();
+            factors.push(self.reading.factor(wanted, &column, layout.unit(index))?);
+            columns.push(index);
+            let bare = split_heading(&column).0.replace(' ', "_");
+            headings.push((index, format!("{bare}_{}", unit.ascii())));
+        }
+        let mut work = Work {
+            job: self,
+            calibration,
+            clock: self.clock(&layout, &mut columns)?,
+            compensation: None,
+            factors,
+            waiting: VecDeque::new(),
+            ready: vec![VecDeque::new(); headings.len()],
+            skip: 0,
+            figures: outcome::Figures::default(),
+            writer: match &to {
+                Destination::File { path, inputs, .. } => {
+                    Rewriter::create(path, &layout, &headings, inputs)?
+                }
+                Destination::Bytes(_) => Rewriter::in_memory(source.name(), &layout, &headings)?,
+            },
+            name: name.clone(),
+        };
+        let mut reader = RowReader::new(source, layout, &columns)?.keep_text();
+        let size = reader.size().unwrap_or(0);
+        while let Some(block) = reader.next_block()? {
+            work.block(Rc::new(block), watch)?;
+            watch.step("compensation", reader.bytes_read(), size)?;
+        }
+        work.end_of_stretch()?;
+        let mut findings = reader.findings();
+        let recording = reader.finish()?;
+        let Work {
+            compensation,
+            figures,
+            mut writer,
+            ..
+        } = work;
+        let kept = writer.file().is_none_or(|file| file.is_kept());
+        let sha256 = kept.then(|| writer.sha256());
+        if figures.written == 0 {
+            return Err(about(Trouble::data(
+                "nothing is left of the recording: no stretch without a gap is as long as the filter",
+            )
+            .detail(format!("{} samples", figures.read)))
+            .with_hint("record for longer, or use --band for a constant matrix"));
+        }
+        match to {
+            Destination::File { beside, .. } => {
+                writer.settle()?;
+                if let Some(sha256) = &sha256 {
+                    beside(&recording, sha256)?;
+                }
+                writer.commit()?;
+            }
+            Destination::Bytes(bytes) => *bytes = writer.into_bytes().unwrap_or_default(),
+        }
+        let headings = headings.into_iter().map(|(_, h)| h).collect();
+        findings.extend(outcome::findings(
+            &figures,
+            compensation.as_ref(),
+            calibration,
+        ));
+        Ok(ApplyOutcome::new(
+            self,
+            compensation.as_ref(),
+            figures,
+            headings,
+            (recording, sha256),
+            findings,
+        ))
+    }
+}
+
+impl ApplyJob {
+    /// What tells the times of the samples, which only a filter needs; a time column is added to those that are read.
+    fn clock(&self, layout: &Layout, columns: &mut Vec<usize>) -> Result<Option<BlockClock>> {
+        if !matches!(self.method, CompensationMethod::Filter(_)) {
+            return Ok(None);
+        }
+        let reading = &self.reading;
+        let time = match &reading.time {
+            Some(column) => Some(layout.find(column)?),
+            None if reading.rate.is_some() => None,
+            None => layout.time_column(),
+        };
+        Ok(match (time, reading.rate) {
+            (Some(index), rate) => {
+                columns.push(index);
+                let heading = layout.unit(index).and_then(TimeUnit::of);
+                let unit = reading.time_unit.or(heading);
+                let known = unit.is_some();
+                let unit = unit.unwrap_or(TimeUnit::Second);
+                Some(BlockClock::stamped(
+                    unit.per_second(rate).unwrap_or(1.0),
+                    rate,
+                    known,
+                ))
+            }
+            (None, Some(rate)) => Some(BlockClock::steady(rate)),
+            (None, None) => None,
+        })
+    }
+}
+
+/// A recording on its way: rows wait for the samples that a filter completes.
+struct Work<'a> {
+    job: &'a ApplyJob,
+    calibration: &'a AnyCalibration,
+    clock: Option<BlockClock>,
+    /// Made at the first block, which tells the rate.
+    compensation: Option<Compensation>,
+    factors: Vec<f64>,
+    waiting: VecDeque<(Rc<Block>, Range<usize>)>,
+    ready: Vec<VecDeque<f64>>,
+    /// Rows of this stretch that will have no result.
+    skip: usize,
+    figures: outcome::Figures,
+    writer: Rewriter,
+    name: String,
+}
+
+impl Work<'_> {
+    fn block(&mut self, block: Rc<Block>, watch: &dyn Watch) -> Result<()> {
+        let outputs = self.factors.len();
+        let mut breaks = Vec::new();
+        if let Some(clock) = self.clock.as_mut().filter(|c| c.per_second.is_some()) {
+            breaks = clock.breaks(block.column(outputs)).map_err(|(row, what)| {
+                Trouble::data(what)
+                    .detail(format!("{}:{}", self.name, block.line(row)))
+                    .with_hint("look for a restart of the clock or a doubled row, or give --rate in place of the time column")
+            })?;
+        }
+        if self.compensation.is_none() {
+            let rate = self.clock.as_ref().map(|c| c.nominal);
+            let rate = rate.filter(|r| r.is_finite());
+            let method = self.job.method;
+            let made = Compensation::new(self.calibration, method, rate, watch)?;
+            self.skip = made.half();
+            self.compensation = Some(made);
+        }
+        let mut edges = vec![0];
+        edges.extend(breaks.iter().copied().filter(|b| *b > 0));
+        edges.push(block.rows());
+        for (i, pair) in edges.windows(2).enumerate() {
+            if i > 0 || breaks.first() == Some(&0) {
+                self.figures.gaps += 1;
+                self.end_of_stretch()?;
+            }
+            self.rows(&block, pair[0]..pair[1])?;
+        }
+        Ok(())
+    }
+
+    /// Rows that follow one another without a gap.
+    fn rows(&mut self, block: &Rc<Block>, rows: Range<usize>) -> Result<()> {
+        let scaled: Vec<Vec<f64>> = self
+            .factors
+            .iter()
+            .enumerate()
+            .map(|(i, factor)| {
+                let column = &block.column(i)[rows.clone()];
+                column.iter().map(|v| factor * v).collect()
+            })
+            .collect();
+        let slices: Vec<&[f64]> = scaled.iter().map(Vec::as_slice).collect();
+        self.figures.read += rows.len() as u64;
+        if let Some(compensation) = &mut self.compensation {
+            let values = compensation.push(&slices);
+            self.waiting.push_back((Rc::clone(block), rows));
+            self.accept(values)?;
+        }
+        Ok(())
+    }
+
+    /// Writes the waiting rows as far as their values are there.
+    fn accept(&mut self, values: Vec<Vec<f64>>) -> Result<()> {
+        for (ready, values) in self.ready.iter_mut().zip(values) {
+            ready.extend(values);
+        }
+        while let Some((block, rows)) = self.waiting.front_mut() {
+            let skipped = self.skip.min(rows.len());
+            self.skip -= skipped;
+            rows.start += skipped;
+            let n = rows.len().min(self.ready[0].len());
+            if n > 0 {
+                let values: Vec<Vec<f64>> = self
+                    .ready
+                    .iter_mut()
+                    .map(|r| r.drain(..n).collect())
+                    .collect();
+                let slices: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
+                let these = rows.start..rows.start + n;
+                let beyond = self.figures.count(self.calibration, &slices);
+                if let (Some(row), OutOfRange::Refuse) = (beyond, self.job.out_of_range) {
+                    let line = block.line(these.start + row);
+                    return Err(Trouble::new(
+                        TroubleKind::Data,
+                        "a sample is beyond the range in which the calibration was tested",
+                    )
+                    .detail(format!("{}:{line}", self.name))
+                    .with_hint("calibrate over a larger range, or have such samples reported"));
+                }
+                self.writer.rows(block, these, &slices)?;
+                self.figures.written += n as u64;
+                rows.start += n;
+            }
+            if rows.start < rows.end {
+                break;
+            }
+            self.waiting.pop_front();
+        }
+        Ok(())
+    }
+
+    fn end_of_stretch(&mut self) -> Result<()> {
+        let Some(compensation) = &mut self.compensation else {
+            return Ok(());
+        };
+        let half = compensation.half();
+        let rest = compensation.finish();
+        self.accept(rest)?;
+        self.waiting.clear();
+        self.skip = half;
+        Ok(())
+    }
+}

@@ -1,0 +1,158 @@
+//! How a recording of a calibrated sensor is to be read.
+
+use crate::trouble::{Result, Trouble};
+use proofmass_io::{
+    AnyCalibration, CalibrationFile, Column, ColumnRef, LayoutOptions, RecordingOptions, TimeUnit,
+    Unit,
+};
+use serde::{Deserialize, Serialize};
+
+/// Columns, units and time of a recording, as far as it does not say them itself.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct RecordingReading {
+    /// Columns of the outputs, in the order of the calibration; those it was made from when `None`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub columns: Option<Vec<ColumnRef>>,
+    /// Their unit, where the headings do not say it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unit: Option<Unit>,
+    /// Time column.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time: Option<ColumnRef>,
+    /// Its unit, where the heading does not say it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time_unit: Option<TimeUnit>,
+    /// Sampling rate in Hz.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rate: Option<f64>,
+}
+
+impl RecordingReading {
+    /// The columns of the signals: as asked for, else as the calibration found them.
+    ///
+    /// # Errors
+    /// Neither says it, or their number is not that of the outputs.
+    pub fn signals(&self, calibration: &AnyCalibration) -> Result<Vec<ColumnRef>> {
+        let (outputs, known) = match calibration {
+            AnyCalibration::FrequencyResponse(file) => (file.outputs.clone(), file.columns.clone()),
+            AnyCalibration::Triaxial(file) => (
+                ["x", "y", "z"].map(str::to_owned).to_vec(),
+                file.columns.as_ref().map(|c| c.to_vec()),
+            ),
+            _ => return Err(Trouble::request("a calibration of an unknown kind")),
+        };
+        let names = outputs.join(",").to_uppercase();
+        match self.columns.clone().or(known) {
+            Some(columns) if columns.len() == outputs.len() => Ok(columns),
+            Some(columns) => Err(Trouble::request(format!(
+                "the calibration has {} outputs, {} columns are named",
+                outputs.len(),
+                columns.len()
+            ))
+            .with_hint(format!("add --columns {names}"))),
+            None => Err(Trouble::request(format!(
+                "the calibration does not say which columns {} are",
+                match outputs.as_slice() {
+                    [one] => one.clone(),
+                    [rest @ .., last] => format!("{} and {last}", rest.join(", ")),
+                    [] => "the outputs".to_owned(),
+                }
+            ))
+            .with_hint(format!("add --columns {names}"))),
+        }
+    }
+
+    /// Everything a reader of a whole recording needs.
+    ///
+    /// # Errors
+    /// As [`RecordingReading::signals`].
+    pub fn options(&self, calibration: &CalibrationFile) -> Result<RecordingOptions> {
+        Ok(self.reading_of(self.signals(&calibration.clone().into())?))
+    }
+
+    /// The same without a calibration: x, y and z must be named.
+    ///
+    /// # Errors
+    /// They are not, or not three.
+    pub fn options_alone(&self) -> Result<RecordingOptions> {
+        match &self.columns {
+            Some(columns) if columns.len() == 3 => Ok(self.reading_of(columns.clone())),
+            _ => Err(
+                Trouble::request("which columns are x, y and z is not known")
+                    .with_hint("add --columns X,Y,Z"),
+            ),
+        }
+    }
+
+    fn reading_of(&self, columns: Vec<ColumnRef>) -> RecordingOptions {
+        RecordingOptions {
+            layout: LayoutOptions::default(),
+            columns,
+            time: self.time.clone(),
+            time_unit: self.time_unit,
+            sampling_rate_hz: self.rate,
+            unit: self.unit,
+            ..RecordingOptions::default()
+        }
+    }
+
+    /// The one unit of three columns: that of their headings, else the one that is given.
+    ///
+    /// # Errors
+    /// Units that differ, or that nobody states.
+    pub fn common_unit(&self, columns: [&Column; 3]) -> Result<Unit> {
+        let mut common = self.unit;
+        for column in columns {
+            match (column.unit, common) {
+                (Some(own), Some(unit)) if own != unit => {
+                    return Err(Trouble::request(format!(
+                        "column {:?} is in {own}, not in {unit}",
+                        column.name
+                    ))
+                    .with_hint("x, y and z need one unit; remove --unit, or correct the heading"));
+                }
+                (Some(own), _) => common = Some(own),
+                (None, _) => {}
+            }
+        }
+        common.ok_or_else(|| {
+            Trouble::request("the unit of the outputs is not known")
+                .with_hint("add --unit, such as --unit mg")
+        })
+    }
+
+    /// Factor from the unit of a column to the input unit of the calibration, or why there is none.
+    ///
+    /// `heading` is the unit that stands in the heading of the column.
+    ///
+    /// # Errors
+    /// Units that contradict each other or the calibration, or one that nobody states.
+    pub fn factor(&self, wanted: Unit, name: &str, heading: Option<Unit>) -> Result<f64> {
+        let unit = match (heading, self.unit) {
+            (Some(heading), Some(given)) if heading != given => {
+                return Err(Trouble::request(format!(
+                    "column {name:?} is in {heading} by its heading, in {given} by --unit"
+                ))
+                .with_hint("remove --unit, or correct the heading"));
+            }
+            (Some(unit), _) | (None, Some(unit)) => unit,
+            (None, None) => {
+                return Err(Trouble::request(format!("the unit of column {name:?} is not known"))
+                    .with_hint(format!(
+                        "the calibration takes {wanted}: add --unit {} if that is what it holds",
+                        wanted.ascii()
+                    )));
+            }
+        };
+        let (si, factor) = unit.si();
+        if si == wanted {
+            return Ok(factor);
+        }
+        Err(Trouble::request(format!(
+            "column {name:?} is in {unit}, the calibration takes {wanted}"
+        ))
+        .with_hint("name the columns of the uncompensated outputs with --columns X,Y,Z, or calibrate in this unit"))
+    }
+}
