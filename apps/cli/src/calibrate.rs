@@ -1,16 +1,10 @@
 //! `proofmass calibrate`: any campaign, its kind read from it.
 
-mod free_living;
-mod multi_position;
-mod shaker_single;
-mod shaker_triaxial;
-mod spurious_motion;
-
+use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::draft_arguments::DraftArguments;
-use crate::{Failure, Outcome};
-use proofmass::io::OutputFolder;
-use proofmass::jobs::campaign::{Campaign, CampaignFile};
+use crate::{Failure, Outcome, clock};
+use proofmass::jobs::campaign::Campaign;
 use std::path::PathBuf;
 
 /// Calibrate a sensor from a campaign folder, or from one recording with standstills.
@@ -34,16 +28,6 @@ pub(crate) struct Calibrate {
 }
 
 impl Calibrate {
-    /// Begins the folder of results, by default beside the campaign.
-    fn begin(&self, kind: &str, campaign: &CampaignFile) -> Result<OutputFolder, Failure> {
-        let place = self.delivery.output.clone();
-        self.delivery.begin_at(
-            place.unwrap_or_else(|| campaign.resolve("result")),
-            kind,
-            &[&campaign.path],
-        )
-    }
-
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
         let recording = self.campaign.is_file()
             && self
@@ -65,16 +49,13 @@ impl Calibrate {
                 false => Campaign::open(&self.campaign)?,
             }
         };
-        match campaign {
-            Campaign::MultiPosition(campaign) => multi_position::run(&self, &campaign),
-            Campaign::FreeLiving(campaign) => free_living::run(&self, &campaign),
-            Campaign::ShakerTriaxial(campaign) => shaker_triaxial::run(&self, &campaign),
-            Campaign::ShakerSingle(campaign) => shaker_single::run(&self, &campaign),
-            Campaign::SpuriousMotion(campaign) => spurious_motion::run(&self, &campaign),
-            other => Err(Failure::new(format!(
-                "campaigns of kind `{}` cannot be calibrated yet",
-                other.kind()
-            ))),
-        }
+        let source = campaign.source();
+        let place = self.delivery.output.clone();
+        let place = place.unwrap_or_else(|| source.resolve("result"));
+        let folder = self
+            .delivery
+            .begin_at(place, campaign.kind(), &[&source.path])?;
+        let result = campaign.evaluate(Some(clock::today()), &Progress::new())?;
+        self.delivery.deliver(Some(folder), result.as_ref())
     }
 }

@@ -76,19 +76,6 @@ pub(crate) fn needs_decision(findings: &[Finding]) -> bool {
     findings.iter().any(|f| f.severity() == Severity::Decision)
 }
 
-/// A bar on standard error that appears after a second, and only where a person looks at it.
-pub(crate) fn progress(total: u64, what: &str) -> ProgressBar {
-    if !std::io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr());
-    let style = ProgressStyle::with_template("{msg} [{wide_bar}] {pos}/{len} {eta}");
-    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-    bar.set_message(what.to_owned());
-    bar.enable_steady_tick(Duration::from_millis(500));
-    bar
-}
-
 /// What a person sees of a long calculation: a line on standard error that appears after a second. Where no terminal
 /// shows it, one sentence tells how long a stage of more than a minute will take.
 pub(crate) struct Progress {

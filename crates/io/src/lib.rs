@@ -98,4 +98,4 @@ pub use verification::{
     Fate, Link, PROVENANCE_SCHEMA, PROVENANCE_VERSION, Provenance, Verification, Vouching,
 };
 pub use vtu::{VtuField, vtu};
-pub use waveform::{Waveform, WaveformFormat, WaveformOptions, write_f32};
+pub use waveform::{Waveform, WaveformFormat, WaveformOptions, f32_bytes, write_f32};

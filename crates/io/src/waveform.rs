@@ -270,6 +270,17 @@ impl Waveform {
 /// # Errors
 /// Channels of different length, a value that is not finite, a disk that refuses.
 pub fn write_f32(path: &Path, channels: &[&[f64]]) -> Result<()> {
+    let bytes = f32_bytes(channels).map_err(|e| e.at(path))?;
+    let mut file = AtomicFile::create(path, &[])?;
+    file.write_all(&bytes)?;
+    file.commit()
+}
+
+/// The bytes of channels of volts as raw little-endian 32-bit floats, side by side.
+///
+/// # Errors
+/// Channels of different length, a value that is not finite.
+pub fn f32_bytes(channels: &[&[f64]]) -> Result<Vec<u8>> {
     let samples = channels.first().map_or(0, |c| c.len());
     if let Some(other) = channels.iter().find(|c| c.len() != samples) {
         return Err(Error::new(
@@ -278,8 +289,7 @@ pub fn write_f32(path: &Path, channels: &[&[f64]]) -> Result<()> {
                 "a channel has {} samples, the first has {samples}",
                 other.len()
             ),
-        )
-        .at(path));
+        ));
     }
     let mut bytes = Vec::with_capacity(4 * samples * channels.len());
     for i in 0..samples {
@@ -289,15 +299,12 @@ pub fn write_f32(path: &Path, channels: &[&[f64]]) -> Result<()> {
                 return Err(Error::new(
                     ErrorKind::Output,
                     format!("sample {i} is {value} and may not be written"),
-                )
-                .at(path));
+                ));
             }
             bytes.extend_from_slice(&value.to_le_bytes());
         }
     }
-    let mut file = AtomicFile::create(path, &[])?;
-    file.write_all(&bytes)?;
-    file.commit()
+    Ok(bytes)
 }
 
 /// Most bytes of a recording that has to be held whole; a WAV file cannot be larger.

@@ -5,7 +5,7 @@ use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use crate::{
     apply, free_living, modes, multi_position, noise, plan, shaker_single, shaker_triaxial,
-    spurious_motion, temperature, uncertainty, validation, velocity,
+    simulate, spurious_motion, temperature, uncertainty, validation, velocity,
 };
 use proofmass_io::{ResultDocument, StatedQuantity};
 use proofmass_report::Report;
@@ -85,6 +85,7 @@ fn readers() -> Vec<(&'static str, Reader)> {
         reader::<validation::ValidationOutcome>(),
         reader::<apply::ApplyOutcome>(),
         reader::<temperature::TemperatureOutcome>(),
+        reader::<simulate::SimulateOutcome>(),
         reader::<shaker_triaxial::ShakerTriaxialOutcome>(),
         reader::<shaker_single::ShakerSingleOutcome>(),
         reader::<spurious_motion::SpuriousMotionOutcome>(),

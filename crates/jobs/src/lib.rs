@@ -6,6 +6,7 @@
 //! What belongs to the caller comes as an argument: the date in a [`Record`], progress and cancellation as a
 //! [`Watch`], files as a [`Store`].
 
+mod any_job;
 mod any_result;
 pub mod apply;
 mod block_clock;
@@ -23,6 +24,7 @@ mod record;
 mod recording;
 pub mod shaker_single;
 pub mod shaker_triaxial;
+pub mod simulate;
 pub mod spurious_motion;
 mod store;
 pub mod temperature;
@@ -31,10 +33,11 @@ pub mod uncertainty;
 pub mod validation;
 pub mod velocity;
 
+pub use any_job::{AnyData, AnyJob};
 pub use any_result::{AnyResult, read_result};
 pub use outcome::{CALIBRATION, Filed, Job, Outcome, REPORT, RESULT, section};
 pub use proofmass_core::{Unwatched, Watch};
 pub use record::Record;
 pub use recording::RecordingReading;
-pub use store::{Folder, Memory, Store};
+pub use store::{Folder, Gathered, Memory, Sink, Store};
 pub use trouble::{Result, Trouble, TroubleKind};

@@ -1,8 +1,9 @@
 //! Where the files of a job stand: a folder, memory, later an archive or an object store.
 
-use proofmass_io::{Error, ErrorKind, Result, Source};
+use proofmass_io::{Error, ErrorKind, OutputFolder, Result, Source};
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
+use std::sync::Mutex;
 
 /// Files by name. Names are those of the campaign, relative to it, with `/` between folders.
 pub trait Store: Send + Sync {
@@ -18,6 +19,52 @@ pub trait Store: Send + Sync {
     /// The name of a file as it stands in messages and in lists of inputs.
     fn describe(&self, name: &str) -> PathBuf {
         PathBuf::from(name)
+    }
+}
+
+/// Where files go one by one, from whatever thread.
+pub trait Sink: Send + Sync {
+    /// Writes a file.
+    ///
+    /// # Errors
+    /// A name that cannot be, a disk that refuses.
+    fn write(&self, name: &str, bytes: Vec<u8>) -> Result<()>;
+}
+
+impl Sink for OutputFolder {
+    fn write(&self, name: &str, bytes: Vec<u8>) -> Result<()> {
+        OutputFolder::write(self, name, bytes)
+    }
+}
+
+/// Files that were written into memory.
+#[derive(Debug, Default)]
+pub struct Gathered {
+    files: Mutex<BTreeMap<String, Vec<u8>>>,
+}
+
+impl Gathered {
+    /// The files, to be read.
+    pub fn into_memory(self) -> Memory {
+        Memory {
+            files: self.files.into_inner().unwrap_or_default(),
+        }
+    }
+}
+
+impl Sink for Gathered {
+    fn write(&self, name: &str, bytes: Vec<u8>) -> Result<()> {
+        match self.files.lock() {
+            Ok(mut files) => {
+                files.insert(name.to_owned(), bytes);
+                Ok(())
+            }
+            Err(_) => Err(Error::new(
+                ErrorKind::Output,
+                "a writer of another thread ended while it wrote",
+            )
+            .at(Path::new(name))),
+        }
     }
 }
 

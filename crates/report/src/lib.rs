@@ -34,6 +34,7 @@ mod number;
 mod plan;
 pub mod plot;
 mod shaker;
+mod simulation;
 mod single_axis;
 mod spurious;
 mod subscript;
@@ -56,6 +57,7 @@ pub use plot::{
     SpherePlot, SpherePoint, XyPlot,
 };
 pub use shaker::ShakerReport;
+pub use simulation::SimulationReport;
 pub use single_axis::SingleAxisReport;
 pub use spurious::SpuriousReport;
 pub use temperature::TemperatureReport;

@@ -5,6 +5,7 @@ use super::{FrequencyResponse, complex_matrix};
 use num_complex::Complex64;
 use proofmass_core::Error;
 use serde::{Deserialize, Serialize};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// What a compensation over a band states about itself. Every number is relative to the acceleration.
 ///
@@ -34,6 +35,8 @@ pub struct CompensationError {
 
 /// Probability of the expanded uncertainty.
 const PROBABILITY: f64 = 0.95;
+/// Coverage factor of a normal distribution for it.
+const NORMAL: f64 = 1.959_963_984_540_054;
 
 /// Points of the response, ready to judge compensations H(f): axes × outputs.
 pub(super) struct Judge<'a> {
@@ -66,7 +69,7 @@ impl<'a> Judge<'a> {
                 .iter()
                 .filter(|q| q.standard_uncertainty > 0.03 * largest)
                 .map(|q| q.coverage_factor(PROBABILITY))
-                .fold(1.96, f64::max)
+                .fold(NORMAL, f64::max)
         });
         Ok(Self {
             interpolation: Interpolation::new(response),
@@ -96,29 +99,40 @@ impl<'a> Judge<'a> {
         complex_matrix::spectral_norm(&e, n)
     }
 
-    /// How well it is known: k √(Σ var (H δK)), which no direction exceeds, and the error of the interpolation.
+    /// How well it is known: the 95 % quantile of ‖H δK‖ (Frobenius norm, which no direction exceeds), and the error of
+    /// the interpolation.
+    ///
+    /// ‖H δK‖² is a sum of χ² with the eigenvalues λ of its covariance as weights, taken as (Σλ²/Σλ) χ²_ν with
+    /// ν = (Σλ)²/Σλ².
+    ///
+    /// **Source** `[Satterthwaite1946]`.
     fn doubt(&self, f: f64, h: &[Complex64]) -> Result<(f64, f64), Error> {
         let n = self.axes();
-        let c = self.interpolation.covariance(f)?;
-        let mut variance = 0.0;
-        for i in 0..n {
-            for j in 0..n {
-                for (o, p) in (0..n).flat_map(|o| (0..n).map(move |p| (o, p))) {
-                    let (x, y) = (2 * (o * n + j), 2 * (p * n + j));
-                    // E[δK_oj conj δK_pj].
-                    let moment = Complex64::new(
-                        c[(x, y)] + c[(x + 1, y + 1)],
-                        c[(x + 1, y)] - c[(x, y + 1)],
-                    );
-                    variance += (h[i * n + o] * h[i * n + p].conj() * moment).re;
-                }
-            }
+        let reals = 2 * n * n;
+        let mut jacobian = vec![0.0; reals * reals];
+        for (i, j, o) in
+            (0..n).flat_map(|i| (0..n).flat_map(move |j| (0..n).map(move |o| (i, j, o))))
+        {
+            let (row, column) = (2 * (i * n + j), 2 * (o * n + j));
+            let h = h[i * n + o];
+            jacobian[row * reals + column] = h.re;
+            jacobian[row * reals + column + 1] = -h.im;
+            jacobian[(row + 1) * reals + column] = h.im;
+            jacobian[(row + 1) * reals + column + 1] = h.re;
         }
+        let c = self.interpolation.covariance(f)?.propagate(&jacobian)?;
+        let trace: f64 = (0..reals).map(|i| c[(i, i)]).sum();
+        let squares: f64 = c.elements().iter().map(|v| v * v).sum();
+        let quantile = match ChiSquared::new(trace * trace / squares) {
+            Ok(chi) => squares / trace * chi.inverse_cdf(PROBABILITY),
+            // Nothing is uncertain.
+            Err(_) => 0.0,
+        };
         let (first, second) = self.interpolation.neighbours(f);
         let coverage = self.coverage[first].max(self.coverage[second]);
         let between = self.errors.as_ref().and_then(|e| e.get(first));
         Ok((
-            coverage * variance.max(0.0).sqrt(),
+            coverage / NORMAL * quantile.sqrt(),
             between.copied().unwrap_or(0.0),
         ))
     }

@@ -1,48 +1,61 @@
 //! A triaxial campaign on the shaker, with its truth.
 
-use super::bench_arguments::BenchArguments;
-use super::fault::{Chosen, Practice};
-use super::hand_over;
-use crate::{Failure, Outcome, console};
-use proofmass::calibration::shaker::geometry::{self, Configuration};
-use proofmass::calibration::shaker::plan::best;
-use proofmass::calibration::shaker::spurious::{Repeats, ratio_from_velocity, table};
-use proofmass::io::{Cell, OutputFolder, Table, write_f32};
-use proofmass::jobs::campaign::SpuriousFile;
-use proofmass::rig::bench::Bench;
-use proofmass::rig::bench::laboratory::{Laboratory, PreparedRun, Setup, Truth, Unreached};
-use proofmass::rig::bench::waveform::Acquisition;
+use super::Desk;
+use super::fault::{Practice, PracticeFault};
+use crate::campaign::SpuriousFile;
+use crate::trouble::{Result, Trouble};
+use proofmass_calibration::shaker::geometry::{self, Configuration};
+use proofmass_calibration::shaker::plan::best;
+use proofmass_calibration::shaker::spurious::{Repeats, ratio_from_velocity, table};
+use proofmass_io::{Cell, Table, f32_bytes};
+use proofmass_rig::bench::Bench;
+use proofmass_rig::bench::laboratory::{Laboratory, PreparedRun, Setup, Truth, Unreached};
+use proofmass_rig::bench::waveform::Acquisition;
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A triaxial accelerometer on wedges on a shaker: campaign.toml, runs.csv, one recording per run, reference.csv,
 /// spurious.csv, truth.json.
-#[derive(clap::Args)]
-pub(super) struct Shaker {
-    #[command(flatten)]
-    bench: BenchArguments,
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct SimulatedShaker {
+    /// The same seed makes the same campaign on every machine
+    pub seed: u64,
+    /// Drive frequencies, Hz
+    pub frequencies: Vec<f64>,
     /// Number of configurations: the best ones of the published 44
-    #[arg(long, default_value_t = 44, value_parser = clap::value_parser!(u32).range(3..=44))]
-    configurations: u32,
+    pub configurations: u32,
     /// Duration of a recording, s
-    #[arg(long, default_value_t = 2.0)]
-    duration: f64,
+    pub duration: f64,
     /// Sampling rate, Hz
-    #[arg(long, default_value_t = 51_200.0)]
-    sampling_rate: f64,
+    pub sampling_rate: f64,
     /// Write phasors into runs.csv instead of recordings
-    #[arg(long)]
-    phasors: bool,
+    pub phasors: bool,
     /// A table and wedges that move along the excitation alone
-    #[arg(long)]
-    ideal_table: bool,
+    pub ideal_table: bool,
     /// Repeats of every vibrometer reading
-    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(2..=1000))]
-    repeats: u32,
+    pub repeats: u32,
     /// Something that goes wrong, for practice: swapped-cables, inverted-channel, clipped, wrong-frequency,
     /// wrong-mounting, missing-run, double-run; in the run in the middle, or in run 17 with `swapped-cables:17`
-    #[arg(long, value_name = "FAULT[:RUN]")]
-    fault: Vec<Chosen>,
+    pub fault: Vec<PracticeFault>,
+}
+
+impl Default for SimulatedShaker {
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            frequencies: vec![5.0, 10.0, 20.0, 40.0, 80.0, 160.0, 315.0, 630.0, 1000.0],
+            configurations: 44,
+            duration: 2.0,
+            sampling_rate: 51_200.0,
+            phasors: false,
+            ideal_table: false,
+            repeats: 10,
+            fault: Vec::new(),
+        }
+    }
 }
 
 #[derive(Serialize)]
@@ -59,16 +72,15 @@ struct TruthFile {
     truth: Truth,
 }
 
-impl Shaker {
-    pub(super) fn run(self) -> Result<Outcome, Failure> {
+impl SimulatedShaker {
+    pub(super) fn simulate(&self, desk: &Desk<'_>) -> Result<serde_json::Value> {
         let faults = self.check()?;
-        let folder = OutputFolder::create(&self.bench.output, false)?;
         let laboratory = self.laboratory();
         let plan = self.plan()?;
-        let setup = laboratory.set_up(&plan, &self.bench.frequencies, self.bench.seed);
+        let setup = laboratory.set_up(&plan, &self.frequencies, self.seed);
         let digits = setup.len().to_string().len();
         let name = |run: usize| format!("run-{:0digits$}", run + 1);
-        let bar = console::progress(setup.len() as u64, "runs");
+        let done = AtomicU64::new(0);
         // Each run is prepared, recorded and written before its samples are let go.
         let prepared: Vec<PreparedRun> = (0..setup.len())
             .into_par_iter()
@@ -80,27 +92,19 @@ impl Shaker {
                 if !self.phasors {
                     let samples = setup.record(run, &prepared);
                     let views: [&[f64]; 4] = std::array::from_fn(|k| samples[k].as_slice());
-                    write_f32(&folder.file(&format!("{}.f32", name(run))), &views)?;
+                    desk.write(&format!("{}.f32", name(run)), f32_bytes(&views)?)?;
                 }
-                bar.inc(1);
+                let done = 1 + done.fetch_add(1, Ordering::Relaxed);
+                desk.watch.step("runs", done, setup.len() as u64)?;
                 Ok(prepared)
             })
-            .collect::<Result<_, Failure>>()?;
-        bar.finish_and_clear();
-        folder.write("runs.csv", self.runs(&prepared, &name, &faults)?.to_csv()?)?;
-        folder.write(
-            "reference.csv",
-            reference(&laboratory, &self.bench.frequencies)?,
-        )?;
+            .collect::<Result<_>>()?;
+        desk.write("runs.csv", self.runs(&prepared, &name, &faults)?.to_csv()?)?;
+        desk.write("reference.csv", reference(&laboratory, &self.frequencies)?)?;
         if laboratory.bench.wedge.is_some() {
-            folder.write(
+            desk.write(
                 "spurious.csv",
-                spurious(
-                    &setup,
-                    &plan,
-                    &self.bench.frequencies,
-                    self.repeats as usize,
-                )?,
+                spurious(&setup, &plan, &self.frequencies, self.repeats as usize)?,
             )?;
         }
         let truth = TruthFile {
@@ -114,52 +118,55 @@ impl Shaker {
                 .collect(),
             truth: setup.truth(),
         };
-        hand_over(folder, self.campaign(&laboratory), &truth)
+        desk.write("campaign.toml", self.campaign(&laboratory).into_bytes())?;
+        desk.truth(&truth)
     }
 
     /// Numbers that can be simulated; the faults with the index of their run.
-    fn check(&self) -> Result<Vec<(Practice, usize)>, Failure> {
+    fn check(&self) -> Result<Vec<(Practice, usize)>> {
         for (name, value, low, high) in [
-            ("--duration", self.duration, 0.01, 600.0),
-            ("--sampling-rate", self.sampling_rate, 100.0, 1e6),
+            ("duration", self.duration, 0.01, 600.0),
+            ("sampling rate", self.sampling_rate, 100.0, 1e6),
+            ("configurations", f64::from(self.configurations), 3.0, 44.0),
+            ("repeats", f64::from(self.repeats), 2.0, 1000.0),
         ] {
             if !(low..=high).contains(&value) {
-                return Err(Failure::new(format!("{name} {value} is out of range"))
-                    .hint(format!("from {low} to {high}")));
+                return Err(Trouble::request(format!("{name} {value} is out of range"))
+                    .with_hint(format!("from {low} to {high}")));
             }
         }
         let highest = 0.5 * self.sampling_rate;
-        for (i, &f) in self.bench.frequencies.iter().enumerate() {
+        for (i, &f) in self.frequencies.iter().enumerate() {
             // The certificate and the models of the bench reach this far.
             if !(1.0..=10e3).contains(&f) || f >= highest {
-                return Err(Failure::new(format!("{f} Hz cannot be simulated"))
-                    .hint("from 1 Hz to 10 kHz, below half the sampling rate"));
+                return Err(Trouble::request(format!("{f} Hz cannot be simulated"))
+                    .with_hint("from 1 Hz to 10 kHz, below half the sampling rate"));
             }
-            if self.bench.frequencies[..i].contains(&f) {
-                return Err(Failure::new(format!("{f} Hz is given twice")));
+            if self.frequencies[..i].contains(&f) {
+                return Err(Trouble::request(format!("{f} Hz is given twice")));
             }
             if !self.phasors && f * self.duration < 2.0 {
-                return Err(Failure::new(format!(
+                return Err(Trouble::request(format!(
                     "{} s hold less than two periods of {f} Hz",
                     self.duration
                 ))
-                .hint("raise --duration"));
+                .with_hint("raise the duration"));
             }
         }
-        let count = self.bench.frequencies.len() * self.configurations as usize;
+        let count = self.frequencies.len() * self.configurations as usize;
         self.fault
             .iter()
             .map(|chosen| {
                 let run = chosen.run.map_or(count / 2, |number| number - 1);
                 if run >= count {
-                    return Err(Failure::new(format!(
+                    return Err(Trouble::request(format!(
                         "there is no run {}, the campaign has {count}",
                         run + 1
                     )));
                 }
                 if self.phasors && chosen.practice.needs_samples() {
-                    return Err(Failure::new("this fault shows in recordings only")
-                        .hint("leave out --phasors"));
+                    return Err(Trouble::request("this fault shows in recordings only")
+                        .with_hint("write recordings, not phasors"));
                 }
                 Ok((chosen.practice, run))
             })
@@ -183,10 +190,10 @@ impl Shaker {
     }
 
     /// Inclinations and rotations in degrees.
-    fn plan(&self) -> Result<Vec<(f64, f64)>, Failure> {
+    fn plan(&self) -> Result<Vec<(f64, f64)>> {
         let all = geometry::published_plan();
         let chosen = best(&all, self.configurations as usize)
-            .map_err(|e| Failure::new(format!("no plan of that size: {e}")))?;
+            .map_err(|e| Trouble::request(format!("no plan of that size: {e}")))?;
         let degrees = |c: &Configuration| {
             let round = |a: f64| (a.to_degrees() * 1e6).round() * 1e-6;
             (round(c.inclination), round(c.rotation))
@@ -199,7 +206,7 @@ impl Shaker {
         prepared: &[PreparedRun],
         name: &dyn Fn(usize) -> String,
         faults: &[(Practice, usize)],
-    ) -> Result<Table, Failure> {
+    ) -> Result<Table> {
         let mut columns: Vec<String> = [
             "run",
             "frequency_Hz",
@@ -305,7 +312,7 @@ sensitivity = 10.2
 tolerance = 1.02
 unit = "mV/(m/s²)"
 {budget}"#,
-            seed = self.bench.seed,
+            seed = self.seed,
             budget = budget(bench),
         )
     }
@@ -378,15 +385,15 @@ fn budget(bench: &Bench) -> String {
     .collect()
 }
 
-fn unreached(u: Unreached) -> Failure {
-    Failure::new(format!(
+fn unreached(u: Unreached) -> Trouble {
+    Trouble::request(format!(
         "the shaker does not reach {} m/s² at {} Hz",
         u.target, u.frequency
     ))
 }
 
 /// The certificate: nominal sensitivities with their expanded uncertainties (k = 2).
-fn reference(laboratory: &Laboratory, frequencies: &[f64]) -> Result<Vec<u8>, Failure> {
+fn reference(laboratory: &Laboratory, frequencies: &[f64]) -> Result<Vec<u8>> {
     let mut table = Table::new([
         "frequency_Hz",
         "sensitivity_mV/(m/s2)",
@@ -415,7 +422,7 @@ fn spurious(
     plan: &[(f64, f64)],
     frequencies: &[f64],
     repeats: usize,
-) -> Result<Vec<u8>, Failure> {
+) -> Result<Vec<u8>> {
     let mut measured = vec![];
     for inclination in inclinations(plan) {
         for &frequency in frequencies {
@@ -434,7 +441,7 @@ fn spurious(
         }
     }
     let (table, _) = table(&measured)
-        .map_err(|e| Failure::new(format!("the spurious motion cannot be averaged: {e}")))?;
+        .map_err(|e| Trouble::request(format!("the spurious motion cannot be averaged: {e}")))?;
     Ok(SpuriousFile::table(&table)?.to_csv()?)
 }
 

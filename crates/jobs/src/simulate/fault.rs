@@ -1,12 +1,13 @@
 //! Faults to practise on.
 
-use proofmass::rig::bench::laboratory::Fault;
-use serde::Serialize;
+use proofmass_rig::bench::laboratory::Fault;
+use serde::{Deserialize, Serialize};
 
 /// What goes wrong on purpose.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub(super) enum Practice {
+#[non_exhaustive]
+pub enum Practice {
     /// Cables of x and y exchanged in one run
     SwappedCables,
     /// Output z inverted in one run
@@ -24,6 +25,30 @@ pub(super) enum Practice {
 }
 
 impl Practice {
+    /// Every fault.
+    pub const ALL: [Self; 7] = [
+        Self::SwappedCables,
+        Self::InvertedChannel,
+        Self::Clipped,
+        Self::WrongFrequency,
+        Self::WrongMounting,
+        Self::MissingRun,
+        Self::DoubleRun,
+    ];
+
+    /// Its name, as in JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::SwappedCables => "swapped-cables",
+            Self::InvertedChannel => "inverted-channel",
+            Self::Clipped => "clipped",
+            Self::WrongFrequency => "wrong-frequency",
+            Self::WrongMounting => "wrong-mounting",
+            Self::MissingRun => "missing-run",
+            Self::DoubleRun => "double-run",
+        }
+    }
+
     /// What happens on the bench; `None` for what happens to the table.
     pub(super) fn on_the_bench(self) -> Option<Fault> {
         match self {
@@ -42,18 +67,20 @@ impl Practice {
     }
 }
 
-/// A fault and the number of its run, `swapped-cables:17`; without a number the run in the middle.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Chosen {
-    pub(super) practice: Practice,
-    pub(super) run: Option<usize>,
+/// A fault and the number of its run, as text `swapped-cables:17`; without a number the run in the middle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PracticeFault {
+    /// What goes wrong.
+    pub practice: Practice,
+    /// In which run, from one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub run: Option<usize>,
 }
 
-impl std::str::FromStr for Chosen {
+impl std::str::FromStr for PracticeFault {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        use clap::ValueEnum;
         let (name, run) = match text.split_once(':') {
             Some((name, number)) => match number.parse::<usize>() {
                 Ok(n) if n > 0 => (name, Some(n)),
@@ -61,11 +88,9 @@ impl std::str::FromStr for Chosen {
             },
             None => (text, None),
         };
-        let practice = Practice::from_str(name, false).map_err(|_| {
-            let names: Vec<String> = Practice::value_variants()
-                .iter()
-                .filter_map(|p| Some(p.to_possible_value()?.get_name().to_owned()))
-                .collect();
+        let found = Practice::ALL.iter().find(|p| p.name() == name);
+        let practice = *found.ok_or_else(|| {
+            let names: Vec<&str> = Practice::ALL.iter().map(|p| p.name()).collect();
             format!("there is no fault `{name}`; known: {}", names.join(", "))
         })?;
         Ok(Self { practice, run })

@@ -1,26 +1,38 @@
 //! A measurement of the spurious motion, with its truth.
 
-use super::bench_arguments::BenchArguments;
-use super::hand_over;
-use super::shaker::inclinations;
-use crate::{Failure, Outcome};
-use proofmass::io::{Cell, OutputFolder, Table};
-use proofmass::rig::bench::laboratory::Laboratory;
-use proofmass::rig::bench::{Vibrometer, published_plan, target_amplitude};
-use serde::Serialize;
+use super::Desk;
+use super::shaker::{SimulatedShaker, inclinations};
+use crate::trouble::{Result, Trouble};
+use proofmass_io::{Cell, Table};
+use proofmass_rig::bench::laboratory::Laboratory;
+use proofmass_rig::bench::{Vibrometer, published_plan, target_amplitude};
+use serde::{Deserialize, Serialize};
 
 /// A vibrometer along the three axes of the table, wedge by wedge: campaign.toml, runs.csv with the phasors of every
 /// repeat, truth.json.
-#[derive(clap::Args)]
-pub(super) struct SpuriousMotion {
-    #[command(flatten)]
-    bench: BenchArguments,
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct SimulatedSpuriousMotion {
+    /// The same seed makes the same campaign on every machine
+    pub seed: u64,
+    /// Drive frequencies, Hz
+    pub frequencies: Vec<f64>,
     /// Repeats of every reading
-    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(2..=1000))]
-    repeats: u32,
+    pub repeats: u32,
     /// The samples of the vibrometer do not share the clock of the reference
-    #[arg(long)]
-    no_common_clock: bool,
+    pub no_common_clock: bool,
+}
+
+impl Default for SimulatedSpuriousMotion {
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            frequencies: SimulatedShaker::default().frequencies,
+            repeats: 10,
+            no_common_clock: false,
+        }
+    }
 }
 
 #[derive(Serialize)]
@@ -39,19 +51,18 @@ struct TruthFile {
     ratios: Vec<Ratio>,
 }
 
-impl SpuriousMotion {
-    pub(super) fn run(self) -> Result<Outcome, Failure> {
-        if let Some(f) = self
-            .bench
-            .frequencies
-            .iter()
-            .find(|f| !(1.0..=10e3).contains(*f))
-        {
+impl SimulatedSpuriousMotion {
+    pub(super) fn simulate(&self, desk: &Desk<'_>) -> Result<serde_json::Value> {
+        if !(2..=1000).contains(&self.repeats) {
             return Err(
-                Failure::new(format!("{f} Hz cannot be simulated")).hint("from 1 Hz to 10 kHz")
+                Trouble::request(format!("{} repeats cannot be simulated", self.repeats))
+                    .with_hint("from 2 to 1000"),
             );
         }
-        let folder = OutputFolder::create(&self.bench.output, false)?;
+        if let Some(f) = self.frequencies.iter().find(|f| !(1.0..=10e3).contains(*f)) {
+            return Err(Trouble::request(format!("{f} Hz cannot be simulated"))
+                .with_hint("from 1 Hz to 10 kHz"));
+        }
         let standard = Laboratory::default();
         let laboratory = Laboratory {
             vibrometer: Vibrometer {
@@ -61,7 +72,7 @@ impl SpuriousMotion {
             ..standard
         };
         let plan = published_plan();
-        let setup = laboratory.set_up(&plan, &self.bench.frequencies, self.bench.seed);
+        let setup = laboratory.set_up(&plan, &self.frequencies, self.seed);
         let mut table = Table::new([
             "run",
             "frequency_Hz",
@@ -75,7 +86,7 @@ impl SpuriousMotion {
         let mut ratios = vec![];
         let mut number = 0;
         for inclination in inclinations(&plan) {
-            for &frequency in &self.bench.frequencies {
+            for &frequency in &self.frequencies {
                 if let Some(wedge) = &laboratory.bench.wedge {
                     let ratio = wedge.ratio(inclination, frequency);
                     ratios.push(Ratio {
@@ -104,12 +115,13 @@ impl SpuriousMotion {
         }
         let truth = TruthFile {
             scenario: "spurious-motion",
-            seed: self.bench.seed,
+            seed: self.seed,
             common_clock: !self.no_common_clock,
             ratios,
         };
-        folder.write("runs.csv", table.to_csv()?)?;
-        hand_over(folder, campaign(self.bench.seed), &truth)
+        desk.write("runs.csv", table.to_csv()?)?;
+        desk.write("campaign.toml", campaign(self.seed).into_bytes())?;
+        desk.truth(&truth)
     }
 }
 

@@ -1,30 +1,35 @@
 //! A recording turned by hand, with its truth.
 
-use super::hand_over;
-use crate::{Failure, Outcome};
-use proofmass::io::{OutputFolder, Table};
-use proofmass::rig::HandHeld;
-use serde::Serialize;
-use std::path::PathBuf;
+use super::Desk;
+use crate::trouble::{Result, Trouble};
+use proofmass_io::Table;
+use proofmass_rig::HandHeld;
+use serde::{Deserialize, Serialize};
 
 /// A triaxial accelerometer turned by hand from rest to rest: campaign.toml, recording.csv, truth.json.
-#[derive(clap::Args)]
-pub(super) struct MultiPosition {
-    /// Folder for the campaign
-    #[arg(short, long, value_name = "FOLDER")]
-    output: PathBuf,
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct SimulatedMultiPosition {
     /// The same seed makes the same recording on every machine
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
+    pub seed: u64,
     /// Number of standstills
-    #[arg(long, default_value_t = 24, value_parser = clap::value_parser!(u32).range(1..=1000))]
-    standstills: u32,
+    pub standstills: u32,
     /// Noise of one sample, counts
-    #[arg(long, default_value_t = 4.0)]
-    noise: f64,
+    pub noise: f64,
     /// Wander between standstills, m/s²
-    #[arg(long, default_value_t = 0.001)]
-    wander: f64,
+    pub wander: f64,
+}
+
+impl Default for SimulatedMultiPosition {
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            standstills: 24,
+            noise: 4.0,
+            wander: 0.001,
+        }
+    }
 }
 
 /// The truth beside a simulated recording.
@@ -38,20 +43,26 @@ struct Truth {
     gravity_m_per_s2: f64,
     noise_count: f64,
     wander_m_per_s2: f64,
-    standstills: Vec<proofmass::rig::Rest>,
+    standstills: Vec<proofmass_rig::Rest>,
 }
 
-impl MultiPosition {
-    pub(super) fn run(self) -> Result<Outcome, Failure> {
-        for (name, value) in [("--noise", self.noise), ("--wander", self.wander)] {
+impl SimulatedMultiPosition {
+    pub(super) fn simulate(&self, desk: &Desk<'_>) -> Result<serde_json::Value> {
+        if !(1..=1000).contains(&self.standstills) {
+            return Err(Trouble::request(format!(
+                "{} standstills cannot be simulated",
+                self.standstills
+            ))
+            .with_hint("from 1 to 1000"));
+        }
+        for (name, value) in [("noise", self.noise), ("wander", self.wander)] {
             if !(value.is_finite() && value >= 0.0) {
                 return Err(
-                    Failure::new(format!("{name} {value} is no standard deviation"))
-                        .hint("give a number from zero up"),
+                    Trouble::request(format!("{name} {value} is no standard deviation"))
+                        .with_hint("give a number from zero up"),
                 );
             }
         }
-        let folder = OutputFolder::create(&self.output, false)?;
         let rig = HandHeld {
             rests: self.standstills as usize,
             rest: 3.5,
@@ -77,8 +88,9 @@ impl MultiPosition {
             wander_m_per_s2: self.wander,
             standstills: recording.rests,
         };
-        folder.write("recording.csv", table.to_csv()?)?;
-        hand_over(folder, campaign(self.seed), &truth)
+        desk.write("recording.csv", table.to_csv()?)?;
+        desk.write("campaign.toml", campaign(self.seed).into_bytes())?;
+        desk.truth(&truth)
     }
 }
 

@@ -1,88 +1,86 @@
-//! `proofmass simulate axis`: a driven axis with an encoder and an accelerometer.
+//! A driven axis with an encoder and an accelerometer.
 
-use crate::{Failure, Outcome, console};
-use proofmass::io::{Cell, OutputFolder, Table};
-use proofmass::rig::{Axis as Rig, AxisAccelerometer, AxisEncoder, AxisMotion, AxisRecording};
-use serde::Serialize;
-use std::path::PathBuf;
+use super::Desk;
+use crate::trouble::{Result, Trouble};
+use proofmass_io::{Cell, Table};
+use proofmass_rig::{Axis as Rig, AxisAccelerometer, AxisEncoder, AxisMotion, AxisRecording};
+use serde::{Deserialize, Serialize};
 
 /// A driven axis with encoder and accelerometer: recording.csv, truth.csv, truth.json.
 ///
 /// The defaults are those of the reference experiment: 500 lines decoded fourfold at 0.3 m, 16 bits fitted to the
 /// signal, 1 kHz. The same seed makes the same recording on every machine.
-#[derive(clap::Args)]
-pub(super) struct Axis {
-    /// Folder for the recording
-    #[arg(short, long, value_name = "FOLDER")]
-    output: PathBuf,
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct SimulatedAxis {
     /// What the axis does
-    #[arg(long, value_enum, default_value = "oscillation")]
-    motion: Motion,
+    pub motion: SimulatedMotion,
     /// Frequency of the oscillation or of the motor's reference, Hz [default: 4 or 5]
-    #[arg(long, value_name = "HZ")]
-    frequency: Option<f64>,
+    pub frequency: Option<f64>,
     /// Duration, s
-    #[arg(long, default_value_t = 5.0)]
-    duration: f64,
+    pub duration: f64,
     /// Sampling rate, Hz
-    #[arg(long, default_value_t = 1000.0)]
-    rate: f64,
+    pub rate: f64,
     /// Lines of the encoder, decoded fourfold
-    #[arg(long, default_value_t = 500)]
-    lines: u32,
+    pub lines: u32,
     /// Radius at which the accelerometer sits, m
-    #[arg(long, default_value_t = 0.3)]
-    radius: f64,
+    pub radius: f64,
     /// A reading of the encoder at every n-th sample
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    every: usize,
+    pub every: usize,
     /// Probability that a reading of the encoder is missing
-    #[arg(long, default_value_t = 0.0)]
-    missing: f64,
+    pub missing: f64,
     /// Once-per-turn error of an eccentric disc, rad
-    #[arg(long, default_value_t = 0.0)]
-    eccentricity: f64,
+    pub eccentricity: f64,
     /// Bits of the counter, which rolls over [default: it never does]
-    #[arg(long, value_name = "BITS", value_parser = clap::value_parser!(u32).range(8..=32))]
-    counter_bits: Option<u32>,
+    pub counter_bits: Option<u32>,
     /// Noise of one sample of the accelerometer, m/s²
-    #[arg(long, default_value_t = 0.02)]
-    noise: f64,
+    pub noise: f64,
     /// Offset of the accelerometer as a share of the largest acceleration
-    #[arg(long, default_value_t = 0.0005, allow_negative_numbers = true)]
-    offset: f64,
+    pub offset: f64,
     /// Relative gain error of the accelerometer
-    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
-    gain_error: f64,
+    pub gain_error: f64,
     /// Inclination of the sensitive axis out of the horizontal, °
-    #[arg(
-        long,
-        value_name = "DEGREES",
-        default_value_t = 0.0,
-        allow_negative_numbers = true
-    )]
-    orientation: f64,
+    pub orientation: f64,
     /// Low corner of a piezoelectric accelerometer, Hz; 0 measures down to rest
-    #[arg(long, value_name = "HZ", default_value_t = 0.0)]
-    roll_off: f64,
+    pub roll_off: f64,
     /// Time by which the accelerometer is late, s
-    #[arg(
-        long,
-        value_name = "SECONDS",
-        default_value_t = 0.0,
-        allow_negative_numbers = true
-    )]
-    latency: f64,
+    pub latency: f64,
     /// Bits of the converter, 0 for none
-    #[arg(long, default_value_t = 16)]
-    bits: u32,
+    pub bits: u32,
     /// Seed of the noise
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
+    pub seed: u64,
 }
 
-#[derive(Clone, Copy, clap::ValueEnum)]
-enum Motion {
+impl Default for SimulatedAxis {
+    fn default() -> Self {
+        Self {
+            motion: SimulatedMotion::Oscillation,
+            frequency: None,
+            duration: 5.0,
+            rate: 1000.0,
+            lines: 500,
+            radius: 0.3,
+            every: 1,
+            missing: 0.0,
+            eccentricity: 0.0,
+            counter_bits: None,
+            noise: 0.02,
+            offset: 0.0005,
+            gain_error: 0.0,
+            orientation: 0.0,
+            roll_off: 0.0,
+            latency: 0.0,
+            bits: 16,
+            seed: 1,
+        }
+    }
+}
+
+/// What a simulated axis does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SimulatedMotion {
     /// A rod between springs, let go
     Oscillation,
     /// A motor under a position loop that follows a sine
@@ -106,13 +104,20 @@ struct Truth<'a> {
     converter_step_m_per_s2: f64,
 }
 
-impl Axis {
-    pub(super) fn run(self) -> Result<Outcome, Failure> {
+impl SimulatedAxis {
+    pub(super) fn simulate(&self, desk: &Desk<'_>) -> Result<serde_json::Value> {
+        if let Some(bits) = self.counter_bits
+            && !(8..=32).contains(&bits)
+        {
+            return Err(
+                Trouble::request(format!("a counter of {bits} bits cannot be simulated"))
+                    .with_hint("from 8 to 32"),
+            );
+        }
         let rig = self.rig()?;
-        let folder = OutputFolder::create(&self.output, false)?;
         let recording = rig.simulate(self.seed).map_err(|e| {
-            Failure::from(e)
-                .hint("see `proofmass simulate axis --help` for what each setting means")
+            Trouble::from(e)
+                .with_hint("see `proofmass simulate axis --help` for what each setting means")
         })?;
         let truth = Truth {
             scenario: "axis",
@@ -122,33 +127,18 @@ impl Axis {
             offset_m_per_s2: recording.offset,
             converter_step_m_per_s2: recording.converter_step,
         };
-        let truth = serde_json::to_vec_pretty(&truth)
-            .map_err(|e| Failure::new(format!("the truth cannot be written: {e}")))?;
-        folder.write("recording.csv", self.sensors(&recording)?)?;
-        folder.write("truth.csv", exact(&recording)?)?;
-        folder.write("truth.json", truth)?;
-        let place = folder.commit()?;
-        let bits = self
-            .counter_bits
-            .map_or(String::new(), |b| format!(" --bits {b}"));
-        console::note(format!(
-            "written: {0}; next: proofmass velocity compare {0}/recording.csv --position encoder \
-             --counts-per-turn {1} --radius {2}{bits} --acceleration acceleration --reference velocity \
-             --reference-file {0}/truth.csv",
-            place.display(),
-            4 * u64::from(self.lines),
-            self.radius
-        ));
-        Ok(Outcome::Done)
+        desk.write("recording.csv", self.sensors(&recording)?)?;
+        desk.write("truth.csv", exact(&recording)?)?;
+        desk.truth(&truth)
     }
 
-    fn rig(&self) -> Result<Rig, Failure> {
+    fn rig(&self) -> Result<Rig> {
         let mut motion = match self.motion {
-            Motion::Oscillation => AxisMotion::damped_oscillation(),
-            Motion::Motor => AxisMotion::servo(5.0),
-            Motion::Impact => AxisMotion::impact(),
-            Motion::Ramp => AxisMotion::ramp(),
-            Motion::Standstill => AxisMotion::Standstill,
+            SimulatedMotion::Oscillation => AxisMotion::damped_oscillation(),
+            SimulatedMotion::Motor => AxisMotion::servo(5.0),
+            SimulatedMotion::Impact => AxisMotion::impact(),
+            SimulatedMotion::Ramp => AxisMotion::ramp(),
+            SimulatedMotion::Standstill => AxisMotion::Standstill,
         };
         match (&mut motion, self.frequency) {
             (_, None) => {}
@@ -158,8 +148,8 @@ impl Axis {
                 Some(f),
             ) => *frequency = f,
             _ => {
-                return Err(Failure::new("this motion has no frequency")
-                    .hint("leave out --frequency, or choose --motion oscillation or motor"));
+                return Err(Trouble::request("this motion has no frequency")
+                    .with_hint("leave out --frequency, or choose --motion oscillation or motor"));
             }
         }
         Ok(Rig {
@@ -185,7 +175,7 @@ impl Axis {
         })
     }
 
-    fn sensors(&self, recording: &AxisRecording) -> Result<Vec<u8>, Failure> {
+    fn sensors(&self, recording: &AxisRecording) -> Result<Vec<u8>> {
         let mut table = Table::new(["time_s", "encoder_count", "acceleration_m/s2"]);
         for (k, (count, a)) in recording
             .count
@@ -207,7 +197,7 @@ impl Axis {
     }
 }
 
-fn exact(recording: &AxisRecording) -> Result<Vec<u8>, Failure> {
+fn exact(recording: &AxisRecording) -> Result<Vec<u8>> {
     let mut table = Table::new(["time_s", "position_m", "velocity_m/s", "acceleration_m/s2"]);
     for (k, p) in recording.truth.iter().enumerate() {
         let time = k as f64 * recording.sample_time;

@@ -1,0 +1,258 @@
+//! A job of whatever kind, as one plain request: what JSON of a server, a campaign and options of a command line become.
+
+use crate::apply::{ApplyData, ApplyJob};
+use crate::campaign::Campaign;
+use crate::free_living::{FreeLivingJob, FreeLivingWindows};
+use crate::modes::{ModesData, ModesJob};
+use crate::multi_position::{MultiPositionData, MultiPositionJob};
+use crate::noise::{NoiseData, NoiseJob};
+use crate::outcome::{Filed, Job};
+use crate::plan::PlanJob;
+use crate::shaker_single::{ShakerSingleData, ShakerSingleJob};
+use crate::shaker_triaxial::{ShakerTriaxialData, ShakerTriaxialJob};
+use crate::simulate::SimulateJob;
+use crate::spurious_motion::{SpuriousMotionData, SpuriousMotionJob};
+use crate::store::Sink;
+use crate::trouble::{Result, Trouble};
+use crate::uncertainty::UncertaintyJob;
+use crate::validation::{ValidationData, ValidationJob};
+use crate::velocity::{AxisData, VelocityCompareJob, VelocityEstimateJob, VelocityTuneJob};
+use crate::{AnyResult, Record};
+use proofmass_core::Watch;
+use serde::{Deserialize, Serialize};
+
+/// Declares the requests, the data each takes, and the dispatch between them.
+macro_rules! jobs {
+    ($($(#[$doc:meta])* $name:ident($job:ty, $data:ty, $kind:literal, |$given:ident| $used:expr),)*) => {
+        /// A request of any kind; in JSON it is the request itself with its kind as `job`.
+        ///
+        /// ```
+        /// use proofmass_jobs::{AnyData, AnyJob, Record, Unwatched};
+        ///
+        /// use proofmass_jobs::uncertainty::UncertaintyJob;
+        ///
+        /// let model = "[[input]]\nname = \"m\"\nunit = \"kg\"\nvalue = 2.0\nu = 0.1\n\
+        ///              [[output]]\nname = \"w\"\nunit = \"kg\"\nexpression = \"2 * m\"\n";
+        /// let request = UncertaintyJob { model: proofmass_io::read_model(model).unwrap(), ..Default::default() };
+        /// let text = AnyJob::from(request).to_json()?;
+        /// assert!(text.contains("\"job\": \"uncertainty\""));
+        /// // What a server does with such a text.
+        /// let job = AnyJob::from_json(text.as_bytes())?;
+        /// let result = job.evaluate(&AnyData::None, Record::default(), &Unwatched)?;
+        /// assert_eq!(result.kind(), "uncertainty");
+        /// assert_eq!(result.quantities()[0].value, 4.0);
+        /// # Ok::<(), proofmass_jobs::Trouble>(())
+        /// ```
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+        #[serde(tag = "job", rename_all = "kebab-case")]
+        #[non_exhaustive]
+        pub enum AnyJob {
+            $($(#[$doc])* $name(Box<$job>),)*
+        }
+
+        /// The data of a job of any kind.
+        #[non_exhaustive]
+        pub enum AnyData<'a> {
+            /// For jobs that need none.
+            None,
+            /// An axis with encoder and accelerometer.
+            Axis(AxisData<'a>),
+            /// Runs of a triaxial accelerometer on a shaker.
+            ShakerTriaxial(ShakerTriaxialData<'a>),
+            /// Runs of a comparison.
+            ShakerSingle(ShakerSingleData<'a>),
+            /// Runs of a vibrometer.
+            SpuriousMotion(SpuriousMotionData<'a>),
+            /// Outputs of an accelerometer in many positions.
+            MultiPosition(MultiPositionData<'a>),
+            /// Still moments of a logger.
+            FreeLiving(&'a FreeLivingWindows),
+            /// A calibration and new standstills.
+            Validation(ValidationData<'a>),
+            /// A calibration and a recording to be compensated.
+            Apply(ApplyData<'a>),
+            /// Where simulated files go.
+            Sink(&'a dyn Sink),
+            /// A sensor at rest.
+            Noise(NoiseData<'a>),
+            /// A mesh, or nothing for a wedge by its dimensions.
+            Modes(ModesData<'a>),
+        }
+
+        impl AnyJob {
+            /// Every kind, as `job` in JSON.
+            pub const KINDS: &'static [&'static str] = &[$($kind),*];
+
+            /// Kind of the request, as `job` in JSON.
+            pub fn kind(&self) -> &'static str {
+                match self {
+                    $(Self::$name(_) => $kind,)*
+                }
+            }
+
+            /// Answers the question; the result is filed with `record`.
+            ///
+            /// # Errors
+            /// Data of another job; else as the job.
+            pub fn evaluate(
+                &self,
+                data: &AnyData<'_>,
+                record: Record,
+                watch: &dyn Watch,
+            ) -> Result<Box<dyn AnyResult>> {
+                match self {
+                    $(Self::$name(job) => {
+                        let data: Option<&<$job as Job>::Data<'_>> = {
+                            let $given = data;
+                            $used
+                        };
+                        let data = data.ok_or_else(|| self.needs(stringify!($data)))?;
+                        Ok(Box::new(Filed::new(record, job.evaluate(data, watch)?)))
+                    })*
+                }
+            }
+        }
+
+        $(impl From<$job> for AnyJob {
+            fn from(job: $job) -> Self {
+                Self::$name(Box::new(job))
+            }
+        })*
+    };
+}
+
+/// The data inside, where it is that of the variant.
+macro_rules! only {
+    ($given:ident, $variant:ident) => {
+        match $given {
+            AnyData::$variant(data) => Some(data),
+            _ => None,
+        }
+    };
+}
+
+/// No data at all.
+const NOTHING: &() = &();
+
+fn nothing<'a>(given: &AnyData<'_>) -> Option<&'a ()> {
+    matches!(given, AnyData::None).then_some(NOTHING)
+}
+
+jobs! {
+    /// Bias, scale and misalignment of a triaxial accelerometer from many positions.
+    MultiPosition(MultiPositionJob, MultiPositionData, "multi-position", |d| only!(d, MultiPosition)),
+    /// The same from the still moments of a logger.
+    FreeLiving(FreeLivingJob, FreeLivingWindows, "free-living", |d| only!(d, FreeLiving)),
+    /// A triaxial accelerometer on a shaker.
+    ShakerTriaxial(ShakerTriaxialJob, ShakerTriaxialData, "shaker-triaxial", |d| only!(d, ShakerTriaxial)),
+    /// A single-axis accelerometer against a reference.
+    ShakerSingle(ShakerSingleJob, ShakerSingleData, "shaker-single", |d| only!(d, ShakerSingle)),
+    /// Motion of table and wedges beside the excitation.
+    SpuriousMotion(SpuriousMotionJob, SpuriousMotionData, "spurious-motion", |d| only!(d, SpuriousMotion)),
+    /// A plan of configurations.
+    Plan(PlanJob, (), "plan", |d| nothing(d)),
+    /// A calibration on standstills it was not made from.
+    Validation(ValidationJob, ValidationData, "validation", |d| only!(d, Validation)),
+    /// A recording compensated with a calibration.
+    Apply(ApplyJob, ApplyData, "apply", |d| only!(d, Apply)),
+    /// Noise of sensors at rest.
+    Noise(NoiseJob, NoiseData, "noise", |d| only!(d, Noise)),
+    /// Velocity of an axis.
+    VelocityEstimate(VelocityEstimateJob, AxisData, "velocity-estimate", |d| only!(d, Axis)),
+    /// Methods of velocity estimation side by side.
+    VelocityCompare(VelocityCompareJob, AxisData, "velocity-compare", |d| only!(d, Axis)),
+    /// Parameters of velocity estimation.
+    VelocityTune(VelocityTuneJob, AxisData, "velocity-tune", |d| only!(d, Axis)),
+    /// Recordings whose truth is known.
+    Simulate(SimulateJob, Sink, "simulate", |d| only!(d, Sink)),
+    /// A model of measurement.
+    Uncertainty(UncertaintyJob, (), "uncertainty", |d| nothing(d)),
+    /// Modes of a wedge.
+    Modes(ModesJob, ModesData, "modes", |d| only!(d, Modes)),
+}
+
+impl AnyJob {
+    fn needs(&self, data: &str) -> Trouble {
+        Trouble::request(format!(
+            "the data are not those of a job of kind `{}`",
+            self.kind()
+        ))
+        .with_hint(match data {
+            "()" => "it needs none".to_owned(),
+            name => format!("give it {name}"),
+        })
+    }
+
+    /// Reads a request.
+    ///
+    /// # Errors
+    /// An unknown kind (with the known ones), a key or a value that the job does not have.
+    pub fn from_json(bytes: &[u8]) -> Result<Self> {
+        serde_json::from_slice(bytes).map_err(|e| {
+            Trouble::request(format!("the request cannot be read: {e}"))
+                .with_hint(format!("`job` is one of {}", Self::KINDS.join(", ")))
+        })
+    }
+
+    /// The request as JSON.
+    ///
+    /// # Errors
+    /// A number that is not finite.
+    pub fn to_json(&self) -> Result<String> {
+        proofmass_io::finite::to_json(self)
+            .map(|bytes| String::from_utf8_lossy(&bytes).into_owned())
+            .map_err(Trouble::from)
+    }
+}
+
+impl Campaign {
+    /// Reads everything the campaign names, evaluates it and files the result: the same path for a folder and for the
+    /// parts of a request.
+    ///
+    /// # Errors
+    /// A file that cannot be read, data that do not carry the result, or `watch` wanted it to stop.
+    pub fn evaluate(&self, date: Option<String>, watch: &dyn Watch) -> Result<Box<dyn AnyResult>> {
+        match self {
+            Self::MultiPosition(campaign) => {
+                let files = campaign.load(watch)?;
+                let record = campaign.record(&files, date);
+                let job = AnyJob::from(campaign.job(&files)?);
+                job.evaluate(&AnyData::MultiPosition(files.data()), record, watch)
+            }
+            Self::FreeLiving(campaign) => {
+                let windows = campaign.load(watch)?;
+                let record = campaign.record(&windows, date);
+                AnyJob::from(campaign.job()).evaluate(&AnyData::FreeLiving(&windows), record, watch)
+            }
+            Self::ShakerTriaxial(campaign) => {
+                let files = campaign.load(watch)?;
+                let record = campaign.record(&files, date);
+                let data = AnyData::ShakerTriaxial(files.data());
+                AnyJob::from(files.job.clone()).evaluate(&data, record, watch)
+            }
+            Self::ShakerSingle(campaign) => {
+                let files = campaign.load(watch)?;
+                let record = campaign.record(&files, date);
+                let data = AnyData::ShakerSingle(files.data());
+                AnyJob::from(files.job.clone()).evaluate(&data, record, watch)
+            }
+            Self::SpuriousMotion(campaign) => {
+                let files = campaign.load(watch)?;
+                let record = campaign.record(&files, date);
+                let data = AnyData::SpuriousMotion(files.data());
+                AnyJob::from(files.job.clone()).evaluate(&data, record, watch)
+            }
+        }
+    }
+
+    /// The file it was read from.
+    pub fn source(&self) -> &crate::campaign::CampaignFile {
+        match self {
+            Self::MultiPosition(campaign) => &campaign.source,
+            Self::FreeLiving(campaign) => &campaign.source,
+            Self::ShakerTriaxial(campaign) => &campaign.source,
+            Self::ShakerSingle(campaign) => &campaign.source,
+            Self::SpuriousMotion(campaign) => &campaign.source,
+        }
+    }
+}
