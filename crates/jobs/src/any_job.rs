@@ -13,6 +13,7 @@ use crate::shaker_triaxial::{ShakerTriaxialData, ShakerTriaxialJob};
 use crate::simulate::SimulateJob;
 use crate::spurious_motion::{SpuriousMotionData, SpuriousMotionJob};
 use crate::store::Sink;
+use crate::temperature::{TemperatureData, TemperatureJob};
 use crate::trouble::{Result, Trouble};
 use crate::uncertainty::UncertaintyJob;
 use crate::validation::{ValidationData, ValidationJob};
@@ -71,6 +72,8 @@ macro_rules! jobs {
             Validation(ValidationData<'a>),
             /// A calibration and a recording to be compensated.
             Apply(ApplyData<'a>),
+            /// A sensor at rest over a sweep of temperature.
+            Temperature(TemperatureData<'a>),
             /// Where simulated files go.
             Sink(&'a dyn Sink),
             /// A sensor at rest.
@@ -163,6 +166,8 @@ jobs! {
     VelocityCompare(VelocityCompareJob, AxisData, "velocity-compare", |d| only!(d, Axis)),
     /// Parameters of velocity estimation.
     VelocityTune(VelocityTuneJob, AxisData, "velocity-tune", |d| only!(d, Axis)),
+    /// Bias and scale over temperature.
+    Temperature(TemperatureJob, TemperatureData, "temperature", |d| only!(d, Temperature)),
     /// Recordings whose truth is known.
     Simulate(SimulateJob, Sink, "simulate", |d| only!(d, Sink)),
     /// A model of measurement.
