@@ -56,7 +56,7 @@ fn names(folder: &Path) -> Vec<String> {
 fn regress_a_campaign_is_calibrated_from_inside_its_results() {
     let (_folder, camp) = calibrated();
     let result = camp.join("result");
-    let before = fs::read(result.join("result.json")).unwrap();
+    let before = json(&result.join("result.json"));
     for arguments in [
         &["calibrate", ".."][..],
         &["calibrate", "..", "-o", "../result"],
@@ -67,12 +67,8 @@ fn regress_a_campaign_is_calibrated_from_inside_its_results() {
         assert!(names(&result).contains(&"result.json".to_owned()));
         assert_eq!(names(&camp), ["campaign.toml", "recording.csv", "result"]);
     }
-    let after = fs::read(result.join("result.json")).unwrap();
-    assert_eq!(
-        before.len().abs_diff(after.len()) < 20,
-        true,
-        "the results are those of the same campaign"
-    );
+    let after = json(&result.join("result.json"));
+    assert_eq!(before["quantities"], after["quantities"]);
 }
 
 #[test]

@@ -42,7 +42,7 @@ fn regress_a_pipe_keeps_its_head() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("fixed.csv");
     let mut rows = String::new();
-    for i in 0..100_000 {
+    for i in 0..100_000_i64 {
         let _ = writeln!(rows, "{},{}", (i * 7919) % 1000, (i * 104_729) % 1000);
     }
     fs::write(&file, &rows).unwrap();
@@ -109,7 +109,7 @@ fn regress_rates_behind_rounded_stamps() {
         let all: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
         let found = all["time"]["rate_hz"].as_f64().unwrap();
         assert!((found / rate - 1.0).abs() < 1e-6, "{rate} Hz: {found}");
-        assert_eq!(all["time"]["gaps"], 0, "{rate} Hz: {}", all["time"]);
+        assert_eq!(all["time"]["gap_count"], 0, "{rate} Hz: {}", all["time"]);
     }
     for rate in [10_000_u64, 50_000] {
         let mut rows = "time_ns,acc\n".to_owned();
