@@ -8,6 +8,7 @@ mod delivery;
 mod draft_arguments;
 mod export;
 mod failure;
+mod import;
 mod init;
 mod inspect;
 mod keygen;
@@ -49,6 +50,7 @@ enum Command {
     Plan(plan::Plan),
     Apply(apply::Apply),
     Export(export::Export),
+    Import(import::Import),
     Validate(validate::Validate),
     Velocity(Box<velocity::Velocity>),
     Noise(Box<noise::Noise>),
@@ -88,6 +90,7 @@ fn execute(arguments: Arguments) -> Result<Outcome, Failure> {
         Command::Plan(command) => command.run(),
         Command::Apply(command) => command.run(),
         Command::Export(command) => command.run(),
+        Command::Import(command) => command.run(),
         Command::Validate(command) => command.run(),
         Command::Velocity(command) => command.run(),
         Command::Noise(command) => command.run(),

@@ -14,6 +14,6 @@ pub use linearity::{Linearity, PolynomialOrder};
 pub use orthogonality::Orthogonality;
 pub use readings::{CommonError, ReadingResidual, StaticFit};
 pub use sensitivity::Sensitivity;
-pub use stability::{DatedEstimate, Drift, Stability, StabilityFit};
+pub use stability::{DatedEstimate, Drift, MONTH, Stability, StabilityFit};
 pub use tilt::Tilt;
 pub use zero_g::ZeroG;

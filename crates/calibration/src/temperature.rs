@@ -7,7 +7,6 @@ mod correlated_noise;
 mod findings;
 mod fit;
 
-pub(crate) use averaged::mixture;
 pub use blocks::{Attitude, Blocks};
 pub use branches::Hysteresis;
 pub use fit::{AxisFit, OrderFit, TemperatureFit};
@@ -27,14 +26,15 @@ use serde::{Deserialize, Serialize};
 /// y(t) = a_s + Σ c_k dᵏ ± ½ h(d) − λ Ṫ + noise,   noise: white + first-order Gauss–Markov
 /// ```
 ///
-/// Neither the order nor the noise is chosen: every order up to the largest and every noise of a grid is fitted, and what is
-/// stated is their average by evidence (AICc between orders, restricted likelihood between noises), with the
-/// variance between them. So nothing stands between the data and the interval.
+/// Neither the order nor the noise is chosen. What is stated is the largest order, with the evidence for each order beside it
+/// (AICc, F, cross-validation); under every noise of a grid it is fitted, and the average by restricted likelihood is
+/// stated with the variance between the noises. So nothing stands between the data and the interval.
 ///
 /// **Assumes** noise that is stationary. Wander as slow as the whole sweep cannot be told from temperature; a second sweep tells
 /// them apart.
 /// **Accuracy** coverage in docs/temperature.md.
-/// **Source** `[BurnhamAnderson2002]` ch. 4 (averaging over models), `[PattersonThompson1971]` (restricted likelihood).
+/// **Source** `[BurnhamAnderson2002]` ch. 2 and 4 (AICc, averaging over models), `[PattersonThompson1971]` (restricted
+/// likelihood).
 #[doc(alias("TCB", "temperature coefficient of bias", "thermal calibration"))]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]

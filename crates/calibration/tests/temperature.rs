@@ -107,22 +107,29 @@ fn simulate(truth: &Truth, cycle: bool, seed: u64) -> Recording {
     }
 }
 
-/// Whether the interval of the mean slope of x holds the truth, and its half-width in mg/K.
-fn covered(truth: &Truth, seed: u64) -> (bool, f64) {
+/// Whether the intervals of the mean slope of x and of its coefficients hold the truth.
+fn covered(truth: &Truth, seed: u64) -> [bool; 4] {
     // Half the blocks of the default: the same rule in an eighth of the time.
     let mut settings = TemperatureSweep::default();
     settings.blocks = 100;
+    settings.reference = Some(28.0);
     let fit = settings.fit(&simulate(truth, false, seed).data()).unwrap();
-    let q = fit.estimate.get("slope.x").unwrap();
     // Over −18 … 74 °C the odd powers are 46² c₃ of mean slope; the even one has none about the middle.
-    let mean = truth.slope[0] + truth.cubic * 46.0 * 46.0;
-    let half = q.expanded(0.95);
-    ((q.value - mean).abs() <= half, half / MG)
+    [
+        ("slope.x", truth.slope[0] + truth.cubic * 46.0 * 46.0),
+        ("output.x.T1", truth.slope[0]),
+        ("output.x.T2", truth.quadratic),
+        ("output.x.T3", truth.cubic),
+    ]
+    .map(|(name, value)| {
+        let q = fit.estimate.get(name).unwrap();
+        (q.value - value).abs() <= q.expanded(0.95)
+    })
 }
 
-/// Nominal 95 % intervals of the mean slope, through the averaging of orders and of noises.
+/// Nominal 95 % intervals of the mean slope and of the coefficients, whatever the order and the noise.
 #[test]
-fn coverage_slope_through_orders_and_noises() {
+fn coverage_whatever_order_and_noise() {
     let cases = [
         ("linear, white", QUIET),
         (
@@ -149,12 +156,15 @@ fn coverage_slope_through_orders_and_noises() {
     ];
     for (name, truth) in cases {
         let trials = 120;
-        let held = (0..trials)
+        let held: Vec<[bool; 4]> = (0..trials)
             .into_par_iter()
-            .filter(|seed| covered(&truth, 1000 + *seed).0)
-            .count();
-        // 95 % of 120 less 3.5 binomial deviations (2.4); wander as slow as this is allowed two points.
-        assert!(held >= 103, "{name}: {held} of {trials}");
+            .map(|seed| covered(&truth, 1000 + seed))
+            .collect();
+        for quantity in 0..4 {
+            let held = held.iter().filter(|h| h[quantity]).count();
+            // 95 % of 120 less 3.5 binomial deviations (2.4); wander as slow as this is allowed two points.
+            assert!(held >= 103, "{name}, {quantity}: {held} of {trials}");
+        }
     }
 }
 
@@ -173,7 +183,7 @@ fn known_coefficients_of_a_sweep() {
         assert!(slope.standard_uncertainty < 0.01 * MG);
         let bend = fit.estimate.get(&format!("output.{name}.T2")).unwrap();
         assert!((bend.value - truth.quadratic).abs() < 3.5 * bend.standard_uncertainty);
-        // A straight line has no share where the bend is a hundred times its uncertainty.
+        // A straight line has no weight where the bend is a hundred times its uncertainty.
         assert!(fit.axes[axis].orders[0].weight < 1e-6);
         let f = fit.axes[axis].orders[1].f.unwrap();
         assert!(f > fit.axes[axis].orders[1].f_limit);

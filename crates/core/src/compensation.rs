@@ -202,6 +202,43 @@ impl<F: Float> Compensation<F> {
         self.sensor.k_inverse().times(v)
     }
 
+    /// Compensation of whole columns, to the bit what [`apply`](Self::apply) gives sample by sample.
+    ///
+    /// # Errors
+    /// [`Error::Length`] unless all columns are equally long.
+    pub fn apply_columns(
+        &self,
+        outputs: [&[F]; 3],
+        temperature: &[F],
+        accelerations: [&mut [F]; 3],
+    ) -> Result<(), Error> {
+        let [x, y, z] = outputs;
+        let [ax, ay, az] = accelerations;
+        let n = x.len();
+        for (name, got) in [
+            ("y", y.len()),
+            ("z", z.len()),
+            ("temperature", temperature.len()),
+            ("acceleration of x", ax.len()),
+            ("acceleration of y", ay.len()),
+            ("acceleration of z", az.len()),
+        ] {
+            if got != n {
+                return Err(Error::Length {
+                    name,
+                    expected: n,
+                    got,
+                });
+            }
+        }
+        let inputs = x.iter().zip(y).zip(z).zip(temperature);
+        let results = ax.iter_mut().zip(ay).zip(az);
+        for ((((x, y), z), t), ((ax, ay), az)) in inputs.zip(results) {
+            [*ax, *ay, *az] = self.apply([*x, *y, *z], *t);
+        }
+        Ok(())
+    }
+
     /// The sensor itself: output from acceleration and temperature.
     #[inline]
     pub fn invert(&self, acceleration: [F; 3], temperature: F) -> [F; 3] {

@@ -21,18 +21,21 @@
 //! `serde`: values of the models can be written and read. Off by default.
 #![cfg_attr(not(test), no_std)]
 
+mod bias_filter;
 mod compensation;
 pub mod encoder;
 mod error;
 mod fixed_point;
 mod float;
 mod gravity;
+mod low_pass;
 mod matrix3;
 mod sensor_model;
 pub mod velocity;
 mod visible;
 mod watch;
 
+pub use bias_filter::{BiasFilter, BiasState};
 pub use compensation::{
     Compensation, Curvature, LARGEST_NONLINEARITY, THERMAL_ORDER, ThermalTerms,
 };
@@ -40,6 +43,7 @@ pub use error::Error;
 pub use fixed_point::{FixedPoint, FixedRange, FixedThermal, TEMPERATURE_BITS};
 pub use float::Float;
 pub use gravity::{Gravity, STANDARD_GRAVITY};
+pub use low_pass::{Butterworth, LowPassState, MovingAverage};
 pub use matrix3::{Matrix3, dot, norm};
 pub use sensor_model::SensorModel;
 pub use visible::Visible;

@@ -85,6 +85,42 @@ impl<F: Float> SensorModel<F> {
             .times([output[0] - b[0], output[1] - b[1], output[2] - b[2]])
     }
 
+    /// Compensation of whole columns, to the bit what [`apply`](Self::apply) gives sample by sample.
+    ///
+    /// # Errors
+    /// [`Error::Length`] unless all six columns are equally long.
+    pub fn apply_columns(
+        &self,
+        outputs: [&[F]; 3],
+        accelerations: [&mut [F]; 3],
+    ) -> Result<(), Error> {
+        let [x, y, z] = outputs;
+        let [ax, ay, az] = accelerations;
+        let n = x.len();
+        for (name, got) in [
+            ("y", y.len()),
+            ("z", z.len()),
+            ("acceleration of x", ax.len()),
+            ("acceleration of y", ay.len()),
+            ("acceleration of z", az.len()),
+        ] {
+            if got != n {
+                return Err(Error::Length {
+                    name,
+                    expected: n,
+                    got,
+                });
+            }
+        }
+        // Slices of one length in lock step: the compiler makes vector instructions of it.
+        let inputs = x.iter().zip(y).zip(z);
+        let results = ax.iter_mut().zip(ay).zip(az);
+        for (((x, y), z), ((ax, ay), az)) in inputs.zip(results) {
+            [*ax, *ay, *az] = self.apply([*x, *y, *z]);
+        }
+        Ok(())
+    }
+
     /// The sensor itself, ã = K a + b: output from acceleration.
     #[inline]
     pub fn invert(&self, acceleration: [F; 3]) -> [F; 3] {
@@ -194,6 +230,25 @@ mod tests {
             }
         }
         assert!(largest < 0.08e-3, "{largest}");
+    }
+
+    #[test]
+    fn law_columns_are_compensated_as_samples_are() {
+        let model = xsens().cast::<f32>();
+        let column = |axis: usize| -> [f32; 37] {
+            core::array::from_fn(|i| 32_000.0 + (axis * 7919 + i * 104_729) as f32 % 2000.0)
+        };
+        let [x, y, z] = [column(0), column(1), column(2)];
+        let mut out = [[0.0f32; 37]; 3];
+        let [ax, ay, az] = &mut out;
+        model.apply_columns([&x, &y, &z], [ax, ay, az]).unwrap();
+        for i in 0..37 {
+            let a = model.apply([x[i], y[i], z[i]]);
+            assert_eq!(a, [out[0][i], out[1][i], out[2][i]]);
+        }
+        let [ax, ay, _] = &mut out;
+        let short = model.apply_columns([&x, &y, &z], [ax, ay, &mut [0.0; 3]]);
+        assert!(short.unwrap_err().is_input());
     }
 
     #[test]

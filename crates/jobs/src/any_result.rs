@@ -5,7 +5,7 @@ use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use crate::{
     apply, free_living, modes, multi_position, noise, plan, shaker_single, shaker_triaxial,
-    simulate, spurious_motion, temperature, uncertainty, validation, velocity,
+    simulate, spurious_motion, static_test, temperature, uncertainty, validation, velocity,
 };
 use proofmass_io::{ResultDocument, StatedQuantity};
 use proofmass_report::Report;
@@ -86,6 +86,7 @@ fn readers() -> Vec<(&'static str, Reader)> {
         reader::<apply::ApplyOutcome>(),
         reader::<temperature::TemperatureOutcome>(),
         reader::<simulate::SimulateOutcome>(),
+        reader::<static_test::StaticTestOutcome>(),
         reader::<shaker_triaxial::ShakerTriaxialOutcome>(),
         reader::<shaker_single::ShakerSingleOutcome>(),
         reader::<spurious_motion::SpuriousMotionOutcome>(),

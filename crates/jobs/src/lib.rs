@@ -26,6 +26,7 @@ pub mod shaker_single;
 pub mod shaker_triaxial;
 pub mod simulate;
 pub mod spurious_motion;
+pub mod static_test;
 mod store;
 pub mod temperature;
 mod trouble;

@@ -134,6 +134,16 @@ impl Job for ValidationJob {
                 .advice("record new standstills and validate with them"),
             );
         }
+        if file.estimate.components().is_empty() {
+            findings.push(
+                Finding::new(
+                    Severity::Warning,
+                    "calibration-without-uncertainty",
+                    "the calibration states no uncertainty: the comparison takes its coefficients as exact",
+                )
+                .advice("judge by the errors in mg, not by χ²; or calibrate here"),
+            );
+        }
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
         watch.step("comparison", 2, 2)?;
         Ok(ValidationOutcome {

@@ -84,8 +84,7 @@ impl TemperatureReport<'_> {
         report.findings(self.findings.iter().cloned()).section(
             Section::new("Result")
                 .paragraph(format!(
-                    "{what} Orders up to {} and every noise of the grid were fitted; what is stated is their average by \
-                     evidence with the variance between them.{combined}",
+                    "{what} Stated is order {}, averaged over every noise of the grid by evidence with the variance between them.{combined}",
                     fit.largest_order
                 ))
                 .key_figures(figures)

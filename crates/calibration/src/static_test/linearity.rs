@@ -3,19 +3,17 @@
 use super::StaticFit;
 use super::readings::{CommonError, Solved, check, least_squares, not_negative, positive};
 use proofmass_core::Error;
-use proofmass_uncertainty::{
-    Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence,
-    Severity, f_quantile,
-};
+use proofmass_uncertainty::{Component, Finding, Severity, f_quantile};
 use serde::{Deserialize, Serialize};
 
-/// ã = b₀ + k₁ (a + k₂ a² + k₃ a³) + k_T (T − T̄), with its order averaged by evidence.
+/// ã = b₀ + k₁ (a + k₂ a² + k₃ a³) + k_T (T − T̄).
 ///
-/// Orders one to three are fitted; what is stated is their average by AICc with the variance between them, so
-/// that no choice stands between data and interval (`coverage_linearity_through_orders`).
+/// What is stated is the largest order, so that no choice stands between data and interval
+/// (`coverage_linearity_whatever_the_order`); the evidence for each order (AICc, F, cross-validation) stands beside it. The
+/// sensitivity is the slope at zero.
 ///
 /// **Units** accelerations in m/s², temperatures in °C; k₂ in 1/(m/s²), k₃ in 1/(m/s²)².
-/// **Source** `[IEEE1293]` (model equation), `[BurnhamAnderson2002]` ch. 4.
+/// **Source** `[IEEE1293]` (model equation), `[BurnhamAnderson2002]` ch. 2 (AICc).
 #[doc(alias("K2", "polynomial error model", "nonlinearity"))]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
@@ -45,7 +43,7 @@ pub struct PolynomialOrder {
     pub order: usize,
     /// Akaike's criterion, corrected for the number of readings, less that of the best order.
     pub aicc: f64,
-    /// Share in the average.
+    /// Weight by AICc among the orders.
     pub weight: f64,
     /// F of the last power; `None` for the first order.
     pub f: Option<f64>,
@@ -181,32 +179,9 @@ impl Linearity {
                 }
             })
             .collect();
-        // Padded to the largest order: the mean over the orders, its variance within them and between them.
-        let padded: Vec<(Vec<f64>, Vec<f64>)> = runs
-            .iter()
-            .map(|run| {
-                let p = run.parameters.len();
-                // The second moment of Student's t, so that the mixture has the right one.
-                let variance = run.squares / (run.dof as f64 - 2.0).max(1.0);
-                let mut x = vec![0.0; size];
-                let mut c = vec![0.0; size * size];
-                for i in 0..p {
-                    x[i] = run.parameters[i];
-                    for j in 0..p {
-                        c[i * size + j] = variance * run.inverse[i * p + j];
-                    }
-                }
-                (x, c)
-            })
-            .collect();
-        let parts = padded.iter().map(|(x, c)| (x.as_slice(), c.as_slice()));
-        let (x, c) = crate::temperature::mixture(parts, &weights, size);
-        let fitted: Vec<f64> = {
-            let all = columns(top);
-            (0..n)
-                .map(|i| (0..size).map(|p| all[p][i] * x[p]).sum())
-                .collect()
-        };
+        // The largest order states the result: an average over orders is short of its interval where a power is small.
+        let largest = &runs[top - 1];
+        let (x, fitted) = (&largest.parameters, &largest.fitted);
         let first = 1 + others;
         let k1 = x[first] / reach;
         if !(k1.abs() > 0.0) {
@@ -215,17 +190,6 @@ impl Linearity {
                 condition: f64::INFINITY,
             });
         }
-        let largest = &runs[top - 1];
-        let mut influences = vec![Influence {
-            key: "readings".to_owned(),
-            description: "scatter of the readings, over the orders by evidence".to_owned(),
-            evaluation: Evaluation::A,
-            distribution: "t".to_owned(),
-            dof: DegreesOfFreedom::new(largest.dof as f64).unwrap_or(DegreesOfFreedom::INFINITE),
-            effect: Effect::Joint {
-                covariance: Covariance::try_from_rows(size, &c)?,
-            },
-        }];
         // An error of the acceleration is one of the output by the local slope.
         let slope = |i: usize| {
             (1..=top)
@@ -233,21 +197,16 @@ impl Linearity {
                 .sum::<f64>()
                 / reach
         };
-        for error in &inputs.common {
-            let output: Vec<f64> = (0..n).map(|i| slope(i) * error.effect[i]).collect();
-            let translated = CommonError {
-                effect: output,
+        let common: Vec<CommonError> = inputs
+            .common
+            .iter()
+            .map(|error| CommonError {
+                effect: (0..n).map(|i| slope(i) * error.effect[i]).collect(),
                 ..error.clone()
-            };
-            influences.extend(
-                largest
-                    .influences(0.0, DegreesOfFreedom::INFINITE, &[translated])?
-                    .into_iter()
-                    .skip(1),
-            );
-        }
-        let components = (0..size).map(|i| Component::new(format!("parameter.{i}"), "", x[i]));
-        let raw = Estimate::new(components.collect(), influences)?;
+            })
+            .collect();
+        let (scatter, dof) = largest.scatter(None)?;
+        let raw = largest.raw(largest.influences(scatter, dof, &common)?)?;
         let unit = inputs.unit;
         let mut named = vec![
             Component::new("bias", unit, x[0]),
@@ -288,7 +247,7 @@ impl Linearity {
         let readings: Vec<super::ReadingResidual> = a
             .iter()
             .zip(y)
-            .zip(&fitted)
+            .zip(fitted)
             .map(|((input, output), model)| super::ReadingResidual {
                 input: *input,
                 output: *output,
@@ -313,7 +272,7 @@ impl Linearity {
             readings,
             input: inputs.label.to_owned(),
             unit: unit.to_owned(),
-            scatter: Some((largest.squares / largest.dof as f64).sqrt()),
+            scatter: Some(scatter),
             nonlinearity: Some(share),
             orders,
             findings,

@@ -81,7 +81,7 @@ pub(super) fn fit(columns: &[Vec<f64>], y: &[f64], noises: &[Noise]) -> Result<A
 }
 
 /// Mean and covariance of a mixture: within its parts and between them.
-pub(crate) fn mixture<'a>(
+fn mixture<'a>(
     parts: impl Iterator<Item = (&'a [f64], &'a [f64])> + Clone,
     weights: &[f64],
     p: usize,

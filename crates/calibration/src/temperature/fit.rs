@@ -20,7 +20,7 @@ pub struct OrderFit {
     pub order: usize,
     /// Akaike's criterion, corrected for the number of blocks, less that of the best order.
     pub aicc: f64,
-    /// Share of this order in the average.
+    /// Weight by AICc among the orders.
     pub weight: f64,
     /// RMS error of blocks that were left out, ten stretches of time in turn, m/s².
     pub cross_validation: f64,
@@ -291,8 +291,8 @@ impl Context<'_> {
                 (x, c)
             })
             .collect();
-        let parts = padded.iter().map(|(x, c)| (x.as_slice(), c.as_slice()));
-        let (x, c) = averaged::mixture(parts, &weights, size);
+        // The largest order states the result: an average over orders is short of its interval where a power is small.
+        let (x, c) = &padded[top - 1];
 
         let slope_weights = self.slope_weights(top);
         let orders = (1..=top)
@@ -328,7 +328,7 @@ impl Context<'_> {
         let hysteresis = self
             .branches
             .common
-            .map(|common| self.hysteresis(common, &x, &c, size));
+            .map(|common| self.hysteresis(common, x, c, size));
         let mut branch = vec![0.0; count];
         if hysteresis.is_some() {
             for k in 1..=top.min(2) {

@@ -1,0 +1,408 @@
+//! Static tests: inclination, sensitivity, zero-g, orthogonality, linearity, centrifuge, stability over calibrations.
+
+use crate::outcome::{Job, Outcome, section};
+use crate::record::Record;
+use crate::trouble::{Result, Trouble};
+use proofmass_calibration::static_test::{
+    Centrifuge, DatedEstimate, Linearity, Orthogonality, Sensitivity, Stability, StabilityFit,
+    StaticFit, Tilt, ZeroG,
+};
+use proofmass_core::Watch;
+use proofmass_io::{CalibrationFile, Cell, ResultDocument, StatedQuantity, Table};
+use proofmass_report::{Report, StaticTestReport};
+use proofmass_uncertainty::{Estimate, Finding};
+use serde::{Deserialize, Serialize};
+
+/// Which test, with its settings.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum StaticTest {
+    /// One axis through known angles.
+    Tilt(Tilt),
+    /// One axis up and down.
+    Sensitivity(Sensitivity),
+    /// Three axes at rest on a level surface.
+    ZeroG(ZeroG),
+    /// Angles between the sensitive axes of a calibration.
+    Orthogonality(Orthogonality),
+    /// One axis at known accelerations.
+    Linearity(Linearity),
+    /// One axis on a rotating arm.
+    Centrifuge(Centrifuge),
+    /// Calibrations over time.
+    Stability(Stability),
+}
+
+impl StaticTest {
+    /// As in a command and a title.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Tilt(_) => "tilt",
+            Self::Sensitivity(_) => "sensitivity",
+            Self::ZeroG(_) => "zero-g",
+            Self::Orthogonality(_) => "orthogonality",
+            Self::Linearity(_) => "linearity",
+            Self::Centrifuge(_) => "centrifuge",
+            Self::Stability(_) => "stability",
+        }
+    }
+}
+
+/// A static test of a device.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct StaticTestJob {
+    /// The test.
+    pub test: StaticTest,
+    /// Coverage probability of the intervals.
+    pub probability: f64,
+}
+
+impl StaticTestJob {
+    /// With intervals of 95 %.
+    pub fn new(test: StaticTest) -> Self {
+        Self {
+            test,
+            probability: 0.95,
+        }
+    }
+}
+
+/// What a test is made of.
+#[derive(Clone, Copy, Debug)]
+pub enum StaticTestInput<'a> {
+    /// Readings of one axis: inputs (angles in rad, positions ±1, accelerations in m/s², speeds in rad/s), outputs in any
+    /// unit, temperatures in °C where the model has them.
+    Readings {
+        /// Inputs.
+        input: &'a [f64],
+        /// Outputs.
+        output: &'a [f64],
+        /// Temperatures, °C.
+        temperature: Option<&'a [f64]>,
+        /// Unit of the outputs as printed.
+        unit: &'a str,
+    },
+    /// Outputs x, y, z of a resting sensor, m/s².
+    Recording([&'a [f64]; 3]),
+    /// A calibration.
+    Calibration(&'a CalibrationFile),
+    /// Results of calibrations with their days.
+    History(&'a [DatedEstimate]),
+}
+
+/// The data of a static test.
+#[derive(Clone, Debug)]
+pub struct StaticTestData<'a> {
+    /// What the test is made of.
+    pub input: StaticTestInput<'a>,
+    /// What reading the data found.
+    pub findings: &'a [Finding],
+    /// What it is called in messages.
+    pub name: &'a str,
+}
+
+impl Job for StaticTestJob {
+    type Data<'a> = StaticTestData<'a>;
+    type Outcome = StaticTestOutcome;
+
+    fn evaluate(&self, data: &StaticTestData<'_>, watch: &dyn Watch) -> Result<StaticTestOutcome> {
+        watch.step("fit", 0, 1)?;
+        if !(self.probability > 0.0 && self.probability < 1.0) {
+            return Err(Trouble::request(format!(
+                "a probability of {} lies not between 0 and 1",
+                self.probability
+            )));
+        }
+        let found = self.found(data)?;
+        let mut findings = data.findings.to_vec();
+        let quantities = match &found {
+            StaticTestFit::Test(fit) => {
+                findings.extend(fit.findings.iter().cloned());
+                fit.estimate.quantities()
+            }
+            StaticTestFit::History(fit) => {
+                findings.extend(fit.findings.iter().cloned());
+                fit.drifts.iter().map(|d| d.drift.clone()).collect()
+            }
+        };
+        findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
+        watch.step("fit", 1, 1)?;
+        Ok(StaticTestOutcome {
+            test: self.test.clone(),
+            probability: self.probability,
+            quantities: quantities
+                .iter()
+                .map(|q| StatedQuantity::new(q, self.probability))
+                .collect(),
+            findings,
+            found,
+        })
+    }
+}
+
+impl StaticTestJob {
+    fn found(&self, data: &StaticTestData<'_>) -> Result<StaticTestFit> {
+        use StaticTestInput::{Calibration, History, Readings, Recording};
+        let fit = match (&self.test, data.input) {
+            (
+                StaticTest::Tilt(t),
+                Readings {
+                    input,
+                    output,
+                    unit,
+                    ..
+                },
+            ) => t.fit(input, output, unit),
+            (
+                StaticTest::Sensitivity(t),
+                Readings {
+                    input,
+                    output,
+                    unit,
+                    ..
+                },
+            ) => t.fit(input, output, unit),
+            (
+                StaticTest::Centrifuge(t),
+                Readings {
+                    input,
+                    output,
+                    unit,
+                    ..
+                },
+            ) => t.fit(input, output, unit),
+            (
+                StaticTest::Linearity(t),
+                Readings {
+                    input,
+                    output,
+                    temperature,
+                    unit,
+                },
+            ) => t.fit(input, output, temperature, unit),
+            (StaticTest::ZeroG(t), Recording(outputs)) => t.fit(outputs),
+            (StaticTest::Orthogonality(t), Calibration(file)) => t.fit(&file.k, &file.estimate),
+            (StaticTest::Stability(t), History(history)) => {
+                let fit = t
+                    .fit(history)
+                    .map_err(|e| Trouble::from(e).detail(data.name))?;
+                return Ok(StaticTestFit::History(fit));
+            }
+            (test, _) => {
+                let needed = match test {
+                    StaticTest::ZeroG(_) => "a recording of three axes",
+                    StaticTest::Orthogonality(_) => "a calibration",
+                    StaticTest::Stability(_) => "results of calibrations",
+                    _ => "readings of one axis",
+                };
+                return Err(Trouble::request(format!(
+                    "the {} test needs {needed}",
+                    test.name()
+                )));
+            }
+        };
+        Ok(StaticTestFit::Test(
+            fit.map_err(|e| Trouble::from(e).detail(data.name))?,
+        ))
+    }
+}
+
+/// The quantities of a result.json with the day of its evaluation.
+///
+/// # Errors
+/// Another file, a result without date or without a joint estimate.
+pub fn dated(bytes: &[u8], name: &str) -> Result<DatedEstimate> {
+    let document = ResultDocument::from_json(bytes).map_err(|e| Trouble::from(e).detail(name))?;
+    let date = document.extra.get("date").and_then(|d| d.as_str());
+    let day = date.and_then(day_of).ok_or_else(|| {
+        Trouble::data("the result does not say on which day it was made")
+            .detail(name)
+            .with_hint("name result.json files of calibrations")
+    })?;
+    let estimate = document.estimate.ok_or_else(|| {
+        Trouble::data("the result has no quantities with one covariance")
+            .detail(name)
+            .with_hint("name result.json files of calibrations")
+    })?;
+    Ok(DatedEstimate {
+        day,
+        estimate,
+        name: name.to_owned(),
+    })
+}
+
+/// Days since 1970-01-01 of a date `YYYY-MM-DD`, in the Gregorian calendar.
+fn day_of(date: &str) -> Option<f64> {
+    let mut parts = date
+        .get(..10)?
+        .splitn(3, '-')
+        .map(|p| p.parse::<i64>().ok());
+    let (year, month, day) = (parts.next()??, parts.next()??, parts.next()??);
+    if !((1..=12).contains(&month) && (1..=31).contains(&day)) {
+        return None;
+    }
+    // Years begin in March, so that the leap day is the last.
+    let shifted = if month <= 2 { year - 1 } else { year };
+    let era = shifted.div_euclid(400);
+    let of_era = shifted.rem_euclid(400);
+    let of_year = (153 * ((month + 9) % 12) + 2) / 5 + day - 1;
+    let days = era * 146_097 + of_era * 365 + of_era / 4 - of_era / 100 + of_year - 719_468;
+    Some(days as f64)
+}
+
+/// What a test found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum StaticTestFit {
+    /// Quantities of one test.
+    Test(StaticFit),
+    /// Drifts over calibrations.
+    History(StabilityFit),
+}
+
+/// The result of a static test.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StaticTestOutcome {
+    test: StaticTest,
+    probability: f64,
+    quantities: Vec<StatedQuantity>,
+    findings: Vec<Finding>,
+    found: StaticTestFit,
+}
+
+impl StaticTestOutcome {
+    /// The fit itself.
+    pub fn found(&self) -> &StaticTestFit {
+        &self.found
+    }
+
+    fn page(&self, record: &Record) -> StaticTestReport<'_> {
+        StaticTestReport {
+            title: self.title(record),
+            meta: record.meta(),
+            inputs: record.digests(),
+            probability: self.probability,
+            findings: &self.findings,
+            footer: record.software.to_string(),
+        }
+    }
+}
+
+impl Outcome for StaticTestOutcome {
+    const KIND: &'static str = "static-test";
+
+    fn title(&self, record: &Record) -> String {
+        let what = match &self.test {
+            StaticTest::Tilt(_) => "Tilt test",
+            StaticTest::Sensitivity(_) => "Sensitivity",
+            StaticTest::ZeroG(_) => "Zero-g bias",
+            StaticTest::Orthogonality(_) => "Orthogonality",
+            StaticTest::Linearity(_) => "Linearity",
+            StaticTest::Centrifuge(_) => "Centrifuge test",
+            StaticTest::Stability(_) => "Stability",
+        };
+        record.title(
+            &format!("{what} of"),
+            &format!("{what} of an accelerometer"),
+        )
+    }
+
+    fn quantities(&self) -> Vec<StatedQuantity> {
+        self.quantities.clone()
+    }
+
+    fn findings(&self) -> &[Finding] {
+        &self.findings
+    }
+
+    fn estimate(&self) -> Option<&Estimate> {
+        match &self.found {
+            StaticTestFit::Test(fit) => Some(&fit.estimate),
+            StaticTestFit::History(_) => None,
+        }
+    }
+
+    fn model(&self) -> Option<String> {
+        Some(self.test.name().to_owned())
+    }
+
+    fn sections(&self) -> Result<Vec<(&'static str, serde_json::Value)>> {
+        Ok(match &self.found {
+            StaticTestFit::Test(fit) => vec![
+                section("nonlinearity", &fit.nonlinearity)?,
+                section("orders", &fit.orders)?,
+            ],
+            StaticTestFit::History(fit) => vec![section("due_in_days", &fit.due_in)?],
+        })
+    }
+
+    fn tables(&self) -> Result<Vec<(String, Table)>> {
+        Ok(match &self.found {
+            StaticTestFit::Test(fit) => {
+                let mut table = Table::new(["input", "output", "model", "residual"]);
+                for r in &fit.readings {
+                    table.push([
+                        Cell::from(r.input),
+                        Cell::from(r.output),
+                        Cell::from(r.model),
+                        Cell::from(r.residual()),
+                    ])?;
+                }
+                vec![("readings.csv".to_owned(), table)]
+            }
+            StaticTestFit::History(fit) => {
+                let mut table = Table::new([
+                    "quantity",
+                    "day",
+                    "value",
+                    "u",
+                    "lower_limit",
+                    "upper_limit",
+                ]);
+                for d in &fit.drifts {
+                    for (value, limit) in d.values.iter().zip(&d.limits) {
+                        table.push([
+                            Cell::from(d.name.as_str()),
+                            Cell::from(value[0]),
+                            Cell::from(value[1]),
+                            Cell::from(value[2]),
+                            Cell::from(limit[1]),
+                            Cell::from(limit[2]),
+                        ])?;
+                    }
+                }
+                vec![("control_chart.csv".to_owned(), table)]
+            }
+        })
+    }
+
+    fn summary(&self, record: &Record) -> Report {
+        match &self.found {
+            StaticTestFit::Test(fit) => self.page(record).summary(fit),
+            StaticTestFit::History(fit) => self.page(record).history_summary(fit),
+        }
+    }
+
+    fn report(&self, record: &Record) -> Report {
+        match &self.found {
+            StaticTestFit::Test(fit) => self.page(record).full(fit),
+            StaticTestFit::History(fit) => self.page(record).history(fit),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::day_of;
+
+    #[test]
+    fn known_days() {
+        assert_eq!(day_of("1970-01-01"), Some(0.0));
+        assert_eq!(day_of("2000-03-01"), Some(11_017.0));
+        assert_eq!(day_of("2024-02-29T12:00"), Some(19_782.0));
+        assert_eq!(day_of("2024-13-01"), None);
+        assert_eq!(day_of("yesterday"), None);
+    }
+}

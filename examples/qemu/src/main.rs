@@ -1,0 +1,109 @@
+//! The firmware example on an emulated Cortex-M4: prints the bits the desk prints, and instructions per sample.
+//!
+//! ```text
+//! cd examples/qemu && cargo run --release
+//! ```
+#![no_std]
+#![no_main]
+
+use core::hint::black_box;
+use core::panic::PanicInfo;
+use cortex_m::peripheral::syst::SystClkSource;
+use cortex_m::peripheral::{Peripherals, SYST};
+use cortex_m_rt::entry;
+use cortex_m_semihosting::{debug, hprintln};
+use proofmass_core::{Compensation, FixedPoint, FixedRange};
+use proofmass_example_firmware::{Pipeline, SAMPLES, SENSOR, reading};
+
+#[panic_handler]
+fn panic(_: &PanicInfo<'_>) -> ! {
+    debug::exit(debug::EXIT_FAILURE);
+    loop {}
+}
+
+/// Instructions in one tick of the 25 MHz clock, at one nanosecond each.
+const PER_TICK: u32 = 40;
+
+/// Instructions of a piece of work done for every sample.
+fn measure(mut work: impl FnMut(u32)) -> u32 {
+    let begin = SYST::get_current();
+    for sample in 0..SAMPLES {
+        work(sample);
+    }
+    begin.wrapping_sub(SYST::get_current()) & 0x00ff_ffff
+}
+
+fn per_sample(ticks: u32, idle: u32) -> u32 {
+    (ticks.saturating_sub(idle) * PER_TICK + SAMPLES / 2) / SAMPLES
+}
+
+#[entry]
+fn main() -> ! {
+    let Ok(mut pipeline) = Pipeline::new() else {
+        panic!();
+    };
+    for sample in 0..SAMPLES {
+        let (counts, temperature, stands) = reading(sample);
+        let velocity = pipeline.step(counts, temperature, stands);
+        if sample % 100 == 99 {
+            hprintln!("{} {:08x}", sample, velocity.to_bits());
+        }
+    }
+    hprintln!("bias {:08x}", pipeline.bias().to_bits());
+
+    let Some(mut peripherals) = Peripherals::take() else {
+        panic!();
+    };
+    peripherals.SYST.set_clock_source(SystClkSource::Core);
+    peripherals.SYST.set_reload(0x00ff_ffff);
+    peripherals.SYST.clear_current();
+    peripherals.SYST.enable_counter();
+    let inputs: [[f32; 3]; 64] = core::array::from_fn(|i| reading(i as u32 * 40).0.map(f32::from));
+    let counts: [[i32; 3]; 64] = core::array::from_fn(|i| reading(i as u32 * 40).0.map(i32::from));
+    let at = |s: u32| black_box(s as usize & 63);
+    let idle = measure(|s| {
+        black_box(at(s));
+    });
+    let linear = measure(|s| {
+        black_box(SENSOR.sensor().apply(black_box(inputs[at(s)])));
+    });
+    let thermal = measure(|s| {
+        black_box(SENSOR.apply(black_box(inputs[at(s)]), black_box(30.0)));
+    });
+    let range = FixedRange {
+        outputs: [[0, 65_535]; 3],
+        temperature: [-40.0, 85.0],
+    };
+    let double = SENSOR.cast::<f64>();
+    let plain = FixedPoint::new(&Compensation::from(*double.sensor()), range);
+    let warm = FixedPoint::new(&double, range);
+    let (Ok(plain), Ok(warm)) = (plain, warm) else {
+        panic!();
+    };
+    let fixed = measure(|s| {
+        black_box(plain.apply(black_box(counts[at(s)]), 0));
+    });
+    let fixed_thermal = measure(|s| {
+        black_box(warm.apply(black_box(counts[at(s)]), black_box(30 * 256)));
+    });
+    let mut again = pipeline;
+    let whole = measure(|s| {
+        let (counts, temperature, stands) = reading(black_box(s));
+        black_box(again.step(counts, temperature, stands));
+    });
+    for (name, ticks) in [
+        ("linear, single precision", linear),
+        ("temperature, single precision", thermal),
+        ("linear, integers", fixed),
+        ("temperature, integers", fixed_thermal),
+        ("compensation, bias filter, Butterworth, velocity", whole),
+    ] {
+        hprintln!("instructions {}: {}", per_sample(ticks, idle), name);
+    }
+    hprintln!(
+        "instructions {}: bytes of state",
+        core::mem::size_of::<Pipeline>()
+    );
+    debug::exit(debug::EXIT_SUCCESS);
+    loop {}
+}
