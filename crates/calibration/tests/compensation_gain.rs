@@ -151,7 +151,7 @@ fn calibrate(bench: &mut Bench) -> (Compensation<f64>, Vec<bool>) {
         })
         .fit(&poses)
         .unwrap();
-    let sensor = *fit.model();
+    let sensor = fit.model();
     let mut outputs: [Vec<f64>; 3] = Default::default();
     let mut temperature = Vec::new();
     for (s, side) in SIDES.iter().enumerate() {
@@ -174,6 +174,7 @@ fn calibrate(bench: &mut Bench) -> (Compensation<f64>, Vec<bool>) {
     let mut sweep = TemperatureSweep::default();
     sweep.reference = Some(25.0);
     sweep.largest_order = 2;
+    sweep.blocks = 100;
     let data = SweepData {
         outputs: [x, y, z],
         temperature: &temperature,
@@ -223,7 +224,7 @@ fn errors(bench: &mut Bench, model: &Compensation<f64>) -> [f64; 2] {
 #[test]
 fn published_gain_of_compensation_is_reached_with_intervals_that_hold() {
     for device in &DEVICES {
-        let units = 40;
+        let units = 12;
         let (mut before, mut after) = (0.0, 0.0);
         let mut held = Vec::new();
         for seed in 0..units {
@@ -246,13 +247,8 @@ fn published_gain_of_compensation_is_reached_with_intervals_that_hold() {
         );
         assert!(after <= published_after, "{}: {after} mg", device.name);
         assert!(gain >= published, "{}: {gain} {published}", device.name);
-        // 240 intervals of 95 %: 228, less four deviations (3.4).
+        // 72 intervals of 95 %: 68, less four deviations (1.9).
         let share = held.iter().filter(|h| **h).count();
-        assert!(share >= 214, "{}: {share} of {}", device.name, held.len());
-        println!(
-            "{}: {before:.3} -> {after:.3} mg, {:.0} %, intervals {share}/240",
-            device.name,
-            1e2 * gain
-        );
+        assert!(share >= 61, "{}: {share} of {}", device.name, held.len());
     }
 }

@@ -72,7 +72,7 @@ impl Blocks {
                 index,
             });
         }
-        let samples = (n / aim).max(1);
+        let samples = n.div_ceil(aim).max(1);
         let count = n / samples;
         if count < 40 {
             return Err(Error::TooFew {

@@ -29,7 +29,7 @@ pub(super) struct Branches {
     pub sign: Vec<f64>,
     /// Ṫ, K/s.
     pub rate: Vec<f64>,
-    /// Temperatures that both branches went through, where both are there.
+    /// Temperatures that both branches went through in one attitude, where both are there.
     pub common: Option<[f64; 2]>,
     /// Whether Ṫ varies enough within the branches to tell lag from hysteresis.
     pub lag: bool,
@@ -71,21 +71,25 @@ impl Branches {
                 last
             })
             .collect();
-        let span = |wanted: f64| {
-            let members = (0..n).filter(|i| sign[*i] == wanted && rate[*i].abs() > moving);
-            let t: Vec<f64> = members.map(|i| blocks.temperature[i]).collect();
-            (t.len() >= FEWEST).then(|| {
-                t.iter()
-                    .fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| {
-                        [a.min(*v), b.max(*v)]
-                    })
-            })
+        let span = |attitude: usize, wanted: f64| {
+            let of = |i: &usize| {
+                blocks.attitude[*i] == attitude && sign[*i] == wanted && rate[*i].abs() > moving
+            };
+            let t: Vec<f64> = (0..n).filter(of).map(|i| blocks.temperature[i]).collect();
+            let ends = t
+                .iter()
+                .fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| {
+                    [a.min(*v), b.max(*v)]
+                });
+            (t.len() >= FEWEST).then_some(ends)
         };
+        // Both ways in one attitude: heating in one and cooling in another differ by the attitude as well.
         let [low, high] = blocks.range();
-        let common = span(1.0)
-            .zip(span(-1.0))
-            .map(|(a, b)| [a[0].max(b[0]), a[1].min(b[1])]);
-        let common = common.filter(|[a, b]| b - a > COMMON * (high - low));
+        let common = (0..blocks.attitudes.len())
+            .filter_map(|s| Some((span(s, 1.0)?, span(s, -1.0)?)))
+            .map(|(up, down)| [up[0].max(down[0]), up[1].min(down[1])])
+            .filter(|[a, b]| b - a > COMMON * (high - low))
+            .max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])));
         let speeds: Vec<f64> = rate
             .iter()
             .map(|r| r.abs())

@@ -18,7 +18,7 @@ pub(super) fn of(fit: &TemperatureFit, cycle: bool, probability: f64) -> Vec<Fin
             Finding::new(
                 Severity::Note,
                 "one-direction",
-                "the temperature went one way only: hysteresis and lag are in the coefficients and cannot be seen",
+                "in no attitude did the temperature go both ways: hysteresis and lag are in the coefficients and cannot be seen",
             )
             .evidence(format!("{:.1} to {:.1} °C", fit.range[0], fit.range[1]))
             .advice("record the way back as well, at several rates"),
