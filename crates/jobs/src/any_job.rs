@@ -12,6 +12,7 @@ use crate::shaker_single::{ShakerSingleData, ShakerSingleJob};
 use crate::shaker_triaxial::{ShakerTriaxialData, ShakerTriaxialJob};
 use crate::simulate::SimulateJob;
 use crate::spurious_motion::{SpuriousMotionData, SpuriousMotionJob};
+use crate::static_test::{StaticTestData, StaticTestJob};
 use crate::store::Sink;
 use crate::temperature::{TemperatureData, TemperatureJob};
 use crate::trouble::{Result, Trouble};
@@ -74,6 +75,8 @@ macro_rules! jobs {
             Apply(ApplyData<'a>),
             /// A sensor at rest over a sweep of temperature.
             Temperature(TemperatureData<'a>),
+            /// Readings, a recording, a calibration or calibrations of a static test.
+            StaticTest(StaticTestData<'a>),
             /// Where simulated files go.
             Sink(&'a dyn Sink),
             /// A sensor at rest.
@@ -168,6 +171,8 @@ jobs! {
     VelocityTune(VelocityTuneJob, AxisData, "velocity-tune", |d| only!(d, Axis)),
     /// Bias and scale over temperature.
     Temperature(TemperatureJob, TemperatureData, "temperature", |d| only!(d, Temperature)),
+    /// Inclination, sensitivity, zero-g, orthogonality, linearity, centrifuge, stability.
+    StaticTest(StaticTestJob, StaticTestData, "static-test", |d| only!(d, StaticTest)),
     /// Recordings whose truth is known.
     Simulate(SimulateJob, Sink, "simulate", |d| only!(d, Sink)),
     /// A model of measurement.

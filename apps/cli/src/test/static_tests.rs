@@ -12,9 +12,9 @@ use proofmass::io::{
     CalibrationFile, Column, ColumnRef, Device, Input, Recording, RecordingOptions, Unit,
 };
 use proofmass::jobs::static_test::{
-    StaticTest, StaticTestData, StaticTestInput, StaticTestJob, dated,
+    StaticTest, StaticTestData, StaticTestInput, StaticTestJob, StaticTestOutcome, dated,
 };
-use proofmass::jobs::{Filed, Job, Record};
+use proofmass::jobs::{Filed, Job, Outcome as _, Record};
 use std::path::{Path, PathBuf};
 
 /// Local gravity.
@@ -65,7 +65,9 @@ struct Readings {
 impl Readings {
     /// Reads inputs in SI and outputs as they are, runs the test and delivers.
     fn run(self, input: &str, input_unit: Unit, test: StaticTest) -> Result<Outcome, Failure> {
-        let folder = self.delivery.begin(&[&self.table])?;
+        let folder = self
+            .delivery
+            .begin(StaticTestOutcome::KIND, &[&self.table])?;
         let options = RecordingOptions {
             columns: vec![
                 ColumnRef::from_word(input),
@@ -297,13 +299,15 @@ enum Up {
 
 impl ZeroGTest {
     pub(super) fn run(self) -> Result<Outcome, Failure> {
-        let folder = self.delivery.begin(&[&self.recording])?;
-        let recording = Recording::read(&self.recording, &self.reading.options_with(None)?)?;
+        let folder = self
+            .delivery
+            .begin(StaticTestOutcome::KIND, &[&self.recording])?;
+        let recording = Recording::read(&self.recording, &self.reading.reading().options_alone()?)?;
         let [x, y, z] = recording.columns.as_slice() else {
             return Err(Failure::new("three columns are needed"));
         };
         let name = self.recording.display().to_string();
-        let (si, factor) = self.reading.common_unit([x, y, z])?.si();
+        let (si, factor) = self.reading.reading().common_unit([x, y, z])?.si();
         if !si.is_acceleration() {
             return Err(
                 Failure::new(format!("the outputs are in {si}, which is no acceleration"))
@@ -339,7 +343,9 @@ pub(super) struct OrthogonalityTest {
 
 impl OrthogonalityTest {
     pub(super) fn run(self) -> Result<Outcome, Failure> {
-        let folder = self.delivery.begin(&[&self.calibration])?;
+        let folder = self
+            .delivery
+            .begin(StaticTestOutcome::KIND, &[&self.calibration])?;
         let file = CalibrationFile::read(&self.calibration)?;
         let name = self.calibration.display().to_string();
         let data = StaticTestData {
@@ -383,7 +389,7 @@ fn tolerance(text: &str) -> Result<(String, f64), String> {
 impl StabilityTest {
     pub(super) fn run(self) -> Result<Outcome, Failure> {
         let places: Vec<&Path> = self.results.iter().map(PathBuf::as_path).collect();
-        let folder = self.delivery.begin(&places)?;
+        let folder = self.delivery.begin(StaticTestOutcome::KIND, &places)?;
         let mut history: Vec<DatedEstimate> = Vec::new();
         let mut inputs = Vec::new();
         for path in &self.results {
