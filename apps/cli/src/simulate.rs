@@ -1,5 +1,7 @@
 //! `proofmass simulate`: recordings with truth.
 
+mod transducer;
+
 use crate::console::Progress;
 use crate::{Failure, Outcome, console};
 use clap::ValueEnum;
@@ -24,6 +26,7 @@ enum Scenario {
     Shaker(Shaker),
     SpuriousMotion(SpuriousMotion),
     Axis(Axis),
+    Transducer(Box<transducer::Transducer>),
 }
 
 impl Simulate {
@@ -35,6 +38,7 @@ impl Simulate {
                 campaign(&SimulateJob::SpuriousMotion(s.job()), s.bench.output)
             }
             Scenario::Axis(s) => s.run(),
+            Scenario::Transducer(s) => s.run(),
         }
     }
 }

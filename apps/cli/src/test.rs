@@ -1,9 +1,18 @@
 //! `proofmass test`: tests of a device, one subcommand each.
 
+mod channel_arguments;
+mod deconvolve;
+mod levels;
+mod model;
+mod motion;
+mod response;
+mod shock;
 mod static_tests;
+mod step;
 mod temperature;
 
 use crate::{Failure, Outcome};
+pub(crate) use channel_arguments::positive;
 
 /// Test a device: how it answers a shock, a vibration, a step, an inclination, a temperature.
 #[derive(clap::Args)]
@@ -23,6 +32,15 @@ enum Kind {
     Linearity(static_tests::LinearityTest),
     Centrifuge(static_tests::CentrifugeTest),
     Stability(static_tests::StabilityTest),
+    Random(Box<response::Random>),
+    Impact(Box<response::Impact>),
+    Sweep(Box<response::Sweep>),
+    Shock(Box<shock::Shock>),
+    Step(Box<step::Step>),
+    Motion(Box<motion::Motion>),
+    Model(Box<model::Model>),
+    Levels(Box<levels::Levels>),
+    Deconvolve(Box<deconvolve::Deconvolve>),
 }
 
 impl Test {
@@ -36,6 +54,15 @@ impl Test {
             Kind::Linearity(test) => test.run(),
             Kind::Centrifuge(test) => test.run(),
             Kind::Stability(test) => test.run(),
+            Kind::Random(test) => test.run(),
+            Kind::Impact(test) => test.run(),
+            Kind::Sweep(test) => test.run(),
+            Kind::Shock(test) => test.run(),
+            Kind::Step(test) => test.run(),
+            Kind::Motion(test) => test.run(),
+            Kind::Model(test) => test.run(),
+            Kind::Levels(test) => test.run(),
+            Kind::Deconvolve(test) => test.run(),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Calibration of accelerometers: from observations to parameters with one joint covariance.
 
+pub mod dynamic;
 pub mod frequency_response;
 pub mod shaker;
 pub mod static_test;

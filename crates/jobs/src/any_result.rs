@@ -4,8 +4,9 @@ use crate::outcome::{Filed, Outcome};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use crate::{
-    apply, free_living, modes, multi_position, noise, plan, shaker_single, shaker_triaxial,
-    simulate, spurious_motion, static_test, temperature, uncertainty, validation, velocity,
+    apply, deconvolution, free_living, linearity, modes, motion, multi_position, noise, plan,
+    response, shaker_single, shaker_triaxial, shock, simulate, spurious_motion, static_test, step,
+    temperature, uncertainty, validation, velocity,
 };
 use proofmass_io::{ResultDocument, StatedQuantity};
 use proofmass_report::Report;
@@ -90,6 +91,12 @@ fn readers() -> Vec<(&'static str, Reader)> {
         reader::<shaker_triaxial::ShakerTriaxialOutcome>(),
         reader::<shaker_single::ShakerSingleOutcome>(),
         reader::<spurious_motion::SpuriousMotionOutcome>(),
+        reader::<shock::ShockOutcome>(),
+        reader::<linearity::LinearityOutcome>(),
+        reader::<step::StepOutcome>(),
+        reader::<deconvolution::DeconvolutionOutcome>(),
+        reader::<motion::MotionOutcome>(),
+        reader::<response::ResponseOutcome>(),
         reader::<plan::PlanOutcome>(),
         reader::<modes::ModesOutcome>(),
         reader::<noise::NoiseOutcome>(),

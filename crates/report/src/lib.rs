@@ -24,20 +24,26 @@
 //! needs no network, no font and no script.
 
 mod compensation;
+mod deconvolution;
 mod document;
 mod error;
 pub mod html;
+mod linearity;
 mod modes;
+mod motion;
 mod multi_position;
 mod noise;
 mod number;
 mod plan;
 pub mod plot;
+mod response;
 mod shaker;
+mod shock;
 mod simulation;
 mod single_axis;
 mod spurious;
 mod static_test;
+mod step;
 mod subscript;
 mod temperature;
 pub mod terminal;
@@ -46,9 +52,12 @@ mod validation;
 mod velocity;
 
 pub use compensation::CompensationReport;
+pub use deconvolution::DeconvolutionReport;
 pub use document::{Alignment, Block, Cell, Column, Figure, KeyFigure, Report, Section, Table};
 pub use error::Error;
+pub use linearity::LinearityReport;
 pub use modes::{ModesLine, ModesReport};
+pub use motion::MotionReport;
 pub use multi_position::MultiPositionReport;
 pub use noise::NoiseReport;
 pub use number::{concise, scientific};
@@ -57,11 +66,14 @@ pub use plot::{
     Axis, BarPlot, BodyPlot, BodyState, HistogramPlot, MatrixPlot, Panel, Plot, Scale, Series,
     SpherePlot, SpherePoint, XyPlot,
 };
+pub use response::ResponseReport;
 pub use shaker::ShakerReport;
+pub use shock::{ShockReport, ShockSpectrumCurves};
 pub use simulation::SimulationReport;
 pub use single_axis::SingleAxisReport;
 pub use spurious::SpuriousReport;
 pub use static_test::StaticTestReport;
+pub use step::StepReport;
 pub use temperature::TemperatureReport;
 pub use uncertainty::{GivenInput, UncertaintyReport};
 pub use validation::ValidationReport;

@@ -15,6 +15,11 @@ mod axis;
 pub mod bench;
 
 mod hand_held;
+mod transducer;
 
 pub use axis::{Axis, AxisAccelerometer, AxisEncoder, AxisMotion, AxisRecording, MotionPoint};
 pub use hand_held::{HandHeld, HandHeldRecording, Rest};
+pub use transducer::{
+    BridgeArms, Principle, ProofMass, Transducer, TransducerBench, TransducerLimits,
+    TransducerMotion, TransducerRecording,
+};

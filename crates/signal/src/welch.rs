@@ -163,7 +163,13 @@ pub(crate) fn segment_powers(
     sums
 }
 
-fn window_segment(part: &[f64], weights: &[f64], detrend: Detrend, rate: f64, out: &mut [f64]) {
+pub(crate) fn window_segment(
+    part: &[f64],
+    weights: &[f64],
+    detrend: Detrend,
+    rate: f64,
+    out: &mut [f64],
+) {
     match detrend {
         Detrend::None | Detrend::Constant => {
             let mean = if detrend == Detrend::None {
@@ -192,7 +198,7 @@ fn window_segment(part: &[f64], weights: &[f64], detrend: Detrend, rate: f64, ou
 }
 
 /// Equivalent degrees of freedom of the average of overlapping segments of white noise.
-fn degrees_of_freedom(weights: &[f64], step: usize, count: usize) -> f64 {
+pub(crate) fn degrees_of_freedom(weights: &[f64], step: usize, count: usize) -> f64 {
     let squares: f64 = weights.iter().map(|w| w * w).sum();
     let k = count as f64;
     let mut sum = 1.0;

@@ -1,0 +1,97 @@
+//! `proofmass test motion`.
+
+use super::channel_arguments::{ClockArguments, band, not_negative, positive, unit, wanted};
+use crate::console::Progress;
+use crate::delivery::Delivery;
+use crate::{Failure, Outcome, clock};
+use proofmass::io::{Source, Unit};
+use proofmass::jobs::motion::{MotionData, MotionJob, MotionOutcome};
+use proofmass::jobs::{Filed, Job, Outcome as _, Record};
+use proofmass::signal::Baseline;
+use std::path::PathBuf;
+
+/// Figures of a recorded acceleration: intensity, velocity, displacement, response spectrum, machine vibration.
+#[derive(clap::Args)]
+pub(super) struct Motion {
+    /// Recording with the acceleration
+    recording: PathBuf,
+    /// Its column, by name or number (from 1)
+    #[arg(long, value_name = "COLUMN")]
+    column: String,
+    /// Its unit, where the heading does not say it: m/s², g, …
+    #[arg(long, value_name = "UNIT", value_parser = unit)]
+    unit: Option<Unit>,
+    /// Relative standard uncertainty of the acceleration, in per cent, from the sensor's calibration
+    #[arg(long, value_name = "PERCENT", value_parser = not_negative, default_value = "0")]
+    uncertainty: f64,
+    /// What is removed before integration: none, mean, before=SECONDS, velocity=DEGREE
+    #[arg(long, value_name = "CORRECTION", default_value = "none", value_parser = baseline)]
+    baseline: Baseline,
+    /// Gravity of intensity and bracketed duration in m/s²
+    #[arg(long, value_name = "M_PER_S2", value_parser = positive, default_value = "9.80665")]
+    gravity: f64,
+    /// Damping ratio of the response spectrum, in per cent
+    #[arg(long, value_name = "PERCENT", value_parser = not_negative, default_value = "5")]
+    damping: f64,
+    /// Periods of the response spectrum in seconds [default: a hundred]
+    #[arg(long, value_name = "S,S,…", value_delimiter = ',', value_parser = positive)]
+    periods: Vec<f64>,
+    /// Band of the vibration velocity in hertz
+    #[arg(long, value_name = "LOW,HIGH", value_parser = band, default_value = "10,1000")]
+    vibration_band: [f64; 2],
+    #[command(flatten)]
+    clock: ClockArguments,
+    #[command(flatten)]
+    delivery: Delivery,
+}
+
+impl Motion {
+    pub(super) fn run(self) -> Result<Outcome, Failure> {
+        let folder = self
+            .delivery
+            .begin(MotionOutcome::KIND, &[&self.recording])?;
+        let recording = self.clock.reading().read(
+            Source::open(&self.recording)?,
+            &[wanted(&self.column, self.unit)],
+        )?;
+        let Some(channel) = recording.channels.first() else {
+            return Err(Failure::new("no column was chosen"));
+        };
+        let mut job = MotionJob::default();
+        job.relative_uncertainty = 1e-2 * self.uncertainty;
+        job.baseline = self.baseline;
+        job.gravity = self.gravity;
+        job.damping = 1e-2 * self.damping;
+        job.periods = self.periods;
+        job.vibration_band = self.vibration_band;
+        let data = MotionData {
+            channel: channel.view(),
+            rate: recording.rate,
+            findings: &recording.findings,
+            name: &recording.name,
+        };
+        let outcome = job.evaluate(&data, &Progress::new())?;
+        let record = Record {
+            title: Some(format!("Motion, {}", self.recording.display())),
+            date: Some(clock::today()),
+            inputs: vec![recording.input.clone()],
+            ..Record::default()
+        };
+        self.delivery.deliver(folder, &Filed::new(record, outcome))
+    }
+}
+
+fn baseline(text: &str) -> Result<Baseline, String> {
+    let refused = || format!("{text:?} is none of none, mean, before=SECONDS, velocity=DEGREE");
+    match text.split_once('=') {
+        None if text == "none" => Ok(Baseline::None),
+        None if text == "mean" => Ok(Baseline::Mean),
+        Some(("before", seconds)) => Ok(Baseline::BeforeMotion {
+            seconds: positive(seconds).map_err(|_| refused())?,
+        }),
+        Some(("velocity", degree)) => Ok(Baseline::Velocity {
+            degree: degree.parse().map_err(|_| refused())?,
+        }),
+        _ => Err(refused()),
+    }
+}

@@ -1,0 +1,219 @@
+//! `proofmass test random`, `impact`, `sweep`.
+
+use super::channel_arguments::{ClockArguments, band, not_negative, positive, unit, wanted};
+use crate::console::Progress;
+use crate::delivery::Delivery;
+use crate::{Failure, Outcome, clock};
+use proofmass::calibration::dynamic::model::ModelStructure;
+use proofmass::io::{Source, Unit};
+use proofmass::jobs::response::{Excitation, ResponseData, ResponseJob, ResponseOutcome};
+use proofmass::jobs::{Filed, Job, Outcome as _, Record};
+use proofmass::signal::transfer::Estimator;
+use std::path::{Path, PathBuf};
+
+/// Channels, estimator, model: what all three excitations share.
+#[derive(clap::Args)]
+pub(super) struct Common {
+    /// Column of the input (reference acceleration, force), by name or number (from 1)
+    #[arg(long, value_name = "COLUMN")]
+    input: String,
+    /// Its unit, where the heading does not say it: m/s², g, N, …
+    #[arg(long, value_name = "UNIT", value_parser = unit)]
+    input_unit: Option<Unit>,
+    /// Relative standard uncertainty of the input, in per cent, common to all frequencies
+    #[arg(long, value_name = "PERCENT", value_parser = not_negative, default_value = "0")]
+    input_uncertainty: f64,
+    /// Column of the device
+    #[arg(long, value_name = "COLUMN")]
+    output_column: String,
+    /// Its unit, where the heading does not say it
+    #[arg(long, value_name = "UNIT", value_parser = unit)]
+    output_unit: Option<Unit>,
+    /// Lowest and highest frequency in hertz
+    #[arg(long, value_name = "LOW,HIGH", value_parser = band)]
+    band: Option<[f64; 2]>,
+    /// Frequency in hertz to whose modulus bandwidths refer [default: the lowest]
+    #[arg(long, value_name = "HZ", value_parser = positive)]
+    reference_frequency: Option<f64>,
+    /// Model to fit: elements of 1mode … 4modes, high-pass, delay, low-pass=ORDER, joined by +
+    #[arg(long, value_name = "ELEMENTS", value_parser = structure)]
+    model: Option<ModelStructure>,
+    #[command(flatten)]
+    clock: ClockArguments,
+    #[command(flatten)]
+    delivery: Delivery,
+}
+
+/// Frequency response from noise: H1, H2 or Hv with coherence and 95 % bands, resonances, bandwidths, a fitted model.
+#[derive(clap::Args)]
+pub(super) struct Random {
+    /// Recording of input and output
+    recording: PathBuf,
+    /// Samples per segment [default: by the record]
+    #[arg(long, value_name = "SAMPLES")]
+    segment: Option<usize>,
+    /// Where the noise is: on the output (h1), on the input (h2), on both (hv)
+    #[arg(long, value_enum, default_value = "h1")]
+    estimator: Choice,
+    /// Ratio of the densities of output noise to input noise, for hv, in the square of the unit of the response
+    #[arg(long, value_name = "RATIO", value_parser = positive, required_if_eq("estimator", "hv"))]
+    noise_ratio: Option<f64>,
+    #[command(flatten)]
+    common: Common,
+}
+
+/// Frequency response from blows of a hammer: one or several to a recording; doubled and unfinished ones are left out.
+#[derive(clap::Args)]
+pub(super) struct Impact {
+    /// Recordings of force and response
+    #[arg(required = true)]
+    recordings: Vec<PathBuf>,
+    /// Samples of each blow [default: up to the next one]
+    #[arg(long, value_name = "SAMPLES")]
+    segment: Option<usize>,
+    /// Samples to either side of the greatest force that are kept of the force [default: all]
+    #[arg(long, value_name = "SAMPLES")]
+    force_window: Option<usize>,
+    /// Where the noise is: on the output (h1), on the input (h2), on both (hv)
+    #[arg(long, value_enum, default_value = "h1")]
+    estimator: Choice,
+    /// Ratio of the densities of output noise to input noise, for hv
+    #[arg(long, value_name = "RATIO", value_parser = positive, required_if_eq("estimator", "hv"))]
+    noise_ratio: Option<f64>,
+    #[command(flatten)]
+    common: Common,
+}
+
+/// Frequency response from a swept sine, linear or logarithmic, by local polynomials over the whole record.
+#[derive(clap::Args)]
+pub(super) struct Sweep {
+    /// Recording of input and output
+    recording: PathBuf,
+    /// Lines of the record joined to one of the result
+    #[arg(long, value_name = "LINES")]
+    smoothing: Option<usize>,
+    #[command(flatten)]
+    common: Common,
+}
+
+#[derive(Clone, Copy, PartialEq, clap::ValueEnum)]
+enum Choice {
+    H1,
+    H2,
+    Hv,
+}
+
+fn estimator(choice: Choice, noise_ratio: Option<f64>) -> Estimator {
+    match (choice, noise_ratio) {
+        (Choice::H2, _) => Estimator::H2,
+        (Choice::Hv, Some(noise_ratio)) => Estimator::Hv { noise_ratio },
+        _ => Estimator::H1,
+    }
+}
+
+impl Random {
+    pub(super) fn run(self) -> Result<Outcome, Failure> {
+        let mut job = ResponseJob::new(Excitation::Random);
+        job.segment = self.segment;
+        job.estimator = estimator(self.estimator, self.noise_ratio);
+        self.common.run(job, &[self.recording])
+    }
+}
+
+impl Impact {
+    pub(super) fn run(self) -> Result<Outcome, Failure> {
+        let mut job = ResponseJob::new(Excitation::Impact);
+        job.segment = self.segment;
+        job.force_window = self.force_window;
+        job.estimator = estimator(self.estimator, self.noise_ratio);
+        self.common.run(job, &self.recordings)
+    }
+}
+
+impl Sweep {
+    pub(super) fn run(self) -> Result<Outcome, Failure> {
+        let mut job = ResponseJob::new(Excitation::Sweep);
+        job.segment = self.smoothing;
+        self.common.run(job, &[self.recording])
+    }
+}
+
+impl Common {
+    fn run(self, mut job: ResponseJob, paths: &[PathBuf]) -> Result<Outcome, Failure> {
+        let inputs: Vec<&Path> = paths.iter().map(PathBuf::as_path).collect();
+        let folder = self.delivery.begin(ResponseOutcome::KIND, &inputs)?;
+        job.band = self.band;
+        job.model = self.model;
+        job.reference_frequency = self.reference_frequency;
+        job.input_uncertainty = 1e-2 * self.input_uncertainty;
+        let columns = [
+            wanted(&self.input, self.input_unit),
+            wanted(&self.output_column, self.output_unit),
+        ];
+        let reading = self.clock.reading();
+        let mut recordings = Vec::new();
+        for path in paths {
+            recordings.push(reading.read(Source::open(path)?, &columns)?);
+        }
+        let Some(first) = recordings.first() else {
+            return Err(Failure::new("no recording was given"));
+        };
+        if let Some(other) = recordings
+            .iter()
+            .find(|r| (r.rate / first.rate - 1.0).abs() > 1e-6)
+        {
+            return Err(Failure::new(format!(
+                "{} has {} samples/s, {} has {}",
+                other.name, other.rate, first.name, first.rate
+            ))
+            .hint("blows that are averaged are sampled alike"));
+        }
+        let mut pairs = Vec::new();
+        for r in &recordings {
+            if let [input, output] = r.channels.as_slice() {
+                pairs.push([input.view(), output.view()]);
+            }
+        }
+        let findings: Vec<_> = recordings.iter().flat_map(|r| r.findings.clone()).collect();
+        let names: Vec<&str> = recordings.iter().map(|r| r.name.as_str()).collect();
+        let name = names.join(", ");
+        let data = ResponseData {
+            recordings: pairs,
+            rate: first.rate,
+            findings: &findings,
+            name: &name,
+        };
+        let outcome = job.evaluate(&data, &Progress::new())?;
+        let record = Record {
+            title: Some(format!("Frequency response, {name}")),
+            date: Some(clock::today()),
+            inputs: recordings.iter().map(|r| r.input.clone()).collect(),
+            ..Record::default()
+        };
+        self.delivery.deliver(folder, &Filed::new(record, outcome))
+    }
+}
+
+/// `1mode+delay`, `2modes+high-pass+low-pass=4`.
+pub(super) fn structure(text: &str) -> Result<ModelStructure, String> {
+    let refused =
+        || format!("{text:?} is no model such as 1mode, 1mode+delay, 2modes+high-pass+low-pass=4");
+    let mut model = ModelStructure::modes(0);
+    for word in text.split('+').map(str::trim) {
+        if let Some(count) = word
+            .strip_suffix("modes")
+            .or_else(|| word.strip_suffix("mode"))
+        {
+            model.modes = count.trim().parse().map_err(|_| refused())?;
+        } else if word == "high-pass" {
+            model = model.with_high_pass();
+        } else if word == "delay" {
+            model = model.with_delay();
+        } else if let Some(order) = word.strip_prefix("low-pass=") {
+            model = model.with_low_pass(order.parse().map_err(|_| refused())?);
+        } else {
+            return Err(refused());
+        }
+    }
+    Ok(model)
+}

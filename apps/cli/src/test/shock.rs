@@ -1,0 +1,159 @@
+//! `proofmass test shock`.
+
+use super::channel_arguments::{ClockArguments, band, not_negative, positive, unit, wanted};
+use crate::console::Progress;
+use crate::delivery::Delivery;
+use crate::{Failure, Outcome, clock};
+use proofmass::calibration::dynamic::shock::Tolerance;
+use proofmass::io::{Source, Unit};
+use proofmass::jobs::shock::{ShockData, ShockJob, ShockOutcome};
+use proofmass::jobs::{Filed, Job, Outcome as _, Record};
+use proofmass::signal::{Peaks, PulseShape};
+use std::path::PathBuf;
+
+/// A recorded shock: peak, duration, velocity change, shock response spectrum; sensitivity against a reference.
+///
+/// With --reference, the sensitivity of the output by peak, by integral and by spectrum (ISO 16063-13, -22), each with its
+/// interval. Pulses that are cut off, doubled, saturated, shifted or ringing are named. With -o, a folder gets result.json,
+/// report.html and tables.
+#[derive(clap::Args)]
+pub(super) struct Shock {
+    /// Recording with the shock
+    recording: PathBuf,
+    /// Column of the device, by name or number (from 1)
+    #[arg(long, value_name = "COLUMN")]
+    output_column: String,
+    /// Its unit, where the heading does not say it: V, mV, count, m/s², g, …
+    #[arg(long, value_name = "UNIT", value_parser = unit)]
+    output_unit: Option<Unit>,
+    /// Column of the reference acceleration
+    #[arg(long, value_name = "COLUMN")]
+    reference: Option<String>,
+    /// Its unit, where the heading does not say it: m/s², g, …
+    #[arg(long, value_name = "UNIT", value_parser = unit, requires = "reference")]
+    reference_unit: Option<Unit>,
+    /// Relative standard uncertainty of the reference, in per cent
+    #[arg(long, value_name = "PERCENT", value_parser = not_negative, default_value = "0", requires = "reference")]
+    reference_uncertainty: f64,
+    /// Natural frequencies of the spectrum in hertz: LOW,HIGH [default: by duration and rate]
+    #[arg(long, value_name = "LOW,HIGH", value_parser = band)]
+    frequencies: Option<[f64; 2]>,
+    /// Natural frequencies to the octave
+    #[arg(long, default_value_t = 12)]
+    per_octave: u32,
+    /// Quality factor of the oscillators, 1/(2ζ)
+    #[arg(long, value_name = "Q", value_parser = positive, default_value = "10")]
+    quality: f64,
+    /// Extremes at the samples (ISO 18431-4) or also between them
+    #[arg(long, value_enum, default_value = "at-samples")]
+    peaks: PeakPlaces,
+    /// Nominal pulse for the tolerance band
+    #[arg(
+        long,
+        value_enum,
+        requires = "nominal_peak",
+        requires = "nominal_duration"
+    )]
+    nominal: Option<Shape>,
+    /// Its peak in m/s²
+    #[arg(long, value_name = "M_PER_S2", value_parser = positive, requires = "nominal")]
+    nominal_peak: Option<f64>,
+    /// Its duration in seconds
+    #[arg(long, value_name = "SECONDS", value_parser = positive, requires = "nominal")]
+    nominal_duration: Option<f64>,
+    /// Half-width of the band in per cent of the nominal peak
+    #[arg(long, value_name = "PERCENT", value_parser = positive, default_value = "20")]
+    band: f64,
+    /// Largest departure of the velocity change in per cent
+    #[arg(long, value_name = "PERCENT", value_parser = positive, default_value = "15")]
+    velocity_band: f64,
+    #[command(flatten)]
+    clock: ClockArguments,
+    #[command(flatten)]
+    delivery: Delivery,
+}
+
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum PeakPlaces {
+    AtSamples,
+    BetweenSamples,
+}
+
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum Shape {
+    HalfSine,
+    Haversine,
+    TerminalPeakSawtooth,
+    /// Flanks of a tenth of the duration
+    Trapezoid,
+}
+
+impl From<Shape> for PulseShape {
+    fn from(shape: Shape) -> Self {
+        match shape {
+            Shape::HalfSine => Self::HalfSine,
+            Shape::Haversine => Self::Haversine,
+            Shape::TerminalPeakSawtooth => Self::TerminalPeakSawtooth,
+            Shape::Trapezoid => Self::Trapezoid { rise: 0.1 },
+        }
+    }
+}
+
+impl Shock {
+    pub(super) fn run(self) -> Result<Outcome, Failure> {
+        let folder = self
+            .delivery
+            .begin(ShockOutcome::KIND, &[&self.recording])?;
+        let mut channels = vec![wanted(&self.output_column, self.output_unit)];
+        if let Some(reference) = &self.reference {
+            channels.push(wanted(reference, self.reference_unit));
+        }
+        let recording = self
+            .clock
+            .reading()
+            .read(Source::open(&self.recording)?, &channels)?;
+        let views: Vec<_> = recording.channels.iter().map(|c| c.view()).collect();
+        let Some((output, reference)) = views.split_first() else {
+            return Err(Failure::new("no column was chosen"));
+        };
+        let data = ShockData {
+            reference: reference.first().copied(),
+            output: *output,
+            rate: recording.rate,
+            findings: &recording.findings,
+            name: &recording.name,
+        };
+        let outcome = self.job().evaluate(&data, &Progress::new())?;
+        let record = Record {
+            title: Some(format!("Shock test, {}", self.recording.display())),
+            date: Some(clock::today()),
+            inputs: vec![recording.input.clone()],
+            ..Record::default()
+        };
+        self.delivery.deliver(folder, &Filed::new(record, outcome))
+    }
+
+    fn job(&self) -> ShockJob {
+        let mut job = ShockJob::default();
+        job.reference.relative_uncertainty = 1e-2 * self.reference_uncertainty;
+        job.frequencies = self.frequencies;
+        job.per_octave = self.per_octave;
+        job.quality = self.quality;
+        job.peaks = match self.peaks {
+            PeakPlaces::AtSamples => Peaks::AtSamples,
+            PeakPlaces::BetweenSamples => Peaks::BetweenSamples,
+        };
+        if let (Some(shape), Some(peak), Some(duration)) =
+            (self.nominal, self.nominal_peak, self.nominal_duration)
+        {
+            let mut tolerance = Tolerance::default();
+            tolerance.shape = shape.into();
+            tolerance.peak = peak;
+            tolerance.duration = duration;
+            tolerance.band = 1e-2 * self.band;
+            tolerance.velocity = 1e-2 * self.velocity_band;
+            job.tolerance = Some(tolerance);
+        }
+        job
+    }
+}

@@ -1,0 +1,432 @@
+//! `proofmass test shock|random|impact|sweep` from files, and on recordings of others.
+
+mod support;
+
+use std::f64::consts::PI;
+use std::fmt::Write as _;
+use std::path::Path;
+use support::*;
+
+/// Reproducible noise of unit variance: the sum of twelve uniform numbers less six.
+struct Noise(u64);
+
+impl Noise {
+    fn next(&mut self) -> f64 {
+        (0..12)
+            .map(|_| {
+                self.0 = self
+                    .0
+                    .wrapping_mul(6_364_136_223_846_793_005)
+                    .wrapping_add(1_442_695_040_888_963_407);
+                (self.0 >> 11) as f64 / (1u64 << 53) as f64
+            })
+            .sum::<f64>()
+            - 6.0
+    }
+}
+
+fn write_shock(path: &Path, header: &str, sensitivity: f64, end: usize) {
+    let mut noise = Noise(7);
+    let mut text = format!("{header}\n");
+    for k in 0..end {
+        let t = f64::from(k as u32) / 50e3;
+        let s = (t - 0.04) / 2e-3;
+        let a = if (0.0..=1.0).contains(&s) {
+            1000.0 * (PI * s).sin()
+        } else {
+            0.0
+        };
+        let (n, m) = (noise.next(), noise.next());
+        writeln!(
+            text,
+            "{t:.6},{:.6},{:.8}",
+            a + 2.0 * n,
+            sensitivity * (a + 2.0 * m)
+        )
+        .unwrap();
+    }
+    std::fs::write(path, text).unwrap();
+}
+
+fn codes(result: &serde_json::Value) -> Vec<String> {
+    let findings = result["findings"].as_array().unwrap();
+    findings
+        .iter()
+        .map(|f| f["code"].as_str().unwrap().to_owned())
+        .collect()
+}
+
+#[test]
+fn known_shock_from_a_file_to_a_folder_and_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("shock.csv");
+    write_shock(&recording, "time_s,ref_m/s2,dut_V", 0.01, 4000);
+    let place = folder.path().join("out");
+    succeed(&[
+        "test",
+        "shock",
+        text(&recording),
+        "--reference",
+        "ref",
+        "--reference-uncertainty",
+        "0.5",
+        "--output-column",
+        "dut",
+        "--nominal",
+        "half-sine",
+        "--nominal-peak",
+        "1000",
+        "--nominal-duration",
+        "0.002",
+        "-o",
+        text(&place),
+    ]);
+    let result = json(&place.join("result.json"));
+    for name in [
+        "sensitivity.peak",
+        "sensitivity.integral",
+        "sensitivity.spectrum",
+    ] {
+        let (value, u, expanded) = quantity(&result, name);
+        assert!((value - 0.01).abs() < expanded, "{name} {value} {u}");
+        // The reference alone gives half a per cent.
+        assert!(u > 4.9e-5 && u < 1e-4, "{name} {u}");
+    }
+    assert_eq!(result["tolerance"]["kept"], true, "{}", result["tolerance"]);
+    assert!(codes(&result).is_empty(), "{:?}", codes(&result));
+    let srs = std::fs::read_to_string(place.join("srs_reference.csv")).unwrap();
+    assert!(srs.lines().count() > 60);
+    let before = std::fs::read(place.join("report.html")).unwrap();
+    succeed(&["render", text(&place)]);
+    assert_eq!(before, std::fs::read(place.join("report.html")).unwrap());
+}
+
+#[test]
+fn refuses_and_names_what_is_wrong_with_a_shock() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("shock.csv");
+    let arguments = |reference, output| {
+        [
+            "test",
+            "shock",
+            text(&recording),
+            "--reference",
+            reference,
+            "--output-column",
+            output,
+            "--json",
+        ]
+    };
+    // Swapped columns, told by their units.
+    write_shock(&recording, "time_s,ref_m/s2,dut_V", 0.01, 4000);
+    let said = refuse(&arguments("dut", "ref"));
+    assert!(said.contains("swapped"), "{said}");
+    // g under a heading of m/s².
+    write_shock(&recording, "time_s,ref_m/s2,dut_m/s2", 1.0 / 9.80665, 4000);
+    let result = String::from_utf8(succeed(&arguments("ref", "dut")).stdout).unwrap();
+    assert!(result.contains("unit-contradicts-data"));
+    // Before the pulse comes.
+    write_shock(&recording, "time_s,ref_m/s2,dut_V", 0.01, 1900);
+    let said = refuse(&arguments("ref", "dut"));
+    assert!(said.contains("there is no pulse"), "{said}");
+    // Within it.
+    write_shock(&recording, "time_s,ref_m/s2,dut_V", 0.01, 2080);
+    let result = String::from_utf8(succeed(&arguments("ref", "dut")).stdout).unwrap();
+    assert!(result.contains("pulse-cut-off"));
+    let said = refuse(&[
+        "test",
+        "shock",
+        text(&recording),
+        "--output-column",
+        "nothing",
+    ]);
+    assert!(said.contains("nothing"), "{said}");
+}
+
+#[test]
+fn known_random_response_from_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("noise.csv");
+    let mut noise = Noise(3);
+    let mut lines = "time_s,in_m/s2,out_V\n".to_owned();
+    let (mut a, mut b) = (0.0, 0.0);
+    for k in 0..40_000 {
+        let x = noise.next();
+        let y = 0.01 * x + 1.2 * a - 0.6 * b;
+        (b, a) = (a, y);
+        writeln!(
+            lines,
+            "{:.4},{x:.6},{:.8}",
+            f64::from(k) / 1e3,
+            y + 1e-3 * noise.next()
+        )
+        .unwrap();
+    }
+    std::fs::write(&recording, lines).unwrap();
+    let place = folder.path().join("out");
+    succeed(&[
+        "test",
+        "random",
+        text(&recording),
+        "--input",
+        "in",
+        "--output-column",
+        "out",
+        "--segment",
+        "512",
+        "-o",
+        text(&place),
+    ]);
+    let table = std::fs::read_to_string(place.join("response.csv")).unwrap();
+    // At 100.6 Hz z = e^{−0.632j}: |H| = 0.01/|1 − 1.2 z + 0.6 z²|.
+    let row = table.lines().find(|l| l.starts_with("101.5625")).unwrap();
+    let fields: Vec<f64> = row.split(',').map(|f| f.parse().unwrap()).collect();
+    let w = std::f64::consts::TAU * 0.101_562_5;
+    let (re, im) = (
+        1.0 - 1.2 * w.cos() + 0.6 * (2.0 * w).cos(),
+        1.2 * w.sin() - 0.6 * (2.0 * w).sin(),
+    );
+    let truth = 0.01 / re.hypot(im);
+    assert!((fields[1] - truth).abs() < 3.0 * fields[3], "{row} {truth}");
+    let said = refuse(&[
+        "test",
+        "random",
+        text(&recording),
+        "--input",
+        "in",
+        "--output-column",
+        "out",
+        "--segment",
+        "30000",
+    ]);
+    assert!(said.contains("independent averages"), "{said}");
+}
+
+/// Two blows of a hammer, one in each file.
+#[test]
+#[ignore = "needs PROOFMASS_REFERENCE_DATA, see docs/reference-data.md"]
+fn published_hammer_blows_have_the_stated_coherence() {
+    let data = reference_data();
+    let files = [1, 2].map(|k| data.join(format!("hammer-frf/measurements_{k}.csv")));
+    let folder = tempfile::tempdir().unwrap();
+    let place = folder.path().join("out");
+    succeed(&[
+        "test",
+        "impact",
+        text(&files[0]),
+        text(&files[1]),
+        "--input",
+        "force",
+        "--output-column",
+        "accel",
+        "--force-window",
+        "40",
+        "--band",
+        "100,3000",
+        "-o",
+        text(&place),
+    ]);
+    let result = json(&place.join("result.json"));
+    assert!(
+        result["modes"].as_array().unwrap().len() >= 2,
+        "{}",
+        result["modes"]
+    );
+    for mode in result["modes"].as_array().unwrap() {
+        let coherence = mode["coherence"].as_f64().unwrap();
+        assert!(coherence > 0.993, "{mode}");
+    }
+}
+
+/// The published calibration of a sensor whose digital filter no oscillator describes to two parts in ten thousand.
+#[test]
+#[ignore = "needs PROOFMASS_REFERENCE_DATA, see docs/reference-data.md"]
+fn published_round_robin_is_fitted_and_the_misfit_is_said() {
+    let table = reference_data().join("mpu9250-round-robin/MPU9250_PTB.csv");
+    let folder = tempfile::tempdir().unwrap();
+    let place = folder.path().join("out");
+    succeed(&[
+        "test",
+        "model",
+        text(&table),
+        "--model",
+        "1mode+delay",
+        "--frequency",
+        "freqs",
+        "--modulus",
+        "mag",
+        "--modulus-u",
+        "maguncer",
+        "--phase",
+        "phase",
+        "--phase-u",
+        "phaseuncer",
+        "-o",
+        text(&place),
+    ]);
+    let result = json(&place.join("result.json"));
+    let (s, ..) = quantity(&result, "sensitivity");
+    // The mean at 10 Hz is 1.01917.
+    assert!((s - 1.02).abs() < 0.02, "{s}");
+    assert!(
+        codes(&result).contains(&"model-does-not-describe".to_owned()),
+        "{:?}",
+        codes(&result)
+    );
+}
+
+/// What the simulator makes is found again by each test, and a device that resonates is read through its model.
+#[test]
+fn known_simulated_transducers_are_tested_and_read_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = |name: &str| folder.path().join(name);
+    let simulate = |name: &str, motion: &str, more: &[&str]| {
+        let target = place(name);
+        let mut arguments = vec![
+            "simulate",
+            "transducer",
+            "-o",
+            text(&target),
+            "--principle",
+            "piezoresistive",
+            "--motion",
+            motion,
+        ];
+        arguments.extend(more);
+        succeed(&arguments);
+        (
+            target.join("recording.csv"),
+            json(&target.join("truth.json")),
+        )
+    };
+    let (noise, truth) = simulate("noise", "random", &[]);
+    let fitted = place("fitted");
+    succeed(&[
+        "test",
+        "random",
+        text(&noise),
+        "--input",
+        "reference",
+        "--output-column",
+        "output",
+        "--model",
+        "1mode",
+        "--band",
+        "2000,100000",
+        "-o",
+        text(&fitted),
+    ]);
+    let result = json(&fitted.join("result.json"));
+    for (name, key) in [
+        ("mode.1.frequency", "natural_frequency_hz"),
+        ("mode.1.damping", "damping_ratio"),
+        ("sensitivity", "sensitivity"),
+    ] {
+        let (value, u, _) = quantity(&result, name);
+        let expected = truth[key].as_f64().unwrap();
+        // The converter takes straight lines between its samples for the motion: 50 to a period leave a part in a thousand.
+        assert!(
+            (value - expected).abs() < 4.0 * u + 4e-3 * expected,
+            "{name} {value} {u} {expected}"
+        );
+    }
+    // The calibration that was written is one that can be fitted again.
+    let again = place("again");
+    succeed(&[
+        "test",
+        "model",
+        text(&fitted.join("calibration.json")),
+        "--model",
+        "1mode",
+        "--band",
+        "2000,100000",
+        "-o",
+        text(&again),
+    ]);
+    let (f, ..) = quantity(&json(&again.join("result.json")), "mode.1.frequency");
+    let (g, u, _) = quantity(&result, "mode.1.frequency");
+    assert!((f - g).abs() < 4.0 * u, "{f} {g} {u}");
+    let (step, truth) = simulate("step", "step", &["--duration", "0.005"]);
+    let out = place("step-out");
+    succeed(&[
+        "test",
+        "step",
+        text(&step),
+        "--column",
+        "output",
+        "-o",
+        text(&out),
+    ]);
+    let (f, u, _) = quantity(&json(&out.join("result.json")), "frequency");
+    let expected = truth["natural_frequency_hz"].as_f64().unwrap();
+    assert!(
+        (f - expected).abs() < 5.0 * u + 2e-3 * expected,
+        "{f} {u} {expected}"
+    );
+    let (shock, _) = simulate("shock", "shock", &["--pulse", "0.0001", "--level", "20000"]);
+    let back = place("back");
+    succeed(&[
+        "test",
+        "deconvolve",
+        text(&fitted.join("result.json")),
+        text(&shock),
+        "--column",
+        "output",
+        "-o",
+        text(&back),
+    ]);
+    let (peak, _, expanded) = quantity(&json(&back.join("result.json")), "peak");
+    assert!((peak - 20_000.0).abs() < expanded, "{peak} {expanded}");
+    for result in [&fitted, &out, &back] {
+        let before = std::fs::read(result.join("report.html")).unwrap();
+        succeed(&["render", text(result)]);
+        assert_eq!(before, std::fs::read(result.join("report.html")).unwrap());
+    }
+}
+
+#[test]
+fn known_motion_of_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("machine.csv");
+    let mut lines = "time_s,a_g\n".to_owned();
+    for k in 0..20_000 {
+        let t = f64::from(k) / 4000.0;
+        writeln!(
+            lines,
+            "{t:.5},{:.8}",
+            (std::f64::consts::TAU * 50.0 * t).sin()
+        )
+        .unwrap();
+    }
+    std::fs::write(&recording, lines).unwrap();
+    let out = folder.path().join("out");
+    succeed(&[
+        "test",
+        "motion",
+        text(&recording),
+        "--column",
+        "a",
+        "--uncertainty",
+        "1",
+        "-o",
+        text(&out),
+    ]);
+    let result = json(&out.join("result.json"));
+    let (rms, u, _) = quantity(&result, "rms");
+    assert!((rms - 9.80665 * 0.5f64.sqrt()).abs() < 1e-3 && (u / rms - 0.01).abs() < 1e-6);
+    let (velocity, ..) = quantity(&result, "velocity_rms");
+    assert!(
+        (velocity - 9.80665 * 0.5f64.sqrt() / (100.0 * PI)).abs() < 2e-4,
+        "{velocity}"
+    );
+    let said = refuse(&[
+        "test",
+        "motion",
+        text(&recording),
+        "--column",
+        "a",
+        "--unit",
+        "V",
+    ]);
+    assert!(said.contains("by its heading"), "{said}");
+}

@@ -1,0 +1,12 @@
+//! Shock calibration: the pulse, its measures, and the sensitivity against a reference.
+
+mod doubts;
+mod pulse;
+mod quiet;
+mod sensitivity;
+#[cfg(test)]
+mod tests;
+
+pub use doubts::{PulseContext, pulse_findings};
+pub use pulse::{NoPulse, Pulse, PulseMeasures, PulseSearch, Tolerance, ToleranceResult};
+pub use sensitivity::{NoCalibration, ShockCalibration, ShockReference, SpectrumLine};

@@ -1,0 +1,138 @@
+//! Channels of a dynamic test as files have them: several columns on one steady clock, in SI.
+
+use crate::trouble::{Result, Trouble};
+use proofmass_io::{ColumnRef, Input, Recording, RecordingOptions, Source, TimeUnit, Unit};
+use proofmass_uncertainty::Finding;
+use serde::{Deserialize, Serialize};
+
+/// A channel that is wanted, and its unit where the heading does not say it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WantedChannel {
+    /// Column by name or number.
+    pub column: ColumnRef,
+    /// Unit, where the heading does not say it.
+    pub unit: Option<Unit>,
+}
+
+/// How the channels of a recording are to be read.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct ChannelReading {
+    /// Time column.
+    pub time: Option<ColumnRef>,
+    /// Its unit, where the heading does not say it.
+    pub time_unit: Option<TimeUnit>,
+    /// Sampling rate in Hz.
+    pub rate: Option<f64>,
+}
+
+/// One channel in SI, or in its raw unit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecordedChannel {
+    /// Name without unit.
+    pub name: String,
+    /// Unit of the numbers; `U` where none is known.
+    pub unit: String,
+    /// One number per sample.
+    pub data: Vec<f64>,
+}
+
+/// A view of a channel.
+#[derive(Clone, Copy, Debug)]
+pub struct Channel<'a> {
+    /// Name.
+    pub name: &'a str,
+    /// Unit of the numbers.
+    pub unit: &'a str,
+    /// One number per sample.
+    pub data: &'a [f64],
+}
+
+impl RecordedChannel {
+    /// A view.
+    pub fn view(&self) -> Channel<'_> {
+        Channel {
+            name: &self.name,
+            unit: &self.unit,
+            data: &self.data,
+        }
+    }
+}
+
+/// Channels in memory.
+#[derive(Clone, Debug)]
+pub struct RecordedChannels {
+    /// As asked for, in their order.
+    pub channels: Vec<RecordedChannel>,
+    /// Samples per second.
+    pub rate: f64,
+    /// What reading found.
+    pub findings: Vec<Finding>,
+    /// The file and its digest.
+    pub input: Input,
+    /// What it is called in messages.
+    pub name: String,
+}
+
+impl ChannelReading {
+    /// Reads the wanted channels.
+    ///
+    /// # Errors
+    /// What the reader refuses; a unit that contradicts its heading; samples that are missing or a clock with gaps, over
+    /// which no transform holds.
+    pub fn read(&self, source: Source, wanted: &[WantedChannel]) -> Result<RecordedChannels> {
+        let name = source.name().display().to_string();
+        let recording = Recording::from_source(
+            source,
+            &RecordingOptions {
+                columns: wanted.iter().map(|w| w.column.clone()).collect(),
+                time: self.time.clone(),
+                time_unit: self.time_unit,
+                sampling_rate_hz: self.rate,
+                ..RecordingOptions::default()
+            },
+        )?;
+        if let Some(gap) = recording.time.gaps().first() {
+            return Err(Trouble::data("samples are missing: the clock of a dynamic test must run on")
+                .detail(format!("{name}:{}", gap.line))
+                .detail(format!("a step of {:.6} s at {:.6} s", gap.step_s, gap.at_s))
+                .with_hint("cut the recording to a stretch without gaps, or give --rate if only the stamps are wrong"));
+        }
+        let rate = self.rate.unwrap_or_else(|| recording.time.rate_hz());
+        let mut channels = Vec::with_capacity(wanted.len());
+        for (column, wanted) in recording.columns.iter().zip(wanted) {
+            let unit = match (column.unit, wanted.unit) {
+                (Some(heading), Some(given)) if heading != given => {
+                    return Err(Trouble::request(format!(
+                        "column {:?} is in {heading} by its heading, in {given} by the options",
+                        column.name
+                    ))
+                    .with_hint("remove the option, or correct the heading"));
+                }
+                (Some(unit), _) | (None, Some(unit)) => Some(unit),
+                (None, None) => None,
+            };
+            let (si, factor) = unit.map_or((None, 1.0), |u| {
+                let (si, factor) = u.si();
+                (Some(si), factor)
+            });
+            let data = match factor {
+                1.0 => column.data.clone(),
+                f => column.data.iter().map(|v| f * v).collect(),
+            };
+            channels.push(RecordedChannel {
+                name: column.name.clone(),
+                unit: si.map_or_else(|| "U".to_owned(), |u| u.to_string()),
+                data,
+            });
+        }
+        Ok(RecordedChannels {
+            channels,
+            rate,
+            findings: recording.findings().to_vec(),
+            input: recording.input(),
+            name,
+        })
+    }
+}

@@ -1,0 +1,269 @@
+//! The acceleration behind a device's output, from its fitted model, with the uncertainty of every sample.
+
+use crate::channels::Channel;
+use crate::outcome::{Job, Outcome, section};
+use crate::record::Record;
+use crate::trouble::{Result, Trouble};
+use proofmass_calibration::dynamic::deconvolution::{Deconvolution, Deconvolved};
+use proofmass_calibration::dynamic::model::ModelFit;
+use proofmass_calibration::dynamic::shock::PulseSearch;
+use proofmass_core::Watch;
+use proofmass_io::{StatedQuantity, Table};
+use proofmass_report::{DeconvolutionReport, Report};
+use proofmass_signal::Trace;
+use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity, Severity};
+use serde::{Deserialize, Serialize};
+
+/// How an output is turned back.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct DeconvolutionJob {
+    /// Corner of the low-pass, Hz; where noise and bias together are least when `None`.
+    pub corner: Option<f64>,
+    /// Seconds before anything happens; up to the pulse when `None`.
+    pub quiet: Option<f64>,
+}
+
+/// An output and the model of the device that gave it.
+#[derive(Clone, Copy, Debug)]
+pub struct DeconvolutionData<'a> {
+    /// The fitted model with its covariance.
+    pub fit: &'a ModelFit,
+    /// Unit of the model's sensitivity, output over input.
+    pub unit: &'a str,
+    /// The output.
+    pub channel: Channel<'a>,
+    /// Samples per second.
+    pub rate: f64,
+    /// What reading the data found.
+    pub findings: &'a [Finding],
+    /// What the recording is called in messages.
+    pub name: &'a str,
+}
+
+/// Samples of which every one is filed.
+const MOST: usize = 1 << 20;
+
+impl Job for DeconvolutionJob {
+    type Data<'a> = DeconvolutionData<'a>;
+    type Outcome = DeconvolutionOutcome;
+
+    fn evaluate(
+        &self,
+        data: &DeconvolutionData<'_>,
+        watch: &dyn Watch,
+    ) -> Result<DeconvolutionOutcome> {
+        watch.step("inverse filter", 0, 1)?;
+        let record = data.channel.data;
+        if record.len() > MOST {
+            return Err(Trouble::data(format!(
+                "{} samples: a record of at most {MOST} is turned back sample by sample",
+                record.len()
+            ))
+            .detail(data.name)
+            .with_hint("cut it to the motion and the quiet stretch before it"));
+        }
+        let named = |e: proofmass_core::Error| Trouble::from(e).detail(data.name);
+        let quiet = match self.quiet {
+            Some(seconds) => (seconds * data.rate).max(0.0) as usize,
+            None => PulseSearch::default()
+                .find(record)
+                .map_err(named)?
+                .map(|pulse| pulse.quiet)
+                .map_err(|_| {
+                    Trouble::data("no pulse is found, and so no quiet stretch before it")
+                        .detail(data.name)
+                        .with_hint(
+                            "say how long nothing happens at the beginning (--quiet SECONDS)",
+                        )
+                })?,
+        };
+        let mut method = Deconvolution::default();
+        method.corner = self.corner;
+        method.quiet = quiet;
+        let fit = data.fit;
+        let result = method
+            .apply(&fit.model, &fit.problem.structure, &fit.estimate, record, data.rate)
+            .map_err(|e| {
+                named(e).with_hint(
+                    "a model without high-pass and a stretch of 32 quiet samples or more are needed",
+                )
+            })?;
+        watch.step("inverse filter", 1, 1)?;
+        let mut findings = data.findings.to_vec();
+        findings.extend(fit.findings.iter().cloned());
+        let top = (0..record.len())
+            .max_by(|a, b| result.value[*a].abs().total_cmp(&result.value[*b].abs()))
+            .unwrap_or(0);
+        let highest = fit.residuals.iter().map(|r| r[0]).fold(0.0, f64::max);
+        if result.corner > 1.05 * highest {
+            findings.push(
+                Finding::new(
+                    Severity::Warning,
+                    "model-extrapolated",
+                    "the inverse uses the model beyond the frequencies it was fitted to",
+                )
+                .evidence(format!(
+                    "corner {:.0} Hz, points up to {highest:.0} Hz",
+                    result.corner
+                ))
+                .advice("measure the response further up, or set the corner (--corner)"),
+            );
+        }
+        if result.regularisation > 0.1 * result.value[top].abs() {
+            findings.push(
+                Finding::new(Severity::Warning, "little-is-left", "what the low-pass removes may be a tenth of the peak or more")
+                    .evidence(format!("standard uncertainty {:.3e} of {:.3e}", result.regularisation, result.value[top].abs()))
+                    .advice("the device does not follow this motion within its noise: the values are a smoothed picture of it"),
+            );
+        }
+        findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
+        // Output over input: what stands behind the stroke is the input's unit.
+        let unit = data
+            .unit
+            .split_once('/')
+            .map_or("1", |(_, input)| input.trim_matches(['(', ')']));
+        let plain = record
+            .iter()
+            .map(|v| (v - mean(&record[..quiet])) / fit.model.sensitivity)
+            .collect();
+        Ok(DeconvolutionOutcome {
+            request: *self,
+            rate: data.rate,
+            unit: unit.to_owned(),
+            result,
+            plain,
+            top,
+            findings,
+        })
+    }
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
+}
+
+/// The answer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DeconvolutionOutcome {
+    request: DeconvolutionJob,
+    rate: f64,
+    unit: String,
+    result: Deconvolved,
+    plain: Vec<f64>,
+    top: usize,
+    findings: Vec<Finding>,
+}
+
+impl DeconvolutionOutcome {
+    /// Value and uncertainty of every sample.
+    pub fn deconvolved(&self) -> &Deconvolved {
+        &self.result
+    }
+
+    /// The output over the static sensitivity, as one reads it without a model.
+    pub fn plain(&self) -> &[f64] {
+        &self.plain
+    }
+
+    fn peak(&self) -> Quantity {
+        Quantity {
+            name: "peak".into(),
+            unit: self.unit.clone(),
+            value: self.result.value.get(self.top).copied().unwrap_or(0.0),
+            standard_uncertainty: self
+                .result
+                .standard_uncertainty
+                .get(self.top)
+                .copied()
+                .unwrap_or(0.0),
+            dof: DegreesOfFreedom::INFINITE,
+        }
+    }
+
+    fn page(&self, record: &Record) -> DeconvolutionReport<'_> {
+        let time: Vec<f64> = (0..self.plain.len())
+            .map(|k| k as f64 / self.rate)
+            .collect();
+        let trace = |y: &[f64]| Trace::new(&time, y, Trace::RUNS);
+        let edge = |sign: f64| -> Vec<f64> {
+            let pairs = self
+                .result
+                .value
+                .iter()
+                .zip(&self.result.standard_uncertainty);
+            pairs.map(|(v, u)| v + sign * 1.96 * u).collect()
+        };
+        DeconvolutionReport {
+            title: self.title(record),
+            meta: record.meta(),
+            inputs: record.digests(),
+            findings: &self.findings,
+            footer: record.software.to_string(),
+            unit: &self.unit,
+            peak: self.peak(),
+            plain_peak: self
+                .plain
+                .iter()
+                .fold(0.0, |m: f64, v| if v.abs() > m.abs() { *v } else { m }),
+            corner: self.result.corner,
+            causes: [
+                self.result.noise,
+                self.result.model,
+                self.result.regularisation,
+            ],
+            value: trace(&self.result.value),
+            low: trace(&edge(-1.0)),
+            high: trace(&edge(1.0)),
+            plain: trace(&self.plain),
+        }
+    }
+}
+
+impl Outcome for DeconvolutionOutcome {
+    const KIND: &'static str = "deconvolution";
+
+    fn title(&self, record: &Record) -> String {
+        record.title("Input of", "Input behind an output")
+    }
+
+    fn quantities(&self) -> Vec<StatedQuantity> {
+        vec![StatedQuantity::new(&self.peak(), 0.95)]
+    }
+
+    fn findings(&self) -> &[Finding] {
+        &self.findings
+    }
+
+    fn sections(&self) -> Result<Vec<(&'static str, serde_json::Value)>> {
+        Ok(vec![section("corner_Hz", &self.result.corner)?])
+    }
+
+    fn tables(&self) -> Result<Vec<(String, Table)>> {
+        let unit = &self.unit;
+        let mut table = Table::new([
+            "time_s".to_owned(),
+            format!("value_{unit}"),
+            format!("u_{unit}"),
+            format!("U95_{unit}"),
+        ]);
+        let pairs = self
+            .result
+            .value
+            .iter()
+            .zip(&self.result.standard_uncertainty);
+        for (k, (v, u)) in pairs.enumerate() {
+            table.push([k as f64 / self.rate, *v, *u, 1.96 * u])?;
+        }
+        Ok(vec![("input.csv".to_owned(), table)])
+    }
+
+    fn summary(&self, record: &Record) -> Report {
+        self.page(record).summary()
+    }
+
+    fn report(&self, record: &Record) -> Report {
+        self.page(record).full()
+    }
+}

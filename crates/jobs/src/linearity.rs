@@ -1,0 +1,131 @@
+//! Linearity over the level at one frequency.
+
+use crate::channels::Channel;
+use crate::outcome::{Job, Outcome, section};
+use crate::record::Record;
+use crate::trouble::{Result, Trouble};
+use proofmass_calibration::dynamic::linearity::Linearity;
+use proofmass_core::Watch;
+use proofmass_io::{StatedQuantity, Table};
+use proofmass_report::{LinearityReport, Report};
+use proofmass_uncertainty::{Estimate, Finding};
+use serde::{Deserialize, Serialize};
+
+/// What is asked of outputs over levels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct LinearityJob {}
+
+/// Amplitudes at one frequency.
+#[derive(Clone, Copy, Debug)]
+pub struct LinearityData<'a> {
+    /// Levels, m/s².
+    pub level: Channel<'a>,
+    /// Output amplitudes.
+    pub output: Channel<'a>,
+    /// Their standard uncertainties, in their unit.
+    pub uncertainty: Channel<'a>,
+    /// What reading the data found.
+    pub findings: &'a [Finding],
+    /// What the table is called in messages.
+    pub name: &'a str,
+}
+
+impl Job for LinearityJob {
+    type Data<'a> = LinearityData<'a>;
+    type Outcome = LinearityOutcome;
+
+    fn evaluate(&self, data: &LinearityData<'_>, watch: &dyn Watch) -> Result<LinearityOutcome> {
+        watch.step("linearity", 0, 1)?;
+        if data.level.unit != "m/s²" {
+            return Err(Trouble::data(format!(
+                "the levels {:?} are in {}, not in a unit of acceleration",
+                data.level.name, data.level.unit
+            ))
+            .detail(data.name)
+            .with_hint("state their unit with --level-unit"));
+        }
+        let fit = Linearity::of(
+            data.level.data,
+            data.output.data,
+            data.uncertainty.data,
+            data.output.unit,
+        )
+        .map_err(|e| Trouble::from(e).detail(data.name))?;
+        watch.step("linearity", 1, 1)?;
+        let mut findings = data.findings.to_vec();
+        findings.extend(fit.findings.iter().cloned());
+        findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
+        Ok(LinearityOutcome { fit, findings })
+    }
+}
+
+/// The answer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LinearityOutcome {
+    fit: Linearity,
+    findings: Vec<Finding>,
+}
+
+impl LinearityOutcome {
+    /// The fit.
+    pub fn linearity(&self) -> &Linearity {
+        &self.fit
+    }
+
+    fn page(&self, record: &Record) -> LinearityReport<'_> {
+        LinearityReport {
+            title: self.title(record),
+            meta: record.meta(),
+            inputs: record.digests(),
+            findings: &self.findings,
+            footer: record.software.to_string(),
+            linearity: &self.fit,
+        }
+    }
+}
+
+impl Outcome for LinearityOutcome {
+    const KIND: &'static str = "level-linearity";
+
+    fn title(&self, record: &Record) -> String {
+        record.title("Linearity of", "Linearity over the level")
+    }
+
+    fn quantities(&self) -> Vec<StatedQuantity> {
+        let stated = self.fit.estimate.quantities();
+        stated
+            .iter()
+            .map(|q| StatedQuantity::new(q, 0.95))
+            .collect()
+    }
+
+    fn findings(&self) -> &[Finding] {
+        &self.findings
+    }
+
+    fn estimate(&self) -> Option<&Estimate> {
+        Some(&self.fit.estimate)
+    }
+
+    fn sections(&self) -> Result<Vec<(&'static str, serde_json::Value)>> {
+        Ok(vec![section("non_linearity", &self.fit.non_linearity)?])
+    }
+
+    fn tables(&self) -> Result<Vec<(String, Table)>> {
+        let mut table = Table::new(["level_m/s2", "departure", "u"]);
+        for row in &self.fit.departures {
+            table.push(*row)?;
+        }
+        Ok(vec![("departures.csv".to_owned(), table)])
+    }
+
+    fn summary(&self, record: &Record) -> Report {
+        self.page(record).summary()
+    }
+
+    fn report(&self, record: &Record) -> Report {
+        self.page(record).full()
+    }
+}

@@ -1,0 +1,357 @@
+//! Frequency response of a device from recorded input and output: random, impact, sweep.
+
+mod hits;
+mod model;
+mod outcome;
+#[cfg(test)]
+mod tests;
+
+pub use model::{ModelData, ModelJob};
+pub use outcome::{ResponseOutcome, ResponsePower};
+
+use crate::channels::Channel;
+use crate::outcome::Job;
+use crate::trouble::{Result, Trouble};
+use proofmass_calibration::dynamic::model::{
+    FitProblem, ModelFit, ModelStructure, ResponseFigures, ResponsePoints,
+};
+use proofmass_calibration::dynamic::modes::resonances;
+use proofmass_core::Watch;
+use proofmass_signal::transfer::{CrossSpectra, Estimator, Hit, LocalPolynomial, ResponseEstimate};
+use proofmass_signal::{Welch, Window};
+use proofmass_uncertainty::{Finding, Severity};
+use serde::{Deserialize, Serialize};
+
+/// What drives the device.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Excitation {
+    /// Noise that goes on.
+    Random,
+    /// Blows of a hammer, one or several to a recording.
+    Impact,
+    /// A swept sine.
+    Sweep,
+    /// Not recorded here: points of a response, one by one, as of stepped sines.
+    Points,
+}
+
+/// What is asked of recorded input and output.
+///
+/// ```
+/// use proofmass_jobs::response::{Excitation, ResponseData, ResponseJob};
+/// use proofmass_jobs::{Channel, Job, Unwatched};
+/// use rand::{RngExt, SeedableRng};
+///
+/// let mut rng = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(1);
+/// let x: Vec<f64> = (0..40_000).map(|_| rng.random::<f64>() - 0.5).collect();
+/// let y: Vec<f64> = x.iter().map(|x| 2.0 * x + 0.1 * (rng.random::<f64>() - 0.5)).collect();
+/// let channel = |name, data| Channel { name, unit: "m/s²", data };
+/// let data = ResponseData {
+///     recordings: vec![[channel("in", &x), channel("out", &y)]],
+///     rate: 1000.0,
+///     findings: &[],
+///     name: "noise",
+/// };
+/// let outcome = ResponseJob::new(Excitation::Random).evaluate(&data, &Unwatched)?;
+/// let response = outcome.response();
+/// assert!(response.value.iter().all(|h| (h.norm() - 2.0).abs() < 0.05));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct ResponseJob {
+    /// What drives the device.
+    pub excitation: Excitation,
+    /// Where the noise is.
+    #[serde(default)]
+    pub estimator: Estimator,
+    /// Samples per segment (random), of a hit (impact); chosen by the record when `None`.
+    #[serde(default)]
+    pub segment: Option<usize>,
+    /// Lowest and highest frequency given, Hz.
+    #[serde(default)]
+    pub band: Option<[f64; 2]>,
+    /// Samples around a blow's greatest force that are kept of the force; all when `None`.
+    #[serde(default)]
+    pub force_window: Option<usize>,
+    /// Model to fit.
+    #[serde(default)]
+    pub model: Option<ModelStructure>,
+    /// Frequency to which departures refer, Hz.
+    #[serde(default)]
+    pub reference_frequency: Option<f64>,
+    /// Relative standard uncertainty of the input, common to all frequencies.
+    #[serde(default)]
+    pub input_uncertainty: f64,
+}
+
+/// Recordings with one input and one output each.
+#[derive(Clone, Debug)]
+pub struct ResponseData<'a> {
+    /// Input and output; several recordings for blows, else one.
+    pub recordings: Vec<[Channel<'a>; 2]>,
+    /// Samples per second.
+    pub rate: f64,
+    /// What reading the data found.
+    pub findings: &'a [Finding],
+    /// What the recordings are called in messages.
+    pub name: &'a str,
+}
+
+impl ResponseJob {
+    /// This excitation, everything else by its default: H₁, all frequencies, no model.
+    pub fn new(excitation: Excitation) -> Self {
+        Self {
+            excitation,
+            estimator: Estimator::H1,
+            segment: None,
+            band: None,
+            force_window: None,
+            model: None,
+            reference_frequency: None,
+            input_uncertainty: 0.0,
+        }
+    }
+
+    fn estimate(
+        &self,
+        data: &ResponseData<'_>,
+        watch: &dyn Watch,
+        findings: &mut Vec<Finding>,
+    ) -> Result<(ResponseEstimate, Option<CrossSpectra>)> {
+        let rate = data.rate;
+        let band = self.band.unwrap_or([0.0, 0.5 * rate]);
+        let one = || match data.recordings.as_slice() {
+            [one] => Ok(one),
+            more => Err(Trouble::request(format!(
+                "{} recordings were given: noise and sweeps are evaluated one by one",
+                more.len()
+            ))),
+        };
+        let named = |e: proofmass_core::Error| Trouble::from(e).detail(data.name);
+        match self.excitation {
+            Excitation::Random => {
+                let [x, y] = one()?;
+                // Some thirty segments of a short record, lines no finer than needed of a long one.
+                let segment = self
+                    .segment
+                    .unwrap_or_else(|| (x.data.len() / 16).next_power_of_two().clamp(64, 8192));
+                let welch = Welch {
+                    window: Window::Hann,
+                    ..Welch::new(segment)
+                };
+                let spectra =
+                    CrossSpectra::welch(x.data, &[y.data], rate, &welch, watch).map_err(named)?;
+                let response = spectra.response(0, self.estimator).map_err(named)?;
+                // A mean removed from each segment takes the two lowest lines with it.
+                let lowest = 2.0 * rate / segment as f64;
+                Ok((response.within(band[0].max(lowest), band[1]), Some(spectra)))
+            }
+            Excitation::Impact => {
+                let hits = hits::find(data, self.segment, findings)?;
+                let outputs: Vec<[&[f64]; 1]> = hits.pieces.iter().map(|h| [h.1]).collect();
+                let pieces: Vec<Hit<'_>> = hits
+                    .pieces
+                    .iter()
+                    .zip(&outputs)
+                    .map(|((input, _), outputs)| Hit { input, outputs })
+                    .collect();
+                let spectra =
+                    CrossSpectra::hits(&pieces, rate, hits.length, self.force_window, None)
+                        .map_err(named)?;
+                let response = spectra.response(0, self.estimator).map_err(named)?;
+                let lowest = rate / hits.length as f64;
+                Ok((response.within(band[0].max(lowest), band[1]), Some(spectra)))
+            }
+            Excitation::Points => Err(Trouble::request("points of a response are no recording")
+                .with_hint("fit a model to them with `proofmass test model`")),
+            Excitation::Sweep => {
+                let [x, y] = one()?;
+                let mut method = LocalPolynomial::default();
+                method.band = self.band.unwrap_or_else(|| driven(x.data, rate));
+                if let Some(wide) = self.segment {
+                    method.half_width = wide / 2;
+                }
+                let response = method
+                    .estimate(x.data, y.data, rate, watch)
+                    .map_err(named)?;
+                Ok((response, None))
+            }
+        }
+    }
+}
+
+/// The band that holds the sweep: where the input's density stays above a thousandth of its greatest.
+fn driven(input: &[f64], rate: f64) -> [f64; 2] {
+    let segment = (input.len() / 8).clamp(64, 4096);
+    let Ok(density) = Welch::new(segment).density(input, rate) else {
+        return [0.0, 0.5 * rate];
+    };
+    let greatest = density.density.iter().skip(1).copied().fold(0.0, f64::max);
+    let inside: Vec<f64> = density
+        .frequency
+        .iter()
+        .zip(&density.density)
+        .skip(1)
+        .filter(|(_, g)| **g > 1e-3 * greatest)
+        .map(|(f, _)| *f)
+        .collect();
+    match (inside.first(), inside.last()) {
+        (Some(low), Some(high)) => [*low, *high],
+        _ => [0.0, 0.5 * rate],
+    }
+}
+
+impl Job for ResponseJob {
+    type Data<'a> = ResponseData<'a>;
+    type Outcome = ResponseOutcome;
+
+    fn evaluate(&self, data: &ResponseData<'_>, watch: &dyn Watch) -> Result<ResponseOutcome> {
+        watch.step("response", 0, 2)?;
+        let Some([x, y]) = data.recordings.first() else {
+            return Err(Trouble::request("no recording was given"));
+        };
+        let mut findings = data.findings.to_vec();
+        for [x, y] in &data.recordings {
+            for c in [x, y] {
+                saturation(c, &mut findings);
+            }
+        }
+        let (response, spectra) = self.estimate(data, watch, &mut findings)?;
+        if response.value.is_empty() {
+            return Err(Trouble::data("no line lies within the band")
+                .detail(data.name)
+                .with_hint("widen --band, or give longer segments"));
+        }
+        watch.step("response", 1, 2)?;
+        quality(&response, &mut findings);
+        let unit = match (y.unit, x.unit) {
+            (a, b) if a == b => "1".to_owned(),
+            (a, b) if b.contains('/') => format!("{a}/({b})"),
+            (a, b) => format!("{a}/{b}"),
+        };
+        let points =
+            ResponsePoints::of(&response, &unit).with_reference(self.input_uncertainty, 0.0, None);
+        let fit: Option<ModelFit> = match self.model {
+            Some(structure) => {
+                let fit = FitProblem::new(structure)
+                    .fit(&points)
+                    .map_err(|e| Trouble::from(e).about("the model").detail(data.name))?;
+                findings.extend(fit.findings.iter().cloned());
+                Some(fit)
+            }
+            None => None,
+        };
+        let fitted = fit.as_ref().and_then(|f| {
+            let q = f.estimate.get("mode.1.damping")?;
+            Some((q.value, q.standard_uncertainty))
+        });
+        let figures = ResponseFigures::of(&points, self.reference_frequency, fitted);
+        if let Some(figures) = &figures {
+            findings.extend(figures.findings.iter().cloned());
+        }
+        let low = response.frequency.first().copied().unwrap_or(0.0);
+        let high = response.frequency.last().copied().unwrap_or(0.0);
+        let modes = resonances(&response, low, high);
+        findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
+        let power = spectra.as_ref().map(|s| ResponsePower::of(s, low, high));
+        Ok(ResponseOutcome::new(
+            self.clone(),
+            [x, y].map(|c| (c.name.to_owned(), c.unit.to_owned())),
+            unit,
+            spectra.map_or(0.0, |s| s.independent),
+            response,
+            power,
+            modes,
+            figures,
+            fit,
+            findings,
+        ))
+    }
+}
+
+/// Samples that stay at the very end of the range.
+fn saturation(channel: &Channel<'_>, findings: &mut Vec<Finding>) {
+    for (side, extreme) in [
+        (
+            "upper",
+            channel.data.iter().copied().fold(f64::MIN, f64::max),
+        ),
+        (
+            "lower",
+            channel.data.iter().copied().fold(f64::MAX, f64::min),
+        ),
+    ] {
+        let (mut longest, mut run, mut elsewhere, mut other) = (0usize, 0usize, 1usize, 1usize);
+        for (k, v) in channel.data.iter().enumerate() {
+            run = if *v == extreme { run + 1 } else { 0 };
+            longest = longest.max(run);
+            other = if k > 0 && *v == channel.data[k - 1] && *v != extreme {
+                other + 1
+            } else {
+                1
+            };
+            elsewhere = elsewhere.max(other);
+        }
+        if longest >= 4 && longest > 2 * elsewhere {
+            findings.push(
+                Finding::new(
+                    Severity::Decision,
+                    "saturated",
+                    format!("{} stays at the {side} end of its range", channel.name),
+                )
+                .evidence(format!(
+                    "{longest} samples at {extreme:.6}, at most {elsewhere} equal elsewhere"
+                ))
+                .advice("widen the range and record again"),
+            );
+        }
+    }
+}
+
+fn quality(response: &ResponseEstimate, findings: &mut Vec<Finding>) {
+    let n = response.value.len();
+    if response.coherence.len() == n && n > 0 {
+        let poor = response.coherence.iter().filter(|c| **c < 0.75).count();
+        if 10 * poor > 3 * n {
+            findings.push(
+                Finding::new(Severity::Warning, "low-coherence", "input and output are hardly related over much of the band")
+                    .evidence(format!("coherence below 0.75 at {poor} of {n} lines"))
+                    .advice("raise the excitation, check the channels, or narrow --band; noise on the input asks for H2 or Hv"),
+            );
+        }
+    }
+    let worst = (0..n)
+        .map(|k| (k, response.leakage[k].norm() / response.value[k].norm()))
+        .max_by(|a, b| a.1.total_cmp(&b.1));
+    if let Some((k, share)) = worst {
+        let noise = (response.covariance[k][0] + response.covariance[k][2]
+            - response.leakage[k].norm_sqr() / 3.0)
+            .max(0.0)
+            .sqrt();
+        if share > 0.02 && response.leakage[k].norm() > 3.0 * noise {
+            findings.push(
+                Finding::new(
+                    Severity::Warning,
+                    "leakage",
+                    "a resonance is narrower than the lines resolve",
+                )
+                .evidence(format!(
+                    "bias of {:.1} % of the modulus at {:.2} Hz",
+                    100.0 * share,
+                    response.frequency[k]
+                ))
+                .advice("give longer segments (--segment)"),
+            );
+        }
+    }
+    if response.dof.first().is_some_and(|d| *d < 10.0) {
+        findings.push(
+            Finding::new(Severity::Note, "few-averages", "the bands rest on few averages")
+                .evidence(format!("{:.0} degrees of freedom to a line", response.dof[0]))
+                .advice("average more segments or blows: an uncertainty that is itself uncertain makes wide intervals"),
+        );
+    }
+}

@@ -1,0 +1,221 @@
+use super::*;
+use crate::{Filed, Outcome, Record, Unwatched, read_result};
+use proofmass_calibration::dynamic::model::{Mode, TransducerModel};
+use proofmass_signal::fourier;
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+const RATE: f64 = 10_000.0;
+
+fn device() -> TransducerModel {
+    TransducerModel {
+        modes: vec![Mode {
+            frequency: 900.0,
+            damping: 0.05,
+            share: 1.0,
+        }],
+        ..TransducerModel::flat(0.02)
+    }
+}
+
+/// The output of the device, periodic over the record.
+fn driven_by(x: &[f64], noise: f64, seed: u64) -> Vec<f64> {
+    let n = x.len();
+    let spectrum = fourier::forward(x)
+        .iter()
+        .enumerate()
+        .map(|(k, v)| v * device().response(k as f64 * RATE / n as f64))
+        .collect();
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+    let clean = fourier::inverse(spectrum, n).unwrap();
+    clean
+        .iter()
+        .map(|y| {
+            let e: f64 = StandardNormal.sample(&mut rng);
+            y + noise * e
+        })
+        .collect()
+}
+
+fn evaluate(job: &ResponseJob, pairs: &[(Vec<f64>, Vec<f64>)]) -> Result<ResponseOutcome> {
+    let recordings = pairs
+        .iter()
+        .map(|(x, y)| {
+            [
+                Channel {
+                    name: "a",
+                    unit: "m/s²",
+                    data: x,
+                },
+                Channel {
+                    name: "u",
+                    unit: "V",
+                    data: y,
+                },
+            ]
+        })
+        .collect();
+    let data = ResponseData {
+        recordings,
+        rate: RATE,
+        findings: &[],
+        name: "test",
+    };
+    job.evaluate(&data, &Unwatched)
+}
+
+fn noise(n: usize, seed: u64) -> Vec<f64> {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+    (0..n).map(|_| StandardNormal.sample(&mut rng)).collect()
+}
+
+fn with_model(excitation: Excitation) -> ResponseJob {
+    let mut job = ResponseJob::new(excitation);
+    job.model = Some(ModelStructure::default());
+    job.band = Some([50.0, 2500.0]);
+    job
+}
+
+fn assert_parameters(outcome: &ResponseOutcome) {
+    let fit = outcome.fit().unwrap();
+    for (q, truth) in fit.estimate.quantities().iter().zip([0.02, 900.0, 0.05]) {
+        assert!(
+            (q.value - truth).abs() < 4.0 * q.standard_uncertainty,
+            "{q:?}"
+        );
+        assert!(q.standard_uncertainty < 0.02 * truth, "{q:?}");
+    }
+    assert!(
+        !outcome
+            .findings()
+            .iter()
+            .any(|f| f.code() == "model-does-not-describe"),
+        "{:?}",
+        outcome.findings()
+    );
+}
+
+#[test]
+fn coverage_random_model_parameters() {
+    // 60 runs of three parameters, 180 intervals: 95 % leaves 160 at least (1e-3).
+    let (mut inside, mut doubted) = (0, 0);
+    for seed in 0..60 {
+        let x = noise(1 << 16, seed);
+        let y = driven_by(&x, 0.01, 1000 + seed);
+        let outcome = evaluate(&with_model(Excitation::Random), &[(x, y)]).unwrap();
+        let fit = outcome.fit().unwrap();
+        for (q, truth) in fit.estimate.quantities().iter().zip([0.02, 900.0, 0.05]) {
+            inside += usize::from((q.value - truth).abs() <= q.expanded(0.95));
+        }
+        doubted += usize::from(
+            outcome
+                .findings()
+                .iter()
+                .any(|f| f.code() == "model-does-not-describe"),
+        );
+    }
+    assert!(inside >= 160, "{inside} of 180");
+    assert!(doubted <= 2, "{doubted} of 60");
+}
+
+#[test]
+fn known_sweep_gives_the_device() {
+    let n = 1 << 16;
+    let duration = n as f64 / RATE;
+    let x: Vec<f64> = (0..n)
+        .map(|k| f64::from(k) / RATE)
+        .map(|t| {
+            // Logarithmic, 20 Hz to 3 kHz.
+            let l = duration / 150f64.ln();
+            (std::f64::consts::TAU * 20.0 * l * ((t / l).exp() - 1.0)).sin()
+        })
+        .collect();
+    let y = driven_by(&x, 1e-4, 3);
+    let outcome = evaluate(&with_model(Excitation::Sweep), &[(x, y)]).unwrap();
+    assert_parameters(&outcome);
+    assert_eq!(outcome.modes().len(), 1);
+}
+
+#[test]
+fn known_blows_give_the_device_and_bad_ones_are_left_out() {
+    let blow = |width: f64, seed: u64| {
+        let x: Vec<f64> = (0..4096)
+            .map(|k| (f64::from(k) - 40.0) / width)
+            .map(|s| {
+                if (0.0..1.0).contains(&s) {
+                    50.0 * (std::f64::consts::PI * s).sin()
+                } else {
+                    0.0
+                }
+            })
+            .collect();
+        let y = driven_by(&x, 1e-5, seed);
+        (x, y)
+    };
+    let mut pairs: Vec<_> = (0..5)
+        .map(|k| blow(4.0 + 0.2 * f64::from(k), k as u64))
+        .collect();
+    let outcome = evaluate(&with_model(Excitation::Impact), &pairs).unwrap();
+    assert_parameters(&outcome);
+    assert!(outcome.response().coherence.iter().all(|c| *c > 0.99));
+    // The hammer comes back.
+    let mut doubled = blow(4.0, 9);
+    for k in 0..4 {
+        doubled.0[300 + k] = 30.0;
+    }
+    pairs.push(doubled);
+    let outcome = evaluate(&with_model(Excitation::Impact), &pairs).unwrap();
+    assert!(
+        outcome
+            .findings()
+            .iter()
+            .any(|f| f.code() == "blows-left-out")
+    );
+    assert_parameters(&outcome);
+    let trouble = evaluate(&with_model(Excitation::Impact), &pairs[..1]).unwrap_err();
+    assert!(trouble.to_string().contains("two or more"), "{trouble}");
+    let silence = vec![(noise(4096, 1), noise(4096, 2))];
+    assert!(
+        evaluate(&with_model(Excitation::Impact), &silence)
+            .unwrap_err()
+            .to_string()
+            .contains("no blow")
+    );
+}
+
+#[test]
+fn law_results_are_read_again_to_the_byte() {
+    let x = noise(1 << 14, 1);
+    let y = driven_by(&x, 0.01, 2);
+    let outcome = evaluate(&with_model(Excitation::Random), &[(x, y)]).unwrap();
+    let filed = Filed::new(Record::default(), outcome);
+    let read = read_result(&filed.to_json().unwrap()).unwrap();
+    assert_eq!(read.files().unwrap(), filed.files().unwrap());
+}
+
+#[test]
+fn known_faults_of_recordings_are_named() {
+    let x = noise(1 << 14, 1);
+    let other = noise(1 << 14, 5);
+    let outcome = evaluate(&ResponseJob::new(Excitation::Random), &[(x.clone(), other)]).unwrap();
+    assert!(
+        outcome
+            .findings()
+            .iter()
+            .any(|f| f.code() == "low-coherence")
+    );
+    let y: Vec<f64> = driven_by(&x, 0.01, 2).iter().map(|v| v.min(0.03)).collect();
+    let outcome = evaluate(
+        &ResponseJob::new(Excitation::Random),
+        &[(x.clone(), y.clone())],
+    )
+    .unwrap();
+    assert!(
+        outcome.findings().iter().any(|f| f.code() == "saturated"),
+        "{:?}",
+        outcome.findings()
+    );
+    let two = vec![(x.clone(), y.clone()), (x, y)];
+    assert!(evaluate(&ResponseJob::new(Excitation::Random), &two).is_err());
+}

@@ -1,0 +1,322 @@
+//! Shock: the pulse, the sensitivity against a reference, the shock response spectrum.
+
+mod outcome;
+
+pub use outcome::{ShockChannel, ShockOutcome, ShockSpectra};
+
+use crate::channels::Channel;
+use crate::outcome::Job;
+use crate::trouble::{Result, Trouble};
+use proofmass_calibration::dynamic::shock::{
+    NoCalibration, NoPulse, PulseContext, PulseSearch, ShockCalibration, ShockReference, Tolerance,
+    pulse_findings,
+};
+use proofmass_core::Watch;
+use proofmass_signal::{Extremes, Peaks, Response, ShockSpectrum, Trace, octaves};
+use proofmass_uncertainty::{Finding, Severity};
+use serde::{Deserialize, Serialize};
+
+/// What is asked of a recorded shock.
+///
+/// ```
+/// use proofmass_jobs::shock::{ShockData, ShockJob};
+/// use proofmass_jobs::{Channel, Job, Outcome, Unwatched};
+/// use proofmass_signal::PulseShape;
+///
+/// // 50 g for 11 ms, with a trace of noise before and after.
+/// let pulse = PulseShape::HalfSine.record(490.3325, 0.011, 0.1, 30_000, 100e3);
+/// let record: Vec<f64> = pulse.iter().enumerate().map(|(k, a)| a + 1e-3 * (k as f64).sin()).collect();
+/// let data = ShockData {
+///     reference: None,
+///     output: Channel { name: "a", unit: "m/s²", data: &record },
+///     rate: 100e3,
+///     findings: &[],
+///     name: "pulse",
+/// };
+/// let outcome = ShockJob::default().evaluate(&data, &Unwatched)?;
+/// let peak = outcome.quantities().into_iter().find(|q| q.name == "peak").unwrap();
+/// assert!((peak.value - 490.33).abs() < 0.1);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct ShockJob {
+    /// How the pulse is looked for.
+    pub search: PulseSearch,
+    /// What is known of the reference.
+    pub reference: ShockReference,
+    /// Lowest and highest natural frequency, Hz; chosen by duration and rate when `None`.
+    pub frequencies: Option<[f64; 2]>,
+    /// Natural frequencies to the octave.
+    pub per_octave: u32,
+    /// Quality factor Q = 1/(2ζ).
+    pub quality: f64,
+    /// Where extremes are looked for.
+    pub peaks: Peaks,
+    /// Nominal pulse and tolerance; its peak in m/s².
+    pub tolerance: Option<Tolerance>,
+}
+
+impl Default for ShockJob {
+    fn default() -> Self {
+        Self {
+            search: PulseSearch::default(),
+            reference: ShockReference::default(),
+            frequencies: None,
+            per_octave: 12,
+            quality: 10.0,
+            peaks: Peaks::AtSamples,
+            tolerance: None,
+        }
+    }
+}
+
+/// A recorded shock.
+#[derive(Clone, Debug)]
+pub struct ShockData<'a> {
+    /// Reference acceleration, m/s².
+    pub reference: Option<Channel<'a>>,
+    /// The device.
+    pub output: Channel<'a>,
+    /// Samples per second.
+    pub rate: f64,
+    /// What reading the data found.
+    pub findings: &'a [Finding],
+    /// What the recording is called in messages.
+    pub name: &'a str,
+}
+
+fn no_pulse(role: &str, why: NoPulse, name: &str) -> Trouble {
+    Trouble::data(format!("there is no pulse in the {role}"))
+        .detail(name)
+        .detail(format!(
+            "largest excursion {:.4e}, noise {:.4e}: a pulse stands {} times above it",
+            why.largest, why.noise, why.least_ratio
+        ))
+        .with_hint("check trigger and columns; the quiet stretch belongs before the pulse")
+}
+
+impl Job for ShockJob {
+    type Data<'a> = ShockData<'a>;
+    type Outcome = ShockOutcome;
+
+    fn evaluate(&self, data: &ShockData<'_>, watch: &dyn Watch) -> Result<ShockOutcome> {
+        watch.step("pulse", 0, 1)?;
+        self.check(data)?;
+        let output = data.output;
+        let mut findings = data.findings.to_vec();
+        let (calibration, pulse, measures) = match data.reference {
+            Some(reference) => {
+                let calibration = ShockCalibration::evaluate(
+                    reference.data,
+                    output.data,
+                    data.rate,
+                    output.unit,
+                    &self.search,
+                    &self.reference,
+                )
+                .map_err(|e| match e {
+                    NoCalibration::Reference(why) => no_pulse("reference", why, data.name),
+                    NoCalibration::Output(why) => no_pulse("output", why, data.name),
+                    NoCalibration::Data(e) => Trouble::from(e).detail(data.name),
+                })?;
+                findings.extend(calibration.findings.iter().cloned());
+                let pulse = calibration.reference_pulse.clone();
+                let measures = calibration.reference.clone();
+                (Some(calibration), pulse, measures)
+            }
+            None => {
+                let found = self.search.find(output.data);
+                let pulse = found
+                    .map_err(|e| Trouble::from(e).detail(data.name))?
+                    .map_err(|why| no_pulse("output", why, data.name))?;
+                let measures = pulse.measure(output.data, data.rate);
+                findings.extend(pulse_findings(
+                    &pulse,
+                    &measures,
+                    output.data,
+                    &PulseContext {
+                        rate: data.rate,
+                        unit: output.unit,
+                        role: "output",
+                    },
+                ));
+                (None, pulse, measures)
+            }
+        };
+        watch.step("pulse", 1, 1)?;
+        let judged = data.reference.unwrap_or(output);
+        let tolerance = match &self.tolerance {
+            Some(t) => {
+                let result = t.judge(&pulse, judged.data, data.rate, measures.velocity_change);
+                if result.is_none() {
+                    findings.push(
+                        Finding::new(
+                            Severity::Decision,
+                            "tolerance-not-judged",
+                            "the tolerance cannot be judged",
+                        )
+                        .advice("the pulse must be whole, the nominal peak and duration positive"),
+                    );
+                }
+                result
+            }
+            None => None,
+        };
+        let mut spectra = Vec::new();
+        let channels = data.reference.into_iter().chain([output]);
+        for (role, channel) in channels.clone().enumerate() {
+            let (sensitivity, unit) = self.as_acceleration(&channel, calibration.as_ref(), role);
+            let acceleration: Vec<f64> = channel
+                .data
+                .iter()
+                .map(|v| (v - self.level(calibration.as_ref(), role, pulse.baseline)) / sensitivity)
+                .collect();
+            spectra.push(self.spectra(
+                channel.name,
+                unit,
+                &acceleration,
+                &pulse,
+                data.rate,
+                &mut findings,
+                watch,
+            )?);
+        }
+        findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
+        findings.dedup();
+        let channels = channels
+            .map(|c| {
+                let time: Vec<f64> = (0..c.data.len()).map(|k| k as f64 / data.rate).collect();
+                ShockChannel {
+                    name: c.name.to_owned(),
+                    unit: c.unit.to_owned(),
+                    trace: Trace::new(&time, c.data, Trace::RUNS),
+                }
+            })
+            .collect();
+        Ok(ShockOutcome::new(
+            self.clone(),
+            data.rate,
+            channels,
+            pulse,
+            measures,
+            calibration,
+            tolerance,
+            spectra,
+            findings,
+        ))
+    }
+}
+
+impl ShockJob {
+    fn check(&self, data: &ShockData<'_>) -> Result<()> {
+        if !(self.quality > 0.5 && self.quality.is_finite()) {
+            return Err(Trouble::request(format!(
+                "a quality factor of {} is none: Q is larger than 0.5",
+                self.quality
+            )));
+        }
+        if self.per_octave == 0 || self.per_octave > 192 {
+            return Err(Trouble::request(format!(
+                "{} natural frequencies to the octave: 1 to 192 are possible",
+                self.per_octave
+            )));
+        }
+        if let Some(reference) = data.reference
+            && reference.unit != "m/s²"
+        {
+            let hint = if data.output.unit == "m/s²" {
+                "the output is in m/s²: the two columns may be swapped"
+            } else {
+                "give its unit, such as --reference-unit m/s2, or the column of an acceleration"
+            };
+            return Err(Trouble::data(format!(
+                "the reference {:?} is in {}, not in a unit of acceleration",
+                reference.name, reference.unit
+            ))
+            .detail(data.name)
+            .with_hint(hint));
+        }
+        Ok(())
+    }
+
+    fn as_acceleration(
+        &self,
+        channel: &Channel<'_>,
+        calibration: Option<&ShockCalibration>,
+        role: usize,
+    ) -> (f64, String) {
+        let reference = calibration.is_some() && role == 0;
+        let gain = calibration.filter(|_| !reference).and_then(|c| {
+            let by = |name: &str| c.estimate.get(name).map(|q| q.value);
+            by("sensitivity.integral").or_else(|| by("sensitivity.peak"))
+        });
+        match gain {
+            Some(gain) if gain != 0.0 && channel.unit != "m/s²" => (gain, "m/s²".to_owned()),
+            _ => (1.0, channel.unit.to_owned()),
+        }
+    }
+
+    fn level(&self, calibration: Option<&ShockCalibration>, role: usize, baseline: f64) -> f64 {
+        match calibration {
+            Some(c) if role == 1 => c.output_pulse.baseline,
+            _ => baseline,
+        }
+    }
+
+    #[allow(clippy::too_many_arguments)] // One call: everything it takes is one pulse.
+    fn spectra(
+        &self,
+        name: &str,
+        unit: String,
+        acceleration: &[f64],
+        pulse: &proofmass_calibration::dynamic::shock::Pulse,
+        rate: f64,
+        findings: &mut Vec<Finding>,
+        watch: &dyn Watch,
+    ) -> Result<ShockSpectra> {
+        let duration = pulse
+            .start
+            .zip(pulse.end)
+            .map_or(acceleration.len() as f64 / 4.0, |(s, e)| e - s)
+            / rate;
+        // From where a pulse is a mere velocity step to where the samples end to describe an oscillation.
+        let [low, high] = self
+            .frequencies
+            .unwrap_or([0.05 / duration, (20.0 / duration).min(rate / 10.0)]);
+        let frequencies = octaves(low, high, self.per_octave);
+        if frequencies.is_empty() {
+            return Err(Trouble::request(format!(
+                "natural frequencies from {low} Hz to {high} Hz are none"
+            )));
+        }
+        if high > 0.1 * rate && self.peaks == Peaks::AtSamples {
+            findings.push(
+                Finding::new(Severity::Note, "few-samples-per-oscillation", "the highest oscillators are sampled less than ten times a period")
+                    .evidence(format!("{high:.0} Hz at {rate:.0} samples/s: peaks low by up to {:.0} %", (50.0 * (std::f64::consts::PI * high / rate).powi(2)).min(100.0)))
+                    .advice("look for extremes between the samples (--peaks between-samples), or stay below a tenth of the rate"),
+            );
+        }
+        let end = pulse.end.map(|e| (e as usize + 2).min(acceleration.len()));
+        let one = |response: Response| -> Result<Vec<Extremes>> {
+            let spectrum = ShockSpectrum {
+                damping: 0.5 / self.quality,
+                response,
+                peaks: self.peaks,
+                shock_end: end,
+                ..ShockSpectrum::new(frequencies.clone(), self.quality)
+            };
+            Ok(spectrum
+                .evaluate_watched(acceleration, rate, watch)?
+                .extremes)
+        };
+        Ok(ShockSpectra {
+            name: name.to_owned(),
+            unit,
+            absolute_acceleration: one(Response::AbsoluteAcceleration)?,
+            relative_displacement: one(Response::RelativeDisplacement)?,
+            frequency: frequencies,
+        })
+    }
+}

@@ -1,0 +1,150 @@
+//! Step response: rise, overshoot, settling, natural frequency, damping.
+
+use crate::channels::Channel;
+use crate::outcome::{Job, Outcome, section};
+use crate::record::Record;
+use crate::trouble::{Result, Trouble};
+use proofmass_calibration::dynamic::step::StepFit;
+use proofmass_core::Watch;
+use proofmass_io::StatedQuantity;
+use proofmass_report::{Report, StepReport};
+use proofmass_signal::Trace;
+use proofmass_uncertainty::{Estimate, Finding};
+use serde::{Deserialize, Serialize};
+
+/// What is asked of a recorded step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct StepJob {}
+
+/// A recorded step.
+#[derive(Clone, Copy, Debug)]
+pub struct StepData<'a> {
+    /// The device.
+    pub channel: Channel<'a>,
+    /// Samples per second.
+    pub rate: f64,
+    /// What reading the data found.
+    pub findings: &'a [Finding],
+    /// What the recording is called in messages.
+    pub name: &'a str,
+}
+
+/// Samples that are fitted: a step has a hundred times fewer that say anything.
+const MOST: usize = 200_000;
+
+impl Job for StepJob {
+    type Data<'a> = StepData<'a>;
+    type Outcome = StepOutcome;
+
+    fn evaluate(&self, data: &StepData<'_>, watch: &dyn Watch) -> Result<StepOutcome> {
+        watch.step("step", 0, 1)?;
+        let record = data.channel.data;
+        if record.len() > MOST {
+            return Err(Trouble::data(format!(
+                "{} samples: a step of at most {MOST} is fitted",
+                record.len()
+            ))
+            .detail(data.name)
+            .with_hint("cut the record to the step and what settles after it"));
+        }
+        let fit = StepFit::of(record, data.rate, data.channel.unit).map_err(|e| {
+            Trouble::from(e).detail(data.name).with_hint(
+                "a step from one level to another, the first before it and the second at the end, is needed",
+            )
+        })?;
+        watch.step("step", 1, 1)?;
+        let mut findings = data.findings.to_vec();
+        findings.extend(fit.findings.iter().cloned());
+        findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
+        let time: Vec<f64> = (0..record.len()).map(|k| k as f64 / data.rate).collect();
+        let residual: Vec<f64> = record.iter().zip(&fit.fitted).map(|(y, f)| y - f).collect();
+        let traces = [record, &fit.fitted, &residual].map(|y| Trace::new(&time, y, Trace::RUNS));
+        Ok(StepOutcome {
+            channel: (data.channel.name.to_owned(), data.channel.unit.to_owned()),
+            figures: [fit.rise_time, fit.overshoot, fit.settling_time],
+            residual_ratio: fit.residual_ratio,
+            estimate: fit.estimate,
+            traces,
+            findings,
+        })
+    }
+}
+
+/// The answer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StepOutcome {
+    channel: (String, String),
+    figures: [f64; 3],
+    residual_ratio: f64,
+    estimate: Estimate,
+    traces: [Trace; 3],
+    findings: Vec<Finding>,
+}
+
+impl StepOutcome {
+    /// Rise time (s), overshoot as a share of the height, settling time to 2 % (s).
+    pub fn figures(&self) -> [f64; 3] {
+        self.figures
+    }
+
+    fn page(&self, record: &Record) -> StepReport<'_> {
+        StepReport {
+            title: self.title(record),
+            meta: record.meta(),
+            inputs: record.digests(),
+            findings: &self.findings,
+            footer: record.software.to_string(),
+            channel: (&self.channel.0, &self.channel.1),
+            quantities: self.estimate.quantities(),
+            figures: self.figures,
+            traces: &self.traces,
+        }
+    }
+}
+
+impl Outcome for StepOutcome {
+    const KIND: &'static str = "step";
+
+    fn title(&self, record: &Record) -> String {
+        record.title("Step response of", "Step response")
+    }
+
+    fn quantities(&self) -> Vec<StatedQuantity> {
+        let stated = self.estimate.quantities();
+        stated
+            .iter()
+            .map(|q| StatedQuantity::new(q, 0.95))
+            .collect()
+    }
+
+    fn findings(&self) -> &[Finding] {
+        &self.findings
+    }
+
+    fn estimate(&self) -> Option<&Estimate> {
+        Some(&self.estimate)
+    }
+
+    fn sections(&self) -> Result<Vec<(&'static str, serde_json::Value)>> {
+        let [rise, overshoot, settling] = self.figures;
+        Ok(vec![section(
+            "step",
+            &serde_json::json!({
+                "rise_time_s": rise,
+                "overshoot": overshoot,
+                "settling_time_s": settling,
+                "residual_ratio": self.residual_ratio,
+            }),
+        )?])
+    }
+
+    fn summary(&self, record: &Record) -> Report {
+        self.page(record).summary()
+    }
+
+    fn report(&self, record: &Record) -> Report {
+        self.page(record).full()
+    }
+}

@@ -1,0 +1,83 @@
+//! The report of a step response.
+
+use crate::number::{concise, two_digits};
+use crate::{Axis, Cell, Column, KeyFigure, Report, Section, Series, Table, XyPlot};
+use proofmass_signal::Trace;
+use proofmass_uncertainty::{Finding, Quantity};
+
+/// What the report tells of a step response.
+#[derive(Clone, Debug)]
+pub struct StepReport<'a> {
+    /// Title.
+    pub title: String,
+    /// Label and value.
+    pub meta: Vec<(String, String)>,
+    /// Name and SHA-256 of each input file.
+    pub inputs: Vec<(String, String)>,
+    /// All findings.
+    pub findings: &'a [Finding],
+    /// Last line.
+    pub footer: String,
+    /// Name and unit of the channel.
+    pub channel: (&'a str, &'a str),
+    /// Fitted parameters.
+    pub quantities: Vec<Quantity>,
+    /// Rise time (s), overshoot, settling time (s).
+    pub figures: [f64; 3],
+    /// The record, the fit, their difference.
+    pub traces: &'a [Trace; 3],
+}
+
+impl StepReport<'_> {
+    /// The whole report.
+    pub fn full(&self) -> Report {
+        let [record, fit, residual] = self.traces;
+        let (name, unit) = self.channel;
+        let plot = XyPlot::new(Axis::linear("time", "s"), Axis::linear(name, unit))
+            .series(Series::line("recorded", &record.x, &record.y))
+            .series(Series::line("fitted", &fit.x, &fit.y))
+            .below(Axis::linear("recorded − fitted", unit))
+            .series(Series::line("", &residual.x, &residual.y));
+        self.summary()
+            .section(
+                Section::new("Time history")
+                    .figure("The step, the fitted oscillator, and what is left", plot),
+            )
+            .section(Section::new("Inputs").inputs(&self.inputs))
+            .footer(self.footer.clone())
+    }
+
+    /// What is worth a look in the terminal.
+    pub fn summary(&self) -> Report {
+        let mut report = Report::new(self.title.clone());
+        for (label, value) in &self.meta {
+            report = report.meta(label.clone(), value.clone());
+        }
+        let [rise, overshoot, settling] = self.figures;
+        let figures = [
+            KeyFigure::new("rise time", format!("{:.4}", 1e3 * rise), "ms").note("10 % to 90 %"),
+            KeyFigure::new("overshoot", format!("{:.2}", 100.0 * overshoot), "%"),
+            KeyFigure::new("settling time", format!("{:.4}", 1e3 * settling), "ms").note("to 2 %"),
+        ];
+        let mut table = Table::new(
+            "Fitted oscillator",
+            [
+                Column::text("parameter"),
+                Column::number("value", ""),
+                Column::number("U (95 %)", ""),
+                Column::text("unit"),
+            ],
+        );
+        for q in &self.quantities {
+            table = table.row([
+                Cell::text(q.name.clone()),
+                Cell::number(concise(q.value, q.standard_uncertainty)),
+                Cell::number(two_digits(q.expanded(0.95))),
+                Cell::text(q.unit.clone()),
+            ]);
+        }
+        report
+            .findings(self.findings.iter().cloned())
+            .section(Section::new("Result").key_figures(figures).table(table))
+    }
+}

@@ -1,0 +1,339 @@
+//! A transducer on a bench: what happens to it, and what a converter writes of it.
+
+use super::Transducer;
+use proofmass_core::Error;
+use proofmass_signal::{PulseShape, relative_displacement};
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// What the bench does.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum TransducerMotion {
+    /// One pulse, a fifth of the record after its beginning.
+    Shock {
+        /// Shape.
+        shape: PulseShape,
+        /// m/s².
+        peak: f64,
+        /// s.
+        duration: f64,
+    },
+    /// Normal noise, white up to half the rate.
+    Random {
+        /// m/s².
+        rms: f64,
+    },
+    /// Logarithmic sweep over the record.
+    Sweep {
+        /// Hz.
+        low: f64,
+        /// Hz.
+        high: f64,
+        /// m/s².
+        amplitude: f64,
+    },
+    /// From rest to a constant acceleration, a fifth of the record after its beginning.
+    Step {
+        /// m/s².
+        height: f64,
+    },
+}
+
+/// A transducer, what happens to it, and its converter.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TransducerBench {
+    /// The device.
+    pub transducer: Transducer,
+    /// What happens.
+    pub motion: TransducerMotion,
+    /// Samples per second.
+    pub rate: f64,
+    /// s.
+    pub duration: f64,
+    /// Departure from the temperature at which the sensitivity holds, K.
+    pub temperature: f64,
+    /// Noise of one sample, as a share of the output of the greatest acceleration it measures.
+    pub noise: f64,
+    /// Noise of one sample of the reference, m/s².
+    pub reference_noise: f64,
+    /// Bits of the converter over the whole range; none for zero.
+    pub bits: u32,
+}
+
+/// What was recorded, with the truth.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TransducerRecording {
+    /// s.
+    pub time: Vec<f64>,
+    /// True acceleration, m/s².
+    pub truth: Vec<f64>,
+    /// Reference, m/s².
+    pub reference: Vec<f64>,
+    /// Output in the transducer's unit.
+    pub output: Vec<f64>,
+    /// Samples at which the mass met its stop or the principle its end: the output stays at the last it can give.
+    pub beyond: usize,
+}
+
+impl TransducerBench {
+    /// The recording; the same for the same seed.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] for a rate, duration, noise or motion that makes no sense, or more than 10⁸ samples.
+    pub fn simulate(&self, seed: u64) -> Result<TransducerRecording, Error> {
+        let positive = |name, value: f64, max: f64| {
+            if value > 0.0 && value <= max {
+                return Ok(());
+            }
+            Err(Error::OutOfRange {
+                name,
+                value,
+                min: f64::MIN_POSITIVE,
+                max,
+            })
+        };
+        positive("rate", self.rate, 1e9)?;
+        positive("duration", self.duration, 1e8 / self.rate)?;
+        for (name, value) in [
+            ("noise", self.noise),
+            ("reference noise", self.reference_noise),
+        ] {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(Error::OutOfRange {
+                    name,
+                    value,
+                    min: 0.0,
+                    max: f64::MAX,
+                });
+            }
+        }
+        let n = (self.rate * self.duration) as usize;
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+        let start = 0.2 * self.duration;
+        let truth: Vec<f64> = match self.motion {
+            TransducerMotion::Shock {
+                shape,
+                peak,
+                duration,
+            } => {
+                positive("duration of the pulse", duration, 0.6 * self.duration)?;
+                shape.record(peak, duration, start, n, self.rate)
+            }
+            TransducerMotion::Random { rms } => (0..n).map(|_| rms * normal()).collect(),
+            TransducerMotion::Sweep {
+                low,
+                high,
+                amplitude,
+            } => {
+                positive("lower end of the sweep", low, 0.5 * self.rate)?;
+                positive("upper end of the sweep", high - low, 0.5 * self.rate - low)?;
+                let l = self.duration / (high / low).ln();
+                (0..n)
+                    .map(|k| k as f64 / self.rate)
+                    .map(|t| amplitude * (TAU * low * l * ((t / l).exp() - 1.0)).sin())
+                    .collect()
+            }
+            TransducerMotion::Step { height } => (0..n)
+                .map(|k| {
+                    if k as f64 / self.rate >= start {
+                        height
+                    } else {
+                        0.0
+                    }
+                })
+                .collect(),
+        };
+        let mass = &self.transducer.mass;
+        let moved = relative_displacement(
+            &truth,
+            self.rate,
+            mass.natural_frequency(),
+            mass.damping_ratio(),
+        )?;
+        let principle = &self.transducer.principle;
+        let gain = 1.0 + principle.temperature_coefficient() * self.temperature;
+        let rest = principle.output(0.0, mass).unwrap_or(0.0);
+        let (mut beyond, mut last) = (0, rest);
+        let mut output: Vec<f64> = moved
+            .iter()
+            .map(|x| {
+                // The mass lags behind the base: a positive acceleration deflects it backwards.
+                let inside = (x.abs() < mass.stop).then_some(-x);
+                match inside.and_then(|x| principle.output(x, mass)) {
+                    Some(v) => last = rest + gain * (v - rest),
+                    None => beyond += 1,
+                }
+                last
+            })
+            .collect();
+        if let Some(corner) = principle.high_pass() {
+            first_order(&mut output, rest, corner, self.rate, true);
+        }
+        if let Some(corner) = principle.low_pass() {
+            first_order(&mut output, rest, corner, self.rate, false);
+        }
+        let limits = self.transducer.limits();
+        let full = self
+            .transducer
+            .output(0.999 * limits.acceleration)
+            .map_or(1.0, |v| (v - rest).abs());
+        let step = if self.bits > 0 {
+            2.0 * full / f64::from(self.bits.min(52)).exp2()
+        } else {
+            0.0
+        };
+        for v in &mut output {
+            *v += self.noise * full * normal();
+            if step > 0.0 {
+                *v = rest + (((*v - rest) / step).round() * step).clamp(-full, full);
+            }
+        }
+        let reference = truth
+            .iter()
+            .map(|a| a + self.reference_noise * normal())
+            .collect();
+        Ok(TransducerRecording {
+            time: (0..n).map(|k| k as f64 / self.rate).collect(),
+            truth,
+            reference,
+            output,
+            beyond,
+        })
+    }
+}
+
+/// First-order filter about a level, exact for straight lines between samples.
+fn first_order(signal: &mut [f64], level: f64, corner: f64, rate: f64, high: bool) {
+    let mu = TAU * corner / rate;
+    let decay = (-mu).exp();
+    let gain = -(-mu).exp_m1() / mu;
+    let (mut before, mut passed) = (0.0, 0.0);
+    for v in signal {
+        let x = *v - level;
+        passed = decay * passed + gain * (x - before);
+        before = x;
+        *v = level + if high { passed } else { x - passed };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Principle, ProofMass};
+    use super::*;
+
+    fn bench(transducer: Transducer, motion: TransducerMotion) -> TransducerBench {
+        TransducerBench {
+            transducer,
+            motion,
+            rate: 200e3,
+            duration: 0.05,
+            temperature: 0.0,
+            noise: 0.0,
+            reference_noise: 0.0,
+            bits: 0,
+        }
+    }
+
+    #[test]
+    fn law_a_slow_step_settles_at_the_static_output() {
+        for device in Transducer::examples() {
+            if device.limits().lowest > 0.0 {
+                continue;
+            }
+            let height = 0.2 * device.limits().acceleration;
+            let settle = 60.0 / (device.mass.natural_frequency() * device.mass.damping_ratio())
+                + device.principle.low_pass().map_or(0.0, |f| 3.0 / f);
+            let mut bench = bench(device.clone(), TransducerMotion::Step { height });
+            bench.duration = settle.max(0.01);
+            bench.rate = 2e5 / bench.duration;
+            let recording = bench.simulate(1).unwrap();
+            let end = *recording.output.last().unwrap();
+            let expected = device.output(height).unwrap();
+            assert!(
+                (end / expected - 1.0).abs() < 1e-6,
+                "{} {end} {expected}",
+                device.name
+            );
+            assert_eq!(recording.beyond, 0, "{}", device.name);
+        }
+    }
+
+    #[test]
+    fn law_a_charge_leaks_away_and_a_stop_is_met() {
+        let piezo = Transducer {
+            name: "piezo".into(),
+            mass: ProofMass::of(5e-3, 30_000.0, 0.3, 1e-6),
+            principle: Principle::Piezoelectric {
+                charge_coefficient: 500e-12,
+                capacitance: 1e-9,
+                resistance: 1e7,
+                temperature: 0.01,
+            },
+        };
+        // 10 ms of time constant: after 40 ms e⁻⁴ is left.
+        let mut b = bench(piezo.clone(), TransducerMotion::Step { height: 100.0 });
+        let r = b.simulate(1).unwrap();
+        let expected = piezo.output(100.0).unwrap() * (-4.0f64).exp();
+        assert!((r.output.last().unwrap() / expected - 1.0).abs() < 0.02);
+        b.temperature = 10.0;
+        let warm = b.simulate(1).unwrap();
+        assert!((warm.output.last().unwrap() / r.output.last().unwrap() - 1.1).abs() < 1e-9);
+        let limit = piezo.limits().acceleration;
+        b.motion = TransducerMotion::Step {
+            height: 2.0 * limit,
+        };
+        assert!(b.simulate(1).unwrap().beyond > 0);
+    }
+
+    #[test]
+    fn refuses_benches_that_cannot_be() {
+        let device = Transducer::examples().remove(0);
+        let good = bench(device, TransducerMotion::Random { rms: 1.0 });
+        assert!(good.simulate(1).is_ok());
+        for bad in [
+            TransducerBench {
+                rate: 0.0,
+                ..good.clone()
+            },
+            TransducerBench {
+                duration: f64::NAN,
+                ..good.clone()
+            },
+            TransducerBench {
+                noise: -1.0,
+                ..good.clone()
+            },
+            TransducerBench {
+                motion: TransducerMotion::Sweep {
+                    low: 10.0,
+                    high: 5.0,
+                    amplitude: 1.0,
+                },
+                ..good.clone()
+            },
+        ] {
+            assert!(bad.simulate(1).is_err(), "{bad:?}");
+        }
+    }
+
+    #[test]
+    fn law_every_inverse_undoes_its_relation() {
+        for device in Transducer::examples() {
+            let top = device.limits().acceleration;
+            for share in [-0.95, -0.4, 1e-6, 0.5, 0.95] {
+                let a = share * top;
+                let back = device.acceleration(device.output(a).unwrap()).unwrap();
+                // A resonance or a shutter hides a small displacement behind a large number: sixteen digits of that.
+                assert!((back - a).abs() < 1e-9 * top, "{} {share}", device.name);
+            }
+            assert!(device.output(1.01 * top).is_none(), "{}", device.name);
+            assert!(device.acceleration(f64::NAN).is_none());
+        }
+    }
+}
