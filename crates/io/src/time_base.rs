@@ -247,7 +247,8 @@ impl TimeBaseBuilder {
         let (clock, events) = match (clock, self.repeated) {
             (Some(clock), None) => (clock, self.events),
             // The line through stamps that repeat is that of samples, not of events.
-            (Some(clock), Some(_)) if !self.events => (clock, false),
+            // Without repeats two stamps differ by less than seconds so far from zero can tell.
+            (Some(clock), Some(_)) if !self.events && repeats => (clock, false),
             (_, at) => {
                 let (line, at_s) = at.unwrap_or((0, self.seconds[0]));
                 return Err(backward(Backward::Repeats { at_s }).line(line));

@@ -329,3 +329,18 @@ fn law_healthy_stamps_raise_no_finding() {
         assert_eq!(codes(&recording), [""; 0], "{rate} {jitter}");
     }
 }
+
+/// Stamps that differ in their digits but not in seconds since a far zero: found by mutation.
+#[test]
+fn regress_steps_that_vanish_so_far_from_zero_are_refused() {
+    let stamps = [
+        "0",
+        "10",
+        "20",
+        "100000000000000000",
+        "100000000000000000.5",
+        "100000000000000001",
+    ];
+    let error = read(&table("t_s", stamps.iter().map(|s| (*s).to_owned()))).unwrap_err();
+    assert!(error.to_string().contains("repeats"), "{error}");
+}

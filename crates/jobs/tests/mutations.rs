@@ -105,7 +105,15 @@ fn run(name: &str, target: fn(&[u8])) {
             let other = &seeds[rng.random_range(0..seeds.len())].1;
             let bytes = mutated(seed, other, &mut rng);
             let caught = std::panic::catch_unwind(|| target(&bytes));
-            assert!(caught.is_ok(), "{}, mutation {number}", path.display());
+            if caught.is_err() {
+                let kept = std::env::temp_dir().join(format!("proofmass-{name}-{number}"));
+                std::fs::write(&kept, &bytes).unwrap();
+                panic!(
+                    "{}, mutation {number}: see {}",
+                    path.display(),
+                    kept.display()
+                );
+            }
         }
     }
 }
