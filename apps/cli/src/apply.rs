@@ -4,7 +4,7 @@ use crate::console::Progress;
 use crate::recording_arguments::RecordingArguments;
 use crate::{Failure, Outcome, console};
 use proofmass::calibration::frequency_response::{Beyond, FilterDesign};
-use proofmass::io::{AtomicFile, Input, Provenance, SigningKey, Source};
+use proofmass::io::{AtomicFile, ColumnRef, Input, Provenance, SigningKey, Source};
 use proofmass::jobs::apply::{
     ApplyData, ApplyJob, ApplyOutcome, CompensationMethod, Destination, OutOfRange,
 };
@@ -39,6 +39,9 @@ pub(crate) struct Apply {
     /// Coverage factor of the expanded uncertainties (U_…) in the table of a laboratory
     #[arg(long, value_name = "K")]
     coverage: Option<f64>,
+    /// Column of the temperature in °C, by name or number: for a calibration that follows it
+    #[arg(long, value_name = "COLUMN")]
+    temperature: Option<String>,
     /// Refuse a recording with samples beyond the range in which the calibration was tested, instead of reporting them
     #[arg(long)]
     within_range: bool,
@@ -103,6 +106,7 @@ impl Apply {
         let band = self.band.map(|b| b.0);
         let mut job = ApplyJob::default();
         job.reading = self.reading.reading();
+        job.temperature = self.temperature.as_deref().map(ColumnRef::from_word);
         job.method = match (self.filter, band) {
             (true, band) => {
                 let mut design = FilterDesign::default();

@@ -167,4 +167,81 @@ fn law_a_calibration_is_completed_and_exported() {
             "unit_apply(const float output[3], float temperature, float acceleration[3])"
         )
     );
+
+    // Applied with the temperature, z no longer follows it; without, it is refused.
+    let compensated = folder.path().join("compensated.csv");
+    let calibration = out.join("calibration.json");
+    let mut words = vec![
+        "apply",
+        text(&calibration),
+        text(&recording),
+        "-o",
+        text(&compensated),
+        "--columns",
+        "acc_x,acc_y,acc_z",
+    ];
+    let said = refuse(&words);
+    assert!(said.contains("no column of temperatures"), "{said}");
+    words.extend(["--temperature", "temp", "--force"]);
+    succeed(&words);
+    let z: Vec<f64> = std::fs::read_to_string(&compensated)
+        .unwrap()
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').nth(2).unwrap().parse().unwrap())
+        .collect();
+    let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
+    // Cold against warm: 84 mg before, the uncertainty of the coefficients after.
+    let change = mean(&z[2800..3200]) - mean(&z[..400]);
+    assert!(change.abs() < 1.5 * 9.80665e-3, "{change}");
+}
+
+/// What lies beyond the sweep is extrapolated and said, or refused.
+#[test]
+fn refuses_temperatures_beyond_the_sweep_where_asked() {
+    let folder = tempfile::tempdir().unwrap();
+    let calibration = folder.path().join("calibration.json");
+    let file = r#"{"schema": {"name": "proofmass.calibration", "version": 2}, "kind": "triaxial",
+        "software": {"name": "proofmass", "version": "0.1.0"}, "device": {}, "input_unit": "count", "output_unit": "m/s²",
+        "columns": ["x", "y", "z"], "model": "full", "K": [[100, 0, 0], [0, 100, 0], [0, 0, 100]], "b": [0, 0, 0],
+        "estimate": {"components": [], "covariance": [], "influences": []},
+        "temperature": {"reference_degC": 20, "bias": [[1, 0, 0], [0, 0, 0], [0, 0, 0]],
+            "scale": [[0, 0, 0], [0, 0, 0], [0, 0, 0]], "range_degC": [0, 40]}, "inputs": []}"#;
+    std::fs::write(&calibration, file).unwrap();
+    let recording = folder.path().join("raw.csv");
+    std::fs::write(
+        &recording,
+        "x_count,y_count,z_count,t_degC\n110,0,981,30\n130,0,981,50\n",
+    )
+    .unwrap();
+    let out = folder.path().join("out.csv");
+    let words = vec![
+        "apply",
+        text(&calibration),
+        text(&recording),
+        "-o",
+        text(&out),
+        "--temperature",
+        "t",
+    ];
+    let output = succeed(&words);
+    assert!(
+        stderr(&output).contains("extrapolated"),
+        "{}",
+        stderr(&output)
+    );
+    let written = std::fs::read_to_string(&out).unwrap();
+    let x: Vec<&str> = written
+        .lines()
+        .skip(1)
+        .map(|l| l.split(',').next().unwrap())
+        .collect();
+    assert_eq!(x, ["1.0", "1.0"]);
+    let mut strict = words;
+    strict.extend(["--within-range", "--force"]);
+    let said = refuse(&strict);
+    assert!(
+        said.contains("beyond the range") && said.contains(":3"),
+        "{said}"
+    );
 }

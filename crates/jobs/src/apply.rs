@@ -12,8 +12,8 @@ use crate::recording::RecordingReading;
 use crate::trouble::{Result, Trouble, TroubleKind};
 use proofmass_core::Watch;
 use proofmass_io::{
-    AnyCalibration, Block, Input, Layout, LayoutOptions, Rewriter, RowReader, Source, TimeUnit,
-    split_heading,
+    AnyCalibration, Block, ColumnRef, Input, Layout, LayoutOptions, Rewriter, RowReader, Source,
+    TimeUnit, Unit, split_heading,
 };
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
@@ -68,6 +68,9 @@ pub struct ApplyJob {
     pub out_of_range: OutOfRange,
     /// How the recording is read.
     pub reading: RecordingReading,
+    /// Column of the temperature in °C, for a calibration that follows it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub temperature: Option<ColumnRef>,
 }
 
 /// Where the compensated recording goes.
@@ -133,9 +136,15 @@ impl Job for ApplyJob {
             let bare = split_heading(&column).0.replace(' ', "_");
             headings.push((index, format!("{bare}_{}", unit.ascii())));
         }
+        let temperature = self.thermometer(calibration, &layout).map_err(about)?;
+        let kelvin = temperature.is_some_and(|(_, kelvin)| kelvin);
+        columns.extend(temperature.map(|(index, _)| index));
         let mut work = Work {
             job: self,
             calibration,
+            temperature: temperature
+                .is_some()
+                .then_some(if kelvin { 273.15 } else { 0.0 }),
             clock: self.clock(&layout, &mut columns)?,
             compensation: None,
             factors,
@@ -203,6 +212,46 @@ impl Job for ApplyJob {
 }
 
 impl ApplyJob {
+    /// Column of the temperature, and whether it is in K; what follows the temperature is not applied without it.
+    fn thermometer(
+        &self,
+        calibration: &AnyCalibration,
+        layout: &Layout,
+    ) -> Result<Option<(usize, bool)>> {
+        let follows = match calibration {
+            AnyCalibration::Triaxial(file) => file.temperature.as_ref(),
+            _ => None,
+        };
+        match (follows, &self.temperature) {
+            (None, None) => Ok(None),
+            (None, Some(_)) => Err(Trouble::request(
+                "a temperature is named, but the calibration does not follow it",
+            )
+            .with_hint(
+                "leave the temperature away, or complete the calibration with `proofmass test temperature`",
+            )),
+            (Some(block), None) => Err(Trouble::request(
+                "the calibration follows the temperature, and no column of temperatures is named",
+            )
+            .detail(format!(
+                "bias and scale were measured from {} to {} °C",
+                block.range[0], block.range[1]
+            ))
+            .with_hint("add --temperature COLUMN")),
+            (Some(_), Some(column)) => {
+                let index = layout.find(column)?;
+                match layout.unit(index) {
+                    None | Some(Unit::DegreeCelsius) => Ok(Some((index, false))),
+                    Some(Unit::Kelvin) => Ok(Some((index, true))),
+                    Some(other) => Err(Trouble::data(format!(
+                        "column {:?} is in {other}, which is no temperature",
+                        layout.name(index)
+                    ))),
+                }
+            }
+        }
+    }
+
     /// What tells the times of the samples, which only a filter needs; a time column is added to those that are read.
     fn clock(&self, layout: &Layout, columns: &mut Vec<usize>) -> Result<Option<BlockClock>> {
         if !matches!(self.method, CompensationMethod::Filter(_)) {
@@ -237,6 +286,8 @@ impl ApplyJob {
 struct Work<'a> {
     job: &'a ApplyJob,
     calibration: &'a AnyCalibration,
+    /// The next column after the outputs is the temperature; what is to be taken off it for °C.
+    temperature: Option<f64>,
     clock: Option<BlockClock>,
     /// Made at the first block, which tells the rate.
     compensation: Option<Compensation>,
@@ -295,8 +346,27 @@ impl Work<'_> {
             .collect();
         let slices: Vec<&[f64]> = scaled.iter().map(Vec::as_slice).collect();
         self.figures.read += rows.len() as u64;
+        let temperature: Option<Vec<f64>> = self.temperature.map(|zero| {
+            let column = &block.column(self.factors.len())[rows.clone()];
+            column.iter().map(|t| t - zero).collect()
+        });
+        if let (Some(temperature), AnyCalibration::Triaxial(file)) =
+            (&temperature, self.calibration)
+        {
+            let beyond = self.figures.temperatures(file, temperature);
+            if let (Some(row), OutOfRange::Refuse) = (beyond, self.job.out_of_range) {
+                return Err(Trouble::data(
+                    "a temperature is beyond the range in which the calibration was measured",
+                )
+                .detail(format!("{}:{}", self.name, block.line(rows.start + row)))
+                .with_hint("sweep a larger range, or have such samples reported"));
+            }
+        }
         if let Some(compensation) = &mut self.compensation {
-            let values = compensation.push(&slices);
+            let values = match &temperature {
+                Some(temperature) => compensation.push_at(&slices, temperature),
+                None => compensation.push(&slices),
+            };
             self.waiting.push_back((Rc::clone(block), rows));
             self.accept(values)?;
         }

@@ -134,6 +134,19 @@ impl Job for ValidationJob {
                 .advice("record new standstills and validate with them"),
             );
         }
+        if let Some(block) = &file.temperature {
+            findings.push(
+                Finding::new(
+                    Severity::Warning,
+                    "temperature-not-followed",
+                    "the comparison takes the calibration at its reference temperature",
+                )
+                .evidence(format!("{:.1} °C", block.reference))
+                .advice(
+                    "record at that temperature, or validate the recording after `proofmass apply`",
+                ),
+            );
+        }
         if file.estimate.components().is_empty() {
             findings.push(
                 Finding::new(

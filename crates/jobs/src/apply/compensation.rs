@@ -5,7 +5,7 @@ use crate::trouble::{Result, Trouble};
 use proofmass_calibration::frequency_response::{
     BandMatrix, CompensationError, CompensationFilter, FilterDesign, FilterStream,
 };
-use proofmass_core::{Matrix3, SensorModel, Watch};
+use proofmass_core::Watch;
 use proofmass_io::AnyCalibration;
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum CompensationMethod {
-    /// a = K⁻¹(õ − b) of a calibration by one matrix.
+    /// a = K⁻¹(õ − b) of a calibration by one matrix, with temperature and curvature where it has them.
     #[default]
     Model,
     /// The constant real matrix of a band of a calibration over frequency, from the first to the second frequency in Hz.
@@ -53,7 +53,7 @@ pub struct Compensation {
 
 #[derive(Clone, Debug)]
 enum Kind {
-    Model(SensorModel<f64>),
+    Model(proofmass_core::Compensation<f64>),
     Band(BandMatrix),
     Filter(Box<CompensationFilter>, FilterStream),
 }
@@ -71,7 +71,7 @@ impl Compensation {
     ) -> Result<Self> {
         let kind = match (calibration, method) {
             (AnyCalibration::Triaxial(file), CompensationMethod::Model) => {
-                Kind::Model(SensorModel::new(Matrix3(file.k), file.b)?)
+                Kind::Model(file.compensation()?)
             }
             (AnyCalibration::FrequencyResponse(file), CompensationMethod::Band(band)) => {
                 Kind::Band(frequency_response::of_file(file)?.band_matrix(band)?)
@@ -111,18 +111,13 @@ impl Compensation {
     /// the sample of index [`half`](Self::half).
     ///
     /// **Shapes** one slice per output, of one length.
+    ///
+    /// A model that follows the temperature is taken at its reference; [`push_at`](Self::push_at) takes temperatures.
     pub fn push(&mut self, outputs: &[&[f64]]) -> Vec<Vec<f64>> {
         match &mut self.kind {
-            Kind::Model(sensor) => {
-                let rows = outputs[0].len();
-                let mut columns = vec![Vec::with_capacity(rows); 3];
-                for row in 0..rows {
-                    let a = sensor.apply(std::array::from_fn(|i| outputs[i][row]));
-                    for (column, value) in columns.iter_mut().zip(a) {
-                        column.push(value);
-                    }
-                }
-                columns
+            Kind::Model(model) => {
+                let reference = model.thermal().map_or(0.0, |t| t.reference);
+                modelled(model, outputs, |_| reference)
             }
             Kind::Band(matrix) => matrix
                 .inverse
@@ -133,6 +128,14 @@ impl Compensation {
                 })
                 .collect(),
             Kind::Filter(_, stream) => stream.push(outputs),
+        }
+    }
+
+    /// The same with the temperature of every sample in °C, which matters to a model that follows it.
+    pub fn push_at(&mut self, outputs: &[&[f64]], temperature: &[f64]) -> Vec<Vec<f64>> {
+        match &mut self.kind {
+            Kind::Model(model) => modelled(model, outputs, |row| temperature[row]),
+            _ => self.push(outputs),
         }
     }
 
@@ -173,4 +176,20 @@ impl Compensation {
             Kind::Filter(filter, _) => Some(filter.error),
         }
     }
+}
+
+fn modelled(
+    model: &proofmass_core::Compensation<f64>,
+    outputs: &[&[f64]],
+    temperature: impl Fn(usize) -> f64,
+) -> Vec<Vec<f64>> {
+    let rows = outputs[0].len();
+    let mut columns = vec![Vec::with_capacity(rows); 3];
+    for row in 0..rows {
+        let a = model.apply(std::array::from_fn(|i| outputs[i][row]), temperature(row));
+        for (column, value) in columns.iter_mut().zip(a) {
+            column.push(value);
+        }
+    }
+    columns
 }

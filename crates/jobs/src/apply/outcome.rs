@@ -4,7 +4,7 @@ use super::{ApplyJob, Compensation, CompensationMethod};
 use crate::outcome::Outcome;
 use crate::record::Record;
 use proofmass_calibration::frequency_response::{BandMatrix, CompensationError};
-use proofmass_io::{AnyCalibration, Input, StatedQuantity};
+use proofmass_io::{AnyCalibration, CalibrationFile, Input, StatedQuantity};
 use proofmass_report::{CompensationReport, Report};
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
@@ -16,9 +16,31 @@ pub(super) struct Figures {
     pub(super) written: u64,
     pub(super) gaps: u64,
     pub(super) beyond: u64,
+    /// Temperatures beyond those of the coefficients, with the lowest and the highest of all.
+    pub(super) beyond_temperature: u64,
+    pub(super) temperatures: Option<[f64; 2]>,
 }
 
 impl Figures {
+    /// Counts temperatures beyond those of the coefficients; the first of these that is.
+    pub(super) fn temperatures(
+        &mut self,
+        file: &CalibrationFile,
+        temperatures: &[f64],
+    ) -> Option<usize> {
+        let block = file.temperature.as_ref()?;
+        let mut first = None;
+        for (row, t) in temperatures.iter().enumerate() {
+            let [low, high] = self.temperatures.unwrap_or([*t, *t]);
+            self.temperatures = Some([low.min(*t), high.max(*t)]);
+            if !block.covers(*t) {
+                self.beyond_temperature += 1;
+                first = first.or(Some(row));
+            }
+        }
+        first
+    }
+
     /// Counts accelerations beyond the tested range; a tenth more than that of a resting sensor is still at rest.
     ///
     /// The first of these rows that has one.
@@ -63,6 +85,24 @@ pub(super) fn findings(
                 ),
             )
             .evidence(format!("of {} samples", figures.written)),
+        );
+    }
+    if let (AnyCalibration::Triaxial(file), Some([low, high])) = (calibration, figures.temperatures)
+        && let Some(block) = &file.temperature
+        && figures.beyond_temperature > 0
+    {
+        findings.push(
+            Finding::new(
+                Severity::Warning,
+                "beyond-temperature-range",
+                format!(
+                    "{} samples are beyond {:.1} … {:.1} °C, where the temperature coefficients were measured; the \
+                     polynomials are extrapolated there",
+                    figures.beyond_temperature, block.range[0], block.range[1]
+                ),
+            )
+            .evidence(format!("{low:.1} to {high:.1} °C in {} samples", figures.read))
+            .advice("sweep a larger range, or refuse such samples"),
         );
     }
     let Some(compensation) = compensation else {

@@ -1,0 +1,225 @@
+//! `proofmass test tilt | sensitivity | zero-g | orthogonality | linearity | centrifuge | stability` on tables.
+
+mod support;
+
+use std::fmt::Write;
+use std::path::Path;
+use support::*;
+
+/// A table, its heading first.
+fn table(path: &Path, heading: &str, rows: impl Iterator<Item = Vec<f64>>) {
+    let mut text = format!("{heading}\n");
+    for row in rows {
+        let cells: Vec<String> = row.iter().map(f64::to_string).collect();
+        let _ = writeln!(text, "{}", cells.join(","));
+    }
+    std::fs::write(path, text).unwrap();
+}
+
+/// A small reproducible disturbance.
+fn noise(i: usize) -> f64 {
+    (i * 7919 % 1009) as f64 / 1009.0 - 0.5
+}
+
+#[test]
+fn known_devices_come_out_of_their_tables_and_render_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    // 1 V per g, 10 mV of bias, half a degree beside the zero of the table.
+    table(
+        &at("tilt.csv"),
+        "angle_deg,out_V",
+        (0..24).map(|i| {
+            let t = f64::from(15 * i as u32);
+            vec![t, 0.01 + (t + 0.5).to_radians().cos() + 1e-4 * noise(i)]
+        }),
+    );
+    table(
+        &at("ends.csv"),
+        "position,out_V",
+        (0..6).map(|i| {
+            let p = if i % 2 == 0 { 1.0 } else { -1.0 };
+            vec![p, 0.01 + p + 1e-5 * noise(i)]
+        }),
+    );
+    table(
+        &at("levels.csv"),
+        "a_g,out_V,T_degC",
+        (0..18).map(|i| {
+            let a = -1.0 + 0.25 * (i % 9) as f64;
+            vec![
+                a,
+                0.01 + a + 2e-3 * a * a + 1e-5 * noise(i),
+                20.0 + i as f64,
+            ]
+        }),
+    );
+    table(
+        &at("arm.csv"),
+        "speed_rpm,out_V",
+        (0..20).map(|i| {
+            let rpm = 100.0 + 45.0 * i as f64;
+            let a = 0.5 * (rpm * std::f64::consts::TAU / 60.0).powi(2);
+            vec![rpm, 0.01 + a / 9.80665 * 0.007 + 1e-5 * noise(i)]
+        }),
+    );
+    table(
+        &at("rest.csv"),
+        "x_g,y_g,z_g",
+        (0..500).map(|i| {
+            vec![
+                2e-3 + 1e-3 * noise(i),
+                -1e-3 + 1e-3 * noise(i + 3),
+                1.0 + 1e-3 * noise(i + 7),
+            ]
+        }),
+    );
+    let cases: [(&str, &str, &[&str], &str, f64, f64); 5] = [
+        (
+            "tilt",
+            "tilt.csv",
+            &["--angle", "angle", "--output-column", "out"],
+            "misalignment",
+            0.5f64.to_radians(),
+            1e-4,
+        ),
+        (
+            "sensitivity",
+            "ends.csv",
+            &["--position", "position", "--output-column", "out"],
+            "bias",
+            0.01,
+            1e-5,
+        ),
+        (
+            "linearity",
+            "levels.csv",
+            &[
+                "--acceleration",
+                "a",
+                "--output-column",
+                "out",
+                "--temperature",
+                "T",
+            ],
+            "curvature.2",
+            2e-3 / 9.80665,
+            1e-5,
+        ),
+        (
+            "centrifuge",
+            "arm.csv",
+            &[
+                "--speed",
+                "speed",
+                "--output-column",
+                "out",
+                "--radius",
+                "0.5",
+            ],
+            "sensitivity",
+            0.007 / 9.80665,
+            1e-6,
+        ),
+        (
+            "zero-g",
+            "rest.csv",
+            &["--columns", "x,y,z", "--rate", "100", "--levelling", "0.01"],
+            "bias.x",
+            2e-3 * 9.80665,
+            3e-4,
+        ),
+    ];
+    for (test, file, more, name, truth, tolerance) in cases {
+        let out = at(test);
+        let input = at(file);
+        let mut words = vec!["test", test, text(&input), "-o", text(&out)];
+        words.extend(more);
+        succeed(&words);
+        let result = json(&out.join("result.json"));
+        assert_eq!(result["model"], test);
+        let (value, _, expanded) = quantity(&result, name);
+        assert!(
+            (value - truth).abs() < tolerance.max(expanded),
+            "{test} {name}: {value} {truth}"
+        );
+        let again = at(&format!("{test}-again"));
+        succeed(&["render", text(&out.join("result.json")), "-o", text(&again)]);
+        for name in ["report.html", "readings.csv"] {
+            let (a, b) = (
+                std::fs::read(out.join(name)),
+                std::fs::read(again.join(name)),
+            );
+            assert_eq!(a.unwrap(), b.unwrap(), "{test} {name}");
+        }
+    }
+    let said = refuse(&[
+        "test",
+        "sensitivity",
+        text(&at("tilt.csv")),
+        "--position",
+        "angle",
+        "--output-column",
+        "out",
+    ]);
+    assert!(said.contains("position"), "{said}");
+}
+
+/// Three calibrations of one unit over half a year, from their own results.
+#[test]
+fn known_drift_between_calibrations() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut places = Vec::new();
+    for (i, date) in ["2026-01-01", "2026-04-01", "2026-07-01", "2026-10-01"]
+        .iter()
+        .enumerate()
+    {
+        let bias = 0.05 + 1e-3 * 3.0 * i as f64;
+        let file = format!(
+            r#"{{"schema": {{"name": "proofmass.result", "version": 1}}, "software": {{"name": "proofmass", "version": "0.1.0"}},
+            "kind": "multi-position", "device": {{}}, "inputs": [], "findings": [], "quantities": [],
+            "estimate": {{"components": [{{"name": "bias.x", "unit": "m/s²", "value": {bias}}}], "covariance": [[1e-8]],
+            "influences": [{{"key": "noise", "description": "noise", "evaluation": "A", "distribution": "normal", "dof": 40.0,
+            "effect": {{"form": "joint", "covariance": [[1e-8]]}}}}]}}, "date": "{date}"}}"#
+        );
+        let path = folder.path().join(format!("{i}.json"));
+        std::fs::write(&path, file).unwrap();
+        places.push(path);
+    }
+    let out = folder.path().join("stability");
+    let mut words = vec!["test", "stability"];
+    words.extend(places.iter().map(|p| text(p)));
+    words.extend(["--tolerance", "bias.x=0.01", "-o", text(&out)]);
+    succeed(&words);
+    let result = json(&out.join("result.json"));
+    let (drift, u, _) = quantity(&result, "drift.bias.x");
+    assert!((drift - 1e-3).abs() < 3.0 * u && u < 1e-4, "{drift} {u}");
+    // 10 mm/s² at 1 mm/s² per month, less what is uncertain: nine months or so.
+    let due = result["due_in_days"].as_f64().unwrap();
+    assert!((240.0..310.0).contains(&due), "{due}");
+    assert!(out.join("control_chart.csv").is_file());
+    let said = refuse(&["test", "stability", text(&places[0]), text(&places[1])]);
+    assert!(said.contains("calibrations"), "{said}");
+}
+
+/// The example's own calibration: its axes are square within a degree, and the cost is stated.
+#[test]
+fn law_orthogonality_of_a_calibration_is_stated() {
+    const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/hand-held");
+    let folder = tempfile::tempdir().unwrap();
+    let calibrated = folder.path().join("calibrated");
+    succeed(&["calibrate", EXAMPLE, "-o", text(&calibrated)]);
+    let out = folder.path().join("square");
+    succeed(&[
+        "test",
+        "orthogonality",
+        text(&calibrated.join("calibration.json")),
+        "-o",
+        text(&out),
+    ]);
+    let result = json(&out.join("result.json"));
+    let (angle, u, _) = quantity(&result, "orthogonality.xy");
+    let (error, _, _) = quantity(&result, "cross_axis.xy");
+    assert!(u > 0.0 && angle.abs() < 1f64.to_radians());
+    assert!((error - 9.80665 * angle.sin()).abs() < 1e-12);
+}
