@@ -33,7 +33,7 @@ use serde::{Deserialize, Serialize};
 /// **Assumes** noise that is stationary. Wander as slow as the whole sweep cannot be told from temperature; a second sweep tells
 /// them apart.
 /// **Accuracy** coverage in docs/temperature.md.
-/// **Source** `[BurnhamAnderson2002]` ch. 2 and 4 (AICc, averaging over models), `[PattersonThompson1971]` (restricted
+/// **Source** `[BurnhamAnderson2002]` ch. 2 and 4 (AICc, averaging over models), `[Patterson1971]` (restricted
 /// likelihood).
 #[doc(alias("TCB", "temperature coefficient of bias", "thermal calibration"))]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! cd examples/qemu && cargo run --release
+//! cargo run --release --target thumbv6m-none-eabi   # Cortex-M0, without a floating-point unit
 //! ```
 #![no_std]
 #![no_main]
@@ -21,8 +22,8 @@ fn panic(_: &PanicInfo<'_>) -> ! {
     loop {}
 }
 
-/// Instructions in one tick of the 25 MHz clock, at one nanosecond each.
-const PER_TICK: u32 = 40;
+/// Tenths of an instruction in one tick, at one nanosecond each: 25 MHz on the Cortex-M4, 16 MHz on the Cortex-M0.
+const PER_TICK: u64 = if cfg!(armv6m) { 625 } else { 400 };
 
 /// Instructions of a piece of work done for every sample.
 fn measure(mut work: impl FnMut(u32)) -> u32 {
@@ -34,7 +35,8 @@ fn measure(mut work: impl FnMut(u32)) -> u32 {
 }
 
 fn per_sample(ticks: u32, idle: u32) -> u32 {
-    (ticks.saturating_sub(idle) * PER_TICK + SAMPLES / 2) / SAMPLES
+    let tenths = u64::from(ticks.saturating_sub(idle)) * PER_TICK;
+    (tenths / u64::from(10 * SAMPLES)) as u32
 }
 
 #[entry]
