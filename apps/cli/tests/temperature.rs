@@ -81,7 +81,7 @@ fn known_slope_and_hysteresis_and_the_same_files_again() {
         z / mg,
         u / mg
     );
-    let gap = result["axes"][2]["hysteresis"]["difference"]
+    let gap = result["extra"]["axes"][2]["hysteresis"]["difference"]
         .as_f64()
         .unwrap()
         / mg;
@@ -126,7 +126,7 @@ fn law_a_calibration_is_completed_and_exported() {
     let file = r#"{"schema": {"name": "proofmass.calibration", "version": 1}, "kind": "triaxial",
         "software": {"name": "proofmass", "version": "0.1.0"}, "device": {"model": "unit"},
         "input_unit": "m/s²", "output_unit": "m/s²", "model": "full",
-        "K": [[1.01, 0.002, 0.0], [0.0, 0.99, 0.001], [0.0, 0.0, 1.002]], "b": [0.1, -0.07, 0.02],
+        "K": [[1.01, 0.0, 0.0], [0.0, 0.99, 0.0], [0.0, 0.0, 1.002]], "b": [0.1, -0.07, 0.02],
         "estimate": {"components": [{"name": "bias.z", "unit": "m/s²", "value": 0.02}],
             "covariance": [[1e-8]], "influences": [{"key": "noise", "description": "noise", "evaluation": "A",
             "distribution": "normal", "dof": 20.0, "effect": {"form": "joint", "covariance": [[1e-8]]}}]},

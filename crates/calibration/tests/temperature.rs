@@ -162,8 +162,10 @@ fn coverage_whatever_order_and_noise() {
             .collect();
         for quantity in 0..4 {
             let held = held.iter().filter(|h| h[quantity]).count();
-            // 95 % of 120 less 3.5 binomial deviations (2.4); wander as slow as this is allowed two points.
-            assert!(held >= 103, "{name}, {quantity}: {held} of {trials}");
+            // 95 % of 120 less 3.5 binomial deviations (2.4). Twenty correlation times tell a wander badly: what is
+            // stated as 95 % then holds nine times in ten, 108 less four deviations (3.3).
+            let least = if truth.wander.0 > 0.0 { 95 } else { 105 };
+            assert!(held >= least, "{name}, {quantity}: {held} of {trials}");
         }
     }
 }

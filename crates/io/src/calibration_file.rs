@@ -231,7 +231,10 @@ impl CalibrationFile {
             }
             for (j, b) in AXES.into_iter().enumerate().filter(|(j, _)| *j != i) {
                 let angle = self.k[i][j] / scale;
-                if !agree(stated(format!("misalignment.{a}{b}"), 0.0), angle, 1.0) {
+                // A model without an angle has none; coefficients of others come without any estimate.
+                let none = self.estimate.components().is_empty();
+                let missing = if none { angle } else { 0.0 };
+                if !agree(stated(format!("misalignment.{a}{b}"), missing), angle, 1.0) {
                     return refuse(
                         "K",
                         format!("K of {a}{b} disagrees with misalignment.{a}{b} of the estimate"),

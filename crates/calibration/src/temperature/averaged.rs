@@ -10,6 +10,8 @@ pub(super) struct Averaged {
     pub estimate: Vec<f64>,
     /// p × p: within the noises and between them.
     pub covariance: Vec<f64>,
+    /// Degrees of freedom of its scale: independent values less parameters, averaged like the rest.
+    pub dof: f64,
     /// Log-likelihood (not restricted) of the best noise: what orders are compared by.
     pub log_likelihood: f64,
 }
@@ -61,7 +63,8 @@ pub(super) fn fit(columns: &[Vec<f64>], y: &[f64], noises: &[Noise]) -> Result<A
             solve(&normal, &mut unit);
             covariance[a * p..(a + 1) * p].copy_from_slice(&unit);
         }
-        runs.push((right, covariance, restricted, full));
+        let own = (noise.effective - p as f64).max(2.0);
+        runs.push((right, covariance, restricted, full, own));
     }
     let best = runs.iter().map(|r| r.2).fold(f64::NEG_INFINITY, f64::max);
     if !best.is_finite() {
@@ -73,9 +76,16 @@ pub(super) fn fit(columns: &[Vec<f64>], y: &[f64], noises: &[Noise]) -> Result<A
     let weights: Vec<f64> = runs.iter().map(|r| (r.2 - best).exp()).collect();
     let parts = runs.iter().map(|r| (r.0.as_slice(), r.1.as_slice()));
     let (estimate, covariance) = mixture(parts, &weights, p);
+    let total: f64 = weights.iter().sum();
+    let dof = runs
+        .iter()
+        .zip(&weights)
+        .map(|(r, w)| w / total * r.4)
+        .sum();
     Ok(Averaged {
         estimate,
         covariance,
+        dof,
         log_likelihood: runs.iter().map(|r| r.3).fold(f64::NEG_INFINITY, f64::max),
     })
 }

@@ -9,6 +9,8 @@ pub(super) struct Noise {
     n: usize,
     /// ln |R|.
     pub log_determinant: f64,
+    /// n²/Σ R_ij²: independent values that tell the variance as well as these n.
+    pub effective: f64,
 }
 
 /// Correlation times in blocks, up to half the record, and shares of white noise.
@@ -22,6 +24,7 @@ pub(super) fn grid(time: &[f64], block: f64) -> Vec<Noise> {
         factor: Vec::new(),
         n,
         log_determinant: 0.0,
+        effective: n as f64,
     }];
     let mut tau = 1.0;
     while tau < 0.5 * length {
@@ -45,12 +48,17 @@ impl Noise {
             }
             factor[i * n + i] = 1.0;
         }
+        let below: f64 = (0..n)
+            .map(|i| factor[i * n..i * n + i].iter().map(|r| r * r).sum::<f64>())
+            .sum();
+        let effective = (n * n) as f64 / (n as f64 + 2.0 * below);
         cholesky(&mut factor, n)?;
         let log_determinant = (0..n).map(|i| 2.0 * factor[i * n + i].ln()).sum();
         Some(Self {
             factor,
             n,
             log_determinant,
+            effective,
         })
     }
 

@@ -235,6 +235,8 @@ struct Axis {
     covariance: Vec<f64>,
     /// Half the difference of the branches in the same coefficients.
     branch: Vec<f64>,
+    /// Degrees of freedom of the covariance.
+    dof: f64,
 }
 
 impl Context<'_> {
@@ -378,6 +380,7 @@ impl Context<'_> {
             coefficients,
             covariance,
             branch,
+            dof: runs[top - 1].dof,
         })
     }
 
@@ -519,7 +522,8 @@ impl Context<'_> {
                 );
             }
         }
-        let dof = (self.blocks.len() - self.fixed - count) as f64;
+        // The least of the three axes: on the safe side for the others.
+        let dof = axes.iter().map(|a| a.dof).fold(f64::INFINITY, f64::min);
         let mut influences = vec![Influence {
             key: "noise".to_owned(),
             description: "noise and wander of the outputs, over orders and noises by evidence"
