@@ -422,6 +422,7 @@ mod tests {
         );
         assert!(fail(&V4.replace("0 0 1\n$EndNodes", "0 0 nan\n$EndNodes")).contains("nan"));
         // A count beyond the file does not take memory for it.
-        assert!(!fail(&V4.replace("$Nodes\n1 4", "$Nodes\n99999999999 4")).is_empty());
+        let said = fail(&V4.replace("$Nodes\n1 4 1 4\n", "$Nodes\n99999999999 4 1 4\n"));
+        assert!(said.contains("`$EndNodes` is not a whole number"), "{said}");
     }
 }

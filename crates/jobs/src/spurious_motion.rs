@@ -6,12 +6,12 @@ use crate::outcome::{Job, Outcome};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use num_complex::Complex64;
-use proofmass_calibration::shaker::SpuriousTable;
 use proofmass_calibration::shaker::recording::{Assessed, Limits, Quality, assess};
 use proofmass_calibration::shaker::reference::ReferenceTable;
 use proofmass_calibration::shaker::spurious::{
     Average, Comparison, RatioSummary, Repeats, compare, ratio_from_velocity, summaries, table,
 };
+use proofmass_calibration::shaker::{Correction, SpuriousTable};
 use proofmass_core::Watch;
 use proofmass_io::{Cell, Input, StatedQuantity, Table};
 use proofmass_report::{Report, SpuriousReport};
@@ -44,6 +44,9 @@ pub struct SpuriousMotionJob {
     /// Runs to be left out, by name.
     #[serde(default)]
     pub excluded: Vec<String>,
+    /// Calculated motions, as by a model of a wedge, to set beside the first measurement.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub models: Vec<Correction>,
 }
 
 /// One repeat along one axis.
@@ -111,7 +114,7 @@ pub struct Measurement {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SpuriousMotionOutcome {
     measurements: Vec<Measurement>,
-    /// The first measurement against each of the others, by label.
+    /// The first measurement against each of the others and against calculated motions, by label.
     comparisons: Vec<(String, Vec<Comparison>)>,
     findings: Vec<Finding>,
     recordings: usize,
@@ -137,10 +140,11 @@ impl SpuriousMotionOutcome {
             meta: record.meta(),
             inputs: listed(record, self.recordings),
             findings: &self.findings,
-            comparison: self
+            comparisons: self
                 .comparisons
-                .first()
-                .map(|(label, list)| (label.as_str(), list.as_slice())),
+                .iter()
+                .map(|(label, list)| (label.as_str(), list.as_slice()))
+                .collect(),
             footer: record.software.to_string(),
         }
     }
@@ -208,7 +212,35 @@ impl Job for SpuriousMotionJob {
                 .iter()
                 .map(|other| (other.label.clone(), compare(&first.table, &other.table)))
                 .collect();
-            findings.extend(disagreements(&first.label, &comparisons));
+            findings.extend(comparisons.iter().filter_map(|(label, list)| {
+                disagreement(
+                    list,
+                    "measurements-disagree",
+                    format!("the measurements {} and {label} disagree", first.label),
+                    "repeats in a row do not see what changes between two set-ups; take their difference into the uncertainty",
+                )
+            }));
+            for model in &self.models {
+                let list = compare(&first.table, &model.table);
+                if list.is_empty() {
+                    return Err(Trouble::data(format!(
+                        "the calculated motion {} has no inclination and frequency in common with the measurement {}",
+                        model.label, first.label
+                    ))
+                    .with_hint("calculate it at the frequencies of the runs: frequencies_Hz in [transfer]"));
+                }
+                findings.extend(disagreement(
+                    &list,
+                    "calculated-motion-disagrees",
+                    format!(
+                        "the calculated motion {} and the measurement {} disagree",
+                        model.label, first.label
+                    ),
+                    "a model of the wedge alone knows nothing of the table's own motion, which is nearly the same at all frequencies; \
+                     what grows with frequency is the base or the gluing",
+                ));
+                comparisons.push((model.label.clone(), list));
+            }
         }
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
         watch.step("ratios", 1, 1)?;
@@ -360,35 +392,48 @@ impl SpuriousMotionJob {
 }
 
 /// Two measurements that do not agree within their uncertainties.
-fn disagreements(first: &str, comparisons: &[(String, Vec<Comparison>)]) -> Vec<Finding> {
-    comparisons
+/// P(X ≥ `count`) of `of` ratios that each lie beyond their 95 % limit by chance.
+fn by_chance(count: usize, of: usize) -> f64 {
+    let mut probability = 0.95f64.powi(of as i32);
+    let mut below = 0.0;
+    for k in 0..count {
+        below += probability;
+        probability *= (of - k) as f64 / (k + 1) as f64 * 0.05 / 0.95;
+    }
+    1.0 - below
+}
+
+/// More ratios apart than chance has in one campaign of two hundred, or one far apart (E_n above 3).
+fn disagreement(
+    list: &[Comparison],
+    code: &'static str,
+    what: String,
+    advice: &'static str,
+) -> Option<Finding> {
+    let apart: Vec<&Comparison> = list
         .iter()
-        .filter_map(|(label, list)| {
-            let apart: Vec<&Comparison> =
-                list.iter().filter(|c| c.e_n.is_some_and(|e| e > 1.0)).collect();
-            let worst = apart
-                .iter()
-                .max_by(|a, b| a.e_n.unwrap_or(0.0).total_cmp(&b.e_n.unwrap_or(0.0)))?;
-            Some(
-                Finding::new(
-                    Severity::Warning,
-                    "measurements-disagree",
-                    format!("the measurements {first} and {label} disagree"),
-                )
-                .evidence(format!(
-                    "E_n > 1 for {} of {} ratios; the worst along {}′ at inclination {:.0}°, {} Hz: E_n = {:.1}, difference {:.3} %",
-                    apart.len(),
-                    list.len(),
-                    worst.axis,
-                    worst.inclination.to_degrees(),
-                    worst.frequency,
-                    worst.e_n.unwrap_or(0.0),
-                    100.0 * worst.difference
-                ))
-                .advice("repeats in a row do not see what changes between two set-ups; take their difference into the uncertainty"),
-            )
-        })
-        .collect()
+        .filter(|c| c.e_n.is_some_and(|e| e > 1.0))
+        .collect();
+    let worst = apart
+        .iter()
+        .max_by(|a, b| a.e_n.unwrap_or(0.0).total_cmp(&b.e_n.unwrap_or(0.0)))?;
+    if by_chance(apart.len(), list.len()) > 0.005 && worst.e_n.unwrap_or(0.0) <= 3.0 {
+        return None;
+    }
+    Some(
+        Finding::new(Severity::Warning, code, what)
+            .evidence(format!(
+                "E_n > 1 for {} of {} ratios; the worst along {}′ at inclination {:.0}°, {} Hz: E_n = {:.1}, difference {:.3} %",
+                apart.len(),
+                list.len(),
+                worst.axis,
+                worst.inclination.to_degrees(),
+                worst.frequency,
+                worst.e_n.unwrap_or(0.0),
+                100.0 * worst.difference
+            ))
+            .advice(advice),
+    )
 }
 
 fn ratios(measurements: &[Measurement]) -> Result<Table> {
@@ -532,6 +577,10 @@ impl SpuriousMotionCampaign {
             delay: v.delay_s,
         });
         job.excluded = self.runs.exclude.clone();
+        for model in self.read_models()? {
+            inputs.extend(model.input);
+            job.models.push(model.correction);
+        }
         let recordings = observed.inputs.len() - 1;
         inputs.extend(observed.inputs);
         Ok(SpuriousMotionFiles {

@@ -244,12 +244,21 @@ impl<'a> Counted<'a> {
         })
     }
 
-    /// Finds q and the variance of an edge's place from the counts, q held by the accelerometer's own floor.
+    /// ln L of the edges and new cells.
+    ///
+    /// # Errors
+    /// Of the model.
+    pub fn log_likelihood(&self, model: &CountingModel) -> Result<f64, Error> {
+        self.pass(model, |_, _| {}, |_| {})
+    }
+
+    /// Finds q and the variance of an edge's place from the counts, q held by the accelerometer's own floor: that of
+    /// its samples as they were recorded (`heard`), since putting a latency right takes noise off them.
     ///
     /// # Errors
     /// [`Error::Cancelled`], and of the record.
-    pub fn tune(&self, watch: &dyn Watch) -> Result<CountingTuned, Error> {
-        let a = &self.record.acceleration;
+    pub fn tune(&self, heard: &[f64], watch: &dyn Watch) -> Result<CountingTuned, Error> {
+        let a = heard;
         let ceiling = variance(a).max(f64::MIN_POSITIVE);
         let floor = noise_floor(a)
             .filter(|q| *q > 0.0)

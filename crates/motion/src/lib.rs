@@ -32,6 +32,7 @@ mod counting;
 mod crossover;
 mod decode;
 mod diffuse;
+mod edges;
 mod excerpt;
 mod filtering;
 mod floor;

@@ -1,6 +1,6 @@
 //! Three questions to a record, answered as plain data: estimate, compare, tune.
 
-use crate::counting::{Counted, CountingModel, CountingRun};
+use crate::edges::on_edges;
 use crate::tuning::Constants;
 use crate::{
     ComparisonRow, Crossover, Family, Filter, Found, IntegratorRule, KalmanModel, Method,
@@ -429,32 +429,6 @@ pub fn estimate(
         ripple,
         findings,
     })
-}
-
-/// An axis that mostly rests on a count: filter and smoother that take counts for what they are, and the noise found
-/// with them in place of that of the likelihood of all readings. `None` for other records.
-fn on_edges(
-    tuned: &mut Tuned,
-    part: &MotionRecord,
-    record: &MotionRecord,
-    watch: &dyn Watch,
-) -> Result<Option<(CountingModel, CountingRun)>, Error> {
-    // An uncertain gain or latency has no place in the rule of counts: its intervals would not hold.
-    if tuned.gain.is_some() || tuned.latency.is_some() {
-        return Ok(None);
-    }
-    let right = tuned.corrected(part);
-    let Some(counted) = Counted::new(&right).filter(Counted::is_slow) else {
-        return Ok(None);
-    };
-    let found = counted.tune(watch)?;
-    let whole = tuned.corrected(record);
-    let Some(all) = Counted::new(&whole) else {
-        return Ok(None);
-    };
-    let run = all.run_tuned(&found)?;
-    tuned.counted(&found, &run.innovations)?;
-    Ok(Some((found.model, run)))
 }
 
 /// An on-line method on the record with gain and latency put right; their uncertainty adds what moving each by it does.

@@ -57,6 +57,17 @@ fn stop_and_go(speed: f64, move_time: f64) -> Motion {
 }
 
 fn run(motion: &Motion, seconds: f64, seed: u64) -> (EstimateResult, Vec<f64>) {
+    run_with(motion, seconds, seed, 1.0, 0.0)
+}
+
+/// The same with an accelerometer of this gain that is later by this time, s.
+fn run_with(
+    motion: &Motion,
+    seconds: f64,
+    seed: u64,
+    gain: f64,
+    latency: f64,
+) -> (EstimateResult, Vec<f64>) {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
     let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
     // The axis starts next to an edge, so that a dither passes it.
@@ -64,9 +75,10 @@ fn run(motion: &Motion, seconds: f64, seed: u64) -> (EstimateResult, Vec<f64>) {
     let n = (seconds / DT) as usize;
     let (mut reading, mut acceleration, mut truth) = (Vec::new(), Vec::new(), Vec::new());
     for k in 0..n {
-        let [x, v, a] = motion(DT * k as f64);
+        let [x, v, _] = motion(DT * k as f64);
+        let [.., a] = motion(DT * k as f64 - latency);
         reading.push(Some((x / DELTA + phase).floor() * DELTA));
-        acceleration.push(a + 0.03 + NOISE * normal());
+        acceleration.push(gain * a + 0.03 + NOISE * normal());
         truth.push(v);
     }
     let mut record = MotionRecord::new(DT, Source::Position, reading, acceleration).unwrap();
@@ -168,4 +180,37 @@ fn coverage_healthy_axes_raise_no_alarm() {
     }
     println!("{alarms:#?}");
     assert!(alarms.is_empty(), "{alarms:#?}");
+}
+
+/// An accelerometer with a gain error and a latency on slow axes: both are found from the edges, and the intervals carry
+/// their uncertainty.
+#[test]
+fn coverage_of_slow_counts_beside_a_wrong_gain_and_latency() {
+    let cases: [(&str, Motion, f64, f64); 4] = [
+        ("sine of 10 mm/s", sine(0.02 / TAU, 0.5), 1.05, 0.0),
+        ("sine of 30 mm/s", sine(0.03 / TAU, 1.0), 0.97, 0.0),
+        ("sine of 60 mm/s", sine(0.02 / TAU, 3.0), 1.0, 2.3e-3),
+        ("stop and go, 60 mm/s", stop_and_go(0.06, 0.5), 1.04, 0.0),
+    ];
+    let mut pooled = [0.0; 2];
+    let mut runs = 0.0;
+    for (name, motion, gain, latency) in cases {
+        for seed in 1..4 {
+            let (result, truth) = run_with(&motion, 12.0, seed, gain, latency);
+            let found = judge(&result, &truth);
+            let tuned = result.tuned.as_ref().unwrap();
+            println!(
+                "{name}: {found:?} {} gain {:?} latency {:?} sqrt q {:.4}",
+                result.trace.label,
+                tuned.gain,
+                tuned.latency,
+                result.model.acceleration_noise.sqrt()
+            );
+            for (sum, (_, inside)) in pooled.iter_mut().zip(found) {
+                *sum += inside;
+            }
+            runs += 1.0;
+        }
+    }
+    println!("{:?}", pooled.map(|p| p / runs));
 }

@@ -20,8 +20,8 @@ pub struct SpuriousReport<'a> {
     pub inputs: Vec<(String, String)>,
     /// All findings.
     pub findings: &'a [Finding],
-    /// Label of another measurement and the comparison with it; `None` when there is none.
-    pub comparison: Option<(&'a str, &'a [Comparison])>,
+    /// Labels of other measurements and calculated motions, and the comparison with each.
+    pub comparisons: Vec<(&'a str, &'a [Comparison])>,
     /// Last line.
     pub footer: String,
 }
@@ -33,7 +33,7 @@ impl SpuriousReport<'_> {
             .summary(summaries, table)
             .section(curves(table))
             .section(circular(summaries));
-        if let Some((label, comparison)) = self.comparison {
+        for (label, comparison) in &self.comparisons {
             report = report.section(compared(label, comparison));
         }
         let section = Section::new("Inputs and method").inputs(&self.inputs);
@@ -241,7 +241,7 @@ fn circular(summaries: &[RatioSummary]) -> Section {
 
 fn compared(label: &str, comparison: &[Comparison]) -> Section {
     let mut table = Table::new(
-        format!("Comparison with {label}"),
+        "Differences",
         [
             Column::text("axis"),
             Column::number("α", "°"),
@@ -265,7 +265,7 @@ fn compared(label: &str, comparison: &[Comparison]) -> Section {
             Cell::text(if disagrees { "disagree" } else { "" }),
         ]);
     }
-    Section::new("Two measurements compared")
+    Section::new(format!("Compared with {label}"))
         .paragraph(format!(
             "{beyond} of {} ratios differ by more than their expanded uncertainties allow (E_n > 1).",
             comparison.len()

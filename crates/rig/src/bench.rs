@@ -13,7 +13,7 @@ pub mod shaker;
 mod vibrometer;
 pub mod waveform;
 
-pub use device::{Device, Wedge};
+pub use device::{Bending, Device, Wedge};
 pub use vibrometer::{Vibrometer, VibrometerReading};
 
 use num_complex::Complex64;

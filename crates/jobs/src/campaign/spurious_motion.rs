@@ -3,7 +3,7 @@
 use super::CampaignFile;
 use super::shaker::{
     Certificate, CertificateTable, Direction, PhasorQuantity, RunTable, RunsTable, ShakerRecording,
-    read_runs,
+    SpuriousFile, read_runs,
 };
 use super::shaker_triaxial::waveform_options;
 use proofmass_io::{Ambient, Device};
@@ -20,6 +20,16 @@ pub struct VibrometerTable {
     /// Delay of the decoder behind the motion, s.
     #[serde(default)]
     pub delay_s: f64,
+}
+
+/// `[[model]]`: spurious.csv of `proofmass modes`.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ModelTable {
+    /// Label in results.
+    pub label: String,
+    /// Table of calculated motion, relative to the campaign.
+    pub file: String,
 }
 
 /// The tables of a campaign of spurious motion; the files they name are read by its methods.
@@ -39,6 +49,8 @@ pub struct SpuriousMotionCampaign {
     pub reference: Option<CertificateTable>,
     /// The vibrometer; `None` when the runs carry velocities.
     pub vibrometer: Option<VibrometerTable>,
+    /// Calculated motions to set beside the measured one.
+    pub models: Vec<ModelTable>,
     /// Conditions.
     pub ambient: Ambient,
 }
@@ -55,6 +67,8 @@ struct File {
     recording: Option<ShakerRecording>,
     reference: Option<CertificateTable>,
     vibrometer: Option<VibrometerTable>,
+    #[serde(default, rename = "model")]
+    models: Vec<ModelTable>,
     #[serde(default)]
     ambient: Ambient,
 }
@@ -92,6 +106,7 @@ impl SpuriousMotionCampaign {
             recording: file.recording,
             reference: file.reference,
             vibrometer: file.vibrometer,
+            models: file.models,
             ambient: file.ambient,
             source,
         })
@@ -145,6 +160,17 @@ impl SpuriousMotionCampaign {
                 .with_hint("velocity_V goes with [vibrometer], velocity_mm/s without"));
         }
         Ok(table)
+    }
+
+    /// Reads the calculated motions.
+    ///
+    /// # Errors
+    /// As the tables say, with line and column.
+    pub fn read_models(&self) -> Result<Vec<SpuriousFile>> {
+        self.models
+            .iter()
+            .map(|m| SpuriousFile::read(self.source.source(&m.file)?, &m.label))
+            .collect()
     }
 
     /// How the waveforms are read.

@@ -59,6 +59,19 @@ pub struct Wedge {
     pub quality: f64,
     /// Motion along x′, y′ and z′ at the height of a wedge of 90°, relative to what the resonance adds.
     pub participation: [f64; 3],
+    /// Bending that was calculated or measured: it takes the place of the resonances at its inclinations.
+    pub bending: Vec<Bending>,
+}
+
+/// Motion of the top of a wedge beside that of its base, at one inclination and frequency.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bending {
+    /// Inclination in degrees.
+    pub inclination_deg: f64,
+    /// Frequency in Hz.
+    pub frequency: f64,
+    /// Along x′, y′ and z′, relative to the motion of the base.
+    pub ratio: [Complex64; 3],
 }
 
 impl Default for Wedge {
@@ -71,6 +84,7 @@ impl Default for Wedge {
             resonance: [3.2e3, 4.1e3, 3.6e3],
             quality: 30.0,
             participation: [0.6, 0.1, 1.0],
+            bending: vec![],
         }
     }
 }
@@ -80,17 +94,47 @@ impl Wedge {
     /// excitation.
     pub fn ratio(&self, inclination_deg: f64, frequency: f64) -> [Complex64; 3] {
         let slope = inclination_deg.to_radians().sin();
-        let bending: [Complex64; 3] = std::array::from_fn(|k| {
-            // Stiffness falls with height: the flat table has no bending at all.
-            let x = frequency / (self.resonance[k] * (2.0 - slope));
-            let gain = Complex64::new(1.0 - x * x, x / self.quality).inv() - 1.0;
-            gain * (self.participation[k] * slope)
-        });
+        let bending = self
+            .tabulated(inclination_deg, frequency)
+            .unwrap_or_else(|| {
+                std::array::from_fn(|k| {
+                    // Stiffness falls with height: the flat table has no bending at all.
+                    let x = frequency / (self.resonance[k] * (2.0 - slope));
+                    let gain = Complex64::new(1.0 - x * x, x / self.quality).inv() - 1.0;
+                    gain * (self.participation[k] * slope)
+                })
+            });
         [
             self.transverse[0] + bending[0],
             self.transverse[1] + bending[1],
             bending[2],
         ]
+    }
+
+    /// Bending from the table of the wedge within half a degree: straight lines between its frequencies, with the square
+    /// of the frequency below the lowest (as any motion far below a resonance), the last one above the highest.
+    fn tabulated(&self, inclination_deg: f64, frequency: f64) -> Option<[Complex64; 3]> {
+        let mut points: Vec<&Bending> = self
+            .bending
+            .iter()
+            .filter(|b| (b.inclination_deg - inclination_deg).abs() < 0.5)
+            .collect();
+        points.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
+        let above = points.partition_point(|b| b.frequency < frequency);
+        match (above.checked_sub(1).map(|k| points[k]), points.get(above)) {
+            (None, None) => None,
+            (Some(last), None) => Some(last.ratio),
+            (None, Some(first)) => {
+                let share = (frequency / first.frequency).powi(2);
+                Some(first.ratio.map(|z| z * share))
+            }
+            (Some(a), Some(b)) => {
+                let share = (frequency - a.frequency) / (b.frequency - a.frequency);
+                Some(std::array::from_fn(|k| {
+                    a.ratio[k] + (b.ratio[k] - a.ratio[k]) * share
+                }))
+            }
+        }
     }
 
     /// Transverse motion relative to the excitation, as a transverse sensor on the wedge would read it.

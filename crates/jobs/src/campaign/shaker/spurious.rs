@@ -34,6 +34,15 @@ enum AxisColumns {
 }
 
 impl SpuriousFile {
+    /// Reads a table, such as a vibrometer campaign or `proofmass modes` writes.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or a row that is wrong, with line and column.
+    pub fn open(path: impl AsRef<std::path::Path>) -> Result<Self> {
+        let path = path.as_ref();
+        Self::read(Source::open(path)?, &path.display().to_string())
+    }
+
     pub(crate) fn read(source: Source, label: &str) -> Result<Self> {
         let mut sheet = Sheet::from_source(source, "table of spurious motion")?;
         let tilt = sheet.quantity("inclination", ANGLE)?;

@@ -1,0 +1,176 @@
+//! Slow counted axes after tuning: filter and smoother at the edges, gain and latency with their uncertainty.
+
+use crate::counting::{Counted, CountingModel, CountingRun};
+use crate::{Found, MotionRecord, Tuned};
+use proofmass_core::{Error, Watch};
+
+/// Filter and smoother that take counts for what they are, and the noise found with them in place of that of the
+/// likelihood of all readings. `None` for records that are no slow counts.
+///
+/// A gain or latency that was found is found anew from the edges (to all readings rounding is noise, and on a slow axis
+/// it is none); what moving them by their uncertainty does to the velocity is added to its variance.
+///
+/// # Errors
+/// [`Error::Cancelled`], and of the record.
+pub(crate) fn on_edges(
+    tuned: &mut Tuned,
+    part: &MotionRecord,
+    record: &MotionRecord,
+    watch: &dyn Watch,
+) -> Result<Option<(CountingModel, CountingRun)>, Error> {
+    let right = tuned.corrected(part);
+    let Some(counted) = Counted::new(&right).filter(Counted::is_slow) else {
+        return Ok(None);
+    };
+    let heard = |tuned: &Tuned| -> Vec<f64> {
+        let gain = tuned.gain.map_or(1.0, |g| g.value);
+        part.acceleration.iter().map(|a| a / gain).collect()
+    };
+    let mut found = counted.tune(&heard(tuned), watch)?;
+    let mut columns = Vec::new();
+    if tuned.gain.is_some() || tuned.latency.is_some() {
+        for _ in 0..2 {
+            let Some(constants) = constants(tuned, part, &found.model, watch)? else {
+                return Ok(None);
+            };
+            let [gain, latency] = constants.found;
+            (tuned.gain, tuned.latency) = (gain, latency);
+            columns = constants.columns;
+            let right = tuned.corrected(part);
+            let Some(counted) = Counted::new(&right) else {
+                return Ok(None);
+            };
+            found = counted.tune(&heard(tuned), watch)?;
+        }
+    }
+    let whole = tuned.corrected(record);
+    let Some(all) = Counted::new(&whole) else {
+        return Ok(None);
+    };
+    let mut run = all.run_tuned(&found)?;
+    for [gain, latency] in columns {
+        let moved = record.corrected(
+            tuned.gain.map_or(1.0, |g| g.value) + gain,
+            tuned.latency.map_or(0.0, |t| t.value) + latency,
+        );
+        let Some(moved) = Counted::new(&moved).map(|c| c.run(&found.model)) else {
+            continue;
+        };
+        let moved = moved?;
+        for (own, moved) in [
+            (&mut run.filtered, &moved.filtered),
+            (&mut run.smoothed, &moved.smoothed),
+        ] {
+            for k in 0..own.1.len() {
+                own.1[k] = own.1[k].hypot(moved.0[k] - own.0[k]);
+            }
+        }
+    }
+    tuned.counted(&found, &run.innovations)?;
+    Ok(Some((found.model, run)))
+}
+
+/// Gain and latency as the edges have them.
+struct EdgeConstants {
+    found: [Option<Found>; 2],
+    /// Columns of a square root of their covariance.
+    columns: Vec<[f64; 2]>,
+}
+
+/// Newton's method on the likelihood of the edges, for the constants that were found, in units of their uncertainty.
+/// `None` where the edges do not determine them.
+fn constants(
+    tuned: &Tuned,
+    part: &MotionRecord,
+    model: &CountingModel,
+    watch: &dyn Watch,
+) -> Result<Option<EdgeConstants>, Error> {
+    let start = [tuned.gain, tuned.latency];
+    let least = [1e-5, 1e-5 * part.sample_time];
+    let free: Vec<usize> = (0..2).filter(|&i| start[i].is_some()).collect();
+    let mut at = [1.0, 0.0];
+    let mut scale = least;
+    for &i in &free {
+        if let Some(found) = start[i] {
+            at[i] = found.value;
+            scale[i] = found.uncertainty.max(least[i]);
+        }
+    }
+    let mut passes = 0;
+    let mut value = |at: [f64; 2]| -> Result<f64, Error> {
+        passes += 1;
+        watch.step("gain and latency at the edges", passes, 0)?;
+        let moved = part.corrected(at[0], at[1]);
+        match Counted::new(&moved) {
+            Some(counted) => counted.log_likelihood(model),
+            None => Ok(-1e300),
+        }
+    };
+    for _ in 0..8 {
+        let moved = |steps: &[(usize, f64)]| {
+            let mut at = at;
+            for &(i, by) in steps {
+                at[i] += by * scale[i];
+            }
+            at
+        };
+        let centre = value(at)?;
+        let d = free.len();
+        let (mut slope, mut curvature) = ([0.0; 2], [[0.0; 2]; 2]);
+        for (p, &i) in free.iter().enumerate() {
+            let (up, down) = (value(moved(&[(i, 1.0)]))?, value(moved(&[(i, -1.0)]))?);
+            slope[p] = 0.5 * (up - down);
+            curvature[p][p] = 2.0 * centre - up - down;
+        }
+        if d == 2 {
+            let (i, j) = (free[0], free[1]);
+            let mut corner = |a: f64, b: f64| value(moved(&[(i, a), (j, b)]));
+            let mixed =
+                corner(1.0, 1.0)? - corner(1.0, -1.0)? - corner(-1.0, 1.0)? + corner(-1.0, -1.0)?;
+            curvature[0][1] = -0.25 * mixed;
+            curvature[1][0] = curvature[0][1];
+        } else {
+            curvature[1][1] = 1.0;
+        }
+        let [[a, b], [_, c]] = curvature;
+        let determinant = a * c - b * b;
+        if !(a > 0.0 && determinant > 0.0 && determinant.is_finite()) {
+            return Ok(None);
+        }
+        let covariance = [[c / determinant, -b / determinant], [0.0, a / determinant]];
+        let step = [
+            covariance[0][0] * slope[0] + covariance[0][1] * slope[1],
+            covariance[0][1] * slope[0] + covariance[1][1] * slope[1],
+        ];
+        let far = step[..d].iter().fold(0.0f64, |m, s| m.max(s.abs()));
+        let shorter = (4.0 / far).min(1.0);
+        for (p, &i) in free.iter().enumerate() {
+            at[i] += shorter * step[p] * scale[i];
+        }
+        // Within a tenth of a standard uncertainty.
+        let done = (0..d).all(|p| step[p].abs() < 0.1 * covariance[p][p].sqrt());
+        if done {
+            let first = covariance[0][0].sqrt();
+            let lower = covariance[0][1] / first;
+            let second = (covariance[1][1] - lower * lower).max(0.0).sqrt();
+            let mut columns = vec![[0.0; 2]; d];
+            columns[0][free[0]] = first * scale[free[0]];
+            if d == 2 {
+                columns[0][1] = lower * scale[1];
+                columns[1][1] = second * scale[1];
+            }
+            let found = std::array::from_fn(|i| {
+                free.iter().position(|&f| f == i).map(|p| Found {
+                    value: at[i],
+                    uncertainty: covariance[p][p].sqrt() * scale[i],
+                })
+            });
+            return Ok(Some(EdgeConstants { found, columns }));
+        }
+        // The next differences span a standard uncertainty.
+        for (p, &i) in free.iter().enumerate() {
+            scale[i] = (scale[i] * covariance[p][p].sqrt()).max(least[i]);
+        }
+    }
+    Ok(None)
+}

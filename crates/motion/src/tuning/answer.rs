@@ -1,0 +1,107 @@
+//! Everything that is told about the chosen model.
+
+use super::doubt::{at_bound, not_white, resting, rounding_repeats};
+use super::spread::{LN10, parameters, shifted};
+use super::{Found, NoiseNode, Point, Search, Tuned};
+use crate::whiteness::autocorrelation;
+use crate::{BiasModel, KalmanModel, Whiteness};
+use proofmass_core::Error;
+
+impl Search<'_> {
+    /// Everything that is told about the chosen model.
+    pub(super) fn tuned(
+        mut self,
+        mut point: Point,
+        repeats: Option<f64>,
+        readings: usize,
+    ) -> Result<Tuned, Error> {
+        if point.noise.colour.is_some() {
+            self.known = Some(point.noise.r);
+        }
+        if self.effective < self.readings {
+            point.solution.widen(self.readings / self.effective);
+        }
+        let profile = self.profile(&point)?;
+        let d = parameters(&point.noise);
+        let curvature = self.curvature(&point, d)?;
+        let interval = if d == 1 {
+            self.interval(&point)?
+        } else {
+            // With the other parameters at their best: the quadratic form.
+            curvature.as_ref().map(|spread| {
+                let variance: f64 = spread.iter().map(|x| x[0] * x[0]).sum();
+                let half = 1.96 * variance.sqrt() * LN10;
+                (half, half)
+            })
+        };
+        let mut nodes = Vec::new();
+        if let Some(spread) = &curvature {
+            for direction in spread {
+                for sign in [-1.0, 1.0] {
+                    let by: Vec<f64> = direction
+                        .iter()
+                        .map(|x| sign * (d as f64).sqrt() * x)
+                        .collect();
+                    let noise = shifted(&point.noise, &by);
+                    if let Some(p) = self.best(&noise, &[point.unknowns])? {
+                        nodes.push(NoiseNode::of(&p.noise));
+                    }
+                }
+            }
+        }
+        if nodes.is_empty() {
+            nodes.push(NoiseNode::of(&point.noise));
+        }
+        let innovations = self.prepared.innovations(&point.noise, &point.solution);
+        let whiteness = Whiteness::test(&innovations)?;
+        let correlation = autocorrelation(&innovations, whiteness.lags);
+        let found = |pair: Option<(f64, f64)>| {
+            pair.map(|(value, uncertainty)| Found { value, uncertainty })
+        };
+        let offset = found(point.solution.offset());
+        let gain = point.solution.gain().map(|(g, u)| {
+            let gain = 1.0 / (1.0 - g);
+            Found {
+                value: gain,
+                uncertainty: u * gain * gain,
+            }
+        });
+        let mut findings = Vec::new();
+        if let Some(r) = repeats {
+            findings.push(rounding_repeats(r, point.noise.r));
+        }
+        findings.extend(at_bound(&point.noise, self.unit()));
+        findings.extend(resting(self.record));
+        findings.extend(not_white(&whiteness, &correlation));
+        let model = KalmanModel {
+            acceleration_noise: point.noise.q,
+            noise_form: point.noise.form,
+            // On line the correlated part counts as white.
+            reading_noise: point.noise.r + point.noise.colour.map_or(0.0, |(v, _)| v),
+            bias: offset.map(|b| BiasModel::RandomWalk {
+                density: point.noise.walk.unwrap_or(0.0),
+                initial: 3.0 * b.value.abs() + 3.0 * b.uncertainty,
+            }),
+            interpolation: self.tuning.interpolation,
+        };
+        Ok(Tuned {
+            model,
+            offset,
+            gain,
+            latency: found(point.solution.latency()),
+            coloured: NoiseNode::of(&point.noise).coloured,
+            log_likelihood: point.log_likelihood,
+            noise_floor: self.floor,
+            effective_readings: self.effective.min(readings as f64),
+            log_q_interval: interval,
+            profile,
+            whiteness,
+            autocorrelation: correlation,
+            passes: self.passes,
+            findings,
+            nodes,
+            unknowns: point.unknowns,
+            shift: 0.0,
+        })
+    }
+}

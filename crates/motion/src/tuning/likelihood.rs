@@ -1,0 +1,302 @@
+//! Likelihood of noise and constants, and where it is largest.
+
+use super::{BiasChoice, Point, Search, Tuning};
+use crate::diffuse::{Noise, Prepared, Sums, Unknowns};
+use crate::filtering::steps;
+use crate::floor::{noise_floor, variance};
+use crate::search::line;
+use crate::{KalmanModel, MotionRecord, ProcessNoise, Source};
+use proofmass_core::{Error, Watch};
+
+/// Range of log₁₀(q T⁴/R): from a filter that forgets in 10⁵ samples to one that follows every reading.
+pub(super) const RATIO: (f64, f64) = (-20.0, 5.0);
+/// Standard deviation of ln q around the floor, below and above it.
+const PRIOR: (f64, f64) = (0.8, 0.5);
+
+impl<'a> Search<'a> {
+    pub(super) fn new(
+        tuning: &'a Tuning,
+        record: &'a MotionRecord,
+        known: Option<f64>,
+        watch: &'a dyn Watch,
+    ) -> Self {
+        let model = KalmanModel {
+            interpolation: tuning.interpolation,
+            ..KalmanModel::new(0.0, 1.0)
+        };
+        // A density counts over one sample time.
+        let unit = match tuning.noise_form {
+            ProcessNoise::SampleConstant => 1.0,
+            ProcessNoise::Continuous => record.sample_time,
+        };
+        let readings = record.reading.iter().flatten().count() as f64;
+        // A channel that never changes says nothing of its noise.
+        let largest = record
+            .acceleration
+            .iter()
+            .fold(0.0f64, |m, a| m.max(a.abs()));
+        let shown = variance(&record.acceleration);
+        let alive = shown > (1e-12 * largest).powi(2);
+        Self {
+            tuning,
+            record,
+            prepared: Prepared::new(record, &model),
+            watch,
+            known,
+            rounding: record
+                .increment
+                .or_else(|| resolution(record))
+                .map(|d| d * d / 12.0),
+            floor: alive
+                .then(|| noise_floor(&record.acceleration))
+                .flatten()
+                .filter(|q| *q > 0.0)
+                .map(|q| unit * q),
+            ceiling: if alive { unit * shown } else { f64::INFINITY },
+            bend: bend(record, &model),
+            effective: readings,
+            readings,
+            late: false,
+            passes: 0,
+        }
+    }
+
+    /// Whether the acceleration stands clear of its own noise, in a motion that the samples follow: at fewer than some
+    /// thirteen samples per period what a curve through them loses would pass for gain and latency.
+    pub(super) fn moves(&self) -> bool {
+        if !self.ceiling.is_finite() {
+            return false;
+        }
+        let noise = self.floor.map_or(0.0, |floor| floor / self.ceiling);
+        // White noise alone bends the steps by 0.17.
+        let bend = self.bend * self.bend - 0.17 * 0.17 * noise;
+        noise < 0.01 && bend < 0.02 * 0.02
+    }
+
+    /// What one parameter more has to bring.
+    pub(super) fn price(&self) -> f64 {
+        0.5 * self.effective.ln() * self.readings / self.effective
+    }
+
+    pub(super) fn prior(&self, q: f64) -> f64 {
+        // Bounds are soft by a rounding, so that the grid's ends count.
+        if q > self.ceiling * 1.001 {
+            return f64::NEG_INFINITY;
+        }
+        let Some(floor) = self.floor else { return 0.0 };
+        if q < 0.999e-6 * floor {
+            return f64::NEG_INFINITY;
+        }
+        let off = (q / floor).ln();
+        let width = if off < 0.0 { PRIOR.0 } else { PRIOR.1 };
+        -0.5 * (off / width).powi(2)
+    }
+
+    pub(super) fn sums(&mut self, noise: &Noise) -> Result<Sums, Error> {
+        self.passes += 1;
+        // The total is not known before the end.
+        self.watch.step("likelihood", self.passes as u64, 0)?;
+        Ok(self
+            .prepared
+            .sums(noise, self.tuning.pairing && self.moves()))
+    }
+
+    pub(super) fn subsets(&self, allowed: Unknowns) -> Vec<Unknowns> {
+        let offsets: &[bool] = match self.tuning.bias {
+            BiasChoice::None => &[false],
+            BiasChoice::Automatic => &[false, true],
+            BiasChoice::Constant | BiasChoice::RandomWalk => &[true],
+        };
+        let both: &[bool] = &[false, true];
+        let mut list = Vec::new();
+        for &offset in offsets {
+            for &gain in both.iter().filter(|g| allowed.gain || !**g) {
+                for &latency in both.iter().filter(|l| allowed.latency || !**l) {
+                    if self.late && !latency {
+                        continue;
+                    }
+                    list.push(Unknowns {
+                        offset,
+                        gain,
+                        latency,
+                    });
+                }
+            }
+        }
+        list
+    }
+
+    /// The best of some subsets for noise up to a common factor, or as it is where R is known.
+    pub(super) fn best(
+        &mut self,
+        noise: &Noise,
+        subsets: &[Unknowns],
+    ) -> Result<Option<Point>, Error> {
+        let sums = self.sums(noise)?;
+        let mut best: Option<Point> = None;
+        for &unknowns in subsets {
+            let Some(solution) = sums.solve(self.record, unknowns) else {
+                continue;
+            };
+            let (log_likelihood, noise) = if self.known.is_some() {
+                (sums.log_likelihood(&solution), *noise)
+            } else {
+                let (value, factor) = sums.concentrated(&solution);
+                (value, noise.scaled(factor))
+            };
+            let mut point = Point {
+                noise,
+                unknowns,
+                solution,
+                log_likelihood,
+                value: 0.0,
+            };
+            point.value = self.rated(&point);
+            if point.value.is_finite() && best.as_ref().is_none_or(|b| point.value > b.value) {
+                best = Some(point);
+            }
+        }
+        Ok(best)
+    }
+
+    pub(super) fn rated(&self, point: &Point) -> f64 {
+        let Unknowns {
+            offset,
+            gain,
+            latency,
+        } = point.unknowns;
+        let extra = [
+            offset,
+            gain,
+            latency,
+            point.noise.walk.is_some(),
+            point.noise.colour.is_some(),
+            point.noise.colour.is_some(),
+        ];
+        let k = extra.into_iter().filter(|x| *x).count() as f64;
+        point.log_likelihood + self.prior(point.noise.q) - k * self.price()
+    }
+
+    /// q in the unit in which R = 1 and T = 1.
+    pub(super) fn unit(&self) -> f64 {
+        let dt = self.record.sample_time;
+        let form = match self.tuning.noise_form {
+            ProcessNoise::SampleConstant => dt.powi(4),
+            ProcessNoise::Continuous => dt.powi(3),
+        };
+        // A speed has one integration less.
+        match self.record.source {
+            Source::Position => form,
+            Source::Speed => form / (dt * dt),
+        }
+    }
+
+    pub(super) fn white(&self, q: f64, r: f64) -> Noise {
+        Noise {
+            q,
+            form: self.tuning.noise_form,
+            r,
+            walk: None,
+            colour: None,
+        }
+    }
+
+    /// Best q, R and constants of the allowed kinds, without walk and colour.
+    pub(super) fn base(&mut self, allowed: Unknowns) -> Result<Point, Error> {
+        let subsets = self.subsets(allowed);
+        let unit = self.unit();
+        let (low, high) = match (self.known, self.floor) {
+            (Some(_), Some(floor)) => ((1e-6 * floor).log10(), self.ceiling.log10()),
+            (Some(r), None) => (
+                (10f64.powf(RATIO.0) * r / unit).log10(),
+                (10f64.powf(RATIO.1) * r / unit).min(self.ceiling).log10(),
+            ),
+            (None, _) => RATIO,
+        };
+        let mut best: Option<Point> = None;
+        let known = self.known;
+        line(low.min(high), high, 1.0, 0.01, |at| {
+            let noise = match known {
+                Some(r) => self.white(10f64.powf(at), r),
+                None => self.white(10f64.powf(at) / unit, 1.0),
+            };
+            let found = self.best(&noise, &subsets)?;
+            let value = found.as_ref().map_or(-1e300, |p| p.value);
+            if let Some(point) = found
+                && best.as_ref().is_none_or(|b| point.value > b.value)
+            {
+                best = Some(point);
+            }
+            Ok(value)
+        })?;
+        if best.is_none() && known.is_none() {
+            best = self.worst_readings(&subsets)?;
+        }
+        best.ok_or(Error::NotConverged {
+            name: "likelihood",
+            iterations: self.passes,
+            step: f64::INFINITY,
+        })
+    }
+
+    /// Readings so wrong beside the accelerometer (a counter that rolls over) that every R in the range of ratios would
+    /// need a q the accelerometer does not show: q at its floor, and R alone is found.
+    fn worst_readings(&mut self, subsets: &[Unknowns]) -> Result<Option<Point>, Error> {
+        let q = self.floor.unwrap_or(self.ceiling).min(self.ceiling);
+        let path: Vec<f64> = self.record.reading.iter().flatten().copied().collect();
+        let high = variance(&path);
+        if !(q.is_finite() && high > 0.0) {
+            return Ok(None);
+        }
+        let low = self.rounding.unwrap_or(1e-24 * high).min(high);
+        let mut best: Option<Point> = None;
+        line(low.log10(), high.log10() + 1.0, 1.0, 0.01, |at| {
+            let r = 10f64.powf(at);
+            self.known = Some(r);
+            let found = self.best(&self.white(q, r), subsets);
+            self.known = None;
+            let found = found?;
+            let value = found.as_ref().map_or(-1e300, |p| p.value);
+            if let Some(point) = found
+                && best.as_ref().is_none_or(|b| point.value > b.value)
+            {
+                best = Some(point);
+            }
+            Ok(value)
+        })?;
+        Ok(best)
+    }
+}
+
+/// Step of the digits in which a speed was logged, where its values lie on such steps.
+fn resolution(record: &MotionRecord) -> Option<f64> {
+    if record.source != Source::Speed {
+        return None;
+    }
+    let values: Vec<f64> = record.reading.iter().flatten().copied().collect();
+    let largest = values.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+    let steps = || {
+        values
+            .windows(2)
+            .map(|w| (w[1] - w[0]).abs())
+            .filter(|d| *d > 1e-12 * largest)
+    };
+    let least = steps().fold(f64::INFINITY, f64::min);
+    let off = |d: f64| (d / least - (d / least).round()).abs() > 1e-3 * (d / least).max(1.0).sqrt();
+    // Steps of a ten-thousandth of the range are digits of a number, not of a sensor.
+    (least.is_finite() && least > 1e-6 * largest && !steps().any(off)).then_some(least)
+}
+
+/// Bend of the velocity's steps against straight lines between the samples.
+fn bend(record: &MotionRecord, model: &KalmanModel) -> f64 {
+    let Some(curve) = steps(record, model) else {
+        return 0.0;
+    };
+    let half = 0.5 * record.sample_time;
+    let (mut off, mut all) = (0.0, 0.0);
+    for (w, [_, dv]) in record.acceleration.windows(2).zip(&curve[1..]) {
+        off += (dv - half * (w[0] + w[1])).powi(2);
+        all += dv * dv;
+    }
+    if all > 0.0 { (off / all).sqrt() } else { 0.0 }
+}
