@@ -13,7 +13,7 @@ use proofmass::jobs::{Filed, Folder, Job, Outcome as _};
 use proofmass::motion::{BiasChoice, Method, Tuning};
 use std::path::Path;
 
-/// Velocity of an axis from its encoder (or wheel speed) and its accelerometer.
+/// Velocity of an axis from its encoder (or wheel speed) and its accelerometer, or from the encoder alone.
 #[derive(clap::Args)]
 pub(crate) struct Velocity {
     #[command(subcommand)]

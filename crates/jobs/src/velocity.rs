@@ -26,6 +26,8 @@ pub struct AxisData<'a> {
     pub record: &'a MotionRecord,
     /// Time of the first sample in the clock of the recording, s.
     pub start: f64,
+    /// Whether it is an angle: rad and rad/s in place of m and m/s.
+    pub angular: bool,
     /// Reference velocity per sample, m/s.
     pub reference: Option<&'a [f64]>,
     /// What to doubt about the data.
@@ -40,6 +42,7 @@ impl<'a> AxisData<'a> {
         Self {
             record,
             start: 0.0,
+            angular: false,
             reference: None,
             findings: &[],
             name: "an axis",
@@ -88,6 +91,7 @@ impl Job for VelocityEstimateJob {
     type Outcome = VelocityEstimate;
 
     fn evaluate(&self, data: &AxisData<'_>, watch: &dyn Watch) -> Result<VelocityEstimate> {
+        lacking(data, self.method.as_slice())?;
         let result = estimate(data.record, self.method, self.circumference, watch)
             .map_err(|e| explain(e, data.name))?;
         Ok(VelocityEstimate::new(data, result))
@@ -154,6 +158,7 @@ impl Job for VelocityCompareJob {
     type Outcome = VelocityComparison;
 
     fn evaluate(&self, data: &AxisData<'_>, watch: &dyn Watch) -> Result<VelocityComparison> {
+        lacking(data, &self.methods)?;
         let decimations = self.decimations(data.record)?;
         let duration = data.record.sample_time * data.record.reading.len() as f64;
         let skip = self.skip.unwrap_or((0.1 * duration).min(1.0));
@@ -201,6 +206,11 @@ impl Job for VelocityTuneJob {
     type Outcome = VelocityTuning;
 
     fn evaluate(&self, data: &AxisData<'_>, watch: &dyn Watch) -> Result<VelocityTuning> {
+        if !data.record.accelerometer {
+            return Err(Trouble::request("gains of two sensors are tuned, and there is no accelerometer")
+                .detail(data.name)
+                .with_hint("add --acceleration COLUMN; `velocity estimate` finds the noise of an encoder alone"));
+        }
         let still = |f: &Finding| f.code() == "readings-never-change";
         if conditions(data.record).iter().any(still) {
             return Err(Trouble::data(
@@ -221,6 +231,20 @@ impl Job for VelocityTuneJob {
         }
         let result = tune(data.record, &tuning, watch).map_err(|e| explain(e, data.name))?;
         Ok(VelocityTuning::new(data, tuning, result))
+    }
+}
+
+/// Refuses methods that say nothing without the accelerometer that is not there.
+fn lacking(data: &AxisData<'_>, methods: &[Method]) -> Result<()> {
+    let in_vain = |m: &&Method| !data.record.accelerometer && m.needs_accelerometer();
+    match methods.iter().find(in_vain) {
+        Some(method) => Err(Trouble::request(format!(
+            "{} needs an accelerometer, and none is named",
+            method.label()
+        ))
+        .detail(data.name)
+        .with_hint("add --acceleration COLUMN, or take fixed-time, savitzky-golay, tracking-loop or kalman")),
+        None => Ok(()),
     }
 }
 

@@ -20,7 +20,10 @@ pub fn conditions(record: &MotionRecord) -> Vec<Finding> {
 
 /// An accelerometer that never changes is disconnected or saturated: noise would move it.
 fn dead(record: &MotionRecord) -> Option<Finding> {
-    let first = *record.acceleration.first()?;
+    let first = *record
+        .acceleration
+        .first()
+        .filter(|_| record.accelerometer)?;
     record.acceleration.iter().all(|a| *a == first).then(|| {
         Finding::new(
             Severity::Decision,

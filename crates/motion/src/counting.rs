@@ -259,6 +259,9 @@ impl<'a> Counted<'a> {
     /// [`Error::Cancelled`], and of the record.
     pub fn tune(&self, heard: &[f64], watch: &dyn Watch) -> Result<CountingTuned, Error> {
         let a = heard;
+        if !self.record.accelerometer {
+            return self.tune_alone(watch);
+        }
         let ceiling = variance(a).max(f64::MIN_POSITIVE);
         let floor = noise_floor(a)
             .filter(|q| *q > 0.0)
@@ -303,6 +306,46 @@ impl<'a> Counted<'a> {
             },
             log_q_interval: Some((half, half)),
             nodes: vec![10f64.powf(at - sigma), 10f64.powf(at + sigma)],
+        })
+    }
+
+    /// The same where there is no accelerometer: q is the variance by which the velocity changes at random, and the
+    /// counts alone tell it.
+    fn tune_alone(&self, watch: &dyn Watch) -> Result<CountingTuned, Error> {
+        let dt = self.record.sample_time;
+        // One count per sample squared.
+        let unit = self.increment / (dt * dt);
+        let mut passes = 0;
+        let mut value = |log: f64, edge: f64| -> Result<f64, Error> {
+            passes += 1;
+            watch.step("likelihood of the edges", passes, 0)?;
+            let model = CountingModel {
+                acceleration_noise: 10f64.powf(log) * unit * unit,
+                edge,
+                offset: 1e-9 * unit,
+            };
+            self.pass(&model, |_, _| {}, |_| {})
+        };
+        let mut best = (f64::NEG_INFINITY, 0.0, 1e-6);
+        for edge in [1e-6, 5e-4, 5e-3, 2e-2] {
+            let found = line(-14.0, 2.0, 1.0, 0.02, |log| value(log, edge))?;
+            if found.value > best.0 + if edge > 1e-6 { 2.0 } else { 0.0 } {
+                best = (found.value, found.at, edge);
+            }
+        }
+        let (top, at, edge) = best;
+        let curvature = -(value(at + 0.1, edge)? - 2.0 * top + value(at - 0.1, edge)?) / 0.01;
+        let sigma = (1.0 / curvature.max(4.0)).sqrt();
+        let half = 1.96 * sigma * LN_10;
+        let q = |log: f64| 10f64.powf(log) * unit * unit;
+        Ok(CountingTuned {
+            model: CountingModel {
+                acceleration_noise: q(at),
+                edge,
+                offset: 1e-9 * unit,
+            },
+            log_q_interval: Some((half, half)),
+            nodes: vec![q(at - sigma), q(at + sigma)],
         })
     }
 

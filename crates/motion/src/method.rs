@@ -162,6 +162,15 @@ impl Method {
         }
     }
 
+    /// Whether it says nothing without an accelerometer. Kalman filters and smoothers then take the velocity to change
+    /// at random.
+    pub fn needs_accelerometer(&self) -> bool {
+        match self {
+            Self::Kalman { .. } | Self::SteadyKalman { .. } | Self::Counting { .. } => false,
+            _ => matches!(self.family(), Family::Fused | Family::Acceleration),
+        }
+    }
+
     /// Short text with the settings.
     pub fn label(&self) -> String {
         match self {

@@ -13,7 +13,7 @@ pub enum Source {
     Speed,
 }
 
-/// Readings of both sensors at equal steps of time.
+/// Readings of both sensors at equal steps of time, or of one alone.
 ///
 /// **Units** one length unit throughout: position, position/s, position/s² (or rad).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -24,12 +24,19 @@ pub struct MotionRecord {
     pub source: Source,
     /// Position or speed; `None` where there is none.
     pub reading: Vec<Option<f64>>,
-    /// Acceleration; same length.
+    /// Acceleration; same length. Zeros where there is no accelerometer.
     pub acceleration: Vec<f64>,
+    /// Whether there is an accelerometer. Without one the velocity is taken to change at random.
+    #[serde(default = "there_is_one")]
+    pub accelerometer: bool,
     /// Increment δ of the reading, when it is quantised: gives R = δ²/12.
     pub increment: Option<f64>,
     /// Velocity at the first sample; `None` when unknown, zero for a start from rest.
     pub initial_velocity: Option<f64>,
+}
+
+fn there_is_one() -> bool {
+    true
 }
 
 impl MotionRecord {
@@ -48,11 +55,29 @@ impl MotionRecord {
             source,
             reading,
             acceleration,
+            accelerometer: true,
             increment: None,
             initial_velocity: None,
         };
         record.check()?;
         Ok(record)
+    }
+
+    /// Positions or speeds alone, at an unknown velocity at the start.
+    ///
+    /// # Errors
+    /// As [`check`](Self::check).
+    pub fn without_accelerometer(
+        sample_time: f64,
+        source: Source,
+        reading: Vec<Option<f64>>,
+    ) -> Result<Self, Error> {
+        let zeros = vec![0.0; reading.len()];
+        let record = Self::new(sample_time, source, reading, zeros)?;
+        Ok(Self {
+            accelerometer: false,
+            ..record
+        })
     }
 
     /// Lengths, finiteness, sample time, and that there is something to work on.

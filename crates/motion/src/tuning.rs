@@ -188,6 +188,14 @@ impl Tuning {
         watch: &dyn Watch,
     ) -> Result<Tuned, Error> {
         record.check()?;
+        if !record.accelerometer && (self.bias != BiasChoice::None || self.pairing) {
+            let alone = Self {
+                bias: BiasChoice::None,
+                pairing: false,
+                ..*self
+            };
+            return alone.search(record, late, watch);
+        }
         let readings = record.reading.iter().flatten().count();
         if readings < LEAST {
             return Err(Error::TooFew {

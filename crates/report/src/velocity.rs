@@ -28,11 +28,51 @@ pub struct VelocityReport<'a> {
     pub start: f64,
     /// Sample time, s.
     pub sample_time: f64,
+    /// Whether it is an angle: rad in place of m.
+    pub angular: bool,
     /// Last line.
     pub footer: String,
 }
 
+/// A unit or heading of a length (m, mm/s, m/s², velocity_m/s) as it is of an angle, where it is one.
+///
+/// ```
+/// assert_eq!(proofmass_report::unit_of("smoothed_m/s", true), "smoothed_rad/s");
+/// assert_eq!(proofmass_report::unit_of("mm/s²", true), "mrad/s²");
+/// assert_eq!(proofmass_report::unit_of("m/s", false), "m/s");
+/// ```
+pub fn unit_of(of_length: &str, angular: bool) -> String {
+    if !angular {
+        return of_length.to_owned();
+    }
+    let letter = |c: Option<char>| c.is_some_and(char::is_alphanumeric);
+    let mut out = String::new();
+    let mut rest = of_length;
+    // The last m of a word of one or two is the metre.
+    while let Some(at) = rest.find('m') {
+        let before = rest[..at].chars().next_back();
+        let tail = &rest[at + 1..];
+        let milli = tail.starts_with('m') && !letter(tail[1..].chars().next());
+        let metre = !letter(tail.chars().next());
+        out.push_str(&rest[..at]);
+        if !letter(before) && (milli || metre) {
+            out.push_str(if milli { "mrad" } else { "rad" });
+            rest = if milli { &tail[1..] } else { tail };
+        } else {
+            out.push('m');
+            rest = tail;
+        }
+    }
+    out.push_str(rest);
+    out
+}
+
 impl VelocityReport<'_> {
+    /// A unit of a length as it is of an angle, where it is one.
+    fn unit(&self, of_length: &str) -> String {
+        unit_of(of_length, self.angular)
+    }
+
     /// Head of every velocity report.
     fn head(&self, samples: usize) -> Report {
         let mut report = Report::new(self.title.clone()).subtitle(format!(
@@ -78,7 +118,7 @@ fn facts(caption: &str, rows: impl IntoIterator<Item = (String, String)>) -> Tab
 }
 
 /// The noise of a model in words.
-fn noise(model: &KalmanModel) -> Vec<(String, String)> {
+fn noise(model: &KalmanModel, angular: bool) -> Vec<(String, String)> {
     use proofmass_motion::{BiasModel, ProcessNoise};
     let mut rows = vec![
         match model.noise_form {
@@ -116,6 +156,9 @@ fn noise(model: &KalmanModel) -> Vec<(String, String)> {
             ),
         },
     ));
+    for (_, value) in &mut rows {
+        *value = unit_of(value, angular);
+    }
     rows
 }
 

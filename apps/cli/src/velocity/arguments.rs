@@ -12,8 +12,8 @@ pub(crate) struct Sensors {
     recording: PathBuf,
     #[command(flatten)]
     reading: ReadingArguments,
-    /// Column of the acceleration; with --calibration the three columns x,y,z
-    #[arg(long, value_name = "COLUMN", value_delimiter = ',', required = true)]
+    /// Column of the acceleration; with --calibration the three columns x,y,z; none for an encoder alone
+    #[arg(long, value_name = "COLUMN", value_delimiter = ',')]
     acceleration: Vec<String>,
     /// Unit of the acceleration, where the heading does not say it: m/s², mm/s², g, mg, …
     #[arg(long, value_name = "UNIT", value_parser = unit)]
@@ -135,6 +135,9 @@ struct ReadingArguments {
     /// Each row is an edge of the encoder with its time stamp, not a sample
     #[arg(long)]
     edges: bool,
+    /// Velocity in rad/s: angles stay angles, and --radius is where the accelerometer sits
+    #[arg(long)]
+    angular: bool,
 }
 
 fn decoding(text: &str) -> Result<Decoding, String> {
@@ -200,6 +203,7 @@ impl Sensors {
                 gray: r.gray,
                 decoding: r.decoding,
                 edges: r.edges,
+                angular: r.angular,
             },
             acceleration: self.acceleration.clone(),
             acceleration_unit: self.acceleration_unit,

@@ -26,6 +26,9 @@ struct Head {
     samples: usize,
     readings: usize,
     source: Source,
+    /// Whether it is an angle: rad in place of m.
+    #[serde(default)]
+    angular: bool,
     increment: Option<f64>,
     initial_velocity: Option<f64>,
     quantities: Vec<StatedQuantity>,
@@ -45,11 +48,15 @@ impl Head {
             samples: record.reading.len(),
             readings: record.reading.iter().flatten().count(),
             source: record.source,
+            angular: data.angular,
             increment: record.increment,
             initial_velocity: record.initial_velocity,
             quantities: quantities
-                .iter()
-                .map(|q| StatedQuantity::new(q, PROBABILITY))
+                .into_iter()
+                .map(|mut q| {
+                    q.unit = proofmass_report::unit_of(&q.unit, data.angular);
+                    StatedQuantity::new(&q, PROBABILITY)
+                })
                 .collect(),
             findings,
         }
@@ -63,12 +70,18 @@ impl Head {
             findings: &self.findings,
             start: self.start,
             sample_time: self.sample_time,
+            angular: self.angular,
             footer: record.software.to_string(),
         }
     }
 
     fn title(&self, what: &str, record: &Record) -> String {
         record.title(&format!("{what} of"), &format!("{what}, {}", self.name))
+    }
+
+    /// A unit or heading of a length as it is of an angle, where it is one.
+    fn unit(&self, of_length: &str) -> String {
+        proofmass_report::unit_of(of_length, self.angular)
     }
 
     /// Time of a sample, s.
@@ -85,6 +98,7 @@ impl Head {
                 "sample_time_s": self.sample_time,
                 "start_s": self.start,
                 "source": self.source,
+                "unit": self.unit("m"),
                 "increment_m": self.increment,
                 "initial_velocity_m_per_s": self.initial_velocity,
             }),
@@ -257,7 +271,7 @@ impl Outcome for VelocityEstimate {
     /// One row per sample.
     fn tables(&self) -> Result<Vec<(String, Table)>> {
         let result = &self.result;
-        let mut table = Table::new([
+        let headings = [
             "time_s",
             "velocity_m/s",
             "standard_uncertainty_m/s",
@@ -269,7 +283,8 @@ impl Outcome for VelocityEstimate {
             },
             "acceleration_m/s2",
             "slip",
-        ]);
+        ];
+        let mut table = Table::new(headings.map(|h| self.head.unit(h)));
         let at = |u: &Option<Vec<f64>>, k: usize| Cell::from(u.as_ref().map(|u| u[k]));
         for k in 0..self.reading.len() {
             let slips = result.slip.as_ref().is_some_and(|s| s.slips(k, 0));
@@ -325,7 +340,7 @@ impl VelocityComparison {
     }
 
     fn errors(&self) -> Result<Table> {
-        let mut table = Table::new([
+        let headings = [
             "rate_Hz",
             "method",
             "sensors",
@@ -336,7 +351,8 @@ impl VelocityComparison {
             "stated_delay_s",
             "noise_floor_m/s",
             "drift_m/s2",
-        ]);
+        ];
+        let mut table = Table::new(headings.map(|h| self.head.unit(h)));
         for row in &self.result.rows {
             let a = &row.agreement;
             table.push([
@@ -361,8 +377,9 @@ impl VelocityComparison {
         let highest = result.rows.iter().fold(0.0f64, |m, r| m.max(r.rate));
         let rows: Vec<_> = result.rows.iter().filter(|r| r.rate == highest).collect();
         let stride = (1.0 / (highest * self.head.sample_time)).round().max(1.0) as usize;
-        let mut names = vec!["time_s".to_owned(), "reference_m/s".to_owned()];
-        names.extend(rows.iter().map(|r| format!("{} (m/s)", r.label)));
+        let mut names = vec!["time_s".to_owned(), self.head.unit("reference_m/s")];
+        let unit = self.head.unit("m/s");
+        names.extend(rows.iter().map(|r| format!("{} ({unit})", r.label)));
         let mut table = Table::new(names);
         for (k, reference) in result.reference.iter().step_by(stride).enumerate() {
             let velocities = rows.iter().map(|r| r.velocity[k]);
@@ -461,7 +478,8 @@ impl Outcome for VelocityTuning {
     }
 
     fn tables(&self) -> Result<Vec<(String, Table)>> {
-        let mut table = Table::new(["q_(m/s2)2", "log_likelihood_below_maximum"]);
+        let q = self.head.unit("q_(m/s2)2");
+        let mut table = Table::new([q, "log_likelihood_below_maximum".to_owned()]);
         for (q, value) in &self.result.tuned.profile {
             table.push([*q, *value])?;
         }

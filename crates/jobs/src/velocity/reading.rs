@@ -42,6 +42,8 @@ pub struct Reading {
     pub decoding: Decoding,
     /// Each row is an edge of the encoder with its time stamp, not a sample
     pub edges: bool,
+    /// Angles stay angles: velocities in rad/s
+    pub angular: bool,
 }
 
 /// Values with their times.
@@ -147,6 +149,10 @@ impl Reading {
             }
         };
         match (self.counts_per_metre, self.counts_per_turn) {
+            (Some(_), _) if self.angular => Err(Trouble::data(
+                "--counts-per-metre is that of a linear encoder, --angular asks for an angle",
+            )
+            .with_hint("give --counts-per-turn, or leave out --angular")),
             (Some(n), _) => Ok(1.0 / positive("--counts-per-metre", n)?),
             (None, Some(n)) => {
                 Ok(TAU / positive("--counts-per-turn", n)? * self.radius("counts of a turn")?)
@@ -156,7 +162,40 @@ impl Reading {
         }
     }
 
+    /// Whether the readings turn: counts of a turn, angles, a resolver.
+    pub(super) fn turns(&self, recording: &Recording) -> Result<bool, Trouble> {
+        if self.resolver.is_some() {
+            return Ok(true);
+        }
+        if self.counts_per_metre.is_some() {
+            return Ok(false);
+        }
+        if self.counts_per_turn.is_some() {
+            return Ok(true);
+        }
+        let Some(column) = recording.columns.first() else {
+            return Ok(false);
+        };
+        let unit = stated_unit(recording, column, (self.unit, "--unit"))?;
+        Ok(unit.is_some_and(|u| matches!(u.si().0, Unit::Radian | Unit::RadianPerSecond)))
+    }
+
+    /// Radius that turns the acceleration into an angular one.
+    pub(super) fn lever(&self) -> Result<f64, Trouble> {
+        if !self.angular {
+            return Ok(1.0);
+        }
+        let length = Self {
+            angular: false,
+            ..self.clone()
+        };
+        length.radius("--angular and readings in angles")
+    }
+
     fn radius(&self, of: &str) -> Result<f64, Trouble> {
+        if self.angular {
+            return Ok(1.0);
+        }
         match self.radius {
             Some(r) if r.is_finite() && r > 0.0 => Ok(r),
             Some(r) => Err(Trouble::data(format!("--radius {r} must be positive"))),
@@ -234,6 +273,12 @@ impl Reading {
         let speed = self.source() == Source::Speed;
         let (si, factor) = unit.si();
         let scale = match (si, speed) {
+            (Unit::Metre | Unit::MetrePerSecond, _) if self.angular => {
+                return Err(Trouble::data(format!(
+                    "column {name:?} is in {unit}, --angular asks for an angle"
+                ))
+                .with_hint("leave out --angular"));
+            }
             (Unit::Metre, false) | (Unit::MetrePerSecond, true) => factor,
             (Unit::Radian, false) | (Unit::RadianPerSecond, true) => {
                 factor * self.radius("readings in angles")?

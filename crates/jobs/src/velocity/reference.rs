@@ -26,12 +26,13 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// The reference in m/s with its times.
+    /// The reference in m/s, or rad/s, with its times.
     pub(super) fn samples(
         &self,
         recording: &Recording,
         clock: &[f64],
         column: usize,
+        angular: bool,
     ) -> Result<Samples, Trouble> {
         let missing = recording.missing(column);
         let column = &recording.columns[column];
@@ -39,9 +40,14 @@ impl Reference {
         let unit = stated_unit(recording, column, (self.unit, "--reference-unit"))?
             .ok_or_else(|| unknown_unit(recording, column, "add --reference-unit m/s, km/h, …"))?;
         let (si, factor) = unit.si();
-        if si != Unit::MetrePerSecond {
+        let due = if angular {
+            Unit::RadianPerSecond
+        } else {
+            Unit::MetrePerSecond
+        };
+        if si != due {
             return Err(Trouble::data(format!(
-                "column {name:?} is in {unit}, which is no velocity"
+                "column {name:?} is in {unit}, the velocity in {due}"
             )));
         }
         let value: Vec<f64> = column.data.iter().map(|v| factor * v).collect();

@@ -28,7 +28,7 @@ pub struct AxisSensors {
     pub recording: String,
     /// Encoder or wheel speed.
     pub reading: Reading,
-    /// Column of the acceleration; with `calibration` the three columns x, y, z.
+    /// Column of the acceleration; with `calibration` the three columns x, y, z; none for an encoder alone.
     pub acceleration: Vec<String>,
     /// Unit of the acceleration, where the heading does not say it.
     pub acceleration_unit: Option<Unit>,
@@ -103,7 +103,9 @@ pub struct AxisRecordings {
     pub(super) origin: f64,
     /// Time of the first sample after that, s.
     pub(super) start: f64,
-    /// Reference velocity per sample, m/s.
+    /// Whether it is an angle: rad in place of m.
+    pub(super) angular: bool,
+    /// Reference velocity per sample, m/s or rad/s.
     pub(super) reference: Option<Vec<f64>>,
     /// Files with their digests.
     inputs: Vec<Input>,
@@ -119,6 +121,7 @@ impl AxisRecordings {
         AxisData {
             record: &self.record,
             start: self.origin + self.start,
+            angular: self.angular,
             reference: self.reference.as_deref(),
             findings: &self.findings,
             name: &self.name,
@@ -164,6 +167,7 @@ impl AxisSensors {
         let mut columns = self.reading.columns()?;
         let of_reading = columns.len();
         let of_acceleration = self.acceleration_columns()?;
+        let alone = of_acceleration.is_empty();
         let together = self.acceleration_file.is_none();
         if together {
             columns.extend(of_acceleration.iter().cloned());
@@ -187,8 +191,15 @@ impl AxisSensors {
         let origin = main.time.seconds(0);
         let clock = clock(&main, &main, origin, self.reading.edges());
 
-        let reading = self.reading.decode(&main, &clock, &mut findings)?;
+        let angular = self.reading.angular
+            || (alone && self.reading.radius.is_none() && self.reading.turns(&main)?);
+        let told = Reading {
+            angular,
+            ..self.reading.clone()
+        };
+        let reading = told.decode(&main, &clock, &mut findings)?;
         let mut acceleration = match &self.acceleration_file {
+            None if alone => nothing(&clock, self.reading.edges()),
             None => self.accelerations(store, &main, &clock, of_reading)?,
             Some(name) => {
                 let mut source = store.open(name)?;
@@ -231,7 +242,8 @@ impl AxisSensors {
         }
 
         let (mut record, start) = self.common(&reading, &acceleration)?;
-        record.increment = self.reading.increment();
+        record.accelerometer = !alone;
+        record.increment = told.increment();
         if self.at_rest {
             record.initial_velocity = Some(0.0);
         }
@@ -242,6 +254,7 @@ impl AxisSensors {
             record,
             origin,
             start,
+            angular,
             reference: None,
             inputs,
             findings,
@@ -249,7 +262,7 @@ impl AxisSensors {
         };
         if let Some(reference) = reference {
             let samples = match &reference.file {
-                None => reference.samples(&main, &clock, main.columns.len() - 1)?,
+                None => reference.samples(&main, &clock, main.columns.len() - 1, angular)?,
                 Some(name) => {
                     let column = ColumnRef::from_word(&reference.column);
                     let time = reference.time.as_deref();
@@ -259,7 +272,8 @@ impl AxisSensors {
                     let absent = [Absent::EmptyOrNan];
                     let other = Recording::from_source_sparse(source, &options, &absent)?;
                     bench.inputs.push(other.input());
-                    reference.samples(&other, &self::clock(&other, &main, origin, false), 0)?
+                    let own = self::clock(&other, &main, origin, false);
+                    reference.samples(&other, &own, 0, angular)?
                 }
             };
             reference.attach(&mut bench, &samples)?;
@@ -268,6 +282,21 @@ impl AxisSensors {
     }
 
     fn acceleration_columns(&self) -> Result<Vec<ColumnRef>, Trouble> {
+        if self.acceleration.is_empty() {
+            let in_vain = [
+                (self.acceleration_file.is_some(), "--acceleration-file"),
+                (self.calibration.is_some(), "--calibration"),
+                (self.still.is_some(), "--still"),
+                (self.latency != 0.0, "--latency"),
+            ];
+            if let Some((_, option)) = in_vain.iter().find(|(given, _)| *given) {
+                return Err(Trouble::data(format!(
+                    "{option} is about an accelerometer, and none is named"
+                ))
+                .with_hint("add --acceleration COLUMN"));
+            }
+            return Ok(Vec::new());
+        }
         let needed = if self.calibration.is_some() { 3 } else { 1 };
         if self.acceleration.len() != needed {
             return Err(Trouble::data(format!(
@@ -346,7 +375,7 @@ impl AxisSensors {
                     ))
                     .with_hint("raw outputs need a calibration: --calibration FILE --axis x"));
                 }
-                let factor = unit.si().1;
+                let factor = unit.si().1 / self.reading.lever()?;
                 columns[0].data.iter().map(|v| factor * v).collect()
             }
             Some(name) => {
@@ -369,7 +398,7 @@ impl AxisSensors {
                     Some(SensorAxis::Y) => 1,
                     Some(SensorAxis::Z) => 2,
                 };
-                let to_si = calibration.output_unit.si().1;
+                let to_si = calibration.output_unit.si().1 / self.reading.lever()?;
                 (0..columns[0].data.len())
                     .map(|k| {
                         let output = std::array::from_fn(|i| factors[i] * columns[i].data[k]);
@@ -421,6 +450,27 @@ impl AxisSensors {
             .with_hint("both clocks must share their zero and overlap; see `proofmass inspect`")
         })?;
         Ok((record, start))
+    }
+}
+
+/// No acceleration at the rows of a recording: zeros on its clock, of edges on one of their median distance.
+fn nothing(clock: &[f64], edges: bool) -> Samples {
+    let mut time = clock.to_vec();
+    if let (true, Some(first), Some(last)) = (edges, clock.first(), clock.last()) {
+        let mut steps: Vec<f64> = clock.windows(2).map(|w| w[1] - w[0]).collect();
+        steps.sort_by(f64::total_cmp);
+        let step = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
+        let count = (last - first) / step;
+        // Edges bunched in a few bursts would ask for a clock without end.
+        if count.is_finite() && count < 100.0 * clock.len() as f64 {
+            time = (0..=count as usize)
+                .map(|k| first + step * k as f64)
+                .collect();
+        }
+    }
+    Samples {
+        value: vec![0.0; time.len()],
+        time,
     }
 }
 

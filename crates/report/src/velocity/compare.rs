@@ -15,7 +15,7 @@ impl VelocityReport<'_> {
     pub fn compare_summary(&self, result: &CompareResult) -> Report {
         let mut section = Section::new("Errors");
         for rate in rates(result) {
-            section = section.table(errors(result, rate, false));
+            section = section.table(errors(result, rate, false, self.angular));
         }
         self.head(result.reference.len()).section(section)
     }
@@ -24,7 +24,7 @@ impl VelocityReport<'_> {
     pub fn compare(&self, result: &CompareResult) -> Report {
         let mut table = Section::new("Errors");
         for rate in rates(result) {
-            table = table.table(errors(result, rate, true));
+            table = table.table(errors(result, rate, true, self.angular));
         }
         let mut report = self.head(result.reference.len()).section(table);
         let compared = (result.skip / self.sample_time).ceil() as usize;
@@ -68,7 +68,7 @@ impl VelocityReport<'_> {
             section = section.table(pairing(found));
         }
         if !result.tuned.is_empty() {
-            section = section.table(consistency(result));
+            section = section.table(consistency(result, self.angular));
         }
         if let Some(first) = result.tuned.first() {
             section = section.figure(
@@ -124,9 +124,9 @@ impl VelocityReport<'_> {
                 .collect()
         };
         let axis = if error {
-            Axis::linear("error", "mm/s")
+            Axis::linear("error", self.unit("mm/s"))
         } else {
-            figures::framed("velocity", "m/s", reference)
+            figures::framed("velocity", &self.unit("m/s"), reference)
         };
         let mut plot = XyPlot::new(Axis::linear("time", "s"), axis);
         if !error {
@@ -218,11 +218,12 @@ fn gain(value: f64) -> String {
 }
 
 /// One row per method; `full` with what a terminal has no room for.
-fn errors(result: &CompareResult, rate: f64, full: bool) -> Table {
+fn errors(result: &CompareResult, rate: f64, full: bool, angular: bool) -> Table {
+    let unit = |of_length: &str| crate::unit_of(of_length, angular);
     let more = vec![
         Column::number("stated delay", "ms"),
-        Column::number("noise floor", "mm/s"),
-        Column::number("drift", "mm/s²"),
+        Column::number("noise floor", unit("mm/s")),
+        Column::number("drift", unit("mm/s²")),
     ];
     let mut table = Table::new(
         format!(
@@ -237,9 +238,9 @@ fn errors(result: &CompareResult, rate: f64, full: bool) -> Table {
         [
             Column::text("method"),
             Column::text("sensors"),
-            Column::number("RMS", "mm/s"),
-            Column::number("largest", "mm/s"),
-            Column::number("mean", "mm/s"),
+            Column::number("RMS", unit("mm/s")),
+            Column::number("largest", unit("mm/s")),
+            Column::number("mean", unit("mm/s")),
             Column::number("delay", "ms"),
         ]
         .into_iter()
@@ -282,13 +283,14 @@ fn errors(result: &CompareResult, rate: f64, full: bool) -> Table {
 }
 
 /// What each rate's own samples say about its model, without any reference.
-fn consistency(result: &CompareResult) -> Table {
+fn consistency(result: &CompareResult, angular: bool) -> Table {
+    let unit = |of_length: &str| crate::unit_of(of_length, angular);
     let mut table = Table::new(
         "Consistency of the tuned models with the readings: mean ν²/S is 1 of a matched model, p small where the innovations are correlated",
         [
             Column::number("rate", "Hz"),
-            Column::number("√q", "m/s²"),
-            Column::number("√R", "m or m/s"),
+            Column::number("√q", unit("m/s²")),
+            Column::number("√R", unit("m or m/s")),
             Column::number("mean ν²/S", "1"),
             Column::number("p of whiteness", "1"),
             Column::text("two channels k₁, k₂"),

@@ -10,8 +10,8 @@ impl VelocityReport<'_> {
     pub fn estimate_summary(&self, result: &EstimateResult) -> Report {
         self.head(result.trace.velocity.len()).section(
             Section::new("Velocity")
-                .key_figures(key_figures(result))
-                .table(facts("Model", model(result))),
+                .key_figures(self.key_figures(result))
+                .table(facts("Model", self.model(result))),
         )
     }
 
@@ -23,7 +23,7 @@ impl VelocityReport<'_> {
             .head(n)
             .section(
                 Section::new("Velocity")
-                    .key_figures(key_figures(result))
+                    .key_figures(self.key_figures(result))
                     .figure(
                         "Velocity over the whole recording, with the interval of 95 % that the model states",
                         self.curves(result, 0..n),
@@ -44,7 +44,7 @@ impl VelocityReport<'_> {
         if let Some(section) = self.episodes(result) {
             report = report.section(section);
         }
-        if let Some(section) = ripple(result) {
+        if let Some(section) = self.ripple(result) {
             report = report.section(section);
         }
         self.foot(report)
@@ -54,7 +54,11 @@ impl VelocityReport<'_> {
         let t = self.times(part.clone());
         let mut plot = XyPlot::new(
             Axis::linear("time", "s"),
-            figures::framed("velocity", "m/s", &result.smoother.velocity[part.clone()]),
+            figures::framed(
+                "velocity",
+                &self.unit("m/s"),
+                &result.smoother.velocity[part.clone()],
+            ),
         );
         // Slip lies below the curves.
         if let Some(slip) = &result.slip {
@@ -92,7 +96,8 @@ impl VelocityReport<'_> {
 
     /// Why the numbers may be believed, or not.
     fn trust(&self, result: &EstimateResult) -> Section {
-        let mut section = Section::new("Model and its tests").table(facts("Model", model(result)));
+        let mut section =
+            Section::new("Model and its tests").table(facts("Model", self.model(result)));
         if let Some(found) = &result.pairing {
             section = section.table(pairing(found));
         }
@@ -101,7 +106,7 @@ impl VelocityReport<'_> {
                 "Correlation of the innovations: of a model that describes both sensors 95 % lie within the lines",
                 figures::whiteness(tuned),
             );
-            if let Some(plot) = figures::profile(tuned) {
+            if let Some(plot) = figures::profile(tuned, self.angular) {
                 section = section.figure("Likelihood of the acceleration's noise", plot);
             }
         }
@@ -116,7 +121,11 @@ impl VelocityReport<'_> {
                 .map(|(b, u)| b + sign * 1.96 * u)
                 .collect()
         };
-        let plot = XyPlot::new(Axis::linear("time", "s"), Axis::linear("offset", "m/s²")).series(
+        let plot = XyPlot::new(
+            Axis::linear("time", "s"),
+            Axis::linear("offset", self.unit("m/s²")),
+        )
+        .series(
             Series::line("", &self.times(0..offset.len()), offset).band(&edge(-1.0), &edge(1.0)),
         );
         Section::new("Offset of the accelerometer")
@@ -134,7 +143,7 @@ impl VelocityReport<'_> {
                 Column::text("kind"),
                 Column::number("from", "s"),
                 Column::number("to", "s"),
-                Column::number("velocity change", "m/s"),
+                Column::number("velocity change", self.unit("m/s")),
                 Column::number("strength", "σ"),
             ],
         );
@@ -161,109 +170,123 @@ impl VelocityReport<'_> {
     }
 }
 
+impl VelocityReport<'_> {
+    fn key_figures(&self, result: &EstimateResult) -> Vec<KeyFigure> {
+        let v = &result.trace.velocity;
+        let fastest = v.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        let mut figures = vec![
+            match self.angular {
+                false => KeyFigure::new("largest speed", scientific(fastest, 4), "m/s"),
+                true => {
+                    KeyFigure::new("largest speed", scientific(fastest, 4), "rad/s").note(format!(
+                        "{} r/min",
+                        scientific(fastest * 30.0 / std::f64::consts::PI, 4)
+                    ))
+                }
+            },
+            KeyFigure::new(
+                "delay of the method",
+                scientific(1e3 * result.trace.stated_delay, 3),
+                "ms",
+            )
+            .note("of slow motion"),
+        ];
+        if let Some(u) = &result.trace.standard_uncertainty {
+            let mut sorted = u.clone();
+            sorted.sort_by(f64::total_cmp);
+            figures.push(
+                KeyFigure::new(
+                    "standard uncertainty",
+                    scientific(sorted[sorted.len() / 2], 2),
+                    self.unit("m/s"),
+                )
+                .note("median over the samples"),
+            );
+        }
+        if let Some(share) = result.agreement {
+            figures.push(
+                KeyFigure::new(
+                    "filter and smoother agree",
+                    format!("{:.1}", 100.0 * share),
+                    "%",
+                )
+                .note("of the samples without slip; 95 % are due"),
+            );
+        }
+        figures
+    }
+
+    fn model(&self, result: &EstimateResult) -> Vec<(String, String)> {
+        let mut rows = vec![("method".to_owned(), result.trace.label.clone())];
+        rows.extend(noise(&result.model, self.angular));
+        if let Some(tuned) = &result.tuned {
+            let w = &tuned.whiteness;
+            if let Some((below, above)) = tuned.log_q_interval {
+                let q = result.model.acceleration_noise.sqrt();
+                rows.push((
+                    "interval of √q, 95 %".to_owned(),
+                    format!(
+                        "{} to {} {}",
+                        scientific(q * (-0.5 * below).exp(), 3),
+                        scientific(q * (0.5 * above).exp(), 3),
+                        self.unit("m/s²")
+                    ),
+                ));
+            }
+            rows.push((
+                "innovations white with probability".to_owned(),
+                format!(
+                    "{} ({} lags, largest correlation {} at lag {})",
+                    scientific(w.p_white, 2),
+                    w.lags,
+                    scientific(w.largest_correlation.1, 2),
+                    w.largest_correlation.0
+                ),
+            ));
+            rows.push((
+                "mean square of the normalised innovations".to_owned(),
+                format!("{} (1 is due)", scientific(w.mean_square, 4)),
+            ));
+        }
+        rows
+    }
+}
+
 /// One word for the legend.
 fn kind(trace: &Trace) -> &str {
     trace.label.split(',').next().unwrap_or_default()
 }
 
-fn key_figures(result: &EstimateResult) -> Vec<KeyFigure> {
-    let v = &result.trace.velocity;
-    let fastest = v.iter().fold(0.0f64, |m, v| m.max(v.abs()));
-    let mut figures = vec![
-        KeyFigure::new("largest speed", scientific(fastest, 4), "m/s"),
-        KeyFigure::new(
-            "delay of the method",
-            scientific(1e3 * result.trace.stated_delay, 3),
-            "ms",
-        )
-        .note("of slow motion"),
-    ];
-    if let Some(u) = &result.trace.standard_uncertainty {
-        let mut sorted = u.clone();
-        sorted.sort_by(f64::total_cmp);
-        figures.push(
-            KeyFigure::new(
-                "standard uncertainty",
-                scientific(sorted[sorted.len() / 2], 2),
-                "m/s",
-            )
-            .note("median over the samples"),
-        );
-    }
-    if let Some(share) = result.agreement {
-        figures.push(
-            KeyFigure::new(
-                "filter and smoother agree",
-                format!("{:.1}", 100.0 * share),
-                "%",
-            )
-            .note("of the samples without slip; 95 % are due"),
-        );
-    }
-    figures
-}
-
-fn model(result: &EstimateResult) -> Vec<(String, String)> {
-    let mut rows = vec![("method".to_owned(), result.trace.label.clone())];
-    rows.extend(noise(&result.model));
-    if let Some(tuned) = &result.tuned {
-        let w = &tuned.whiteness;
-        if let Some((below, above)) = tuned.log_q_interval {
-            let q = result.model.acceleration_noise.sqrt();
-            rows.push((
-                "interval of √q, 95 %".to_owned(),
-                format!(
-                    "{} to {} m/s²",
-                    scientific(q * (-0.5 * below).exp(), 3),
-                    scientific(q * (0.5 * above).exp(), 3)
-                ),
-            ));
+impl VelocityReport<'_> {
+    fn ripple(&self, result: &EstimateResult) -> Option<Section> {
+        let ripple = result.ripple.as_ref()?;
+        if ripple.lines.is_empty() && ripple.once_per_turn.is_none() {
+            return None;
         }
-        rows.push((
-            "innovations white with probability".to_owned(),
-            format!(
-                "{} ({} lags, largest correlation {} at lag {})",
-                scientific(w.p_white, 2),
-                w.lags,
-                scientific(w.largest_correlation.1, 2),
-                w.largest_correlation.0
-            ),
-        ));
-        rows.push((
-            "mean square of the normalised innovations".to_owned(),
-            format!("{} (1 is due)", scientific(w.mean_square, 4)),
-        ));
-    }
-    rows
-}
-
-fn ripple(result: &EstimateResult) -> Option<Section> {
-    let ripple = result.ripple.as_ref()?;
-    if ripple.lines.is_empty() && ripple.once_per_turn.is_none() {
-        return None;
-    }
-    let mut table = Table::new(
-        "Errors of the encoder that repeat with the position",
-        [
-            Column::text("line"),
-            Column::number("period", "mm"),
-            Column::number("amplitude", "mm"),
-            Column::number("standard uncertainty", "mm"),
-            Column::number("share of the velocity", "%"),
-        ],
-    );
-    let turn = ripple.once_per_turn.iter().map(|l| ("once per turn", l));
-    for (name, l) in turn.chain(ripple.lines.iter().map(|l| ("found", l))) {
-        table = table.row([
-            Cell::text(name),
-            Cell::number(scientific(1e3 * l.period, 4)),
-            Cell::number(scientific(1e3 * l.amplitude, 3)),
-            Cell::number(scientific(1e3 * l.amplitude_uncertainty, 2)),
-            Cell::number(scientific(100.0 * l.relative_velocity, 3)),
-        ]);
-    }
-    Some(Section::new("Ripple of the encoder").table(table.note(format!(
-        "Spectrum over {} m of travel; a line stands five times above the median of the spectrum.",
-        scientific(ripple.distance, 3)
+        let mut table = Table::new(
+            "Errors of the encoder that repeat with the position",
+            [
+                Column::text("line"),
+                Column::number("period", self.unit("mm")),
+                Column::number("amplitude", self.unit("mm")),
+                Column::number("standard uncertainty", self.unit("mm")),
+                Column::number("share of the velocity", "%"),
+            ],
+        );
+        let turn = ripple.once_per_turn.iter().map(|l| ("once per turn", l));
+        for (name, l) in turn.chain(ripple.lines.iter().map(|l| ("found", l))) {
+            table = table.row([
+                Cell::text(name),
+                Cell::number(scientific(1e3 * l.period, 4)),
+                Cell::number(scientific(1e3 * l.amplitude, 3)),
+                Cell::number(scientific(1e3 * l.amplitude_uncertainty, 2)),
+                Cell::number(scientific(100.0 * l.relative_velocity, 3)),
+            ]);
+        }
+        Some(Section::new("Ripple of the encoder").table(table.note(format!(
+        "Spectrum over {} {} of travel; a line stands five times above the median of the spectrum.",
+        scientific(ripple.distance, 3),
+        self.unit("m")
     ))))
+    }
 }

@@ -126,7 +126,7 @@ pub(super) fn whiteness(tuned: &Tuned) -> XyPlot {
 }
 
 /// Profile of the likelihood over √q, with the line below which q leaves its 95 % interval.
-pub(super) fn profile(tuned: &Tuned) -> Option<XyPlot> {
+pub(super) fn profile(tuned: &Tuned, angular: bool) -> Option<XyPlot> {
     let points: Vec<(f64, f64)> = tuned
         .profile
         .iter()
@@ -140,7 +140,10 @@ pub(super) fn profile(tuned: &Tuned) -> Option<XyPlot> {
     let low = y.iter().copied().fold(0.0, f64::min).max(-60.0);
     Some(
         XyPlot::new(
-            Axis::log("√q, noise of the acceleration", "m/s²"),
+            Axis::log(
+                "√q, noise of the acceleration",
+                crate::unit_of("m/s²", angular),
+            ),
             Axis::linear("ln L below its maximum", "1").range(1.1 * low.min(-4.0), 1.0),
         )
         .series(Series::line("", &x, &y).style(crate::plot::Style::LineAndMarkers))

@@ -8,7 +8,7 @@ impl VelocityReport<'_> {
     /// What is worth a look in the terminal.
     pub fn tune_summary(&self, result: &TuneResult) -> Report {
         let w = &result.tuned.whiteness;
-        let mut rows = noise(&result.tuned.model);
+        let mut rows = noise(&result.tuned.model, self.angular);
         rows.push((
             "innovations white with probability".to_owned(),
             scientific(w.p_white, 2),
@@ -19,7 +19,7 @@ impl VelocityReport<'_> {
         ));
         self.head(result.samples.end).section(
             Section::new("Gains")
-                .table(gains(result))
+                .table(gains(result, &self.unit("m/s")))
                 .table(facts("Noise, by maximum likelihood", rows)),
         )
     }
@@ -30,7 +30,7 @@ impl VelocityReport<'_> {
             "Correlation of the innovations: of a model that describes both sensors 95 % lie within the lines",
             figures::whiteness(&result.tuned),
         );
-        if let Some(plot) = figures::profile(&result.tuned) {
+        if let Some(plot) = figures::profile(&result.tuned, self.angular) {
             tests = tests.figure("Likelihood of the acceleration's noise", plot);
         }
         let methods = [
@@ -47,13 +47,13 @@ impl VelocityReport<'_> {
     }
 }
 
-fn gains(result: &TuneResult) -> Table {
+fn gains(result: &TuneResult, unit: &str) -> Table {
     let mut table = Table::new(
         "Gains, and the RMS difference of each filter to the smoother",
         [
             Column::text("filter"),
             Column::text("on the command line"),
-            Column::number("RMS difference", "m/s"),
+            Column::number("RMS difference", unit),
         ],
     );
     for (name, found) in [

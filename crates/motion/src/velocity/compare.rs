@@ -1,0 +1,234 @@
+//! Methods side by side at several rates.
+
+use super::ground::{check_sensors, paired_tuning, sensors, tuning_part};
+use super::tune::{TuneResult, tune};
+use crate::edges::on_edges;
+use crate::tuning::Constants;
+use crate::{
+    ComparisonRow, Family, IntegratorRule, Method, MotionRecord, Pairing, Source, Tuning,
+    compare_methods, conditions,
+};
+use proofmass_core::{Error, Watch};
+use proofmass_uncertainty::{Finding, Severity};
+use serde::{Deserialize, Serialize};
+
+/// A reference against which every fused method is late or early alike has a delay of its own.
+fn reference_delay(rows: &[ComparisonRow]) -> Option<Finding> {
+    let highest = rows.iter().fold(0.0f64, |m, r| m.max(r.rate));
+    let fused = |r: &&ComparisonRow| matches!(r.family, Family::Fused | Family::OffLine);
+    let mut delays: Vec<f64> = rows
+        .iter()
+        .filter(|r| r.rate == highest)
+        .filter(fused)
+        .filter_map(|r| r.agreement.delay)
+        .collect();
+    delays.sort_by(f64::total_cmp);
+    let middle = *delays.get(delays.len() / 2)?;
+    let alike = delays
+        .iter()
+        .all(|d| (d - middle).abs() < 0.2 * middle.abs());
+    (delays.len() > 2 && alike && middle.abs() > 2.0 / highest).then(|| {
+        let what = if middle < 0.0 { "late" } else { "early" };
+        Finding::new(
+            Severity::Warning,
+            "reference-delay",
+            format!(
+                "the reference is {what}: every fused velocity differs from it by the same time"
+            ),
+        )
+        .evidence(format!("{:.1} ms", 1e3 * middle.abs()))
+        .advice("shift the reference by this time, else the errors are mostly its delay")
+    })
+}
+
+/// Tuning at one rate of a comparison.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TunedAtRate {
+    /// Sample rate, Hz.
+    pub rate: f64,
+    /// What was found.
+    pub result: TuneResult,
+}
+
+/// Answer of [`compare`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CompareResult {
+    /// One row per method and rate.
+    pub rows: Vec<ComparisonRow>,
+    /// Seconds at the start that are not compared.
+    pub skip: f64,
+    /// Whether the reference is a truth that was given, or the smoother at the full rate.
+    pub reference_is_truth: bool,
+    /// The reference at the full rate.
+    pub reference: Vec<f64>,
+    /// Tuning at each rate at which it was possible: noise, whiteness, gains.
+    pub tuned: Vec<TunedAtRate>,
+    /// Whether both sensors see one motion; `None` where one of them sees none.
+    pub pairing: Option<Pairing>,
+    /// What to doubt.
+    pub findings: Vec<Finding>,
+}
+
+/// The settings of the reference experiment: k₂ = 2, 10, 50 and (k_x, k_v) = (2, 4), (5, 25), (10, 100).
+pub fn published_sweep() -> Vec<Method> {
+    let two = [2.0, 10.0, 50.0].map(|k2| Method::TwoChannel { k1: 0.0, k2 });
+    let observer =
+        [(2.0, 4.0), (5.0, 25.0), (10.0, 100.0)].map(|(k_x, k_v)| Method::Observer { k_x, k_v });
+    two.into_iter().chain(observer).collect()
+}
+
+/// Single-sensor methods: differences and a fit of positions, or the speed as read; and the trapezoid.
+pub fn single_sensor_methods(source: Source) -> Vec<Method> {
+    let alone = match source {
+        Source::Position => vec![
+            Method::FixedTime,
+            Method::SavitzkyGolay {
+                window: 5,
+                degree: 2,
+            },
+        ],
+        Source::Speed => vec![Method::SpeedReading],
+    };
+    let integral = Method::Integration {
+        rule: IntegratorRule::Trapezoid,
+        offset: 0.0,
+    };
+    alone.into_iter().chain([integral]).collect()
+}
+
+/// Compares methods at decimated rates; every rate also gets the fused methods tuned on its own samples.
+///
+/// `truth` is a velocity per sample, or the smoother of the full rate stands in. An empty `methods` stands for
+/// the single-sensor methods and the published sweep. The start of integration alone is the record's, or the
+/// first reference when it is unknown: it is the drift that counts.
+///
+/// # Errors
+/// Of the record, the search and the methods.
+pub fn compare(
+    record: &MotionRecord,
+    truth: Option<&[f64]>,
+    methods: &[Method],
+    decimations: &[usize],
+    skip: f64,
+    watch: &dyn Watch,
+) -> Result<CompareResult, Error> {
+    check_sensors(record, methods)?;
+    let mut findings = conditions(record);
+    let (slip, pairing) = sensors(record);
+    findings.extend(pairing.iter().flat_map(|p| p.findings.iter().cloned()));
+    findings.extend(slip.iter().flat_map(|s| s.findings.iter().cloned()));
+    let chosen: Vec<Method> = if methods.is_empty() {
+        let alone = single_sensor_methods(record.source).into_iter();
+        if record.accelerometer {
+            alone.chain(published_sweep()).collect()
+        } else {
+            let loops = [10.0, 50.0, 200.0].map(|bandwidth| Method::TrackingLoop { bandwidth });
+            let positions = alone.filter(|m| !m.needs_accelerometer());
+            match record.source {
+                Source::Position => positions.chain(loops).collect(),
+                Source::Speed => positions.collect(),
+            }
+        }
+    } else {
+        methods.to_vec()
+    };
+    let reference = match truth {
+        Some(truth) => truth.to_vec(),
+        None => {
+            findings.push(
+                Finding::new(
+                    Severity::Note,
+                    "smoother-as-reference",
+                    "no true velocity was given: errors are differences to the smoother at the full rate",
+                )
+                .advice("what both sensors have wrong alike does not show"),
+            );
+            let (part, _) = tuning_part(record, slip.as_ref());
+            let mut tuned = paired_tuning(&part, &Tuning::default(), pairing.as_ref(), watch)?;
+            match on_edges(&mut tuned, &part, record, watch)? {
+                Some((_, run)) => run.smoothed.0,
+                None => {
+                    let constants = match slip.as_ref().is_some_and(|s| !s.slip.is_empty()) {
+                        true => Constants::Held,
+                        false => Constants::Fitted,
+                    };
+                    tuned.smooth(record, constants)?.velocity
+                }
+            }
+        }
+    };
+    let mut started = record.clone();
+    if started.initial_velocity.is_none() {
+        started.initial_velocity = reference.first().copied();
+    }
+    let (alone, others): (Vec<Method>, Vec<Method>) = chosen
+        .into_iter()
+        .partition(|m| m.family() == Family::Acceleration);
+    let mut rows = compare_methods(record, &reference, &others, decimations, skip)?;
+    rows.extend(compare_methods(
+        &started,
+        &reference,
+        &alone,
+        decimations,
+        skip,
+    )?);
+    let mut tuned = Vec::new();
+    for &n in decimations {
+        if !record.accelerometer {
+            break;
+        }
+        let slow = record.decimated(n)?;
+        let rate = 1.0 / slow.sample_time;
+        let named = (1e4 * rate).round() / 1e4;
+        match tune(&slow, &Tuning::default(), watch) {
+            Ok(result) => {
+                rows.extend(compare_methods(
+                    &result.tuned.corrected(record),
+                    &reference,
+                    &result.methods(),
+                    &[n],
+                    skip,
+                )?);
+                let at_rate = result.tuned.findings.iter().map(|f| {
+                    Finding::new(f.severity(), f.code(), format!("{named} Hz: {}", f.what()))
+                        .evidence(f.evidence_text())
+                        .advice(f.advice_text())
+                });
+                findings.extend(at_rate);
+                tuned.push(TunedAtRate { rate, result });
+            }
+            Err(error) if error.is_cancelled() => return Err(error),
+            Err(error) => findings.push(
+                Finding::new(
+                    Severity::Note,
+                    "not-tuned",
+                    "too little is recorded to tune at this rate",
+                )
+                .evidence(format!("{named} Hz: {error}")),
+            ),
+        }
+    }
+    if truth.is_some() {
+        findings.extend(reference_delay(&rows));
+    }
+    let rank = |f: Family| match f {
+        Family::Position => 0,
+        Family::Acceleration => 1,
+        Family::Fused => 2,
+        Family::OffLine => 3,
+    };
+    rows.sort_by(|a, b| {
+        b.rate
+            .total_cmp(&a.rate)
+            .then(rank(a.family).cmp(&rank(b.family)))
+    });
+    Ok(CompareResult {
+        rows,
+        skip,
+        reference_is_truth: truth.is_some(),
+        reference,
+        tuned,
+        pairing,
+        findings,
+    })
+}

@@ -1,0 +1,237 @@
+//! What every question begins with: slip, pairing of the sensors, the part that is tuned on.
+
+use crate::{Method, MotionRecord, Pairing, SlipReport, SlipSearch, Tuned, Tuning};
+use proofmass_core::{Error, Watch};
+use proofmass_uncertainty::{Finding, Severity};
+use std::ops::Range;
+
+/// Refuses methods that need the accelerometer where there is none.
+pub(super) fn check_sensors(record: &MotionRecord, methods: &[Method]) -> Result<(), Error> {
+    if !record.accelerometer && methods.iter().any(Method::needs_accelerometer) {
+        return Err(Error::TooFew {
+            name: "accelerometers",
+            needed: 1,
+            got: 0,
+        });
+    }
+    Ok(())
+}
+
+/// Slip, and whether both sensors see one motion; nothing where there is one sensor.
+pub(super) fn sensors(record: &MotionRecord) -> (Option<SlipReport>, Option<Pairing>) {
+    if !record.accelerometer {
+        return (None, None);
+    }
+    let slip = slip_search(record).ok();
+    let pairing = pairing(record, slip.as_ref());
+    (slip, pairing)
+}
+
+/// Tuning in which a latency of more than half a step is taken off first: the likelihood knows it only as a slope.
+pub(super) fn paired_tuning(
+    part: &MotionRecord,
+    tuning: &Tuning,
+    pairing: Option<&Pairing>,
+    watch: &dyn Watch,
+) -> Result<Tuned, Error> {
+    let half = 0.5 * part.sample_time;
+    let told = pairing.filter(|p| {
+        tuning.pairing && p.is_clear() && p.latency.abs() > (4.0 * p.latency_uncertainty).max(half)
+    });
+    let mut before = told.map_or(0.0, |p| p.latency);
+    // Once there is a latency, its rest is unknown, however small.
+    let run = |shift: f64, late: bool| tuning.search(&part.corrected(1.0, shift), late, watch);
+    let mut tuned = run(before, told.is_some())?;
+    for _ in 0..2 {
+        match tuned.latency {
+            Some(rest) if rest.value.abs() > half => {
+                before += rest.value;
+                tuned = run(before, true)?;
+            }
+            _ => break,
+        }
+    }
+    tuned.shifted_before(before);
+    Ok(tuned)
+}
+
+/// What gain and latency between the sensors make one doubt; where they were found and used, that.
+pub(super) fn doubts(pairing: Option<&Pairing>, tuned: Option<&Tuned>) -> Vec<Finding> {
+    let gain = tuned.and_then(|t| t.gain);
+    let latency = tuned.and_then(|t| t.latency);
+    let mut findings: Vec<Finding> = pairing
+        .iter()
+        .flat_map(|p| &p.findings)
+        .filter(|f| match f.code() {
+            "gain-mismatch" => gain.is_none() || f.severity() == Severity::Decision,
+            "latency" => latency.is_none(),
+            _ => true,
+        })
+        .cloned()
+        .collect();
+    if let Some(gain) = gain {
+        findings.push(
+            Finding::new(
+                Severity::Warning,
+                "gain-mismatch",
+                "readings and accelerometer do not agree on the size of the motion; the gain was found and is used",
+            )
+            .evidence(format!(
+                "the accelerometer reads {:.5} (u = {:.5}) times the acceleration of the readings",
+                gain.value, gain.uncertainty
+            ))
+            .advice("calibrate the accelerometer, or check the increment or the radius of the wheel: one of them is wrong by this factor"),
+        );
+    }
+    if let Some(latency) = latency {
+        let late = if latency.value > 0.0 {
+            "later"
+        } else {
+            "earlier"
+        };
+        findings.push(
+            Finding::new(
+                Severity::Note,
+                "latency",
+                format!(
+                    "the accelerometer is {late} than the readings; the time was found and is used"
+                ),
+            )
+            .evidence(format!(
+                "{:.4} ms (u = {:.4} ms)",
+                1e3 * latency.value,
+                1e3 * latency.uncertainty
+            ))
+            .advice("state it for methods that are run on line: they do not know it"),
+        );
+    }
+    findings
+}
+
+/// A tenth of the record, at most a second: filters that start with a wrong velocity settle there.
+pub(super) fn settle(record: &MotionRecord) -> usize {
+    let n = record.reading.len();
+    ((1.0 / record.sample_time) as usize).min(n / 10)
+}
+
+/// Slip with windows that hold several readings of this record.
+fn slip_search(record: &MotionRecord) -> Result<SlipReport, Error> {
+    let search = SlipSearch::default();
+    let step = record.sample_time;
+    let between = record.reading_stride() as f64 * step;
+    SlipSearch {
+        window: search.window.max(5.0 * step).max(4.0 * between),
+        blow: search.blow.max(2.0 * step),
+        ..search
+    }
+    .run(record)
+}
+
+/// Samples before and after an episode that its windows still touch.
+pub(super) fn margin(record: &MotionRecord) -> usize {
+    let step = record.sample_time;
+    let between = record.reading_stride() as f64 * step;
+    let window = SlipSearch::default()
+        .window
+        .max(5.0 * step)
+        .max(4.0 * between);
+    (window / step).round() as usize
+}
+
+/// Gain and latency on the longest stretch without slip. Where that is too short to tell, on the whole record, and
+/// then only of one motion beyond doubt: a wrong unit looks like slip all over.
+fn pairing(record: &MotionRecord, slip: Option<&SlipReport>) -> Option<Pairing> {
+    let margin = margin(record);
+    let clean = longest(record.reading.len(), |k| {
+        !slip.is_some_and(|s| s.slips(k, margin))
+    });
+    let whole = clean.len() == record.reading.len();
+    let inside = part(record, clean).and_then(|part| Pairing::of(&part).ok());
+    if whole || inside.as_ref().is_some_and(Pairing::is_clear) {
+        return inside;
+    }
+    let all = Pairing::of(record).ok();
+    all.filter(|p| p.correlation.abs() > 0.97).or(inside)
+}
+
+/// Most samples a search for the noise needs.
+const ENOUGH: usize = 20_000;
+
+/// The longest stretch without slip, or the liveliest part of it.
+pub(super) fn tuning_part(
+    record: &MotionRecord,
+    slip: Option<&SlipReport>,
+) -> (MotionRecord, Range<usize>) {
+    let n = record.reading.len();
+    let margin = margin(record);
+    let clean = longest(n, |k| !slip.is_some_and(|s| s.slips(k, margin)));
+    let range = if clean.len() <= ENOUGH {
+        clean
+    } else {
+        let mut last = None::<f64>;
+        let path: Vec<f64> = record.reading[clean.clone()]
+            .iter()
+            .map(|r| {
+                let step = match (r, last) {
+                    (Some(r), Some(l)) => (r - l).abs(),
+                    _ => 0.0,
+                };
+                last = r.or(last);
+                step
+            })
+            .collect();
+        let block = |k: &usize| path[*k..*k + ENOUGH].iter().sum::<f64>();
+        let liveliest = (0..=path.len() - ENOUGH)
+            .step_by(ENOUGH / 2)
+            .max_by(|a, b| block(a).total_cmp(&block(b)))
+            .unwrap_or(0);
+        clean.start + liveliest..clean.start + liveliest + ENOUGH
+    };
+    match part(record, range.clone()) {
+        Some(part) => (part, range),
+        None => (record.clone(), 0..n),
+    }
+}
+
+pub(super) fn part_finding(record: &MotionRecord, samples: &Range<usize>) -> Option<Finding> {
+    let n = record.reading.len();
+    let dt = record.sample_time;
+    (samples.len() < n).then(|| {
+        Finding::new(
+            Severity::Note,
+            "tuned-on-a-part",
+            "the noise was found on a part: the longest without slip, of a long record the liveliest",
+        )
+        .evidence(format!(
+            "{:.3} s to {:.3} s of {:.3} s",
+            samples.start as f64 * dt,
+            samples.end as f64 * dt,
+            n as f64 * dt
+        ))
+    })
+}
+
+/// Longest run of samples for which `good` holds.
+pub(super) fn longest(n: usize, good: impl Fn(usize) -> bool) -> Range<usize> {
+    let (mut best, mut from) = (0..0, 0);
+    for k in 0..=n {
+        if k == n || !good(k) {
+            if k - from > best.len() {
+                best = from..k;
+            }
+            from = k + 1;
+        }
+    }
+    best
+}
+
+/// A stretch of a record; the velocity at its start is unknown unless it is the beginning.
+pub(super) fn part(record: &MotionRecord, range: Range<usize>) -> Option<MotionRecord> {
+    let part = MotionRecord {
+        reading: record.reading.get(range.clone())?.to_vec(),
+        acceleration: record.acceleration.get(range.clone())?.to_vec(),
+        initial_velocity: record.initial_velocity.filter(|_| range.start == 0),
+        ..*record
+    };
+    (part.reading.iter().flatten().count() >= 100).then_some(part)
+}
