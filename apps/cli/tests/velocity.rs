@@ -610,3 +610,118 @@ fn crosscheck_logs_of_a_robot() {
         }
     }
 }
+
+/// The encoder of a motor without its accelerometer, in m/s and in rad/s: the same numbers but for the radius.
+#[test]
+fn law_an_encoder_alone_in_metres_and_in_radians() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = axis(folder.path(), &["--motion", "motor", "--duration", "4"]);
+    let recording = place.join("recording.csv");
+    let truth = column(&place.join("truth.csv"), "velocity_m/s");
+    let alone = ["--position", "encoder", "--counts-per-turn", "2000"];
+    let (length, angle) = (folder.path().join("length"), folder.path().join("angle"));
+    let result = estimate(
+        &recording,
+        &length,
+        &[&alone[..], &["--radius", "0.3"]].concat(),
+    );
+    assert!(!codes(&result).iter().any(|c| c == "constant-channel"));
+    let table = length.join("velocity.csv");
+    let (v, u) = (
+        column(&table, "velocity_m/s"),
+        column(&table, "standard_uncertainty_m/s"),
+    );
+    // Increments of 0.94 mm at 1 kHz make 0.38 m/s of noise in a difference.
+    assert!(rms(&v, &truth, 500) < 0.1, "{}", rms(&v, &truth, 500));
+    let inside = (500..v.len())
+        .filter(|&k| (v[k] - truth[k]).abs() < 2.5 * u[k])
+        .count() as f64;
+    assert!(inside / (v.len() - 500) as f64 > 0.85, "{inside}");
+    let result = estimate(&recording, &angle, &alone);
+    assert_eq!(result["quantities"][0]["unit"], "rad/s");
+    let turning = column(&angle.join("velocity.csv"), "velocity_rad/s");
+    for (w, v) in turning.iter().zip(&v).skip(500) {
+        assert!((0.3 * w - v).abs() < 1e-3 * v.abs().max(0.1), "{w} {v}");
+    }
+    let html = std::fs::read_to_string(angle.join("report.html")).unwrap();
+    assert!(html.contains("r/min") && !html.contains("m/s<"), "units");
+    // Both sensors, as an angle.
+    let both = [&SENSORS[..], &["--angular"]].concat();
+    estimate(&recording, &folder.path().join("both"), &both);
+    let fused = column(&folder.path().join("both/velocity.csv"), "velocity_rad/s");
+    let due: Vec<f64> = truth.iter().map(|v| v / 0.3).collect();
+    assert!(rms(&fused, &due, 500) < 0.007, "{}", rms(&fused, &due, 500));
+
+    let said = |question: &str, more: &[&str]| {
+        let all = run(question, &recording, &[&alone[..], more].concat());
+        refuse(&all.iter().map(String::as_str).collect::<Vec<_>>())
+    };
+    assert!(said("estimate", &["--method", "observer:10,100"]).contains("needs an accelerometer"));
+    assert!(said("estimate", &["--still", "0,1"]).contains("--still is about an accelerometer"));
+    assert!(said("tune", &[]).contains("two sensors"));
+    let all = run("compare", &recording, &alone);
+    succeed(&all.iter().map(String::as_str).collect::<Vec<_>>());
+}
+
+/// An accelerometer alone, at rest for a second: the velocity drifts within what it states; a stretch that moves is told.
+#[test]
+fn law_an_accelerometer_alone_states_its_drift() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("lone.csv");
+    let mut lines = "time_s,acceleration_m/s2\n".to_owned();
+    let mut noise = 1u64;
+    let mut truth = Vec::new();
+    for k in 0..5000 {
+        noise = noise
+            .wrapping_mul(6364136223846793005)
+            .wrapping_add(1442695040888963407);
+        let t = 1e-3 * f64::from(k);
+        let (s, c) = (9.0 * (t - 1.0)).sin_cos();
+        let (a, v) = if t < 1.0 {
+            (0.0, 0.0)
+        } else {
+            (9.0 * s, 1.0 - c)
+        };
+        let e = 0.02 * 12f64.sqrt() * ((noise >> 11) as f64 / (1u64 << 53) as f64 - 0.5);
+        writeln!(lines, "{t:.3},{:.6}", a + 0.3 + e).unwrap();
+        truth.push(v);
+    }
+    std::fs::write(&recording, lines).unwrap();
+    let sensor = ["--acceleration", "acceleration"];
+    for method in [None, Some("trapezoid")] {
+        let out = folder.path().join(method.unwrap_or("none"));
+        let chosen: Vec<&str> = method.iter().flat_map(|m| ["--method", *m]).collect();
+        let result = estimate(
+            &recording,
+            &out,
+            &[&sensor[..], &["--still", "0,1"], &chosen].concat(),
+        );
+        assert!(codes(&result).is_empty(), "{:?}", codes(&result));
+        let table = out.join("velocity.csv");
+        let (v, u) = (
+            column(&table, "velocity_m/s"),
+            column(&table, "standard_uncertainty_m/s"),
+        );
+        let end = v.len() - 1;
+        // The mean of 1000 samples at 0.02 m/s² is uncertain by 0.63 mm/s², over four seconds 2.5 mm/s.
+        assert!((2e-3..5e-3).contains(&u[end]), "{}", u[end]);
+        let inside = (1000..=end).filter(|&k| (v[k] - truth[k]).abs() < 2.5 * u[k]);
+        assert!(inside.count() as f64 > 0.95 * (end - 999) as f64);
+    }
+    let out = folder.path().join("moving");
+    let result = estimate(
+        &recording,
+        &out,
+        &[&sensor[..], &["--still", "1.1,1.3"]].concat(),
+    );
+    assert!(codes(&result).iter().any(|c| c == "still-stretch-moves"));
+    let said = |more: &[&str]| {
+        let all = run("estimate", &recording, &[&sensor[..], more].concat());
+        refuse(&all.iter().map(String::as_str).collect::<Vec<_>>())
+    };
+    assert!(said(&[]).contains("a stretch at rest is needed"));
+    assert!(
+        said(&["--still", "0,1", "--method", "fixed-time"]).contains("needs a position or a speed")
+    );
+    assert!(said(&["--still", "7,8"]).contains("no sample lies"));
+}

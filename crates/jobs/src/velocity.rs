@@ -206,10 +206,12 @@ impl Job for VelocityTuneJob {
     type Outcome = VelocityTuning;
 
     fn evaluate(&self, data: &AxisData<'_>, watch: &dyn Watch) -> Result<VelocityTuning> {
-        if !data.record.accelerometer {
-            return Err(Trouble::request("gains of two sensors are tuned, and there is no accelerometer")
-                .detail(data.name)
-                .with_hint("add --acceleration COLUMN; `velocity estimate` finds the noise of an encoder alone"));
+        if !data.record.accelerometer || data.record.rests_only() {
+            return Err(
+                Trouble::request("the gains are those of two sensors, and one is named")
+                    .detail(data.name)
+                    .with_hint("name a position or a speed and --acceleration; `velocity estimate` serves one sensor alone"),
+            );
         }
         let still = |f: &Finding| f.code() == "readings-never-change";
         if conditions(data.record).iter().any(still) {
@@ -234,18 +236,34 @@ impl Job for VelocityTuneJob {
     }
 }
 
-/// Refuses methods that say nothing without the accelerometer that is not there.
+/// Refuses methods that say nothing without a sensor that is not there.
 fn lacking(data: &AxisData<'_>, methods: &[Method]) -> Result<()> {
-    let in_vain = |m: &&Method| !data.record.accelerometer && m.needs_accelerometer();
-    match methods.iter().find(in_vain) {
-        Some(method) => Err(Trouble::request(format!(
-            "{} needs an accelerometer, and none is named",
+    let record = data.record;
+    let refuse = |method: &Method, what: &str, hint: &str| {
+        Err(Trouble::request(format!(
+            "{} needs {what}, and none is named",
             method.label()
         ))
         .detail(data.name)
-        .with_hint("add --acceleration COLUMN, or take fixed-time, savitzky-golay, tracking-loop or kalman")),
-        None => Ok(()),
+        .with_hint(hint.to_owned()))
+    };
+    for method in methods {
+        if !record.accelerometer && method.needs_accelerometer() {
+            return refuse(
+                method,
+                "an accelerometer",
+                "add --acceleration COLUMN, or take fixed-time, savitzky-golay, tracking-loop or kalman",
+            );
+        }
+        if record.rests_only() && method.needs_readings() {
+            return refuse(
+                method,
+                "a position or a speed",
+                "add --position COLUMN or --speed COLUMN, or take trapezoid, simpson or tick",
+            );
+        }
     }
+    Ok(())
 }
 
 /// A refusal of the calculation, with the recording and a remedy.

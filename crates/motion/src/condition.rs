@@ -6,6 +6,9 @@ use proofmass_uncertainty::{Finding, Severity};
 
 /// Findings on the record itself.
 pub fn conditions(record: &MotionRecord) -> Vec<Finding> {
+    if record.rests_only() {
+        return dead(record).into_iter().collect();
+    }
     [
         dead(record),
         still(record),

@@ -171,6 +171,14 @@ impl Method {
         }
     }
 
+    /// Whether it says nothing without readings of position or speed. Kalman filters and smoothers then live on the rests.
+    pub fn needs_readings(&self) -> bool {
+        match self {
+            Self::Kalman { .. } | Self::Smoother { .. } => false,
+            _ => self.family() != Family::Acceleration,
+        }
+    }
+
     /// Short text with the settings.
     pub fn label(&self) -> String {
         match self {

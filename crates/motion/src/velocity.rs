@@ -8,6 +8,7 @@ pub use compare::{CompareResult, TunedAtRate, compare, published_sweep, single_s
 pub use tune::{TuneResult, tune};
 
 use crate::edges::on_edges;
+use crate::rest::model_at_rest;
 use crate::tuning::Constants;
 use crate::{
     Found, KalmanModel, Method, MotionRecord, Pairing, Ripple, SlipReport, Source, Trace, Tuned,
@@ -69,6 +70,7 @@ pub fn estimate(
         Some(
             Method::Kalman { model } | Method::SteadyKalman { model } | Method::Smoother { model },
         ) => Some(model),
+        _ if record.rests_only() => Some(model_at_rest(record)),
         _ => None,
     };
     let smoother_trace = |method: Method, velocity, uncertainty| Trace {
@@ -168,7 +170,7 @@ pub fn estimate(
     findings.extend(doubts(pairing.as_ref(), tuned.as_ref()));
     findings.extend(slip.iter().flat_map(|s| s.findings.iter().cloned()));
     let ripple = match record.source {
-        _ if !record.accelerometer => None,
+        _ if !record.accelerometer || record.rests_only() => None,
         // Between two edges of a slow axis the accelerometer's walk is longer than any line.
         Source::Position if matches!(smoother.method, Method::CountingSmoother { .. }) => None,
         Source::Position => ripple(record, circumference, |k| !slips(k)).ok(),

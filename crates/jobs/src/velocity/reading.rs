@@ -106,6 +106,14 @@ impl Reading {
         Ok(names.iter().map(|n| ColumnRef::from_word(n)).collect())
     }
 
+    /// Whether a column is named.
+    pub(super) fn is_named(&self) -> bool {
+        self.position.is_some()
+            || self.speed.is_some()
+            || self.quadrature.is_some()
+            || self.resolver.is_some()
+    }
+
     /// Position or speed.
     pub(super) fn source(&self) -> Source {
         if self.speed.is_some() {

@@ -12,8 +12,8 @@ use proofmass_io::{
     RecordingOptions, Source as Bytes, TimeSource, TimeUnit, Unit,
 };
 use proofmass_motion::{
-    MotionRecord, Stamped, Timing, align, even_clock, even_times, longest_stretch, mean_between,
-    thin,
+    MotionRecord, Source, Stamped, Timing, align, even_clock, even_times, longest_stretch,
+    mean_between, moves_while_still, thin,
 };
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
@@ -164,7 +164,17 @@ impl AxisSensors {
                 return Err(Trouble::data(format!("{name} must be a finite number")));
             }
         }
-        let mut columns = self.reading.columns()?;
+        let resting = !self.reading.is_named() && !self.acceleration.is_empty();
+        if resting && self.still.is_none() {
+            return Err(Trouble::data(
+                "an accelerometer alone drifts: a stretch at rest is needed, and no position or speed is named",
+            )
+            .with_hint("add --still FROM,TO, or --position COLUMN or --speed COLUMN"));
+        }
+        let mut columns = match resting {
+            true => Vec::new(),
+            false => self.reading.columns()?,
+        };
         let of_reading = columns.len();
         let of_acceleration = self.acceleration_columns()?;
         let alone = of_acceleration.is_empty();
@@ -197,7 +207,10 @@ impl AxisSensors {
             angular,
             ..self.reading.clone()
         };
-        let reading = told.decode(&main, &clock, &mut findings)?;
+        let mut reading = match resting {
+            true => Samples::default(),
+            false => told.decode(&main, &clock, &mut findings)?,
+        };
         let mut acceleration = match &self.acceleration_file {
             None if alone => nothing(&clock, self.reading.edges()),
             None => self.accelerations(store, &main, &clock, of_reading)?,
@@ -229,7 +242,18 @@ impl AxisSensors {
                     ))
                     .detail(self.recording.clone())
                 })?;
+            let still = |t: f64| t >= from && t <= to;
+            let pairs = acceleration.time.iter().zip(&acceleration.value);
+            let stretch: Vec<f64> = pairs.filter(|(t, _)| still(**t)).map(|p| *p.1).collect();
+            findings.extend(moves_while_still(&stretch));
             acceleration.value.iter_mut().for_each(|a| *a -= offset);
+            if resting {
+                // The rest is the reading; times without one are taken out again below.
+                reading = Samples {
+                    value: vec![0.0; acceleration.time.len()],
+                    time: acceleration.time.clone(),
+                };
+            }
         }
         if let Some([from, to]) = self.between {
             acceleration.keep(|t| t >= from && t <= to);
@@ -241,13 +265,20 @@ impl AxisSensors {
             findings.push(gaps.finding);
         }
 
-        let (mut record, start) = self.common(&reading, &acceleration)?;
+        let (mut record, start) = self.common(&reading, &acceleration, resting)?;
+        if let (true, Some([from, to])) = (resting, self.still) {
+            for (k, r) in record.reading.iter_mut().enumerate() {
+                let t = start + record.sample_time * k as f64;
+                *r = r.filter(|_| t >= from && t <= to);
+            }
+            record.check()?;
+        }
         record.accelerometer = !alone;
         record.increment = told.increment();
         if self.at_rest {
             record.initial_velocity = Some(0.0);
         }
-        if self.reading.is_analogue() {
+        if self.reading.is_analogue() && !resting {
             findings.extend(thin(&mut record));
         }
         let mut bench = AxisRecordings {
@@ -415,8 +446,12 @@ impl AxisSensors {
         &self,
         reading: &Samples,
         acceleration: &Samples,
+        resting: bool,
     ) -> Result<(MotionRecord, f64), Trouble> {
-        let source = self.reading.source();
+        let source = match resting {
+            true => Source::Speed,
+            false => self.reading.source(),
+        };
         let timing = if self.reading.edges() {
             Timing::Edges
         } else {

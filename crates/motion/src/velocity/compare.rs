@@ -3,6 +3,7 @@
 use super::ground::{check_sensors, paired_tuning, sensors, tuning_part};
 use super::tune::{TuneResult, tune};
 use crate::edges::on_edges;
+use crate::rest::model_at_rest;
 use crate::tuning::Constants;
 use crate::{
     ComparisonRow, Family, IntegratorRule, Method, MotionRecord, Pairing, Source, Tuning,
@@ -119,7 +120,16 @@ pub fn compare(
     findings.extend(slip.iter().flat_map(|s| s.findings.iter().cloned()));
     let chosen: Vec<Method> = if methods.is_empty() {
         let alone = single_sensor_methods(record.source).into_iter();
-        if record.accelerometer {
+        if record.rests_only() {
+            let rules = [
+                IntegratorRule::Trapezoid,
+                IntegratorRule::Simpson,
+                IntegratorRule::Tick,
+            ];
+            rules
+                .map(|rule| Method::Integration { rule, offset: 0.0 })
+                .to_vec()
+        } else if record.accelerometer {
             alone.chain(published_sweep()).collect()
         } else {
             let loops = [10.0, 50.0, 200.0].map(|bandwidth| Method::TrackingLoop { bandwidth });
@@ -134,6 +144,7 @@ pub fn compare(
     };
     let reference = match truth {
         Some(truth) => truth.to_vec(),
+        None if record.rests_only() => model_at_rest(record).smooth(record)?.velocity,
         None => {
             findings.push(
                 Finding::new(
@@ -174,7 +185,7 @@ pub fn compare(
     )?);
     let mut tuned = Vec::new();
     for &n in decimations {
-        if !record.accelerometer {
+        if !record.accelerometer || record.rests_only() {
             break;
         }
         let slow = record.decimated(n)?;

@@ -5,21 +5,27 @@ use proofmass_core::{Error, Watch};
 use proofmass_uncertainty::{Finding, Severity};
 use std::ops::Range;
 
-/// Refuses methods that need the accelerometer where there is none.
+/// Refuses methods that need a sensor that is not there.
 pub(super) fn check_sensors(record: &MotionRecord, methods: &[Method]) -> Result<(), Error> {
-    if !record.accelerometer && methods.iter().any(Method::needs_accelerometer) {
-        return Err(Error::TooFew {
-            name: "accelerometers",
+    let lacks = |name| {
+        Err(Error::TooFew {
+            name,
             needed: 1,
             got: 0,
-        });
+        })
+    };
+    if !record.accelerometer && methods.iter().any(Method::needs_accelerometer) {
+        return lacks("accelerometers");
+    }
+    if record.rests_only() && methods.iter().any(Method::needs_readings) {
+        return lacks("readings of position or speed");
     }
     Ok(())
 }
 
 /// Slip, and whether both sensors see one motion; nothing where there is one sensor.
 pub(super) fn sensors(record: &MotionRecord) -> (Option<SlipReport>, Option<Pairing>) {
-    if !record.accelerometer {
+    if !record.accelerometer || record.rests_only() {
         return (None, None);
     }
     let slip = slip_search(record).ok();

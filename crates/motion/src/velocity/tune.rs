@@ -55,9 +55,9 @@ pub fn tune(
     watch: &dyn Watch,
 ) -> Result<TuneResult, Error> {
     record.check()?;
-    if !record.accelerometer {
+    if !record.accelerometer || record.rests_only() {
         return Err(Error::TooFew {
-            name: "accelerometers",
+            name: "sensors beside the one",
             needed: 1,
             got: 0,
         });

@@ -1,0 +1,114 @@
+//! An accelerometer alone: what is known is that the axis rests for a while.
+
+use crate::floor::{noise_floor, variance};
+use crate::{BiasModel, KalmanModel, MotionRecord, Source};
+use proofmass_uncertainty::{Finding, Severity};
+
+/// Standard deviation of a rest, m/s: none that matters, and none that rounding could not carry.
+const REST: f64 = 1e-7;
+
+/// Batches of a stretch at rest.
+const BATCHES: usize = 10;
+
+impl MotionRecord {
+    /// Whether the readings are nothing but rests: a speed of zero in some samples, none in others.
+    pub fn rests_only(&self) -> bool {
+        self.source == Source::Speed
+            && self.accelerometer
+            && self.reading.iter().any(Option::is_none)
+            && self.reading.iter().flatten().all(|v| *v == 0.0)
+    }
+}
+
+/// The model of an accelerometer whose axis rests for a while: noise and offset as the rest shows them.
+///
+/// The noise of a sample is that of the rest, or the floor of the whole record where that is higher; the offset is an
+/// unknown constant.
+pub(crate) fn model_at_rest(record: &MotionRecord) -> KalmanModel {
+    let still = at_rest(record);
+    let mean = still.iter().sum::<f64>() / still.len().max(1) as f64;
+    let spread = if still.is_empty() {
+        0.0
+    } else {
+        variance(&still)
+    };
+    let q = spread.max(noise_floor(&record.acceleration).unwrap_or(0.0));
+    KalmanModel {
+        bias: Some(BiasModel::RandomWalk {
+            density: 0.0,
+            initial: 3.0 * mean.abs() + 3.0 * q.sqrt().max(1e-9),
+        }),
+        ..KalmanModel::new(q.max(1e-18), REST * REST)
+    }
+}
+
+fn at_rest(record: &MotionRecord) -> Vec<f64> {
+    let pairs = record.reading.iter().zip(&record.acceleration);
+    pairs.filter_map(|(r, a)| r.map(|_| *a)).collect()
+}
+
+/// A stretch that is called still although the acceleration changes within it by more than its noise.
+///
+/// Ten batches; the variance of their means against what noise from sample to sample would give them. White noise exceeds
+/// ten times that in 2·10⁻⁴ of the stretches (F, 9 degrees of freedom), and what it means is told: the uncertainty of the
+/// offset, and the velocity that this makes in a second.
+///
+/// `None` for a stretch at rest, or too short to tell (below 40 samples).
+pub fn moves_while_still(acceleration: &[f64]) -> Option<Finding> {
+    let length = acceleration.len() / BATCHES;
+    if length < 4 {
+        return None;
+    }
+    let means: Vec<f64> = acceleration
+        .chunks_exact(length)
+        .take(BATCHES)
+        .map(|b| b.iter().sum::<f64>() / length as f64)
+        .collect();
+    let among = variance(&means) * BATCHES as f64 / (BATCHES - 1) as f64;
+    // Half the mean square of the differences is the variance of white noise, whatever the mean does.
+    let steps = acceleration.windows(2).map(|w| (w[1] - w[0]).powi(2));
+    let white = 0.5 * steps.sum::<f64>() / (acceleration.len() - 1) as f64 / length as f64;
+    let offset = (among / BATCHES as f64).sqrt();
+    (among > 10.0 * white && among > 0.0).then(|| {
+        Finding::new(
+            Severity::Warning,
+            "still-stretch-moves",
+            "the acceleration changes in the stretch that is called still",
+        )
+        .evidence(format!(
+            "means of a tenth of it scatter by {:.2e} m/s², {:.0} times what its noise explains; the offset is uncertain by \
+             {offset:.2e} m/s², which makes {offset:.2e} m/s in a second",
+            among.sqrt(),
+            (among / white.max(f64::MIN_POSITIVE)).sqrt().min(9999.0)
+        ))
+        .advice("choose a stretch in which the axis rests, or one long enough for vibration to average")
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    #[test]
+    fn coverage_stillness_raises_few_false_alarms_and_motion_one() {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
+        let mut noise = || -> f64 { StandardNormal.sample(&mut rng) };
+        let alarms = (0..2000)
+            .filter(|_| {
+                let a: Vec<f64> = (0..200).map(|_| 9.81 + 0.02 * noise()).collect();
+                moves_while_still(&a).is_some()
+            })
+            .count();
+        // 2·10⁻⁴ of 2000 and a binomial bound of 10⁻³.
+        assert!(alarms <= 4, "{alarms}");
+        let wave: Vec<f64> = (0..200)
+            .map(|k| (0.02 * f64::from(k)).sin() + 0.02 * noise())
+            .collect();
+        assert!(moves_while_still(&wave).is_some());
+        assert!(moves_while_still(&[1.0; 500]).is_none());
+        assert!(moves_while_still(&[]).is_none());
+    }
+}
