@@ -725,3 +725,30 @@ fn law_an_accelerometer_alone_states_its_drift() {
     );
     assert!(said(&["--still", "7,8"]).contains("no sample lies"));
 }
+
+#[test]
+fn angles_of_an_absolute_encoder_are_suspected_and_continued() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("angle.csv");
+    let mut lines = "time_s,angle_deg\n".to_owned();
+    for k in 0..3000 {
+        let t = 1e-3 * f64::from(k);
+        let angle = 700.0 * t + 40.0 * (3.0 * t).sin();
+        writeln!(lines, "{t:.3},{:.2}", angle.rem_euclid(360.0)).unwrap();
+    }
+    std::fs::write(&recording, lines).unwrap();
+    let (plain, wrapped) = (folder.path().join("plain"), folder.path().join("wrapped"));
+    let result = estimate(&recording, &plain, &["--position", "angle_deg"]);
+    assert!(codes(&result).iter().any(|c| c == "rollover-suspected"));
+    let result = estimate(
+        &recording,
+        &wrapped,
+        &["--position", "angle_deg", "--wraps"],
+    );
+    assert!(!codes(&result).iter().any(|c| c == "rollover-suspected"));
+    let v = column(&wrapped.join("velocity.csv"), "velocity_rad/s");
+    let due: Vec<f64> = (0..3000)
+        .map(|k| (700.0 + 120.0 * (3e-3 * f64::from(k)).cos()).to_radians())
+        .collect();
+    assert!(rms(&v, &due, 500) < 0.1, "{}", rms(&v, &due, 500));
+}

@@ -280,29 +280,6 @@ pub fn resolver(sine: &[f64], cosine: &[f64]) -> Result<(Vec<f64>, Vec<Finding>)
     Ok((angle, findings))
 }
 
-/// A jump by a counter's whole range, in counts that were said not to roll over.
-pub fn rollover(counts: &[i64]) -> Option<Finding> {
-    let (low, high) = (counts.iter().min()?, counts.iter().max()?);
-    let jump = |bits: u32| {
-        let range = 1i64 << bits;
-        let fits = (*low >= 0 && *high < range) || (*low >= -range / 2 && *high < range / 2);
-        let k = counts
-            .windows(2)
-            .position(|w| (w[1] - w[0]).abs() > range / 2);
-        k.filter(|_| fits).map(|k| (bits, k))
-    };
-    let (bits, k) = jump(16).or_else(|| jump(32))?;
-    Some(
-        Finding::new(
-            Severity::Decision,
-            "rollover-suspected",
-            format!("the count jumps like a counter of {bits} bits that rolls over"),
-        )
-        .evidence(format!("from {} to {}", counts[k], counts[k + 1]))
-        .advice(format!("add --bits {bits}")),
-    )
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -43,6 +43,7 @@ mod pairing;
 mod record;
 mod rest;
 mod ripple;
+mod rollover;
 mod search;
 mod slip;
 mod smoother;
@@ -59,7 +60,7 @@ pub use crossover::{
     crossover_by_smoother, kalman_by_smoother, noise_of, predicted_error, spectrum_error,
 };
 pub use decode::{
-    AbsoluteCode, Decoded, TimedEdge, absolute, quadrature, quadrature_edges, resolver, rollover,
+    AbsoluteCode, Decoded, TimedEdge, absolute, quadrature, quadrature_edges, resolver,
 };
 pub use diffuse::{ColouredNoise, Unknowns};
 pub use excerpt::excerpt;
@@ -72,6 +73,7 @@ pub use proofmass_core::velocity::{BiasModel, Hold, IntegratorRule, ProcessNoise
 pub use record::{MotionRecord, Source, Stamped, Timing, align, even_clock, out_of_order};
 pub use rest::moves_while_still;
 pub use ripple::{Ripple, RippleLine, ripple};
+pub use rollover::{continued, rollover, turns_anew};
 pub use slip::{Episode, SlipReport, SlipSearch};
 pub use stretch::{Ungapped, even_times, longest_stretch, mean_between, thin};
 pub use tuning::{BiasChoice, Found, NoiseNode, ReadingNoise, Tuned, Tuning};

@@ -135,6 +135,9 @@ struct ReadingArguments {
     /// Each row is an edge of the encoder with its time stamp, not a sample
     #[arg(long)]
     edges: bool,
+    /// Angles begin anew after each turn, as those of an absolute encoder in degrees
+    #[arg(long)]
+    wraps: bool,
     /// Velocity in rad/s: angles stay angles, and --radius is where the accelerometer sits
     #[arg(long)]
     angular: bool,
@@ -204,6 +207,7 @@ impl Sensors {
                 decoding: r.decoding,
                 edges: r.edges,
                 angular: r.angular,
+                wraps: r.wraps,
             },
             acceleration: self.acceleration.clone(),
             acceleration_unit: self.acceleration_unit,

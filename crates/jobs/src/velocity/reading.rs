@@ -5,8 +5,8 @@ use crate::trouble::Trouble;
 use proofmass_core::encoder::Decoding;
 use proofmass_io::{Column, ColumnRef, Recording, Unit};
 use proofmass_motion::{
-    AbsoluteCode, Decoded, Source, TimedEdge, absolute, quadrature, quadrature_edges, resolver,
-    rollover,
+    AbsoluteCode, Decoded, Source, TimedEdge, absolute, continued, quadrature, quadrature_edges,
+    resolver, rollover, turns_anew,
 };
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
@@ -44,6 +44,8 @@ pub struct Reading {
     pub edges: bool,
     /// Angles stay angles: velocities in rad/s
     pub angular: bool,
+    /// Angles begin anew after each turn
+    pub wraps: bool,
 }
 
 /// Values with their times.
@@ -304,6 +306,20 @@ impl Reading {
                 .with_hint("see --position, --speed and --unit"));
             }
         };
+        if self.wraps && (si, speed) != (Unit::Radian, false) {
+            return Err(Trouble::data(format!(
+                "--wraps is about angles, column {name:?} is in {unit}"
+            ))
+            .with_hint("counts roll over with --bits"));
+        }
+        if (si, speed) == (Unit::Radian, false) {
+            let turn = TAU / factor;
+            if self.wraps {
+                let angle = continued(&column.data, turn);
+                return Ok(angle.into_iter().map(|v| scale * v).collect());
+            }
+            findings.extend(turns_anew(&column.data, turn));
+        }
         Ok(column.data.iter().map(|v| scale * v).collect())
     }
 
