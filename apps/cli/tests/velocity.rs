@@ -752,3 +752,47 @@ fn angles_of_an_absolute_encoder_are_suspected_and_continued() {
         .collect();
     assert!(rms(&v, &due, 500) < 0.1, "{}", rms(&v, &due, 500));
 }
+
+/// A tachogenerator of 7 V per 1000 r/min and a laser Doppler of 633 nm see one motion.
+#[test]
+fn crosscheck_tachogenerator_and_laser_doppler() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("speeds.csv");
+    let mut lines = "time_s,tacho_V,doppler\n".to_owned();
+    let speed = |k: u32| 20.0 + 5.0 * (0.01 * f64::from(k)).sin();
+    for k in 0..2000 {
+        let w = speed(k);
+        let volts = w * 30.0 / std::f64::consts::PI * 7e-3;
+        let wobble = 1e-4 * f64::from((k * 7919) % 101) / 101.0;
+        writeln!(
+            lines,
+            "{:.3},{:.6},{:.1}",
+            1e-3 * f64::from(k),
+            volts + wobble,
+            2.0 * 0.05 * w / 633e-9 + 100.0 * wobble
+        )
+        .unwrap();
+    }
+    std::fs::write(&recording, lines).unwrap();
+    let per_volt = (1.0 / 7e-3).to_string();
+    let tacho = [
+        "--speed", "tacho_V", "--unit", "r/min", "--scale", &per_volt, "--method", "speed",
+    ];
+    let doppler = [
+        "--speed", "doppler", "--unit", "m/s", "--scale", "3.165e-7", "--method", "speed",
+    ];
+    let (a, b) = (folder.path().join("a"), folder.path().join("b"));
+    estimate(&recording, &a, &tacho);
+    estimate(&recording, &b, &doppler);
+    let w = column(&a.join("velocity.csv"), "velocity_rad/s");
+    let v = column(&b.join("velocity.csv"), "velocity_m/s");
+    for k in 10..2000 {
+        assert!(
+            (w[k] - speed(k as u32)).abs() < 3e-3,
+            "{} {}",
+            w[k],
+            speed(k as u32)
+        );
+        assert!((v[k] - 0.05 * speed(k as u32)).abs() < 1e-4, "{}", v[k]);
+    }
+}

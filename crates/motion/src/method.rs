@@ -1,7 +1,7 @@
 //! Every way to a velocity under one name, run over a record by the streaming estimators of `core`.
 
 use crate::counting::Counted;
-use crate::{CountingModel, KalmanModel, MotionRecord, Source};
+use crate::{CountingModel, KalmanModel, MotionRecord, OffLineIntegration, Source, integrate};
 use proofmass_core::Error;
 use proofmass_core::velocity::{
     AdaptiveObserver, AdaptiveObserverState, BiasModel, Integrator, IntegratorRule,
@@ -21,6 +21,11 @@ pub enum Method {
     SpeedReading,
     /// ΔN δ/T.
     FixedTime,
+    /// The same over a window of several readings: resolution δ/(n T), delay n T/2.
+    LongWindow {
+        /// n
+        samples: usize,
+    },
     /// Polynomial through the last order + 1 positions.
     BackwardDifference {
         /// 1, 2 or 3.
@@ -44,6 +49,15 @@ pub enum Method {
         rule: IntegratorRule,
         /// Offset to subtract before: from a still period, or zero.
         offset: f64,
+    },
+    /// Acceleration alone, and of its integral what lies above a corner (Butterworth); off line where it is zero-phase.
+    HighPass {
+        /// Order, of each of the two passes where it is zero-phase.
+        order: usize,
+        /// Corner, Hz.
+        corner: f64,
+        /// Forward and backward.
+        zero_phase: bool,
     },
     /// Zhu and Lamarche's two channels.
     TwoChannel {
@@ -153,10 +167,11 @@ impl Method {
         match self {
             Self::SpeedReading
             | Self::FixedTime
+            | Self::LongWindow { .. }
             | Self::BackwardDifference { .. }
             | Self::SavitzkyGolay { .. }
             | Self::TrackingLoop { .. } => Family::Position,
-            Self::Integration { .. } => Family::Acceleration,
+            Self::Integration { .. } | Self::HighPass { .. } => Family::Acceleration,
             Self::Smoother { .. } | Self::CountingSmoother { .. } => Family::OffLine,
             _ => Family::Fused,
         }
@@ -184,6 +199,7 @@ impl Method {
         match self {
             Self::SpeedReading => "speed as read".into(),
             Self::FixedTime => "fixed time (M)".into(),
+            Self::LongWindow { samples } => format!("fixed time (M), {samples} samples"),
             Self::BackwardDifference { order } => format!("backward difference, order {order}"),
             Self::SavitzkyGolay { window, degree } => {
                 format!("Savitzky-Golay, {window} points, degree {degree}")
@@ -199,6 +215,15 @@ impl Method {
                     format!("integration, {name}, offset {} removed", digits(*offset))
                 }
             }
+            Self::HighPass {
+                order,
+                corner,
+                zero_phase,
+            } => format!(
+                "integration, high-pass of order {order} at {} Hz{}",
+                digits(*corner),
+                if *zero_phase { ", zero-phase" } else { "" }
+            ),
             Self::TwoChannel { k1, k2 } => {
                 format!("two channels, k1 = {}, k2 = {}", digits(*k1), digits(*k2))
             }
@@ -263,6 +288,7 @@ impl Method {
                 (held.collect(), 0.5 * (slow - dt))
             }
             Self::FixedTime => window::<2>(record, 1, slow)?,
+            Self::LongWindow { samples } => long_window(record, samples, slow)?,
             Self::BackwardDifference { order } => match order {
                 1 => window::<2>(record, 1, slow)?,
                 2 => window::<3>(record, 2, slow)?,
@@ -303,6 +329,26 @@ impl Method {
                     .iter()
                     .map(|a| integrator.update(&mut state, a - offset));
                 (v.collect(), 0.0)
+            }
+            Self::HighPass {
+                order,
+                corner,
+                zero_phase,
+            } => {
+                let rule = IntegratorRule::Trapezoid;
+                let method = match zero_phase {
+                    false => OffLineIntegration::CausalHighPass {
+                        rule,
+                        order,
+                        corner,
+                    },
+                    true => OffLineIntegration::ZeroPhase {
+                        rule,
+                        order,
+                        corner,
+                    },
+                };
+                (integrate(&record.acceleration, dt, None, method)?, 0.0)
             }
             Self::TwoChannel { k1, k2 } => {
                 let filter = TwoChannel::<f64>::new(k1, k2, dt)?;
@@ -408,6 +454,25 @@ fn range(name: &'static str, value: f64, min: f64, max: f64) -> Error {
         min,
         max,
     }
+}
+
+/// Difference over n readings; over fewer at the start.
+fn long_window(record: &MotionRecord, n: usize, dt: f64) -> Result<(Vec<f64>, f64), Error> {
+    if !(1..=1_000_000).contains(&n) {
+        return Err(range("samples of a window", n as f64, 1.0, 1e6));
+    }
+    let mut past: std::collections::VecDeque<f64> = std::collections::VecDeque::new();
+    let v = at_readings(record, |x, v| {
+        past.push_back(x);
+        if past.len() > n + 1 {
+            past.pop_front();
+        }
+        match past.len() - 1 {
+            0 => v,
+            steps => (x - past[0]) / (steps as f64 * dt),
+        }
+    });
+    Ok((v, 0.5 * n as f64 * dt))
 }
 
 /// One-sided fit over the last N readings.

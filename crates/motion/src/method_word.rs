@@ -4,10 +4,10 @@ use crate::{BiasModel, CountingModel, IntegratorRule, KalmanModel, Method};
 use std::str::FromStr;
 
 /// Every method as a word with its settings, for help and messages.
-pub const METHODS: &str = "fixed-time, backward-difference:ORDER, savitzky-golay:WINDOW,DEGREE, \
-    tracking-loop:BANDWIDTH, speed, trapezoid, simpson, tick, adams-moulton-3 (each also as :OFFSET), two-channel:K1,K2, \
+pub const METHODS: &str = "fixed-time, fixed-time:SAMPLES, backward-difference:ORDER, savitzky-golay:WINDOW,DEGREE, \
+    tracking-loop:BANDWIDTH, speed, trapezoid, simpson, tick, adams-moulton-3 (each also as :OFFSET), high-pass:CORNER,ORDER, zero-phase:CORNER,ORDER, two-channel:K1,K2, \
     observer:KX,KV, offset-observer:KX,KV,KB, adaptive-observer:KX,KV,RATE,FLOOR, kalman:Q,R, steady-kalman:Q,R, counting:Q,EDGE,OFFSET, counting-smoother:Q,EDGE,OFFSET, \
-    smoother:Q,R (each also as :Q,R,WALK,START with an offset that walks)";
+    smoother:Q,R (each also as :Q,R,WALK,START with an offset that walks), gauss-markov:Q,R,DEVIATION,TIME (Kalman with an offset that forgets)";
 
 impl FromStr for Method {
     type Err = String;
@@ -29,6 +29,10 @@ impl Method {
             match model.bias {
                 Some(BiasModel::RandomWalk { density, initial }) => {
                     Some(format!("{noise},{density:.3e},{initial:.3}"))
+                }
+                Some(BiasModel::GaussMarkov { deviation, time }) if name == "kalman" => {
+                    let noise = noise.replace("kalman", "gauss-markov");
+                    Some(format!("{noise},{deviation:.3e},{time:.4}"))
                 }
                 Some(BiasModel::GaussMarkov { .. }) => None,
                 None => Some(noise),
@@ -82,6 +86,20 @@ fn method(text: &str) -> Result<Method, String> {
     };
     let found = match (name, &numbers[..]) {
         ("fixed-time", []) => Some(Method::FixedTime),
+        ("fixed-time", &[samples]) => Some(Method::LongWindow {
+            samples: whole(samples)?,
+        }),
+        ("high-pass" | "zero-phase", &[corner, order]) => Some(Method::HighPass {
+            order: whole(order)?,
+            corner,
+            zero_phase: name == "zero-phase",
+        }),
+        ("gauss-markov", &[q, r, deviation, time]) => Some(Method::Kalman {
+            model: KalmanModel {
+                bias: Some(BiasModel::GaussMarkov { deviation, time }),
+                ..KalmanModel::new(q, r)
+            },
+        }),
         ("speed", []) => Some(Method::SpeedReading),
         ("backward-difference", &[order]) => Some(Method::BackwardDifference {
             order: whole(order)?,
@@ -149,7 +167,15 @@ mod tests {
             })
         );
         assert_eq!(method("fixed-time"), Ok(Method::FixedTime));
+        assert_eq!(
+            method("fixed-time:20"),
+            Ok(Method::LongWindow { samples: 20 })
+        );
+        let word = "gauss-markov:4.0000e-4,1.0000e-8,2.000e-2,30.0000";
+        assert_eq!(method(word).unwrap().word().unwrap(), word);
         for wrong in [
+            "high-pass:1",
+            "gauss-markov:1,2,3",
             "observer",
             "observer:5",
             "observer:5,x",

@@ -114,6 +114,14 @@ struct ReadingArguments {
     /// Unit of position or speed, where the heading does not say it: count, m, mm, rad, °, turn, m/s, km/h, rad/s, …
     #[arg(long, value_name = "UNIT", value_parser = unit)]
     unit: Option<Unit>,
+    /// The column times this is in --unit: a tachogenerator's speed per volt, half a wavelength per hertz of laser Doppler
+    #[arg(
+        long,
+        value_name = "FACTOR",
+        requires = "unit",
+        allow_negative_numbers = true
+    )]
+    scale: Option<f64>,
     /// Counts per turn of the encoder (four times its lines with fourfold decoding)
     #[arg(long, value_name = "N", conflicts_with = "counts_per_metre")]
     counts_per_turn: Option<f64>,
@@ -199,6 +207,7 @@ impl Sensors {
                 quadrature: r.quadrature.clone(),
                 resolver: r.resolver.clone(),
                 unit: r.unit,
+                scale: r.scale,
                 counts_per_turn: r.counts_per_turn,
                 counts_per_metre: r.counts_per_metre,
                 radius: r.radius,

@@ -28,6 +28,8 @@ pub struct Reading {
     pub resolver: Option<Vec<String>>,
     /// Unit of position or speed, where the heading does not say it: count, m, mm, rad, °, turn, m/s, km/h, rad/s, …
     pub unit: Option<Unit>,
+    /// The column times this is in `unit`: a tachogenerator's speed per volt, half a wavelength per hertz of Doppler
+    pub scale: Option<f64>,
     /// Counts per turn of the encoder (four times its lines with fourfold decoding)
     pub counts_per_turn: Option<f64>,
     /// Counts per metre of a linear encoder
@@ -186,7 +188,10 @@ impl Reading {
         let Some(column) = recording.columns.first() else {
             return Ok(false);
         };
-        let unit = stated_unit(recording, column, (self.unit, "--unit"))?;
+        let unit = match self.scale {
+            Some(_) => self.unit,
+            None => stated_unit(recording, column, (self.unit, "--unit"))?,
+        };
         Ok(unit.is_some_and(|u| matches!(u.si().0, Unit::Radian | Unit::RadianPerSecond)))
     }
 
@@ -271,8 +276,17 @@ impl Reading {
         findings: &mut Vec<Finding>,
     ) -> Result<Vec<f64>, Trouble> {
         let name = &column.name;
-        let unit = match stated_unit(recording, column, (self.unit, "--unit"))? {
+        let stated = match self.scale {
+            // The heading is that of the raw column.
+            Some(_) => self.unit,
+            None => stated_unit(recording, column, (self.unit, "--unit"))?,
+        };
+        let unit = match stated {
             Some(unit) => unit,
+            None if self.scale.is_some() => {
+                return Err(Trouble::data("--scale needs the unit it leads to")
+                    .with_hint("add --unit m/s, rad/s, r/min, mm, …"));
+            }
             None if self.counts() => Unit::Count,
             None => {
                 let hint =
@@ -281,7 +295,17 @@ impl Reading {
             }
         };
         let speed = self.source() == Source::Speed;
-        let (si, factor) = unit.si();
+        let (si, mut factor) = unit.si();
+        if let Some(scale) = self.scale {
+            if !(scale.is_finite() && scale != 0.0) {
+                return Err(Trouble::data(format!("--scale {scale} is impossible")));
+            }
+            if si == Unit::Count {
+                return Err(Trouble::data("counts have no --scale")
+                    .with_hint("give --counts-per-turn or --counts-per-metre"));
+            }
+            factor *= scale;
+        }
         let scale = match (si, speed) {
             (Unit::Metre | Unit::MetrePerSecond, _) if self.angular => {
                 return Err(Trouble::data(format!(
@@ -313,7 +337,7 @@ impl Reading {
             .with_hint("counts roll over with --bits"));
         }
         if (si, speed) == (Unit::Radian, false) {
-            let turn = TAU / factor;
+            let turn = (TAU / factor).abs();
             if self.wraps {
                 let angle = continued(&column.data, turn);
                 return Ok(angle.into_iter().map(|v| scale * v).collect());
