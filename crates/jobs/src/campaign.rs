@@ -216,10 +216,10 @@ impl CampaignFile {
         })?;
         if text.trim().is_empty() {
             return Err(
-                Error::new(ErrorKind::Configuration, "the campaign is empty")
+                Error::new(ErrorKind::Configuration, "the file is empty")
                     .at(&path)
                     .with_hint(format!(
-                        "begin the file with kind = \"…\"; known kinds: {}",
+                        "a campaign begins with kind = \"…\" (known kinds: {}), a fixture for `modes` with [wedge] or [mesh]",
                         KINDS.join(", ")
                     )),
             );

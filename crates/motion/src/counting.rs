@@ -5,7 +5,7 @@
 
 use crate::filtering::step_inputs;
 use crate::floor::{noise_floor, variance};
-use crate::search::line;
+use crate::search::{line, simplex};
 use crate::{KalmanModel, MotionRecord, Source};
 use proofmass_core::velocity::{CountUse, CountingKalman, CountingNoise, CountingState};
 use proofmass_core::{Error, Watch};
@@ -21,6 +21,9 @@ pub struct CountingModel {
     pub edge: f64,
     /// Standard deviation of the accelerometer's offset at the start, m/s².
     pub offset: f64,
+    /// Density of the walk of the offset, (m/s²)²/s; without an accelerometer that of the acceleration.
+    #[serde(default)]
+    pub walk: f64,
 }
 
 /// Velocities of a counted axis, on line and off.
@@ -40,8 +43,8 @@ pub(crate) struct CountingTuned {
     pub model: CountingModel,
     /// Half width of ln q, below and above.
     pub log_q_interval: Option<(f64, f64)>,
-    /// q at which the smoother is averaged.
-    pub nodes: Vec<f64>,
+    /// Models at which the smoother is averaged.
+    pub nodes: Vec<CountingModel>,
 }
 
 /// Counts from the first one on, where all readings lie on the increment's grid.
@@ -119,7 +122,7 @@ impl CountingModel {
             dt,
             &CountingNoise {
                 acceleration: self.acceleration_noise,
-                walk: 0.0,
+                walk: self.walk,
                 edge: self.edge,
                 tick: None,
             },
@@ -281,6 +284,7 @@ impl<'a> Counted<'a> {
                 acceleration_noise: q,
                 edge,
                 offset,
+                walk: 0.0,
             };
             Ok(self.pass(&model, |_, _| {}, |_| {})? + prior(q))
         };
@@ -298,54 +302,78 @@ impl<'a> Counted<'a> {
         let curvature = -(value(at + 0.1, edge)? - 2.0 * top + value(at - 0.1, edge)?) / 0.01;
         let sigma = (1.0 / curvature.max(4.0)).sqrt();
         let half = 1.96 * sigma * LN_10;
+        let model = |log: f64| CountingModel {
+            acceleration_noise: 10f64.powf(log),
+            edge,
+            offset,
+            walk: 0.0,
+        };
         Ok(CountingTuned {
-            model: CountingModel {
-                acceleration_noise: 10f64.powf(at),
-                edge,
-                offset,
-            },
+            model: model(at),
             log_q_interval: Some((half, half)),
-            nodes: vec![10f64.powf(at - sigma), 10f64.powf(at + sigma)],
+            nodes: vec![model(at - sigma), model(at + sigma)],
         })
     }
 
-    /// The same where there is no accelerometer: q is the variance by which the velocity changes at random, and the
-    /// counts alone tell it.
+    /// The same where there is no accelerometer: the acceleration is a random walk with noise beside it, and the counts
+    /// alone tell how much of each.
     fn tune_alone(&self, watch: &dyn Watch) -> Result<CountingTuned, Error> {
         let dt = self.record.sample_time;
         // One count per sample squared.
         let unit = self.increment / (dt * dt);
+        let model = |x: &[f64; 2], edge: f64| CountingModel {
+            acceleration_noise: 10f64.powf(x[0]) * unit * unit,
+            edge,
+            offset: unit,
+            walk: 10f64.powf(x[1]) * unit * unit / dt,
+        };
         let mut passes = 0;
-        let mut value = |log: f64, edge: f64| -> Result<f64, Error> {
+        let mut value = |x: &[f64; 2], edge: f64| -> Result<f64, Error> {
             passes += 1;
             watch.step("likelihood of the edges", passes, 0)?;
-            let model = CountingModel {
-                acceleration_noise: 10f64.powf(log) * unit * unit,
-                edge,
-                offset: 1e-9 * unit,
-            };
-            self.pass(&model, |_, _| {}, |_| {})
+            if x.iter().any(|x| !(-24.0..3.0).contains(x)) {
+                return Ok(-1e300);
+            }
+            self.pass(&model(x, edge), |_, _| {}, |_| {})
         };
-        let mut best = (f64::NEG_INFINITY, 0.0, 1e-6);
-        for edge in [1e-6, 5e-4, 5e-3, 2e-2] {
-            let found = line(-14.0, 2.0, 1.0, 0.02, |log| value(log, edge))?;
+        let mut best = (f64::NEG_INFINITY, [-6.0, -9.0], 1e-6);
+        for edge in [1e-6, 5e-3] {
+            let mut start = ([-6.0, -9.0], f64::NEG_INFINITY);
+            for q in [-12.0, -8.0, -4.0, -1.0] {
+                for walk in [-16.0, -13.0, -10.0, -7.0, -4.0] {
+                    let found = value(&[q, walk], edge)?;
+                    if found > start.1 {
+                        start = ([q, walk], found);
+                    }
+                }
+            }
+            let found = simplex(start.0, 1.0, 150, |x| value(x, edge))?;
             if found.value > best.0 + if edge > 1e-6 { 2.0 } else { 0.0 } {
                 best = (found.value, found.at, edge);
             }
         }
         let (top, at, edge) = best;
-        let curvature = -(value(at + 0.1, edge)? - 2.0 * top + value(at - 0.1, edge)?) / 0.01;
-        let sigma = (1.0 / curvature.max(4.0)).sqrt();
-        let half = 1.96 * sigma * LN_10;
-        let q = |log: f64| 10f64.powf(log) * unit * unit;
+        let mut nodes = Vec::new();
+        let mut half = 0.0;
+        for i in 0..2 {
+            let moved = |by: f64| {
+                let mut x = at;
+                x[i] += by;
+                x
+            };
+            let bend = -(value(&moved(0.1), edge)? - 2.0 * top + value(&moved(-0.1), edge)?) / 0.01;
+            // Half a decade at most, also where the difference found no maximum.
+            let sigma = (1.0 / bend.max(4.0)).sqrt();
+            if i == 0 {
+                half = 1.96 * sigma * LN_10;
+            }
+            let by = 2f64.sqrt() * sigma;
+            nodes.extend([model(&moved(-by), edge), model(&moved(by), edge)]);
+        }
         Ok(CountingTuned {
-            model: CountingModel {
-                acceleration_noise: q(at),
-                edge,
-                offset: 1e-9 * unit,
-            },
+            model: model(&at, edge),
             log_q_interval: Some((half, half)),
-            nodes: vec![q(at - sigma), q(at + sigma)],
+            nodes,
         })
     }
 
@@ -395,11 +423,8 @@ impl<'a> Counted<'a> {
         let share = 1.0 / tuned.nodes.len() as f64;
         let n = self.counts.len();
         let mut spread = [vec![0.0; n], vec![0.0; n]];
-        for q in &tuned.nodes {
-            let run = self.run(&CountingModel {
-                acceleration_noise: *q,
-                ..tuned.model
-            })?;
+        for node in &tuned.nodes {
+            let run = self.run(node)?;
             let pairs = [
                 (&run.filtered, &main.filtered),
                 (&run.smoothed, &main.smoothed),

@@ -127,6 +127,7 @@ fn method(text: &str) -> Result<Method, String> {
                 acceleration_noise,
                 edge,
                 offset,
+                walk: 0.0,
             };
             Some(match name {
                 "counting" => Method::Counting { model },

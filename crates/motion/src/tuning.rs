@@ -188,9 +188,9 @@ impl Tuning {
         watch: &dyn Watch,
     ) -> Result<Tuned, Error> {
         record.check()?;
-        if !record.accelerometer && (self.bias != BiasChoice::None || self.pairing) {
+        if !record.accelerometer && self.pairing {
+            // What is an offset beside an accelerometer is the axis' own acceleration here.
             let alone = Self {
-                bias: BiasChoice::None,
                 pairing: false,
                 ..*self
             };

@@ -137,6 +137,17 @@ pub fn estimate(
             }
         }
     };
+    let (mut tuned, mut smoother, mut offset) = (tuned, smoother, offset);
+    if !record.accelerometer {
+        // The state that is an offset beside an accelerometer is the acceleration here.
+        offset = None;
+        if let Some(tuned) = &mut tuned {
+            tuned.offset = None;
+        }
+        for trace in [&mut trace, &mut smoother] {
+            trace.label = trace.label.replace("offset", "acceleration");
+        }
+    }
     watch.step("velocity", 2, 2)?;
     // Filter and smoother of one model on one record: what is found beside it is in both.
     let own = match (&tuned, &smoother.method) {

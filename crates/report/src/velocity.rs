@@ -30,6 +30,8 @@ pub struct VelocityReport<'a> {
     pub sample_time: f64,
     /// Whether it is an angle: rad in place of m.
     pub angular: bool,
+    /// Whether there is no accelerometer, so that the acceleration itself is what walks.
+    pub alone: bool,
     /// Last line.
     pub footer: String,
 }
@@ -118,7 +120,7 @@ fn facts(caption: &str, rows: impl IntoIterator<Item = (String, String)>) -> Tab
 }
 
 /// The noise of a model in words.
-fn noise(model: &KalmanModel, angular: bool) -> Vec<(String, String)> {
+fn noise(model: &KalmanModel, angular: bool, alone: bool) -> Vec<(String, String)> {
     use proofmass_motion::{BiasModel, ProcessNoise};
     let mut rows = vec![
         match model.noise_form {
@@ -143,7 +145,10 @@ fn noise(model: &KalmanModel, angular: bool) -> Vec<(String, String)> {
         ),
     ];
     rows.push((
-        "offset of the accelerometer".to_owned(),
+        match alone {
+            false => "offset of the accelerometer".to_owned(),
+            true => "acceleration of the axis".to_owned(),
+        },
         match model.bias {
             None => "not a state: its likelihood does not pay for it".to_owned(),
             Some(BiasModel::RandomWalk { density, .. }) => {

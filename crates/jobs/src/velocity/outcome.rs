@@ -29,6 +29,9 @@ struct Head {
     /// Whether it is an angle: rad in place of m.
     #[serde(default)]
     angular: bool,
+    /// Whether there is no accelerometer.
+    #[serde(default)]
+    alone: bool,
     increment: Option<f64>,
     initial_velocity: Option<f64>,
     quantities: Vec<StatedQuantity>,
@@ -49,6 +52,7 @@ impl Head {
             readings: record.reading.iter().flatten().count(),
             source: record.source,
             angular: data.angular,
+            alone: !record.accelerometer,
             increment: record.increment,
             initial_velocity: record.initial_velocity,
             quantities: quantities
@@ -71,6 +75,7 @@ impl Head {
             start: self.start,
             sample_time: self.sample_time,
             angular: self.angular,
+            alone: self.alone,
             footer: record.software.to_string(),
         }
     }

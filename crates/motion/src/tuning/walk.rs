@@ -15,8 +15,19 @@ impl Search<'_> {
         let found = base.noise.q.log10();
         let floor = self.floor.map_or(found - 3.0, f64::log10);
         let mut start: Option<([f64; 2], f64)> = None;
-        for ratio in [-8.0, -6.0, -4.0, -2.0, 0.0] {
-            for q in [found, found - 1.0, found - 2.0, floor] {
+        let (ratios, places) = match self.record.accelerometer {
+            true => (
+                [-8.0, -6.0, -4.0, -2.0, 0.0],
+                [found, found - 1.0, found - 2.0, floor],
+            ),
+            // Nothing but the walk moves a smooth axis.
+            false => (
+                [-2.0, 0.0, 2.0, 4.0, 6.0],
+                [found, found - 2.0, found - 4.0, found - 6.0],
+            ),
+        };
+        for ratio in ratios {
+            for q in places {
                 let x = [q, ratio];
                 let value = self
                     .walk_at(&x, base, unknowns)?

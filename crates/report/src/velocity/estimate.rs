@@ -218,7 +218,7 @@ impl VelocityReport<'_> {
 
     fn model(&self, result: &EstimateResult) -> Vec<(String, String)> {
         let mut rows = vec![("method".to_owned(), result.trace.label.clone())];
-        rows.extend(noise(&result.model, self.angular));
+        rows.extend(noise(&result.model, self.angular, self.alone));
         if let Some(tuned) = &result.tuned {
             let w = &tuned.whiteness;
             if let Some((below, above)) = tuned.log_q_interval {

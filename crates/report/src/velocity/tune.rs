@@ -8,7 +8,7 @@ impl VelocityReport<'_> {
     /// What is worth a look in the terminal.
     pub fn tune_summary(&self, result: &TuneResult) -> Report {
         let w = &result.tuned.whiteness;
-        let mut rows = noise(&result.tuned.model, self.angular);
+        let mut rows = noise(&result.tuned.model, self.angular, self.alone);
         rows.push((
             "innovations white with probability".to_owned(),
             scientific(w.p_white, 2),
