@@ -199,6 +199,12 @@ fn coverage_of_slow_counts_beside_a_wrong_gain_and_latency() {
             let (result, truth) = run_with(&motion, 12.0, seed, gain, latency);
             let found = judge(&result, &truth);
             let tuned = result.tuned.as_ref().unwrap();
+            if name.starts_with("stop") {
+                let found = tuned.gain.expect("the gain");
+                let z = (found.value - gain) / found.uncertainty;
+                assert!(z.abs() < 4.0, "{found:?}");
+                assert!(result.trace.label.contains("edges"), "{}", result.trace.label);
+            }
             println!(
                 "{name}: {found:?} {} gain {:?} latency {:?} sqrt q {:.4}",
                 result.trace.label,
@@ -213,4 +219,8 @@ fn coverage_of_slow_counts_beside_a_wrong_gain_and_latency() {
         }
     }
     println!("{:?}", pooled.map(|p| p / runs));
+    // Twelve runs of some hundred independent values: 0.6 % of a share of 95 %, and four of it with what stops add.
+    for share in pooled {
+        assert!((0.92..0.99).contains(&(share / runs)), "{}", share / runs);
+    }
 }

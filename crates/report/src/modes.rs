@@ -440,13 +440,18 @@ impl ModesReport<'_> {
             Some(false) => "The count of modes by the signs of the factorisation disagrees.",
             None => "The count of modes could not be made.",
         };
-        Section::new("Convergence of the mesh")
-            .paragraph(format!(
+        let observed = match orders.iter().any(|o| o != "none") {
+            true => format!(
                 "Observed order of convergence: {}; extrapolated to no mesh at all: {}. Smooth shapes give 4, edges that cut into the body and the edge \
                  of a clamped base less.",
                 orders.join(", "),
                 limits.join(", ")
-            ))
+            ),
+            false => "No order of convergence was observed: that takes three meshes. The error is the change between the last two."
+                .to_owned(),
+        };
+        Section::new("Convergence of the mesh")
+            .paragraph(observed)
             .table(table)
             .paragraph(format!(
                 "{count} Ten-node tetrahedra; largest relative residual of a mode {}.",
