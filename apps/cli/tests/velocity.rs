@@ -796,3 +796,35 @@ fn crosscheck_tachogenerator_and_laser_doppler() {
         assert!((v[k] - 0.05 * speed(k as u32)).abs() < 1e-4, "{}", v[k]);
     }
 }
+
+/// One corrupted word in four seconds: left out and told, the velocity stays where it was.
+#[test]
+fn law_a_glitch_is_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = axis(folder.path(), &["--motion", "motor", "--duration", "4"]);
+    let recording = place.join("recording.csv");
+    let lines = std::fs::read_to_string(&recording).unwrap();
+    let bad: String = lines
+        .lines()
+        .enumerate()
+        .map(|(k, line)| {
+            let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+            if k == 2001 {
+                let count: i64 = fields[1].parse().unwrap();
+                fields[1] = (count ^ 0x100).to_string();
+            }
+            fields.join(",") + "\n"
+        })
+        .collect();
+    std::fs::write(&recording, bad).unwrap();
+    let out = folder.path().join("out");
+    let result = estimate(&recording, &out, &[&SENSORS[..], &["--at-rest"]].concat());
+    let found = codes(&result);
+    assert!(
+        found.iter().any(|c| c == "glitches") && !found.iter().any(|c| c == "slip"),
+        "{found:?}"
+    );
+    let truth = column(&place.join("truth.csv"), "velocity_m/s");
+    let v = column(&out.join("velocity.csv"), "velocity_m/s");
+    assert!(rms(&v, &truth, 500) < 0.002, "{}", rms(&v, &truth, 500));
+}

@@ -36,6 +36,7 @@ mod edges;
 mod excerpt;
 mod filtering;
 mod floor;
+mod glitch;
 mod integration;
 mod method;
 mod method_word;
@@ -65,6 +66,7 @@ pub use decode::{
 pub use diffuse::{ColouredNoise, Unknowns};
 pub use excerpt::excerpt;
 pub use filtering::{KalmanModel, KalmanRun};
+pub use glitch::drop_glitches;
 pub use integration::{DriftBudget, DriftSources, HighPass, OffLineIntegration, integrate};
 pub use method::{Family, Method, Trace, WINDOWS};
 pub use method_word::METHODS;

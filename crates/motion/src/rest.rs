@@ -84,31 +84,3 @@ pub fn moves_while_still(acceleration: &[f64]) -> Option<Finding> {
         .advice("choose a stretch in which the axis rests, or one long enough for vibration to average")
     })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use rand::SeedableRng;
-    use rand_distr::{Distribution, StandardNormal};
-    use rand_xoshiro::Xoshiro256PlusPlus;
-
-    #[test]
-    fn coverage_stillness_raises_few_false_alarms_and_motion_one() {
-        let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
-        let mut noise = || -> f64 { StandardNormal.sample(&mut rng) };
-        let alarms = (0..2000)
-            .filter(|_| {
-                let a: Vec<f64> = (0..200).map(|_| 9.81 + 0.02 * noise()).collect();
-                moves_while_still(&a).is_some()
-            })
-            .count();
-        // 2·10⁻⁴ of 2000 and a binomial bound of 10⁻³.
-        assert!(alarms <= 4, "{alarms}");
-        let wave: Vec<f64> = (0..200)
-            .map(|k| (0.02 * f64::from(k)).sin() + 0.02 * noise())
-            .collect();
-        assert!(moves_while_still(&wave).is_some());
-        assert!(moves_while_still(&[1.0; 500]).is_none());
-        assert!(moves_while_still(&[]).is_none());
-    }
-}

@@ -203,7 +203,11 @@ fn coverage_of_slow_counts_beside_a_wrong_gain_and_latency() {
                 let found = tuned.gain.expect("the gain");
                 let z = (found.value - gain) / found.uncertainty;
                 assert!(z.abs() < 4.0, "{found:?}");
-                assert!(result.trace.label.contains("edges"), "{}", result.trace.label);
+                assert!(
+                    result.trace.label.contains("edges"),
+                    "{}",
+                    result.trace.label
+                );
             }
             println!(
                 "{name}: {found:?} {} gain {:?} latency {:?} sqrt q {:.4}",

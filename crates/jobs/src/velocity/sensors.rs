@@ -12,8 +12,8 @@ use proofmass_io::{
     RecordingOptions, Source as Bytes, TimeSource, TimeUnit, Unit,
 };
 use proofmass_motion::{
-    MotionRecord, Source, Stamped, Timing, align, even_clock, even_times, longest_stretch,
-    mean_between, moves_while_still, thin,
+    MotionRecord, Source, Stamped, Timing, align, drop_glitches, even_clock, even_times,
+    longest_stretch, mean_between, moves_while_still, thin,
 };
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
@@ -280,6 +280,9 @@ impl AxisSensors {
         }
         if self.reading.is_analogue() && !resting {
             findings.extend(thin(&mut record));
+        }
+        if !resting && !self.reading.edges() {
+            findings.extend(drop_glitches(&mut record));
         }
         let mut bench = AxisRecordings {
             record,
