@@ -6,7 +6,7 @@ mod figures;
 mod tune;
 
 use crate::{Cell, Column, Report, Section, Table};
-use proofmass_motion::{KalmanModel, Pairing};
+use proofmass_motion::{KalmanModel, Pairing, Source};
 use proofmass_uncertainty::Finding;
 
 use crate::scientific;
@@ -30,6 +30,8 @@ pub struct VelocityReport<'a> {
     pub sample_time: f64,
     /// Whether it is an angle: rad in place of m.
     pub angular: bool,
+    /// What the readings are, readings and accelerations as they entered, where the page shows them.
+    pub sensors: Option<(Source, &'a [Option<f64>], &'a [f64])>,
     /// Whether there is no accelerometer, so that the acceleration itself is what walks.
     pub alone: bool,
     /// Last line.

@@ -76,6 +76,7 @@ impl Head {
             sample_time: self.sample_time,
             angular: self.angular,
             alone: self.alone,
+            sensors: None,
             footer: record.software.to_string(),
         }
     }
@@ -314,9 +315,9 @@ impl Outcome for VelocityEstimate {
     }
 
     fn report(&self, record: &Record) -> Report {
-        self.head
-            .page(self.title(record), record)
-            .estimate(&self.result)
+        let mut page = self.head.page(self.title(record), record);
+        page.sensors = Some((self.head.source, &self.reading, &self.acceleration));
+        page.estimate(&self.result)
     }
 }
 

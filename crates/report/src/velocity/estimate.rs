@@ -2,7 +2,7 @@
 
 use super::{VelocityReport, facts, figures, noise, pairing};
 use crate::{Axis, Cell, Column, KeyFigure, Report, Section, Series, Table, XyPlot, scientific};
-use proofmass_motion::{EstimateResult, Trace, excerpt};
+use proofmass_motion::{EstimateResult, Source, Trace, excerpt};
 use std::ops::Range;
 
 impl VelocityReport<'_> {
@@ -34,10 +34,32 @@ impl VelocityReport<'_> {
                             scientific(self.time(zoom.start), 4),
                             scientific(self.time(zoom.end.saturating_sub(1)), 4)
                         ),
-                        self.curves(result, zoom),
+                        self.curves(result, zoom.clone()),
+                    )
+                    .figure(
+                        "The method beside the smoother in the same part: their difference, within the method's interval of 95 %",
+                        self.difference(result, zoom.clone()),
                     ),
             )
             .section(self.trust(result));
+        if let Some((source, readings, accelerations)) = self.sensors {
+            let mut section = Section::new("Sensors as they entered").figure(
+                "Readings of the same part",
+                self.raw(source, readings, zoom.clone()),
+            );
+            if !self.alone {
+                let t = self.times(zoom.clone());
+                section = section.figure(
+                    "Acceleration of the same part",
+                    XyPlot::new(
+                        Axis::linear("time", "s"),
+                        Axis::linear("acceleration", self.unit("m/s²")),
+                    )
+                    .series(Series::line("", &t, &accelerations[zoom])),
+                );
+            }
+            report = report.section(section);
+        }
         if let Some((offset, u)) = &result.offset {
             report = report.section(self.offset(offset, u));
         }
@@ -92,6 +114,49 @@ impl VelocityReport<'_> {
             plot = plot.series(series);
         }
         plot
+    }
+
+    /// Method minus smoother, with the interval of the method around nothing.
+    fn difference(&self, result: &EstimateResult, part: Range<usize>) -> XyPlot {
+        let t = self.times(part.clone());
+        let of = |k: usize| 1e3 * (result.trace.velocity[k] - result.smoother.velocity[k]);
+        let mut series = Series::line(
+            "difference",
+            &t,
+            &part.clone().map(of).collect::<Vec<f64>>(),
+        );
+        if let Some(u) = &result.trace.standard_uncertainty {
+            let edge = |sign: f64| -> Vec<f64> {
+                u[part.clone()]
+                    .iter()
+                    .map(|u| 1e3 * sign * 1.96 * u)
+                    .collect()
+            };
+            series = series.band(&edge(-1.0), &edge(1.0));
+        }
+        XyPlot::new(
+            Axis::linear("time", "s"),
+            Axis::linear("difference of velocities", self.unit("mm/s")),
+        )
+        .series(series)
+    }
+
+    /// Readings as they entered; where there was none, no mark.
+    fn raw(&self, source: Source, readings: &[Option<f64>], part: Range<usize>) -> XyPlot {
+        let (t, x): (Vec<f64>, Vec<f64>) = part
+            .filter_map(|k| {
+                readings
+                    .get(k)
+                    .copied()
+                    .flatten()
+                    .map(|x| (self.time(k), x))
+            })
+            .unzip();
+        let axis = match source {
+            Source::Position => Axis::linear("position", self.unit("m")),
+            Source::Speed => Axis::linear("speed", self.unit("m/s")),
+        };
+        XyPlot::new(Axis::linear("time", "s"), axis).series(Series::markers("", &t, &x))
     }
 
     /// Why the numbers may be believed, or not.
