@@ -425,7 +425,14 @@ fn refuses_what_is_no_fixture() {
             "accuracy",
         ),
         (WEDGE.replace("size_mm = 40", "size_mm = 0"), "size"),
-        (WEDGE.replace("size_mm = 40", "size_mm = 0.01"), "unknowns"),
+        (
+            WEDGE.replace("size_mm = 40", "size_mm = 0.01"),
+            "size of the elements",
+        ),
+        (
+            WEDGE.replace("unknowns = 12000", "unknowns = 300"),
+            "size of the elements",
+        ),
         (
             format!("{WEDGE}[material]\npreset = \"aluminium\"\ndensity_kg_per_m3 = 0\n"),
             "density",

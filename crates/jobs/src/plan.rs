@@ -303,6 +303,7 @@ impl ShakerTriaxialCampaign {
         let budget = self.read_budget()?;
         let certificate = self.read_reference()?;
         let mut job = PlanJob::new(budget.budget(certificate.is_some()));
+        let mut frequencies = vec![frequency];
         match self.read_plan()? {
             Some((plan, input)) => {
                 inputs.extend(input);
@@ -312,6 +313,7 @@ impl ShakerTriaxialCampaign {
                 let table = self.read_runs()?;
                 let mut list: Vec<Configuration> = Vec::new();
                 for run in &table.runs {
+                    frequencies.push(run.frequency_hz);
                     let c = run.seat.configuration;
                     if !list.iter().any(|o| o.same_as(&c)) {
                         list.push(c);
@@ -334,7 +336,12 @@ impl ShakerTriaxialCampaign {
             job.amplitude = amplitude;
         }
         job.frequency = frequency;
-        let points = job.candidates.iter().map(|c| (c.inclination, frequency));
+        frequencies.sort_by(f64::total_cmp);
+        frequencies.dedup();
+        let points = job
+            .candidates
+            .iter()
+            .flat_map(|c| frequencies.iter().map(|f| (c.inclination, *f)));
         job.findings = self.fixture_findings(&points.collect::<Vec<_>>())?;
         Ok((job, inputs))
     }

@@ -428,6 +428,18 @@ pub(crate) struct Trajectory {
     pub innovations: Vec<Option<f64>>,
 }
 
+impl Trajectory {
+    /// The smoother of one model, without its innovations.
+    pub fn of(run: crate::KalmanRun) -> Self {
+        Self {
+            velocity: run.velocity,
+            uncertainty: run.velocity_uncertainty,
+            offset: run.offset,
+            innovations: Vec::new(),
+        }
+    }
+}
+
 impl<'a> Prepared<'a> {
     pub fn new(record: &'a MotionRecord, model: &KalmanModel) -> Self {
         let first = match record.source {

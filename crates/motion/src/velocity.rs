@@ -7,6 +7,7 @@ mod tune;
 pub use compare::{CompareResult, TunedAtRate, compare, published_sweep, single_sensor_methods};
 pub use tune::{TuneResult, tune};
 
+use crate::diffuse::Trajectory;
 use crate::edges::on_edges;
 use crate::rest::model_at_rest;
 use crate::tuning::Constants;
@@ -130,7 +131,11 @@ pub fn estimate(
                     true => Constants::Held,
                     false => Constants::Fitted,
                 };
-                let run = tuned.smooth(record, constants)?;
+                let run = match tuned.smooth(record, constants) {
+                    // Readings that hardly scatter leave no constants to be found beside them.
+                    Err(Error::TooFew { .. }) => Trajectory::of(model.smooth(record)?),
+                    run => run?,
+                };
                 let smoother =
                     smoother_trace(Method::Smoother { model }, run.velocity, run.uncertainty);
                 (model, Some(tuned), trace, smoother, run.offset)
@@ -160,7 +165,10 @@ pub fn estimate(
             smoother.standard_uncertainty.clone().unwrap_or_default(),
         ),
     };
-    let agreement = agreement_share(&trace, &own, &slips);
+    let agreement = match record.rests_only() {
+        true => None,
+        false => agreement_share(&trace, &own, &slips),
+    };
     if let Some(share) = agreement.filter(|s| *s < 0.8) {
         findings.push(
             Finding::new(
