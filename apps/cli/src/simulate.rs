@@ -6,11 +6,13 @@ use crate::console::Progress;
 use crate::{Failure, Outcome, console};
 use clap::ValueEnum;
 use proofmass::io::OutputFolder;
+use proofmass::jobs::campaign::SpuriousFile;
 use proofmass::jobs::simulate::{
     PracticeFault, SimulateJob, SimulatedAxis, SimulatedMotion, SimulatedMultiPosition,
     SimulatedShaker, SimulatedSpuriousMotion,
 };
 use proofmass::jobs::{Job, Sink};
+use proofmass::rig::bench::Bending;
 use std::path::PathBuf;
 
 /// Make a campaign whose truth is known.
@@ -33,9 +35,9 @@ impl Simulate {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
         match self.scenario {
             Scenario::MultiPosition(s) => campaign(&SimulateJob::MultiPosition(s.job()), s.output),
-            Scenario::Shaker(s) => campaign(&SimulateJob::Shaker(s.job()), s.bench.output),
+            Scenario::Shaker(s) => campaign(&SimulateJob::Shaker(s.job()?), s.bench.output),
             Scenario::SpuriousMotion(s) => {
-                campaign(&SimulateJob::SpuriousMotion(s.job()), s.bench.output)
+                campaign(&SimulateJob::SpuriousMotion(s.job()?), s.bench.output)
             }
             Scenario::Axis(s) => s.run(),
             Scenario::Transducer(s) => s.run(),
@@ -107,6 +109,18 @@ struct BenchArguments {
         default_value = "5,10,20,40,80,160,315,630,1000"
     )]
     frequencies: Vec<f64>,
+    /// Bending of the wedges named in it, in place of the standard one: spurious.csv of `proofmass modes`
+    #[arg(long, value_name = "FILE")]
+    wedge_motion: Option<PathBuf>,
+}
+
+impl BenchArguments {
+    fn bending(&self) -> Result<Vec<Bending>, Failure> {
+        match &self.wedge_motion {
+            Some(path) => Ok(SpuriousFile::open(path)?.bending()),
+            None => Ok(Vec::new()),
+        }
+    }
 }
 
 /// A triaxial accelerometer on wedges on a shaker: campaign.toml, runs.csv, one recording per run, reference.csv,
@@ -128,7 +142,7 @@ struct Shaker {
     #[arg(long)]
     phasors: bool,
     /// A table and wedges that move along the excitation alone
-    #[arg(long)]
+    #[arg(long, conflicts_with = "wedge_motion")]
     ideal_table: bool,
     /// Repeats of every vibrometer reading
     #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(2..=1000))]
@@ -140,7 +154,7 @@ struct Shaker {
 }
 
 impl Shaker {
-    fn job(&self) -> SimulatedShaker {
+    fn job(&self) -> Result<SimulatedShaker, Failure> {
         let mut job = SimulatedShaker::default();
         job.seed = self.bench.seed;
         job.frequencies = self.bench.frequencies.clone();
@@ -151,7 +165,8 @@ impl Shaker {
         job.ideal_table = self.ideal_table;
         job.repeats = self.repeats;
         job.fault = self.fault.clone();
-        job
+        job.wedge_motion = self.bench.bending()?;
+        Ok(job)
     }
 }
 
@@ -170,13 +185,14 @@ struct SpuriousMotion {
 }
 
 impl SpuriousMotion {
-    fn job(&self) -> SimulatedSpuriousMotion {
+    fn job(&self) -> Result<SimulatedSpuriousMotion, Failure> {
         let mut job = SimulatedSpuriousMotion::default();
         job.seed = self.bench.seed;
         job.frequencies = self.bench.frequencies.clone();
         job.repeats = self.repeats;
         job.no_common_clock = self.no_common_clock;
-        job
+        job.wedge_motion = self.bench.bending()?;
+        Ok(job)
     }
 }
 

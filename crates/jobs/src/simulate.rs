@@ -5,6 +5,7 @@ mod fault;
 mod multi_position;
 mod shaker;
 mod spurious_motion;
+mod wedge_motion;
 
 pub use axis::{SimulatedAxis, SimulatedMotion};
 pub use fault::{Practice, PracticeFault};

@@ -2,15 +2,16 @@
 
 use super::Desk;
 use super::fault::{Practice, PracticeFault};
+use super::wedge_motion::bent;
 use crate::campaign::SpuriousFile;
 use crate::trouble::{Result, Trouble};
 use proofmass_calibration::shaker::geometry::{self, Configuration};
 use proofmass_calibration::shaker::plan::best;
 use proofmass_calibration::shaker::spurious::{Repeats, ratio_from_velocity, table};
 use proofmass_io::{Cell, Table, f32_bytes};
-use proofmass_rig::bench::Bench;
 use proofmass_rig::bench::laboratory::{Laboratory, PreparedRun, Setup, Truth, Unreached};
 use proofmass_rig::bench::waveform::Acquisition;
+use proofmass_rig::bench::{Bench, Bending};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -35,6 +36,8 @@ pub struct SimulatedShaker {
     pub phasors: bool,
     /// A table and wedges that move along the excitation alone
     pub ideal_table: bool,
+    /// Bending of wedges by inclination and frequency, in place of the standard one
+    pub wedge_motion: Vec<Bending>,
     /// Repeats of every vibrometer reading
     pub repeats: u32,
     /// Something that goes wrong, for practice: swapped-cables, inverted-channel, clipped, wrong-frequency,
@@ -52,6 +55,7 @@ impl Default for SimulatedShaker {
             sampling_rate: 51_200.0,
             phasors: false,
             ideal_table: false,
+            wedge_motion: Vec::new(),
             repeats: 10,
             fault: Vec::new(),
         }
@@ -75,7 +79,7 @@ struct TruthFile {
 impl SimulatedShaker {
     pub(super) fn simulate(&self, desk: &Desk<'_>) -> Result<serde_json::Value> {
         let faults = self.check()?;
-        let laboratory = self.laboratory();
+        let laboratory = self.laboratory()?;
         let plan = self.plan()?;
         let setup = laboratory.set_up(&plan, &self.frequencies, self.seed);
         let digits = setup.len().to_string().len();
@@ -173,11 +177,12 @@ impl SimulatedShaker {
             .collect()
     }
 
-    fn laboratory(&self) -> Laboratory {
+    fn laboratory(&self) -> Result<Laboratory> {
         let standard = Laboratory::default();
-        Laboratory {
+        let wedge = standard.bench.wedge.clone().filter(|_| !self.ideal_table);
+        Ok(Laboratory {
             bench: Bench {
-                wedge: standard.bench.wedge.clone().filter(|_| !self.ideal_table),
+                wedge: bent(wedge, &self.wedge_motion, &self.frequencies)?,
                 ..standard.bench.clone()
             },
             acquisition: Acquisition {
@@ -186,7 +191,7 @@ impl SimulatedShaker {
                 ..standard.acquisition.clone()
             },
             ..standard
-        }
+        })
     }
 
     /// Inclinations and rotations in degrees.

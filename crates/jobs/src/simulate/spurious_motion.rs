@@ -2,10 +2,11 @@
 
 use super::Desk;
 use super::shaker::{SimulatedShaker, inclinations};
+use super::wedge_motion::bent;
 use crate::trouble::{Result, Trouble};
 use proofmass_io::{Cell, Table};
 use proofmass_rig::bench::laboratory::Laboratory;
-use proofmass_rig::bench::{Vibrometer, published_plan, target_amplitude};
+use proofmass_rig::bench::{Bench, Bending, Vibrometer, published_plan, target_amplitude};
 use serde::{Deserialize, Serialize};
 
 /// A vibrometer along the three axes of the table, wedge by wedge: campaign.toml, runs.csv with the phasors of every
@@ -22,6 +23,8 @@ pub struct SimulatedSpuriousMotion {
     pub repeats: u32,
     /// The samples of the vibrometer do not share the clock of the reference
     pub no_common_clock: bool,
+    /// Bending of wedges by inclination and frequency, in place of the standard one
+    pub wedge_motion: Vec<Bending>,
 }
 
 impl Default for SimulatedSpuriousMotion {
@@ -31,6 +34,7 @@ impl Default for SimulatedSpuriousMotion {
             frequencies: SimulatedShaker::default().frequencies,
             repeats: 10,
             no_common_clock: false,
+            wedge_motion: Vec::new(),
         }
     }
 }
@@ -68,6 +72,14 @@ impl SimulatedSpuriousMotion {
             vibrometer: Vibrometer {
                 common_clock: !self.no_common_clock,
                 ..standard.vibrometer.clone()
+            },
+            bench: Bench {
+                wedge: bent(
+                    standard.bench.wedge.clone(),
+                    &self.wedge_motion,
+                    &self.frequencies,
+                )?,
+                ..standard.bench.clone()
             },
             ..standard
         };

@@ -1,6 +1,7 @@
 //! The device under test and the wedge under it.
 
 use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
 
 /// A triaxial accelerometer: a seismic resonance per axis, a high-pass corner, and cross terms.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,7 +65,7 @@ pub struct Wedge {
 }
 
 /// Motion of the top of a wedge beside that of its base, at one inclination and frequency.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bending {
     /// Inclination in degrees.
     pub inclination_deg: f64,
