@@ -100,8 +100,8 @@ fn coverage_stillness_raises_few_false_alarms_and_motion_one() {
 fn law_words_of_any_width_are_suspected_and_continued() {
     for bits in [8u32, 10, 12, 14, 16, 20, 24, 32] {
         let range = 1i64 << bits;
-        let path: Vec<i64> = (0..2000).map(|k| range - 40 + k / 3).collect();
         for low in [0, -range / 2] {
+            let path: Vec<i64> = (0..2000).map(|k| low + range - 40 + k / 3).collect();
             let words: Vec<i64> = path
                 .iter()
                 .map(|c| (c - low).rem_euclid(range) + low)
