@@ -76,7 +76,7 @@ fn mutated(seed: &[u8], other: &[u8], rng: &mut Xoshiro256PlusPlus) -> Vec<u8> {
             6 => {
                 // A number becomes a hostile word.
                 let digit = |b: &u8| b.is_ascii_digit() || *b == b'.';
-                if let Some(start) = bytes[at..].iter().position(|b| digit(b)).map(|i| at + i) {
+                if let Some(start) = bytes[at..].iter().position(digit).map(|i| at + i) {
                     let length = bytes[start..].iter().take_while(|b| digit(b)).count();
                     let word = HOSTILE[rng.random_range(0..12)];
                     drop(bytes.splice(start..start + length, word.iter().copied()));
