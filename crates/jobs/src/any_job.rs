@@ -2,17 +2,23 @@
 
 use crate::apply::{ApplyData, ApplyJob};
 use crate::campaign::Campaign;
+use crate::deconvolution::{DeconvolutionData, DeconvolutionJob};
 use crate::free_living::{FreeLivingJob, FreeLivingWindows};
+use crate::linearity::{LinearityData, LinearityJob};
 use crate::modes::{ModesData, ModesJob};
+use crate::motion::{MotionData, MotionJob};
 use crate::multi_position::{MultiPositionData, MultiPositionJob};
 use crate::noise::{NoiseData, NoiseJob};
 use crate::outcome::{Filed, Job};
 use crate::plan::PlanJob;
+use crate::response::{ModelData, ModelJob, ResponseData, ResponseJob};
 use crate::shaker_single::{ShakerSingleData, ShakerSingleJob};
 use crate::shaker_triaxial::{ShakerTriaxialData, ShakerTriaxialJob};
+use crate::shock::{ShockData, ShockJob};
 use crate::simulate::SimulateJob;
 use crate::spurious_motion::{SpuriousMotionData, SpuriousMotionJob};
 use crate::static_test::{StaticTestData, StaticTestJob};
+use crate::step::{StepData, StepJob};
 use crate::store::Sink;
 use crate::temperature::{TemperatureData, TemperatureJob};
 use crate::trouble::{Result, Trouble};
@@ -83,6 +89,20 @@ macro_rules! jobs {
             Noise(NoiseData<'a>),
             /// A mesh, or nothing for a wedge by its dimensions.
             Modes(ModesData<'a>),
+            /// A recorded shock.
+            Shock(ShockData<'a>),
+            /// Recorded inputs and outputs.
+            Response(ResponseData<'a>),
+            /// Points of a frequency response.
+            TransducerModel(ModelData<'a>),
+            /// A recorded step.
+            Step(StepData<'a>),
+            /// Amplitudes over levels.
+            Levels(LinearityData<'a>),
+            /// A recorded acceleration.
+            Motion(MotionData<'a>),
+            /// An output and the model behind it.
+            Deconvolution(DeconvolutionData<'a>),
         }
 
         impl AnyJob {
@@ -179,6 +199,20 @@ jobs! {
     Uncertainty(UncertaintyJob, (), "uncertainty", |d| nothing(d)),
     /// Modes of a wedge.
     Modes(ModesJob, ModesData, "modes", |d| only!(d, Modes)),
+    /// A shock, alone or against a reference.
+    Shock(ShockJob, ShockData, "shock", |d| only!(d, Shock)),
+    /// A frequency response from noise, blows or a sweep.
+    Response(ResponseJob, ResponseData, "response", |d| only!(d, Response)),
+    /// A model fitted to points of a frequency response.
+    TransducerModel(ModelJob, ModelData, "transducer-model", |d| only!(d, TransducerModel)),
+    /// A step response.
+    Step(StepJob, StepData, "step", |d| only!(d, Step)),
+    /// Linearity over the level.
+    Levels(LinearityJob, LinearityData, "levels", |d| only!(d, Levels)),
+    /// Figures of a recorded acceleration.
+    Motion(MotionJob, MotionData, "motion", |d| only!(d, Motion)),
+    /// The input behind an output.
+    Deconvolution(DeconvolutionJob, DeconvolutionData, "deconvolution", |d| only!(d, Deconvolution)),
 }
 
 impl AnyJob {

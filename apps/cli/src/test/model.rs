@@ -6,16 +6,17 @@ use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::{Failure, Outcome, clock};
 use proofmass::calibration::dynamic::model::{ModelStructure, ResponsePoints};
-use proofmass::io::{FrequencyResponseFile, Input, Source};
+use proofmass::io::{AnyCalibration, Input, Source};
 use proofmass::jobs::response::{ModelData, ModelJob, ResponseOutcome};
-use proofmass::jobs::{ChannelReading, Filed, Job, Outcome as _, Record};
+use proofmass::jobs::{ChannelReading, Filed, Job, Outcome as _, Record, frequency_response};
 use proofmass::uncertainty::Finding;
 use std::path::PathBuf;
 
 /// Fit a model to a frequency response from a calibration.json or a table, as stepped sines or a laboratory give it; say when it
 /// does not fit.
 ///
-/// A table needs its five columns named; without them the file is read as a calibration of kind frequency-response.
+/// A table needs its five columns named; without them the file is read as a calibration of kind frequency-response, or as the table
+/// of a certificate (.csv: frequency, sensitivity, phase, uncertainties).
 #[derive(clap::Args)]
 pub(super) struct Model {
     /// Table with a line for each point, or calibration.json of kind frequency-response
@@ -53,6 +54,9 @@ pub(super) struct Model {
     /// Frequency in hertz to whose modulus bandwidths refer [default: the lowest]
     #[arg(long, value_name = "HZ", value_parser = positive)]
     reference_frequency: Option<f64>,
+    /// Coverage factor of the expanded uncertainties (U_…) in the table of a certificate
+    #[arg(long, value_name = "K", value_parser = positive)]
+    coverage: Option<f64>,
     #[command(flatten)]
     delivery: Delivery,
 }
@@ -104,14 +108,19 @@ impl Model {
         let uncertainty = 1e-2 * self.reference_uncertainty;
         if named.iter().all(|c| c.is_none()) {
             let source = Source::open(&self.table)?;
-            let (file, input) = FrequencyResponseFile::from_source(source)?;
-            let response = proofmass::jobs::frequency_response::of_file(&file)?;
+            let (calibration, input, findings) =
+                frequency_response::read_calibration(source, self.coverage)?;
             let name = self.table.display().to_string();
+            let AnyCalibration::FrequencyResponse(file) = calibration else {
+                return Err(Failure::new(format!("{name} is no frequency response"))
+                    .hint("give a calibration.json of kind frequency-response, a certificate, or a table with its five columns named"));
+            };
+            let response = frequency_response::of_file(&file)?;
             let points = ResponsePoints::of_response(&response, 0, 0)
                 .map_err(|e| Failure::from(e).detail(name.clone()))?;
             return Ok(Points {
                 points: points.with_reference(uncertainty, 0.0, None),
-                findings: Vec::new(),
+                findings,
                 name,
                 input,
             });

@@ -184,17 +184,16 @@ impl Outcome for MotionOutcome {
             "pseudo_acceleration_at_samples_m/s2",
         ]);
         let s = &self.spectrum;
-        for (k, t) in s.period.iter().enumerate() {
+        let rows = s
+            .period
+            .iter()
+            .zip(&s.displacement)
+            .zip(&s.displacement_at_samples)
+            .zip(&s.velocity)
+            .zip(&s.acceleration);
+        for ((((t, x), at_samples), v), a) in rows {
             let w = TAU / t;
-            table.push([
-                *t,
-                s.displacement[k],
-                s.velocity[k],
-                s.acceleration[k],
-                w * s.displacement[k],
-                w * w * s.displacement[k],
-                w * w * s.displacement_at_samples[k],
-            ])?;
+            table.push([*t, *x, *v, *a, w * x, w * w * x, w * w * at_samples])?;
         }
         Ok(vec![("response_spectrum.csv".to_owned(), table)])
     }
