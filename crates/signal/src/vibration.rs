@@ -94,13 +94,14 @@ impl Vibration {
                 value: record[0],
             });
         }
-        let (mut square, mut scatter) = (0.0, 0.0);
+        let (mut square, mut scatter) = (0.0f64, 0.0f64);
         for (k, f) in density.frequency.iter().enumerate() {
             // What of the line's width lies within the band; the mean of 1/f² from a to b is 1/(ab).
             let half = 0.5 * density.bin_width;
             let (a, b) = ((f - half).max(low), (f + half).min(high));
             if b > a {
                 let v = density.density[k] * (b - a) / (TAU * TAU * a * b);
+                square += v;
                 // Neighbours under a Hann window share: the noise bandwidth counts, squared in the covariance (35/18).
                 scatter += 35.0 / 18.0 * v * v * 2.0 / density.dof[k];
             }

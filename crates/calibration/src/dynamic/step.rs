@@ -106,7 +106,6 @@ impl StepFit {
         let half = (0..n)
             .find(|k| (record[*k] - before) / height > 0.5)
             .unwrap_or(n / 2);
-        let mut best: Option<(f64, Vec<f64>, Equations)> = None;
         // Natural units: levels by the height, time by the record, logarithms of what is positive. Of a grid of starts the few
         // that come nearest are followed, on a thinned record; the best of them then on the whole.
         let length = n as f64 / rate;
