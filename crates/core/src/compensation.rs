@@ -321,7 +321,7 @@ fn straighten<F: Float>(y: F, k2: F, k3: F) -> F {
     for _ in 0..3 {
         let value = x * (F::ONE + x * (k2 + x * k3)) - y;
         let slope = F::ONE + x * (two * k2 + three * k3 * x);
-        x = x - value / slope;
+        x -= value / slope;
     }
     x
 }

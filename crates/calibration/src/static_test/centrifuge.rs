@@ -129,9 +129,11 @@ impl Centrifuge {
                 vec![proofmass_core::STANDARD_GRAVITY; a.len()],
             ),
         ];
-        let mut model = Linearity::default();
-        model.full_scale = self.full_scale;
-        model.largest_order = self.largest_order;
+        let model = Linearity {
+            full_scale: self.full_scale,
+            largest_order: self.largest_order,
+            ..Linearity::default()
+        };
         model.evaluate(Inputs {
             acceleration: &a,
             output,
