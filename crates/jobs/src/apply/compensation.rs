@@ -53,7 +53,7 @@ pub struct Compensation {
 
 #[derive(Clone, Debug)]
 enum Kind {
-    Model(proofmass_core::Compensation<f64>),
+    Model(Box<proofmass_core::Compensation<f64>>),
     Band(BandMatrix),
     Filter(Box<CompensationFilter>, FilterStream),
 }
@@ -71,7 +71,7 @@ impl Compensation {
     ) -> Result<Self> {
         let kind = match (calibration, method) {
             (AnyCalibration::Triaxial(file), CompensationMethod::Model) => {
-                Kind::Model(file.compensation()?)
+                Kind::Model(Box::new(file.compensation()?))
             }
             (AnyCalibration::FrequencyResponse(file), CompensationMethod::Band(band)) => {
                 Kind::Band(frequency_response::of_file(file)?.band_matrix(band)?)
@@ -184,7 +184,7 @@ fn modelled(
     temperature: impl Fn(usize) -> f64,
 ) -> Vec<Vec<f64>> {
     let rows = outputs[0].len();
-    let mut columns = vec![Vec::with_capacity(rows); 3];
+    let mut columns: Vec<Vec<f64>> = (0..3).map(|_| Vec::with_capacity(rows)).collect();
     for row in 0..rows {
         let a = model.apply(std::array::from_fn(|i| outputs[i][row]), temperature(row));
         for (column, value) in columns.iter_mut().zip(a) {
