@@ -24,7 +24,7 @@ fn recordings() -> Vec<(&'static str, MotionRecord, Vec<f64>)> {
         ("motor 15 Hz", AxisMotion::servo(15.0)),
     ] {
         for seed in 1..3 {
-            let recording = Axis::new(motion.clone()).simulate(seed).unwrap();
+            let recording = Axis::new(motion).simulate(seed).unwrap();
             let (x, a) = (recording.position(), recording.acceleration.clone());
             let mut record =
                 MotionRecord::new(recording.sample_time, Source::Position, x, a).unwrap();

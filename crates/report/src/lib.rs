@@ -77,4 +77,4 @@ pub use step::StepReport;
 pub use temperature::TemperatureReport;
 pub use uncertainty::{GivenInput, UncertaintyReport};
 pub use validation::ValidationReport;
-pub use velocity::{VelocityReport, unit_of};
+pub use velocity::{Entered, VelocityReport, unit_of};

@@ -11,6 +11,9 @@ use proofmass_uncertainty::Finding;
 
 use crate::scientific;
 
+/// What the readings are, readings and accelerations as they entered.
+pub type Entered<'a> = (Source, &'a [Option<f64>], &'a [f64]);
+
 /// What a velocity report tells beside the result itself.
 ///
 /// **Units** m, s, m/s, m/s² throughout, as the result has them.
@@ -31,7 +34,7 @@ pub struct VelocityReport<'a> {
     /// Whether it is an angle: rad in place of m.
     pub angular: bool,
     /// What the readings are, readings and accelerations as they entered, where the page shows them.
-    pub sensors: Option<(Source, &'a [Option<f64>], &'a [f64])>,
+    pub sensors: Option<Entered<'a>>,
     /// Whether there is no accelerometer, so that the acceleration itself is what walks.
     pub alone: bool,
     /// Last line.
