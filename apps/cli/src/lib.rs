@@ -15,7 +15,6 @@ mod keygen;
 mod modes;
 mod noise;
 mod plan;
-mod plural;
 mod recording_arguments;
 mod render;
 mod simulate;

@@ -2,7 +2,6 @@
 
 use crate::console::Progress;
 use crate::delivery::Delivery;
-use crate::plural::count;
 use crate::recording_arguments::RecordingArguments;
 use crate::{Failure, Outcome, clock, console};
 use proofmass::calibration::Segment;
@@ -78,7 +77,8 @@ impl Validate {
         };
         let outcome = job.evaluate(&data, &Progress::new())?;
         let standstills = outcome.validation().attitudes.len();
-        console::note(format!("{} found", count(standstills, "standstill")));
+        let ending = if standstills == 1 { "" } else { "s" };
+        console::note(format!("{standstills} standstill{ending} found"));
         let record = Record {
             device: file.device.clone(),
             date: Some(clock::today()),

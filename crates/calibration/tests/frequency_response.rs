@@ -272,6 +272,15 @@ fn refuses_bands_and_rates_that_were_not_calibrated() {
                 .is_err()
         );
     }
+    for longest in [0, 10, usize::MAX] {
+        let mut design = FilterDesign::default();
+        design.longest = longest;
+        assert!(
+            response
+                .compensation_filter(8000.0, &design, &Unwatched)
+                .is_err()
+        );
+    }
     let mut design = FilterDesign::default();
     design.band = Some([100.0, 1500.0]);
     assert!(

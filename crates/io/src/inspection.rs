@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 const DISTINCT: usize = 1 << 16;
 
 /// A field that is not a finite number.
-#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct BadEntry {
     /// Line, from one.
     pub line: u64,
@@ -26,7 +26,7 @@ pub struct BadEntry {
 }
 
 /// One column.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct ColumnSummary {
     /// Name without unit.
     pub name: String,
@@ -39,7 +39,7 @@ pub struct ColumnSummary {
 }
 
 /// Statistics of the finite numbers of a column, in its unit.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Statistics {
     /// How many.
     pub count: u64,
@@ -58,7 +58,7 @@ pub struct Statistics {
 }
 
 /// Times of a recording as far as a single pass shows them.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct TimeSummary {
     /// Name of the column.
     pub column: String,
@@ -81,7 +81,7 @@ pub struct TimeSummary {
 }
 
 /// What is in a file.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Inspection {
     /// The file.
     pub path: PathBuf,

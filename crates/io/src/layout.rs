@@ -69,7 +69,7 @@ pub struct LayoutOptions {
 }
 
 /// The shape of one delimited text.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Layout {
     /// Separator of fields.
     pub separator: Separator,

@@ -29,7 +29,7 @@ pub(crate) enum BadFields {
 }
 
 /// A row that has not as many fields as the others.
-#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct BadRow {
     /// Line, from one.
     pub line: u64,

@@ -4,6 +4,7 @@ use crate::apply::{ApplyData, ApplyJob};
 use crate::campaign::Campaign;
 use crate::deconvolution::{DeconvolutionData, DeconvolutionJob};
 use crate::free_living::{FreeLivingJob, FreeLivingWindows};
+use crate::inspect::{InspectData, InspectJob};
 use crate::linearity::{LinearityData, LinearityJob};
 use crate::modes::{ModesData, ModesJob};
 use crate::motion::{MotionData, MotionJob};
@@ -79,6 +80,8 @@ macro_rules! jobs {
             Validation(ValidationData<'a>),
             /// A calibration and a recording to be compensated.
             Apply(ApplyData<'a>),
+            /// A recording to be looked at.
+            Inspect(InspectData),
             /// A sensor at rest over a sweep of temperature.
             Temperature(TemperatureData<'a>),
             /// Readings, a recording, a calibration or calibrations of a static test.
@@ -181,6 +184,8 @@ jobs! {
     Validation(ValidationJob, ValidationData, "validation", |d| only!(d, Validation)),
     /// A recording compensated with a calibration.
     Apply(ApplyJob, ApplyData, "apply", |d| only!(d, Apply)),
+    /// What is in a recording.
+    Inspect(InspectJob, InspectData, "inspect", |d| only!(d, Inspect)),
     /// Noise of sensors at rest.
     Noise(NoiseJob, NoiseData, "noise", |d| only!(d, Noise)),
     /// Velocity of an axis.

@@ -4,9 +4,9 @@ use crate::outcome::{Filed, Outcome};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use crate::{
-    apply, deconvolution, free_living, linearity, modes, motion, multi_position, noise, plan,
-    response, shaker_single, shaker_triaxial, shock, simulate, spurious_motion, static_test, step,
-    temperature, uncertainty, validation, velocity,
+    apply, deconvolution, free_living, inspect, linearity, modes, motion, multi_position, noise,
+    plan, response, shaker_single, shaker_triaxial, shock, simulate, spurious_motion, static_test,
+    step, temperature, uncertainty, validation, velocity,
 };
 use proofmass_io::{ResultDocument, StatedQuantity};
 use proofmass_report::Report;
@@ -85,6 +85,7 @@ fn readers() -> Vec<(&'static str, Reader)> {
         reader::<free_living::FreeLivingOutcome>(),
         reader::<validation::ValidationOutcome>(),
         reader::<apply::ApplyOutcome>(),
+        reader::<inspect::InspectOutcome>(),
         reader::<temperature::TemperatureOutcome>(),
         reader::<simulate::SimulateOutcome>(),
         reader::<static_test::StaticTestOutcome>(),

@@ -16,6 +16,16 @@ use proofmass_uncertainty::{Estimate, Finding};
 use serde::{Deserialize, Serialize};
 
 /// Which windows are still, and how they are fitted.
+///
+/// ```
+/// use proofmass_jobs::free_living::{FreeLivingJob, FreeLivingWindows};
+/// use proofmass_jobs::{Job, TroubleKind, Unwatched};
+///
+/// // Without still windows there is nothing to be said, and that is said.
+/// let nothing = FreeLivingWindows { name: "a logger".into(), ..FreeLivingWindows::default() };
+/// let refused = FreeLivingJob::default().evaluate(&nothing, &Unwatched).err().unwrap();
+/// assert_eq!(refused.kind(), TroubleKind::Data);
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct FreeLivingJob {

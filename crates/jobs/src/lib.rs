@@ -15,6 +15,7 @@ mod channels;
 pub mod deconvolution;
 pub mod free_living;
 pub mod frequency_response;
+pub mod inspect;
 pub mod linearity;
 pub mod modes;
 pub mod motion;

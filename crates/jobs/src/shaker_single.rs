@@ -20,6 +20,32 @@ use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity, Severity};
 use serde::{Deserialize, Serialize};
 
 /// What is to be compared, and how well a reading is known.
+///
+/// ```
+/// use num_complex::Complex64;
+/// use proofmass_calibration::shaker::recording::Quality;
+/// use proofmass_calibration::shaker::reference::{ReferencePoint, ReferenceTable};
+/// use proofmass_calibration::shaker::single_axis::{ComparisonBudget, ComparisonRow};
+/// use proofmass_jobs::shaker_single::{ShakerSingleData, ShakerSingleJob, ShakerSingleRun};
+/// use proofmass_jobs::{Job, Outcome, Unwatched};
+/// use proofmass_uncertainty::DegreesOfFreedom;
+///
+/// let certificate = ReferenceTable::new(vec![ReferencePoint {
+///     frequency: 160.0, sensitivity: 0.01, phase: 0.0, modulus_uncertainty: 0.002, phase_uncertainty: 0.001,
+/// }])?;
+/// let reading = ComparisonBudget { ratio: 0.001, phase: 0.002, dof: DegreesOfFreedom::INFINITE };
+/// let runs = [ShakerSingleRun {
+///     row: ComparisonRow {
+///         run: "a".into(), frequency: 160.0, transverse: Some(0.02),
+///         reference: Complex64::new(0.1, 0.0), output: Complex64::new(0.2, 0.0),
+///     },
+///     target: None, quality: Quality::default(), place: "line 1".into(),
+/// }];
+/// let outcome = ShakerSingleJob::new(certificate, reading).evaluate(&ShakerSingleData::new(&runs), &Unwatched)?;
+/// let modulus = &outcome.quantities()[0];
+/// assert!((modulus.value - 0.02).abs() < 1e-12 && modulus.expanded > 8e-5);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ShakerSingleJob {

@@ -29,6 +29,24 @@ pub struct Vibrometer {
 }
 
 /// How the runs are to be read.
+///
+/// ```
+/// use proofmass_jobs::campaign::Campaign;
+/// use proofmass_jobs::simulate::{SimulateJob, SimulatedSpuriousMotion};
+/// use proofmass_jobs::{Gathered, Job, Outcome, Sink, Unwatched};
+/// use std::sync::Arc;
+///
+/// let mut bench = SimulatedSpuriousMotion::default();
+/// bench.frequencies = vec![160.0];
+/// let files = Gathered::default();
+/// SimulateJob::SpuriousMotion(bench).evaluate(&(&files as &dyn Sink), &Unwatched)?;
+/// let campaign = Campaign::read(Arc::new(files.into_memory()), "campaign.toml")?;
+/// let Campaign::SpuriousMotion(campaign) = campaign else { panic!() };
+/// let files = campaign.load(&Unwatched)?;
+/// let outcome = files.job.evaluate(&files.data(), &Unwatched)?;
+/// assert_eq!(outcome.measurements().len(), 1);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct SpuriousMotionJob {

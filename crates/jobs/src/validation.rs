@@ -13,6 +13,36 @@ use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
 
 /// How new standstills are looked for, and where they were recorded.
+///
+/// ```
+/// use proofmass_calibration::{MultiPosition, Samples, Standstill, StandstillCalibration};
+/// use proofmass_core::Gravity;
+/// use proofmass_io::{CalibrationFile, Unit};
+/// use proofmass_jobs::validation::{ValidationData, ValidationJob};
+/// use proofmass_jobs::{Job, Unwatched};
+/// use proofmass_rig::HandHeld;
+///
+/// // Calibrated on one recording, validated on another.
+/// let gravity = Gravity::given(9.80665, 1e-5)?;
+/// let first = HandHeld::default().simulate(1);
+/// let [x, y, z] = &first.outputs;
+/// let settings = MultiPosition::new(gravity);
+/// let search = Standstill::default();
+/// let fit = StandstillCalibration::run(&Samples::new(x, y, z)?, first.rate, &[], &search, &settings)?.fit;
+/// let (k, b) = (fit.model().k().0, fit.model().bias());
+/// let calibration = CalibrationFile::new("triangular", Unit::Count, k, b, fit.estimate().clone());
+/// let second = HandHeld::default().simulate(2);
+/// let [x, y, z] = &second.outputs;
+/// let mut job = ValidationJob::default();
+/// job.gravity = Some(gravity);
+/// let data = ValidationData {
+///     calibration: &calibration, outputs: [x, y, z], rate: second.rate, breaks: &[], segments: None,
+///     findings: &[], sha256: None, name: "the second recording",
+/// };
+/// let outcome = job.evaluate(&data, &Unwatched)?;
+/// assert!(outcome.validation().attitudes.iter().all(|a| a.within_rule));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ValidationJob {

@@ -99,6 +99,23 @@ impl Job for VelocityEstimateJob {
 }
 
 /// Methods side by side.
+///
+/// ```
+/// use proofmass_jobs::{Job, Unwatched, velocity::{AxisData, VelocityCompareJob}};
+/// use proofmass_motion::{MotionRecord, Source};
+/// use proofmass_rig::{Axis, AxisMotion};
+///
+/// let mut axis = Axis::new(AxisMotion::servo(5.0));
+/// axis.duration = 1.0;
+/// let recording = axis.simulate(1)?;
+/// let (x, a) = (recording.position(), recording.acceleration.clone());
+/// let record = MotionRecord::new(recording.sample_time, Source::Position, x, a)?;
+/// let truth: Vec<f64> = recording.truth.iter().map(|p| p.velocity).collect();
+/// let data = AxisData { reference: Some(&truth), ..AxisData::new(&record) };
+/// let job = VelocityCompareJob::new(Vec::new(), vec![1000.0, 100.0], None);
+/// assert!(job.evaluate(&data, &Unwatched).is_ok());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 #[non_exhaustive]
@@ -181,6 +198,21 @@ impl Job for VelocityCompareJob {
 }
 
 /// Noise and gains from the recording alone.
+///
+/// ```
+/// use proofmass_jobs::{Job, Outcome, Unwatched, velocity::{AxisData, VelocityTuneJob}};
+/// use proofmass_motion::{MotionRecord, Source};
+/// use proofmass_rig::{Axis, AxisMotion};
+///
+/// let mut axis = Axis::new(AxisMotion::servo(5.0));
+/// axis.duration = 1.0;
+/// let recording = axis.simulate(1)?;
+/// let (x, a) = (recording.position(), recording.acceleration.clone());
+/// let record = MotionRecord::new(recording.sample_time, Source::Position, x, a)?;
+/// let outcome = VelocityTuneJob::default().evaluate(&AxisData::new(&record), &Unwatched)?;
+/// assert!(!outcome.quantities().is_empty());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 #[non_exhaustive]

@@ -68,6 +68,8 @@ pub struct CompensationFilter {
 
 /// Highest frequency that is compensated, in units of the sampling rate.
 const HIGHEST: f64 = 0.45;
+/// Longest filters that may be asked for, samples.
+const LIMITS_OF_LONGEST: std::ops::RangeInclusive<usize> = 65..=(1 << 20) + 1;
 
 impl FrequencyResponse {
     /// A filter that undoes this response for signals of a sampling rate in Hz, as long as its tolerance needs.
@@ -85,6 +87,14 @@ impl FrequencyResponse {
         design: &FilterDesign,
         watch: &dyn Watch,
     ) -> Result<CompensationFilter, Error> {
+        if !LIMITS_OF_LONGEST.contains(&design.longest) {
+            return Err(Error::OutOfRange {
+                name: "longest filter, samples",
+                value: design.longest as f64,
+                min: *LIMITS_OF_LONGEST.start() as f64,
+                max: *LIMITS_OF_LONGEST.end() as f64,
+            });
+        }
         let [first, last] = self.range();
         if !(rate.is_finite() && HIGHEST * rate > first) {
             return Err(Error::OutOfRange {
