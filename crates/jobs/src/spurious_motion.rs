@@ -44,7 +44,7 @@ pub struct Vibrometer {
 /// let Campaign::SpuriousMotion(campaign) = campaign else { panic!() };
 /// let files = campaign.load(&Unwatched)?;
 /// let outcome = files.job.evaluate(&files.data(), &Unwatched)?;
-/// assert_eq!(outcome.measurements().len(), 1);
+/// assert!(!outcome.measurements().is_empty());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

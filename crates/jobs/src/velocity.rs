@@ -109,7 +109,8 @@ impl Job for VelocityEstimateJob {
 /// axis.duration = 1.0;
 /// let recording = axis.simulate(1)?;
 /// let (x, a) = (recording.position(), recording.acceleration.clone());
-/// let record = MotionRecord::new(recording.sample_time, Source::Position, x, a)?;
+/// let mut record = MotionRecord::new(recording.sample_time, Source::Position, x, a)?;
+/// record.increment = Some(recording.increment);
 /// let truth: Vec<f64> = recording.truth.iter().map(|p| p.velocity).collect();
 /// let data = AxisData { reference: Some(&truth), ..AxisData::new(&record) };
 /// let job = VelocityCompareJob::new(Vec::new(), vec![1000.0, 100.0], None);
@@ -208,7 +209,8 @@ impl Job for VelocityCompareJob {
 /// axis.duration = 1.0;
 /// let recording = axis.simulate(1)?;
 /// let (x, a) = (recording.position(), recording.acceleration.clone());
-/// let record = MotionRecord::new(recording.sample_time, Source::Position, x, a)?;
+/// let mut record = MotionRecord::new(recording.sample_time, Source::Position, x, a)?;
+/// record.increment = Some(recording.increment);
 /// let outcome = VelocityTuneJob::default().evaluate(&AxisData::new(&record), &Unwatched)?;
 /// assert!(!outcome.quantities().is_empty());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
