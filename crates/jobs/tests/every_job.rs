@@ -1,4 +1,4 @@
-//! Every job there is, from memory alone: answered, stopped, its request as JSON, its result written, read and rendered
+//! Jobs of every room, from memory alone: answered, stopped, its request as JSON, its result written, read and rendered
 //! again, and its principal result the same wherever it is stated.
 
 mod support;
@@ -10,21 +10,16 @@ use proofmass_calibration::shaker::single_axis::{ComparisonBudget, ComparisonRow
 use proofmass_calibration::shaker::{Acts, Budget, Input, Key};
 use proofmass_io::{AnyCalibration, Source, Unit};
 use proofmass_jobs::apply::{ApplyData, ApplyJob, CompensationMethod, Destination};
-use proofmass_jobs::campaign::{Campaign, CampaignFile};
-use proofmass_jobs::inspect::{InspectData, InspectJob};
-use proofmass_jobs::modes::ModesFile;
+use proofmass_jobs::campaign::Campaign;
 use proofmass_jobs::noise::{NoiseData, NoiseJob};
 use proofmass_jobs::plan::PlanJob;
 use proofmass_jobs::shaker_single::{ShakerSingleData, ShakerSingleJob, ShakerSingleRun};
 use proofmass_jobs::simulate::{
     SimulateJob, SimulatedMultiPosition, SimulatedShaker, SimulatedSpuriousMotion,
 };
-use proofmass_jobs::temperature::{TemperatureData, TemperatureJob};
 use proofmass_jobs::uncertainty::UncertaintyJob;
 use proofmass_jobs::validation::{ValidationData, ValidationJob};
-use proofmass_jobs::velocity::{
-    AxisData, VelocityCompareJob, VelocityEstimateJob, VelocityTuneJob,
-};
+use proofmass_jobs::velocity::{AxisData, VelocityEstimateJob};
 use proofmass_jobs::{
     AnyData, AnyJob, AnyResult, Gathered, Memory, Record, Sink, Trouble, TroubleKind, Unwatched,
     Watch, frequency_response, read_result,
@@ -39,12 +34,7 @@ use std::sync::{Arc, OnceLock};
 use support::{Stop, record};
 
 /// Jobs that have a table of their principal result.
-const WITH_TABLES: [&str; 4] = [
-    "multi-position",
-    "free-living",
-    "shaker-triaxial",
-    "shaker-single",
-];
+const WITH_TABLES: [&str; 3] = ["multi-position", "shaker-triaxial", "shaker-single"];
 
 type Answer = Result<Box<dyn AnyResult>, Trouble>;
 
@@ -252,27 +242,6 @@ fn law_campaigns() {
     spurious.frequencies = vec![80.0, 160.0];
     let spurious = simulated(&SimulateJob::SpuriousMotion(spurious));
     check("spurious-motion", &|watch| spurious.evaluate(None, watch));
-    let recording = HandHeld {
-        rests: 24,
-        rest: 24.0,
-        ..HandHeld::default()
-    }
-    .simulate(3);
-    let mut text = String::from("time_s,x_g,y_g,z_g\n");
-    let [x, y, z] = &recording.outputs;
-    // Counts as a logger converts them: some per cent off in gain, a hundredth of g in offset.
-    let in_g = |v: f64| (v - 33_000.0) / 415.0 / 9.80665;
-    for i in 0..x.len() {
-        let t = i as f64 / recording.rate;
-        text += &format!("{t},{},{},{}\n", in_g(x[i]), in_g(y[i]), in_g(z[i]));
-    }
-    let campaign = "kind = \"free-living\"\n[recording]\nfile = \"days.csv\"\n\
-                    columns = { x = \"x\", y = \"y\", z = \"z\" }\ntime = \"time\"\nunit = \"g\"\n";
-    let store = Memory::new()
-        .file("days.csv", text)
-        .file("campaign.toml", campaign);
-    let campaign = Campaign::read(Arc::new(store), "campaign.toml").expect("a campaign");
-    check("free-living", &|watch| campaign.evaluate(None, watch));
 }
 
 #[test]
@@ -367,7 +336,7 @@ fn law_validation_and_apply() {
 }
 
 #[test]
-fn law_noise_and_temperature() {
+fn law_noise() {
     let model = NoiseModel {
         white: 2.5e-3,
         random_walk: 5.0e-4,
@@ -384,33 +353,6 @@ fn law_noise_and_temperature() {
         };
         let data = NoiseData::samples(vec![channel], 50.0);
         ask(NoiseJob::default(), &AnyData::Noise(data), watch)
-    });
-    let temperature: Vec<f64> = (0..3000).map(|i| f64::from(i) / 75.0).collect();
-    let column = |k: usize, level: f64, slope: f64| -> Vec<f64> {
-        let noise = |i: usize| ((i * (7919 + 104 * k) % 10_007) as f64 / 10_007.0 - 0.5) * 4e-3;
-        let value = |(i, t): (usize, &f64)| level + slope * t + noise(i);
-        temperature.iter().enumerate().map(value).collect()
-    };
-    let [x, y, z] = [
-        column(0, 0.01, 5e-4),
-        column(1, 0.0, 0.0),
-        column(2, 1.0, 0.0),
-    ];
-    check("temperature", &|watch| {
-        let data = TemperatureData {
-            outputs: [&x, &y, &z],
-            unit: Unit::StandardGravity,
-            temperature: &temperature,
-            rate: 10.0,
-            calibration: None,
-            findings: &[],
-            name: "memory",
-        };
-        ask(
-            TemperatureJob::default(),
-            &AnyData::Temperature(data),
-            watch,
-        )
     });
 }
 
@@ -437,17 +379,10 @@ fn law_velocity() {
     check("velocity-estimate", &|watch| {
         ask(VelocityEstimateJob::default(), &data(), watch)
     });
-    check("velocity-tune", &|watch| {
-        ask(VelocityTuneJob::default(), &data(), watch)
-    });
-    check("velocity-compare", &|watch| {
-        let job = VelocityCompareJob::new(Vec::new(), vec![1000.0, 100.0], Some(0.5));
-        ask(job, &data(), watch)
-    });
 }
 
 #[test]
-fn law_uncertainty_modes_and_simulations() {
+fn law_uncertainty_and_simulations() {
     let model = "[[input]]\nname = \"m\"\nunit = \"kg\"\nvalue = 2.0\nu = 0.1\n\
                  [[output]]\nname = \"w\"\nunit = \"kg\"\nexpression = \"2.137 * m\"\n";
     check("uncertainty", &|watch| {
@@ -456,21 +391,6 @@ fn law_uncertainty_modes_and_simulations() {
             ..UncertaintyJob::default()
         };
         ask(job, &AnyData::None, watch)
-    });
-    let wedge = "[wedge]\nangle_deg = 55\nlength_mm = 70\nwidth_mm = 50\ntoe_mm = 8\nheight_mm = 80\n\
-                 gluing_mm = -3\n[accelerometer]\nmass_g = 10\nheight_mm = 5\n[modes]\ncount = 4\n\
-                 unknowns = 12000\naccuracy = 0.05\nsize_mm = 40\n[transfer]\nfrequencies_Hz = [100, 1000]\n\
-                 [uncertainty]\nyoung_percent = 2\n";
-    let store = Memory::new().file("wedge.toml", wedge);
-    let file = CampaignFile::read(Arc::new(store), "wedge.toml").and_then(ModesFile::of);
-    let file = file.expect("a wedge");
-    check("modes", &|watch| {
-        ask(file.job.clone(), &AnyData::Modes(file.data()), watch)
-    });
-    check("inspect", &|watch| {
-        let source = Source::from_bytes("raw.csv", "t_s,acc_m/s2\n0,9.81\n0.01,x\n0.02,9.80\n")?;
-        let data = AnyData::Inspect(InspectData::new(source));
-        ask(InspectJob::damage(), &data, watch)
     });
     check("simulate", &|watch| {
         let files = Gathered::default();
