@@ -21,8 +21,8 @@ use proofmass_jobs::uncertainty::UncertaintyJob;
 use proofmass_jobs::validation::{ValidationData, ValidationJob};
 use proofmass_jobs::velocity::{AxisData, VelocityEstimateJob};
 use proofmass_jobs::{
-    AnyData, AnyJob, AnyResult, Gathered, Memory, Record, Sink, Trouble, TroubleKind, Unwatched,
-    Watch, frequency_response, read_result,
+    AnyData, AnyJob, AnyResult, Gathered, Record, Sink, Trouble, TroubleKind, Unwatched, Watch,
+    frequency_response, read_result,
 };
 use proofmass_motion::{MotionRecord, Source as MotionSource};
 use proofmass_noise::{Channel, NoiseModel, Sensor, simulate};
