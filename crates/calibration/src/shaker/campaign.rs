@@ -307,13 +307,17 @@ fn reconcilable(
     if suspects.is_empty() {
         return Ok(rows);
     }
-    let together = campaign.methods.contains(&Method::Joint);
+    let asked = |method| campaign.methods.contains(&method);
     for correction in corrections {
-        let tried = if together {
-            joint(&rows, &correction.table, budget).map(|_| ())
-        } else {
-            complex(&rows, &correction.table, budget).map(|_| ())
+        // Either may come to an end where the other does not.
+        let together = match asked(Method::Joint) {
+            true => joint(&rows, &correction.table, budget).map(|_| ()),
+            false => Ok(()),
         };
+        let tried = together.and_then(|()| match asked(Method::Complex) || !asked(Method::Joint) {
+            true => complex(&rows, &correction.table, budget).map(|_| ()),
+            false => Ok(()),
+        });
         match tried {
             Err(Error::NotConverged { .. }) => {
                 let names: Vec<&str> = suspects.iter().map(|s| s.run.as_str()).collect();
