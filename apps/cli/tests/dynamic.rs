@@ -92,7 +92,11 @@ fn known_shock_from_a_file_to_a_folder_and_back() {
         // The reference alone gives half a per cent.
         assert!(u > 4.9e-5 && u < 1e-4, "{name} {u}");
     }
-    assert_eq!(result["tolerance"]["kept"], true, "{}", result["tolerance"]);
+    assert_eq!(
+        result["extra"]["tolerance"]["kept"], true,
+        "{}",
+        result["extra"]["tolerance"]
+    );
     assert!(codes(&result).is_empty(), "{:?}", codes(&result));
     let srs = std::fs::read_to_string(place.join("srs_reference.csv")).unwrap();
     assert!(srs.lines().count() > 60);
@@ -228,11 +232,11 @@ fn published_hammer_blows_have_the_stated_coherence() {
     ]);
     let result = json(&place.join("result.json"));
     assert!(
-        result["modes"].as_array().unwrap().len() >= 2,
+        result["extra"]["modes"].as_array().unwrap().len() >= 2,
         "{}",
-        result["modes"]
+        result["extra"]["modes"]
     );
-    for mode in result["modes"].as_array().unwrap() {
+    for mode in result["extra"]["modes"].as_array().unwrap() {
         let coherence = mode["coherence"].as_f64().unwrap();
         assert!(coherence > 0.993, "{mode}");
     }
@@ -363,7 +367,7 @@ fn known_simulated_transducers_are_tested_and_read_back() {
         (f - expected).abs() < 5.0 * u + 2e-3 * expected,
         "{f} {u} {expected}"
     );
-    let (shock, _) = simulate("shock", "shock", &["--pulse", "0.0001", "--level", "20000"]);
+    let (shock, _) = simulate("shock", "shock", &["--pulse", "0.0001", "--level", "5000"]);
     let back = place("back");
     succeed(&[
         "test",
@@ -376,7 +380,7 @@ fn known_simulated_transducers_are_tested_and_read_back() {
         text(&back),
     ]);
     let (peak, _, expanded) = quantity(&json(&back.join("result.json")), "peak");
-    assert!((peak - 20_000.0).abs() < expanded, "{peak} {expanded}");
+    assert!((peak - 5000.0).abs() < expanded, "{peak} {expanded}");
     for result in [&fitted, &out, &back] {
         let before = std::fs::read(result.join("report.html")).unwrap();
         succeed(&["render", text(result)]);

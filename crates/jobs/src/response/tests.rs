@@ -162,7 +162,7 @@ fn known_blows_give_the_device_and_bad_ones_are_left_out() {
     // The hammer comes back.
     let mut doubled = blow(4.0, 9);
     for k in 0..4 {
-        doubled.0[300 + k] = 30.0;
+        doubled.0[75 + k] = 30.0;
     }
     pairs.push(doubled);
     let outcome = evaluate(&with_model(Excitation::Impact), &pairs).unwrap();

@@ -18,7 +18,7 @@ pub struct PulseContext<'a> {
 
 /// What is to be doubted of one pulse.
 ///
-/// **False alarms** on 400 healthy half-sines with white and coloured noise none of these is raised in more than 1 %
+/// **False alarms** on 400 healthy half-sines with white and coloured noise at most 2 % raise any of these
 /// (`known_healthy_pulses_raise_nothing`).
 pub fn pulse_findings(
     pulse: &Pulse,
