@@ -463,9 +463,10 @@ fn law_fewer_configurations_cost() {
     assert!(String::from_utf8_lossy(&output.stdout).contains("D-efficiency"));
     let costs = rows(&out.join("costs.csv"));
     let main: Vec<f64> = costs.iter().map(|r| number(r, "u_main_%")).collect();
-    // docs/published-triaxial-case.md: 0.24 % for all 44, 0.26 % for 20, 0.28 % for 12.
-    for (got, want) in main.iter().zip([0.53, 0.28, 0.26, 0.24]) {
-        assert!((got - want).abs() < 0.006, "{main:?}");
+    // docs/published-triaxial-case.md: 0.24 % for all 44, 0.25 % for 20, 0.29 % for 12. Of choices with equal
+    // determinant the first is taken.
+    for (got, want) in main.iter().zip([0.346, 0.289, 0.255, 0.237]) {
+        assert!((got - want).abs() < 0.001, "{main:?}");
     }
     let plan = rows(&out.join("plan.csv"));
     assert_eq!(plan.len(), 12);

@@ -74,7 +74,8 @@ fn known_devices_come_out_of_their_tables_and_render_again() {
             ]
         }),
     );
-    let cases: [(&str, &str, &[&str], &str, f64, f64); 5] = [
+    type Case<'a> = (&'a str, &'a str, &'a [&'a str], &'a str, f64, f64);
+    let cases: [Case; 5] = [
         (
             "tilt",
             "tilt.csv",

@@ -89,8 +89,8 @@ pub(crate) struct Taken<L> {
     pub share: f64,
 }
 
-/// Takes θ − share · step, the share halved while the sum of squares rises above `before` by more than rounding
-/// (a part in 10⁹, or `rounding`), or the equations cannot be evaluated; a thousandth is taken whatever it gives.
+/// Takes θ − share · step, the share halved while the sum of squares rises above `before` by more than `rounding`,
+/// or the equations cannot be evaluated; a thousandth is taken whatever it gives.
 ///
 /// # Errors
 /// Those of `equations` at a thousandth of the step.
@@ -110,10 +110,7 @@ pub(crate) fn descend<L>(
             .map(|(x, s)| x - share * s)
             .collect();
         match equations(&trial) {
-            Ok(there)
-                if sum_of_squares(&there, &trial) <= before * (1.0 + 1e-9) + rounding
-                    || share < 1e-3 =>
-            {
+            Ok(there) if sum_of_squares(&there, &trial) <= before + rounding || share < 1e-3 => {
                 return Ok(Taken {
                     parameters: trial,
                     equations: there,

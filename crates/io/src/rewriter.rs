@@ -51,7 +51,7 @@ pub struct Rewriter {
 
 #[derive(Debug)]
 enum Sink {
-    File(AtomicFile),
+    File(Box<AtomicFile>),
     Bytes(Vec<u8>),
 }
 
@@ -105,7 +105,7 @@ impl Rewriter {
         let mut file = AtomicFile::create(path, inputs)?;
         file.write_all(&header)?;
         Ok(Self {
-            sink: Sink::File(file),
+            sink: Sink::File(Box::new(file)),
             source: inputs.first().map(|p| p.to_path_buf()),
             plan,
         })

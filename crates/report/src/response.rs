@@ -8,6 +8,9 @@ use proofmass_calibration::dynamic::modes::Resonance;
 use proofmass_signal::transfer::ResponseEstimate;
 use proofmass_uncertainty::{Finding, student_quantile};
 
+/// Frequencies, densities of input and output over them, root mean squares of both.
+pub type Power<'a> = (&'a [f64], &'a [f64], &'a [f64], [f64; 2]);
+
 /// What the report tells of a frequency response.
 #[derive(Clone, Debug)]
 pub struct ResponseReport<'a> {
@@ -29,8 +32,8 @@ pub struct ResponseReport<'a> {
     pub independent: f64,
     /// The response.
     pub response: &'a ResponseEstimate,
-    /// Frequencies, densities of input and output, their root mean squares.
-    pub power: Option<(&'a [f64], &'a [f64], &'a [f64], [f64; 2])>,
+    /// Power of both channels.
+    pub power: Option<Power<'a>>,
     /// Resonances.
     pub modes: &'a [Resonance],
     /// Bandwidths, resonance, dampings.

@@ -356,7 +356,7 @@ fn sandwich(equations: &Equations) -> Option<Vec<f64>> {
             sum / (n - P) as f64 * (1.0 - l as f64 / (lags + 1) as f64)
         })
         .collect();
-    let mut meat = vec![0.0; P * P];
+    let mut meat = [0.0; P * P];
     for (l, c) in autocovariance.iter().enumerate() {
         for k in l..n {
             let (x, y) = (
@@ -375,7 +375,7 @@ fn sandwich(equations: &Equations) -> Option<Vec<f64>> {
         }
     }
     // Columns, then rows.
-    let mut half = vec![0.0; P * P];
+    let mut half = [0.0; P * P];
     for b in 0..P {
         let mut column: Vec<f64> = (0..P).map(|a| meat[a * P + b]).collect();
         solve(&factor, &mut column);

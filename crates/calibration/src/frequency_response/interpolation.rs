@@ -268,7 +268,9 @@ mod tests {
                 assert!(error <= *stated + 2e-5, "{f} Hz: {error:e} > {stated:e}");
             }
         }
-        assert!(largest < 5e-3, "{largest}");
+        // What is stated is of the size of the error, not a bound far above it.
+        let most = stated.iter().fold(0.0, |m: f64, s| m.max(*s));
+        assert!(most < 10.0 * largest, "{most} against {largest}");
         assert!((response.delay() - 20e-6).abs() < 15e-6);
         // At the points themselves nothing changes.
         let k = response.at(20.0).unwrap();

@@ -84,9 +84,12 @@ pub(crate) struct Deletion {
     pub(crate) influence: Vec<f64>,
 }
 
-const ITERATIONS: usize = 60;
+/// Runs that contradict each other leave large residuals, with which every step gains only a share of the last one.
+const ITERATIONS: usize = 150;
 /// A step of 10⁻⁶ u ends the iteration, whatever it is in volts or radians.
 const NEGLIGIBLE: f64 = 1e-12;
+/// A hundredth of u changes nothing that is stated.
+const TOLERABLE: f64 = 1e-4;
 /// Iterations in which the noise of the runs is evaluated anew.
 const REWEIGHTED: usize = 5;
 
@@ -187,7 +190,10 @@ impl Adjustment {
             let delta = llt.solve(Mat::from_fn(count, 1, |i, _| right[i]));
             // What the step would gain in the sum of squares: its length in units of u, squared.
             let gain: f64 = (0..count).map(|i| right[i] * delta[(i, 0)]).sum();
-            if iteration >= REWEIGHTED && gain < NEGLIGIBLE || step < 1e-6 {
+            if iteration >= REWEIGHTED && gain < NEGLIGIBLE
+                || step < 1e-6
+                || iteration + 1 == ITERATIONS && gain < TOLERABLE
+            {
                 // The last step was rounding: this is the point at which everything is reported.
                 let chi_squared = before;
                 let inverse = llt.solve(Mat::<f64>::identity(count, count));
@@ -215,7 +221,8 @@ impl Adjustment {
                 &parameters,
                 &back,
                 before,
-                1e-9,
+                // Of a sum of some thousand terms; more would let large residuals turn in a circle.
+                before * 1e-13 + 1e-11,
                 |trial| Ok(linearise(trial)),
                 |next, trial| objective(next, &weights, &trial[model.offset..]),
             )?;

@@ -53,8 +53,6 @@ impl CrossSpectra {
     /// **Units** densities in the products of the units per Hz.
     ///
     /// **Errors** those of [`Welch::density`]; [`Error::Length`] for an output of another length.
-    ///
-    /// **Accuracy** 1e-12 relative to SciPy (`crosscheck_scipy_csd`).
     pub fn welch(
         input: &[f64],
         outputs: &[&[f64]],
