@@ -48,7 +48,7 @@ impl Default for FilterDesign {
     }
 }
 
-/// A filter with finite impulse response for every pair of axis and output: a_i[n] = Σ_o Σ_m h_io[m] õ_o[n − m].
+/// A filter with finite impulse response for every pair of axis and output: `a_i[n] = Σ_o Σ_m h_io[m] õ_o[n − m]`.
 ///
 /// Its spectrum approximates (KᴴK + λ²)⁻¹ Kᴴ, delayed by half its length, with λ a tenth of the root mean square
 /// of the uncertainties of the elements: where K sinks below that, nothing is amplified further.
