@@ -192,7 +192,7 @@ impl Adjustment {
             let gain: f64 = (0..count).map(|i| right[i] * delta[(i, 0)]).sum();
             if iteration >= REWEIGHTED && gain < NEGLIGIBLE
                 || step < 1e-6
-                || iteration + 1 == ITERATIONS && gain < TOLERABLE
+                || iteration + 1 == ITERATIONS && (gain < TOLERABLE || step < 1e-5)
             {
                 // The last step was rounding: this is the point at which everything is reported.
                 let chi_squared = before;
