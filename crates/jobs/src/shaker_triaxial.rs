@@ -164,7 +164,7 @@ impl Job for ShakerTriaxialJob {
         let checks = if self.monte_carlo.trials == 0 {
             Vec::new()
         } else {
-            check(&campaign, &self.monte_carlo, &mut |p| {
+            check(&campaign, &calibration, &self.monte_carlo, &mut |p| {
                 watch.progress("Monte Carlo", p.done as u64, p.most as u64)
             })
             .map_err(|refusal| match refusal {

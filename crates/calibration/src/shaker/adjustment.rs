@@ -37,6 +37,8 @@ type Column = (usize, [f64; 6]);
 
 /// A row at the current point of the iteration.
 struct Linear {
+    /// y as S and the angles predict it, in units of `scale`.
+    prediction: [Complex64; 3],
     residual: [f64; 6],
     columns: Vec<Column>,
     noise: [[f64; 6]; 6],
@@ -55,6 +57,8 @@ pub(crate) struct Adjustment {
     pub(crate) draws: Vec<Draw>,
     pub(crate) chi_squared: f64,
     rows: Vec<Linear>,
+    /// Prediction of every row with which its N was evaluated.
+    weighed: Vec<[Complex64; 3]>,
     /// N⁻¹ of every row.
     pub(crate) weights: Vec<[[f64; 6]; 6]>,
     /// Draws of every row.
@@ -88,8 +92,6 @@ pub(crate) struct Deletion {
 const ITERATIONS: usize = 150;
 /// A step of 10⁻⁶ u ends the iteration, whatever it is in volts or radians.
 const NEGLIGIBLE: f64 = 1e-12;
-/// A hundredth of u changes nothing that is stated.
-const TOLERABLE: f64 = 1e-4;
 /// Iterations in which the noise of the runs is evaluated anew.
 const REWEIGHTED: usize = 5;
 
@@ -157,11 +159,14 @@ impl Adjustment {
         };
         let mut step = f64::INFINITY;
         let mut linear = linearise(&parameters);
+        let predictions = |linear: &[Linear]| linear.iter().map(|l| l.prediction).collect();
         let mut weights = weights_of(&linear)?;
+        let mut weighed: Vec<[Complex64; 3]> = predictions(&linear);
         for iteration in 0..ITERATIONS {
             if iteration > 0 && iteration < REWEIGHTED {
                 // Relative noise follows the prediction; once it is near, it stays, so that the end is a minimum.
                 weights = weights_of(&linear)?;
+                weighed = predictions(&linear);
             }
             let before = objective(&linear, &weights, &parameters[model.offset..]);
             let mut normal = vec![0.0; count * count];
@@ -190,10 +195,7 @@ impl Adjustment {
             let delta = llt.solve(Mat::from_fn(count, 1, |i, _| right[i]));
             // What the step would gain in the sum of squares: its length in units of u, squared.
             let gain: f64 = (0..count).map(|i| right[i] * delta[(i, 0)]).sum();
-            if iteration >= REWEIGHTED && gain < NEGLIGIBLE
-                || step < 1e-6
-                || iteration + 1 == ITERATIONS && (gain < TOLERABLE || step < 1e-5)
-            {
+            if iteration >= REWEIGHTED && (gain < NEGLIGIBLE || step < 1e-6) {
                 // The last step was rounding: this is the point at which everything is reported.
                 let chi_squared = before;
                 let inverse = llt.solve(Mat::<f64>::identity(count, count));
@@ -211,6 +213,7 @@ impl Adjustment {
                     draws,
                     chi_squared,
                     rows: linear,
+                    weighed,
                     weights,
                     links,
                 });
@@ -313,16 +316,16 @@ impl Adjustment {
                     shared[j - offset][p] += dot6(&gain[p], column);
                 }
             }
-            let prediction = self.prediction(row, rows);
+            let prediction = &self.weighed[row];
             for (index, input) in budget.inputs.iter().enumerate() {
                 if input.within_a_run() {
-                    for column in run_columns(input, &rows[row], &prediction, self.scale) {
+                    for column in run_columns(input, &rows[row], prediction, self.scale) {
                         add(&mut sums[index], &gain.map(|g| dot6(&g, &column)));
                     }
                 }
             }
             // Noise of the phasors: the rest of the 6 × 6 weight, as its own covariance.
-            let noise = phasor_noise(&rows[row], &prediction, self.scale);
+            let noise = phasor_noise(&rows[row], prediction, self.scale);
             for p in 0..18 {
                 let half: [f64; 6] =
                     std::array::from_fn(|k| (0..6).map(|l| gain[p][l] * noise[l][k]).sum());
@@ -411,12 +414,6 @@ impl Adjustment {
                 variance: u * u * (q - trace) / square,
             }
         })
-    }
-
-    fn prediction(&self, row: usize, rows: &[PhasorRow]) -> [Complex64; 3] {
-        let y = rows[row].ratios();
-        let r = &self.rows[row].residual;
-        std::array::from_fn(|j| y[j] / self.scale - Complex64::new(r[2 * j], r[2 * j + 1]))
     }
 
     /// What every run looks like from all the others.

@@ -224,6 +224,9 @@ pub struct ShakerCalibration {
     pub differences: Vec<TermDifference>,
     /// Runs that contradict the others.
     pub suspects: Vec<Suspect>,
+    /// Those of them that nothing reconciles with the others: the results are without these runs.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub set_aside: Vec<String>,
     /// Doubts about the campaign.
     pub findings: Vec<Finding>,
 }
@@ -258,14 +261,12 @@ pub fn calibrate(campaign: &ShakerCampaign) -> Result<ShakerCalibration, Error> 
     let (suspects, doubts) = diagnose(&rows, &best.table, &budget, campaign.plan.as_deref())?;
     findings.extend(doubts);
     findings.extend(corrections.iter().filter_map(|c| gaps(c, &rows)));
-    let rows = reconcilable(
-        rows,
-        &suspects,
-        corrections,
-        campaign,
-        &budget,
-        &mut findings,
-    )?;
+    let (mut rows, mut set_aside) = (rows, vec![]);
+    if !suspects.is_empty() && !reconciled(&rows, corrections, campaign, &budget)? {
+        set_aside = suspects.iter().map(|s| s.run.clone()).collect();
+        rows.retain(|r| !set_aside.contains(&r.run));
+        findings.push(without(&set_aside));
+    }
     let mut results = vec![];
     for &method in &campaign.methods {
         for correction in corrections {
@@ -291,62 +292,53 @@ pub fn calibrate(campaign: &ShakerCampaign) -> Result<ShakerCalibration, Error> 
         differences: differences(&results),
         results,
         suspects,
+        set_aside,
         findings,
     })
 }
 
-/// The runs, without the suspects where the fit cannot be made with them: one wild run does not stop a campaign.
-fn reconcilable(
-    rows: Vec<PhasorRow>,
-    suspects: &[Suspect],
+/// Whether every fit that was asked for comes to an end with these runs.
+fn reconciled(
+    rows: &[PhasorRow],
     corrections: &[Correction],
     campaign: &ShakerCampaign,
     budget: &Budget,
-    findings: &mut Vec<Finding>,
-) -> Result<Vec<PhasorRow>, Error> {
-    if suspects.is_empty() {
-        return Ok(rows);
-    }
+) -> Result<bool, Error> {
     let asked = |method| campaign.methods.contains(&method);
     for correction in corrections {
         // Either may come to an end where the other does not.
         let together = match asked(Method::Joint) {
-            true => joint(&rows, &correction.table, budget).map(|_| ()),
+            true => joint(rows, &correction.table, budget).map(|_| ()),
             false => Ok(()),
         };
         let tried = together.and_then(|()| match asked(Method::Complex) || !asked(Method::Joint) {
-            true => complex(&rows, &correction.table, budget).map(|_| ()),
+            true => complex(rows, &correction.table, budget).map(|_| ()),
             false => Ok(()),
         });
         match tried {
-            Err(Error::NotConverged { .. }) => {
-                let names: Vec<&str> = suspects.iter().map(|s| s.run.as_str()).collect();
-                findings.push(
-                    Finding::new(
-                        Severity::Decision,
-                        "runs-set-aside",
-                        format!(
-                            "{} that no angles reconcile with the others were set aside",
-                            match names.len() {
-                                1 => "one run".to_owned(),
-                                n => format!("{n} runs"),
-                            }
-                        ),
-                    )
-                    .evidence(format!("run {}", names.join(", ")))
-                    .advice("the result is that of the other runs; measure these again, or leave them out by name"),
-                );
-                return Ok(rows
-                    .into_iter()
-                    .enumerate()
-                    .filter(|(i, _)| !suspects.iter().any(|s| s.row == *i))
-                    .map(|(_, r)| r)
-                    .collect());
-            }
+            Err(Error::NotConverged { .. }) => return Ok(false),
             other => other?,
         }
     }
-    Ok(rows)
+    Ok(true)
+}
+
+/// One wild run does not stop a campaign.
+fn without(runs: &[String]) -> Finding {
+    Finding::new(
+        Severity::Decision,
+        "runs-set-aside",
+        format!(
+            "{} set aside: no angles reconcile {} with the others",
+            match runs.len() {
+                1 => "one run was".to_owned(),
+                n => format!("{n} runs were"),
+            },
+            if runs.len() == 1 { "it" } else { "them" }
+        ),
+    )
+    .evidence(format!("run {}", runs.join(", ")))
+    .advice("the result is that of the other runs; measure these again, or leave them out by name")
 }
 
 /// Places of the campaign that a correction says nothing about.

@@ -7,7 +7,8 @@ use super::screening::{Observations, observations};
 use proofmass_uncertainty::{Progress, Refusal, Verdict};
 use std::ops::ControlFlow;
 
-/// [`validate`] of the result that stands first: the first method with a budget, with the first correction.
+/// [`validate`] of the result that stands first: the first method with a budget, with the first correction, on the runs
+/// that `calibration` kept.
 ///
 /// `progress` is told how far the trials have come and may stop them. Without such a method there is nothing to check.
 ///
@@ -15,6 +16,7 @@ use std::ops::ControlFlow;
 /// As [`validate`].
 pub fn check(
     campaign: &ShakerCampaign,
+    calibration: &ShakerCalibration,
     options: &Options,
     progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Vec<FrequencyCheck>, Refusal> {
@@ -26,7 +28,10 @@ pub fn check(
     else {
         return Ok(vec![]);
     };
-    let Observations { rows, budget, .. } = observations(campaign)?;
+    let Observations {
+        mut rows, budget, ..
+    } = observations(campaign)?;
+    rows.retain(|r| !calibration.set_aside.contains(&r.run));
     let none = SpuriousTable::default();
     let table = campaign.corrections.first().map_or(&none, |c| &c.table);
     validate(method, &rows, table, &budget, options, progress)

@@ -255,12 +255,8 @@ impl Model<'_> {
                 }
             }
         }
-        for (a, n) in noise.iter_mut().enumerate() {
-            // A purely relative budget gives infinite weight to an output that passes through zero: one part per
-            // million of the typical output is always there.
-            n[a] += 1e-12;
-        }
         Linear {
+            prediction,
             residual,
             columns,
             noise,
@@ -346,6 +342,11 @@ pub(super) fn run_columns(
 /// Covariance of the six reals of a row from the sine approximations: outputs apart, the reference in common.
 pub(super) fn phasor_noise(row: &PhasorRow, y: &[Complex64; 3], scale: f64) -> [[f64; 6]; 6] {
     let mut noise = [[0.0; 6]; 6];
+    for (a, n) in noise.iter_mut().enumerate() {
+        // A purely relative budget gives infinite weight to an output that passes through zero: one part per
+        // million of the typical output is always there.
+        n[a] = 1e-12;
+    }
     let gain = 1.0 / (row.reference * scale);
     let mut add = |g: [Complex64; 3], [rr, ri, ii]: [f64; 3]| {
         // Columns for the real and the imaginary error: g and j g.
