@@ -148,11 +148,11 @@ impl Sums {
         -0.5 * (self.logs + solution.rss + self.n as f64 * TAU.ln())
     }
 
-    /// ln L at its maximum over a common factor of all variances, and that factor.
-    pub fn concentrated(&self, solution: &Solution) -> (f64, f64) {
+    /// ln L at its maximum over a common factor of all variances of at least `least`, and that factor.
+    pub fn concentrated(&self, solution: &Solution, least: f64) -> (f64, f64) {
         let n = self.n as f64;
-        let factor = (solution.rss / n).max(f64::MIN_POSITIVE);
-        let value = -0.5 * (self.logs + n * factor.ln() + n + n * TAU.ln());
+        let factor = (solution.rss / n).max(least);
+        let value = -0.5 * (self.logs + n * factor.ln() + solution.rss / factor + n * TAU.ln());
         (value, factor)
     }
 }
@@ -808,7 +808,7 @@ mod tests {
         for (noise, unknowns, likelihood, velocity) in rows {
             let sums = prepared.sums(&noise, true);
             let solution = sums.solve(&record, unknowns).unwrap();
-            let (concentrated, factor) = sums.concentrated(&solution);
+            let (concentrated, factor) = sums.concentrated(&solution, f64::MIN_POSITIVE);
             // Printed to ten digits and more.
             near(sums.logs, likelihood[0], 1e-11);
             near(sums.log_likelihood(&solution), likelihood[1], 1e-10);

@@ -166,7 +166,8 @@ impl Tuning {
     /// Start, offset, gain and latency are unknown constants without any prior. The accelerometer's own floor (Welch)
     /// holds q where the readings leave it open: ln q is normal about ln of the floor, 0.8 below and 0.5 above it, and
     /// q never exceeds the variance of the acceleration. Each further parameter has to raise ln L by ½ ln n_e · n/n_e,
-    /// with the number n_e of readings whose rounding is new. R is at least δ²/12.
+    /// with the number n_e of readings whose rounding is new. R is at least δ²/12; without an increment no reading is
+    /// taken to be nearer than a millionth of the largest speed, or a hundred-millionth of the way.
     ///
     /// **Assumes** white noise of the accelerometer, and of readings of position; that of a speed may have a part
     /// that is correlated in time.
@@ -276,6 +277,8 @@ struct Search<'a> {
     known: Option<f64>,
     /// δ²/12.
     rounding: Option<f64>,
+    /// Least R: no reading is taken to be nearer than this, whatever its digits.
+    least: f64,
     floor: Option<f64>,
     /// Largest q: the variance of the acceleration.
     ceiling: f64,

@@ -112,3 +112,41 @@ fn coverage_of_an_encoder_alone() {
         assert!(share > 0.95, "{pooled:?}");
     }
 }
+#[test]
+fn regress_one_sensor_without_noise_gives_its_speed() {
+    let motions: [(fn(f64) -> f64, fn(f64) -> f64); 4] = [
+        (|_| 0.0, |_| 0.0),
+        (|t| 0.3 * t, |_| 0.3),
+        (|t| 0.25 * t * t, |t| 0.5 * t),
+        (|t| t.sin(), |t| t.cos()),
+    ];
+    for (m, (position, speed)) in motions.into_iter().enumerate() {
+        for source in [Source::Position, Source::Speed] {
+            let at = |k: usize| 0.01 * k as f64;
+            let readings = (0..2000).map(|k| {
+                Some(match source {
+                    Source::Position => position(at(k)),
+                    Source::Speed => speed(at(k)),
+                })
+            });
+            let record =
+                MotionRecord::without_accelerometer(0.01, source, readings.collect()).unwrap();
+            let found = estimate(&record, None, None, &Unwatched).unwrap();
+            let stated = found.smoother.standard_uncertainty.unwrap();
+            for k in 0..2000 {
+                let error = found.smoother.velocity[k] - speed(at(k));
+                assert!(
+                    error.abs() < 4.0 * stated[k] && stated[k] < 0.01,
+                    "motion {m}, {source:?}, sample {k}: {error:e} beside {:e}",
+                    stated[k]
+                );
+            }
+            assert!(
+                !found
+                    .findings
+                    .iter()
+                    .any(|f| f.code() == "likelihood-at-bound")
+            );
+        }
+    }
+}

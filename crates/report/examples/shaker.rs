@@ -100,7 +100,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         },
     ];
     let calibration = calibrate(&campaign)?;
-    let checks = check(&campaign, &Options::default(), &mut |_| {
+    let checks = check(&campaign, &calibration, &Options::default(), &mut |_| {
         std::ops::ControlFlow::Continue(())
     })?;
     let report = ShakerReport {

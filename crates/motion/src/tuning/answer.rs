@@ -70,9 +70,11 @@ impl Search<'_> {
         if let Some(r) = repeats {
             findings.push(rounding_repeats(r, point.noise.r));
         }
-        findings.extend(at_bound(&point.noise, self.unit()));
+        if self.record.accelerometer {
+            findings.extend(at_bound(&point.noise, self.unit()));
+        }
         findings.extend(resting(self.record));
-        findings.extend(not_white(&whiteness, &correlation));
+        findings.extend(not_white(self.record, &whiteness, &correlation));
         let model = KalmanModel {
             acceleration_noise: point.noise.q,
             noise_form: point.noise.form,

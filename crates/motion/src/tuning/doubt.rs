@@ -65,21 +65,32 @@ pub(super) fn resting(record: &MotionRecord) -> Option<Finding> {
 const INFLATION: f64 = 2.25;
 
 /// Correlated innovations, where the correlation is large enough to matter, whatever its significance.
-pub(super) fn not_white(whiteness: &Whiteness, correlation: &[f64]) -> Option<Finding> {
+pub(super) fn not_white(
+    record: &MotionRecord,
+    whiteness: &Whiteness,
+    correlation: &[f64],
+) -> Option<Finding> {
     let sum: f64 = correlation.iter().skip(1).sum();
     let inflation = 1.0 + 2.0 * sum;
-    let matters = inflation > INFLATION;
+    // Innovations of half the stated size and less are correlated, not understated.
+    let matters = inflation > INFLATION && whiteness.mean_square > 0.25;
     (whiteness.p_white < 1e-3 && matters).then(|| {
         let (lag, rho) = whiteness.largest_correlation;
         Finding::new(
             Severity::Warning,
             "innovations-not-white",
-            "the innovations are correlated: the model does not describe both sensors",
+            match record.accelerometer {
+                true => "the innovations are correlated: the model does not describe both sensors",
+                false => "the innovations are correlated: the motion does not change at random",
+            },
         )
         .evidence(format!(
             "the variance of their mean over {} lags is {inflation:.2} times that of white ones; correlation {rho:.3} at lag {lag} (Ljung-Box p = {:.1e})",
             whiteness.lags, whiteness.p_white
         ))
-        .advice("look for slip, a gain error, a latency that changes, or an error of the encoder that repeats; the stated uncertainty is then a lower bound")
+        .advice(match record.accelerometer {
+            true => "look for slip, a gain error, a latency that changes, or an error of the encoder that repeats; the stated uncertainty is then a lower bound",
+            false => "an accelerometer would show the motion; where it bends, the stated uncertainty is a lower bound",
+        })
     })
 }

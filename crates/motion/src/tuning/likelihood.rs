@@ -10,6 +10,8 @@ use proofmass_core::{Error, Watch};
 
 /// Range of log₁₀(q T⁴/R): from a filter that forgets in 10⁵ samples to one that follows every reading.
 pub(super) const RATIO: (f64, f64) = (-20.0, 5.0);
+/// Highest log₁₀(q T⁴/R) where nothing but q moves the axis: readings of eight digits are followed exactly.
+const EXACT: f64 = 17.0;
 /// Standard deviation of ln q around the floor, below and above it.
 const PRIOR: (f64, f64) = (0.8, 0.5);
 
@@ -47,6 +49,7 @@ impl<'a> Search<'a> {
                 .increment
                 .or_else(|| resolution(record))
                 .map(|d| d * d / 12.0),
+            least: least(record),
             floor: alive
                 .then(|| noise_floor(&record.acceleration))
                 .flatten()
@@ -141,7 +144,7 @@ impl<'a> Search<'a> {
             let (log_likelihood, noise) = if self.known.is_some() {
                 (sums.log_likelihood(&solution), *noise)
             } else {
-                let (value, factor) = sums.concentrated(&solution);
+                let (value, factor) = sums.concentrated(&solution, self.least / noise.r);
                 (value, noise.scaled(factor))
             };
             let mut point = Point {
@@ -209,8 +212,15 @@ impl<'a> Search<'a> {
             (Some(_), Some(floor)) => ((1e-6 * floor).log10(), self.ceiling.log10()),
             (Some(r), None) => (
                 (10f64.powf(RATIO.0) * r / unit).log10(),
-                (10f64.powf(RATIO.1) * r / unit).min(self.ceiling).log10(),
+                (10f64.powf(match self.record.accelerometer {
+                    true => RATIO.1,
+                    false => EXACT,
+                }) * r
+                    / unit)
+                    .min(self.ceiling)
+                    .log10(),
             ),
+            (None, _) if !self.record.accelerometer => (RATIO.0, EXACT),
             (None, _) => RATIO,
         };
         let mut best: Option<Point> = None;
@@ -285,6 +295,26 @@ fn resolution(record: &MotionRecord) -> Option<f64> {
     let off = |d: f64| (d / least - (d / least).round()).abs() > 1e-3 * (d / least).max(1.0).sqrt();
     // Steps of a ten-thousandth of the range are digits of a number, not of a sensor.
     (least.is_finite() && least > 1e-6 * largest && !steps().any(off)).then_some(least)
+}
+
+/// Variance of the best reading that is believed. Readings of a simulation have no noise at all, and those of a sensor
+/// that never moves show none: without a bound every variance would go to zero together.
+fn least(record: &MotionRecord) -> f64 {
+    let values = || record.reading.iter().flatten().copied();
+    let largest = values().fold(0.0f64, |m, v| m.max(v.abs()));
+    let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
+        (l.min(v), h.max(v))
+    });
+    let step = match record.source {
+        Source::Speed => 1e-6 * largest,
+        Source::Position => (1e-8 * (high - low)).max(4.0 * f64::EPSILON * largest),
+    };
+    // Where nothing moves: a nanometre, or a nanometre per second.
+    if step > 0.0 {
+        step * step / 12.0
+    } else {
+        1e-18 / 12.0
+    }
 }
 
 /// Bend of the velocity's steps against straight lines between the samples.
