@@ -3,11 +3,13 @@
 use crate::console::Progress;
 use crate::recording_arguments::RecordingArguments;
 use crate::{Failure, Outcome, console};
+use proofmass::calibration::dynamic::model::ModelStructure;
 use proofmass::calibration::frequency_response::{Beyond, FilterDesign};
 use proofmass::io::{AtomicFile, ColumnRef, Input, Provenance, SigningKey, Source};
 use proofmass::jobs::apply::{
     ApplyData, ApplyJob, ApplyOutcome, CompensationMethod, Destination, OutOfRange,
 };
+use proofmass::jobs::deconvolution::{DeconvolutionData, DeconvolutionJob, FittedModel};
 use proofmass::jobs::{Job, Outcome as _, frequency_response};
 use std::path::{Path, PathBuf};
 
@@ -45,6 +47,12 @@ pub(crate) struct Apply {
     /// Refuse a recording with samples beyond the range in which the calibration was tested, instead of reporting them
     #[arg(long)]
     within_range: bool,
+    /// Turn back the dynamics of one channel (--columns) by a fitted model: acceleration with the uncertainty of every sample. The
+    /// calibration is then the result.json of a test with a model, or a calibration over frequency that --model is fitted to
+    #[arg(long, requires = "columns", conflicts_with_all = ["band", "filter", "temperature", "within_range"])]
+    dynamic: bool,
+    #[command(flatten)]
+    turning: Turning,
     /// Replace a file that `proofmass apply` did not write or that was changed since
     #[arg(long)]
     force: bool,
@@ -53,6 +61,20 @@ pub(crate) struct Apply {
     sign: Option<PathBuf>,
     #[command(flatten)]
     reading: RecordingArguments,
+}
+
+/// What --dynamic may be told.
+#[derive(clap::Args)]
+struct Turning {
+    /// Model to fit to a calibration over frequency: elements of 1mode … 4modes, delay, low-pass=ORDER, joined by + [default: 1mode]
+    #[arg(long, value_name = "ELEMENTS", requires = "dynamic", value_parser = crate::test::structure)]
+    model: Option<ModelStructure>,
+    /// Corner of the low-pass in hertz [default: where noise and bias together are least]
+    #[arg(long, value_name = "HZ", requires = "dynamic", value_parser = crate::test::positive)]
+    corner: Option<f64>,
+    /// Seconds at the beginning in which nothing happens [default: up to the pulse]
+    #[arg(long, value_name = "SECONDS", requires = "dynamic", value_parser = crate::test::not_negative)]
+    quiet: Option<f64>,
 }
 
 /// Two frequencies.
@@ -71,6 +93,9 @@ impl Apply {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
         let replaced = self.may_replace()?;
         let signer = self.sign.as_deref().map(SigningKey::read).transpose()?;
+        if self.dynamic {
+            return self.turn_back(replaced, signer.as_ref());
+        }
         let source = Source::open(&self.calibration)?;
         let (calibration, calibration_input, findings) =
             frequency_response::read_calibration(source, self.coverage)?;
@@ -99,6 +124,65 @@ impl Apply {
         );
         let outcome = self.job().evaluate(&data, &Progress::new())?;
         self.tell(&outcome);
+        Ok(Outcome::Done)
+    }
+
+    /// The acceleration behind one channel, as a recording with the uncertainty of every sample.
+    fn turn_back(
+        &self,
+        replaced: Option<String>,
+        signer: Option<&SigningKey>,
+    ) -> Result<Outcome, Failure> {
+        let inputs = [self.recording.as_path(), self.calibration.as_path()];
+        let model = FittedModel::read(&self.calibration, self.turning.model, self.coverage)?;
+        let (reading, wanted) = self.reading.one_channel()?;
+        let recording = reading.read(Source::open(&self.recording)?, &[wanted])?;
+        let Some(channel) = recording.channels.first() else {
+            return Err(Failure::new("no column was chosen"));
+        };
+        let mut findings = model.findings.clone();
+        findings.extend(recording.findings.iter().cloned());
+        let mut job = DeconvolutionJob::default();
+        job.corner = self.turning.corner;
+        job.quiet = self.turning.quiet;
+        let data = DeconvolutionData {
+            fit: &model.fit,
+            unit: &model.unit,
+            channel: channel.view(),
+            rate: recording.rate,
+            findings: &findings,
+            name: &recording.name,
+        };
+        let outcome = job.evaluate(&data, &Progress::new())?;
+        outcome.findings().iter().for_each(console::finding);
+        let Some((_, table)) = outcome.tables()?.into_iter().next() else {
+            return Err(Failure::new("there is nothing to write"));
+        };
+        let mut file = AtomicFile::create(&self.output, &inputs)?;
+        file.write_all(&table.to_csv()?)?;
+        if file.is_kept() {
+            let read = vec![recording.input.clone(), model.input.clone()];
+            let mut provenance = Provenance::new(file.sha256(), read);
+            provenance.replaces = replaced;
+            if let Some(key) = signer {
+                provenance = provenance.signed(key);
+            }
+            let mut beside = AtomicFile::create(Provenance::place(&self.output), &inputs)?;
+            beside.write_all(&provenance.to_json()?)?;
+            beside.commit()?;
+        }
+        file.commit()?;
+        for q in outcome.quantities() {
+            console::note(format!(
+                "{}: {:.6} {} ± {:.2} (95 %)",
+                q.name, q.value, q.unit, q.expanded
+            ));
+        }
+        console::note(format!(
+            "written: {} ({} samples)",
+            self.output.display(),
+            outcome.plain().len()
+        ));
         Ok(Outcome::Done)
     }
 

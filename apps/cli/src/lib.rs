@@ -3,6 +3,7 @@
 mod apply;
 mod calibrate;
 mod clock;
+mod compare;
 mod console;
 mod delivery;
 mod draft_arguments;
@@ -51,6 +52,7 @@ enum Command {
     Export(export::Export),
     Import(import::Import),
     Validate(validate::Validate),
+    Compare(compare::Compare),
     Velocity(Box<velocity::Velocity>),
     Noise(Box<noise::Noise>),
     Modes(modes::Modes),
@@ -91,6 +93,7 @@ fn execute(arguments: Arguments) -> Result<Outcome, Failure> {
         Command::Export(command) => command.run(),
         Command::Import(command) => command.run(),
         Command::Validate(command) => command.run(),
+        Command::Compare(command) => command.run(),
         Command::Velocity(command) => command.run(),
         Command::Noise(command) => command.run(),
         Command::Modes(command) => command.run(),

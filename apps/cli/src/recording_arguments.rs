@@ -1,7 +1,8 @@
 //! How a recording outside a campaign is to be read.
 
+use crate::Failure;
 use proofmass::io::{ColumnRef, TimeUnit, Unit};
-use proofmass::jobs::RecordingReading;
+use proofmass::jobs::{ChannelReading, RecordingReading, WantedChannel};
 
 /// Options for commands that read a recording on their own.
 #[derive(clap::Args, Clone, Debug)]
@@ -37,6 +38,25 @@ impl RecordingArguments {
         reading.time_unit = self.time_unit;
         reading.rate = self.rate;
         reading
+    }
+}
+
+impl RecordingArguments {
+    /// What a job of one channel needs of them.
+    pub(crate) fn one_channel(&self) -> Result<(ChannelReading, WantedChannel), Failure> {
+        let Some([column]) = self.columns.as_deref() else {
+            return Err(Failure::new("one column is turned back at a time")
+                .hint("name it with --columns COLUMN"));
+        };
+        let mut reading = ChannelReading::default();
+        reading.time = self.time.as_deref().map(ColumnRef::from_word);
+        reading.time_unit = self.time_unit;
+        reading.rate = self.rate;
+        let wanted = WantedChannel {
+            column: ColumnRef::from_word(column.trim()),
+            unit: self.unit,
+        };
+        Ok((reading, wanted))
     }
 }
 

@@ -328,12 +328,17 @@ fn known_simulated_transducers_are_tested_and_read_back() {
     ] {
         let (value, u, _) = quantity(&result, name);
         let expected = truth[key].as_f64().unwrap();
-        // The converter takes straight lines between its samples for the motion: 50 to a period leave a part in a thousand.
         assert!(
-            (value - expected).abs() < 4.0 * u + 4e-3 * expected,
+            (value - expected).abs() < 4.0 * u,
             "{name} {value} {u} {expected}"
         );
+        assert!(u < 0.01 * expected, "{name} {u}");
     }
+    let found = codes(&result);
+    assert!(
+        !found.contains(&"model-does-not-describe".to_owned()),
+        "{found:?}"
+    );
     // The calibration that was written is one that can be fitted again.
     let again = place("again");
     succeed(&[
@@ -381,7 +386,93 @@ fn known_simulated_transducers_are_tested_and_read_back() {
     ]);
     let (peak, _, expanded) = quantity(&json(&back.join("result.json")), "peak");
     assert!((peak - 5000.0).abs() < expanded, "{peak} {expanded}");
-    for result in [&fitted, &out, &back] {
+    // The same as a recording, from the result and from the calibration that it wrote.
+    for (file, name) in [
+        ("result.json", "same.csv"),
+        ("calibration.json", "near.csv"),
+    ] {
+        let target = place(name);
+        succeed(&[
+            "apply",
+            text(&fitted.join(file)),
+            text(&shock),
+            "--dynamic",
+            "--columns",
+            "output",
+            "-o",
+            text(&target),
+        ]);
+    }
+    let table = std::fs::read(back.join("input.csv")).unwrap();
+    assert_eq!(table, std::fs::read(place("same.csv")).unwrap());
+    let near = std::fs::read_to_string(place("near.csv")).unwrap();
+    let greatest = near
+        .lines()
+        .skip(1)
+        .filter_map(|l| l.split(',').nth(1)?.parse::<f64>().ok())
+        .fold(0.0, f64::max);
+    assert!((greatest / peak - 1.0).abs() < 0.01, "{greatest} {peak}");
+    let said = refuse(&[
+        "apply",
+        text(&fitted.join("result.json")),
+        text(&shock),
+        "--dynamic",
+        "--columns",
+        "output,reference",
+        "-o",
+        text(&place("no.csv")),
+    ]);
+    assert!(said.contains("one column"), "{said}");
+    // Another recording of the same device agrees, another device does not.
+    let other = |name: &str, more: &[&str]| {
+        let (recording, _) = simulate(name, "random", more);
+        let out = place(&format!("{name}-out"));
+        succeed(&[
+            "test",
+            "random",
+            text(&recording),
+            "--input",
+            "reference",
+            "--output-column",
+            "output",
+            "--band",
+            "2000,100000",
+            "-o",
+            text(&out),
+        ]);
+        out
+    };
+    let second = other("second", &["--seed", "9"]);
+    let agreed = place("agreed");
+    succeed(&[
+        "compare",
+        text(&fitted.join("calibration.json")),
+        text(&second.join("result.json")),
+        "-o",
+        text(&agreed),
+    ]);
+    let found = codes(&json(&agreed.join("result.json")));
+    assert!(found.is_empty(), "{found:?}");
+    let warm = other("warm", &["--seed", "9", "--temperature", "60"]);
+    let differs = place("differs");
+    succeed(&[
+        "compare",
+        text(&fitted.join("calibration.json")),
+        text(&warm.join("calibration.json")),
+        "-o",
+        text(&differs),
+    ]);
+    let found = codes(&json(&differs.join("result.json")));
+    assert_eq!(found, ["calibrations-differ"]);
+    let said = refuse(&[
+        "compare",
+        text(&fitted.join("calibration.json")),
+        text(&shock),
+        "-o",
+        text(&place("never")),
+    ]);
+    assert!(said.contains("recording.csv"), "{said}");
+    for result in [&fitted, &out, &back, &differs] {
         let before = std::fs::read(result.join("report.html")).unwrap();
         succeed(&["render", text(result)]);
         assert_eq!(before, std::fs::read(result.join("report.html")).unwrap());

@@ -7,12 +7,14 @@
 //! [`FrequencyResponse::from_row_convention`] is the one place where the two meet.
 
 mod band;
+mod comparison;
 mod compensation_error;
 mod compensation_filter;
 mod complex_matrix;
 mod interpolation;
 
 pub use band::BandMatrix;
+pub use comparison::{ComparedPoint, ComparedWhole, ResponseComparison};
 pub use compensation_error::CompensationError;
 pub use compensation_filter::{Beyond, CompensationFilter, FilterDesign, FilterStream};
 pub use interpolation::Interpolated;

@@ -2,6 +2,7 @@
 
 use crate::apply::{ApplyData, ApplyJob};
 use crate::campaign::Campaign;
+use crate::comparison::{ComparisonData, ComparisonJob};
 use crate::deconvolution::{DeconvolutionData, DeconvolutionJob};
 use crate::free_living::{FreeLivingJob, FreeLivingWindows};
 use crate::inspect::{InspectData, InspectJob};
@@ -104,6 +105,8 @@ macro_rules! jobs {
             Levels(LinearityData<'a>),
             /// A recorded acceleration.
             Motion(MotionData<'a>),
+            /// Two calibrations of one device.
+            Comparison(ComparisonData<'a>),
             /// An output and the model behind it.
             Deconvolution(DeconvolutionData<'a>),
         }
@@ -216,6 +219,8 @@ jobs! {
     Levels(LinearityJob, LinearityData, "levels", |d| only!(d, Levels)),
     /// Figures of a recorded acceleration.
     Motion(MotionJob, MotionData, "motion", |d| only!(d, Motion)),
+    /// Two calibrations over frequency, held against each other.
+    Comparison(ComparisonJob, ComparisonData, "comparison", |d| only!(d, Comparison)),
     /// The input behind an output.
     Deconvolution(DeconvolutionJob, DeconvolutionData, "deconvolution", |d| only!(d, Deconvolution)),
 }

@@ -4,9 +4,9 @@ use crate::outcome::{Filed, Outcome};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use crate::{
-    apply, deconvolution, free_living, inspect, linearity, modes, motion, multi_position, noise,
-    plan, response, shaker_single, shaker_triaxial, shock, simulate, spurious_motion, static_test,
-    step, temperature, uncertainty, validation, velocity,
+    apply, comparison, deconvolution, free_living, inspect, linearity, modes, motion,
+    multi_position, noise, plan, response, shaker_single, shaker_triaxial, shock, simulate,
+    spurious_motion, static_test, step, temperature, uncertainty, validation, velocity,
 };
 use proofmass_io::{ResultDocument, StatedQuantity};
 use proofmass_report::Report;
@@ -95,6 +95,7 @@ fn readers() -> Vec<(&'static str, Reader)> {
         reader::<shock::ShockOutcome>(),
         reader::<linearity::LinearityOutcome>(),
         reader::<step::StepOutcome>(),
+        reader::<comparison::ComparisonOutcome>(),
         reader::<deconvolution::DeconvolutionOutcome>(),
         reader::<motion::MotionOutcome>(),
         reader::<response::ResponseOutcome>(),

@@ -1,14 +1,16 @@
 //! The acceleration behind a device's output, from its fitted model, with the uncertainty of every sample.
 
 use crate::channels::Channel;
-use crate::outcome::{Job, Outcome, section};
+use crate::frequency_response;
+use crate::outcome::{Filed, Job, Outcome, section};
 use crate::record::Record;
+use crate::response::ResponseOutcome;
 use crate::trouble::{Result, Trouble};
 use proofmass_calibration::dynamic::deconvolution::{Deconvolution, Deconvolved};
-use proofmass_calibration::dynamic::model::ModelFit;
+use proofmass_calibration::dynamic::model::{FitProblem, ModelFit, ModelStructure, ResponsePoints};
 use proofmass_calibration::dynamic::shock::PulseSearch;
 use proofmass_core::Watch;
-use proofmass_io::{StatedQuantity, Table};
+use proofmass_io::{AnyCalibration, Device, Input, Source, StatedQuantity, Table};
 use proofmass_report::{DeconvolutionReport, Report};
 use proofmass_signal::Trace;
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity, Severity};
@@ -42,6 +44,74 @@ pub struct DeconvolutionData<'a> {
     pub name: &'a str,
 }
 
+/// A fitted model and where it is from.
+#[derive(Clone, Debug)]
+pub struct FittedModel {
+    /// The model with its covariance.
+    pub fit: ModelFit,
+    /// Unit of its sensitivity, output over input.
+    pub unit: String,
+    /// The device.
+    pub device: Device,
+    /// The file.
+    pub input: Input,
+    /// What reading it found.
+    pub findings: Vec<Finding>,
+}
+
+impl FittedModel {
+    /// From the result of a test with a fitted model, or from a calibration over frequency (a calibration.json, the table of a
+    /// laboratory), to which the model of this structure is fitted; the model of a result is the result's.
+    ///
+    /// `coverage` is the factor k of expanded uncertainties in a table.
+    ///
+    /// # Errors
+    /// A file that is neither, a result without a model, a model that the calibration does not determine.
+    pub fn read(
+        path: &std::path::Path,
+        structure: Option<ModelStructure>,
+        coverage: Option<f64>,
+    ) -> Result<Self> {
+        let place = path.display().to_string();
+        let bytes = std::fs::read(path)
+            .map_err(|e| Trouble::data(format!("{place} cannot be read: {e}")))?;
+        if let Ok(filed) = Filed::<ResponseOutcome>::from_json(&bytes) {
+            let Some(fit) = filed.outcome.fit() else {
+                return Err(Trouble::data(format!("{place} holds no fitted model"))
+                    .with_hint("evaluate it again with --model 1mode"));
+            };
+            return Ok(Self {
+                fit: fit.clone(),
+                unit: filed.outcome.unit().to_owned(),
+                device: filed.record.device.clone(),
+                input: Input::of(path)?,
+                findings: Vec::new(),
+            });
+        }
+        let (calibration, input, findings) =
+            frequency_response::read_calibration(Source::open(path)?, coverage)?;
+        let AnyCalibration::FrequencyResponse(file) = calibration else {
+            return Err(Trouble::data(format!("{place} is no frequency response")).with_hint(
+                "give the result.json of a test with a fitted model, or a calibration over frequency",
+            ));
+        };
+        let response = frequency_response::of_file(&file)?;
+        let named =
+            |e: proofmass_core::Error| Trouble::from(e).about("the model").detail(place.clone());
+        let points = ResponsePoints::of_response(&response, 0, 0).map_err(named)?;
+        let fit = FitProblem::new(structure.unwrap_or_default())
+            .fit(&points)
+            .map_err(named)?;
+        Ok(Self {
+            fit,
+            unit: points.unit,
+            device: file.device,
+            input,
+            findings,
+        })
+    }
+}
+
 /// Samples of which every one is filed.
 const MOST: usize = 1 << 20;
 
@@ -55,6 +125,14 @@ impl Job for DeconvolutionJob {
         watch: &dyn Watch,
     ) -> Result<DeconvolutionOutcome> {
         watch.step("inverse filter", 0, 1)?;
+        if data.unit != "1" && !data.unit.starts_with(&format!("{}/", data.channel.unit)) {
+            return Err(Trouble::data(format!(
+                "column {:?} is in {}, the model's sensitivity in {}",
+                data.channel.name, data.channel.unit, data.unit
+            ))
+            .detail(data.name)
+            .with_hint("state the unit of the column with --unit"));
+        }
         let record = data.channel.data;
         if record.len() > MOST {
             return Err(Trouble::data(format!(

@@ -12,6 +12,7 @@ pub mod apply;
 mod block_clock;
 pub mod campaign;
 mod channels;
+pub mod comparison;
 pub mod deconvolution;
 pub mod free_living;
 pub mod frequency_response;

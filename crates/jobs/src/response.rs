@@ -236,8 +236,14 @@ impl Job for ResponseJob {
             ResponsePoints::of(&response, &unit).with_reference(self.input_uncertainty, 0.0, None);
         let fit: Option<ModelFit> = match self.model {
             Some(structure) => {
+                let seen = match &spectra {
+                    Some(spectra) => points
+                        .clone()
+                        .seen_through(&response, spectra.smearing(self.estimator)),
+                    None => points.clone(),
+                };
                 let fit = FitProblem::new(structure)
-                    .fit(&points)
+                    .fit(&seen)
                     .map_err(|e| Trouble::from(e).about("the model").detail(data.name))?;
                 findings.extend(fit.findings.iter().cloned());
                 Some(fit)
@@ -328,9 +334,9 @@ fn quality(response: &ResponseEstimate, findings: &mut Vec<Finding>) {
         .max_by(|a, b| a.1.total_cmp(&b.1));
     if let Some((k, share)) = worst {
         let noise = (response.covariance[k][0] + response.covariance[k][2]
-            - response.leakage[k].norm_sqr() / 3.0)
-            .max(0.0)
-            .sqrt();
+            - response.leakage[k].norm_sqr())
+        .max(0.0)
+        .sqrt();
         if share > 0.02 && response.leakage[k].norm() > 3.0 * noise {
             findings.push(
                 Finding::new(

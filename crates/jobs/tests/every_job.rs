@@ -4,6 +4,7 @@
 mod support;
 
 use num_complex::Complex64;
+use proofmass_calibration::FrequencyResponse;
 use proofmass_calibration::shaker::recording::Quality;
 use proofmass_calibration::shaker::reference::{ReferencePoint, ReferenceTable};
 use proofmass_calibration::shaker::single_axis::{ComparisonBudget, ComparisonRow};
@@ -11,6 +12,7 @@ use proofmass_calibration::shaker::{Acts, Budget, Input, Key};
 use proofmass_io::{AnyCalibration, Source, Unit};
 use proofmass_jobs::apply::{ApplyData, ApplyJob, CompensationMethod, Destination};
 use proofmass_jobs::campaign::Campaign;
+use proofmass_jobs::comparison::{ComparisonData, ComparisonJob};
 use proofmass_jobs::noise::{NoiseData, NoiseJob};
 use proofmass_jobs::plan::PlanJob;
 use proofmass_jobs::shaker_single::{ShakerSingleData, ShakerSingleJob, ShakerSingleRun};
@@ -271,6 +273,15 @@ fn law_shaker_single_and_plan() {
             &AnyData::ShakerSingle(ShakerSingleData::new(&runs)),
             watch,
         )
+    });
+    let response = FrequencyResponse::try_from(&certificate()).unwrap();
+    check("comparison", &|watch| {
+        let data = ComparisonData {
+            responses: [&response, &response],
+            names: ["a", "b"],
+            findings: &[],
+        };
+        ask(ComparisonJob::default(), &AnyData::Comparison(data), watch)
     });
     check("plan", &|watch| {
         let mut job = PlanJob::new(budget());

@@ -23,6 +23,7 @@
 //! Nothing is computed here and no clock is read: times, versions and digests are texts of the caller. The page
 //! needs no network, no font and no script.
 
+mod comparison;
 mod compensation;
 mod deconvolution;
 mod document;
@@ -51,6 +52,7 @@ mod uncertainty;
 mod validation;
 mod velocity;
 
+pub use comparison::ComparisonReport;
 pub use compensation::CompensationReport;
 pub use deconvolution::DeconvolutionReport;
 pub use document::{Alignment, Block, Cell, Column, Figure, KeyFigure, Report, Section, Table};

@@ -98,9 +98,8 @@ impl Oscillator {
         }
     }
 
-    /// Least and greatest y of the free motion from a state on, without end; the state itself is left out.
-    pub(crate) fn free_extremes(&self, kappa: Reading, z: Complex64) -> Option<[f64; 2]> {
-        let k = kappa * z;
+    /// Least and greatest y = Re k of the free motion from k = κz on, without end; k itself is left out.
+    pub(crate) fn free_extremes(&self, k: Complex64) -> Option<[f64; 2]> {
         if k.norm() == 0.0 {
             return None;
         }

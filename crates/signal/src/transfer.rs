@@ -2,11 +2,13 @@
 
 mod cross;
 mod local_polynomial;
+mod smearing;
 #[cfg(test)]
 mod tests;
 
 pub use cross::{CrossSpectra, Hit, OutputSpectra};
 pub use local_polynomial::LocalPolynomial;
+pub use smearing::Smearing;
 
 use num_complex::Complex64;
 use proofmass_core::Error;
@@ -112,7 +114,7 @@ impl CrossSpectra {
     /// E|δ|² = [(Gx + Gm) Gv − |H|² Gm²]/(K Gx²), Gv = Gn + |H|² Gm.
     ///
     /// **Leakage** a Hann window smooths: E Ĥ = H + c H″, which the second difference of neighbouring lines shows. It is
-    /// given for each line, and its square over three is in the covariance, along its own direction.
+    /// given for each line, and its square is in the covariance, along its own direction.
     ///
     /// **Errors** [`Error::OutOfRange`] for an output that is not there or a ratio that is not positive,
     /// [`Error::TooFew`] below two independent averages.
@@ -183,10 +185,11 @@ impl CrossSpectra {
             };
             result.leakage.push(bias);
         }
+        // Whole, not its third: the second difference of what is smoothed already shows too little of a sharp resonance.
         for (c, b) in result.covariance.iter_mut().zip(&result.leakage) {
-            c[0] += b.re * b.re / 3.0;
-            c[1] += b.re * b.im / 3.0;
-            c[2] += b.im * b.im / 3.0;
+            c[0] += b.re * b.re;
+            c[1] += b.re * b.im;
+            c[2] += b.im * b.im;
         }
         Ok(result)
     }
@@ -204,7 +207,8 @@ fn in_both(gxx: f64, gyy: f64, gxy: Complex64, ratio: f64, k: f64) -> (Complex64
     } else {
         2.0 * sxy / (root - difference)
     };
-    let least = 0.5 * (gxx + syy - root).max(0.0) * k / (k - 1.0);
+    let unbiased = if k.is_finite() { k / (k - 1.0) } else { 1.0 };
+    let least = 0.5 * (gxx + syy - root).max(0.0) * unbiased;
     let signal = (gxx - least).max(f64::MIN_POSITIVE);
     let both = least * (1.0 + h.norm_sqr());
     let variance = ((signal + least) * both - h.norm_sqr() * least * least).max(0.0)

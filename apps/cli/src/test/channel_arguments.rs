@@ -47,7 +47,7 @@ pub(crate) fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
-pub(super) fn not_negative(text: &str) -> Result<f64, String> {
+pub(crate) fn not_negative(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(v) if v >= 0.0 && v.is_finite() => Ok(v),
         _ => Err(format!("{text:?} is no number from zero on")),

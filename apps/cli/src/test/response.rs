@@ -195,7 +195,7 @@ impl Common {
 }
 
 /// `1mode+delay`, `2modes+high-pass+low-pass=4`.
-pub(super) fn structure(text: &str) -> Result<ModelStructure, String> {
+pub(crate) fn structure(text: &str) -> Result<ModelStructure, String> {
     let refused =
         || format!("{text:?} is no model such as 1mode, 1mode+delay, 2modes+high-pass+low-pass=4");
     let mut model = ModelStructure::modes(0);

@@ -1,8 +1,9 @@
 //! A transducer on a bench: what happens to it, and what a converter writes of it.
 
 use super::Transducer;
+use num_complex::Complex64;
 use proofmass_core::Error;
-use proofmass_signal::{PulseShape, relative_displacement};
+use proofmass_signal::{PulseShape, fourier, relative_displacement};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -150,12 +151,24 @@ impl TransducerBench {
                 .collect(),
         };
         let mass = &self.transducer.mass;
-        let moved = relative_displacement(
-            &truth,
-            self.rate,
-            mass.natural_frequency(),
-            mass.damping_ratio(),
-        )?;
+        let (f0, zeta) = (mass.natural_frequency(), mass.damping_ratio());
+        // Noise and sweeps have no frequency above half the rate, and are not the straight lines between their samples:
+        // these would answer (πf/rate)²/3 less.
+        let padding = match self.motion {
+            TransducerMotion::Random { .. } => Some(0),
+            TransducerMotion::Sweep { .. } => Some(n),
+            TransducerMotion::Shock { .. } | TransducerMotion::Step { .. } => None,
+        };
+        let moved = match padding {
+            None => relative_displacement(&truth, self.rate, f0, zeta)?,
+            Some(padding) => {
+                positive("natural frequency", f0, f64::MAX)?;
+                band_limited(&truth, padding, self.rate, |f| {
+                    let r = f / f0;
+                    -1.0 / ((TAU * f0).powi(2) * (1.0 - r * r + 2.0 * Complex64::i() * zeta * r))
+                })
+            }
+        };
         let principle = &self.transducer.principle;
         let gain = 1.0 + principle.temperature_coefficient() * self.temperature;
         let rest = principle.output(0.0, mass).unwrap_or(0.0);
@@ -173,10 +186,10 @@ impl TransducerBench {
             })
             .collect();
         if let Some(corner) = principle.high_pass() {
-            first_order(&mut output, rest, corner, self.rate, true);
+            first_order(&mut output, rest, corner, self.rate, padding, true);
         }
         if let Some(corner) = principle.low_pass() {
-            first_order(&mut output, rest, corner, self.rate, false);
+            first_order(&mut output, rest, corner, self.rate, padding, false);
         }
         let limits = self.transducer.limits();
         let full = self
@@ -208,18 +221,59 @@ impl TransducerBench {
     }
 }
 
-/// First-order filter about a level, exact for straight lines between samples.
-fn first_order(signal: &mut [f64], level: f64, corner: f64, rate: f64, high: bool) {
-    let mu = TAU * corner / rate;
-    let decay = (-mu).exp();
-    let gain = -(-mu).exp_m1() / mu;
-    let (mut before, mut passed) = (0.0, 0.0);
-    for v in signal {
-        let x = *v - level;
-        passed = decay * passed + gain * (x - before);
-        before = x;
-        *v = level + if high { passed } else { x - passed };
+/// A filter on a signal without frequencies above half the rate, which repeats after so many zeros.
+fn band_limited(
+    signal: &[f64],
+    padding: usize,
+    rate: f64,
+    response: impl Fn(f64) -> Complex64,
+) -> Vec<f64> {
+    let n = signal.len();
+    let mut long = signal.to_vec();
+    long.resize(n + padding, 0.0);
+    let line = rate / long.len().max(1) as f64;
+    let length = long.len();
+    let mut spectrum = fourier::forward_owned(long);
+    for (k, v) in spectrum.iter_mut().enumerate() {
+        *v *= response(k as f64 * line);
     }
+    let mut filtered = fourier::inverse(spectrum, length).unwrap_or_default();
+    filtered.truncate(n);
+    filtered
+}
+
+/// First-order filter about a level: without frequencies above half the rate where `padding` is given, else exact for straight
+/// lines between samples.
+fn first_order(
+    signal: &mut Vec<f64>,
+    level: f64,
+    corner: f64,
+    rate: f64,
+    padding: Option<usize>,
+    high: bool,
+) {
+    signal.iter_mut().for_each(|v| *v -= level);
+    match padding {
+        Some(padding) => {
+            *signal = band_limited(signal, padding, rate, |f| {
+                let r = Complex64::new(0.0, f / corner);
+                if high { r / (1.0 + r) } else { 1.0 / (1.0 + r) }
+            });
+        }
+        None => {
+            let mu = TAU * corner / rate;
+            let decay = (-mu).exp();
+            let gain = -(-mu).exp_m1() / mu;
+            let (mut before, mut passed) = (0.0, 0.0);
+            for v in signal.iter_mut() {
+                let x = *v;
+                passed = decay * passed + gain * (x - before);
+                before = x;
+                *v = if high { passed } else { x - passed };
+            }
+        }
+    }
+    signal.iter_mut().for_each(|v| *v += level);
 }
 
 #[cfg(test)]
@@ -289,6 +343,31 @@ mod tests {
             height: 2.0 * limit,
         };
         assert!(b.simulate(1).unwrap().beyond > 0);
+    }
+
+    /// A tone within the sweep's band comes out with the modulus of the model, however few samples its period has.
+    #[test]
+    fn law_noise_is_answered_as_the_model_answers() {
+        let device = Transducer::examples().remove(0);
+        let (f0, zeta) = (device.mass.natural_frequency(), device.mass.damping_ratio());
+        let mut b = bench(device, TransducerMotion::Random { rms: 1.0 });
+        // Eight samples to a period of the resonance.
+        b.rate = 8.0 * f0;
+        b.duration = 4096.0 / b.rate;
+        let r = b.simulate(1).unwrap();
+        let (x, y) = (fourier::forward(&r.truth), fourier::forward(&r.output));
+        let at = |k: usize| y[k] / x[k];
+        let static_gain = at(1);
+        for k in [100, 512, 800] {
+            let q = k as f64 / 512.0;
+            let due = 1.0 / (1.0 - q * q + 2.0 * Complex64::i() * zeta * q);
+            let found = at(k) / static_gain;
+            // The comb is not quite linear at 1 m/s².
+            assert!(
+                (found - due).norm() < 2e-3 * due.norm(),
+                "{k}: {found} {due}"
+            );
+        }
     }
 
     #[test]

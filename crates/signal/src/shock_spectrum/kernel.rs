@@ -14,14 +14,13 @@ const STRETCH: usize = 1 << 16;
 
 type Lanes = [f64; LANES];
 
-/// Eight oscillators in the shifted state w = z + Tφ₂ a, which one sample drives: w₁ = e^μ w₀ + c a₀,
-/// c = −T(φ₁ − φ₂ + e^μ φ₂), and y = Re(κ w) + γ a. After the last sample w is the state one step later, the
+/// Eight oscillators in the shifted and turned state w = κ(z + Tφ₂ a), which one sample drives: w₁ = e^μ w₀ + c a₀,
+/// c = −κT(φ₁ − φ₂ + e^μ φ₂), and y = Re w + γ a. After the last sample w is κ times the state one step later, the
 /// acceleration having run down to zero.
 #[derive(Clone, Copy)]
 struct Bank {
     turn: [Lanes; 2],
     drive: [Lanes; 2],
-    out: [Lanes; 2],
     direct: Lanes,
     state: [Lanes; 2],
 }
@@ -32,20 +31,17 @@ impl Bank {
         let mut bank = Self {
             turn: [zero; 2],
             drive: [zero; 2],
-            out: [zero; 2],
             direct: zero,
             state: [zero; 2],
         };
         for (k, (o, kappa)) in block.iter().zip(kappas).enumerate() {
-            let drive = o.gains[0] + o.turn * o.gains[1];
+            let drive = kappa * (o.gains[0] + o.turn * o.gains[1]);
             // At rest on the first sample z = 0.
-            let start = -o.gains[1] * first;
+            let start = -kappa * o.gains[1] * first;
             bank.turn[0][k] = o.turn.re;
             bank.turn[1][k] = o.turn.im;
             bank.drive[0][k] = drive.re;
             bank.drive[1][k] = drive.im;
-            bank.out[0][k] = kappa.re;
-            bank.out[1][k] = -kappa.im;
             bank.direct[k] = (kappa * o.gains[1]).re;
             bank.state[0][k] = start.re;
             bank.state[1][k] = start.im;
@@ -87,8 +83,8 @@ pub(super) fn extremes(
         }
         let state = Complex64::new(bank.state[0][k], bank.state[1][k]);
         let mut free = [0.0; 2];
-        widen(&mut free, (kappa * state).re);
-        for y in o.free_extremes(*kappa, state).unwrap_or_default() {
+        widen(&mut free, state.re);
+        for y in o.free_extremes(state).unwrap_or_default() {
             widen(&mut free, y);
         }
         result.push(Extremes {
@@ -115,7 +111,6 @@ impl WithSimd for Steps<'_> {
         let Bank {
             turn: [er, ei],
             drive: [cr, ci],
-            out: [kr, ki],
             direct,
             state: [mut wr, mut wi],
         } = *self.bank;
@@ -123,7 +118,7 @@ impl WithSimd for Steps<'_> {
         for &a in self.stretch {
             for k in 0..LANES {
                 let (r, i) = (wr[k], wi[k]);
-                let y = kr[k] * r + ki[k] * i + direct[k] * a;
+                let y = r + direct[k] * a;
                 low[k] = if y < low[k] { y } else { low[k] };
                 high[k] = if y > high[k] { y } else { high[k] };
                 wr[k] = er[k] * r - ei[k] * i + cr[k] * a;

@@ -1,5 +1,7 @@
 //! Auto- and cross-spectra of one input and several outputs.
 
+use super::Estimator;
+use super::smearing::{Smearing, weights as smearing_weights};
 use crate::welch::check;
 use crate::{Detrend, Welch, fourier};
 use num_complex::Complex64;
@@ -33,6 +35,8 @@ pub struct CrossSpectra {
     pub independent: f64,
     /// Bias by smoothing in units of the second difference between neighbouring lines; 1/6 for a Hann window.
     pub smoothing: f64,
+    /// Weights of a response at its own line and at half lines to either side, by which a window smooths it; empty without one.
+    pub kernel: Vec<f64>,
 }
 
 /// Where a hit lies in its record, and how it is windowed.
@@ -133,14 +137,29 @@ impl CrossSpectra {
         }
         let squares: f64 = weights.iter().map(|w| w * w).sum();
         let nu = crate::welch::degrees_of_freedom(&weights, step, count);
-        Ok(sums.scaled(
+        let mut spectra = sums.scaled(
             l,
             rate,
             1.0 / (squares * count as f64),
             count,
             0.5 * nu,
             smoothing(&weights),
-        ))
+        );
+        spectra.kernel = smearing_weights(&weights);
+        Ok(spectra)
+    }
+
+    /// What window and estimator make of a response.
+    pub fn smearing(&self, estimator: Estimator) -> Smearing {
+        Smearing {
+            estimator,
+            line: self.frequency.get(1).copied().unwrap_or(0.0),
+            weights: if self.kernel.is_empty() {
+                vec![1.0]
+            } else {
+                self.kernel.clone()
+            },
+        }
     }
 
     /// Averages over hits that each decay within their own stretch of `length` samples; shorter ones are padded with zeros.
@@ -312,6 +331,7 @@ impl Sums {
             averages,
             independent,
             smoothing,
+            kernel: Vec::new(),
         }
     }
 }

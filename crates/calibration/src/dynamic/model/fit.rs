@@ -5,7 +5,7 @@ use crate::adjustment::{Equations, adjust, cholesky, solve};
 use crate::frequency_response::FrequencyResponse;
 use num_complex::Complex64;
 use proofmass_core::Error;
-use proofmass_signal::transfer::{ResponseEstimate, polar};
+use proofmass_signal::transfer::{ResponseEstimate, Smearing, polar};
 use proofmass_uncertainty::{
     Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence,
     Severity, chi_squared_quantile,
@@ -42,7 +42,14 @@ pub struct ResponsePoints {
     pub common: Vec<CommonCause>,
     /// Unit of S.
     pub unit: String,
+    /// What a window made of the response before these points were read: the model is seen through it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub smearing: Option<Smearing>,
 }
+
+/// Share of the leakage's variance that stays where the model is seen through the window: for a density of the input that is not
+/// quite even.
+const UNEVEN: f64 = 1e-3;
 
 impl ResponsePoints {
     /// From an estimated response, thinned to independent lines; two lines apart under a Hann window leave a correlation of
@@ -61,6 +68,35 @@ impl ResponsePoints {
             dof: estimate.dof.iter().copied().min_by(f64::total_cmp),
             common: Vec::new(),
             unit: unit.to_owned(),
+            smearing: None,
+        }
+    }
+
+    /// What a fit is to see: the model through the window that smoothed the estimate, which these points were thinned from, and
+    /// the leakage no longer among the uncertainties.
+    #[must_use]
+    pub fn seen_through(mut self, estimate: &ResponseEstimate, smearing: Smearing) -> Self {
+        let step = estimate.independent_every.max(1);
+        let factor = if step > 1 { 1.0 + 2.0 / 36.0 } else { 1.0 };
+        let share = (1.0 - UNEVEN) * factor;
+        for (c, b) in self
+            .covariance
+            .iter_mut()
+            .zip(estimate.leakage.iter().step_by(step))
+        {
+            c[0] -= share * b.re * b.re;
+            c[1] -= share * b.re * b.im;
+            c[2] -= share * b.im * b.im;
+        }
+        self.smearing = Some(smearing);
+        self
+    }
+
+    /// What a model shows at a frequency.
+    fn of_model(&self, model: &TransducerModel, frequency: f64) -> Complex64 {
+        match &self.smearing {
+            Some(smearing) => smearing.expected(frequency, |f| model.response(f)),
+            None => model.response(frequency),
         }
     }
 
@@ -370,9 +406,14 @@ impl FitProblem {
             iterations: 0,
             step: f64::INFINITY,
         };
+        // The window matters little to where the minimum lies: it is looked for without.
+        let clear = ResponsePoints {
+            smearing: None,
+            ..points.clone()
+        };
         for (start, sign) in self.starts(&points) {
             let vector = start.to_vector(&self.structure, time);
-            let equations = |v: &[f64]| self.equations(&points, v, sign, time);
+            let equations = |v: &[f64]| self.equations(&clear, v, sign, time);
             match adjust(&vector, &vec![1.0; 2 * n], equations) {
                 Ok(solution) => {
                     let cost: f64 = solution.equations.residual.iter().map(|r| r * r).sum();
@@ -396,9 +437,31 @@ impl FitProblem {
                 }
             }
         }
-        let Some((cost, vector, sign, equations)) = best else {
+        let Some((mut cost, mut vector, sign, mut equations)) = best else {
             return Err(failure);
         };
+        let mut points = points;
+        if let Some(smearing) = &points.smearing {
+            let first = TransducerModel::from_vector(&vector, &self.structure, sign, time);
+            for k in 0..n {
+                let expected = points.of_model(&first, points.frequency[k]);
+                let ratio = smearing.variance_ratio(expected, points.value[k]);
+                points.covariance[k] = points.covariance[k].map(|v| ratio * v);
+            }
+            let seen = |v: &[f64]| self.equations(&points, v, sign, time);
+            let solution = adjust(&vector, &vec![1.0; 2 * n], seen).map_err(|e| match e {
+                Error::NotConverged {
+                    iterations, step, ..
+                } => Error::NotConverged {
+                    name: "model fit",
+                    iterations,
+                    step,
+                },
+                other => other,
+            })?;
+            cost = solution.equations.residual.iter().map(|r| r * r).sum();
+            (vector, equations) = (solution.parameters, solution.equations);
+        }
         let mut model = TransducerModel::from_vector(&vector, &self.structure, sign, time);
         let equations = if model.modes.is_sorted_by(|a, b| a.frequency <= b.frequency) {
             equations
@@ -434,6 +497,7 @@ impl FitProblem {
                 .collect(),
             dof: points.dof,
             unit: points.unit.clone(),
+            smearing: points.smearing.clone(),
         }
     }
 
@@ -462,7 +526,10 @@ impl FitProblem {
             .collect();
         for k in 0..n {
             let f = points.frequency[k];
-            let r = whiten(points.covariance[k], model.response(f) - points.value[k]);
+            let r = whiten(
+                points.covariance[k],
+                points.of_model(&model, f) - points.value[k],
+            );
             if !(r[0].is_finite() && r[1].is_finite()) {
                 return Err(Error::NotFinite {
                     name: "model",
@@ -471,7 +538,7 @@ impl FitProblem {
             }
             equations.residual[2 * k..2 * k + 2].copy_from_slice(&r);
             for (j, [low, high]) in shifted.iter().enumerate() {
-                let d = (high.response(f) - low.response(f)) / (2.0 * STEP);
+                let d = (points.of_model(high, f) - points.of_model(low, f)) / (2.0 * STEP);
                 let [a, b] = whiten(points.covariance[k], d);
                 equations.jacobian[2 * k * p + j] = a;
                 equations.jacobian[(2 * k + 1) * p + j] = b;
@@ -608,11 +675,16 @@ impl FitProblem {
             solve(&factor, &mut x);
             x.iter().zip(&scale).map(|(x, s)| x / s).collect()
         };
+        // Weights that are the inverse of variances with ν degrees of freedom scatter themselves, which makes the variance of a
+        // weighted mean E w²/(E w)² = (ν − 2)/(ν − 4) of the best there is, where Σ w promises (ν − 2)/ν of it.
+        let spread = points
+            .dof
+            .map_or(1.0, |nu| nu.max(6.0) / (nu.max(6.0) - 4.0));
         let mut rows = vec![0.0; p * p];
         for a in 0..p {
             let unit: Vec<f64> = (0..p).map(|b| f64::from(u8::from(a == b))).collect();
             for (b, v) in solve_scaled(&unit).into_iter().enumerate() {
-                rows[a * p + b] = v * named[a].3 * named[b].3;
+                rows[a * p + b] = spread * v * named[a].3 * named[b].3;
             }
         }
         for a in 0..p {
@@ -673,7 +745,7 @@ impl FitProblem {
         let residuals: Vec<[f64; 4]> = (0..n)
             .map(|k| {
                 let s = points.value[k];
-                let d = (model.response(points.frequency[k]) - s) / s;
+                let d = (points.of_model(&model, points.frequency[k]) - s) / s;
                 let [rr, _, ii] = points.covariance[k];
                 squares += d.norm_sqr();
                 explained += (rr + ii) / s.norm_sqr();
