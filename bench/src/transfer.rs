@@ -32,7 +32,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let figure = |spectra: &CrossSpectra| -> f64 {
         spectra
             .response(2, Estimator::H1)
-            .map_or(f64::NAN, |r| r.value[99].im)
+            .map_or(f64::NAN, |r| r.value[100].im)
     };
     let (theirs, their_figure) = peers.get("csd")?;
     println!("frequency response, 10⁷ samples × 4 channels, segments of 4096");

@@ -298,10 +298,7 @@ impl ModesReport<'_> {
                 Axis::linear("distance along the line", "mm"),
                 Axis::linear("displacement", ""),
             )
-            .below(Axis::linear(
-                "displacement per base acceleration",
-                "nm/(m/s²)",
-            ));
+            .below(Axis::linear("at resonance", "nm/(m/s²)"));
             let (mut above, mut below) = (vec![], vec![]);
             for (m, (shape, response)) in
                 line.shape.iter().zip(line.response).take(LINES).enumerate()
@@ -389,9 +386,12 @@ impl ModesReport<'_> {
         }
         Section::new("Measured resonances")
             .paragraph(format!(
-                "The frequencies above are those after the update. Agreement of measurement and model: χ² = {}, p = {}.",
+                "The frequencies above are those after the update. Agreement of measurement and model: χ² = {}, {}.",
                 two_digits(update.chi_squared),
-                two_digits(update.probability)
+                match update.probability {
+                    p if p < 1e-6 => "p below 10⁻⁶".to_owned(),
+                    p => format!("p = {}", two_digits(p)),
+                }
             ))
             .table(table)
     }
