@@ -54,7 +54,7 @@ impl Calibrate {
         let place = place.unwrap_or_else(|| source.resolve("result"));
         let folder = self
             .delivery
-            .begin_at(place, campaign.kind(), &[&source.path])?;
+            .begin_at(place, campaign.result_kind(), &[&source.path])?;
         let result = campaign.evaluate(Some(clock::today()), &Progress::new())?;
         self.delivery.deliver(Some(folder), result.as_ref())
     }

@@ -3,7 +3,7 @@
 use crate::Failure;
 use crate::recording_arguments::{time_unit, unit};
 use proofmass::io::{TimeUnit, Unit};
-use proofmass::jobs::campaign::Draft;
+use proofmass::jobs::campaign::{Draft, RowsAre};
 
 /// Options of a recording without a campaign.
 #[derive(clap::Args, Clone, Debug)]
@@ -32,8 +32,8 @@ pub(crate) struct DraftArguments {
     #[arg(long, value_name = "M_PER_S2", requires = "gravity")]
     gravity_uncertainty: Option<f64>,
     /// Columns of x, y and z by name or number (from 1) [default: found by their headings]
-    #[arg(long, value_name = "X,Y,Z", value_delimiter = ',', num_args = 1)]
-    columns: Option<Vec<String>>,
+    #[arg(long, value_name = "X,Y,Z", value_parser = axes)]
+    columns: Option<[String; 3]>,
     /// Unit of these columns, where the headings do not say it: count, m/s², g, mg, V, …
     #[arg(long, value_parser = unit)]
     unit: Option<Unit>,
@@ -46,6 +46,18 @@ pub(crate) struct DraftArguments {
     /// Sampling rate in hertz, where there is no time column
     #[arg(long, value_name = "HZ")]
     rate: Option<f64>,
+    /// What a row is: one of the samples in which standstills are found, a mean or a reading in an attitude of its own,
+    /// a sample of a sensor that is turned slowly all the time
+    #[arg(
+        long,
+        value_enum,
+        default_value = "samples",
+        conflicts_with = "free_living"
+    )]
+    rows: Rows,
+    /// Temperature column in °C by name or number
+    #[arg(long, value_name = "COLUMN")]
+    temperature: Option<String>,
     /// Model: bias, bias-scale, triangular, symmetric
     #[arg(long, value_name = "MODEL")]
     model: Option<String>,
@@ -54,17 +66,27 @@ pub(crate) struct DraftArguments {
     free_living: bool,
 }
 
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Rows {
+    Samples,
+    Readings,
+    Tumble,
+}
+
 impl DraftArguments {
     pub(crate) fn draft(&self) -> Draft {
         Draft {
-            columns: self
-                .columns
-                .as_ref()
-                .and_then(|c| <[String; 3]>::try_from(c.clone()).ok()),
+            columns: self.columns.clone(),
             unit: self.unit,
             time: self.time.clone(),
             time_unit: self.time_unit,
             rate_hz: self.rate,
+            rows: match self.rows {
+                Rows::Samples => RowsAre::Samples,
+                Rows::Readings => RowsAre::Readings,
+                Rows::Tumble => RowsAre::Tumble,
+            },
+            temperature: self.temperature.clone(),
             gravity: self.gravity.zip(self.gravity_uncertainty),
             latitude_deg: self.latitude,
             height_m: self.height,
@@ -83,4 +105,14 @@ impl DraftArguments {
                 .hint("write it into campaign.toml, or name the recording instead of the campaign"),
         )
     }
+}
+
+fn axes(text: &str) -> Result<[String; 3], String> {
+    let words: Vec<String> = text.split(',').map(|w| w.trim().to_owned()).collect();
+    <[String; 3]>::try_from(words).map_err(|words| {
+        format!(
+            "{} columns are named; x, y and z are three, such as 2,3,4",
+            words.len()
+        )
+    })
 }

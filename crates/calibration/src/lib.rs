@@ -20,6 +20,7 @@ mod standstill;
 mod standstill_calibration;
 mod temperature;
 mod threshold_sweep;
+mod tumble;
 mod validation;
 
 pub use autocalibration::{

@@ -73,6 +73,10 @@ pub struct MultiPosition {
     noise_dof: DegreesOfFreedom,
     probability: f64,
     limit: f64,
+    /// Of the readings, as many as count as independent.
+    effective: Option<f64>,
+    /// Standard uncertainty of what a motion adds to every magnitude, m/s².
+    lengthening: f64,
 }
 
 /// A parameter whose standard uncertainty exceeds this in natural units (of the scale, of g) is not determined:
@@ -91,6 +95,8 @@ impl MultiPosition {
             noise_dof: DegreesOfFreedom::INFINITE,
             probability: 0.95,
             limit: UNDETERMINED,
+            effective: None,
+            lengthening: 0.0,
         }
     }
 
@@ -146,6 +152,15 @@ impl MultiPosition {
         self
     }
 
+    /// Declares the readings to follow one another in one motion: so many of them count as independent, and that motion adds
+    /// to every magnitude with this standard uncertainty, m/s².
+    #[must_use]
+    pub(crate) fn successive(mut self, effective: f64, lengthening: f64) -> Self {
+        self.effective = Some(effective);
+        self.lengthening = lengthening;
+        self
+    }
+
     /// Fits the model to the standstills.
     ///
     /// Attitudes are used when every pose has one, else ignored; so is the noise of the means.
@@ -172,6 +187,11 @@ impl MultiPosition {
         let problem = Problem::new(self, poses)?;
         let solved = Solved::of(self, &problem)?;
         Ok(suspects::of(&problem, &solved))
+    }
+
+    /// Local gravity, m/s².
+    pub(crate) fn gravity_value(&self) -> f64 {
+        self.gravity.value()
     }
 
     /// Number of free parameters of the chosen model.

@@ -276,7 +276,15 @@ impl Campaign {
             Self::FreeLiving(campaign) => {
                 let windows = campaign.load(watch)?;
                 let record = campaign.record(&windows, date);
-                AnyJob::from(campaign.job()).evaluate(&AnyData::FreeLiving(&windows), record, watch)
+                let job = AnyJob::from(campaign.job()?);
+                job.evaluate(&AnyData::FreeLiving(&windows), record, watch)
+            }
+            Self::SingleAxis(campaign) => {
+                let readings = campaign.load(watch)?;
+                let record = campaign.record(&readings, date);
+                let job = AnyJob::from(campaign.job(&readings)?);
+                let unit = readings.unit();
+                job.evaluate(&AnyData::StaticTest(readings.data(&unit)), record, watch)
             }
             Self::ShakerTriaxial(campaign) => {
                 let files = campaign.load(watch)?;
@@ -304,6 +312,7 @@ impl Campaign {
         match self {
             Self::MultiPosition(campaign) => &campaign.source,
             Self::FreeLiving(campaign) => &campaign.source,
+            Self::SingleAxis(campaign) => &campaign.source,
             Self::ShakerTriaxial(campaign) => &campaign.source,
             Self::ShakerSingle(campaign) => &campaign.source,
             Self::SpuriousMotion(campaign) => &campaign.source,

@@ -6,6 +6,7 @@ mod multi_position;
 mod shaker;
 mod shaker_single;
 mod shaker_triaxial;
+mod single_axis;
 mod spurious_motion;
 
 pub use draft::Draft;
@@ -23,8 +24,11 @@ pub use shaker_single::{ReadingTable, ShakerSingleCampaign};
 pub use shaker_triaxial::{
     CorrectionTable, PlanTable, PublishedInputs, ShakerMethods, ShakerTriaxialCampaign,
 };
+pub use single_axis::{PositionTable, SingleAxisCampaign, SingleAxisMethod, SingleAxisTable};
 pub use spurious_motion::{SpuriousMotionCampaign, VibrometerTable};
 
+use crate::outcome::Outcome as _;
+use crate::static_test::StaticTestOutcome;
 use crate::store::{Folder, Store};
 use proofmass_io::{Error, ErrorKind, Input, LARGEST_DOCUMENT, Result, Source};
 use serde::Deserialize;
@@ -36,6 +40,7 @@ use std::sync::Arc;
 pub const KINDS: &[&str] = &[
     "multi-position",
     "free-living",
+    "single-axis",
     "shaker-triaxial",
     "shaker-single",
     "spurious-motion",
@@ -49,6 +54,8 @@ pub enum Campaign {
     MultiPosition(Box<MultiPositionCampaign>),
     /// Days of a logger, calibrated from its still moments.
     FreeLiving(Box<FreeLivingCampaign>),
+    /// One axis at rest, up and down or at many known angles.
+    SingleAxis(Box<SingleAxisCampaign>),
     /// A triaxial accelerometer on a shaker.
     ShakerTriaxial(Box<ShakerTriaxialCampaign>),
     /// A single-axis accelerometer against a reference.
@@ -132,6 +139,9 @@ impl Campaign {
             "free-living" => {
                 FreeLivingCampaign::from_file(file).map(|c| Self::FreeLiving(Box::new(c)))
             }
+            "single-axis" => {
+                SingleAxisCampaign::from_file(file).map(|c| Self::SingleAxis(Box::new(c)))
+            }
             "shaker-triaxial" => {
                 ShakerTriaxialCampaign::from_file(file).map(|c| Self::ShakerTriaxial(Box::new(c)))
             }
@@ -161,9 +171,20 @@ impl Campaign {
         match self {
             Self::MultiPosition(_) => "multi-position",
             Self::FreeLiving(_) => "free-living",
+            Self::SingleAxis(_) => "single-axis",
             Self::ShakerTriaxial(_) => "shaker-triaxial",
             Self::ShakerSingle(_) => "shaker-single",
             Self::SpuriousMotion(_) => "spurious-motion",
+        }
+    }
+}
+
+impl Campaign {
+    /// Kind of the result, as `kind` in result.json.
+    pub fn result_kind(&self) -> &'static str {
+        match self {
+            Self::SingleAxis(_) => StaticTestOutcome::KIND,
+            _ => self.kind(),
         }
     }
 }

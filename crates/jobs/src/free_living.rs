@@ -1,14 +1,20 @@
 //! Scale and offset of a logger from the still moments of days of free living.
 
+mod calibration;
+
 use crate::campaign::FreeLivingCampaign;
+use crate::multi_position::gravity;
 use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_calibration::{
     AutoCalibration, AutoCalibrationFit, StillWindow, StillWindows, WindowRule,
 };
-use proofmass_core::{Error, Watch};
-use proofmass_io::{Cell, Input, Layout, RowReader, StatedQuantity, Table, TimeUnit, Unit};
+use proofmass_core::{Error, Gravity, STANDARD_GRAVITY, Watch};
+use proofmass_io::{
+    AnyCalibration, Cell, ColumnRef, Input, Layout, RowReader, StatedQuantity, Table, TimeUnit,
+    Unit,
+};
 use proofmass_report::{
     Cell as ReportCell, Column, KeyFigure, Report, Section, Table as ReportTable,
 };
@@ -37,6 +43,9 @@ pub struct FreeLivingJob {
     pub fit: AutoCalibration,
     /// Probability of the intervals.
     pub probability: f64,
+    /// Gravity where it was worn, which turns multiples of it into m/s²; without it anything on the ground.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gravity: Option<Gravity>,
 }
 
 impl Default for FreeLivingJob {
@@ -45,8 +54,14 @@ impl Default for FreeLivingJob {
             rule: WindowRule::default(),
             fit: AutoCalibration::default(),
             probability: 0.95,
+            gravity: None,
         }
     }
+}
+
+impl FreeLivingJob {
+    /// Standard uncertainty of standard gravity as that of a place on the ground (9.76 to 9.84 m/s²), m/s².
+    const ANYWHERE: f64 = 0.03;
 }
 
 /// The still windows of a recording that was never held.
@@ -62,6 +77,8 @@ pub struct FreeLivingWindows {
     pub inputs: Vec<Input>,
     /// What the recording is called in messages.
     pub name: String,
+    /// How x, y, z are called in the recording, for compensating others of its kind.
+    pub columns: Option<[ColumnRef; 3]>,
 }
 
 impl FreeLivingCampaign {
@@ -118,7 +135,7 @@ impl FreeLivingCampaign {
         selected.extend(temperature);
         let temperature_slot = temperature.map(|_| selected.len() - 1);
 
-        let mut windows = StillWindows::new(self.job().rule)?;
+        let mut windows = StillWindows::new(self.job()?.rule)?;
         let mut findings = layout.findings();
         let mut reader = RowReader::new(source, layout, &selected)?;
         let size = reader.size().unwrap_or(0);
@@ -153,16 +170,21 @@ impl FreeLivingCampaign {
             findings,
             inputs,
             name,
+            columns: Some([&table.columns.x, &table.columns.y, &table.columns.z].map(Clone::clone)),
         })
     }
 
     /// The question of the campaign.
-    pub fn job(&self) -> FreeLivingJob {
+    ///
+    /// # Errors
+    /// A gravity that cannot be.
+    pub fn job(&self) -> Result<FreeLivingJob> {
         let mut job = FreeLivingJob::default();
         job.fit.stop = self.method.stop;
         job.fit.temperature = self.method.temperature;
         job.probability = self.method.confidence;
-        job
+        job.gravity = self.gravity.as_ref().map(gravity).transpose()?;
+        Ok(job)
     }
 
     /// What the result is filed with.
@@ -218,6 +240,12 @@ impl Job for FreeLivingJob {
             probability: self.probability,
             seen: data.seen,
             findings,
+            gravity: match self.gravity {
+                Some(gravity) => gravity,
+                None => Gravity::given(STANDARD_GRAVITY, Self::ANYWHERE)?,
+            },
+            temperature_range: temperature_range(&data.still),
+            columns: data.columns.clone(),
             fit,
         })
     }
@@ -230,7 +258,20 @@ pub struct FreeLivingOutcome {
     probability: f64,
     seen: usize,
     findings: Vec<Finding>,
+    gravity: Gravity,
+    /// Lowest and highest temperature of the still windows, °C.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    temperature_range: Option<[f64; 2]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    columns: Option<[ColumnRef; 3]>,
     fit: AutoCalibrationFit,
+}
+
+fn temperature_range(windows: &[StillWindow]) -> Option<[f64; 2]> {
+    let temperatures = windows.iter().filter_map(|w| w.temperature);
+    let low = temperatures.clone().fold(f64::INFINITY, f64::min);
+    let high = temperatures.fold(f64::NEG_INFINITY, f64::max);
+    (low <= high).then_some([low, high])
 }
 
 impl FreeLivingOutcome {
@@ -278,6 +319,10 @@ impl Outcome for FreeLivingOutcome {
             ])?;
         }
         Ok(vec![("parameters.csv".to_owned(), table)])
+    }
+
+    fn calibration(&self, record: &Record) -> Result<Option<AnyCalibration>> {
+        Ok(Some(self.file(record)?.into()))
     }
 
     fn summary(&self, record: &Record) -> Report {

@@ -5,6 +5,7 @@ mod outcome;
 mod recordings;
 
 pub use outcome::{Figures, MultiPositionOutcome};
+pub(crate) use recordings::gravity;
 pub use recordings::{MultiPositionRecordings, Stamps};
 
 use crate::campaign::MethodModel;
@@ -127,6 +128,10 @@ impl MultiPositionJob {
     ) -> Result<StandstillCalibration> {
         let explain =
             |error, given: Option<&[Segment]>| explanation::explain(error, self, data, given);
+        if data.tumble {
+            return StandstillCalibration::of_tumble(samples, data.rate, data.breaks, settings)
+                .map_err(|error| explain(error, None));
+        }
         let mut sweep = match data.segments {
             Some(given) => ThresholdSweep::given(given.to_vec()),
             None => ThresholdSweep::run(samples, data.rate, data.breaks, &self.search, settings)
@@ -223,6 +228,8 @@ pub struct MultiPositionData<'a> {
     pub segments: Option<&'a [Segment]>,
     /// Where every sample is a reading of its own: what is known of it.
     pub readings: Option<Readings>,
+    /// Whether the sensor was turned slowly all the time, without standstills.
+    pub tumble: bool,
     /// What reading the data found.
     pub findings: &'a [Finding],
     /// What the data are called in messages.
@@ -243,6 +250,7 @@ impl<'a> MultiPositionData<'a> {
             temperature: None,
             segments: None,
             readings: None,
+            tumble: false,
             findings: &[],
             name: "the recording",
             columns: None,

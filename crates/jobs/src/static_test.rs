@@ -1,5 +1,9 @@
 //! Static tests: inclination, sensitivity, zero-g, orthogonality, linearity, centrifuge, stability over calibrations.
 
+mod single_axis;
+
+pub use single_axis::SingleAxisReadings;
+
 use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};

@@ -8,7 +8,8 @@ use crate::{
     XyPlot,
 };
 use proofmass_calibration::{
-    CompensatedReading, Ferraris, MultiPositionFit, NextAttitude, StandstillCalibration,
+    CompensatedReading, Ferraris, MultiPositionFit, NextAttitude, PoseResidual,
+    StandstillCalibration,
 };
 use proofmass_signal::Trace;
 use proofmass_uncertainty::{Finding, Format, Quantity};
@@ -72,9 +73,9 @@ impl MultiPositionReport<'_> {
     fn head(&self, fit: &MultiPositionFit) -> Report {
         let gravity = fit.gravity();
         let mut report = Report::new(self.title.clone()).subtitle(format!(
-            "Multi-position calibration of a triaxial accelerometer: method {}, {} standstills, g = {} m/s²",
+            "Multi-position calibration of a triaxial accelerometer: method {}, {}, g = {} m/s²",
             self.method,
-            fit.poses().len(),
+            counted(fit),
             concise(gravity.value(), gravity.standard_uncertainty()),
         ));
         for (label, value) in &self.meta {
@@ -143,7 +144,7 @@ impl MultiPositionReport<'_> {
         let low: Vec<f64> = value.iter().zip(&spread).map(|(v, s)| v - s).collect();
         let high: Vec<f64> = value.iter().zip(&spread).map(|(v, s)| v + s).collect();
         let plot = XyPlot::new(
-            Axis::linear("standstill", "").range(0.0, residuals.len() as f64 + 1.0),
+            Axis::linear(noun(fit), "").range(0.0, residuals.len() as f64 + 1.0),
             Axis::linear("‖a‖ − g", "mm/s²"),
         )
         .horizontal(0.0, "")
@@ -153,10 +154,15 @@ impl MultiPositionReport<'_> {
             sphere = sphere.point(
                 r.acceleration,
                 1e3 * r.magnitude_residual,
-                format!("{}", i + 1),
+                // Numbers that nobody could read are left away.
+                if residuals.len() > LEGIBLE {
+                    String::new()
+                } else {
+                    format!("{}", i + 1)
+                },
             );
         }
-        Section::new("Agreement of the standstills")
+        Section::new(format!("Agreement of the {}s", noun(fit)))
             .paragraph(format!(
                 "{} Attitudes: {}; the largest part of the sphere without an attitude has a radius of {:.0}°. Condition \
                  number {:.1}.",
@@ -166,7 +172,10 @@ impl MultiPositionReport<'_> {
                 fit.condition(),
             ))
             .figure(
-                "Residual of each standstill; bars are two standard uncertainties of its noise and any excess",
+                format!(
+                    "Residual of each {}; bars are two standard uncertainties of its noise and any excess",
+                    noun(fit)
+                ),
                 plot,
             )
             .figure(
@@ -276,6 +285,10 @@ impl MultiPositionReport<'_> {
                  the best at {threshold:.1} times the noise floor, the strictest that breaks fewest standstills.",
                 sweep.candidates.len()
             ),
+            None if calibration.fit.effective_readings().is_some() => TUMBLE.to_owned(),
+            None if noun(&calibration.fit) == "reading" => {
+                "Every row is a reading in an attitude of its own.".to_owned()
+            }
             None => "The standstills were given.".to_owned(),
         });
         if let Some(outputs) = self.outputs {
@@ -295,10 +308,11 @@ impl MultiPositionReport<'_> {
                     plot = plot.horizontal(threshold, "threshold");
                 }
             }
-            section = section.figure(
-                "The recording; shaded: the standstills that were used",
-                plot,
-            );
+            let caption = match shades {
+                [] => "The recording",
+                _ => "The recording; shaded: the standstills that were used",
+            };
+            section = section.figure(caption, plot);
         }
         let tried: Vec<_> = sweep
             .candidates
@@ -352,6 +366,35 @@ impl MultiPositionReport<'_> {
     }
 }
 
+const TUMBLE: &str = "The sensor was turned all the time. Every sample counts: the magnitudes of a part are averaged in its \
+                      mean direction. Neighbouring parts share errors, so that fewer count as independent: their number divided \
+                      by the sum of the correlations of the residuals.";
+
+/// Points that can be told apart by their numbers.
+const LEGIBLE: usize = 80;
+
+/// What the fit is made of.
+fn noun(fit: &MultiPositionFit) -> &'static str {
+    let single = || fit.poses().iter().all(|p| p.segment.len() == 1);
+    if fit.effective_readings().is_some() {
+        "part"
+    } else if single() {
+        "reading"
+    } else {
+        "standstill"
+    }
+}
+
+fn counted(fit: &MultiPositionFit) -> String {
+    let n = fit.poses().len();
+    match fit.effective_readings() {
+        Some(effective) => {
+            format!("a tumble of {n} parts of which {effective:.0} count as independent")
+        }
+        None => format!("{n} {}s", noun(fit)),
+    }
+}
+
 /// What the residuals say of the standstills, and what the intervals do with it.
 fn scatter(fit: &MultiPositionFit) -> String {
     let tau = 1e3 * fit.excess();
@@ -377,7 +420,7 @@ fn key_figures(fit: &MultiPositionFit) -> Vec<KeyFigure> {
         .birge_ratio()
         .map_or("–".to_owned(), |b| format!("{b:.2}"));
     vec![
-        KeyFigure::new("standstills", fit.poses().len().to_string(), ""),
+        KeyFigure::new(format!("{}s", noun(fit)), fit.poses().len().to_string(), ""),
         KeyFigure::new(
             "residual, RMS",
             format!("{:.2}", 1e3 * fit.residual_rms()),
@@ -454,10 +497,21 @@ fn ferraris(fit: &MultiPositionFit) -> Table {
 }
 
 fn standstill_table(fit: &MultiPositionFit) -> Table {
+    let name = noun(fit);
+    let mut title = format!("{}{}s", name[..1].to_uppercase(), &name[1..]);
+    let shown = match fit.residuals().len() {
+        n if n > 2 * LEGIBLE => {
+            title = format!(
+                "{title}: the {LEGIBLE} with the largest residuals of {n}; all are in standstills.csv"
+            );
+            largest(fit)
+        }
+        _ => fit.residuals().iter().collect(),
+    };
     let mut table = Table::new(
-        "Standstills",
+        title,
         [
-            Column::text("standstill"),
+            Column::text(name),
             Column::number("first sample", ""),
             Column::number("samples", ""),
             Column::number("a_x", "m/s²"),
@@ -468,7 +522,7 @@ fn standstill_table(fit: &MultiPositionFit) -> Table {
             Column::number("studentised", ""),
         ],
     );
-    for r in fit.residuals() {
+    for r in shown {
         table = table.row([
             Cell::text(r.name.clone()),
             Cell::number(r.samples.0.to_string()),
@@ -483,6 +537,16 @@ fn standstill_table(fit: &MultiPositionFit) -> Table {
         ]);
     }
     table
+}
+
+/// The readings furthest off, in their order.
+fn largest(fit: &MultiPositionFit) -> Vec<&PoseResidual> {
+    let mut all: Vec<(usize, &PoseResidual)> = fit.residuals().iter().enumerate().collect();
+    let size = |r: &PoseResidual| r.magnitude_residual.abs();
+    all.sort_by(|a, b| size(b.1).total_cmp(&size(a.1)));
+    all.truncate(LEGIBLE);
+    all.sort_by_key(|(index, _)| *index);
+    all.into_iter().map(|(_, r)| r).collect()
 }
 
 /// Two digits; what is below a millionth of the uncertainty is rounding, not a contribution.

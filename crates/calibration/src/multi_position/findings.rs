@@ -47,16 +47,17 @@ fn excess(fit: &MultiPositionFit) -> Option<Finding> {
     let nu = fit.degrees_of_freedom();
     let beyond_rule = fit.excess() > RULE * fit.gravity().value();
     let Some(birge) = fit.birge_ratio() else {
-        // Readings of unknown noise: all of their scatter is here.
-        return (beyond_rule && fit.chi_square().is_none()).then(|| {
-            Finding::new(
-                Severity::Decision,
-                "excess-residuals",
-                "the readings scatter about the model by more than 0.1 % of g",
-            )
-            .evidence(scatter_text(fit))
-            .advice(CAUSES)
-        });
+        // Readings of unknown noise: all of their scatter is here. That of a motion is a hand's, and told as such.
+        return (beyond_rule && fit.effective_readings().is_none() && fit.chi_square().is_none())
+            .then(|| {
+                Finding::new(
+                    Severity::Decision,
+                    "excess-residuals",
+                    "the readings scatter about the model by more than 0.1 % of g",
+                )
+                .evidence(scatter_text(fit))
+                .advice(CAUSES)
+            });
     };
     let limit = (chi_squared_quantile(0.995, nu as f64) / nu as f64).sqrt();
     (birge > limit).then(|| {

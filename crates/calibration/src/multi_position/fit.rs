@@ -78,6 +78,8 @@ pub struct MultiPositionFit {
     pub(crate) excess: f64,
     pub(crate) condition: f64,
     pub(crate) iterations: usize,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) effective: Option<f64>,
     pub(crate) misfits: Vec<Misfit>,
     pub(crate) without_suspects: Option<WithoutSuspects>,
     pub(crate) findings: Vec<Finding>,
@@ -149,6 +151,11 @@ impl MultiPositionFit {
     /// of freedom or without known noise.
     pub fn scatter(&self) -> Option<&BetweenScatter> {
         self.scatter.as_ref()
+    }
+
+    /// Of the readings of one continuous motion, as many as count as independent; `None` for standstills.
+    pub fn effective_readings(&self) -> Option<f64> {
+        self.effective
     }
 
     /// Gravity the fit was made with.
@@ -272,9 +279,10 @@ impl MultiPositionFit {
             chi_square: solved.chi_square,
             degrees_of_freedom: solved.freedom,
             scatter: solved.scatter,
-            excess: solved.excess.sqrt() * g,
+            excess: solved.own.sqrt() * g,
             condition: solved.condition,
             iterations: solved.solution.iterations,
+            effective: settings.effective,
             misfits,
             without_suspects: (!suspects.is_empty()).then(|| WithoutSuspects {
                 quantities: without(settings, problem.poses, &suspects),
@@ -342,6 +350,21 @@ fn causes(
         },
         gravity(settings, problem, solved, &kappa),
     ];
+    if settings.lengthening > 0.0 {
+        // As a larger gravity, that nobody measured.
+        let mut motion = gravity(settings, problem, solved, &kappa);
+        motion.key = "motion".to_owned();
+        motion.description = "accelerations across gravity, which lengthen a reading".to_owned();
+        if let Effect::Scalar {
+            value,
+            standard_uncertainty,
+            ..
+        } = &mut motion.effect
+        {
+            (*value, *standard_uncertainty) = (0.0, settings.lengthening);
+        }
+        causes.push(motion);
+    }
     if let Some(attitudes) = &problem.attitudes
         && settings.attitude.common > 0.0
     {
@@ -581,7 +604,7 @@ fn residuals(
     let internal = |row: usize| {
         let jacobian = &equations.jacobian[row * p..(row + 1) * p];
         let leverage: f64 = (0..p).map(|c| jacobian[c] * solved.gain[c * n + row]).sum();
-        let variance = solved.weighting.variances[row] + solved.excess;
+        let variance = solved.weighting.variances[row] + solved.own;
         let freedom = 1.0 - leverage;
         (freedom > 1e-6).then(|| equations.residual[row] / (freedom * variance).sqrt())
     };

@@ -18,8 +18,11 @@ pub(crate) struct Solved {
     pub chi_square: Option<f64>,
     /// What the rule for scatter of unknown size says; `None` without freedom or without known noise.
     pub scatter: Option<BetweenScatter>,
-    /// Variance between the standstills.
+    /// Variance between the standstills; of readings that share errors with their neighbours, as much more as they are
+    /// fewer.
     pub excess: f64,
+    /// Variance of one of them for itself.
+    pub own: f64,
     /// G, p × n by rows: θ moves by −G r where the residuals move by r.
     pub gain: Vec<f64>,
     /// Factor U/u of the scatter, and the degrees of freedom at which Student's t has it.
@@ -39,6 +42,7 @@ impl Solved {
             chi_square: None,
             scatter: None,
             excess: 0.0,
+            own: 0.0,
             gain: Vec::new(),
             factor: settings.noise_dof.coverage_factor(settings.probability),
             dof: settings.noise_dof,
@@ -47,8 +51,12 @@ impl Solved {
             solution: solution.clone(),
         };
         if !problem.noise_is_known() {
-            // All of the scatter is in the residuals: one unknown variance, plain Student t.
-            if n == p {
+            // All of the scatter is in the residuals: one unknown variance, plain Student t. Readings that share errors with
+            // their neighbours count as fewer, and each for as much more variance.
+            if let Some(effective) = settings.effective {
+                solved.freedom = (effective.floor() as usize).min(n).saturating_sub(p);
+            }
+            if solved.freedom == 0 {
                 return Err(Error::TooFew {
                     name: "readings of unknown noise",
                     needed: p + 1,
@@ -56,6 +64,7 @@ impl Solved {
                 });
             }
             solved.excess = sum_of_squares(&solution) / solved.freedom as f64;
+            solved.own = sum_of_squares(&solution) / (n - p) as f64;
             solved.gain = gain(&solution, &vec![1.0; n], p)?;
             solved.dof =
                 DegreesOfFreedom::new(solved.freedom as f64).unwrap_or(DegreesOfFreedom::INFINITE);
@@ -88,6 +97,7 @@ impl Solved {
             )?;
             solved.chi_square = Some(scatter.chi_squared);
             solved.excess = scatter.excess_variance;
+            solved.own = scatter.excess_variance;
             solved.gain = std::mem::take(&mut scatter.gain);
             solved.factor = scatter.coverage_factor;
             solved.dof = scatter.dof;

@@ -254,6 +254,14 @@ impl Solved {
     }
 }
 
+/// Unit of a sensitivity of outputs in this unit.
+pub(super) fn per_acceleration(unit: &str) -> String {
+    match unit {
+        "m/s²" => "1".to_owned(),
+        unit => format!("{unit}/(m/s²)"),
+    }
+}
+
 /// Equal lengths and finite inputs.
 pub(super) fn check(input: &[f64], output: &[f64], name: &'static str) -> Result<(), Error> {
     if input.len() != output.len() {

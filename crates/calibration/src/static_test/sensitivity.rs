@@ -1,7 +1,7 @@
 //! Sensitivity and bias of one axis from readings up and down.
 
 use super::StaticFit;
-use super::readings::{CommonError, check, least_squares, not_negative};
+use super::readings::{CommonError, check, least_squares, not_negative, per_acceleration};
 use proofmass_core::{Error, Gravity};
 use proofmass_uncertainty::{Component, DegreesOfFreedom, Effect, Estimate, Evaluation, Influence};
 use serde::{Deserialize, Serialize};
@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 /// S = (V₊ − V₋)/2g and b = (V₊ + V₋)/2; repeated readings are averaged and their scatter counts.
 ///
 /// **Accuracy** Student's t is exact for the scatter (`coverage_sensitivity`); levelling within δ lowers a reading by
-/// g δ²/2 or less and is carried as δ² of the sensitivity.
+/// g δ²/2 or less and is carried as δ² of the sensitivity, and as δ²/2 of g in the bias where the two positions tilt
+/// differently.
 /// **Source** `[IEEE1293]` (two-point test).
 ///
 /// ```
@@ -75,26 +76,41 @@ impl Sensitivity {
             effect: position.iter().map(|p| p * s).collect(),
         }];
         let mut influences = solved.influences(scatter, dof, &common)?;
-        if self.levelling > 0.0 {
-            influences.push(Influence {
-                key: "levelling".to_owned(),
-                description: "the axis beside the vertical".to_owned(),
-                evaluation: Evaluation::B,
-                distribution: "normal".to_owned(),
-                dof: DegreesOfFreedom::INFINITE,
-                effect: Effect::Scalar {
-                    value: 0.0,
-                    unit: "rad".to_owned(),
-                    standard_uncertainty: self.levelling,
-                    sensitivity: vec![0.0, s * self.levelling],
-                },
-            });
+        // The half sum of cos δ₊ and cos δ₋ departs from one by 3δ⁴/4 in the mean square where both are alike, the half
+        // difference by δ⁴/4 where they are independent.
+        for (key, description, sensitivity) in [
+            (
+                "levelling",
+                "the axis beside the vertical",
+                [0.0, s * self.levelling],
+            ),
+            (
+                "levelling.difference",
+                "the axis beside the vertical, up otherwise than down",
+                [0.5 * s * g * self.levelling, 0.0],
+            ),
+        ] {
+            if self.levelling > 0.0 {
+                influences.push(Influence {
+                    key: key.to_owned(),
+                    description: description.to_owned(),
+                    evaluation: Evaluation::B,
+                    distribution: "normal".to_owned(),
+                    dof: DegreesOfFreedom::INFINITE,
+                    effect: Effect::Scalar {
+                        value: 0.0,
+                        unit: "rad".to_owned(),
+                        standard_uncertainty: self.levelling,
+                        sensitivity: sensitivity.to_vec(),
+                    },
+                });
+            }
         }
         Ok(StaticFit {
             estimate: Estimate::new(
                 vec![
                     Component::new("bias", unit, b),
-                    Component::new("sensitivity", format!("{unit}/(m/s²)"), s),
+                    Component::new("sensitivity", per_acceleration(unit), s),
                 ],
                 influences,
             )?,

@@ -1,6 +1,6 @@
 //! A campaign written from a recording: what can be seen in it, and what has to be said.
 
-use super::{Campaign, CampaignFile};
+use super::{Campaign, CampaignFile, RowsAre};
 use crate::store::{Folder, Store};
 use proofmass_io::{
     ColumnRef, Error, ErrorKind, Layout, LayoutOptions, Result, Source, TimeUnit, Unit,
@@ -23,6 +23,10 @@ pub struct Draft {
     pub time_unit: Option<TimeUnit>,
     /// Samples per second, where there is no time column.
     pub rate_hz: Option<f64>,
+    /// What a row is.
+    pub rows: RowsAre,
+    /// Temperature column by name or number, °C.
+    pub temperature: Option<String>,
     /// Local gravity and its standard uncertainty, m/s².
     pub gravity: Option<(f64, f64)>,
     /// Latitude, degrees north.
@@ -120,6 +124,7 @@ impl Draft {
                 }
             }
             (None, Some(rate)) => line(format!("sampling_rate_Hz = {rate}")),
+            (None, None) if self.rows == RowsAre::Readings => {}
             (None, None) => line(
                 "sampling_rate_Hz = 100 # no time column was found: say how many samples a second"
                     .into(),
@@ -132,17 +137,71 @@ impl Draft {
                 line("unit = \"count\" # or \"m/s²\", \"g\", \"mg\": what the outputs are".into())
             }
         }
-        line("# temperature = \"…\"            # a column in °C".into());
+        match &self.temperature {
+            Some(temperature) => line(format!("temperature = {}", column(temperature))),
+            None => line("# temperature = \"…\"            # a column in °C".into()),
+        }
         if self.free_living {
+            line(String::new());
+            if self.gravity.is_none() && self.latitude_deg.is_none() {
+                line("# [gravity] # where it was worn; without it anywhere on the ground, 0.3 % of every scale factor".into());
+                line("# latitude_deg = 45".into());
+                line("# height_m = 100".into());
+            } else {
+                self.place(&mut line);
+            }
             return Ok(text);
         }
         line("# range = [-32768, 32767]       # of the converter".into());
-        line("# rows = \"readings\"           # every row a mean or a single reading in an attitude of its own".into());
+        match self.rows {
+            RowsAre::Samples => {
+                line("# rows = \"readings\"           # every row a mean or a single reading in an attitude of its own".into());
+                line(
+                    "# rows = \"tumble\"             # turned slowly all the time, no standstills"
+                        .into(),
+                );
+            }
+            RowsAre::Readings => line("rows = \"readings\"".into()),
+            RowsAre::Tumble => line("rows = \"tumble\"".into()),
+        }
         line(
             "# files = [\"a.csv\", …] with each_file = \"standstill\": one file per attitude"
                 .into(),
         );
         line(String::new());
+        self.place(&mut line);
+        line(String::new());
+        line("[standstill]".into());
+        line("# exclude = [13]                # by number, or by label".into());
+        line("# segments = \"segments.csv\"    # where standstills and attitudes are known".into());
+        line(String::new());
+        line("[method]".into());
+        match &self.model {
+            Some(model) => line(format!("model = {model:?}")),
+            None => line("# model = \"triangular\"        # bias, bias-scale, triangular, symmetric, full, six-position".into()),
+        }
+        Ok(text)
+    }
+
+    /// Samples have a time; a rate is not made up.
+    fn check_time(&self, recording: &Path) -> Result<()> {
+        if self.rate_hz.is_some() || self.time.is_some() || self.rows == RowsAre::Readings {
+            return Ok(());
+        }
+        let layout = Layout::of(&mut Source::open(recording)?, &LayoutOptions::default())?;
+        match layout.time_column() {
+            Some(_) => Ok(()),
+            None => Err(Error::new(
+                ErrorKind::Column,
+                "no time column is found, and the sampling rate is not known",
+            )
+            .at(recording)
+            .with_hint("add --rate HZ or --time COLUMN; or --rows readings, where every row is a mean or a single reading in an attitude of its own")),
+        }
+    }
+
+    /// Table `[gravity]`.
+    fn place(&self, line: &mut dyn FnMut(String)) {
         line("[gravity]".into());
         match (self.gravity, self.latitude_deg) {
             (Some((value, u)), _) => {
@@ -164,17 +223,6 @@ impl Draft {
                 line("height_m = 100".into());
             }
         }
-        line(String::new());
-        line("[standstill]".into());
-        line("# exclude = [13]                # by number, or by label".into());
-        line("# segments = \"segments.csv\"    # where standstills and attitudes are known".into());
-        line(String::new());
-        line("[method]".into());
-        match &self.model {
-            Some(model) => line(format!("model = {model:?}")),
-            None => line("# model = \"triangular\"        # bias, bias-scale, triangular, symmetric, full, six-position".into()),
-        }
-        Ok(text)
     }
 
     /// The campaign of a recording, without a file.
@@ -182,6 +230,7 @@ impl Draft {
     /// # Errors
     /// As [`Draft::text`] and [`Campaign::open`].
     pub fn campaign(&self, recording: &Path) -> Result<Campaign> {
+        self.check_time(recording)?;
         let folder = recording.parent().unwrap_or(Path::new(""));
         let store = Drafted {
             text: self.text(recording)?,

@@ -1,7 +1,7 @@
 //! `kind = "free-living"`: days of a logger on a wrist or a machine.
 
 use super::CampaignFile;
-use super::multi_position::{Axes, Prefixes};
+use super::multi_position::{Axes, GravityInput, GravityTable, Prefixes, gravity};
 use proofmass_calibration::Stop;
 use proofmass_io::{
     ColumnRef, DecimalMark, Device, LayoutOptions, Result, Separator, TimeUnit, Unit,
@@ -32,6 +32,8 @@ pub struct FreeLivingCampaign {
     pub recording: StreamTable,
     /// How they are fitted.
     pub method: FreeLivingMethod,
+    /// Gravity where it was worn; `None`: anywhere on the ground.
+    pub gravity: Option<GravityInput>,
 }
 
 #[derive(Deserialize)]
@@ -45,6 +47,7 @@ struct File {
     recording: StreamTable,
     #[serde(default)]
     method: FreeLivingMethod,
+    gravity: Option<GravityTable>,
 }
 
 /// `[recording]` of a stream.
@@ -132,7 +135,9 @@ impl FreeLivingCampaign {
                 format!("{rate} is not a positive number"),
             ));
         }
+        let place = file.gravity.as_ref().map(|table| gravity(&source, table));
         Ok(Self {
+            gravity: place.transpose()?,
             title: file.title,
             device: file.device,
             recording: file.recording,

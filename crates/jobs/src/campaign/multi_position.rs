@@ -133,6 +133,8 @@ pub enum RowsAre {
     Samples,
     /// A reading or a mean in an attitude of its own.
     Readings,
+    /// One sample of a sensor that is turned slowly all the time.
+    Tumble,
 }
 
 /// What a file is.
@@ -167,7 +169,7 @@ impl Prefixes {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct GravityTable {
+pub(super) struct GravityTable {
     value: Option<f64>,
     standard_uncertainty: Option<f64>,
     latitude_deg: Option<f64>,
@@ -390,6 +392,23 @@ impl MultiPositionCampaign {
             "largest_uncertainty",
             self.method.largest_uncertainty,
         )?;
+        if table.rows == RowsAre::Tumble {
+            let search = &self.standstill;
+            if search.segments.is_some() || table.each_file == FileIs::Standstill {
+                return refuse(
+                    "recording",
+                    "rows",
+                    "a sensor that is turned all the time has no standstills".into(),
+                );
+            }
+            if self.method.model.needs_attitudes() {
+                return refuse(
+                    "method",
+                    "model",
+                    "of a tumble no attitudes are known".into(),
+                );
+            }
+        }
         let single = table.rows == RowsAre::Readings || table.each_file == FileIs::Standstill;
         if self.standstill.directions.is_some() && !single {
             return Err(self
@@ -534,7 +553,7 @@ impl MultiPositionCampaign {
     }
 }
 
-fn gravity(source: &CampaignFile, table: &GravityTable) -> Result<GravityInput> {
+pub(super) fn gravity(source: &CampaignFile, table: &GravityTable) -> Result<GravityInput> {
     let refuse = |key: &str, what: String, hint: &str| {
         Err(source.refuse("gravity", key, what).with_hint(hint))
     };

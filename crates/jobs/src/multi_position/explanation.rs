@@ -40,6 +40,11 @@ pub(super) fn explain(
                 ))
                 .with_hint(hint)
         }
+        Error::TooFew { .. } | Error::Unobservable { .. } | Error::TooUncertain { .. }
+            if data.tumble =>
+        {
+            trouble.detail(data.name).with_hint("turn the sensor for longer, slowly, so that every axis points up and down several times; or fit a smaller model")
+        }
         Error::TooFew { .. }
         | Error::Unobservable { .. }
         | Error::TooUncertain { .. }
@@ -145,7 +150,13 @@ fn data_at_fault(
     let model = job.method.name();
     trouble.with_hint(match smaller(job.method) {
         Some(smaller) => format!(
-            "record at least twelve standstills of 3 s in well-spread attitudes, each axis up and down among them, or fit a smaller model (`model = \"{smaller}\"` in [method])"
+            "record at least twelve standstills of 3 s in well-spread attitudes, each axis up and down among them, or fit a smaller model (`model = \"{smaller}\"` in [method]){}",
+            // Few rests in a long recording: perhaps there should be none.
+            if data.segments.is_none() && n < 8 {
+                "; a sensor that is turned slowly all the time has rows = \"tumble\" in [recording]"
+            } else {
+                ""
+            }
         ),
         None => format!("record more standstills in other attitudes; `{model}` is the smallest model"),
     })

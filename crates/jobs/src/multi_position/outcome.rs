@@ -74,7 +74,10 @@ impl Figures {
                 let statistic: Vec<f64> = w.statistic().iter().map(|v| v.max(1e-3)).collect();
                 trace(&statistic)
             }),
-            standstills: segments.map(|s| (at(s.start), at(s.end - 1))).collect(),
+            standstills: match data.tumble {
+                true => Vec::new(),
+                false => segments.map(|s| (at(s.start), at(s.end - 1))).collect(),
+            },
         }
     }
 }

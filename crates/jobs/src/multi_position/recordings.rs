@@ -7,7 +7,7 @@ use crate::trouble::{Result, Trouble};
 use proofmass_calibration::{Direction, Segment, Standstill};
 use proofmass_core::{Error, Gravity, Watch};
 use proofmass_io::{ColumnRef, Input, Recording, Unit};
-use proofmass_uncertainty::Finding;
+use proofmass_uncertainty::{Finding, Severity};
 
 /// All recordings of a campaign, one after the other, in SI where their unit has a place in it.
 #[derive(Clone, Debug)]
@@ -22,6 +22,7 @@ pub struct MultiPositionRecordings {
     temperature: Option<Vec<f64>>,
     segments: Option<Vec<Segment>>,
     readings: Option<Readings>,
+    tumble: bool,
     findings: Vec<Finding>,
     name: String,
     columns: [ColumnRef; 3],
@@ -52,6 +53,7 @@ impl MultiPositionCampaign {
             });
             all.timed = self.recording.time.is_some();
         }
+        all.tumble = self.recording.rows == RowsAre::Tumble;
         all.columns = [columns.x.clone(), columns.y.clone(), columns.z.clone()];
         all.inputs.insert(0, self.source.input.clone());
         all.inputs.extend(table);
@@ -191,6 +193,7 @@ impl MultiPositionRecordings {
             timed: true,
             rate: Stamps::of(first).rate,
             readings: None,
+            tumble: false,
             breaks: Vec::new(),
             unit,
             temperature: first.temperature.as_ref().map(|_| Vec::new()),
@@ -244,7 +247,7 @@ impl MultiPositionRecordings {
         let first = recording.time.seconds(0);
         self.time
             .extend((0..recording.samples()).map(|i| offset + recording.time.seconds(i) - first));
-        self.findings.extend(recording.findings().iter().cloned());
+        self.findings.extend(doubts(&recording, &breaks));
         self.inputs.push(recording.input());
         Ok(offset + recording.duration_s())
     }
@@ -261,6 +264,7 @@ impl MultiPositionRecordings {
             temperature: self.temperature.as_deref(),
             segments: self.segments.as_deref(),
             readings: self.readings,
+            tumble: self.tumble,
             findings: &self.findings,
             name: &self.name,
             columns: Some(self.columns.clone()),
@@ -271,6 +275,35 @@ impl MultiPositionRecordings {
     pub fn inputs(&self) -> &[Input] {
         &self.inputs
     }
+}
+
+/// What reading found, as far as means of standstills mind: steps shorter than a window are no gaps to them.
+fn doubts(recording: &Recording, breaks: &[usize]) -> Vec<Finding> {
+    let longest = recording.time.gaps().iter().map(|g| g.step_s);
+    let longest = longest.fold(0.0, f64::max);
+    let uneven = || {
+        Finding::new(
+            Severity::Note,
+            "uneven-stamps",
+            "the time stamps come unevenly, or single rows are lost",
+        )
+        .evidence(format!(
+            "{} long steps among {}; the longest takes {longest:.3} s",
+            recording.time.gaps().len(),
+            recording.samples()
+        ))
+        .advice("nothing for means of standstills; for noise or velocity, take the stamps at the sensor")
+    };
+    recording
+        .findings()
+        .iter()
+        .map(
+            |finding| match finding.code() == "time-gaps" && breaks.is_empty() {
+                true => uneven(),
+                false => finding.clone(),
+            },
+        )
+        .collect()
 }
 
 /// What the stamps of a recording say of its rate, however unevenly they come.
@@ -320,7 +353,8 @@ impl Stamps {
     }
 }
 
-fn gravity(input: &GravityInput) -> Result<Gravity, Error> {
+/// Gravity as a campaign gives it.
+pub(crate) fn gravity(input: &GravityInput) -> Result<Gravity, Error> {
     match *input {
         GravityInput::Given {
             value,

@@ -1,0 +1,297 @@
+//! `kind = "single-axis"`: one axis at rest, up and down or at many known angles.
+
+use super::CampaignFile;
+use super::multi_position::{GravityInput, GravityTable, Prefixes, gravity};
+use proofmass_io::{
+    Ambient, ColumnRef, DecimalMark, Device, LayoutOptions, Recording, RecordingOptions, Result,
+    Separator, TimeUnit, Unit,
+};
+use serde::Deserialize;
+
+/// One axis at known angles to the vertical.
+///
+/// ```toml
+/// kind = "single-axis"
+///
+/// [recording]
+/// files = ["up.csv", "down.csv"]      # or file = "table.csv" with `angle`, one reading a line
+/// column = "a"
+/// unit = "m/s²"
+///
+/// [position]
+/// angles_deg = [0, 180]
+/// levelling_deg = 0.1
+///
+/// [gravity]
+/// latitude_deg = 52.3
+/// height_m = 80
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct SingleAxisCampaign {
+    /// The file it was read from.
+    pub source: CampaignFile,
+    /// One line for the head of the report.
+    pub title: Option<String>,
+    /// The device under calibration.
+    pub device: Device,
+    /// Where the readings are.
+    pub recording: SingleAxisTable,
+    /// The angles and how well the fixture holds them.
+    pub position: PositionTable,
+    /// Local gravity.
+    pub gravity: GravityInput,
+    /// How they are fitted.
+    pub method: SingleAxisMethod,
+    /// Conditions.
+    pub ambient: Ambient,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    #[serde(rename = "kind")]
+    _kind: String,
+    title: Option<String>,
+    #[serde(default)]
+    device: Device,
+    recording: SingleAxisTable,
+    #[serde(default)]
+    position: PositionTable,
+    gravity: GravityTable,
+    #[serde(default)]
+    method: SingleAxisMethod,
+    #[serde(default)]
+    ambient: Ambient,
+}
+
+/// `[recording]` of one axis.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SingleAxisTable {
+    /// A table of readings, or one recording in which the axis rests at one angle after the other.
+    pub file: Option<String>,
+    /// One file per angle.
+    pub files: Option<Vec<String>>,
+    /// `comma`, `semicolon`, `tab`, `pipe` or `whitespace`.
+    pub separator: Option<Separator>,
+    /// Whether there is a header row.
+    pub header: Option<bool>,
+    /// Prefixes of comment lines.
+    pub comment: Option<Prefixes>,
+    /// `point` or `comma`.
+    pub decimal: Option<DecimalMark>,
+    /// Lines to pass over at the top.
+    pub skip_lines: Option<usize>,
+    /// Column of the output, by name or number.
+    pub column: ColumnRef,
+    /// Column of the angle between the axis and the vertical, degrees unless its heading says rad: every line is a reading.
+    pub angle: Option<ColumnRef>,
+    /// Column of the position, 1 up and −1 down: every line is a reading.
+    pub position: Option<ColumnRef>,
+    /// Time column, by name or number.
+    pub time: Option<ColumnRef>,
+    /// `s`, `ms`, `us`, `ns` or `index`.
+    pub time_unit: Option<TimeUnit>,
+    /// Sampling rate, Hz, instead of a time column.
+    #[serde(rename = "sampling_rate_Hz", alias = "sampling_rate_hz")]
+    pub sampling_rate_hz: Option<f64>,
+    /// Unit of the output.
+    pub unit: Option<Unit>,
+}
+
+/// `[position]`: everything may be left out of a table that has a column of angles.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PositionTable {
+    /// Angle between the axis and the vertical of each file or standstill in order, degrees: 0 up, 180 down.
+    pub angles_deg: Option<Vec<f64>>,
+    /// Standard uncertainty of the levelling of up and down, degrees.
+    #[serde(default)]
+    pub levelling_deg: f64,
+    /// Standard uncertainty of the zero of the angle scale, degrees.
+    #[serde(default)]
+    pub zero_deg: f64,
+    /// Standard uncertainty of the lean of the axis of turning off the level, degrees.
+    #[serde(default)]
+    pub lean_deg: f64,
+    /// Standard uncertainty of the angle between the sensitive axis and the plane of turning, degrees.
+    #[serde(default)]
+    pub out_of_plane_deg: f64,
+    /// Standard uncertainty of one reading of a table, in its unit, where there are no more readings than parameters.
+    pub reading_standard_uncertainty: Option<f64>,
+    /// Shortest standstill in one recording of all angles, s.
+    pub minimum_duration_s: Option<f64>,
+}
+
+/// `[method]` of a single axis.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SingleAxisMethod {
+    /// Probability of the intervals.
+    pub confidence: f64,
+}
+
+impl Default for SingleAxisMethod {
+    fn default() -> Self {
+        Self { confidence: 0.95 }
+    }
+}
+
+impl SingleAxisCampaign {
+    pub(crate) fn from_file(source: CampaignFile) -> Result<Self> {
+        let file: File = source.parse()?;
+        let gravity = gravity(&source, &file.gravity)?;
+        let campaign = Self {
+            title: file.title,
+            device: file.device,
+            recording: file.recording,
+            position: file.position,
+            gravity,
+            method: file.method,
+            ambient: file.ambient,
+            source,
+        };
+        campaign.check()?;
+        Ok(campaign)
+    }
+
+    fn check(&self) -> Result<()> {
+        let (table, position) = (&self.recording, &self.position);
+        let refuse = |table: &str, key: &str, what: &str, hint: &str| {
+            Err(self.source.refuse(table, key, what).with_hint(hint))
+        };
+        match (&table.file, &table.files) {
+            (Some(_), None) => {}
+            (None, Some(files)) if !files.is_empty() => {}
+            (Some(_), Some(_)) => {
+                return refuse(
+                    "recording",
+                    "files",
+                    "`file` and `files` exclude each other",
+                    "keep `files` for one file per angle",
+                );
+            }
+            _ => {
+                return refuse(
+                    "recording",
+                    "file",
+                    "no recording is named",
+                    "add file = \"…\" or files = [\"up.csv\", \"down.csv\"] to [recording]",
+                );
+            }
+        }
+        let columns = [&table.angle, &table.position];
+        match (
+            columns.into_iter().flatten().count(),
+            &position.angles_deg,
+            &table.files,
+        ) {
+            (0, Some(_), _) | (1, None, None) => {}
+            (0, None, _) => {
+                return refuse(
+                    "recording",
+                    "angle",
+                    "the angles are not known",
+                    "name the column of a table (angle = \"…\" or position = \"…\" in [recording]), or list them: angles_deg = [0, 180] in [position]",
+                );
+            }
+            _ => {
+                return refuse(
+                    "recording",
+                    if table.angle.is_some() {
+                        "angle"
+                    } else {
+                        "position"
+                    },
+                    "the angles are given twice",
+                    "keep one of `angle` and `position` for a table of readings, or `angles_deg` for files and standstills",
+                );
+            }
+        }
+        if let (Some(files), Some(angles)) = (&table.files, &position.angles_deg)
+            && files.len() != angles.len()
+        {
+            return Err(self.source.refuse(
+                "position",
+                "angles_deg",
+                format!("{} angles for {} files", angles.len(), files.len()),
+            ));
+        }
+        let angles = position.angles_deg.iter().flatten();
+        if let Some(angle) = angles.clone().find(|a| !a.is_finite()) {
+            let what = format!("{angle} is no angle");
+            return Err(self.source.refuse("position", "angles_deg", what));
+        }
+        for (key, value) in [
+            ("levelling_deg", position.levelling_deg),
+            ("zero_deg", position.zero_deg),
+            ("lean_deg", position.lean_deg),
+            ("out_of_plane_deg", position.out_of_plane_deg),
+        ] {
+            if !(value >= 0.0 && value.is_finite()) {
+                let what = format!("a standard uncertainty of {value} is impossible");
+                return Err(self.source.refuse("position", key, what));
+            }
+        }
+        for (section, key, value) in [
+            ("recording", "sampling_rate_Hz", table.sampling_rate_hz),
+            (
+                "position",
+                "reading_standard_uncertainty",
+                position.reading_standard_uncertainty,
+            ),
+            (
+                "position",
+                "minimum_duration_s",
+                position.minimum_duration_s,
+            ),
+        ] {
+            if let Some(v) = value.filter(|v| !(v.is_finite() && *v > 0.0)) {
+                let what = format!("{v} is not a positive number");
+                return Err(self.source.refuse(section, key, what));
+            }
+        }
+        let confidence = self.method.confidence;
+        if !(confidence > 0.5 && confidence < 1.0) {
+            let what = format!("a probability of {confidence} is out of place");
+            return Err(self.source.refuse("method", "confidence", what));
+        }
+        Ok(())
+    }
+
+    /// Whether every line of the file is a reading with its angle or position.
+    pub fn is_table(&self) -> bool {
+        self.recording.angle.is_some() || self.recording.position.is_some()
+    }
+
+    /// Reads every file: of a table the angle or position first and the output second, else the output alone.
+    ///
+    /// # Errors
+    /// As [`Recording::read`].
+    pub fn read_recordings(&self) -> Result<Vec<Recording>> {
+        let t = &self.recording;
+        let known = t.angle.iter().chain(&t.position);
+        let options = RecordingOptions {
+            layout: LayoutOptions {
+                separator: t.separator,
+                header: t.header,
+                comment: t.comment.as_ref().map(Prefixes::list),
+                decimal: t.decimal,
+                skip_lines: t.skip_lines,
+            },
+            columns: known.chain([&t.column]).cloned().collect(),
+            time: t.time.clone(),
+            time_unit: t.time_unit,
+            // Readings have an order, not a clock.
+            sampling_rate_hz: t
+                .sampling_rate_hz
+                .or((self.is_table() && t.time.is_none()).then_some(1.0)),
+            ..RecordingOptions::default()
+        };
+        t.file
+            .iter()
+            .chain(t.files.iter().flatten())
+            .map(|name| Recording::from_source(self.source.source(name)?, &options))
+            .collect()
+    }
+}
