@@ -116,7 +116,9 @@ impl Tumble {
                 break;
             }
         }
-        tumble.effective = residuals.len() as f64 / inefficiency(&residuals);
+        // The fit has taken its parameters out of the residuals, and with them that much of what they share.
+        tumble.effective =
+            residuals.len() as f64 / inefficiency(&residuals) - settings.parameters() as f64;
         let needed = settings.parameters() + 2;
         if tumble.effective < needed as f64 {
             return Err(Error::TooFew {

@@ -577,6 +577,9 @@ fn significant(percent: f64) -> String {
 
 /// As many decimals as six digits of the reference leave.
 fn six_digits(value: f64, reference: f64) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
     let places = (5 - reference.abs().max(1e-12).log10().floor() as i32).clamp(0, 12) as usize;
     format!("{value:.places$}")
 }

@@ -151,8 +151,8 @@ fn data_at_fault(
     trouble.with_hint(match smaller(job.method) {
         Some(smaller) => format!(
             "record at least twelve standstills of 3 s in well-spread attitudes, each axis up and down among them, or fit a smaller model (`model = \"{smaller}\"` in [method]){}",
-            // Few rests in a long recording: perhaps there should be none.
-            if data.segments.is_none() && n < 8 {
+            // Perhaps there should be none.
+            if data.segments.is_none() && n < 12 {
                 "; a sensor that is turned slowly all the time has rows = \"tumble\" in [recording]"
             } else {
                 ""

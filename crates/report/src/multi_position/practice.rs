@@ -111,7 +111,10 @@ fn inverse(fit: &MultiPositionFit) -> Table {
     for (axis, row) in AXES.iter().zip(inverse) {
         let largest = row.iter().fold(0.0f64, |m, v| m.max(v.abs()));
         let places = (7 - largest.max(1e-12).log10().ceil() as i32).clamp(0, 12) as usize;
-        let cells = row.map(|v| Cell::number(format!("{v:.places$}")));
+        let cells = row.map(|v| match v == 0.0 {
+            true => Cell::number("0"),
+            false => Cell::number(format!("{v:.places$}")),
+        });
         table = table.row(std::iter::once(Cell::text(*axis)).chain(cells));
     }
     table
