@@ -22,10 +22,10 @@ pub(super) fn section(
     ));
     if let Some(reading) = reading {
         let mg = |a: f64| two_digits(1e3 * a / STANDARD_GRAVITY);
-        let [x, y, z] = reading.worst_direction;
+        let direction = signed(reading.worst_direction);
         section = section.paragraph(format!(
             "A compensated reading under 1 g has along its worst axis an expanded uncertainty between {} and {} mg over the \
-             sphere, half of all directions below {} mg; the worst direction is ({x:+.2}, {y:+.2}, {z:+.2}). The noise of the \
+             sphere, half of all directions below {} mg; the worst direction is {direction}. The noise of the \
              reading itself is not in it.",
             mg(reading.smallest),
             mg(reading.largest),
@@ -33,9 +33,9 @@ pub(super) fn section(
         ));
     }
     if let Some(next) = next {
-        let [x, y, z] = next.direction;
+        let direction = signed(next.direction);
         section = section.paragraph(format!(
-            "One more standstill tells most with ({x:+.2}, {y:+.2}, {z:+.2}) in the axes of the sensor pointing up: the \
+            "One more standstill tells most with {direction} in the axes of the sensor pointing up: the \
              expanded uncertainties would then be {:.0} % of what they are, in the mean square.",
             1e2 * next.expected
         ));
@@ -48,6 +48,11 @@ pub(super) fn section(
         section = section.table(checked(fit.misfits()));
     }
     section
+}
+
+/// A direction by its components, with true minus signs.
+fn signed([x, y, z]: [f64; 3]) -> String {
+    format!("({x:+.2}, {y:+.2}, {z:+.2})").replace('-', "−")
 }
 
 fn frame(fit: &MultiPositionFit) -> &'static str {

@@ -1,6 +1,6 @@
 //! Horizontal bars: an uncertainty budget, largest first.
 
-use super::svg::{Anchor, Svg, shortened, text_width};
+use super::svg::{Anchor, Svg, WIDEST, shortened, text_width};
 use super::{check_finite, colour};
 use crate::Error;
 use crate::number::{minus, scientific};
@@ -65,13 +65,13 @@ impl BarPlot {
         let left = names
             .iter()
             .flatten()
-            .map(|line| text_width(line, 12.0))
+            .map(|line| WIDEST * text_width(line, 12.0))
             .fold(0.0, f64::max)
             + 14.0;
         let texts: Vec<String> = self.bars.iter().map(|b| self.printed(b)).collect();
         let right = texts
             .iter()
-            .map(|t| text_width(t, 11.0))
+            .map(|t| WIDEST * text_width(t, 11.0))
             .fold(0.0, f64::max)
             + 14.0;
         let room = (width - left - right).max(80.0);

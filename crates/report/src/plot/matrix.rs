@@ -1,6 +1,6 @@
 //! A correlation matrix as a map of coloured cells with their numbers.
 
-use super::svg::{Anchor, Svg, shortened, text_width};
+use super::svg::{Anchor, Svg, WIDEST, shortened, text_width};
 use super::{check_finite, check_length, colour};
 use crate::Error;
 use crate::number::minus;
@@ -43,7 +43,7 @@ impl MatrixPlot {
         let names: Vec<String> = names.collect();
         let widest = names
             .iter()
-            .map(|s| text_width(s, 11.0))
+            .map(|s| WIDEST * text_width(s, 11.0))
             .fold(0.0, f64::max);
         let left = widest + 16.0;
         let cell = ((760.0 - left - 90.0) / n.max(1) as f64).clamp(12.0, 46.0);

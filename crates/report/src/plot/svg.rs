@@ -90,6 +90,10 @@ pub(crate) fn text_width(text: &str, size: f64) -> f64 {
     size * text.chars().map(em_width).sum::<f64>()
 }
 
+/// By how much wider than estimated a text may be set: DejaVu Sans, the only font of many machines, takes a sixth more than
+/// Helvetica. Names in a margin of their own get it, or their first letters are cut.
+pub(super) const WIDEST: f64 = 1.17;
+
 /// A text of at most this many pixels: one that is longer keeps its ends around an ellipsis, since names of a
 /// family differ at either.
 pub(super) fn shortened(text: &str, size: f64, width: f64) -> String {
