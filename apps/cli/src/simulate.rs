@@ -8,7 +8,7 @@ use clap::ValueEnum;
 use proofmass::io::OutputFolder;
 use proofmass::jobs::campaign::SpuriousFile;
 use proofmass::jobs::simulate::{
-    PracticeFault, SimulateJob, SimulatedAxis, SimulatedMotion, SimulatedMultiPosition,
+    PracticeFault, SimulateJob, SimulateOutcome, SimulatedAxis, SimulatedMotion, SimulatedMultiPosition,
     SimulatedShaker, SimulatedSpuriousMotion,
 };
 use proofmass::jobs::{Job, Sink};
@@ -46,14 +46,14 @@ impl Simulate {
 }
 
 /// Simulates into a folder, which appears whole or not at all.
-fn into_folder(job: &SimulateJob, place: PathBuf) -> Result<PathBuf, Failure> {
+fn into_folder(job: &SimulateJob, place: PathBuf) -> Result<(PathBuf, SimulateOutcome), Failure> {
     let folder = OutputFolder::create(place, false)?;
-    job.evaluate(&(&folder as &dyn Sink), &Progress::new())?;
-    Ok(folder.commit()?)
+    let outcome = job.evaluate(&(&folder as &dyn Sink), &Progress::new())?;
+    Ok((folder.commit()?, outcome))
 }
 
 fn campaign(job: &SimulateJob, place: PathBuf) -> Result<Outcome, Failure> {
-    let place = into_folder(job, place)?;
+    let (place, _) = into_folder(job, place)?;
     console::note(format!(
         "written: {0}; next: proofmass calibrate {0}",
         place.display()
@@ -316,7 +316,7 @@ impl Axis {
     }
 
     fn run(self) -> Result<Outcome, Failure> {
-        let place = into_folder(&SimulateJob::Axis(self.job()), self.output)?;
+        let (place, _) = into_folder(&SimulateJob::Axis(self.job()), self.output)?;
         let bits = self
             .counter_bits
             .map_or(String::new(), |b| format!(" --bits {b}"));

@@ -1,7 +1,7 @@
 //! A standstill as the fits see it: a mean output with its covariance, perhaps a known attitude.
 
 use crate::Triple;
-use proofmass_core::Error;
+use proofmass_core::{Error, check};
 
 /// Three equally long columns of output samples.
 #[derive(Clone, Copy, Debug)]
@@ -17,19 +17,9 @@ impl<'a> Samples<'a> {
     /// # Errors
     /// [`Error::Length`] for columns of different lengths; [`Error::NotFinite`] with the index of the sample.
     pub fn new(x: &'a [f64], y: &'a [f64], z: &'a [f64]) -> Result<Self, Error> {
-        for (name, column) in [("y", y), ("z", z)] {
-            if column.len() != x.len() {
-                return Err(Error::Length {
-                    name,
-                    expected: x.len(),
-                    got: column.len(),
-                });
-            }
-        }
+        check::lengths(x.len(), [("y", y.len()), ("z", z.len())])?;
         for (name, column) in [("x", x), ("y", y), ("z", z)] {
-            if let Some(index) = column.iter().position(|v| !v.is_finite()) {
-                return Err(Error::NotFinite { name, index });
-            }
+            check::finite(name, column)?;
         }
         Ok(Self {
             columns: [x, y, z],
@@ -59,17 +49,7 @@ impl<'a> Samples<'a> {
     }
 
     fn check(&self, name: &'static str, column: &[f64]) -> Result<(), Error> {
-        if column.len() != self.len() {
-            return Err(Error::Length {
-                name,
-                expected: self.len(),
-                got: column.len(),
-            });
-        }
-        match column.iter().position(|v| !v.is_finite()) {
-            Some(index) => Err(Error::NotFinite { name, index }),
-            None => Ok(()),
-        }
+        check::column(name, column, self.len())
     }
 
     /// Time of every sample, s, where it is known.

@@ -1,6 +1,6 @@
 //! Compensation beyond the linear model: temperature and non-linearity, one function on the desk and on the chip.
 
-use crate::{Error, Float, Matrix3, SensorModel};
+use crate::{Error, Float, Matrix3, SensorModel, check};
 
 /// Largest power of the temperature difference in a [`ThermalTerms`].
 pub const THERMAL_ORDER: usize = 3;
@@ -215,22 +215,8 @@ impl<F: Float> Compensation<F> {
         let [x, y, z] = outputs;
         let [ax, ay, az] = accelerations;
         let n = x.len();
-        for (name, got) in [
-            ("y", y.len()),
-            ("z", z.len()),
-            ("temperature", temperature.len()),
-            ("acceleration of x", ax.len()),
-            ("acceleration of y", ay.len()),
-            ("acceleration of z", az.len()),
-        ] {
-            if got != n {
-                return Err(Error::Length {
-                    name,
-                    expected: n,
-                    got,
-                });
-            }
-        }
+        check::columns(n, [y.len(), z.len()], [ax.len(), ay.len(), az.len()])?;
+        check::lengths(n, [("temperature", temperature.len())])?;
         let inputs = x.iter().zip(y).zip(z).zip(temperature);
         let results = ax.iter_mut().zip(ay).zip(az);
         for ((((x, y), z), t), ((ax, ay), az)) in inputs.zip(results) {

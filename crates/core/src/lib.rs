@@ -22,6 +22,7 @@
 #![cfg_attr(not(test), no_std)]
 
 mod bias_filter;
+pub mod check;
 mod compensation;
 pub mod encoder;
 mod error;

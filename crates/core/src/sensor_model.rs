@@ -1,6 +1,6 @@
 //! The linear model of a triaxial accelerometer, and the compensation that undoes it.
 
-use crate::{Error, Float, Matrix3};
+use crate::{Error, Float, Matrix3, check};
 
 /// ã = K a + b: output ã of a triaxial accelerometer under the specific force a.
 ///
@@ -97,21 +97,7 @@ impl<F: Float> SensorModel<F> {
         let [x, y, z] = outputs;
         let [ax, ay, az] = accelerations;
         let n = x.len();
-        for (name, got) in [
-            ("y", y.len()),
-            ("z", z.len()),
-            ("acceleration of x", ax.len()),
-            ("acceleration of y", ay.len()),
-            ("acceleration of z", az.len()),
-        ] {
-            if got != n {
-                return Err(Error::Length {
-                    name,
-                    expected: n,
-                    got,
-                });
-            }
-        }
+        check::columns(n, [y.len(), z.len()], [ax.len(), ay.len(), az.len()])?;
         // Slices of one length in lock step: the compiler makes vector instructions of it.
         let inputs = x.iter().zip(y).zip(z);
         let results = ax.iter_mut().zip(ay).zip(az);

@@ -52,32 +52,4 @@ pub use pulse::{
 };
 pub use two_channel::{TwoChannel, TwoChannelState};
 
-use crate::Error;
-
-/// A design value that must be finite and greater than zero.
-fn positive(name: &'static str, value: f64) -> Result<f64, Error> {
-    if value.is_finite() && value > 0.0 {
-        Ok(value)
-    } else {
-        Err(Error::OutOfRange {
-            name,
-            value,
-            min: f64::MIN_POSITIVE,
-            max: f64::MAX,
-        })
-    }
-}
-
-/// A design value that must be finite and not negative.
-fn not_negative(name: &'static str, value: f64) -> Result<f64, Error> {
-    if value.is_finite() && value >= 0.0 {
-        Ok(value)
-    } else {
-        Err(Error::OutOfRange {
-            name,
-            value,
-            min: 0.0,
-            max: f64::MAX,
-        })
-    }
-}
+use crate::check::{not_negative, positive};

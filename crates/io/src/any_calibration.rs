@@ -58,10 +58,7 @@ impl AnyCalibration {
     /// # Errors
     /// As [`AnyCalibration::read`].
     pub fn from_source(source: Source) -> Result<(Self, Input)> {
-        let name = source.name().to_path_buf();
-        let (bytes, input) = source.into_bytes(LARGEST_DOCUMENT)?;
-        let file = Self::from_json(&bytes).map_err(|e| e.at(&name))?;
-        Ok((file, input))
+        read_document(source, Self::from_json)
     }
 
     /// Reads and checks the bytes of a file.
@@ -128,7 +125,7 @@ pub(crate) fn calibration_schema() -> Schema {
 }
 
 /// The kind of a calibration file, after its form and version have been checked.
-pub(crate) fn kind_of(bytes: &[u8]) -> Result<String> {
+fn kind_of(bytes: &[u8]) -> Result<String> {
     #[derive(Deserialize)]
     struct Head {
         schema: Option<Schema>,
@@ -165,8 +162,31 @@ pub(crate) fn kind_of(bytes: &[u8]) -> Result<String> {
     Ok(head.kind.unwrap_or_default())
 }
 
-/// The whole file, whose head is known to be right.
-pub(crate) fn parse<T: DeserializeOwned>(bytes: &[u8]) -> Result<T> {
+/// A document of a form of its own, with name and digest of its source; what is wrong names the source.
+pub(crate) fn read_document<T>(
+    source: Source,
+    parse: impl FnOnce(&[u8]) -> Result<T>,
+) -> Result<(T, Input)> {
+    let name = source.name().to_path_buf();
+    let (bytes, input) = source.into_bytes(LARGEST_DOCUMENT)?;
+    let document = parse(&bytes).map_err(|e| e.at(&name))?;
+    Ok((document, input))
+}
+
+/// A calibration of one kind; of another kind, `advice` says what to do.
+pub(crate) fn parse_kind<T: DeserializeOwned>(
+    bytes: &[u8],
+    wanted: &str,
+    advice: &str,
+) -> Result<T> {
+    let kind = kind_of(bytes)?;
+    if kind != wanted {
+        return Err(Error::new(
+            ErrorKind::Format,
+            format!("is a calibration of kind \"{kind}\"; one of kind \"{wanted}\" is needed here"),
+        )
+        .with_hint(advice));
+    }
     serde_json::from_slice(bytes).map_err(|e| {
         Error::new(
             ErrorKind::Format,

@@ -5,11 +5,10 @@ mod blocks;
 pub use blocks::{CurvatureBlock, ThermalBlock};
 
 use crate::Device;
-use crate::any_calibration::{calibration_schema, kind_of, parse};
+use crate::any_calibration::{calibration_schema, parse_kind, read_document};
 use crate::layout::ColumnRef;
 use crate::output::AtomicFile;
 use crate::software::{Schema, Software};
-use crate::source::LARGEST_DOCUMENT;
 use crate::{Error, ErrorKind, Input, Result, Source, Unit};
 use proofmass_core::{Compensation, Matrix3, SensorModel};
 use proofmass_uncertainty::{Estimate, Quantity};
@@ -120,10 +119,7 @@ impl CalibrationFile {
     /// # Errors
     /// As [`CalibrationFile::read`].
     pub fn from_source(source: Source) -> Result<(Self, Input)> {
-        let name = source.name().to_path_buf();
-        let (bytes, input) = source.into_bytes(LARGEST_DOCUMENT)?;
-        let file = Self::from_json(&bytes).map_err(|e| e.at(&name))?;
-        Ok((file, input))
+        read_document(source, Self::from_json)
     }
 
     /// Reads and checks the bytes of a file.
@@ -131,17 +127,8 @@ impl CalibrationFile {
     /// # Errors
     /// As [`CalibrationFile::read`].
     pub fn from_json(bytes: &[u8]) -> Result<Self> {
-        let kind = kind_of(bytes)?;
-        if kind != TRIAXIAL {
-            return Err(Error::new(
-                ErrorKind::Format,
-                format!(
-                    "is a calibration of kind \"{kind}\"; one of kind \"{TRIAXIAL}\" is needed here"
-                ),
-            )
-            .with_hint("use a calibration of a triaxial accelerometer from static positions"));
-        }
-        let file: Self = parse(bytes)?;
+        let advice = "use a calibration of a triaxial accelerometer from static positions";
+        let file: Self = parse_kind(bytes, TRIAXIAL, advice)?;
         file.check()?;
         Ok(file)
     }

@@ -1,10 +1,9 @@
 //! `calibration.json` of a device whose sensitivity is known over frequency.
 
 use crate::Device;
-use crate::any_calibration::{calibration_schema, kind_of, parse};
+use crate::any_calibration::{calibration_schema, parse_kind, read_document};
 use crate::layout::ColumnRef;
 use crate::software::{Schema, Software};
-use crate::source::LARGEST_DOCUMENT;
 use crate::{Error, ErrorKind, Input, Result, Source, Unit};
 use proofmass_uncertainty::EstimateSeries;
 use serde::{Deserialize, Serialize};
@@ -86,10 +85,7 @@ impl FrequencyResponseFile {
     /// # Errors
     /// As [`FrequencyResponseFile::read`].
     pub fn from_source(source: Source) -> Result<(Self, Input)> {
-        let name = source.name().to_path_buf();
-        let (bytes, input) = source.into_bytes(LARGEST_DOCUMENT)?;
-        let file = Self::from_json(&bytes).map_err(|e| e.at(&name))?;
-        Ok((file, input))
+        read_document(source, Self::from_json)
     }
 
     /// Reads and checks the bytes of a file.
@@ -97,15 +93,8 @@ impl FrequencyResponseFile {
     /// # Errors
     /// As [`FrequencyResponseFile::read`].
     pub fn from_json(bytes: &[u8]) -> Result<Self> {
-        let kind = kind_of(bytes)?;
-        if kind != FREQUENCY_RESPONSE {
-            return Err(Error::new(
-                ErrorKind::Format,
-                format!("is a calibration of kind \"{kind}\"; one of kind \"{FREQUENCY_RESPONSE}\" is needed here"),
-            )
-            .with_hint("use a calibration over frequency, such as one from a shaker"));
-        }
-        let file: Self = parse(bytes)?;
+        let advice = "use a calibration over frequency, such as one from a shaker";
+        let file: Self = parse_kind(bytes, FREQUENCY_RESPONSE, advice)?;
         file.check()?;
         Ok(file)
     }

@@ -1,5 +1,6 @@
 //! A job of whatever kind, as one plain request: what JSON of a server, a campaign and options of a command line become.
 
+use crate::any_result::{Reader, reader};
 use crate::apply::{ApplyData, ApplyJob};
 use crate::campaign::Campaign;
 use crate::comparison::{ComparisonData, ComparisonJob};
@@ -143,6 +144,11 @@ macro_rules! jobs {
                     })*
                 }
             }
+        }
+
+        /// Every kind of result that can be read again, with what reads it.
+        pub(crate) fn readers() -> Vec<(&'static str, Reader)> {
+            vec![$(reader::<<$job as Job>::Outcome>()),*]
         }
 
         $(impl From<$job> for AnyJob {

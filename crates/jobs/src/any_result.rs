@@ -3,11 +3,6 @@
 use crate::outcome::{Filed, Outcome};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
-use crate::{
-    apply, comparison, deconvolution, free_living, inspect, linearity, modes, motion,
-    multi_position, noise, plan, response, shaker_single, shaker_triaxial, shock, simulate,
-    spurious_motion, static_test, step, temperature, uncertainty, validation, velocity,
-};
 use proofmass_io::{ResultDocument, StatedQuantity};
 use proofmass_report::Report;
 use proofmass_uncertainty::Finding;
@@ -26,6 +21,8 @@ pub trait AnyResult {
     fn needs_decision(&self) -> bool;
     /// What is worth a look in a terminal.
     fn summary(&self) -> Report;
+    /// Name of the table that states the principal result, where there is one.
+    fn principal_table(&self) -> &'static str;
     /// Bytes of result.json.
     ///
     /// # Errors
@@ -63,6 +60,10 @@ impl<O: Outcome> AnyResult for Filed<O> {
         Filed::summary(self)
     }
 
+    fn principal_table(&self) -> &'static str {
+        O::PRINCIPAL_TABLE
+    }
+
     fn to_json(&self) -> Result<Vec<u8>> {
         Filed::to_json(self)
     }
@@ -72,41 +73,22 @@ impl<O: Outcome> AnyResult for Filed<O> {
     }
 }
 
-type Reader = fn(&[u8]) -> Result<Box<dyn AnyResult>>;
+pub(crate) type Reader = fn(&[u8]) -> Result<Box<dyn AnyResult>>;
 
-fn reader<O: Outcome + 'static>() -> (&'static str, Reader) {
+pub(crate) fn reader<O: Outcome + 'static>() -> (&'static str, Reader) {
     (O::KIND, |bytes| Ok(Box::new(Filed::<O>::from_json(bytes)?)))
 }
 
-/// Every kind that can be read again.
-fn readers() -> Vec<(&'static str, Reader)> {
-    vec![
-        reader::<multi_position::MultiPositionOutcome>(),
-        reader::<free_living::FreeLivingOutcome>(),
-        reader::<validation::ValidationOutcome>(),
-        reader::<apply::ApplyOutcome>(),
-        reader::<inspect::InspectOutcome>(),
-        reader::<temperature::TemperatureOutcome>(),
-        reader::<simulate::SimulateOutcome>(),
-        reader::<static_test::StaticTestOutcome>(),
-        reader::<shaker_triaxial::ShakerTriaxialOutcome>(),
-        reader::<shaker_single::ShakerSingleOutcome>(),
-        reader::<spurious_motion::SpuriousMotionOutcome>(),
-        reader::<shock::ShockOutcome>(),
-        reader::<linearity::LinearityOutcome>(),
-        reader::<step::StepOutcome>(),
-        reader::<comparison::ComparisonOutcome>(),
-        reader::<deconvolution::DeconvolutionOutcome>(),
-        reader::<motion::MotionOutcome>(),
-        reader::<response::ResponseOutcome>(),
-        reader::<plan::PlanOutcome>(),
-        reader::<modes::ModesOutcome>(),
-        reader::<noise::NoiseOutcome>(),
-        reader::<uncertainty::UncertaintyOutcome>(),
-        reader::<velocity::VelocityEstimate>(),
-        reader::<velocity::VelocityComparison>(),
-        reader::<velocity::VelocityTuning>(),
-    ]
+/// Every kind of result, as `kind` in result.json: one for each job of [`AnyJob`](crate::AnyJob), where two jobs may
+/// share a kind.
+pub fn result_kinds() -> Vec<&'static str> {
+    let mut kinds: Vec<&str> = Vec::new();
+    for (kind, _) in crate::any_job::readers() {
+        if !kinds.contains(&kind) {
+            kinds.push(kind);
+        }
+    }
+    kinds
 }
 
 /// Reads a result.json of whatever kind.
@@ -128,15 +110,12 @@ fn readers() -> Vec<(&'static str, Reader)> {
 /// Another kind of file, a kind this version does not know, a damaged file.
 pub fn read_result(bytes: &[u8]) -> Result<Box<dyn AnyResult>> {
     let kind = ResultDocument::from_json(bytes)?.kind;
-    let readers = readers();
+    let readers = crate::any_job::readers();
     match readers.iter().find(|(name, _)| *name == kind) {
         Some((_, read)) => read(bytes),
-        None => {
-            let known: Vec<&str> = readers.iter().map(|(name, _)| *name).collect();
-            Err(Trouble::data(format!(
-                "the result is of kind `{kind}`, which cannot be read again"
-            ))
-            .with_hint(format!("kinds that can: {}", known.join(", "))))
-        }
+        None => Err(Trouble::data(format!(
+            "the result is of kind `{kind}`, which cannot be read again"
+        ))
+        .with_hint(format!("kinds that can: {}", result_kinds().join(", ")))),
     }
 }

@@ -283,6 +283,7 @@ impl FreeLivingOutcome {
 
 impl Outcome for FreeLivingOutcome {
     const KIND: &'static str = "free-living";
+    const PRINCIPAL_TABLE: &'static str = "parameters.csv";
 
     fn title(&self, record: &Record) -> String {
         record.title("Auto-calibration of", "Auto-calibration of a logger")

@@ -44,9 +44,9 @@ pub mod validation;
 pub mod velocity;
 
 pub use any_job::{AnyData, AnyJob};
-pub use any_result::{AnyResult, read_result};
+pub use any_result::{AnyResult, read_result, result_kinds};
 pub use channels::{Channel, ChannelReading, RecordedChannel, RecordedChannels, WantedChannel};
-pub use outcome::{CALIBRATION, Filed, Job, Outcome, REPORT, RESULT, section};
+pub use outcome::{CALIBRATION, Filed, Job, Outcome, QUANTITIES, REPORT, RESULT, section};
 pub use proofmass_core::{Unwatched, Watch};
 pub use record::Record;
 pub use recording::RecordingReading;

@@ -3,7 +3,7 @@
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
-use proofmass_io::{AnyCalibration, NamedCovariance, ResultDocument, StatedQuantity, Table};
+use proofmass_io::{AnyCalibration, Cell, NamedCovariance, ResultDocument, StatedQuantity, Table};
 use proofmass_report::{Report, html};
 use proofmass_uncertainty::{Estimate, Finding, Severity};
 use serde::Serialize;
@@ -33,6 +33,9 @@ pub trait Job: Serialize + DeserializeOwned {
 pub trait Outcome: Serialize + DeserializeOwned {
     /// Kind of the result, as `kind` in result.json.
     const KIND: &'static str;
+
+    /// Table that states the principal result: one of the outcome's own where it has one, else [`QUANTITIES`].
+    const PRINCIPAL_TABLE: &'static str = QUANTITIES;
 
     /// Title of a report and of result.json: the one given, or one of the job's own.
     fn title(&self, record: &Record) -> String;
@@ -113,6 +116,8 @@ pub struct Filed<O> {
 pub const RESULT: &str = "result.json";
 /// Name of the report in a folder of results.
 pub const REPORT: &str = "report.html";
+/// Name of the table of the principal result, where a job has none of its own.
+pub const QUANTITIES: &str = "quantities.csv";
 /// Name of the calibration in a folder of results.
 pub const CALIBRATION: &str = "calibration.json";
 
@@ -221,12 +226,48 @@ impl<O: Outcome> Filed<O> {
         if let Some(calibration) = self.outcome.calibration(&self.record)? {
             files.push((CALIBRATION.to_owned(), calibration.to_json()?));
         }
+        let quantities = self.outcome.quantities();
+        if O::PRINCIPAL_TABLE == QUANTITIES && !quantities.is_empty() {
+            files.push((QUANTITIES.to_owned(), stated(&quantities)?.to_csv()?));
+        }
         for (name, table) in self.outcome.tables()? {
             files.push((name, table.to_csv()?));
         }
         files.extend(self.outcome.attachments(&self.record)?);
         Ok(files)
     }
+}
+
+/// A table of quantities as they are stated, one to a row; what is not known is an empty field.
+pub(crate) fn stated(quantities: &[StatedQuantity]) -> Result<Table> {
+    let mut table = Table::new([
+        "quantity",
+        "value",
+        "unit",
+        "u",
+        "U",
+        "k",
+        "nu_eff",
+        "probability",
+        "low",
+        "high",
+    ]);
+    for q in quantities {
+        let nu = q.nu_eff.map(|nu| nu.get()).filter(|nu| nu.is_finite());
+        table.push([
+            Cell::from(q.name.as_str()),
+            Cell::from(q.value),
+            Cell::from(q.unit.as_str()),
+            Cell::from(q.u),
+            Cell::from(q.expanded),
+            Cell::from(q.k),
+            Cell::from(nu),
+            Cell::from(q.probability),
+            Cell::from(q.interval.map(|[low, _]| low)),
+            Cell::from(q.interval.map(|[_, high]| high)),
+        ])?;
+    }
+    Ok(table)
 }
 
 /// A section for [`Outcome::sections`].

@@ -152,6 +152,7 @@ impl ShakerSingleOutcome {
 
 impl Outcome for ShakerSingleOutcome {
     const KIND: &'static str = "shaker-single";
+    const PRINCIPAL_TABLE: &'static str = "sensitivity.csv";
 
     fn title(&self, record: &Record) -> String {
         record.title(

@@ -5,6 +5,7 @@ mod fault;
 mod multi_position;
 mod shaker;
 mod spurious_motion;
+mod transducer;
 mod wedge_motion;
 
 pub use axis::{SimulatedAxis, SimulatedMotion};
@@ -12,6 +13,7 @@ pub use fault::{Practice, PracticeFault};
 pub use multi_position::SimulatedMultiPosition;
 pub use shaker::SimulatedShaker;
 pub use spurious_motion::SimulatedSpuriousMotion;
+pub use transducer::{SimulatedExcitation, SimulatedPrinciple, SimulatedTransducer};
 
 use crate::outcome::{Job, Outcome};
 use crate::record::Record;
@@ -56,6 +58,8 @@ pub enum SimulateJob {
     SpuriousMotion(SimulatedSpuriousMotion),
     /// A driven axis with encoder and accelerometer.
     Axis(SimulatedAxis),
+    /// A transducer under a shock, noise, a sweep or a step.
+    Transducer(SimulatedTransducer),
 }
 
 /// What was simulated: the files with their digests, and the truth.
@@ -132,6 +136,7 @@ impl Job for SimulateJob {
             Self::Shaker(s) => ("shaker", s.simulate(&desk)?),
             Self::SpuriousMotion(s) => ("spurious-motion", s.simulate(&desk)?),
             Self::Axis(s) => ("axis", s.simulate(&desk)?),
+            Self::Transducer(s) => ("transducer", s.simulate(&desk)?),
         };
         watch.step("simulation", 1, 1)?;
         let mut files = desk.written.into_inner().unwrap_or_default();

@@ -58,17 +58,7 @@ impl Welch {
     pub fn density(&self, signal: &[f64], rate: f64) -> Result<Density, Error> {
         let l = self.segment;
         check(signal, rate, l)?;
-        if self.overlap >= l {
-            return Err(Error::OutOfRange {
-                name: "overlap",
-                value: self.overlap as f64,
-                min: 0.0,
-                max: l as f64 - 1.0,
-            });
-        }
-        let weights = self.window.weights(l);
-        let step = l - self.overlap;
-        let count = (signal.len() - l) / step + 1;
+        let (weights, step, count) = self.segments(signal.len())?;
         let powers = segment_powers(signal, &weights, step, count, self.detrend, rate);
         let squares: f64 = weights.iter().map(|w| w * w).sum();
         let nu = degrees_of_freedom(&weights, step, count);
@@ -81,6 +71,23 @@ impl Welch {
             equivalent_noise_bandwidth(&weights),
             count,
         ))
+    }
+}
+
+impl Welch {
+    /// Weights of a segment, samples from one to the next, and how many there are in a record that holds one.
+    pub(crate) fn segments(&self, samples: usize) -> Result<(Vec<f64>, usize, usize), Error> {
+        let l = self.segment;
+        if self.overlap >= l {
+            return Err(Error::OutOfRange {
+                name: "overlap",
+                value: self.overlap as f64,
+                min: 0.0,
+                max: l as f64 - 1.0,
+            });
+        }
+        let step = l - self.overlap;
+        Ok((self.window.weights(l), step, (samples - l) / step + 1))
     }
 }
 

@@ -1,10 +1,9 @@
 //! `proofmass simulate transducer`: a transducer of any principle under a shock, noise, a sweep or a step.
 
 use crate::{Failure, Outcome, console};
-use proofmass::io::{OutputFolder, Table};
-use proofmass::rig::{Transducer as Device, TransducerBench, TransducerMotion};
-use proofmass::signal::PulseShape;
-use serde::Serialize;
+use proofmass::jobs::simulate::{
+    SimulateJob, SimulatedExcitation, SimulatedPrinciple, SimulatedTransducer,
+};
 use std::path::PathBuf;
 
 /// A transducer on a bench: recording.csv (time, reference, output), truth.csv, truth.json.
@@ -83,102 +82,51 @@ enum Motion {
     Step,
 }
 
-#[derive(Serialize)]
-struct Truth<'a> {
-    scenario: &'static str,
-    seed: u64,
-    bench: &'a TransducerBench,
-    unit: &'static str,
-    natural_frequency_hz: f64,
-    damping_ratio: f64,
-    /// Change of the output per m/s² at rest.
-    sensitivity: Option<f64>,
-    high_pass_hz: Option<f64>,
-    low_pass_hz: Option<f64>,
-    samples_beyond_range: usize,
-}
-
 impl Transducer {
+    fn job(&self) -> SimulatedTransducer {
+        let mut job = SimulatedTransducer::default();
+        job.principle = match self.principle {
+            Principle::Capacitive => SimulatedPrinciple::Capacitive,
+            Principle::Piezoresistive => SimulatedPrinciple::Piezoresistive,
+            Principle::StrainGauge => SimulatedPrinciple::StrainGauge,
+            Principle::Piezoelectric => SimulatedPrinciple::Piezoelectric,
+            Principle::Inductive => SimulatedPrinciple::Inductive,
+            Principle::Hall => SimulatedPrinciple::Hall,
+            Principle::Thermal => SimulatedPrinciple::Thermal,
+            Principle::Resonant => SimulatedPrinciple::Resonant,
+            Principle::Tunnelling => SimulatedPrinciple::Tunnelling,
+            Principle::Shutter => SimulatedPrinciple::Shutter,
+            Principle::Interferometer => SimulatedPrinciple::Interferometer,
+        };
+        job.motion = match self.motion {
+            Motion::Shock => SimulatedExcitation::Shock,
+            Motion::Random => SimulatedExcitation::Random,
+            Motion::Sweep => SimulatedExcitation::Sweep,
+            Motion::Step => SimulatedExcitation::Step,
+        };
+        job.level = self.level;
+        job.pulse = self.pulse;
+        job.natural_frequency = self.natural_frequency;
+        job.damping = self.damping;
+        job.rate = self.rate;
+        job.duration = self.duration;
+        job.temperature = self.temperature;
+        job.noise = self.noise;
+        job.reference_noise = self.reference_noise;
+        job.bits = self.bits;
+        job.seed = self.seed;
+        job
+    }
+
     pub(super) fn run(self) -> Result<Outcome, Failure> {
-        let mut examples = Device::examples();
-        let mut device = examples.swap_remove(self.principle as usize);
-        if self.natural_frequency.is_some() || self.damping.is_some() {
-            let old = device.mass;
-            device.mass = proofmass::rig::ProofMass::of(
-                old.mass,
-                self.natural_frequency.unwrap_or(old.natural_frequency()),
-                self.damping.unwrap_or(old.damping_ratio()),
-                old.stop,
-            );
-        }
-        let natural = device.mass.natural_frequency();
-        let limits = device.limits();
-        let level = self.level.unwrap_or(0.2 * limits.acceleration);
-        let rate = self.rate.unwrap_or(50.0 * natural);
-        let motion = match self.motion {
-            Motion::Shock => TransducerMotion::Shock {
-                shape: PulseShape::HalfSine,
-                peak: level,
-                duration: self.pulse.unwrap_or(20.0 / natural),
-            },
-            Motion::Random => TransducerMotion::Random { rms: level },
-            Motion::Sweep => TransducerMotion::Sweep {
-                low: 1e-3 * natural,
-                high: (2.0 * natural).min(0.4 * rate),
-                amplitude: level,
-            },
-            Motion::Step => TransducerMotion::Step { height: level },
-        };
-        let bench = TransducerBench {
-            motion,
-            rate,
-            duration: self.duration.unwrap_or(65_536.0 / rate),
-            temperature: self.temperature,
-            noise: self.noise,
-            reference_noise: self.reference_noise,
-            bits: self.bits,
-            transducer: device,
-        };
-        let folder = OutputFolder::create(&self.output, false)?;
-        let recording = bench.simulate(self.seed).map_err(|e| {
-            Failure::from(e)
-                .hint("see `proofmass simulate transducer --help` for what each setting means")
-        })?;
-        let device = &bench.transducer;
-        let slope = |a: f64| Some((device.output(a)? - device.output(-a)?) / (2.0 * a));
-        let truth = Truth {
-            scenario: "transducer",
-            seed: self.seed,
-            unit: device.unit(),
-            natural_frequency_hz: natural,
-            damping_ratio: device.mass.damping_ratio(),
-            sensitivity: slope(1e-3 * limits.acceleration),
-            high_pass_hz: device.principle.high_pass(),
-            low_pass_hz: device.principle.low_pass(),
-            samples_beyond_range: recording.beyond,
-            bench: &bench,
-        };
-        let mut table = Table::new([
-            "time_s".to_owned(),
-            "reference_m/s2".to_owned(),
-            format!("output_{}", device.unit()),
-        ]);
-        let mut exact = Table::new(["time_s", "acceleration_m/s2"]);
-        for (k, t) in recording.time.iter().enumerate() {
-            table.push([*t, recording.reference[k], recording.output[k]])?;
-            exact.push([*t, recording.truth[k]])?;
-        }
-        let truth = serde_json::to_vec_pretty(&truth)
-            .map_err(|e| Failure::new(format!("the truth cannot be written: {e}")))?;
-        folder.write("recording.csv", table.to_csv()?)?;
-        folder.write("truth.csv", exact.to_csv()?)?;
-        folder.write("truth.json", truth)?;
-        let place = folder.commit()?;
-        if recording.beyond > 0 {
-            console::note(format!(
-                "note: {} samples lie beyond what the device measures ({:.4} m/s²)",
-                recording.beyond, limits.acceleration
-            ));
+        let job = self.job();
+        let range = job.device().limits().acceleration;
+        let (place, outcome) = super::into_folder(&SimulateJob::Transducer(job), self.output)?;
+        match outcome.truth()["samples_beyond_range"].as_u64() {
+            None | Some(0) => {}
+            Some(beyond) => console::note(format!(
+                "note: {beyond} samples lie beyond what the device measures ({range:.4} m/s²)"
+            )),
         }
         let next = match self.motion {
             Motion::Shock => "shock --reference reference --output-column output",

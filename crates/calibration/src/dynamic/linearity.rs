@@ -1,6 +1,6 @@
 //! Linearity over the level at one frequency.
 
-use proofmass_core::Error;
+use proofmass_core::{Error, check};
 use proofmass_uncertainty::{
     Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence,
     Severity, chi_squared_quantile,
@@ -51,16 +51,7 @@ impl Linearity {
             ("outputs", output, false),
             ("uncertainties", u, true),
         ] {
-            if column.len() != n {
-                return Err(Error::Length {
-                    name,
-                    expected: n,
-                    got: column.len(),
-                });
-            }
-            if let Some(index) = column.iter().position(|v| !v.is_finite()) {
-                return Err(Error::NotFinite { name, index });
-            }
+            check::column(name, column, n)?;
             if let Some(value) = column.iter().find(|v| positive && !(**v > 0.0)) {
                 return Err(Error::OutOfRange {
                     name,

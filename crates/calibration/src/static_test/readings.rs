@@ -2,6 +2,7 @@
 
 use crate::adjustment::{cholesky, solve};
 use proofmass_core::Error;
+pub(super) use proofmass_core::check::{not_negative, positive};
 use proofmass_uncertainty::{
     Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence,
 };
@@ -264,43 +265,5 @@ pub(super) fn per_acceleration(unit: &str) -> String {
 
 /// Equal lengths and finite inputs.
 pub(super) fn check(input: &[f64], output: &[f64], name: &'static str) -> Result<(), Error> {
-    if input.len() != output.len() {
-        return Err(Error::Length {
-            name,
-            expected: output.len(),
-            got: input.len(),
-        });
-    }
-    match input.iter().position(|v| !v.is_finite()) {
-        Some(index) => Err(Error::NotFinite { name, index }),
-        None => Ok(()),
-    }
-}
-
-/// A setting that must be finite and not negative.
-pub(super) fn not_negative(name: &'static str, value: f64) -> Result<f64, Error> {
-    if value >= 0.0 && value.is_finite() {
-        Ok(value)
-    } else {
-        Err(Error::OutOfRange {
-            name,
-            value,
-            min: 0.0,
-            max: f64::MAX,
-        })
-    }
-}
-
-/// A setting that must be finite and positive.
-pub(super) fn positive(name: &'static str, value: f64) -> Result<f64, Error> {
-    if value > 0.0 && value.is_finite() {
-        Ok(value)
-    } else {
-        Err(Error::OutOfRange {
-            name,
-            value,
-            min: f64::MIN_POSITIVE,
-            max: f64::MAX,
-        })
-    }
+    proofmass_core::check::column(name, input, output.len())
 }

@@ -2,7 +2,7 @@
 
 use super::{SweepData, means};
 use crate::Triple;
-use proofmass_core::{Error, norm};
+use proofmass_core::{Error, check, norm};
 use serde::{Deserialize, Serialize};
 
 /// Change of the output between two blocks that no temperature makes: 3 mg, and 2 mg for each kelvin between them.
@@ -55,23 +55,9 @@ impl Blocks {
     pub(super) fn of(data: &SweepData<'_>, aim: usize) -> Result<Self, Error> {
         let n = data.temperature.len();
         for (name, column) in ["x", "y", "z"].into_iter().zip(data.outputs) {
-            if column.len() != n {
-                return Err(Error::Length {
-                    name,
-                    expected: n,
-                    got: column.len(),
-                });
-            }
-            if let Some(index) = column.iter().position(|v| !v.is_finite()) {
-                return Err(Error::NotFinite { name, index });
-            }
+            check::column(name, column, n)?;
         }
-        if let Some(index) = data.temperature.iter().position(|v| !v.is_finite()) {
-            return Err(Error::NotFinite {
-                name: "temperature",
-                index,
-            });
-        }
+        check::finite("temperature", data.temperature)?;
         let samples = n.div_ceil(aim).max(1);
         let count = n / samples;
         if count < 40 {

@@ -252,6 +252,7 @@ struct Fit<'a> {
 
 impl Outcome for MultiPositionOutcome {
     const KIND: &'static str = "multi-position";
+    const PRINCIPAL_TABLE: &'static str = "parameters.csv";
 
     fn title(&self, record: &Record) -> String {
         record.title("Calibration of", "Calibration of a triaxial accelerometer")

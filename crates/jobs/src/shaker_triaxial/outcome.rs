@@ -95,6 +95,7 @@ impl ShakerTriaxialOutcome {
 
 impl Outcome for ShakerTriaxialOutcome {
     const KIND: &'static str = "shaker-triaxial";
+    const PRINCIPAL_TABLE: &'static str = "sensitivity.csv";
 
     fn title(&self, record: &Record) -> String {
         record.title(

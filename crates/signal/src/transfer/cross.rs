@@ -76,17 +76,7 @@ impl CrossSpectra {
             check(output, rate, l)?;
         }
         check(input, rate, l)?;
-        if welch.overlap >= l {
-            return Err(Error::OutOfRange {
-                name: "overlap",
-                value: welch.overlap as f64,
-                min: 0.0,
-                max: l as f64 - 1.0,
-            });
-        }
-        let weights = welch.window.weights(l);
-        let step = l - welch.overlap;
-        let count = (input.len() - l) / step + 1;
+        let (weights, step, count) = welch.segments(input.len())?;
         let bins = l / 2 + 1;
         let plan = RealFftPlanner::<f64>::new().plan_fft_forward(l);
         let done = AtomicU64::new(0);

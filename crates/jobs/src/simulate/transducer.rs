@@ -1,0 +1,201 @@
+//! A transducer of any principle under a shock, noise, a sweep or a step.
+
+use super::Desk;
+use crate::trouble::{Result, Trouble};
+use proofmass_io::Table;
+use proofmass_rig::{
+    ProofMass, Transducer, TransducerBench, TransducerMotion, TransducerRecording,
+};
+use proofmass_signal::PulseShape;
+use serde::{Deserialize, Serialize};
+
+/// A transducer on a bench: recording.csv (time, reference, output), truth.csv, truth.json.
+///
+/// The same seed makes the same recording on every machine.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct SimulatedTransducer {
+    /// Principle of the device, which else is that of the example.
+    pub principle: SimulatedPrinciple,
+    /// What happens to it.
+    pub motion: SimulatedExcitation,
+    /// Greatest acceleration of the motion (RMS of noise), m/s² [default: a fifth of what the device measures]
+    pub level: Option<f64>,
+    /// Duration of the pulse, s [default: twenty periods of the mass]
+    pub pulse: Option<f64>,
+    /// Natural frequency of the mass, Hz [default: that of the example]
+    pub natural_frequency: Option<f64>,
+    /// Damping ratio of the mass [default: that of the example]
+    pub damping: Option<f64>,
+    /// Sampling rate, Hz [default: fifty times the natural frequency]
+    pub rate: Option<f64>,
+    /// Duration, s [default: 65 536 samples]
+    pub duration: Option<f64>,
+    /// Departure from the reference temperature, K
+    pub temperature: f64,
+    /// Noise of one sample as a share of full scale
+    pub noise: f64,
+    /// Noise of one sample of the reference, m/s²
+    pub reference_noise: f64,
+    /// Bits of the converter, 0 for none
+    pub bits: u32,
+    /// Seed of the noise
+    pub seed: u64,
+}
+
+impl Default for SimulatedTransducer {
+    fn default() -> Self {
+        Self {
+            principle: SimulatedPrinciple::Piezoelectric,
+            motion: SimulatedExcitation::Shock,
+            level: None,
+            pulse: None,
+            natural_frequency: None,
+            damping: None,
+            rate: None,
+            duration: None,
+            temperature: 0.0,
+            noise: 1e-5,
+            reference_noise: 0.0,
+            bits: 24,
+            seed: 1,
+        }
+    }
+}
+
+/// Principles of which there is an example.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[allow(missing_docs)] // The names say it; the laws of each are those of the rig.
+pub enum SimulatedPrinciple {
+    Capacitive,
+    Piezoresistive,
+    StrainGauge,
+    Piezoelectric,
+    Inductive,
+    Hall,
+    Thermal,
+    Resonant,
+    Tunnelling,
+    Shutter,
+    Interferometer,
+}
+
+/// What happens to a simulated transducer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SimulatedExcitation {
+    /// Half-sine pulse
+    Shock,
+    /// White noise
+    Random,
+    /// Logarithmic sweep, from a thousandth of the natural frequency to twice it
+    Sweep,
+    /// From rest to a constant acceleration
+    Step,
+}
+
+/// The truth beside a simulated recording.
+#[derive(Serialize)]
+struct Truth<'a> {
+    scenario: &'static str,
+    seed: u64,
+    bench: &'a TransducerBench,
+    unit: &'static str,
+    natural_frequency_hz: f64,
+    damping_ratio: f64,
+    /// Change of the output per m/s² at rest.
+    sensitivity: Option<f64>,
+    high_pass_hz: Option<f64>,
+    low_pass_hz: Option<f64>,
+    samples_beyond_range: usize,
+}
+
+impl SimulatedTransducer {
+    /// The device that is simulated.
+    pub fn device(&self) -> Transducer {
+        let mut examples = Transducer::examples();
+        let mut device = examples.swap_remove(self.principle as usize);
+        if self.natural_frequency.is_some() || self.damping.is_some() {
+            let old = device.mass;
+            device.mass = ProofMass::of(
+                old.mass,
+                self.natural_frequency.unwrap_or(old.natural_frequency()),
+                self.damping.unwrap_or(old.damping_ratio()),
+                old.stop,
+            );
+        }
+        device
+    }
+
+    pub(super) fn simulate(&self, desk: &Desk<'_>) -> Result<serde_json::Value> {
+        let bench = self.bench();
+        let recording = bench.simulate(self.seed).map_err(|e| {
+            Trouble::from(e)
+                .with_hint("see `proofmass simulate transducer --help` for what each setting means")
+        })?;
+        let device = &bench.transducer;
+        let slope = |a: f64| Some((device.output(a)? - device.output(-a)?) / (2.0 * a));
+        let truth = Truth {
+            scenario: "transducer",
+            seed: self.seed,
+            unit: device.unit(),
+            natural_frequency_hz: device.mass.natural_frequency(),
+            damping_ratio: device.mass.damping_ratio(),
+            sensitivity: slope(1e-3 * device.limits().acceleration),
+            high_pass_hz: device.principle.high_pass(),
+            low_pass_hz: device.principle.low_pass(),
+            samples_beyond_range: recording.beyond,
+            bench: &bench,
+        };
+        write(&recording, device.unit(), desk)?;
+        desk.truth(&truth)
+    }
+
+    fn bench(&self) -> TransducerBench {
+        let device = self.device();
+        let natural = device.mass.natural_frequency();
+        let level = self.level.unwrap_or(0.2 * device.limits().acceleration);
+        let rate = self.rate.unwrap_or(50.0 * natural);
+        let motion = match self.motion {
+            SimulatedExcitation::Shock => TransducerMotion::Shock {
+                shape: PulseShape::HalfSine,
+                peak: level,
+                duration: self.pulse.unwrap_or(20.0 / natural),
+            },
+            SimulatedExcitation::Random => TransducerMotion::Random { rms: level },
+            SimulatedExcitation::Sweep => TransducerMotion::Sweep {
+                low: 1e-3 * natural,
+                high: (2.0 * natural).min(0.4 * rate),
+                amplitude: level,
+            },
+            SimulatedExcitation::Step => TransducerMotion::Step { height: level },
+        };
+        TransducerBench {
+            motion,
+            rate,
+            duration: self.duration.unwrap_or(65_536.0 / rate),
+            temperature: self.temperature,
+            noise: self.noise,
+            reference_noise: self.reference_noise,
+            bits: self.bits,
+            transducer: device,
+        }
+    }
+}
+
+fn write(recording: &TransducerRecording, unit: &str, desk: &Desk<'_>) -> Result<()> {
+    let mut table = Table::new([
+        "time_s".to_owned(),
+        "reference_m/s2".to_owned(),
+        format!("output_{unit}"),
+    ]);
+    let mut exact = Table::new(["time_s", "acceleration_m/s2"]);
+    for (k, t) in recording.time.iter().enumerate() {
+        table.push([*t, recording.reference[k], recording.output[k]])?;
+        exact.push([*t, recording.truth[k]])?;
+    }
+    desk.write("recording.csv", table.to_csv()?)?;
+    desk.write("truth.csv", exact.to_csv()?)
+}

@@ -1,0 +1,149 @@
+//! What must hold for a result of any kind.
+
+use crate::Answer;
+use crate::support::Stop;
+use proofmass_jobs::{AnyResult, REPORT, TroubleKind, Unwatched, Watch, read_result};
+use proofmass_report::terminal;
+
+/// Stopped at the first call it gives nothing; else result.json, terminal, page and the table of the principal result
+/// state the same, and the result read again gives every file to the byte.
+pub fn check(kind: &str, answer: &dyn Fn(&dyn Watch) -> Answer) -> Box<dyn AnyResult> {
+    let Err(stopped) = answer(&Stop) else {
+        panic!("{kind} goes on when it is stopped");
+    };
+    assert_eq!(stopped.kind(), TroubleKind::Cancelled, "{kind}: {stopped}");
+    let result = answer(&Unwatched).unwrap_or_else(|e| panic!("{kind}: {e} {:?}", e.place()));
+    assert_eq!(result.kind(), kind);
+    let bytes = result.to_json().expect("result.json");
+    let again = read_result(&bytes).expect("read again");
+    assert_eq!(again.kind(), kind);
+    assert_eq!(again.record(), result.record());
+    let (files, files_again) = (
+        result.files().expect("files"),
+        again.files().expect("files"),
+    );
+    assert_eq!(files.len(), files_again.len());
+    for ((name, a), (other, b)) in files.iter().zip(&files_again) {
+        assert!(
+            name == other && a == b,
+            "{kind}: {name} differs when it is read again"
+        );
+    }
+    let document: serde_json::Value = serde_json::from_slice(&bytes).expect("JSON");
+    let quantities = result.quantities();
+    let stated = document["quantities"].as_array().map_or(0, Vec::len);
+    assert_eq!(stated, quantities.len(), "{kind}");
+    for (q, d) in quantities
+        .iter()
+        .zip(document["quantities"].as_array().into_iter().flatten())
+    {
+        assert_eq!(d["name"], q.name.as_str());
+        assert_eq!(d["value"].as_f64(), Some(q.value), "{kind}: {}", q.name);
+        assert_eq!(d["U"].as_f64(), Some(q.expanded), "{kind}: {}", q.name);
+    }
+    let options = terminal::Options {
+        width: 200,
+        colour: false,
+    };
+    let [summary, summary_again] = [&result, &again]
+        .map(|r| terminal::render(&r.summary(), &options).expect("terminal"));
+    assert_eq!(summary, summary_again, "{kind}");
+    let file = |wanted: &str| {
+        let found = files.iter().find(|(name, _)| name == wanted);
+        let (_, bytes) = found.unwrap_or_else(|| panic!("{kind} without {wanted}"));
+        String::from_utf8_lossy(bytes).into_owned()
+    };
+    let page = file(REPORT);
+    assert!(summary.contains(document["title"].as_str().expect("a title")));
+    // The first quantity is what a job was asked for: it stands in the terminal, on the page and in the table.
+    if let Some(q) = quantities.first() {
+        if q.value != 0.0 && q.expanded > 0.0 {
+            for (place, text) in [("terminal", &summary), ("page", &page)] {
+                assert!(
+                    states(text, q.value),
+                    "{kind}: {place} without {} = {}:\n{text}",
+                    q.name,
+                    q.value
+                );
+            }
+        }
+        let table = file(result.principal_table());
+        assert!(
+            in_a_row(&table, q.value, q.expanded),
+            "{kind}: {} does not state {} = {} with U = {}",
+            result.principal_table(),
+            q.name,
+            q.value,
+            q.expanded
+        );
+    }
+    // A table by that name states every quantity, and its name.
+    if result.principal_table() == proofmass_jobs::QUANTITIES {
+        for q in &quantities {
+            let table = file(proofmass_jobs::QUANTITIES);
+            let row = table.lines().find(|l| {
+                l.starts_with(&format!("{},", q.name)) || l.starts_with(&format!("\"{}\",", q.name))
+            });
+            let row = row.unwrap_or_else(|| panic!("{kind}: no row of {}", q.name));
+            assert!(in_a_row(row, q.value, q.expanded), "{kind}: {row}");
+        }
+    }
+    result
+}
+
+/// Factors between SI and the units that pages print.
+const SCALES: [f64; 8] = [
+    1.0,
+    1e3,
+    1e6,
+    1e-3,
+    1e2,
+    180.0 / std::f64::consts::PI,
+    1e9,
+    1.0 / 9.80665e-3,
+];
+
+/// Whether a number of three digits or more in the text is the value, rounded, in some unit.
+fn states(text: &str, value: f64) -> bool {
+    let normal: String = text
+        .chars()
+        .map(|c| match c {
+            '−' => '-',
+            c => c,
+        })
+        .filter(|c| !matches!(c, '\u{202f}' | '\u{2009}' | '\u{a0}'))
+        .collect();
+    let numbers = normal.split(|c: char| !(c.is_ascii_digit() || matches!(c, '.' | '-')));
+    numbers
+        .filter(|n| n.chars().filter(char::is_ascii_digit).count() >= 3)
+        .filter_map(|n| {
+            Some((
+                n.parse::<f64>().ok()?,
+                n.split_once('.').map_or(0, |p| p.1.len()),
+            ))
+        })
+        .any(|(number, decimals)| {
+            let half = 0.5001 * 0.1f64.powi(decimals as i32);
+            // Powers of ten may stand beside the number.
+            let scaled = |s: f64| {
+                (-9..=9)
+                    .any(|p| (number - value * s * 10f64.powi(p)).abs() <= half && number != 0.0)
+            };
+            SCALES.iter().any(|s| scaled(*s))
+        })
+}
+
+/// Whether a row of a table holds the value and its expanded uncertainty, all digits, in some unit.
+fn in_a_row(table: &str, value: f64, expanded: f64) -> bool {
+    table.lines().any(|line| {
+        let numbers: Vec<f64> = line.split(',').filter_map(|f| f.parse().ok()).collect();
+        SCALES.iter().any(|s| {
+            let has = |v: f64| {
+                numbers
+                    .iter()
+                    .any(|n| (n - v * s).abs() <= 1e-9 * (v * s).abs())
+            };
+            has(value) && has(expanded)
+        })
+    })
+}

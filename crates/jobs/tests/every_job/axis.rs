@@ -1,0 +1,46 @@
+//! The three questions to an axis.
+
+use crate::agreement::check;
+use crate::ask;
+use proofmass_jobs::velocity::{
+    AxisData, VelocityCompareJob, VelocityEstimateJob, VelocityTuneJob,
+};
+use proofmass_jobs::{AnyData, AnyJob};
+use proofmass_motion::{Method, MotionRecord, Source};
+use proofmass_rig::{Axis, AxisMotion};
+
+fn walk(kind: &str, job: impl Into<AnyJob>) {
+    let mut axis = Axis::new(AxisMotion::servo(5.0));
+    axis.duration = 2.0;
+    let recording = axis.simulate(1).expect("an axis");
+    let mut motion = MotionRecord::new(
+        recording.sample_time,
+        Source::Position,
+        recording.position(),
+        recording.acceleration.clone(),
+    )
+    .expect("a record");
+    motion.increment = Some(recording.increment);
+    let truth: Vec<f64> = recording.truth.iter().map(|p| p.velocity).collect();
+    let job = job.into();
+    check(kind, &|watch| {
+        let data = AnyData::Axis(AxisData {
+            reference: Some(&truth),
+            ..AxisData::new(&motion)
+        });
+        ask(job.clone(), &data, watch)
+    });
+}
+
+pub fn velocity_estimate(kind: &str) {
+    walk(kind, VelocityEstimateJob::default());
+}
+
+pub fn velocity_compare(kind: &str) {
+    let methods = vec![Method::FixedTime, "observer:10,100".parse().expect("a method")];
+    walk(kind, VelocityCompareJob::new(methods, vec![1000.0, 100.0], Some(0.5)));
+}
+
+pub fn velocity_tune(kind: &str) {
+    walk(kind, VelocityTuneJob::default());
+}

@@ -1,0 +1,226 @@
+//! Calibrations of sensors, and what is done with them.
+
+use crate::agreement::check;
+use crate::ask;
+use num_complex::Complex64;
+use proofmass_calibration::StillWindow;
+use proofmass_calibration::shaker::recording::Quality;
+use proofmass_calibration::shaker::reference::{ReferencePoint, ReferenceTable};
+use proofmass_calibration::shaker::single_axis::{ComparisonBudget, ComparisonRow};
+use proofmass_io::{AnyCalibration, Source, Unit};
+use proofmass_jobs::apply::{ApplyData, ApplyJob, CompensationMethod, Destination};
+use proofmass_jobs::campaign::Campaign;
+use proofmass_jobs::free_living::{FreeLivingJob, FreeLivingWindows};
+use proofmass_jobs::shaker_single::{ShakerSingleData, ShakerSingleJob, ShakerSingleRun};
+use proofmass_jobs::simulate::{
+    SimulateJob, SimulatedMultiPosition, SimulatedShaker, SimulatedSpuriousMotion,
+};
+use proofmass_jobs::temperature::{TemperatureData, TemperatureJob};
+use proofmass_jobs::validation::{ValidationData, ValidationJob};
+use proofmass_jobs::{AnyData, Gathered, Record, Sink, Unwatched, frequency_response};
+use proofmass_rig::HandHeld;
+use proofmass_uncertainty::DegreesOfFreedom;
+use std::sync::{Arc, OnceLock};
+
+/// A campaign of a simulation, in memory.
+fn simulated(job: &SimulateJob) -> Campaign {
+    let files = Gathered::default();
+    let data = AnyData::Sink(&files as &dyn Sink);
+    ask(job.clone(), &data, &Unwatched).expect("a simulation");
+    Campaign::read(Arc::new(files.into_memory()), "campaign.toml").expect("a campaign")
+}
+
+fn certificate() -> ReferenceTable {
+    let line = |frequency: f64| ReferencePoint {
+        frequency,
+        sensitivity: 0.01,
+        phase: 0.01,
+        modulus_uncertainty: 0.002,
+        phase_uncertainty: 0.001,
+    };
+    ReferenceTable::new(vec![line(80.0), line(160.0), line(320.0)]).expect("a certificate")
+}
+
+/// The campaign of a simulated recording turned by hand, and its calibration.
+pub fn hand_held() -> &'static (Campaign, AnyCalibration) {
+    static ONE: OnceLock<(Campaign, AnyCalibration)> = OnceLock::new();
+    ONE.get_or_init(|| {
+        let campaign = simulated(&SimulateJob::MultiPosition(
+            SimulatedMultiPosition::default(),
+        ));
+        let result = campaign.evaluate(None, &Unwatched).expect("a calibration");
+        let files = result.files().expect("files");
+        let file = files.iter().find(|(name, _)| name == "calibration.json");
+        let calibration = AnyCalibration::from_json(&file.expect("calibration.json").1);
+        (campaign, calibration.expect("a calibration"))
+    })
+}
+
+pub fn multi_position(kind: &str) {
+    check(kind, &|watch| {
+        hand_held().0.evaluate(Some("2026-01-01".into()), watch)
+    });
+}
+
+/// A logger whose still moments lie all over the sphere; its axis x reads one hundredth too much.
+pub fn free_living(kind: &str) {
+    let windows = (0..240).map(|k| {
+        let (i, turn) = (f64::from(k % 60), f64::from(k / 60));
+        let up = 1.0 - (2.0 * i + 1.0) / 60.0;
+        let (around, across) = (2.4 * i + 0.3 * turn, (1.0 - up * up).sqrt());
+        let noise = |a: f64| 3e-4 * (a * f64::from(k + 1)).sin();
+        StillWindow {
+            time: 600.0 * f64::from(k),
+            mean: [
+                1.01 * across * around.cos() + noise(7.1),
+                across * around.sin() + noise(3.7),
+                up + noise(5.3),
+            ],
+            temperature: None,
+        }
+    });
+    let data = FreeLivingWindows {
+        still: windows.collect(),
+        seen: 1000,
+        name: "memory".into(),
+        ..FreeLivingWindows::default()
+    };
+    check(kind, &|watch| {
+        ask(FreeLivingJob::default(), &AnyData::FreeLiving(&data), watch)
+    });
+}
+
+pub fn shaker_triaxial(kind: &str) {
+    let mut shaker = SimulatedShaker::default();
+    (shaker.phasors, shaker.configurations) = (true, 12);
+    shaker.frequencies = vec![80.0, 160.0];
+    let shaker = simulated(&SimulateJob::Shaker(shaker));
+    let result = check(kind, &|watch| shaker.evaluate(None, watch));
+    let files = result.files().expect("files");
+    assert!(files.iter().any(|(name, _)| name == "calibration.json"));
+}
+
+pub fn spurious_motion(kind: &str) {
+    let mut spurious = SimulatedSpuriousMotion::default();
+    spurious.frequencies = vec![80.0, 160.0];
+    let spurious = simulated(&SimulateJob::SpuriousMotion(spurious));
+    check(kind, &|watch| spurious.evaluate(None, watch));
+}
+
+pub fn shaker_single(kind: &str) {
+    let run = |name: &str, output: f64| ShakerSingleRun {
+        row: ComparisonRow {
+            run: name.into(),
+            frequency: 160.0,
+            reference: Complex64::new(0.1, 0.0),
+            output: Complex64::new(output, 0.01),
+            transverse: Some(0.02),
+        },
+        target: None,
+        quality: Quality::default(),
+        place: "here".into(),
+    };
+    let runs = [run("a", 0.2), run("b", 0.2002)];
+    let comparison = ComparisonBudget {
+        ratio: 0.001,
+        phase: 0.002,
+        dof: DegreesOfFreedom::INFINITE,
+    };
+    check(kind, &|watch| {
+        let job = ShakerSingleJob::new(certificate(), comparison);
+        ask(
+            job,
+            &AnyData::ShakerSingle(ShakerSingleData::new(&runs)),
+            watch,
+        )
+    });
+}
+
+pub fn validation(kind: &str) {
+    let (_, calibration) = hand_held();
+    let AnyCalibration::Triaxial(file) = calibration else {
+        panic!("{}", calibration.kind());
+    };
+    let recording = HandHeld::default().simulate(9);
+    let [x, y, z] = &recording.outputs;
+    check(kind, &|watch| {
+        let data = ValidationData {
+            calibration: file,
+            outputs: [x, y, z],
+            rate: recording.rate,
+            breaks: &[],
+            segments: None,
+            findings: &[],
+            sha256: None,
+            name: "memory",
+        };
+        ask(ValidationJob::default(), &AnyData::Validation(data), watch)
+    });
+}
+
+pub fn apply(kind: &str) {
+    let (_, calibration) = hand_held();
+    let response = proofmass_calibration::FrequencyResponse::try_from(&certificate());
+    let over_frequency: AnyCalibration = frequency_response::to_file(
+        &response.expect("a response"),
+        "certificate",
+        Unit::Volt,
+        &Record::default(),
+    )
+    .into();
+    for (calibration, method, text) in [
+        (
+            calibration,
+            CompensationMethod::Model,
+            "acc_x_count,acc_y_count,acc_z_count\n1,2,3\n",
+        ),
+        (
+            &over_frequency,
+            CompensationMethod::Band([100.0, 200.0]),
+            "u_V\n0.1\n",
+        ),
+    ] {
+        check(kind, &|watch| {
+            let mut job = ApplyJob::default();
+            job.method = method;
+            if method != CompensationMethod::Model {
+                job.reading.columns = Some(vec!["u".into()]);
+            }
+            let mut written = Vec::new();
+            let source = Source::from_bytes("recording.csv", text)?;
+            let data = ApplyData::new(calibration, source, Destination::Bytes(&mut written));
+            let answer = ask(job, &AnyData::Apply(data), watch);
+            // What was stopped left no row.
+            assert_eq!(answer.is_ok(), written.len() > 20, "{written:?}");
+            answer
+        });
+    }
+}
+
+
+/// 0 … 40 °C in 1000 samples, x by 0.5 mg/K.
+pub fn temperature(kind: &str) {
+    let temperature: Vec<f64> = (0..1000).map(|i| f64::from(i) / 25.0).collect();
+    let column = |k: usize, level: f64, slope: f64| -> Vec<f64> {
+        let noise = |i: usize| ((i * (7919 + 104 * k) % 10_007) as f64 / 10_007.0 - 0.5) * 4e-3;
+        let all = temperature.iter().enumerate();
+        all.map(|(i, t)| level + slope * t + noise(i)).collect()
+    };
+    let outputs = [
+        column(0, 0.01, 5e-4),
+        column(1, 0.0, 0.0),
+        column(2, 1.0, 0.0),
+    ];
+    check(kind, &|watch| {
+        let data = TemperatureData {
+            outputs: outputs.each_ref().map(Vec::as_slice),
+            unit: Unit::StandardGravity,
+            temperature: &temperature,
+            rate: 10.0,
+            calibration: None,
+            findings: &[],
+            name: "memory",
+        };
+        ask(TemperatureJob::default(), &AnyData::Temperature(data), watch)
+    });
+}

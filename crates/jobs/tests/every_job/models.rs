@@ -1,0 +1,125 @@
+//! Questions to models, plans and recordings at rest.
+
+use crate::agreement::check;
+use crate::ask;
+use proofmass_calibration::shaker::{Acts, Budget, Input, Key};
+use proofmass_io::Source;
+use proofmass_jobs::campaign::CampaignFile;
+use proofmass_jobs::inspect::{InspectData, InspectJob};
+use proofmass_jobs::modes::ModesFile;
+use proofmass_jobs::noise::{NoiseData, NoiseJob};
+use proofmass_jobs::plan::PlanJob;
+use proofmass_jobs::simulate::{
+    SimulateJob, SimulatedAxis, SimulatedMultiPosition, SimulatedShaker, SimulatedSpuriousMotion,
+    SimulatedTransducer,
+};
+use proofmass_jobs::uncertainty::UncertaintyJob;
+use proofmass_jobs::{AnyData, Gathered, Memory, Sink};
+use proofmass_noise::{Channel, NoiseModel, Sensor, simulate as simulated_noise};
+use rand::SeedableRng;
+use std::sync::Arc;
+
+pub fn budget() -> Budget {
+    let run = [Key::Run, Key::Channel];
+    Budget::new(vec![
+        Input::new("reading", Acts::OutputModulus, 0.003, &run).type_a(20.0),
+        Input::new("noise", Acts::OutputAdditive, 5e-5, &run),
+    ])
+    .expect("a budget")
+}
+
+pub fn plan(kind: &str) {
+    check(kind, &|watch| {
+        let mut job = PlanJob::new(budget());
+        job.best = Some(12);
+        ask(job, &AnyData::None, watch)
+    });
+}
+
+
+pub fn noise(kind: &str) {
+    let model = NoiseModel {
+        white: 2.5e-3,
+        random_walk: 5.0e-4,
+        ..NoiseModel::default()
+    };
+    let mut rng = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(11);
+    let rate = simulated_noise(&model, 20_000, 50.0, &mut rng).expect("noise");
+    check(kind, &|watch| {
+        let channel = Channel {
+            name: "acc_x",
+            sensor: Some(Sensor::Accelerometer),
+            unit: "m/s²",
+            rate: &rate,
+        };
+        let data = NoiseData::samples(vec![channel], 50.0);
+        ask(NoiseJob::default(), &AnyData::Noise(data), watch)
+    });
+}
+
+
+pub fn uncertainty(kind: &str) {
+    let model = "[[input]]\nname = \"m\"\nunit = \"kg\"\nvalue = 2.0\nu = 0.1\n\
+                 [[output]]\nname = \"w\"\nunit = \"kg\"\nexpression = \"2.137 * m\"\n";
+    check(kind, &|watch| {
+        let job = UncertaintyJob {
+            model: proofmass_io::read_model(model).expect("a model"),
+            ..UncertaintyJob::default()
+        };
+        ask(job, &AnyData::None, watch)
+    });
+}
+
+/// Every scenario; one that is stopped writes nothing.
+pub fn simulate(kind: &str) {
+    let mut positions = SimulatedMultiPosition::default();
+    positions.standstills = 3;
+    let mut shaker = SimulatedShaker::default();
+    (shaker.phasors, shaker.configurations) = (true, 3);
+    shaker.frequencies = vec![160.0];
+    let mut spurious = SimulatedSpuriousMotion::default();
+    spurious.frequencies = vec![160.0];
+    let mut axis = SimulatedAxis::default();
+    axis.duration = 0.5;
+    let mut transducer = SimulatedTransducer::default();
+    transducer.rate = Some(200e3);
+    transducer.duration = Some(0.01);
+    for job in [
+        SimulateJob::MultiPosition(positions),
+        SimulateJob::Shaker(shaker),
+        SimulateJob::SpuriousMotion(spurious),
+        SimulateJob::Axis(axis),
+        SimulateJob::Transducer(transducer),
+    ] {
+        check(kind, &|watch| {
+            let files = Gathered::default();
+            let answer = ask(job.clone(), &AnyData::Sink(&files as &dyn Sink), watch);
+            let written = files.into_memory();
+            assert_eq!(answer.is_ok(), written.open("truth.json").is_ok());
+            answer
+        });
+    }
+}
+
+pub fn inspect(kind: &str) {
+    let result = check(kind, &|watch| {
+        let text = "t_s,acc_m/s2\n0,9.81\n0.01,9.82\n0.02,9.80\n";
+        let data = InspectData::new(Source::from_bytes("raw.csv", text)?);
+        ask(InspectJob::default(), &AnyData::Inspect(data), watch)
+    });
+    assert!(result.quantities().is_empty());
+}
+
+/// A wedge of a few elements; the lowest mode is the principal result.
+pub fn modes(kind: &str) {
+    let text = "[wedge]\nangle_deg = 55\nlength_mm = 70\nwidth_mm = 50\ntoe_mm = 8\nheight_mm = 80\ngluing_mm = -3\n\
+                [accelerometer]\nmass_g = 10\nheight_mm = 5\n\
+                [modes]\ncount = 2\nunknowns = 3000\naccuracy = 0.3\nsize_mm = 40\n\
+                [uncertainty]\nyoung_percent = 2\n";
+    let store = Memory::new().file("wedge.toml", text);
+    let source = CampaignFile::read(Arc::new(store), "wedge.toml").expect("a file");
+    let file = ModesFile::of(source).expect("a wedge");
+    check(kind, &|watch| {
+        ask(file.job.clone(), &AnyData::Modes(file.data()), watch)
+    });
+}

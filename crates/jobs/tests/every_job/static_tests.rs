@@ -1,0 +1,87 @@
+//! Every static test.
+
+use crate::agreement::check;
+use crate::ask;
+use crate::calibrations::hand_held;
+use proofmass_calibration::static_test::{
+    Centrifuge, DatedEstimate, Linearity, Orthogonality, Sensitivity, Stability, Tilt, ZeroG,
+};
+use proofmass_core::{Gravity, STANDARD_GRAVITY};
+use proofmass_io::AnyCalibration;
+use proofmass_jobs::AnyData;
+use proofmass_jobs::static_test::{StaticTest, StaticTestData, StaticTestInput, StaticTestJob};
+
+/// One axis with a bias of 0.2 V and 0.1 V/(m/s²).
+fn outputs(accelerations: impl Iterator<Item = f64>) -> Vec<f64> {
+    let noise = |k: usize| 1e-4 * (7.3 * k as f64).sin();
+    let all = accelerations.enumerate();
+    all.map(|(k, a)| 0.2 + 0.1 * a + noise(k)).collect()
+}
+
+pub fn static_test(kind: &str) {
+    let gravity = Gravity::given(STANDARD_GRAVITY, 1e-5).expect("gravity");
+    let g = STANDARD_GRAVITY;
+    let angles: Vec<f64> = (0..12).map(|k| f64::from(30 * k).to_radians()).collect();
+    let tilted = outputs(angles.iter().map(|t| g * t.cos()));
+    let ends: Vec<f64> = (0..8).map(|k| f64::from(1 - 2 * (k % 2))).collect();
+    let turned = outputs(ends.iter().map(|e| g * e));
+    let levels: Vec<f64> = (-10..=10).map(f64::from).collect();
+    let straight = outputs(levels.iter().copied());
+    let speeds: Vec<f64> = (1..=20).map(f64::from).collect();
+    let arm = Centrifuge::new(0.5);
+    let spun = outputs(speeds.iter().map(|w| arm.acceleration(*w)));
+    let axis = |level: f64, step: f64| -> Vec<f64> {
+        (0..500).map(|k| level + 1e-3 * (step * f64::from(k)).sin()).collect()
+    };
+    let rest = [axis(0.02, 7.1), axis(-0.01, 3.3), axis(g + 0.03, 5.7)];
+    let AnyCalibration::Triaxial(file) = &hand_held().1 else {
+        panic!("a triaxial calibration");
+    };
+    let history: Vec<DatedEstimate> = (0..6)
+        .map(|k| DatedEstimate {
+            day: 100.0 * f64::from(k),
+            estimate: file.estimate.clone(),
+            name: format!("calibration {k}"),
+        })
+        .collect();
+    let readings = |input, output| StaticTestInput::Readings {
+        input,
+        output,
+        temperature: None,
+        unit: "V",
+    };
+    for (test, input) in [
+        (StaticTest::Tilt(Tilt::new(gravity)), readings(&angles, &tilted)),
+        (
+            StaticTest::Sensitivity(Sensitivity::new(gravity)),
+            readings(&ends, &turned),
+        ),
+        (
+            StaticTest::ZeroG(ZeroG::new(gravity)),
+            StaticTestInput::Recording(rest.each_ref().map(Vec::as_slice)),
+        ),
+        (
+            StaticTest::Orthogonality(Orthogonality::default()),
+            StaticTestInput::Calibration(file),
+        ),
+        (
+            StaticTest::Linearity(Linearity::default()),
+            readings(&levels, &straight),
+        ),
+        (StaticTest::Centrifuge(arm.clone()), readings(&speeds, &spun)),
+        (
+            StaticTest::Stability(Stability::default()),
+            StaticTestInput::History(&history),
+        ),
+    ] {
+        let result = check(kind, &|watch| {
+            let data = StaticTestData {
+                input,
+                findings: &[],
+                name: "memory",
+            };
+            ask(StaticTestJob::new(test.clone()), &AnyData::StaticTest(data), watch)
+        });
+        assert!(!result.quantities().is_empty(), "{}", test.name());
+    }
+}
