@@ -8,8 +8,8 @@ use clap::ValueEnum;
 use proofmass::io::OutputFolder;
 use proofmass::jobs::campaign::SpuriousFile;
 use proofmass::jobs::simulate::{
-    PracticeFault, SimulateJob, SimulateOutcome, SimulatedAxis, SimulatedMotion, SimulatedMultiPosition,
-    SimulatedShaker, SimulatedSpuriousMotion,
+    PracticeFault, SimulateJob, SimulateOutcome, SimulatedAxis, SimulatedMotion,
+    SimulatedMultiPosition, SimulatedShaker, SimulatedSpuriousMotion,
 };
 use proofmass::jobs::{Job, Sink};
 use proofmass::rig::bench::Bending;

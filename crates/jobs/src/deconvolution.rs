@@ -274,11 +274,7 @@ impl DeconvolutionOutcome {
             pairs.map(|(v, u)| v + sign * 1.96 * u).collect()
         };
         DeconvolutionReport {
-            title: self.title(record),
-            meta: record.meta(),
-            inputs: record.digests(),
-            findings: &self.findings,
-            footer: record.software.to_string(),
+            head: record.head(self.title(record), &self.findings),
             unit: &self.unit,
             peak: self.peak(),
             plain_peak: self

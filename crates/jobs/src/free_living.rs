@@ -354,14 +354,12 @@ impl Outcome for FreeLivingOutcome {
         let temperature = fit
             .mean_temperature
             .map_or(String::new(), |t| format!(" T̄ = {t:.2} °C."));
-        let mut report = Report::new(self.title(record)).subtitle(format!(
-            "Auto-calibration from {} still windows of {} ({} independent blocks of time)",
-            fit.windows, self.seen, fit.blocks
-        ));
-        for (label, value) in record.meta() {
-            report = report.meta(label, value);
-        }
-        report
+        let head = record.head(self.title(record), &self.findings);
+        head.open()
+            .subtitle(format!(
+                "Auto-calibration from {} still windows of {} ({} independent blocks of time)",
+                fit.windows, self.seen, fit.blocks
+            ))
             .findings(self.findings.iter().cloned())
             .section(
                 Section::new("Result")
@@ -381,7 +379,6 @@ impl Outcome for FreeLivingOutcome {
 
     fn report(&self, record: &Record) -> Report {
         self.summary(record)
-            .section(Section::new("Inputs").inputs(&record.digests()))
-            .footer(record.software.to_string())
+            .foot(&record.head(self.title(record), &self.findings))
     }
 }

@@ -76,11 +76,7 @@ impl LinearityOutcome {
 
     fn page(&self, record: &Record) -> LinearityReport<'_> {
         LinearityReport {
-            title: self.title(record),
-            meta: record.meta(),
-            inputs: record.digests(),
-            findings: &self.findings,
-            footer: record.software.to_string(),
+            head: record.head(self.title(record), &self.findings),
             linearity: &self.fit,
         }
     }

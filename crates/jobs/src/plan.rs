@@ -146,7 +146,8 @@ impl PlanOutcome {
     }
 
     fn page(&self, record: &Record) -> PlanReport<'_> {
-        let mut meta = vec![
+        let mut head = record.head(self.title(record), &self.findings);
+        head.meta = vec![
             (
                 "Candidates".to_owned(),
                 format!("{}, {}", self.candidates.len(), self.origin),
@@ -162,17 +163,13 @@ impl PlanOutcome {
             ),
         ];
         if let Some(date) = &record.date {
-            meta.push(("Evaluated on".to_owned(), date.clone()));
+            head.meta.push(("Evaluated on".to_owned(), date.clone()));
         }
         PlanReport {
-            title: self.title(record),
-            meta,
-            inputs: record.digests(),
-            findings: &self.findings,
+            head,
             candidates: &self.candidates,
             chosen: self.chosen.as_deref(),
             costs: &self.costs,
-            footer: record.software.to_string(),
         }
     }
 }

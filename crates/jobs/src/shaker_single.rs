@@ -2,7 +2,7 @@
 
 use crate::campaign::ShakerSingleCampaign;
 use crate::frequency_response;
-use crate::observed::{listed, observe};
+use crate::observed::observe;
 use crate::outcome::{Job, Outcome};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
@@ -135,17 +135,13 @@ impl ShakerSingleOutcome {
     }
 
     fn page(&self, record: &Record) -> SingleAxisReport<'_> {
-        let mut meta = record.meta();
+        let mut head = record.head(self.title(record), &self.findings);
         if let Some(reference) = &self.reference {
-            meta.push(("Reference".to_owned(), reference.clone()));
+            head.meta.push(("Reference".to_owned(), reference.clone()));
         }
         SingleAxisReport {
-            title: self.title(record),
-            meta,
-            inputs: listed(record, 0),
-            findings: &self.findings,
+            head,
             runs: &self.runs,
-            footer: record.software.to_string(),
         }
     }
 }

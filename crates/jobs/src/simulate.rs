@@ -81,17 +81,17 @@ impl SimulateOutcome {
         &self.truth
     }
 
-    fn page(&self, record: &Record) -> SimulationReport {
+    fn page(&self, record: &Record) -> SimulationReport<'_> {
+        let mut head = record.head(self.title(record), &[]);
+        let scenario = ("Scenario".to_owned(), self.scenario.clone());
+        head.meta.insert(0, scenario);
         SimulationReport {
-            title: self.title(record),
-            meta: record.meta(),
-            scenario: self.scenario.clone(),
+            head,
             files: self
                 .files
                 .iter()
                 .map(|f| (f.path.clone(), f.sha256.clone()))
                 .collect(),
-            footer: record.software.to_string(),
         }
     }
 }

@@ -153,17 +153,15 @@ impl SpuriousMotionOutcome {
     }
 
     fn page(&self, record: &Record) -> SpuriousReport<'_> {
+        let mut head = record.head(self.title(record), &self.findings);
+        head.inputs = listed(record, self.recordings);
         SpuriousReport {
-            title: self.title(record),
-            meta: record.meta(),
-            inputs: listed(record, self.recordings),
-            findings: &self.findings,
+            head,
             comparisons: self
                 .comparisons
                 .iter()
                 .map(|(label, list)| (label.as_str(), list.as_slice()))
                 .collect(),
-            footer: record.software.to_string(),
         }
     }
 }
@@ -200,14 +198,14 @@ impl Outcome for SpuriousMotionOutcome {
     fn summary(&self, record: &Record) -> Report {
         match self.measurements.first() {
             Some(first) => self.page(record).summary(&first.summaries, &first.table),
-            None => Report::new(self.page(record).title),
+            None => Report::new(self.title(record)),
         }
     }
 
     fn report(&self, record: &Record) -> Report {
         match self.measurements.first() {
             Some(first) => self.page(record).full(&first.summaries, &first.table),
-            None => Report::new(self.page(record).title),
+            None => Report::new(self.title(record)),
         }
     }
 }

@@ -284,12 +284,8 @@ impl StaticTestOutcome {
 
     fn page(&self, record: &Record) -> StaticTestReport<'_> {
         StaticTestReport {
-            title: self.title(record),
-            meta: record.meta(),
-            inputs: record.digests(),
+            head: record.head(self.title(record), &self.findings),
             probability: self.probability,
-            findings: &self.findings,
-            footer: record.software.to_string(),
         }
     }
 }

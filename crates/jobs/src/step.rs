@@ -91,11 +91,7 @@ impl StepOutcome {
 
     fn page(&self, record: &Record) -> StepReport<'_> {
         StepReport {
-            title: self.title(record),
-            meta: record.meta(),
-            inputs: record.digests(),
-            findings: &self.findings,
-            footer: record.software.to_string(),
+            head: record.head(self.title(record), &self.findings),
             channel: (&self.channel.0, &self.channel.1),
             quantities: self.estimate.quantities(),
             figures: self.figures,

@@ -255,13 +255,9 @@ impl TemperatureOutcome {
 
     fn page(&self, record: &Record) -> TemperatureReport<'_> {
         TemperatureReport {
-            title: self.title(record),
-            meta: record.meta(),
-            inputs: record.digests(),
+            head: record.head(self.title(record), &self.findings),
             probability: self.probability,
-            findings: &self.findings,
             combined: self.calibration.is_some(),
-            footer: record.software.to_string(),
         }
     }
 }

@@ -165,11 +165,9 @@ impl Outcome for UncertaintyOutcome {
 }
 
 impl UncertaintyOutcome {
-    fn page(&self, record: &Record) -> UncertaintyReport {
+    fn page(&self, record: &Record) -> UncertaintyReport<'_> {
         UncertaintyReport {
-            title: self.title(record),
-            meta: record.meta(),
-            inputs: record.digests(),
+            head: record.head(self.title(record), &self.result.findings),
             intermediate: self
                 .model
                 .intermediate
@@ -177,7 +175,6 @@ impl UncertaintyOutcome {
                 .map(|i| (i.name.clone(), i.expression.clone()))
                 .collect(),
             given: self.model.input.iter().map(given).collect(),
-            footer: record.software.to_string(),
         }
     }
 

@@ -213,11 +213,7 @@ impl ValidationOutcome {
 
     fn page(&self, record: &Record) -> ValidationReport<'_> {
         ValidationReport {
-            title: self.title(record),
-            meta: record.meta(),
-            inputs: record.digests(),
-            findings: &self.findings,
-            footer: record.software.to_string(),
+            head: record.head(self.title(record), &self.findings),
         }
     }
 }

@@ -10,7 +10,7 @@ use proofmass_calibration::shaker::{
     recording::{Quality, RunInput},
     reference::{ReferencePoint, ReferenceTable},
 };
-use proofmass_report::{ShakerReport, html, terminal};
+use proofmass_report::{Head, ShakerReport, html, terminal};
 use proofmass_rig::bench::{Bench, SpuriousReading, Wedge, published_plan, target_amplitude};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -104,15 +104,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         std::ops::ControlFlow::Continue(())
     })?;
     let report = ShakerReport {
-        title: "Triaxial accelerometer, simulated campaign".into(),
-        meta: vec![
-            ("Device".into(), "simulated triaxial accelerometer".into()),
-            ("Runs".into(), campaign.runs.len().to_string()),
-        ],
+        head: Head {
+            title: "Triaxial accelerometer, simulated campaign".into(),
+            meta: vec![
+                ("Device".into(), "simulated triaxial accelerometer".into()),
+                ("Runs".into(), campaign.runs.len().to_string()),
+            ],
+            footer: "simulated, seed 4".into(),
+            ..Head::default()
+        },
         datasheet: campaign.datasheet,
         checks: &checks,
-        footer: "simulated, seed 4".into(),
-        ..ShakerReport::default()
     };
     let file = std::env::args()
         .nth(1)

@@ -1,18 +1,13 @@
 //! The report of a compensated recording.
 
-use crate::{Block, Cell, Column, KeyFigure, Report, Section, Table};
+use crate::{Block, Cell, Column, Head, KeyFigure, Report, Section, Table};
 use proofmass_calibration::frequency_response::{BandMatrix, CompensationError};
-use proofmass_uncertainty::Finding;
 
 /// What the report tells.
 #[derive(Clone, Debug, Default)]
 pub struct CompensationReport<'a> {
-    /// Title.
-    pub title: String,
-    /// Label and value.
-    pub meta: Vec<(String, String)>,
-    /// Name and SHA-256 of each input file.
-    pub inputs: Vec<(String, String)>,
+    /// Title, device, inputs, findings.
+    pub head: Head<'a>,
     /// Rows written.
     pub written: u64,
     /// Rows of the recording that are not among them.
@@ -23,19 +18,12 @@ pub struct CompensationReport<'a> {
     pub band: Option<&'a BandMatrix>,
     /// Length and sampling rate of a filter, where it is one.
     pub filter: Option<(usize, f64)>,
-    /// What to doubt.
-    pub findings: &'a [Finding],
-    /// Last line.
-    pub footer: String,
 }
 
 impl CompensationReport<'_> {
     /// What is worth a look in the terminal.
     pub fn summary(&self) -> Report {
-        let mut report = Report::new(self.title.clone());
-        for (label, value) in &self.meta {
-            report = report.meta(label.clone(), value.clone());
-        }
+        let report = self.head.open();
         let mut figures = vec![
             KeyFigure::new("rows written", self.written.to_string(), "")
                 .note(format!("{} left out", self.left_out)),
@@ -94,7 +82,7 @@ impl CompensationReport<'_> {
             section = section.key_figures(figures);
         }
         report
-            .findings(self.findings.iter().cloned())
+            .findings(self.head.findings.iter().cloned())
             .section(section)
     }
 
@@ -123,8 +111,6 @@ impl CompensationReport<'_> {
                     .block(Block::Code(rows(&band.inverse))),
             );
         }
-        report
-            .section(Section::new("Inputs").inputs(&self.inputs))
-            .footer(self.footer.clone())
+        report.foot(&self.head)
     }
 }

@@ -1,23 +1,15 @@
 //! The report of an input that was found behind an output.
 
 use crate::number::{concise, plain, two_digits};
-use crate::{Axis, Cell, Column, KeyFigure, Report, Section, Series, Table, XyPlot};
+use crate::{Axis, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot};
 use proofmass_signal::Trace;
-use proofmass_uncertainty::{Finding, Quantity};
+use proofmass_uncertainty::Quantity;
 
 /// What the report tells of a deconvolution.
 #[derive(Clone, Debug)]
 pub struct DeconvolutionReport<'a> {
-    /// Title.
-    pub title: String,
-    /// Label and value.
-    pub meta: Vec<(String, String)>,
-    /// Name and SHA-256 of each input file.
-    pub inputs: Vec<(String, String)>,
-    /// All findings.
-    pub findings: &'a [Finding],
-    /// Last line.
-    pub footer: String,
+    /// Title, device, inputs, findings.
+    pub head: Head<'a>,
     /// Unit of the input.
     pub unit: &'a str,
     /// Greatest value.
@@ -52,16 +44,12 @@ impl DeconvolutionReport<'_> {
                 Section::new("Time history")
                     .figure("The input, and the plain reading beside it", plot),
             )
-            .section(Section::new("Inputs").inputs(&self.inputs))
-            .footer(self.footer.clone())
+            .foot(&self.head)
     }
 
     /// What is worth a look in the terminal.
     pub fn summary(&self) -> Report {
-        let mut report = Report::new(self.title.clone());
-        for (label, value) in &self.meta {
-            report = report.meta(label.clone(), value.clone());
-        }
+        let report = self.head.open();
         let figures = [
             KeyFigure::new(
                 "peak",
@@ -91,7 +79,7 @@ impl DeconvolutionReport<'_> {
             table = table.row([Cell::text(name), Cell::number(two_digits(u))]);
         }
         report
-            .findings(self.findings.iter().cloned())
+            .findings(self.head.findings.iter().cloned())
             .section(Section::new("Result").key_figures(figures).table(table))
     }
 }

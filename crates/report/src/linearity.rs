@@ -1,23 +1,14 @@
 //! The report of a linearity over the level.
 
 use crate::number::{concise, two_digits};
-use crate::{Axis, Cell, Column, KeyFigure, Report, Section, Series, Table, XyPlot};
+use crate::{Axis, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot};
 use proofmass_calibration::dynamic::linearity::Linearity;
-use proofmass_uncertainty::Finding;
 
 /// What the report tells of a linearity over the level.
 #[derive(Clone, Debug)]
 pub struct LinearityReport<'a> {
-    /// Title.
-    pub title: String,
-    /// Label and value.
-    pub meta: Vec<(String, String)>,
-    /// Name and SHA-256 of each input file.
-    pub inputs: Vec<(String, String)>,
-    /// All findings.
-    pub findings: &'a [Finding],
-    /// Last line.
-    pub footer: String,
+    /// Title, device, inputs, findings.
+    pub head: Head<'a>,
     /// The fit.
     pub linearity: &'a Linearity,
 }
@@ -42,16 +33,12 @@ impl LinearityReport<'_> {
                 "Departures from the best straight line through zero; bars are two standard uncertainties",
                 plot,
             ))
-            .section(Section::new("Inputs").inputs(&self.inputs))
-            .footer(self.footer.clone())
+            .foot(&self.head)
     }
 
     /// What is worth a look in the terminal.
     pub fn summary(&self) -> Report {
-        let mut report = Report::new(self.title.clone());
-        for (label, value) in &self.meta {
-            report = report.meta(label.clone(), value.clone());
-        }
+        let report = self.head.open();
         let figure = KeyFigure::new(
             "non-linearity",
             two_digits(100.0 * self.linearity.non_linearity),
@@ -76,7 +63,7 @@ impl LinearityReport<'_> {
             ]);
         }
         report
-            .findings(self.findings.iter().cloned())
+            .findings(self.head.findings.iter().cloned())
             .section(Section::new("Result").key_figures([figure]).table(table))
     }
 }

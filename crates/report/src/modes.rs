@@ -3,12 +3,12 @@
 use crate::number::{plain, two_digits};
 use crate::plot::BodyPlot;
 use crate::{
-    Axis, Block, Cell, Column, KeyFigure, Report, Section, Series, Table, XyPlot, scientific,
+    Axis, Block, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot, scientific,
 };
 use proofmass_fixture::{
     Convergence, Damping, Effort, Found, Level, Mode, Search, Sensitivity, TransferPoint, Update,
 };
-use proofmass_uncertainty::{Estimate, Finding};
+use proofmass_uncertainty::Estimate;
 
 /// A line on the face of the gluing point with what the modes do along it.
 #[derive(Clone, Debug)]
@@ -28,14 +28,8 @@ pub struct ModesLine<'a> {
 /// What the report tells.
 #[derive(Clone, Debug)]
 pub struct ModesReport<'a> {
-    /// Title.
-    pub title: String,
-    /// Label and value of device, conditions.
-    pub meta: Vec<(String, String)>,
-    /// Name and SHA-256 of each input file.
-    pub inputs: Vec<(String, String)>,
-    /// Doubts.
-    pub findings: &'a [Finding],
+    /// Title, device, inputs, findings.
+    pub head: Head<'a>,
     /// Probability of the intervals.
     pub probability: f64,
     /// Label and value of the model: dimensions, materials, support.
@@ -74,8 +68,6 @@ pub struct ModesReport<'a> {
     pub search: Option<(&'a Search, &'a Found)>,
     /// Whether the body is free: no base drives it.
     pub free: bool,
-    /// Last line.
-    pub footer: String,
 }
 
 /// Deformed shapes that are drawn.
@@ -111,20 +103,17 @@ impl ModesReport<'_> {
             model = model.row([Cell::text(label.clone()), Cell::text(value.clone())]);
         }
         report = report.section(Section::new("Model").table(model));
-        report
-            .section(Section::new("Inputs").inputs(&self.inputs))
-            .footer(self.footer.clone())
+        report.foot(&self.head)
     }
 
     /// What is worth a look in the terminal.
     pub fn summary(&self) -> Report {
-        let mut report = Report::new(self.title.clone())
+        let mut report = self
+            .head
+            .open()
             .subtitle("Natural frequencies and mode shapes by finite elements");
-        for (label, value) in &self.meta {
-            report = report.meta(label.clone(), value.clone());
-        }
         report = report
-            .findings(self.findings.iter().cloned())
+            .findings(self.head.findings.iter().cloned())
             .section(self.frequencies());
         if let Some(update) = self.update {
             report = report.section(self.updated(update));

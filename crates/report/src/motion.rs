@@ -1,23 +1,15 @@
 //! The report of a recorded motion.
 
 use crate::number::plain;
-use crate::{Axis, Cell, Column, Report, Section, Series, Table, XyPlot};
+use crate::{Axis, Cell, Column, Head, Report, Section, Series, Table, XyPlot};
 use proofmass_signal::Trace;
-use proofmass_uncertainty::{Finding, Quantity};
+use proofmass_uncertainty::Quantity;
 
 /// What the report tells of a recorded motion.
 #[derive(Clone, Debug)]
 pub struct MotionReport<'a> {
-    /// Title.
-    pub title: String,
-    /// Label and value.
-    pub meta: Vec<(String, String)>,
-    /// Name and SHA-256 of each input file.
-    pub inputs: Vec<(String, String)>,
-    /// All findings.
-    pub findings: &'a [Finding],
-    /// Last line.
-    pub footer: String,
+    /// Title, device, inputs, findings.
+    pub head: Head<'a>,
     /// Figures by name.
     pub quantities: Vec<Quantity>,
     /// Damping ratio of the response spectrum.
@@ -73,16 +65,12 @@ impl MotionReport<'_> {
                 ),
                 spectrum,
             ))
-            .section(Section::new("Inputs").inputs(&self.inputs))
-            .footer(self.footer.clone())
+            .foot(&self.head)
     }
 
     /// What is worth a look in the terminal.
     pub fn summary(&self) -> Report {
-        let mut report = Report::new(self.title.clone());
-        for (label, value) in &self.meta {
-            report = report.meta(label.clone(), value.clone());
-        }
+        let report = self.head.open();
         let mut table = Table::new(
             "Figures of the record",
             [
@@ -117,7 +105,7 @@ impl MotionReport<'_> {
             }
         }
         report
-            .findings(self.findings.iter().cloned())
+            .findings(self.head.findings.iter().cloned())
             .section(Section::new("Result").table(table))
     }
 }

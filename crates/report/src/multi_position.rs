@@ -4,31 +4,25 @@ mod practice;
 
 use crate::number::{rounded, two_digits};
 use crate::{
-    Axis, BarPlot, Cell, Column, KeyFigure, MatrixPlot, Report, Section, Series, SpherePlot, Table,
-    XyPlot,
+    Axis, BarPlot, Cell, Column, Head, KeyFigure, MatrixPlot, Report, Section, Series, SpherePlot,
+    Table, XyPlot,
 };
 use proofmass_calibration::{
     CompensatedReading, Ferraris, MultiPositionFit, NextAttitude, PoseResidual,
     StandstillCalibration,
 };
 use proofmass_signal::Trace;
-use proofmass_uncertainty::{Finding, Format, Quantity};
+use proofmass_uncertainty::{Format, Quantity};
 
 /// What the report tells beside the calibration itself.
 #[derive(Clone, Debug, Default)]
 pub struct MultiPositionReport<'a> {
-    /// Title.
-    pub title: String,
-    /// Label and value: device, date, operator, software.
-    pub meta: Vec<(String, String)>,
-    /// Name and SHA-256 of each input file.
-    pub inputs: Vec<(String, String)>,
+    /// Title, device, inputs, findings.
+    pub head: Head<'a>,
     /// Name of the method as the campaign gives it.
     pub method: String,
     /// Probability of the intervals.
     pub probability: f64,
-    /// All findings, those of the recording included.
-    pub findings: &'a [Finding],
     /// Outputs x, y, z against time, s, for their plot.
     pub outputs: Option<&'a [Trace; 3]>,
     /// The statistic of the standstill search against time, for its plot.
@@ -39,8 +33,6 @@ pub struct MultiPositionReport<'a> {
     pub reading: Option<&'a CompensatedReading>,
     /// The next best attitude.
     pub next: Option<&'a NextAttitude>,
-    /// Last line.
-    pub footer: String,
 }
 
 impl MultiPositionReport<'_> {
@@ -58,7 +50,7 @@ impl MultiPositionReport<'_> {
         }
         report
             .section(self.provenance(fit))
-            .footer(self.footer.clone())
+            .footer(self.head.footer.clone())
     }
 
     /// What is worth a look in the terminal.
@@ -72,16 +64,13 @@ impl MultiPositionReport<'_> {
 
     fn head(&self, fit: &MultiPositionFit) -> Report {
         let gravity = fit.gravity();
-        let mut report = Report::new(self.title.clone()).subtitle(format!(
+        let report = self.head.open().subtitle(format!(
             "Multi-position calibration of a triaxial accelerometer: method {}, {}, g = {} m/s²",
             self.method,
             counted(fit),
             concise(gravity.value(), gravity.standard_uncertainty()),
         ));
-        for (label, value) in &self.meta {
-            report = report.meta(label.clone(), value.clone());
-        }
-        report.findings(self.findings.iter().cloned())
+        report.findings(self.head.findings.iter().cloned())
     }
 
     fn result(&self, fit: &MultiPositionFit) -> Section {
@@ -354,7 +343,7 @@ impl MultiPositionReport<'_> {
 
     fn provenance(&self, fit: &MultiPositionFit) -> Section {
         Section::new("Inputs and method")
-            .inputs(&self.inputs)
+            .inputs(&self.head.inputs)
             .paragraph(format!(
                 "Model {}: {} parameters, {} iterations of weighted least squares. Uncertainty: law of propagation, \
                  coverage factors from Student's t at the effective degrees of freedom (JCGM 100:2008). Standstill \

@@ -1,28 +1,19 @@
 //! The report of a noise analysis.
 
-use crate::{Axis, Cell, Column, Report, Section, Series, Table, XyPlot, scientific};
+use crate::{Axis, Cell, Column, Head, Report, Section, Series, Table, XyPlot, scientific};
 use proofmass_noise::{
     Analysis, ChannelAnalysis, Coefficient, DeviationCurve, Disturbance, DisturbanceKind,
     FittedPoint, NoiseType, Reason, Term, Verdict,
 };
 use proofmass_signal::Trace;
-use proofmass_uncertainty::Finding;
 
 /// What the report tells beside the analysis itself.
 #[derive(Clone, Debug, Default)]
 pub struct NoiseReport<'a> {
-    /// Title.
-    pub title: String,
-    /// Label and value.
-    pub meta: Vec<(String, String)>,
-    /// Name and SHA-256 of each input file.
-    pub inputs: Vec<(String, String)>,
-    /// All findings, those of the recording and of every channel included.
-    pub findings: &'a [Finding],
+    /// Title, device, inputs, findings.
+    pub head: Head<'a>,
     /// What is drawn of each channel against time, in the order of the analysis.
     pub traces: &'a [Trace],
-    /// Last line.
-    pub footer: String,
 }
 
 impl NoiseReport<'_> {
@@ -32,26 +23,21 @@ impl NoiseReport<'_> {
         for (i, channel) in analysis.channels.iter().enumerate() {
             report = report.section(channel_section(channel, self.traces.get(i)));
         }
-        report
-            .section(Section::new("Inputs").inputs(&self.inputs))
-            .footer(self.footer.clone())
+        report.foot(&self.head)
     }
 
     /// What is worth a look in the terminal.
     pub fn summary(&self, analysis: &Analysis) -> Report {
         let channel = analysis.channels.first();
         let samples = channel.map_or(analysis.rows.1 - analysis.rows.0, |c| c.samples);
-        let mut report = Report::new(self.title.clone()).subtitle(format!(
+        let report = self.head.open().subtitle(format!(
             "{samples} samples at {} Hz, {} s",
             scientific(analysis.sample_rate, 6),
             scientific(samples as f64 / analysis.sample_rate, 5),
         ));
-        for (label, value) in &self.meta {
-            report = report.meta(label.clone(), value.clone());
-        }
         report
             .section(Section::new("Coefficients").table(coefficients(analysis)))
-            .findings(self.findings.iter().cloned())
+            .findings(self.head.findings.iter().cloned())
     }
 }
 

@@ -2,32 +2,25 @@
 
 use crate::number::{plain, two_digits};
 use crate::plot::Style;
-use crate::{Axis, Cell, Column, KeyFigure, Report, Section, Series, SpherePlot, Table, XyPlot};
+use crate::{
+    Axis, Cell, Column, Head, KeyFigure, Report, Section, Series, SpherePlot, Table, XyPlot,
+};
 use proofmass_calibration::shaker::{
     Configuration,
     plan::{Conditioning, PlanCost, Predicted},
 };
-use proofmass_uncertainty::Finding;
 
 /// What the report tells about a plan.
 #[derive(Clone, Debug, Default)]
 pub struct PlanReport<'a> {
-    /// Title.
-    pub title: String,
-    /// Label and value: device, budget, software.
-    pub meta: Vec<(String, String)>,
-    /// Name and SHA-256 of each input file.
-    pub inputs: Vec<(String, String)>,
-    /// Doubts.
-    pub findings: &'a [Finding],
+    /// Title, device, inputs, findings.
+    pub head: Head<'a>,
     /// The configurations of the plan, or the candidates.
     pub candidates: &'a [Configuration],
     /// Indices of the candidates a search chose; `None` when the plan is all of them.
     pub chosen: Option<&'a [usize]>,
     /// What fewer configurations cost, ascending; empty when it was not asked for.
     pub costs: &'a [PlanCost],
-    /// Last line.
-    pub footer: String,
 }
 
 impl PlanReport<'_> {
@@ -35,23 +28,20 @@ impl PlanReport<'_> {
     pub fn full(&self, conditioning: &Conditioning, predicted: &[Predicted]) -> Report {
         let mut report = self.summary(conditioning, predicted);
         report = report.section(self.configurations());
-        if !self.inputs.is_empty() {
-            report = report.section(Section::new("Inputs").inputs(&self.inputs));
+        if !self.head.inputs.is_empty() {
+            report = report.section(Section::new("Inputs").inputs(&self.head.inputs));
         }
-        report.footer(self.footer.clone())
+        report.footer(self.head.footer.clone())
     }
 
     /// What is worth a look in the terminal.
     pub fn summary(&self, conditioning: &Conditioning, predicted: &[Predicted]) -> Report {
-        let mut report = Report::new(self.title.clone()).subtitle(format!(
+        let mut report = self.head.open().subtitle(format!(
             "What a plan of {} configurations will achieve",
             conditioning.count
         ));
-        for (label, value) in &self.meta {
-            report = report.meta(label.clone(), value.clone());
-        }
         report = report
-            .findings(self.findings.iter().cloned())
+            .findings(self.head.findings.iter().cloned())
             .section(prediction(conditioning, predicted));
         if !self.costs.is_empty() {
             report = report.section(costs(self.costs));

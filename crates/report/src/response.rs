@@ -2,11 +2,11 @@
 
 use crate::number::{concise, plain, two_digits};
 use crate::plot::Style;
-use crate::{Axis, Cell, Column, KeyFigure, Report, Section, Series, Table, XyPlot};
+use crate::{Axis, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot};
 use proofmass_calibration::dynamic::model::{ModelFit, ResponseFigures};
 use proofmass_calibration::dynamic::modes::Resonance;
 use proofmass_signal::transfer::ResponseEstimate;
-use proofmass_uncertainty::{Finding, student_quantile};
+use proofmass_uncertainty::student_quantile;
 
 /// Frequencies, densities of input and output over them, root mean squares of both.
 pub type Power<'a> = (&'a [f64], &'a [f64], &'a [f64], [f64; 2]);
@@ -14,16 +14,8 @@ pub type Power<'a> = (&'a [f64], &'a [f64], &'a [f64], [f64; 2]);
 /// What the report tells of a frequency response.
 #[derive(Clone, Debug)]
 pub struct ResponseReport<'a> {
-    /// Title.
-    pub title: String,
-    /// Label and value.
-    pub meta: Vec<(String, String)>,
-    /// Name and SHA-256 of each input file.
-    pub inputs: Vec<(String, String)>,
-    /// All findings.
-    pub findings: &'a [Finding],
-    /// Last line.
-    pub footer: String,
+    /// Title, device, inputs, findings.
+    pub head: Head<'a>,
     /// Name and unit of input and output.
     pub channels: &'a [(String, String); 2],
     /// Unit of the response.
@@ -75,17 +67,12 @@ impl ResponseReport<'_> {
         if let Some(fit) = self.fit {
             report = report.section(residuals(fit));
         }
-        report
-            .section(Section::new("Inputs").inputs(&self.inputs))
-            .footer(self.footer.clone())
+        report.foot(&self.head)
     }
 
     /// What is worth a look in the terminal.
     pub fn summary(&self) -> Report {
-        let mut report = Report::new(self.title.clone());
-        for (label, value) in &self.meta {
-            report = report.meta(label.clone(), value.clone());
-        }
+        let report = self.head.open();
         let r = self.response;
         let mut figures = vec![KeyFigure::new("lines", r.lines().to_string(), "")];
         if let (Some(low), Some(high)) = (r.frequency.first(), r.frequency.last()) {
@@ -148,7 +135,7 @@ impl ResponseReport<'_> {
             }
         }
         report
-            .findings(self.findings.iter().cloned())
+            .findings(self.head.findings.iter().cloned())
             .section(section)
     }
 

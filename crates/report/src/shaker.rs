@@ -9,19 +9,21 @@ mod matrices;
 mod transverse;
 
 use crate::number::plain;
-use crate::{Cell, Column, KeyFigure, Report, Section, Table};
+use crate::{Cell, Column, Head, KeyFigure, Report, Section, Table};
 use digits::{Unit, plus_minus, representative, scaled};
 use proofmass_calibration::shaker::{FrequencyCheck, Method, MethodResult, ShakerCalibration};
-use proofmass_uncertainty::Finding;
 
 /// What the report tells beside the calibration itself.
 ///
 /// ```no_run
-/// # use proofmass_report::{ShakerReport, html};
+/// # use proofmass_report::{Head, ShakerReport, html};
 /// # fn show(calibration: &proofmass_calibration::shaker::ShakerCalibration) -> Result<String, proofmass_report::Error> {
 /// let report = ShakerReport {
-///     title: "Triaxial accelerometer".into(),
-///     findings: &calibration.findings,
+///     head: Head {
+///         title: "Triaxial accelerometer".into(),
+///         findings: &calibration.findings,
+///         ..Head::default()
+///     },
 ///     ..ShakerReport::default()
 /// };
 /// html::render(&report.full(calibration))
@@ -29,21 +31,12 @@ use proofmass_uncertainty::Finding;
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct ShakerReport<'a> {
-    /// Title.
-    pub title: String,
-    /// Label and value: device, date, operator, software.
-    pub meta: Vec<(String, String)>,
-    /// Name and SHA-256 of each input file.
-    pub inputs: Vec<(String, String)>,
-    /// All findings to be shown, those of the campaign and of the reading of its files included; those of the
-    /// result that is reported are added where they are missing.
-    pub findings: &'a [Finding],
+    /// Title, device, inputs, findings.
+    pub head: Head<'a>,
     /// Sensitivity on the datasheet and its expanded uncertainty, V/(m/s²).
     pub datasheet: Option<(f64, f64)>,
     /// Law of propagation against Monte Carlo; empty when it was not asked for.
     pub checks: &'a [FrequencyCheck],
-    /// Last line.
-    pub footer: String,
 }
 
 impl ShakerReport<'_> {
@@ -81,7 +74,7 @@ impl ShakerReport<'_> {
         }
         report
             .section(self.provenance())
-            .footer(self.footer.clone())
+            .footer(self.head.footer.clone())
     }
 
     /// What is worth a look in the terminal.
@@ -96,7 +89,7 @@ impl ShakerReport<'_> {
     }
 
     fn head(&self, calibration: &ShakerCalibration, result: Option<&MethodResult>) -> Report {
-        let mut report = Report::new(self.title.clone());
+        let mut report = self.head.open();
         if let Some(result) = result {
             let count = result.frequencies.len().max(result.published.len());
             let runs = match result.runs.len() {
@@ -117,10 +110,7 @@ impl ShakerReport<'_> {
                 },
             ));
         }
-        for (label, value) in &self.meta {
-            report = report.meta(label.clone(), value.clone());
-        }
-        let mut findings = self.findings.to_vec();
+        let mut findings = self.head.findings.to_vec();
         let own = result.map_or(&[][..], |r| &r.findings);
         for finding in calibration.findings.iter().chain(own) {
             if !findings.contains(finding) {
@@ -177,7 +167,7 @@ impl ShakerReport<'_> {
     }
 
     fn provenance(&self) -> Section {
-        Section::new("Inputs and method").inputs(&self.inputs).paragraph(
+        Section::new("Inputs and method").inputs(&self.head.inputs).paragraph(
             "Phasors by least-squares sine approximation (ISO 16063-11, method 3); reference transducer and checks as in ISO \
              16063-21; transverse sensitivity as in ISO 16063-31. Sensitivity matrices by generalised least squares with \
              mounting angles as errors in variables; uncertainty by the law of propagation, coverage factors from Student's \

@@ -1,12 +1,11 @@
 //! The report of a shock.
 
 use crate::number::{concise, plain, two_digits};
-use crate::{Axis, Cell, Column, KeyFigure, Report, Section, Series, Table, XyPlot};
+use crate::{Axis, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot};
 use proofmass_calibration::dynamic::shock::{
     Pulse, PulseMeasures, ShockCalibration, ToleranceResult,
 };
 use proofmass_signal::{Extremes, Trace};
-use proofmass_uncertainty::Finding;
 use std::f64::consts::TAU;
 
 /// Shock response spectra of one channel.
@@ -27,16 +26,8 @@ pub struct ShockSpectrumCurves<'a> {
 /// What the report tells of a shock.
 #[derive(Clone, Debug)]
 pub struct ShockReport<'a> {
-    /// Title.
-    pub title: String,
-    /// Label and value.
-    pub meta: Vec<(String, String)>,
-    /// Name and SHA-256 of each input file.
-    pub inputs: Vec<(String, String)>,
-    /// All findings.
-    pub findings: &'a [Finding],
-    /// Last line.
-    pub footer: String,
+    /// Title, device, inputs, findings.
+    pub head: Head<'a>,
     /// Samples per second.
     pub rate: f64,
     /// Quality factor of the oscillators.
@@ -67,17 +58,12 @@ impl ShockReport<'_> {
         {
             report = report.section(lines(calibration));
         }
-        report
-            .section(Section::new("Inputs").inputs(&self.inputs))
-            .footer(self.footer.clone())
+        report.foot(&self.head)
     }
 
     /// What is worth a look in the terminal.
     pub fn summary(&self) -> Report {
-        let mut report = Report::new(self.title.clone());
-        for (label, value) in &self.meta {
-            report = report.meta(label.clone(), value.clone());
-        }
+        let report = self.head.open();
         let unit = self.traces.first().map_or("", |t| t.1);
         let m = self.measures;
         let peak = match m.peak_uncertainty {
@@ -104,7 +90,7 @@ impl ShockReport<'_> {
         }
         section = section.table(self.table());
         report
-            .findings(self.findings.iter().cloned())
+            .findings(self.head.findings.iter().cloned())
             .section(section)
     }
 

@@ -1,9 +1,9 @@
 //! The report of a single-axis comparison with a reference.
 
 use crate::number::{minus, plain, rounded};
-use crate::{Axis, BarPlot, Cell, Column, KeyFigure, Report, Section, Series, Table, XyPlot};
+use crate::{Axis, BarPlot, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot};
 use proofmass_calibration::shaker::single_axis::{ComparisonRow, SingleAxis, transverse_limit};
-use proofmass_uncertainty::{Finding, Quantity};
+use proofmass_uncertainty::Quantity;
 
 /// Probability of the intervals.
 const PROBABILITY: f64 = 0.95;
@@ -11,18 +11,10 @@ const PROBABILITY: f64 = 0.95;
 /// What the report tells beside the comparison itself.
 #[derive(Clone, Debug, Default)]
 pub struct SingleAxisReport<'a> {
-    /// Title.
-    pub title: String,
-    /// Label and value: device, date, operator, software.
-    pub meta: Vec<(String, String)>,
-    /// Name and SHA-256 of each input file.
-    pub inputs: Vec<(String, String)>,
-    /// All findings.
-    pub findings: &'a [Finding],
+    /// Title, device, inputs, findings.
+    pub head: Head<'a>,
     /// The runs, for the transverse motion; in the order of the results.
     pub runs: &'a [ComparisonRow],
-    /// Last line.
-    pub footer: String,
 }
 
 impl SingleAxisReport<'_> {
@@ -35,26 +27,23 @@ impl SingleAxisReport<'_> {
         if self.runs.iter().any(|r| r.transverse.is_some()) {
             report = report.section(self.transverse());
         }
-        let section = Section::new("Inputs and method").inputs(&self.inputs);
+        let section = Section::new("Inputs and method").inputs(&self.head.inputs);
         report
             .section(section.paragraph(
                 "Comparison with a reference transducer (ISO 16063-21): S₂ = (X₂/X₁) S₁, φ₂ = φ₂,₁ + φ₁. Uncertainty by the \
                  law of propagation, coverage factors from Student's t (JCGM 100:2008).",
             ))
-            .footer(self.footer.clone())
+            .footer(self.head.footer.clone())
     }
 
     /// What is worth a look in the terminal.
     pub fn summary(&self, results: &[SingleAxis]) -> Report {
-        let mut report = Report::new(self.title.clone()).subtitle(format!(
+        let report = self.head.open().subtitle(format!(
             "Single-axis calibration by comparison with a reference: {} runs",
             results.len()
         ));
-        for (label, value) in &self.meta {
-            report = report.meta(label.clone(), value.clone());
-        }
         report
-            .findings(self.findings.iter().cloned())
+            .findings(self.head.findings.iter().cloned())
             .section(result(results))
     }
 

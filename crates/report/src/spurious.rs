@@ -2,28 +2,19 @@
 
 use crate::number::{plain, two_digits};
 use crate::plot::Style;
-use crate::{Axis, Block, Cell, Column, KeyFigure, Report, Section, Series, Table, XyPlot};
+use crate::{Axis, Block, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot};
 use proofmass_calibration::shaker::{
     SpuriousTable,
     spurious::{Average, Comparison, RatioSummary},
 };
-use proofmass_uncertainty::Finding;
 
 /// What the report tells about a measurement of the spurious motion.
 #[derive(Clone, Debug, Default)]
 pub struct SpuriousReport<'a> {
-    /// Title.
-    pub title: String,
-    /// Label and value: bench, date, operator, software.
-    pub meta: Vec<(String, String)>,
-    /// Name and SHA-256 of each input file.
-    pub inputs: Vec<(String, String)>,
-    /// All findings.
-    pub findings: &'a [Finding],
+    /// Title, device, inputs, findings.
+    pub head: Head<'a>,
     /// Labels of other measurements and calculated motions, and the comparison with each.
     pub comparisons: Vec<(&'a str, &'a [Comparison])>,
-    /// Last line.
-    pub footer: String,
 }
 
 impl SpuriousReport<'_> {
@@ -36,26 +27,23 @@ impl SpuriousReport<'_> {
         for (label, comparison) in &self.comparisons {
             report = report.section(compared(label, comparison));
         }
-        let section = Section::new("Inputs and method").inputs(&self.inputs);
+        let section = Section::new("Inputs and method").inputs(&self.head.inputs);
         report
             .section(section.paragraph(
                 "Ratios of the motion along each axis of the bench to the reference acceleration, jΩ v/a. Averages are of \
                  complex ratios, never of degrees; repeats whose moduli agree while their phases cover the circle were \
                  recorded without a common clock and are not averaged.",
             ))
-            .footer(self.footer.clone())
+            .footer(self.head.footer.clone())
     }
 
     /// What is worth a look in the terminal.
     pub fn summary(&self, summaries: &[RatioSummary], table: &SpuriousTable) -> Report {
-        let mut report = Report::new(self.title.clone()).subtitle(format!(
+        let report = self.head.open().subtitle(format!(
             "Spurious motion of the bench: {} ratios at {} places",
             summaries.len(),
             table.entries.len()
         ));
-        for (label, value) in &self.meta {
-            report = report.meta(label.clone(), value.clone());
-        }
         let refused = summaries
             .iter()
             .filter(|s| matches!(s.average, Average::Incoherent { .. }))
@@ -93,7 +81,7 @@ impl SpuriousReport<'_> {
                 ),
             );
         }
-        report.findings(self.findings.iter().cloned()).section(
+        report.findings(self.head.findings.iter().cloned()).section(
             Section::new("Result")
                 .key_figures(figures)
                 .table(ratios(table)),

@@ -1,41 +1,28 @@
 //! The report of a static test.
 
 use crate::{
-    Axis, BarPlot, Cell, Column, KeyFigure, Report, Section, Series, Table, XyPlot, concise,
+    Axis, BarPlot, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot, concise,
 };
 use proofmass_calibration::static_test::{StabilityFit, StaticFit};
-use proofmass_uncertainty::{Finding, Quantity};
+use proofmass_uncertainty::Quantity;
 
 /// What the report tells beside the fit itself.
 #[derive(Clone, Debug, Default)]
 pub struct StaticTestReport<'a> {
-    /// Title.
-    pub title: String,
-    /// Label and value.
-    pub meta: Vec<(String, String)>,
-    /// Name and SHA-256 of each input file.
-    pub inputs: Vec<(String, String)>,
+    /// Title, device, inputs, findings.
+    pub head: Head<'a>,
     /// Coverage probability.
     pub probability: f64,
-    /// All findings, those of the recording included.
-    pub findings: &'a [Finding],
-    /// Last line.
-    pub footer: String,
 }
 
 impl StaticTestReport<'_> {
     fn head(&self) -> Report {
-        let mut report = Report::new(self.title.clone());
-        for (label, value) in &self.meta {
-            report = report.meta(label.clone(), value.clone());
-        }
-        report.findings(self.findings.iter().cloned())
+        let report = self.head.open();
+        report.findings(self.head.findings.iter().cloned())
     }
 
     fn tail(&self, report: Report) -> Report {
-        report
-            .section(Section::new("Inputs").inputs(&self.inputs))
-            .footer(self.footer.clone())
+        report.foot(&self.head)
     }
 
     fn quantities(&self, quantities: &[Quantity]) -> Table {

@@ -1,23 +1,15 @@
 //! The report of a step response.
 
 use crate::number::{concise, two_digits};
-use crate::{Axis, Cell, Column, KeyFigure, Report, Section, Series, Table, XyPlot};
+use crate::{Axis, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot};
 use proofmass_signal::Trace;
-use proofmass_uncertainty::{Finding, Quantity};
+use proofmass_uncertainty::Quantity;
 
 /// What the report tells of a step response.
 #[derive(Clone, Debug)]
 pub struct StepReport<'a> {
-    /// Title.
-    pub title: String,
-    /// Label and value.
-    pub meta: Vec<(String, String)>,
-    /// Name and SHA-256 of each input file.
-    pub inputs: Vec<(String, String)>,
-    /// All findings.
-    pub findings: &'a [Finding],
-    /// Last line.
-    pub footer: String,
+    /// Title, device, inputs, findings.
+    pub head: Head<'a>,
     /// Name and unit of the channel.
     pub channel: (&'a str, &'a str),
     /// Fitted parameters.
@@ -43,16 +35,12 @@ impl StepReport<'_> {
                 Section::new("Time history")
                     .figure("The step, the fitted oscillator, and what is left", plot),
             )
-            .section(Section::new("Inputs").inputs(&self.inputs))
-            .footer(self.footer.clone())
+            .foot(&self.head)
     }
 
     /// What is worth a look in the terminal.
     pub fn summary(&self) -> Report {
-        let mut report = Report::new(self.title.clone());
-        for (label, value) in &self.meta {
-            report = report.meta(label.clone(), value.clone());
-        }
+        let report = self.head.open();
         let [rise, overshoot, settling] = self.figures;
         let figures = [
             KeyFigure::new("rise time", format!("{:.4}", 1e3 * rise), "ms").note("10 % to 90 %"),
@@ -77,7 +65,7 @@ impl StepReport<'_> {
             ]);
         }
         report
-            .findings(self.findings.iter().cloned())
+            .findings(self.head.findings.iter().cloned())
             .section(Section::new("Result").key_figures(figures).table(table))
     }
 }

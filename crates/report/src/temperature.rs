@@ -1,9 +1,8 @@
 //! The report of temperature coefficients.
 
-use crate::{Axis, Cell, Column, KeyFigure, Report, Section, Series, Table, XyPlot, concise};
+use crate::{Axis, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot, concise};
 use proofmass_calibration::{AxisFit, TemperatureFit};
 use proofmass_core::STANDARD_GRAVITY;
-use proofmass_uncertainty::Finding;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 const MG: f64 = 1e3 / STANDARD_GRAVITY;
@@ -11,26 +10,18 @@ const MG: f64 = 1e3 / STANDARD_GRAVITY;
 /// What the report tells beside the fit itself.
 #[derive(Clone, Debug, Default)]
 pub struct TemperatureReport<'a> {
-    /// Title.
-    pub title: String,
-    /// Label and value.
-    pub meta: Vec<(String, String)>,
-    /// Name and SHA-256 of each input file.
-    pub inputs: Vec<(String, String)>,
+    /// Title, device, inputs, findings.
+    pub head: Head<'a>,
     /// Coverage probability.
     pub probability: f64,
-    /// All findings, those of the recording included.
-    pub findings: &'a [Finding],
     /// Whether a calibration with these coefficients is among the results.
     pub combined: bool,
-    /// Last line.
-    pub footer: String,
 }
 
 impl TemperatureReport<'_> {
     /// What is worth a look in the terminal.
     pub fn summary(&self, fit: &TemperatureFit) -> Report {
-        let mut report = Report::new(self.title.clone()).subtitle(format!(
+        let report = self.head.open().subtitle(format!(
             "{:.1} to {:.1} °C, {} blocks of {:.3} s, reference {:.2} °C",
             fit.range[0],
             fit.range[1],
@@ -38,9 +29,6 @@ impl TemperatureReport<'_> {
             fit.blocks.duration,
             fit.reference
         ));
-        for (label, value) in &self.meta {
-            report = report.meta(label.clone(), value.clone());
-        }
         let mut figures = Vec::new();
         for (axis, name) in fit.axes.iter().zip(AXES) {
             if let Some(q) = fit.estimate.get(&format!("slope.{name}")) {
@@ -81,7 +69,7 @@ impl TemperatureReport<'_> {
         } else {
             ""
         };
-        report.findings(self.findings.iter().cloned()).section(
+        report.findings(self.head.findings.iter().cloned()).section(
             Section::new("Result")
                 .paragraph(format!(
                     "{what} Stated is order {}, averaged over every noise of the grid by evidence with the variance between them.{combined}",
@@ -133,8 +121,7 @@ impl TemperatureReport<'_> {
         report
             .section(Section::new("Orders").table(orders(fit)))
             .section(Section::new("Attitudes").table(attitudes(fit)))
-            .section(Section::new("Inputs").inputs(&self.inputs))
-            .footer(self.footer.clone())
+            .foot(&self.head)
     }
 }
 

@@ -1,8 +1,8 @@
 //! The report of a measurement model: result, budget, Monte Carlo check.
 
 use crate::{
-    Axis, BarPlot, Cell, Column, HistogramPlot, KeyFigure, MatrixPlot, Report, Section, Series,
-    Table, scientific,
+    Axis, BarPlot, Cell, Column, Head, HistogramPlot, KeyFigure, MatrixPlot, Report, Section,
+    Series, Table, scientific,
 };
 use proofmass_uncertainty::{
     LinearOutput, Method, ModelResult, OutputResult, Rounded, Statement, Verdict,
@@ -10,19 +10,13 @@ use proofmass_uncertainty::{
 
 /// What the report tells beside the result itself.
 #[derive(Clone, Debug, Default)]
-pub struct UncertaintyReport {
-    /// Title.
-    pub title: String,
-    /// Label and value.
-    pub meta: Vec<(String, String)>,
-    /// Name and SHA-256 of each input file.
-    pub inputs: Vec<(String, String)>,
+pub struct UncertaintyReport<'a> {
+    /// Title, device, inputs, findings.
+    pub head: Head<'a>,
     /// Name and formula of the intermediate quantities.
     pub intermediate: Vec<(String, String)>,
     /// The inputs as the model states them.
     pub given: Vec<GivenInput>,
-    /// Last line.
-    pub footer: String,
 }
 
 /// One input as the model states it.
@@ -38,10 +32,10 @@ pub struct GivenInput {
     pub known: String,
 }
 
-impl UncertaintyReport {
+impl UncertaintyReport<'_> {
     /// The whole report.
     pub fn full(&self, result: &ModelResult) -> Report {
-        let mut report = self.head(result).section(
+        let mut report = self.head().section(
             Section::new("Result")
                 .key_figures(key_figures(result))
                 .table(results(result))
@@ -55,7 +49,7 @@ impl UncertaintyReport {
         }
         report
             .section(self.provenance(result))
-            .footer(self.footer.clone())
+            .footer(self.head.footer.clone())
     }
 
     /// What is worth a look in the terminal.
@@ -70,15 +64,12 @@ impl UncertaintyReport {
         if let Some(table) = correlations(result) {
             section = section.table(table);
         }
-        self.head(result).section(section)
+        self.head().section(section)
     }
 
-    fn head(&self, result: &ModelResult) -> Report {
-        let mut report = Report::new(self.title.clone());
-        for (label, value) in &self.meta {
-            report = report.meta(label.clone(), value.clone());
-        }
-        report.findings(result.findings.iter().cloned())
+    fn head(&self) -> Report {
+        let report = self.head.open();
+        report.findings(self.head.findings.iter().cloned())
     }
 
     fn equations(&self, result: &ModelResult) -> Table {
@@ -100,7 +91,7 @@ impl UncertaintyReport {
 
     fn provenance(&self, result: &ModelResult) -> Section {
         let mut table = Table::new("Files", [Column::text("file"), Column::text("SHA-256")]);
-        for (name, digest) in &self.inputs {
+        for (name, digest) in &self.head.inputs {
             table = table.row([Cell::text(name.clone()), Cell::text(digest.clone())]);
         }
         let mut given = Table::new(

@@ -1,22 +1,15 @@
 //! The report of a validation.
 
-use crate::{Axis, Cell, Column, KeyFigure, Report, Section, Series, SpherePlot, Table, XyPlot};
+use crate::{
+    Axis, Cell, Column, Head, KeyFigure, Report, Section, Series, SpherePlot, Table, XyPlot,
+};
 use proofmass_calibration::Validation;
-use proofmass_uncertainty::Finding;
 
 /// What the report tells beside the validation itself.
 #[derive(Clone, Debug, Default)]
 pub struct ValidationReport<'a> {
-    /// Title.
-    pub title: String,
-    /// Label and value.
-    pub meta: Vec<(String, String)>,
-    /// Name and SHA-256 of each input file.
-    pub inputs: Vec<(String, String)>,
-    /// All findings, those of the recording included.
-    pub findings: &'a [Finding],
-    /// Last line.
-    pub footer: String,
+    /// Title, device, inputs, findings.
+    pub head: Head<'a>,
 }
 
 impl ValidationReport<'_> {
@@ -49,16 +42,12 @@ impl ValidationReport<'_> {
                     .figure("Residual of each standstill; bars are two standard uncertainties (calibration, noise, gravity)", plot)
                     .figure("Directions of the specific force, coloured by the residual", sphere),
             )
-            .section(Section::new("Inputs").inputs(&self.inputs))
-            .footer(self.footer.clone())
+            .foot(&self.head)
     }
 
     /// What is worth a look in the terminal.
     pub fn summary(&self, validation: &Validation) -> Report {
-        let mut report = Report::new(self.title.clone());
-        for (label, value) in &self.meta {
-            report = report.meta(label.clone(), value.clone());
-        }
+        let report = self.head.open();
         let within = validation
             .attitudes
             .iter()
@@ -107,7 +96,7 @@ impl ValidationReport<'_> {
             ]);
         }
         report
-            .findings(self.findings.iter().cloned())
+            .findings(self.head.findings.iter().cloned())
             .section(Section::new("Result").key_figures(figures).table(table))
     }
 }

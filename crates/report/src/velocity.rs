@@ -5,9 +5,8 @@ mod estimate;
 mod figures;
 mod tune;
 
-use crate::{Cell, Column, Report, Section, Table};
+use crate::{Cell, Column, Head, Report, Section, Table};
 use proofmass_motion::{KalmanModel, Pairing, Source};
-use proofmass_uncertainty::Finding;
 
 use crate::scientific;
 
@@ -19,14 +18,8 @@ pub type Entered<'a> = (Source, &'a [Option<f64>], &'a [f64]);
 /// **Units** m, s, m/s, m/s² throughout, as the result has them.
 #[derive(Clone, Debug, Default)]
 pub struct VelocityReport<'a> {
-    /// Title.
-    pub title: String,
-    /// Label and value.
-    pub meta: Vec<(String, String)>,
-    /// Name and SHA-256 of each input file.
-    pub inputs: Vec<(String, String)>,
-    /// All findings, those of the files included.
-    pub findings: &'a [Finding],
+    /// Title, device, inputs, findings.
+    pub head: Head<'a>,
     /// Time of the first sample in the clock of the recording, s.
     pub start: f64,
     /// Sample time, s.
@@ -37,8 +30,6 @@ pub struct VelocityReport<'a> {
     pub sensors: Option<Entered<'a>>,
     /// Whether there is no accelerometer, so that the acceleration itself is what walks.
     pub alone: bool,
-    /// Last line.
-    pub footer: String,
 }
 
 /// A unit or heading of a length (m, mm/s, m/s², velocity_m/s) as it is of an angle, where it is one.
@@ -82,26 +73,23 @@ impl VelocityReport<'_> {
 
     /// Head of every velocity report.
     fn head(&self, samples: usize) -> Report {
-        let mut report = Report::new(self.title.clone()).subtitle(format!(
+        let report = self.head.open().subtitle(format!(
             "{samples} samples at {} Hz, {} s",
             scientific(1.0 / self.sample_time, 5),
             scientific(samples as f64 * self.sample_time, 5)
         ));
-        for (label, value) in &self.meta {
-            report = report.meta(label.clone(), value.clone());
-        }
-        report.findings(self.findings.iter().cloned())
+        report.findings(self.head.findings.iter().cloned())
     }
 
     /// Inputs and last line.
     fn foot(&self, report: Report) -> Report {
         let mut inputs = Table::new("Inputs", [Column::text("file"), Column::text("SHA-256")]);
-        for (name, digest) in &self.inputs {
+        for (name, digest) in &self.head.inputs {
             inputs = inputs.row([Cell::text(name.clone()), Cell::text(digest.clone())]);
         }
         report
             .section(Section::new("Inputs").table(inputs))
-            .footer(self.footer.clone())
+            .footer(self.head.footer.clone())
     }
 
     /// Time of a sample.

@@ -274,16 +274,12 @@ impl ApplyOutcome {
 
     fn page(&self, record: &Record) -> CompensationReport<'_> {
         CompensationReport {
-            title: self.title(record),
-            meta: record.meta(),
-            inputs: record.digests(),
+            head: record.head(self.title(record), &self.findings),
             written: self.written,
             left_out: self.read - self.written,
             error: self.error.as_ref(),
             band: self.band.as_ref(),
             filter: self.filter.map(|f| (f.length, f.rate)),
-            findings: &self.findings,
-            footer: record.software.to_string(),
         }
     }
 }

@@ -197,10 +197,7 @@ impl ModesOutcome {
             response: &l.response,
         });
         make(&ModesReport {
-            title: self.title(record),
-            meta: record.meta(),
-            inputs: record.digests(),
-            findings: &self.findings,
+            head: record.head(self.title(record), &self.findings),
             probability: self.probability,
             model: &self.description,
             estimate: &self.estimate,
@@ -220,7 +217,6 @@ impl ModesOutcome {
             update: self.update.as_ref(),
             search: self.search.as_ref().map(|(wanted, found)| (wanted, found)),
             free: self.free,
-            footer: record.software.to_string(),
         })
     }
 

@@ -88,11 +88,7 @@ impl MotionOutcome {
 
     fn page(&self, record: &Record) -> MotionReport<'_> {
         MotionReport {
-            title: self.title(record),
-            meta: record.meta(),
-            inputs: record.digests(),
-            findings: &self.findings,
-            footer: record.software.to_string(),
+            head: record.head(self.title(record), &self.findings),
             quantities: self.all(),
             damping: self.request.damping,
             traces: &self.traces,

@@ -130,18 +130,14 @@ impl MultiPositionOutcome {
 
     fn page(&self, record: &Record) -> MultiPositionReport<'_> {
         MultiPositionReport {
-            title: self.title(record),
-            meta: record.meta(),
-            inputs: record.digests(),
+            head: record.head(self.title(record), &self.findings),
             method: self.method.name().to_owned(),
             probability: self.probability,
-            findings: &self.findings,
             outputs: Some(&self.figures.outputs),
             windowed: self.figures.windowed.as_ref(),
             standstills: &self.figures.standstills,
             reading: Some(&self.reading),
             next: self.next.as_ref(),
-            footer: record.software.to_string(),
         }
     }
 

@@ -61,12 +61,8 @@ impl NoiseOutcome {
 
     fn page(&self, record: &Record) -> NoiseReport<'_> {
         NoiseReport {
-            title: self.title(record),
-            meta: record.meta(),
-            inputs: record.digests(),
-            findings: &self.findings,
+            head: record.head(self.title(record), &self.findings),
             traces: &self.traces,
-            footer: record.software.to_string(),
         }
     }
 

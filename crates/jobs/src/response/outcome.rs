@@ -126,11 +126,7 @@ impl ResponseOutcome {
 
     fn page(&self, record: &Record) -> ResponseReport<'_> {
         ResponseReport {
-            title: self.title(record),
-            meta: record.meta(),
-            inputs: record.digests(),
-            findings: &self.findings,
-            footer: record.software.to_string(),
+            head: record.head(self.title(record), &self.findings),
             channels: &self.channels,
             unit: &self.unit,
             independent: self.independent,

@@ -76,19 +76,17 @@ impl ShakerTriaxialOutcome {
     }
 
     fn page(&self, record: &Record) -> ShakerReport<'_> {
-        let mut meta = record.meta();
+        let mut head = record.head(self.title(record), &self.findings);
+        head.inputs = listed(record, self.recordings);
         if let Some(reference) = &self.reference {
-            meta.push(("Reference".to_owned(), reference.clone()));
+            head.meta.push(("Reference".to_owned(), reference.clone()));
         }
-        meta.push(("Runs".to_owned(), self.runs.len().to_string()));
+        head.meta
+            .push(("Runs".to_owned(), self.runs.len().to_string()));
         ShakerReport {
-            title: self.title(record),
-            meta,
-            inputs: listed(record, self.recordings),
-            findings: &self.findings,
+            head,
             datasheet: self.datasheet,
             checks: &self.monte_carlo,
-            footer: record.software.to_string(),
         }
     }
 }

@@ -107,11 +107,7 @@ impl ShockOutcome {
 
     fn page(&self, record: &Record) -> ShockReport<'_> {
         ShockReport {
-            title: self.title(record),
-            meta: record.meta(),
-            inputs: record.digests(),
-            findings: &self.findings,
-            footer: record.software.to_string(),
+            head: record.head(self.title(record), &self.findings),
             rate: self.rate,
             quality: self.request.quality,
             traces: self

@@ -68,16 +68,12 @@ impl Head {
 
     fn page(&self, title: String, record: &Record) -> VelocityReport<'_> {
         VelocityReport {
-            title,
-            meta: record.meta(),
-            inputs: record.digests(),
-            findings: &self.findings,
+            head: record.head(title, &self.findings),
             start: self.start,
             sample_time: self.sample_time,
             angular: self.angular,
             alone: self.alone,
             sensors: None,
-            footer: record.software.to_string(),
         }
     }
 

@@ -4,6 +4,7 @@ use crate::Answer;
 use crate::support::Stop;
 use proofmass_jobs::{AnyResult, REPORT, TroubleKind, Unwatched, Watch, read_result};
 use proofmass_report::terminal;
+use std::f64::consts::TAU;
 
 /// Stopped at the first call it gives nothing; else result.json, terminal, page and the table of the principal result
 /// state the same, and the result read again gives every file to the byte.
@@ -41,19 +42,14 @@ pub fn check(kind: &str, answer: &dyn Fn(&dyn Watch) -> Answer) -> Box<dyn AnyRe
         assert_eq!(d["value"].as_f64(), Some(q.value), "{kind}: {}", q.name);
         assert_eq!(d["U"].as_f64(), Some(q.expanded), "{kind}: {}", q.name);
     }
-    let options = terminal::Options {
-        width: 200,
-        colour: false,
-    };
-    let [summary, summary_again] = [&result, &again]
-        .map(|r| terminal::render(&r.summary(), &options).expect("terminal"));
+    let [summary, summary_again] = [&result, &again].map(|r| in_the_terminal(r.as_ref()));
     assert_eq!(summary, summary_again, "{kind}");
     let file = |wanted: &str| {
         let found = files.iter().find(|(name, _)| name == wanted);
         let (_, bytes) = found.unwrap_or_else(|| panic!("{kind} without {wanted}"));
         String::from_utf8_lossy(bytes).into_owned()
     };
-    let page = file(REPORT);
+    let page = words(&file(REPORT));
     assert!(summary.contains(document["title"].as_str().expect("a title")));
     // The first quantity is what a job was asked for: it stands in the terminal, on the page and in the table.
     if let Some(q) = quantities.first() {
@@ -77,6 +73,16 @@ pub fn check(kind: &str, answer: &dyn Fn(&dyn Watch) -> Answer) -> Box<dyn AnyRe
             q.expanded
         );
     }
+    // Whatever is larger than its uncertainty stands on the page, angles in whichever turn.
+    for q in quantities.iter().filter(|q| q.value.abs() > q.expanded) {
+        let turns: &[f64] = if q.unit == "rad" {
+            &[0.0, -1.0, 1.0]
+        } else {
+            &[0.0]
+        };
+        let found = turns.iter().any(|n| states(&page, q.value + n * TAU));
+        assert!(found, "{kind}: page without {} = {}", q.name, q.value);
+    }
     // A table by that name states every quantity, and its name.
     if result.principal_table() == proofmass_jobs::QUANTITIES {
         for q in &quantities {
@@ -89,6 +95,55 @@ pub fn check(kind: &str, answer: &dyn Fn(&dyn Watch) -> Answer) -> Box<dyn AnyRe
         }
     }
     result
+}
+
+/// What a result of a kind without quantities is asked for stands in terminal and page as in result.json.
+pub fn figure(result: &dyn AnyResult, pointer: &str) -> f64 {
+    let kind = result.kind();
+    let files = result.files().expect("files");
+    let document: serde_json::Value = serde_json::from_slice(&files[0].1).expect("JSON");
+    let value = document["extra"].pointer(pointer).and_then(|v| v.as_f64());
+    let value = value.unwrap_or_else(|| panic!("{kind} without {pointer}"));
+    let page = words(&String::from_utf8_lossy(&files[1].1));
+    for (place, text) in [("terminal", in_the_terminal(result)), ("page", page)] {
+        assert!(
+            states(&text, value),
+            "{kind}: {place} without {pointer} = {value}"
+        );
+    }
+    value
+}
+
+fn in_the_terminal(result: &dyn AnyResult) -> String {
+    let options = terminal::Options {
+        width: 200,
+        colour: false,
+    };
+    terminal::render(&result.summary(), &options).expect("terminal")
+}
+
+/// The words of a page: no figures, no style, the parts of a number aligned at its point put together.
+fn words(page: &str) -> String {
+    let (mut text, mut rest, mut inside) = (String::new(), page, None);
+    while let Some(start) = rest.find('<') {
+        let end = rest[start..]
+            .find('>')
+            .map_or(rest.len(), |e| start + e + 1);
+        let tag = &rest[start..end];
+        if inside.is_none() {
+            text += &rest[..start];
+            inside = ["svg", "style", "script"]
+                .into_iter()
+                .find(|name| tag[1..].starts_with(name));
+            if !tag.starts_with("</span") && !tag.starts_with("<span class=\"tail\"") {
+                text.push(' ');
+            }
+        } else if inside.is_some_and(|name| tag.trim_start_matches("</").starts_with(name)) {
+            inside = None;
+        }
+        rest = &rest[end..];
+    }
+    text + rest
 }
 
 /// Factors between SI and the units that pages print.

@@ -37,8 +37,14 @@ pub fn velocity_estimate(kind: &str) {
 }
 
 pub fn velocity_compare(kind: &str) {
-    let methods = vec![Method::FixedTime, "observer:10,100".parse().expect("a method")];
-    walk(kind, VelocityCompareJob::new(methods, vec![1000.0, 100.0], Some(0.5)));
+    let methods = vec![
+        Method::FixedTime,
+        "observer:10,100".parse().expect("a method"),
+    ];
+    walk(
+        kind,
+        VelocityCompareJob::new(methods, vec![1000.0, 100.0], Some(0.5)),
+    );
 }
 
 pub fn velocity_tune(kind: &str) {

@@ -41,7 +41,11 @@ fn pulse() -> Vec<f64> {
 pub fn shock(kind: &str) {
     let reference = pulse();
     let noise = noise(2e-5, reference.len(), 4);
-    let output: Vec<f64> = reference.iter().zip(noise).map(|(a, e)| 0.01 * a + e).collect();
+    let output: Vec<f64> = reference
+        .iter()
+        .zip(noise)
+        .map(|(a, e)| 0.01 * a + e)
+        .collect();
     let mut job = ShockJob::default();
     job.per_octave = 3;
     for data in [
@@ -137,7 +141,11 @@ pub fn step(kind: &str) {
         .enumerate()
         .map(|(k, e)| {
             let t = (k as f64 - 300.0) / rate;
-            let height = if t > 0.0 { step_response(t, 100.0, 0.2) } else { 0.0 };
+            let height = if t > 0.0 {
+                step_response(t, 100.0, 0.2)
+            } else {
+                0.0
+            };
             0.3 + 2.0 * height + e
         })
         .collect();
@@ -200,7 +208,11 @@ pub fn deconvolution(kind: &str) {
             findings: &[],
             name: "memory",
         };
-        ask(DeconvolutionJob::default(), &AnyData::Deconvolution(data), watch)
+        ask(
+            DeconvolutionJob::default(),
+            &AnyData::Deconvolution(data),
+            watch,
+        )
     });
     assert_eq!(result.quantities()[0].name, "peak");
 }

@@ -12,8 +12,7 @@ mod support;
 
 use proofmass_jobs::plan::PlanJob;
 use proofmass_jobs::{
-    AnyData, AnyJob, AnyResult, Gathered, Sink, Trouble, TroubleKind, Unwatched, Watch,
-    result_kinds,
+    AnyData, AnyJob, AnyResult, Gathered, Trouble, TroubleKind, Unwatched, Watch, result_kinds,
 };
 use std::collections::BTreeSet;
 use support::record;
@@ -54,10 +53,10 @@ walk! {
     velocity_tune: "velocity-tune" => "velocity-tuning" in axis;
     static_test: "static-test" => "static-test" in static_tests;
     shock: "shock" => "shock" in dynamic;
-    response: "response" => "response" in dynamic;
-    transducer_model: "transducer-model" => "response" in dynamic;
+    response: "response" => "frequency-response-test" in dynamic;
+    transducer_model: "transducer-model" => "frequency-response-test" in dynamic;
     step: "step" => "step" in dynamic;
-    levels: "levels" => "linearity" in dynamic;
+    levels: "levels" => "level-linearity" in dynamic;
     motion: "motion" => "motion" in dynamic;
     deconvolution: "deconvolution" => "deconvolution" in dynamic;
 }

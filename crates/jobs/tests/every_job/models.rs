@@ -1,6 +1,6 @@
 //! Questions to models, plans and recordings at rest.
 
-use crate::agreement::check;
+use crate::agreement::{check, figure};
 use crate::ask;
 use proofmass_calibration::shaker::{Acts, Budget, Input, Key};
 use proofmass_io::Source;
@@ -14,7 +14,7 @@ use proofmass_jobs::simulate::{
     SimulatedTransducer,
 };
 use proofmass_jobs::uncertainty::UncertaintyJob;
-use proofmass_jobs::{AnyData, Gathered, Memory, Sink};
+use proofmass_jobs::{AnyData, Gathered, Memory, Sink, Store};
 use proofmass_noise::{Channel, NoiseModel, Sensor, simulate as simulated_noise};
 use rand::SeedableRng;
 use std::sync::Arc;
@@ -29,13 +29,13 @@ pub fn budget() -> Budget {
 }
 
 pub fn plan(kind: &str) {
-    check(kind, &|watch| {
+    let result = check(kind, &|watch| {
         let mut job = PlanJob::new(budget());
         job.best = Some(12);
         ask(job, &AnyData::None, watch)
     });
+    figure(result.as_ref(), "/outcome/predicted/0/relative_real");
 }
-
 
 pub fn noise(kind: &str) {
     let model = NoiseModel {
@@ -56,7 +56,6 @@ pub fn noise(kind: &str) {
         ask(NoiseJob::default(), &AnyData::Noise(data), watch)
     });
 }
-
 
 pub fn uncertainty(kind: &str) {
     let model = "[[input]]\nname = \"m\"\nunit = \"kg\"\nvalue = 2.0\nu = 0.1\n\
@@ -107,7 +106,8 @@ pub fn inspect(kind: &str) {
         let data = InspectData::new(Source::from_bytes("raw.csv", text)?);
         ask(InspectJob::default(), &AnyData::Inspect(data), watch)
     });
-    assert!(result.quantities().is_empty());
+    let mean = "/outcome/inspection/columns/1/statistics/mean";
+    assert_eq!(figure(result.as_ref(), mean), 9.81);
 }
 
 /// A wedge of a few elements; the lowest mode is the principal result.

@@ -31,7 +31,9 @@ pub fn static_test(kind: &str) {
     let arm = Centrifuge::new(0.5);
     let spun = outputs(speeds.iter().map(|w| arm.acceleration(*w)));
     let axis = |level: f64, step: f64| -> Vec<f64> {
-        (0..500).map(|k| level + 1e-3 * (step * f64::from(k)).sin()).collect()
+        (0..500)
+            .map(|k| level + 1e-3 * (step * f64::from(k)).sin())
+            .collect()
     };
     let rest = [axis(0.02, 7.1), axis(-0.01, 3.3), axis(g + 0.03, 5.7)];
     let AnyCalibration::Triaxial(file) = &hand_held().1 else {
@@ -51,7 +53,10 @@ pub fn static_test(kind: &str) {
         unit: "V",
     };
     for (test, input) in [
-        (StaticTest::Tilt(Tilt::new(gravity)), readings(&angles, &tilted)),
+        (
+            StaticTest::Tilt(Tilt::new(gravity)),
+            readings(&angles, &tilted),
+        ),
         (
             StaticTest::Sensitivity(Sensitivity::new(gravity)),
             readings(&ends, &turned),
@@ -68,7 +73,10 @@ pub fn static_test(kind: &str) {
             StaticTest::Linearity(Linearity::default()),
             readings(&levels, &straight),
         ),
-        (StaticTest::Centrifuge(arm.clone()), readings(&speeds, &spun)),
+        (
+            StaticTest::Centrifuge(arm.clone()),
+            readings(&speeds, &spun),
+        ),
         (
             StaticTest::Stability(Stability::default()),
             StaticTestInput::History(&history),
@@ -80,7 +88,11 @@ pub fn static_test(kind: &str) {
                 findings: &[],
                 name: "memory",
             };
-            ask(StaticTestJob::new(test.clone()), &AnyData::StaticTest(data), watch)
+            ask(
+                StaticTestJob::new(test.clone()),
+                &AnyData::StaticTest(data),
+                watch,
+            )
         });
         assert!(!result.quantities().is_empty(), "{}", test.name());
     }
