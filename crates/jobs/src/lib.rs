@@ -9,6 +9,7 @@
 mod any_job;
 mod any_result;
 pub mod apply;
+mod bench_runs;
 mod block_clock;
 pub mod campaign;
 mod channels;
@@ -45,6 +46,7 @@ pub mod velocity;
 
 pub use any_job::{AnyData, AnyJob};
 pub use any_result::{AnyResult, read_result, result_kinds};
+pub use bench_runs::{BenchFiles, BenchRuns};
 pub use channels::{Channel, ChannelReading, RecordedChannel, RecordedChannels, WantedChannel};
 pub use outcome::{CALIBRATION, Filed, Job, Outcome, QUANTITIES, REPORT, RESULT, section};
 pub use proofmass_core::{Unwatched, Watch};

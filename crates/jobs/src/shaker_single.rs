@@ -1,5 +1,6 @@
 //! A single-axis accelerometer against a reference on the shaker.
 
+use crate::bench_runs::{BenchFiles, BenchRuns};
 use crate::campaign::ShakerSingleCampaign;
 use crate::frequency_response;
 use crate::observed::observe;
@@ -93,27 +94,8 @@ pub struct ShakerSingleRun {
     pub place: String,
 }
 
-/// The runs as phasors.
-#[derive(Clone, Copy, Debug)]
-pub struct ShakerSingleData<'a> {
-    /// Runs in the order of the campaign.
-    pub runs: &'a [ShakerSingleRun],
-    /// What reading them found.
-    pub findings: &'a [Finding],
-    /// What the table of runs is called in messages.
-    pub name: &'a str,
-}
-
-impl<'a> ShakerSingleData<'a> {
-    /// Ready phasors.
-    pub fn new(runs: &'a [ShakerSingleRun]) -> Self {
-        Self {
-            runs,
-            findings: &[],
-            name: "the runs",
-        }
-    }
-}
+/// The runs of a comparison as phasors.
+pub type ShakerSingleData<'a> = BenchRuns<'a, ShakerSingleRun>;
 
 /// Sensitivity at every frequency.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -343,26 +325,7 @@ fn against_datasheet(datasheet: Option<(f64, f64)>, results: &[SingleAxis]) -> V
 }
 
 /// Everything the files of a campaign say.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ShakerSingleFiles {
-    /// The question.
-    pub job: ShakerSingleJob,
-    runs: Vec<ShakerSingleRun>,
-    findings: Vec<Finding>,
-    name: String,
-    inputs: Vec<Input>,
-}
-
-impl ShakerSingleFiles {
-    /// The runs, for the job.
-    pub fn data(&self) -> ShakerSingleData<'_> {
-        ShakerSingleData {
-            runs: &self.runs,
-            findings: &self.findings,
-            name: &self.name,
-        }
-    }
-}
+pub type ShakerSingleFiles = BenchFiles<ShakerSingleJob, ShakerSingleRun>;
 
 impl ShakerSingleCampaign {
     /// Reads the tables of the campaign and its recordings.
@@ -408,6 +371,7 @@ impl ShakerSingleCampaign {
         let mut findings = certificate.findings;
         findings.extend(observed.findings);
         let mut inputs = vec![self.source.input.clone(), certificate.input];
+        let recordings = observed.inputs.len() - 1;
         inputs.extend(observed.inputs);
         let mut job = ShakerSingleJob::new(certificate.table, budget);
         job.reference_description = certificate.description;
@@ -419,19 +383,13 @@ impl ShakerSingleCampaign {
             findings,
             name,
             inputs,
+            recordings,
         })
     }
 
     /// What the result is filed with.
     pub fn record(&self, files: &ShakerSingleFiles, date: Option<String>) -> Record {
-        Record {
-            title: self.title.clone(),
-            device: self.device.clone(),
-            ambient: self.ambient.clone(),
-            date,
-            inputs: files.inputs.clone(),
-            ..Record::default()
-        }
+        files.record(&self.title, &self.device, &self.ambient, date)
     }
 }
 

@@ -6,6 +6,7 @@ mod tables;
 
 pub use outcome::ShakerTriaxialOutcome;
 
+use crate::bench_runs::{BenchFiles, BenchRuns};
 use crate::campaign::{ShakerBudget, ShakerTriaxialCampaign};
 use crate::observed::observe;
 use crate::outcome::Job;
@@ -122,30 +123,8 @@ impl ShakerTriaxialJob {
     }
 }
 
-/// The runs as phasors.
-#[derive(Clone, Copy, Debug)]
-pub struct ShakerTriaxialData<'a> {
-    /// Runs in the order of the campaign.
-    pub runs: &'a [RunInput],
-    /// What reading them found.
-    pub findings: &'a [Finding],
-    /// What the table of runs is called in messages.
-    pub name: &'a str,
-    /// How many of the last inputs of the record are recordings.
-    pub recordings: usize,
-}
-
-impl<'a> ShakerTriaxialData<'a> {
-    /// Ready phasors.
-    pub fn new(runs: &'a [RunInput]) -> Self {
-        Self {
-            runs,
-            findings: &[],
-            name: "the runs",
-            recordings: 0,
-        }
-    }
-}
+/// The runs of a triaxial accelerometer as phasors.
+pub type ShakerTriaxialData<'a> = BenchRuns<'a, RunInput>;
 
 impl Job for ShakerTriaxialJob {
     type Data<'a> = ShakerTriaxialData<'a>;
@@ -195,28 +174,7 @@ impl Job for ShakerTriaxialJob {
 }
 
 /// Everything the files of a campaign say.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ShakerTriaxialFiles {
-    /// The question.
-    pub job: ShakerTriaxialJob,
-    runs: Vec<RunInput>,
-    findings: Vec<Finding>,
-    name: String,
-    inputs: Vec<Input>,
-    recordings: usize,
-}
-
-impl ShakerTriaxialFiles {
-    /// The runs, for the job.
-    pub fn data(&self) -> ShakerTriaxialData<'_> {
-        ShakerTriaxialData {
-            runs: &self.runs,
-            findings: &self.findings,
-            name: &self.name,
-            recordings: self.recordings,
-        }
-    }
-}
+pub type ShakerTriaxialFiles = BenchFiles<ShakerTriaxialJob, RunInput>;
 
 impl ShakerTriaxialCampaign {
     /// Reads the tables of the campaign and its recordings, which become phasors one by one on all cores.
@@ -307,13 +265,6 @@ impl ShakerTriaxialCampaign {
 
     /// What the result is filed with.
     pub fn record(&self, files: &ShakerTriaxialFiles, date: Option<String>) -> Record {
-        Record {
-            title: self.title.clone(),
-            device: self.device.clone(),
-            ambient: self.ambient.clone(),
-            date,
-            inputs: files.inputs.clone(),
-            ..Record::default()
-        }
+        files.record(&self.title, &self.device, &self.ambient, date)
     }
 }

@@ -1,5 +1,6 @@
 //! Motion of table and wedges beside the excitation, by a vibrometer and a reference.
 
+use crate::bench_runs::{BenchFiles, BenchRuns};
 use crate::campaign::{SpuriousFile, SpuriousMotionCampaign};
 use crate::observed::{listed, observe};
 use crate::outcome::{Job, Outcome};
@@ -88,30 +89,8 @@ pub struct SpuriousRun {
     pub place: String,
 }
 
-/// The runs as phasors.
-#[derive(Clone, Copy, Debug)]
-pub struct SpuriousMotionData<'a> {
-    /// Runs in the order of the campaign.
-    pub runs: &'a [SpuriousRun],
-    /// What reading them found.
-    pub findings: &'a [Finding],
-    /// What the table of runs is called in messages.
-    pub name: &'a str,
-    /// How many of the last inputs of the record are recordings.
-    pub recordings: usize,
-}
-
-impl<'a> SpuriousMotionData<'a> {
-    /// Ready phasors.
-    pub fn new(runs: &'a [SpuriousRun]) -> Self {
-        Self {
-            runs,
-            findings: &[],
-            name: "the runs",
-            recordings: 0,
-        }
-    }
-}
+/// The runs of a vibrometer as phasors.
+pub type SpuriousMotionData<'a> = BenchRuns<'a, SpuriousRun>;
 
 /// One measurement, by its label.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -526,28 +505,7 @@ fn comparison_table(first: &str, comparisons: &[(String, Vec<Comparison>)]) -> R
 }
 
 /// Everything the files of a campaign say.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SpuriousMotionFiles {
-    /// The question.
-    pub job: SpuriousMotionJob,
-    runs: Vec<SpuriousRun>,
-    findings: Vec<Finding>,
-    name: String,
-    inputs: Vec<Input>,
-    recordings: usize,
-}
-
-impl SpuriousMotionFiles {
-    /// The runs, for the job.
-    pub fn data(&self) -> SpuriousMotionData<'_> {
-        SpuriousMotionData {
-            runs: &self.runs,
-            findings: &self.findings,
-            name: &self.name,
-            recordings: self.recordings,
-        }
-    }
-}
+pub type SpuriousMotionFiles = BenchFiles<SpuriousMotionJob, SpuriousRun>;
 
 impl SpuriousMotionCampaign {
     /// Reads the tables of the campaign and its recordings.
@@ -611,13 +569,6 @@ impl SpuriousMotionCampaign {
 
     /// What the result is filed with.
     pub fn record(&self, files: &SpuriousMotionFiles, date: Option<String>) -> Record {
-        Record {
-            title: self.title.clone(),
-            device: self.device.clone(),
-            ambient: self.ambient.clone(),
-            date,
-            inputs: files.inputs.clone(),
-            ..Record::default()
-        }
+        files.record(&self.title, &self.device, &self.ambient, date)
     }
 }

@@ -51,6 +51,16 @@ impl StaticTest {
             Self::Stability(_) => "stability",
         }
     }
+
+    fn needs(&self) -> Trouble {
+        let needed = match self {
+            Self::ZeroG(_) => "a recording of three axes",
+            Self::Orthogonality(_) => "a calibration",
+            Self::Stability(_) => "results of calibrations",
+            _ => "readings of one axis",
+        };
+        Trouble::request(format!("the {} test needs {needed}", self.name()))
+    }
 }
 
 /// A static test of a device.
@@ -150,42 +160,6 @@ impl StaticTestJob {
     fn found(&self, data: &StaticTestData<'_>) -> Result<StaticTestFit> {
         use StaticTestInput::{Calibration, History, Readings, Recording};
         let fit = match (&self.test, data.input) {
-            (
-                StaticTest::Tilt(t),
-                Readings {
-                    input,
-                    output,
-                    unit,
-                    ..
-                },
-            ) => t.fit(input, output, unit),
-            (
-                StaticTest::Sensitivity(t),
-                Readings {
-                    input,
-                    output,
-                    unit,
-                    ..
-                },
-            ) => t.fit(input, output, unit),
-            (
-                StaticTest::Centrifuge(t),
-                Readings {
-                    input,
-                    output,
-                    unit,
-                    ..
-                },
-            ) => t.fit(input, output, unit),
-            (
-                StaticTest::Linearity(t),
-                Readings {
-                    input,
-                    output,
-                    temperature,
-                    unit,
-                },
-            ) => t.fit(input, output, temperature, unit),
             (StaticTest::ZeroG(t), Recording(outputs)) => t.fit(outputs),
             (StaticTest::Orthogonality(t), Calibration(file)) => t.fit(&file.k, &file.estimate),
             (StaticTest::Stability(t), History(history)) => {
@@ -194,18 +168,22 @@ impl StaticTestJob {
                     .map_err(|e| Trouble::from(e).detail(data.name))?;
                 return Ok(StaticTestFit::History(fit));
             }
-            (test, _) => {
-                let needed = match test {
-                    StaticTest::ZeroG(_) => "a recording of three axes",
-                    StaticTest::Orthogonality(_) => "a calibration",
-                    StaticTest::Stability(_) => "results of calibrations",
-                    _ => "readings of one axis",
-                };
-                return Err(Trouble::request(format!(
-                    "the {} test needs {needed}",
-                    test.name()
-                )));
-            }
+            (
+                test,
+                Readings {
+                    input,
+                    output,
+                    temperature,
+                    unit,
+                },
+            ) => match test {
+                StaticTest::Tilt(t) => t.fit(input, output, unit),
+                StaticTest::Sensitivity(t) => t.fit(input, output, unit),
+                StaticTest::Centrifuge(t) => t.fit(input, output, unit),
+                StaticTest::Linearity(t) => t.fit(input, output, temperature, unit),
+                other => return Err(other.needs()),
+            },
+            (test, _) => return Err(test.needs()),
         };
         Ok(StaticTestFit::Test(
             fit.map_err(|e| Trouble::from(e).detail(data.name))?,
