@@ -7,8 +7,8 @@ use proofmass_core::{SensorModel, Watch};
 use proofmass_io::sheet::Sheet;
 use proofmass_io::{
     CalibrationFile, ColumnRef, GmshMesh, Layout, LayoutOptions, Manifest, Provenance, Recording,
-    RecordingOptions, ResultDocument, Segment, Source, Waveform, WaveformFormat, WaveformOptions,
-    inspect_source, read_budget, read_model,
+    RecordingOptions, ResultDocument, SegmentRow, Source, Waveform, WaveformFormat,
+    WaveformOptions, inspect_source, read_budget, read_model,
 };
 use proofmass_jobs::campaign::Campaign;
 use proofmass_jobs::{Memory, read_result};
@@ -43,7 +43,7 @@ pub fn recording(data: &[u8]) {
         for i in 1..n {
             assert!(recording.time.seconds(i) > recording.time.seconds(i - 1));
         }
-        if let Ok((segments, _)) = Segment::from_source(source(data), &recording) {
+        if let Ok((segments, _)) = SegmentRow::from_source(source(data), &recording) {
             assert!(segments.iter().all(|s| s.start < s.end && s.end <= n));
         }
     }

@@ -5,8 +5,8 @@
 //! several runs. Processor time is that of all threads together: what remains of the advantage on one core.
 
 use proofmass_noise::{
-    Bias, DeviationOptions, NoiseModel, NoiseType, Record, Statistic, StreamingAllan, deviation,
-    simulate,
+    Bias, DeviationOptions, NoiseModel, NoiseRecord, NoiseType, Statistic, StreamingAllan,
+    deviation, simulate,
 };
 use proofmass_signal::Welch;
 use rand::SeedableRng;
@@ -157,7 +157,7 @@ fn deviations(rate: &[f64], statistic: Statistic, noise: Option<NoiseType>) -> V
         bias: Bias::AsDefined,
         ..Default::default()
     };
-    deviation(Record::Rate(rate), RATE, statistic, &options)
+    deviation(NoiseRecord::Rate(rate), RATE, statistic, &options)
         .map(|curve| curve.points.iter().map(|p| p.deviation).collect())
         .unwrap_or_default()
 }

@@ -12,10 +12,10 @@ use num_complex::Complex64;
 use peer::{Peers, best};
 use processor::processor_time;
 use proofmass_calibration::shaker::{
-    Acts, Budget, ComponentCheck, Input, Key, Method, PhasorRow, SpuriousTable,
+    Acts, Budget, BudgetInput, ComponentCheck, Key, PhasorRow, ShakerMethod, SpuriousTable,
     geometry::published_plan,
     matrix::{Matrix, row_times},
-    monte_carlo::{Options, validate},
+    monte_carlo::{CheckOptions, validate},
 };
 
 fn case() -> Result<(Vec<PhasorRow>, Budget), proofmass_core::Error> {
@@ -30,13 +30,13 @@ fn case() -> Result<(Vec<PhasorRow>, Budget), proofmass_core::Error> {
         })
         .collect();
     let mut inputs = Budget::published_bench().inputs;
-    inputs.push(Input::new(
+    inputs.push(BudgetInput::new(
         "noise",
         Acts::OutputAdditive,
         5e-5,
         &[Key::Run, Key::Channel],
     ));
-    inputs.push(Input::new(
+    inputs.push(BudgetInput::new(
         "reference.phase",
         Acts::ReferencePhase,
         0.003,
@@ -53,14 +53,19 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("  numpy       {theirs:8.2} s              u(Re S_xx) = {their_u:.4e}");
     let all = std::thread::available_parallelism()?.get();
     let run = |seed| {
-        let mut options = Options::default();
+        let mut options = CheckOptions::default();
         options.trials = 100_000;
         options.seed = seed;
         let table = SpuriousTable::default();
         let go = |_| std::ops::ControlFlow::Continue(());
-        validate(Method::Complex, &rows, &table, &budget, &options, &mut {
-            go
-        })
+        validate(
+            ShakerMethod::Complex,
+            &rows,
+            &table,
+            &budget,
+            &options,
+            &mut { go },
+        )
     };
     for threads in [1, all] {
         let pool = rayon::ThreadPoolBuilder::new()

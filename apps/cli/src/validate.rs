@@ -7,7 +7,7 @@ use crate::{Failure, Outcome, clock, console};
 use proofmass::calibration::Segment;
 use proofmass::core::Gravity;
 use proofmass::io::{CalibrationFile, Input, Recording, Source};
-use proofmass::jobs::multi_position::Stamps;
+use proofmass::jobs::multi_position::{Stamps, segment};
 use proofmass::jobs::validation::{ValidationData, ValidationJob, ValidationOutcome};
 use proofmass::jobs::{Filed, Job, Outcome as _, Record};
 use std::path::{Path, PathBuf};
@@ -95,13 +95,8 @@ impl Validate {
         let Some(path) = &self.segments else {
             return Ok(None);
         };
-        let (given, input) = proofmass::io::Segment::from_source(Source::open(path)?, recording)?;
-        let segments = given.into_iter().map(|s| Segment {
-            start: s.start,
-            end: s.end,
-            attitude: s.attitude,
-            label: s.label,
-        });
-        Ok(Some((segments.collect(), input)))
+        let (given, input) =
+            proofmass::io::SegmentRow::from_source(Source::open(path)?, recording)?;
+        Ok(Some((given.into_iter().map(segment).collect(), input)))
     }
 }

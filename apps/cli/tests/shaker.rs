@@ -6,7 +6,7 @@ mod support;
 
 use proofmass::calibration::shaker::Complex64;
 use proofmass::io::write_f32;
-use proofmass::rig::bench::{Vibrometer, Wedge};
+use proofmass::rig::bench::{BenchVibrometer, BenchWedge};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::fmt::Write;
@@ -168,14 +168,14 @@ fn law_the_certificate_counts_at_each_frequency() {
 }
 
 /// A vibrometer campaign over the wedges of the bench: velocities in volts beside the reference, as phasors.
-fn vibrometer_runs(frequencies: &[f64], measurements: &[(&str, Vibrometer)]) -> String {
+fn vibrometer_runs(frequencies: &[f64], measurements: &[(&str, BenchVibrometer)]) -> String {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
     let mut text = "run,frequency_Hz,inclination_deg,axis,measurement,reference_mV,reference_phase_deg,velocity_V,velocity_phase_deg\n".to_owned();
     let mut number = 0;
     for (label, vibrometer) in measurements {
         for inclination in [0.0, 15.0, 35.0, 55.0, 75.0, 90.0] {
             for &f in frequencies {
-                let mut ratio = Wedge::default().ratio(inclination, f);
+                let mut ratio = BenchWedge::default().ratio(inclination, f);
                 ratio[2] += 1.0;
                 for (axis, ratio) in ["x", "y", "z"].iter().zip(ratio) {
                     for r in vibrometer.repeats(ratio, f, 10, &mut rng) {
@@ -210,9 +210,9 @@ fn law_a_measured_spurious_motion_corrects_the_calibration() {
     let (bench_folder, device) = (folder.path().join("bench"), folder.path().join("device"));
     support::campaign(&bench_folder, SPURIOUS);
     bench::certificate(&bench_folder, 2000.0);
-    let quiet = Vibrometer {
+    let quiet = BenchVibrometer {
         reading: 1e-3,
-        ..Vibrometer::default()
+        ..BenchVibrometer::default()
     };
     std::fs::write(
         bench_folder.join("runs.csv"),
@@ -274,15 +274,15 @@ fn refuses_to_average_repeats_without_a_common_clock() {
     let folder = tempfile::tempdir().expect("folder");
     support::campaign(folder.path(), SPURIOUS);
     bench::certificate(folder.path(), 2000.0);
-    let apart = Vibrometer {
+    let apart = BenchVibrometer {
         common_clock: false,
-        ..Vibrometer::default()
+        ..BenchVibrometer::default()
     };
     std::fs::write(
         folder.path().join("runs.csv"),
         vibrometer_runs(
             &[80.0],
-            &[("first", Vibrometer::default()), ("second", apart)],
+            &[("first", BenchVibrometer::default()), ("second", apart)],
         ),
     )
     .expect("runs");

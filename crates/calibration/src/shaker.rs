@@ -43,13 +43,13 @@ pub mod screening;
 pub mod single_axis;
 pub mod spurious;
 
-pub use budget::{Acts, Budget, Input, Key};
+pub use budget::{Acts, Budget, BudgetInput, Key};
 pub use campaign::{
-    AngleResult, Correction, FrequencyResult, Method, MethodResult, PublishedResult, RunResult,
-    ShakerCalibration, ShakerCampaign, TermDifference, calibrate,
+    AngleResult, Correction, FrequencyResult, MethodResult, PublishedResult, RunResult,
+    ShakerCalibration, ShakerCampaign, ShakerMethod, TermDifference, calibrate,
 };
 pub use check::{adopt, check};
-pub use diagnosis::{Suspect, Suspicion, diagnose};
+pub use diagnosis::{SuspectRun, Suspicion, diagnose};
 pub use fit::{Fit, FrequencyFit, complex, joint};
 pub use geometry::Configuration;
 pub use monte_carlo::{ComponentCheck, FrequencyCheck};

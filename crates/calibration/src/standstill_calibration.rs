@@ -20,7 +20,7 @@ pub struct StandstillCalibration {
 
 /// How the parameters follow from standstills with known attitudes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Estimator {
+pub enum StandstillEstimator {
     /// Weighted least squares on every equation.
     #[default]
     LeastSquares,
@@ -43,7 +43,7 @@ impl StandstillCalibration {
         settings: &MultiPosition,
     ) -> Result<Self, Error> {
         let sweep = ThresholdSweep::run(samples, rate, breaks, search, settings)?;
-        Self::of_sweep(samples, sweep, settings, Estimator::LeastSquares)
+        Self::of_sweep(samples, sweep, settings, StandstillEstimator::LeastSquares)
     }
 
     /// Fits given standstills.
@@ -54,7 +54,7 @@ impl StandstillCalibration {
         samples: &Samples<'_>,
         segments: Vec<Segment>,
         settings: &MultiPosition,
-        estimator: Estimator,
+        estimator: StandstillEstimator,
     ) -> Result<Self, Error> {
         Self::of_sweep(
             samples,
@@ -72,7 +72,7 @@ impl StandstillCalibration {
         samples: &Samples<'_>,
         sweep: ThresholdSweep,
         settings: &MultiPosition,
-        estimator: Estimator,
+        estimator: StandstillEstimator,
     ) -> Result<Self, Error> {
         let noise = MeanNoise::estimate(samples, &sweep.segments)?;
         let poses = noise.poses(samples, &sweep.segments);
@@ -96,7 +96,7 @@ impl StandstillCalibration {
         sweep: ThresholdSweep,
         uncertainty: Option<f64>,
         settings: &MultiPosition,
-        estimator: Estimator,
+        estimator: StandstillEstimator,
     ) -> Result<Self, Error> {
         let variance = uncertainty.map(|u| u * u);
         let poses: Vec<Pose> = sweep
@@ -117,7 +117,7 @@ impl StandstillCalibration {
     }
 }
 
-impl Estimator {
+impl StandstillEstimator {
     fn fit(self, settings: &MultiPosition, poses: &[Pose]) -> Result<MultiPositionFit, Error> {
         match self {
             Self::LeastSquares => settings.fit(poses),

@@ -32,7 +32,7 @@ struct Variant {
     settings: MultiPosition,
     /// Standard uncertainty of given attitudes; `None`: they are not given.
     attitude: Option<AttitudeUncertainty>,
-    estimator: Estimator,
+    estimator: StandstillEstimator,
 }
 
 impl Variant {
@@ -54,7 +54,7 @@ impl Variant {
             rig,
             settings,
             attitude: None,
-            estimator: Estimator::LeastSquares,
+            estimator: StandstillEstimator::LeastSquares,
         }
     }
 
@@ -79,9 +79,9 @@ impl Variant {
                 for rest in &mut recording.rests {
                     rest.attitude = match self.estimator {
                         // The closed form takes the principal directions; the sensor was laid down askew.
-                        Estimator::SixPositions => rest.attitude.map(f64::round),
+                        StandstillEstimator::SixPositions => rest.attitude.map(f64::round),
                         // What is declared differs from what was: each by itself, all by the frame.
-                        Estimator::LeastSquares => {
+                        StandstillEstimator::LeastSquares => {
                             let own = |i| frame[i] + uncertainty.independent * normal();
                             turned(rest.attitude, std::array::from_fn(own))
                         }
@@ -272,7 +272,7 @@ fn coverage_six_positions() {
     // Uniform in ±√3 mrad: a standard deviation of 1 mrad about each axis.
     variant.rig.askew = 1e-3 * 3f64.sqrt();
     variant.attitude = Some(attitude);
-    variant.estimator = Estimator::SixPositions;
+    variant.estimator = StandstillEstimator::SixPositions;
     variant.settings = variant.settings.attitude_uncertainty(attitude);
     variant.check("six");
 }

@@ -1,12 +1,12 @@
 //! From samples to matrices, as a laboratory would run it.
 
 use proofmass_calibration::shaker::{
-    Acts, Budget, Configuration, Correction, Input, Key, Method, ShakerCampaign, Spurious,
-    SpuriousTable, calibrate,
-    recording::{Reading, RunInput},
+    Acts, Budget, BudgetInput, Configuration, Correction, Key, ShakerCampaign, ShakerMethod,
+    Spurious, SpuriousTable, calibrate,
+    recording::{PhasorReading, RunInput},
     reference::{ReferencePoint, ReferenceTable},
 };
-use proofmass_rig::bench::{Bench, Wedge, published_plan, waveform::Acquisition};
+use proofmass_rig::bench::{Bench, BenchWedge, published_plan, waveform::Acquisition};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
@@ -15,7 +15,7 @@ const REFERENCE: f64 = 9.9e-3;
 fn budget() -> Budget {
     let mut budget = Budget::published_bench();
     budget.inputs.retain(|i| i.key != "reference.calibration");
-    budget.inputs.push(Input::new(
+    budget.inputs.push(BudgetInput::new(
         "noise",
         Acts::OutputAdditive,
         5e-5,
@@ -40,9 +40,9 @@ fn certificate(from: f64) -> ReferenceTable {
 }
 
 /// Samples of 0.2 s per run, read by sine approximation.
-fn recorded(frequencies: &[f64]) -> (ShakerCampaign, proofmass_rig::bench::Campaign) {
+fn recorded(frequencies: &[f64]) -> (ShakerCampaign, proofmass_rig::bench::BenchCampaign) {
     let bench = Bench {
-        wedge: Some(Wedge::default()),
+        wedge: Some(BenchWedge::default()),
         ..Bench::default()
     };
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(11);
@@ -51,9 +51,9 @@ fn recorded(frequencies: &[f64]) -> (ShakerCampaign, proofmass_rig::bench::Campa
         duration: 0.2,
         ..Acquisition::default()
     };
-    let reading = Reading {
+    let reading = PhasorReading {
         full_scale: Some(daq.full_scale),
-        ..Reading::new(daq.sampling_frequency)
+        ..PhasorReading::new(daq.sampling_frequency)
     };
     let runs: Vec<RunInput> = campaign
         .runs
@@ -82,7 +82,11 @@ fn recorded(frequencies: &[f64]) -> (ShakerCampaign, proofmass_rig::bench::Campa
         .collect();
     let mut shaker = ShakerCampaign::new(runs, budget());
     shaker.reference = Some(certificate(10.0));
-    shaker.methods = vec![Method::PublishedMagnitude, Method::Complex, Method::Joint];
+    shaker.methods = vec![
+        ShakerMethod::PublishedMagnitude,
+        ShakerMethod::Complex,
+        ShakerMethod::Joint,
+    ];
     shaker.targets = frequencies.iter().map(|&f| (f, 10.0)).collect();
     shaker.datasheet = Some((10.2e-3, 0.2e-3));
     let entries = campaign
@@ -125,7 +129,7 @@ fn law_samples_become_matrices_that_hold_the_truth() {
     for method in result
         .results
         .iter()
-        .filter(|r| r.method != Method::PublishedMagnitude)
+        .filter(|r| r.method != ShakerMethod::PublishedMagnitude)
     {
         let misses: usize = method
             .frequencies
@@ -166,16 +170,16 @@ fn refuses_clipped_runs_and_a_wrong_frequency_and_a_short_certificate() {
     let (mut shaker, _) = recorded(&[80.0, 160.0]);
     // A certificate from 100 Hz on does not reach 80 Hz.
     shaker.reference = Some(certificate(100.0));
-    shaker.methods = vec![Method::Complex];
+    shaker.methods = vec![ShakerMethod::Complex];
     shaker.corrections.truncate(1);
     let daq = Acquisition {
         duration: 0.2,
         ..Acquisition::default()
     };
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(12);
-    let reading = Reading {
+    let reading = PhasorReading {
         full_scale: Some(10.0),
-        ..Reading::new(daq.sampling_frequency)
+        ..PhasorReading::new(daq.sampling_frequency)
     };
     // Run 50 at 160 Hz: overdriven. Run 60: recorded at 315 Hz.
     let again = |k: usize, gain: f64, f: f64, rng: &mut Xoshiro256PlusPlus| {

@@ -2,10 +2,10 @@
 
 use proofmass_calibration::FrequencyResponse;
 use proofmass_calibration::shaker::{
-    Acts, Budget, Configuration, Fit, Input, Key, PhasorRow, Spurious, SpuriousTable, complex,
-    joint, published,
+    Acts, Budget, BudgetInput, Configuration, Fit, Key, PhasorRow, Spurious, SpuriousTable,
+    complex, joint, published,
 };
-use proofmass_rig::bench::{Bench, Campaign, Spread, Wedge, published_plan};
+use proofmass_rig::bench::{Bench, BenchCampaign, BenchWedge, Spread, published_plan};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
@@ -17,49 +17,49 @@ const REGION: f64 = 5.991;
 fn budget(bench: &Bench) -> Budget {
     let r3 = 3f64.sqrt();
     Budget::new(vec![
-        Input::new(
+        BudgetInput::new(
             "reference.calibration",
             Acts::ReferenceModulus,
             bench.reference_modulus,
             &[Key::Frequency],
         ),
-        Input::new(
+        BudgetInput::new(
             "reference.phase",
             Acts::ReferencePhase,
             bench.reference_phase,
             &[Key::Frequency],
         ),
-        Input::new(
+        BudgetInput::new(
             "wedge.angle",
             Acts::Inclination,
             bench.wedge_angle / r3,
             &[Key::Inclination],
         ),
-        Input::new(
+        BudgetInput::new(
             "gluing.angle",
             Acts::Rotation,
             bench.gluing_angle / r3,
             &[Key::Inclination, Key::Rotation],
         ),
-        Input::new(
+        BudgetInput::new(
             "conditioner.gain",
             Acts::OutputModulus,
             bench.gain / r3,
             &[Key::Channel],
         ),
-        Input::new(
+        BudgetInput::new(
             "reading",
             Acts::OutputModulus,
             bench.reading,
             &[Key::Run, Key::Channel],
         ),
-        Input::new(
+        BudgetInput::new(
             "reading.phase",
             Acts::OutputPhase,
             bench.reading_phase,
             &[Key::Run, Key::Channel],
         ),
-        Input::new(
+        BudgetInput::new(
             "noise",
             Acts::OutputAdditive,
             bench.floor,
@@ -69,7 +69,7 @@ fn budget(bench: &Bench) -> Budget {
     .unwrap()
 }
 
-fn rows(campaign: &Campaign) -> Vec<PhasorRow> {
+fn rows(campaign: &BenchCampaign) -> Vec<PhasorRow> {
     campaign
         .runs
         .iter()
@@ -88,7 +88,7 @@ fn rows(campaign: &Campaign) -> Vec<PhasorRow> {
         .collect()
 }
 
-fn spurious(campaign: &Campaign) -> SpuriousTable {
+fn spurious(campaign: &BenchCampaign) -> SpuriousTable {
     SpuriousTable {
         entries: campaign
             .spurious
@@ -108,7 +108,7 @@ fn spurious(campaign: &Campaign) -> SpuriousTable {
 }
 
 /// For every frequency and term, whether the 95 % region holds the truth.
-fn hits(fit: &Fit, campaign: &Campaign) -> Vec<bool> {
+fn hits(fit: &Fit, campaign: &BenchCampaign) -> Vec<bool> {
     let mut hits = vec![];
     for (f, truth) in fit.frequencies.iter().zip(&campaign.truth) {
         for k in 0..9 {
@@ -157,7 +157,7 @@ fn bound(trials: u64) -> std::ops::RangeInclusive<usize> {
 
 fn bench(wedge: bool) -> Bench {
     Bench {
-        wedge: wedge.then(Wedge::default),
+        wedge: wedge.then(BenchWedge::default),
         spread: Spread::Normal,
         ..Bench::default()
     }

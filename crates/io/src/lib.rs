@@ -82,12 +82,12 @@ pub use output::{
     discard_unfinished,
 };
 pub use proofmass_uncertainty::DecimalMark;
-pub use recording::{Absent, Column, Input, Recording, RecordingOptions, TimeUnit};
+pub use recording::{Absent, Input, RecordedColumn, Recording, RecordingOptions, TimeUnit};
 pub use result_document::{
     NamedCovariance, RESULT_SCHEMA, RESULT_VERSION, ResultDocument, StatedQuantity,
 };
 pub use rewriter::Rewriter;
-pub use rows::{BadRow, Block, RowReader};
+pub use rows::{BadRow, RowBlock, RowReader};
 pub use segments::Segment;
 pub use signature::{Signature, SigningKey, VerifyingKey};
 pub use software::{Schema, Software};

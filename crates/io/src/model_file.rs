@@ -3,7 +3,7 @@
 mod place;
 
 use place::Place;
-use proofmass_uncertainty::{Budget, Refusal, UncertaintyModel};
+use proofmass_uncertainty::{BudgetEntries, Refusal, UncertaintyModel};
 use serde::Deserialize;
 
 /// Reads `budget.toml`: the inputs of a campaign.
@@ -15,8 +15,8 @@ use serde::Deserialize;
 ///
 /// # Errors
 /// [`Refusal::File`] with line and field.
-pub fn read_budget(text: &str) -> Result<Budget, Refusal> {
-    let budget: Budget = read(text)?;
+pub fn read_budget(text: &str) -> Result<BudgetEntries, Refusal> {
+    let budget: BudgetEntries = read(text)?;
     // Distributions are judged here, where the line is still known.
     budget
         .inputs()

@@ -105,7 +105,7 @@ pub struct RecordingOptions {
 
 /// One column of a recording.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Column {
+pub struct RecordedColumn {
     /// Name without unit.
     pub name: String,
     /// Unit of `data`, where known.
@@ -126,9 +126,9 @@ pub struct Recording {
     /// Shape of the text.
     pub layout: Layout,
     /// The signals in the order asked for.
-    pub columns: Vec<Column>,
+    pub columns: Vec<RecordedColumn>,
     /// Temperature, where asked for.
-    pub temperature: Option<Column>,
+    pub temperature: Option<RecordedColumn>,
     /// Times.
     pub time: TimeBase,
     lines: Vec<(usize, u64)>,
@@ -329,7 +329,7 @@ impl Recording {
             }
         }
 
-        let temperature = temperature.map(|index| Column {
+        let temperature = temperature.map(|index| RecordedColumn {
             name: layout.name(index),
             unit: layout.unit(index),
             data: data.pop().unwrap_or_default(),
@@ -359,7 +359,7 @@ impl Recording {
             .zip(&selected[..signals])
             .map(|(data, &index)| {
                 let unit = signal_unit(&layout, index, options.unit)?;
-                Ok(Column {
+                Ok(RecordedColumn {
                     name: layout.name(index),
                     unit,
                     data,

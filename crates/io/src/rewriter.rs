@@ -3,7 +3,7 @@
 use crate::field::{Fields, parse_number};
 use crate::layout::{Layout, Separator, sniff};
 use crate::output::AtomicFile;
-use crate::{Block, Error, ErrorKind, Result, Unit, split_heading};
+use crate::{Error, ErrorKind, Result, RowBlock, Unit, split_heading};
 use proofmass_uncertainty::DecimalMark;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
@@ -132,7 +132,7 @@ impl Rewriter {
     /// # Errors
     /// A number that is not finite (with the line of the recording), a block without text, slices of another
     /// number or length, a disk that refuses.
-    pub fn block(&mut self, block: &Block, values: &[&[f64]]) -> Result<()> {
+    pub fn block(&mut self, block: &RowBlock, values: &[&[f64]]) -> Result<()> {
         self.rows(block, 0..block.rows(), values)
     }
 
@@ -140,7 +140,7 @@ impl Rewriter {
     ///
     /// # Errors
     /// As [`Rewriter::block`]; rows that the block does not have.
-    pub fn rows(&mut self, block: &Block, rows: Range<usize>, values: &[&[f64]]) -> Result<()> {
+    pub fn rows(&mut self, block: &RowBlock, rows: Range<usize>, values: &[&[f64]]) -> Result<()> {
         let count = rows.len();
         let fits = values.len() == self.plan.headings.len()
             && values.iter().all(|v| v.len() == count)
@@ -275,7 +275,7 @@ impl Plan {
     /// Rows of a piece, counted from row `first` of the block, which `values` begin with.
     fn rows(
         &self,
-        block: &Block,
+        block: &RowBlock,
         first: usize,
         values: &[&[f64]],
         piece: Range<usize>,

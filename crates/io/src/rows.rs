@@ -22,7 +22,7 @@ const LONGEST_LINE: usize = CHUNK / 2;
 pub(crate) enum BadFields {
     /// The first one is an error.
     Refuse,
-    /// Each is listed in [`Block::bad`], and its number is NaN inside this crate only.
+    /// Each is listed in [`RowBlock::bad`], and its number is NaN inside this crate only.
     Locate,
     /// As that; rows of another width are listed and passed over too.
     Survey,
@@ -49,7 +49,7 @@ pub(crate) struct BadField {
 
 /// Consecutive rows of the selected columns.
 #[derive(Clone, Debug, Default)]
-pub struct Block {
+pub struct RowBlock {
     columns: Vec<Vec<f64>>,
     /// (row, line): from this row on, line = line + (row' − row).
     lines: Vec<(usize, u64)>,
@@ -61,7 +61,7 @@ pub struct Block {
     pub(crate) bad_rows: Vec<BadRow>,
 }
 
-impl Block {
+impl RowBlock {
     /// Number of rows.
     pub fn rows(&self) -> usize {
         self.rows
@@ -238,7 +238,7 @@ impl RowReader {
     ///
     /// # Errors
     /// A field that is not a finite number, a row of another width, a line of more than 1 MiB.
-    pub fn next_block(&mut self) -> Result<Option<Block>> {
+    pub fn next_block(&mut self) -> Result<Option<RowBlock>> {
         loop {
             if self.more && self.late.is_none() {
                 let wanted = CHUNK.saturating_sub(self.pending.len());
@@ -307,10 +307,10 @@ impl RowReader {
         }
     }
 
-    fn assemble(&mut self, pieces: Vec<Piece>, chunk: Vec<u8>) -> Result<Block> {
-        let mut block = Block {
+    fn assemble(&mut self, pieces: Vec<Piece>, chunk: Vec<u8>) -> Result<RowBlock> {
+        let mut block = RowBlock {
             columns: vec![Vec::new(); self.selected.len()],
-            ..Block::default()
+            ..RowBlock::default()
         };
         for piece in pieces {
             if let Some(fault) = piece.fault {

@@ -9,7 +9,7 @@ use std::path::Path;
 
 /// One standstill.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Segment {
+pub struct SegmentRow {
     /// First sample.
     pub start: usize,
     /// One past the last sample.
@@ -32,7 +32,7 @@ const KEYS: &[&str] = &[
     "label",
 ];
 
-impl Segment {
+impl SegmentRow {
     /// Reads a table of segments and checks it against a recording.
     ///
     /// Columns `start`, `end` are sample indices from zero, the end not included; `start_s`, `end_s` are times in
@@ -49,7 +49,7 @@ impl Segment {
     /// Reads a table of segments from a source; its name and digest come with it.
     ///
     /// # Errors
-    /// As [`Segment::read`].
+    /// As [`SegmentRow::read`].
     pub fn from_source(source: Source, recording: &Recording) -> Result<(Vec<Self>, Input)> {
         let name = source.name().to_path_buf();
         Self::read_inner(source, recording).map_err(|e| e.at(&name))
@@ -147,7 +147,7 @@ impl Header {
         })
     }
 
-    fn segment(&self, fields: &[String], recording: &Recording) -> Result<Segment> {
+    fn segment(&self, fields: &[String], recording: &Recording) -> Result<SegmentRow> {
         let number = |i: usize, name: &str| {
             parse_number(fields[i].as_bytes(), DecimalMark::Point)
                 .filter(|v| v.is_finite())
@@ -237,7 +237,7 @@ impl Header {
             .label
             .map(|i| fields[i].clone())
             .filter(|l| !l.is_empty());
-        Ok(Segment {
+        Ok(SegmentRow {
             start,
             end,
             attitude,

@@ -1,6 +1,6 @@
 //! Tables of standstills given by hand.
 
-use proofmass_io::{ErrorKind, Recording, RecordingOptions, Result, Segment};
+use proofmass_io::{ErrorKind, Recording, RecordingOptions, Result, SegmentRow};
 
 /// A hundred samples at 10 Hz, the first at 5 s.
 fn recording(folder: &std::path::Path) -> Recording {
@@ -16,11 +16,11 @@ fn recording(folder: &std::path::Path) -> Recording {
     Recording::read(&path, &options).unwrap()
 }
 
-fn segments(table: impl AsRef<[u8]>) -> Result<Vec<Segment>> {
+fn segments(table: impl AsRef<[u8]>) -> Result<Vec<SegmentRow>> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("segments.csv");
     std::fs::write(&path, table).unwrap();
-    Segment::read(&path, &recording(folder.path()))
+    SegmentRow::read(&path, &recording(folder.path()))
 }
 
 fn ranges(table: &str) -> Vec<(usize, usize)> {

@@ -3,7 +3,7 @@
 mod compensation;
 mod outcome;
 
-pub use compensation::{Compensation, CompensationMethod};
+pub use compensation::{CompensationMethod, CompensationStream};
 pub use outcome::{ApplyOutcome, FilterFigures};
 
 use crate::block_clock::BlockClock;
@@ -12,7 +12,7 @@ use crate::recording::RecordingReading;
 use crate::trouble::{Result, Trouble, TroubleKind};
 use proofmass_core::Watch;
 use proofmass_io::{
-    AnyCalibration, Block, ColumnRef, Input, Layout, LayoutOptions, Rewriter, RowReader, Source,
+    AnyCalibration, ColumnRef, Input, Layout, LayoutOptions, Rewriter, RowBlock, RowReader, Source,
     TimeUnit, Unit, split_heading,
 };
 use serde::{Deserialize, Serialize};
@@ -290,9 +290,9 @@ struct Work<'a> {
     temperature: Option<f64>,
     clock: Option<BlockClock>,
     /// Made at the first block, which tells the rate.
-    compensation: Option<Compensation>,
+    compensation: Option<CompensationStream>,
     factors: Vec<f64>,
-    waiting: VecDeque<(Rc<Block>, Range<usize>)>,
+    waiting: VecDeque<(Rc<RowBlock>, Range<usize>)>,
     ready: Vec<VecDeque<f64>>,
     /// Rows of this stretch that will have no result.
     skip: usize,
@@ -302,7 +302,7 @@ struct Work<'a> {
 }
 
 impl Work<'_> {
-    fn block(&mut self, block: Rc<Block>, watch: &dyn Watch) -> Result<()> {
+    fn block(&mut self, block: Rc<RowBlock>, watch: &dyn Watch) -> Result<()> {
         let outputs = self.factors.len();
         let mut breaks = Vec::new();
         if let Some(clock) = self.clock.as_mut().filter(|c| c.per_second.is_some()) {
@@ -316,7 +316,7 @@ impl Work<'_> {
             let rate = self.clock.as_ref().map(|c| c.nominal);
             let rate = rate.filter(|r| r.is_finite());
             let method = self.job.method;
-            let made = Compensation::new(self.calibration, method, rate, watch)?;
+            let made = CompensationStream::new(self.calibration, method, rate, watch)?;
             self.skip = made.half();
             self.compensation = Some(made);
         }
@@ -334,7 +334,7 @@ impl Work<'_> {
     }
 
     /// Rows that follow one another without a gap.
-    fn rows(&mut self, block: &Rc<Block>, rows: Range<usize>) -> Result<()> {
+    fn rows(&mut self, block: &Rc<RowBlock>, rows: Range<usize>) -> Result<()> {
         let scaled: Vec<Vec<f64>> = self
             .factors
             .iter()

@@ -12,13 +12,13 @@ mod spurious_motion;
 pub use draft::Draft;
 pub use free_living::{FreeLivingCampaign, FreeLivingMethod, StreamTable};
 pub use multi_position::{
-    Attitude, Axes, FileIs, GravityInput, Method, MethodModel, MultiPositionCampaign,
+    AttitudeTable, Axes, FileIs, GravityInput, MethodModel, MethodTable, MultiPositionCampaign,
     NumberOrLabel, Prefixes, RecordingTable, RowsAre, StandstillTable,
 };
 pub use shaker::{
-    Certificate, CertificateTable, Direction, DriveFrequency, Mounting, PhasorQuantity, RunData,
-    RunPhasor, RunTable, RunsTable, ShakerBudget, ShakerRecording, ShakerRun, SingleAxisSeat,
-    SpuriousFile,
+    Certificate, CertificateTable, DriveFrequency, Mounting, PhasorQuantity, RunData, RunPhasor,
+    RunTable, RunsTable, ShakerBudget, ShakerRecording, ShakerRun, SingleAxisSeat, SpuriousFile,
+    SpuriousSeat,
 };
 pub use shaker_single::{ReadingTable, ShakerSingleCampaign};
 pub use shaker_triaxial::{

@@ -4,7 +4,7 @@ use crate::channels::Channel;
 use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
-use proofmass_calibration::dynamic::linearity::Linearity;
+use proofmass_calibration::dynamic::linearity::LevelLinearity;
 use proofmass_core::Watch;
 use proofmass_io::{StatedQuantity, Table};
 use proofmass_report::{LinearityReport, Report};
@@ -46,7 +46,7 @@ impl Job for LinearityJob {
             .detail(data.name)
             .with_hint("state their unit with --level-unit"));
         }
-        let fit = Linearity::of(
+        let fit = LevelLinearity::of(
             data.level.data,
             data.output.data,
             data.uncertainty.data,
@@ -64,13 +64,13 @@ impl Job for LinearityJob {
 /// The answer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LinearityOutcome {
-    fit: Linearity,
+    fit: LevelLinearity,
     findings: Vec<Finding>,
 }
 
 impl LinearityOutcome {
     /// The fit.
-    pub fn linearity(&self) -> &Linearity {
+    pub fn linearity(&self) -> &LevelLinearity {
         &self.fit
     }
 

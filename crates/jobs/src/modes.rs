@@ -13,7 +13,8 @@ use crate::outcome::Job;
 use crate::trouble::{Result, Trouble, TroubleKind};
 use proofmass_core::Watch;
 use proofmass_fixture::{
-    Accelerometer, Cause, Damping, Design, Fault, Material, Refine, Resonance, Search, Support,
+    Accelerometer, Cause, Damping, Design, Fault, Material, MeasuredResonance, Refine, Search,
+    Support,
 };
 use proofmass_io::GmshMesh;
 use serde::{Deserialize, Serialize};
@@ -88,7 +89,7 @@ pub struct ModesJob {
     /// What is uncertain.
     pub causes: Vec<Cause>,
     /// Resonances found by measurement.
-    pub measured: Vec<Resonance>,
+    pub measured: Vec<MeasuredResonance>,
     /// A search over shapes.
     pub search: Option<Search>,
     /// Probability of the intervals.

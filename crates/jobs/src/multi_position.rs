@@ -6,14 +6,14 @@ mod recordings;
 
 pub use outcome::{Figures, MultiPositionOutcome};
 pub(crate) use recordings::gravity;
-pub use recordings::{MultiPositionRecordings, Stamps};
+pub use recordings::{MultiPositionRecordings, Stamps, segment};
 
 use crate::campaign::MethodModel;
 use crate::outcome::Job;
 use crate::trouble::{Result, Trouble};
 use proofmass_calibration::{
-    AttitudeUncertainty, Estimator, Model, MultiPosition, Samples, Segment, Standstill,
-    StandstillCalibration, ThresholdSweep, WindowedVariance, clipping, frozen, suspected_clipping,
+    AttitudeUncertainty, Model, MultiPosition, Samples, Segment, Standstill, StandstillCalibration,
+    StandstillEstimator, ThresholdSweep, WindowedVariance, clipping, frozen, suspected_clipping,
     temperature_drift,
 };
 use proofmass_core::{Gravity, Watch};
@@ -150,8 +150,8 @@ impl MultiPositionJob {
             .with_hint("add `segments = \"segments.csv\"` to [standstill], with a column `direction` (+x, -x, …) or up_x, up_y, up_z; or `directions` where each file or row is a standstill; or fit `triangular`"));
         }
         let estimator = match self.method {
-            MethodModel::SixPosition | MethodModel::Ferraris => Estimator::SixPositions,
-            _ => Estimator::LeastSquares,
+            MethodModel::SixPosition | MethodModel::Ferraris => StandstillEstimator::SixPositions,
+            _ => StandstillEstimator::LeastSquares,
         };
         let used = sweep.segments.clone();
         match data.readings {

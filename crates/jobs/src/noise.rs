@@ -12,7 +12,7 @@ use crate::outcome::Job;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{Error, Watch};
 use proofmass_noise::{
-    AnalysisOptions, Channel, ChannelName, Gaps, LongRecord, analyse_watched, clock_line,
+    AnalysisOptions, ChannelName, Gaps, LongRecord, NoiseChannel, analyse_watched, clock_line,
 };
 use proofmass_signal::Trace;
 use proofmass_uncertainty::{Finding, Severity};
@@ -24,13 +24,13 @@ use std::sync::Mutex;
 /// ```
 /// use proofmass_jobs::noise::{NoiseData, NoiseJob};
 /// use proofmass_jobs::{Job, Outcome, Unwatched};
-/// use proofmass_noise::{Channel, NoiseModel, Sensor, simulate};
+/// use proofmass_noise::{NoiseChannel, NoiseModel, Sensor, simulate};
 /// use rand::SeedableRng;
 ///
 /// let truth = NoiseModel { white: 2.5e-3, ..Default::default() };
 /// let mut rng = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(7);
 /// let rate = simulate(&truth, 20_000, 50.0, &mut rng)?;
-/// let channel = Channel { name: "x", sensor: Some(Sensor::Accelerometer), unit: "m/s²", rate: &rate };
+/// let channel = NoiseChannel { name: "x", sensor: Some(Sensor::Accelerometer), unit: "m/s²", rate: &rate };
 /// let outcome = NoiseJob::default().evaluate(&NoiseData::samples(vec![channel], 50.0), &Unwatched)?;
 /// let white = outcome.quantities().into_iter().find(|q| q.name == "x.N").unwrap();
 /// assert!((white.value - 2.5e-3).abs() < 2.0 * white.expanded);
@@ -81,7 +81,7 @@ pub enum NoiseSamples<'a> {
     /// Channels of equal length; NaN marks a missing value.
     Slices {
         /// The channels.
-        channels: Vec<Channel<'a>>,
+        channels: Vec<NoiseChannel<'a>>,
         /// Time of every row in s, compared with the line of an even clock.
         stamps: Option<&'a [f64]>,
         /// Samples per second; that of the stamps when `None`.
@@ -98,7 +98,7 @@ pub enum NoiseSamples<'a> {
 
 impl<'a> NoiseData<'a> {
     /// Channels at an even rate in Hz.
-    pub fn samples(channels: Vec<Channel<'a>>, rate: f64) -> Self {
+    pub fn samples(channels: Vec<NoiseChannel<'a>>, rate: f64) -> Self {
         Self {
             samples: NoiseSamples::Slices {
                 channels,
@@ -148,7 +148,7 @@ impl NoiseJob {
     fn in_memory(
         &self,
         data: &NoiseData<'_>,
-        channels: &[Channel<'_>],
+        channels: &[NoiseChannel<'_>],
         stamps: Option<&[f64]>,
         rate: Option<f64>,
         watch: &dyn Watch,

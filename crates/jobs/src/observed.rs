@@ -4,7 +4,7 @@ use crate::campaign::{DriveFrequency, RunData, RunTable, ShakerRecording, Shaker
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use num_complex::Complex64;
-use proofmass_calibration::shaker::recording::{Phasors, Quality, Reading};
+use proofmass_calibration::shaker::recording::{PhasorReading, Phasors, Quality};
 use proofmass_core::Watch;
 use proofmass_io::{Input, Waveform, WaveformOptions};
 use proofmass_signal::sine::Frequency;
@@ -145,7 +145,7 @@ fn approximate<S>(
     let waveform = source
         .and_then(|source| Waveform::from_source(source, options))
         .map_err(|e| Trouble::from(e).detail(place()))?;
-    let reading = Reading {
+    let reading = PhasorReading {
         frequency: match settings.frequency {
             DriveFrequency::Known => Frequency::Known,
             DriveFrequency::Common => Frequency::Common,
@@ -153,7 +153,7 @@ fn approximate<S>(
         harmonics: settings.harmonics,
         drift: settings.drift,
         full_scale: settings.full_scale_v,
-        ..Reading::new(waveform.sampling_rate_hz)
+        ..PhasorReading::new(waveform.sampling_rate_hz)
     };
     let channels: Vec<&[f64]> = waveform.channels.iter().map(Vec::as_slice).collect();
     let phasors = reading.phasors(run.frequency_hz, &channels).map_err(|e| {

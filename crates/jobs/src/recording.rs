@@ -2,8 +2,8 @@
 
 use crate::trouble::{Result, Trouble};
 use proofmass_io::{
-    AnyCalibration, CalibrationFile, Column, ColumnRef, LayoutOptions, RecordingOptions, TimeUnit,
-    Unit,
+    AnyCalibration, CalibrationFile, ColumnRef, LayoutOptions, RecordedColumn, RecordingOptions,
+    TimeUnit, Unit,
 };
 use serde::{Deserialize, Serialize};
 
@@ -102,7 +102,7 @@ impl RecordingReading {
     ///
     /// # Errors
     /// Units that differ, or that nobody states.
-    pub fn common_unit(&self, columns: [&Column; 3]) -> Result<Unit> {
+    pub fn common_unit(&self, columns: [&RecordedColumn; 3]) -> Result<Unit> {
         let mut common = self.unit;
         for column in columns {
             match (column.unit, common) {

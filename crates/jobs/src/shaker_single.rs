@@ -9,7 +9,7 @@ use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_calibration::FrequencyResponse;
 use proofmass_calibration::shaker::derived::PROBABILITY;
-use proofmass_calibration::shaker::recording::{Assessed, Limits, Quality, assess};
+use proofmass_calibration::shaker::recording::{Assessed, Quality, QualityLimits, assess};
 use proofmass_calibration::shaker::reference::ReferenceTable;
 use proofmass_calibration::shaker::single_axis::{
     ComparisonBudget, ComparisonRow, SingleAxis, combine, compare,
@@ -58,7 +58,7 @@ pub struct ShakerSingleJob {
     /// Uncertainty of a reading.
     pub budget: ComparisonBudget,
     /// Rules of a sound run.
-    pub limits: Limits,
+    pub limits: QualityLimits,
     /// Datasheet sensitivity and its tolerance, V/(m/s²).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub datasheet: Option<(f64, f64)>,
@@ -74,7 +74,7 @@ impl ShakerSingleJob {
             reference,
             reference_description: None,
             budget,
-            limits: Limits::default(),
+            limits: QualityLimits::default(),
             datasheet: None,
             excluded: Vec::new(),
         }

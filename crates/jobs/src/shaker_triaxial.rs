@@ -12,12 +12,12 @@ use crate::observed::observe;
 use crate::outcome::Job;
 use crate::record::Record;
 use crate::trouble::Result;
-use proofmass_calibration::shaker::monte_carlo::{self, Options};
+use proofmass_calibration::shaker::monte_carlo::{self, CheckOptions};
 use proofmass_calibration::shaker::published::MagnitudeBudget;
-use proofmass_calibration::shaker::recording::{Limits, RunInput};
+use proofmass_calibration::shaker::recording::{QualityLimits, RunInput};
 use proofmass_calibration::shaker::reference::ReferenceTable;
 use proofmass_calibration::shaker::{
-    Budget, Configuration, Correction, Method, ShakerCampaign, adopt, calibrate, check,
+    Budget, Configuration, Correction, ShakerCampaign, ShakerMethod, adopt, calibrate, check,
 };
 use proofmass_core::{Error, Watch};
 use proofmass_io::Input;
@@ -30,7 +30,7 @@ use serde::{Deserialize, Serialize};
 /// use num_complex::Complex64;
 /// use proofmass_calibration::shaker::geometry::published_plan;
 /// use proofmass_calibration::shaker::recording::{Quality, RunInput};
-/// use proofmass_calibration::shaker::{Acts, Budget, Input, Key};
+/// use proofmass_calibration::shaker::{Acts, Budget, BudgetInput, Key};
 /// use proofmass_jobs::{Job, Outcome, Unwatched, shaker_triaxial::{ShakerTriaxialData, ShakerTriaxialJob}};
 ///
 /// // Runs of a device of 10 mV/(m/s²) along every axis at 10 m/s², the reference already in m/s².
@@ -44,8 +44,8 @@ use serde::{Deserialize, Serialize};
 ///     quality: Quality::default(),
 /// }).collect();
 /// let budget = Budget::new(vec![
-///     Input::new("reading", Acts::OutputModulus, 0.003, &[Key::Run, Key::Channel]),
-///     Input::new("noise", Acts::OutputAdditive, 5e-5, &[Key::Run, Key::Channel]),
+///     BudgetInput::new("reading", Acts::OutputModulus, 0.003, &[Key::Run, Key::Channel]),
+///     BudgetInput::new("noise", Acts::OutputAdditive, 5e-5, &[Key::Run, Key::Channel]),
 /// ])?;
 /// let outcome = ShakerTriaxialJob::new(budget).evaluate(&ShakerTriaxialData::new(&runs), &Unwatched)?;
 /// let s = &outcome.quantities()[0];
@@ -57,9 +57,9 @@ use serde::{Deserialize, Serialize};
 #[non_exhaustive]
 pub struct ShakerTriaxialJob {
     /// Calculations to set side by side; the first is the result.
-    pub methods: Vec<Method>,
+    pub methods: Vec<ShakerMethod>,
     /// How the stated intervals are checked; no trials for no check.
-    pub monte_carlo: Options,
+    pub monte_carlo: CheckOptions,
     /// What is uncertain.
     pub budget: Budget,
     /// Certificate of the reference; `None` when the runs carry accelerations.
@@ -80,7 +80,7 @@ pub struct ShakerTriaxialJob {
     #[serde(default)]
     pub targets: Vec<(f64, f64)>,
     /// Rules of a sound run.
-    pub limits: Limits,
+    pub limits: QualityLimits,
     /// Datasheet sensitivity and its tolerance, V/(m/s²).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub datasheet: Option<(f64, f64)>,
@@ -93,8 +93,8 @@ impl ShakerTriaxialJob {
     /// The joint and the complex method, uncorrected, with 10 000 trials of the Monte Carlo check.
     pub fn new(budget: Budget) -> Self {
         Self {
-            methods: vec![Method::Joint, Method::Complex],
-            monte_carlo: Options::default(),
+            methods: vec![ShakerMethod::Joint, ShakerMethod::Complex],
+            monte_carlo: CheckOptions::default(),
             budget,
             reference: None,
             reference_description: None,
@@ -102,7 +102,7 @@ impl ShakerTriaxialJob {
             magnitude_budget: MagnitudeBudget::published(0.0035),
             plan: None,
             targets: Vec::new(),
-            limits: Limits::default(),
+            limits: QualityLimits::default(),
             datasheet: None,
             excluded: Vec::new(),
         }

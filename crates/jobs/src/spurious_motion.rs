@@ -7,10 +7,10 @@ use crate::outcome::{Job, Outcome};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use num_complex::Complex64;
-use proofmass_calibration::shaker::recording::{Assessed, Limits, Quality, assess};
+use proofmass_calibration::shaker::recording::{Assessed, Quality, QualityLimits, assess};
 use proofmass_calibration::shaker::reference::ReferenceTable;
 use proofmass_calibration::shaker::spurious::{
-    Average, Comparison, RatioSummary, Repeats, compare, ratio_from_velocity, summaries, table,
+    Average, Comparison, RatioRepeats, RatioSummary, compare, ratio_from_velocity, summaries, table,
 };
 use proofmass_calibration::shaker::{Correction, SpuriousTable};
 use proofmass_core::Watch;
@@ -59,7 +59,7 @@ pub struct SpuriousMotionJob {
     pub vibrometer: Option<Vibrometer>,
     /// Rules of a sound run.
     #[serde(default)]
-    pub limits: Limits,
+    pub limits: QualityLimits,
     /// Runs to be left out, by name.
     #[serde(default)]
     pub excluded: Vec<String>,
@@ -98,7 +98,7 @@ pub struct Measurement {
     /// Label.
     pub label: String,
     /// Ratios of every place, repeat by repeat.
-    pub repeats: Vec<Repeats>,
+    pub repeats: Vec<RatioRepeats>,
     /// Names of the runs of each ratio.
     pub runs: Vec<Vec<String>>,
     /// What a campaign is corrected with.
@@ -305,7 +305,7 @@ impl SpuriousMotionJob {
                     list.len() - 1
                 });
             let measurement = &mut list[m];
-            let same = |r: &Repeats| {
+            let same = |r: &RatioRepeats| {
                 (r.inclination - run.inclination).abs() < 1e-6
                     && r.frequency == f
                     && r.axis == run.axis
@@ -315,7 +315,7 @@ impl SpuriousMotionJob {
                 .iter()
                 .position(same)
                 .unwrap_or_else(|| {
-                    measurement.repeats.push(Repeats {
+                    measurement.repeats.push(RatioRepeats {
                         inclination: run.inclination,
                         frequency: f,
                         axis: run.axis,

@@ -7,7 +7,8 @@ use proofmass_core::Watch;
 use proofmass_io::{Cell, StatedQuantity, Table};
 use proofmass_report::{GivenInput, Report, UncertaintyReport};
 use proofmass_uncertainty::{
-    Estimate, Evaluate, Finding, InputEntry, Method, ModelResult, Refusal, UncertaintyModel,
+    Estimate, Evaluate, Finding, InputEntry, ModelResult, Refusal, StatementMethod,
+    UncertaintyModel,
 };
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
@@ -119,7 +120,7 @@ impl Outcome for UncertaintyOutcome {
         outputs
             .map(|output| {
                 let stated = &output.stated;
-                let trials = stated.method == Method::MonteCarlo;
+                let trials = stated.method == StatementMethod::MonteCarlo;
                 StatedQuantity {
                     name: stated.name.clone(),
                     unit: stated.unit.clone(),

@@ -54,12 +54,12 @@ impl<'a> AxisData<'a> {
 ///
 /// ```
 /// use proofmass_jobs::{Job, Outcome, Unwatched, velocity::{AxisData, VelocityEstimateJob}};
-/// use proofmass_motion::{MotionRecord, Source};
-/// use proofmass_rig::{Axis, AxisMotion};
+/// use proofmass_motion::{MotionRecord, ReadingSource};
+/// use proofmass_rig::{DrivenAxis, AxisMotion};
 ///
-/// let recording = Axis::new(AxisMotion::servo(5.0)).simulate(1)?;
+/// let recording = DrivenAxis::new(AxisMotion::servo(5.0)).simulate(1)?;
 /// let (x, a) = (recording.position(), recording.acceleration.clone());
-/// let mut record = MotionRecord::new(recording.sample_time, Source::Position, x, a)?;
+/// let mut record = MotionRecord::new(recording.sample_time, ReadingSource::Position, x, a)?;
 /// record.increment = Some(recording.increment);
 /// let outcome = VelocityEstimateJob::default().evaluate(&AxisData::new(&record), &Unwatched)?;
 /// let fastest = &outcome.quantities()[0];
@@ -102,14 +102,14 @@ impl Job for VelocityEstimateJob {
 ///
 /// ```
 /// use proofmass_jobs::{Job, Unwatched, velocity::{AxisData, VelocityCompareJob}};
-/// use proofmass_motion::{MotionRecord, Source};
-/// use proofmass_rig::{Axis, AxisMotion};
+/// use proofmass_motion::{MotionRecord, ReadingSource};
+/// use proofmass_rig::{DrivenAxis, AxisMotion};
 ///
-/// let mut axis = Axis::new(AxisMotion::servo(5.0));
+/// let mut axis = DrivenAxis::new(AxisMotion::servo(5.0));
 /// axis.duration = 1.0;
 /// let recording = axis.simulate(1)?;
 /// let (x, a) = (recording.position(), recording.acceleration.clone());
-/// let mut record = MotionRecord::new(recording.sample_time, Source::Position, x, a)?;
+/// let mut record = MotionRecord::new(recording.sample_time, ReadingSource::Position, x, a)?;
 /// record.increment = Some(recording.increment);
 /// let truth: Vec<f64> = recording.truth.iter().map(|p| p.velocity).collect();
 /// let data = AxisData { reference: Some(&truth), ..AxisData::new(&record) };
@@ -202,14 +202,14 @@ impl Job for VelocityCompareJob {
 ///
 /// ```
 /// use proofmass_jobs::{Job, Outcome, Unwatched, velocity::{AxisData, VelocityTuneJob}};
-/// use proofmass_motion::{MotionRecord, Source};
-/// use proofmass_rig::{Axis, AxisMotion};
+/// use proofmass_motion::{MotionRecord, ReadingSource};
+/// use proofmass_rig::{DrivenAxis, AxisMotion};
 ///
-/// let mut axis = Axis::new(AxisMotion::servo(5.0));
+/// let mut axis = DrivenAxis::new(AxisMotion::servo(5.0));
 /// axis.duration = 1.0;
 /// let recording = axis.simulate(1)?;
 /// let (x, a) = (recording.position(), recording.acceleration.clone());
-/// let mut record = MotionRecord::new(recording.sample_time, Source::Position, x, a)?;
+/// let mut record = MotionRecord::new(recording.sample_time, ReadingSource::Position, x, a)?;
 /// record.increment = Some(recording.increment);
 /// let outcome = VelocityTuneJob::default().evaluate(&AxisData::new(&record), &Unwatched)?;
 /// assert!(!outcome.quantities().is_empty());

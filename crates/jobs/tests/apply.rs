@@ -6,7 +6,7 @@ mod support;
 use num_complex::Complex64;
 use proofmass_calibration::frequency_response::{Beyond, FilterDesign};
 use proofmass_calibration::shaker::recording::{Quality, RunInput};
-use proofmass_calibration::shaker::{Acts, Budget, Configuration, Input, Key, Method};
+use proofmass_calibration::shaker::{Acts, Budget, BudgetInput, Configuration, Key, ShakerMethod};
 use proofmass_io::{AnyCalibration, CalibrationFile, Source, Unit};
 use proofmass_jobs::apply::{
     ApplyData, ApplyJob, ApplyOutcome, CompensationMethod, Destination, OutOfRange,
@@ -37,44 +37,44 @@ fn calibrated(seed: u64) -> Vec<u8> {
     let r3 = 3f64.sqrt();
     let run = [Key::Run, Key::Channel];
     let budget = Budget::new(vec![
-        Input::new(
+        BudgetInput::new(
             "reference",
             Acts::ReferenceModulus,
             bench.reference_modulus,
             &[Key::Frequency],
         ),
-        Input::new(
+        BudgetInput::new(
             "reference.phase",
             Acts::ReferencePhase,
             bench.reference_phase,
             &[Key::Frequency],
         ),
-        Input::new(
+        BudgetInput::new(
             "wedge",
             Acts::Inclination,
             bench.wedge_angle / r3,
             &[Key::Inclination],
         ),
-        Input::new(
+        BudgetInput::new(
             "gluing",
             Acts::Rotation,
             bench.gluing_angle / r3,
             &[Key::Inclination, Key::Rotation],
         ),
-        Input::new(
+        BudgetInput::new(
             "gain",
             Acts::OutputModulus,
             bench.gain / r3,
             &[Key::Channel],
         ),
-        Input::new("reading", Acts::OutputModulus, bench.reading, &run),
-        Input::new(
+        BudgetInput::new("reading", Acts::OutputModulus, bench.reading, &run),
+        BudgetInput::new(
             "reading.phase",
             Acts::OutputPhase,
             bench.reading_phase,
             &run,
         ),
-        Input::new("noise", Acts::OutputAdditive, bench.floor, &run),
+        BudgetInput::new("noise", Acts::OutputAdditive, bench.floor, &run),
     ])
     .expect("a budget");
     let frequencies: Vec<f64> = (0..10)
@@ -98,7 +98,7 @@ fn calibrated(seed: u64) -> Vec<u8> {
         })
         .collect();
     let mut job = ShakerTriaxialJob::new(budget);
-    job.methods = vec![Method::Joint];
+    job.methods = vec![ShakerMethod::Joint];
     job.monte_carlo.trials = 0;
     let outcome = job
         .evaluate(&ShakerTriaxialData::new(&runs), &Unwatched)

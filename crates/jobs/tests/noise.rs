@@ -6,7 +6,7 @@ use proofmass_jobs::noise::{
     NoiseBlock, NoiseBlocks, NoiseData, NoiseJob, NoiseOutcome, NoiseReading,
 };
 use proofmass_jobs::{Filed, Job, Outcome, Record, Result, TroubleKind, Unwatched};
-use proofmass_noise::{Channel, ChannelName, NoiseModel, Sensor, Term, simulate};
+use proofmass_noise::{ChannelName, NoiseChannel, NoiseModel, Sensor, Term, simulate};
 use rand::SeedableRng;
 use std::ops::ControlFlow;
 
@@ -22,8 +22,8 @@ fn samples(n: usize) -> Vec<f64> {
     simulate(&model, n, RATE, &mut rng).unwrap()
 }
 
-fn channel(rate: &[f64]) -> Channel<'_> {
-    Channel {
+fn channel(rate: &[f64]) -> NoiseChannel<'_> {
+    NoiseChannel {
         name: "acc_x",
         sensor: Some(Sensor::Accelerometer),
         unit: "m/s²",
@@ -38,7 +38,7 @@ fn law_an_outcome_is_read_again_as_it_was_written() {
     let dead = vec![1.0; rate.len()];
     let channels = vec![
         channel(&rate),
-        Channel {
+        NoiseChannel {
             name: "dead",
             ..channel(&dead)
         },

@@ -5,7 +5,7 @@ use proofmass_calibration::shaker::geometry::published_plan;
 use proofmass_calibration::shaker::recording::{Quality, RunInput};
 use proofmass_calibration::shaker::reference::{ReferencePoint, ReferenceTable};
 use proofmass_calibration::shaker::single_axis::{ComparisonBudget, ComparisonRow};
-use proofmass_calibration::shaker::{Acts, Budget, Input, Key, Method};
+use proofmass_calibration::shaker::{Acts, Budget, BudgetInput, Key, ShakerMethod};
 use proofmass_jobs::plan::PlanJob;
 use proofmass_jobs::shaker_single::{ShakerSingleData, ShakerSingleJob, ShakerSingleRun};
 use proofmass_jobs::shaker_triaxial::{ShakerTriaxialData, ShakerTriaxialJob};
@@ -50,9 +50,9 @@ where
 fn budget() -> Budget {
     let run = [Key::Run, Key::Channel];
     Budget::new(vec![
-        Input::new("reading", Acts::OutputModulus, 0.003, &run).type_a(20.0),
-        Input::new("noise", Acts::OutputAdditive, 5e-5, &run),
-        Input::rectangular(
+        BudgetInput::new("reading", Acts::OutputModulus, 0.003, &run).type_a(20.0),
+        BudgetInput::new("noise", Acts::OutputAdditive, 5e-5, &run),
+        BudgetInput::rectangular(
             "gluing.angle",
             Acts::Rotation,
             0.017,
@@ -82,7 +82,7 @@ fn law_a_triaxial_outcome_is_read_again() {
         }
     }
     let mut job = ShakerTriaxialJob::new(budget());
-    job.methods.push(Method::PublishedMagnitude);
+    job.methods.push(ShakerMethod::PublishedMagnitude);
     let filed = check(&job, &ShakerTriaxialData::new(&runs));
     // Every place that states the principal result states the same one.
     let quantities = filed.outcome.quantities();

@@ -4,7 +4,7 @@ mod support;
 
 use proofmass_jobs::uncertainty::UncertaintyJob;
 use proofmass_jobs::{Filed, Job, TroubleKind, Unwatched};
-use proofmass_uncertainty::{Evaluate, Method, Trials};
+use proofmass_uncertainty::{Evaluate, StatementMethod, Trials};
 
 fn job(text: &str) -> UncertaintyJob {
     UncertaintyJob {
@@ -63,7 +63,7 @@ fn law_an_onlooker_can_stop_it() {
 fn regress_one_result_in_every_document() {
     let outcome = job(SQUARES).evaluate(&(), &Unwatched).unwrap();
     let stated = outcome.result.outputs[0].stated.clone();
-    assert_eq!(stated.method, Method::MonteCarlo);
+    assert_eq!(stated.method, StatementMethod::MonteCarlo);
     assert!(stated.interval.lower > 0.0, "{stated:?}");
     let filed = Filed::new(support::record(), outcome);
     let document: serde_json::Value = serde_json::from_slice(&filed.to_json().unwrap()).unwrap();

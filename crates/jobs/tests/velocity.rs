@@ -7,11 +7,11 @@ use proofmass_jobs::velocity::{
     VelocityTuneJob,
 };
 use proofmass_jobs::{Job, Memory, Outcome, TroubleKind, Unwatched};
-use proofmass_motion::{Method, MotionRecord, Source};
-use proofmass_rig::{Axis, AxisMotion, AxisRecording};
+use proofmass_motion::{Method, MotionRecord, ReadingSource};
+use proofmass_rig::{AxisMotion, AxisRecording, DrivenAxis};
 
 fn recording() -> AxisRecording {
-    let mut axis = Axis::new(AxisMotion::servo(5.0));
+    let mut axis = DrivenAxis::new(AxisMotion::servo(5.0));
     axis.duration = 2.0;
     axis.simulate(1).unwrap()
 }
@@ -20,7 +20,7 @@ fn record() -> (MotionRecord, Vec<f64>) {
     let recording = recording();
     let mut record = MotionRecord::new(
         recording.sample_time,
-        Source::Position,
+        ReadingSource::Position,
         recording.position(),
         recording.acceleration.clone(),
     )

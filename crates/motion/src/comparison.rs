@@ -134,7 +134,7 @@ fn delay(v: &[f64], r: &[f64]) -> Option<f64> {
 
 /// One method at one rate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ComparisonRow {
+pub struct MethodRow {
     /// Method with its settings.
     pub method: Method,
     /// Short text.
@@ -163,7 +163,7 @@ pub fn compare_methods(
     methods: &[Method],
     decimations: &[usize],
     skip: f64,
-) -> Result<Vec<ComparisonRow>, Error> {
+) -> Result<Vec<MethodRow>, Error> {
     if reference.len() != record.reading.len() {
         return Err(Error::Length {
             name: "reference",
@@ -178,7 +178,7 @@ pub fn compare_methods(
         let first = (skip / slow.sample_time).ceil().max(0.0) as usize;
         for method in methods {
             let trace = method.run(&slow)?;
-            rows.push(ComparisonRow {
+            rows.push(MethodRow {
                 method: *method,
                 label: trace.label,
                 family: method.family(),

@@ -1,7 +1,7 @@
 //! What a record lacks before anything is computed from it: dead channels, missing and repeated readings, a start in
 //! motion.
 
-use crate::{MotionRecord, Source};
+use crate::{MotionRecord, ReadingSource};
 use proofmass_uncertainty::{Finding, Severity};
 
 /// Findings on the record itself.
@@ -135,8 +135,8 @@ fn start(record: &MotionRecord) -> Option<Finding> {
     let span = (l - k) as f64 * record.sample_time;
     // Slope of the first readings against the claim, in units of what quantisation and acceleration explain.
     let mean = match record.source {
-        Source::Position => (y - x) / span,
-        Source::Speed => early.iter().map(|(_, r)| r).sum::<f64>() / 20.0,
+        ReadingSource::Position => (y - x) / span,
+        ReadingSource::Speed => early.iter().map(|(_, r)| r).sum::<f64>() / 20.0,
     };
     let fastest = record.acceleration[..=l]
         .iter()
@@ -163,7 +163,7 @@ mod tests {
         let n = 2000;
         MotionRecord::new(
             1e-2,
-            Source::Speed,
+            ReadingSource::Speed,
             (0..n).map(reading).collect(),
             (0..n).map(a).collect(),
         )

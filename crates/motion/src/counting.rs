@@ -6,7 +6,7 @@
 use crate::filtering::step_inputs;
 use crate::floor::{noise_floor, variance};
 use crate::search::{line, simplex};
-use crate::{KalmanModel, MotionRecord, Source};
+use crate::{KalmanModel, MotionRecord, ReadingSource};
 use proofmass_core::velocity::{CountUse, CountingKalman, CountingNoise, CountingState};
 use proofmass_core::{Error, Watch};
 use serde::{Deserialize, Serialize};
@@ -50,7 +50,7 @@ pub(crate) struct CountingTuned {
 /// Counts from the first one on, where all readings lie on the increment's grid.
 pub(crate) fn counts(record: &MotionRecord) -> Option<Vec<Option<i32>>> {
     let increment = record.increment?;
-    if record.source != Source::Position {
+    if record.source != ReadingSource::Position {
         return None;
     }
     let first = *record.reading.iter().flatten().next()?;

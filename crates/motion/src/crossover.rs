@@ -1,7 +1,7 @@
 //! Where the encoder hands over to the accelerometer: channels of the fused filters, the error predicted from the
 //! sensors' noise, and gains found from it or from the smoother.
 
-use crate::{KalmanModel, Method, MotionRecord, Source};
+use crate::{KalmanModel, Method, MotionRecord, ReadingSource};
 use proofmass_core::Error;
 use proofmass_core::velocity::ProcessNoise;
 use realfft::num_complex::Complex64;
@@ -371,7 +371,7 @@ pub fn noise_of(model: &KalmanModel, record: &MotionRecord) -> Option<SensorNois
         ProcessNoise::SampleConstant => model.acceleration_noise,
         ProcessNoise::Continuous => model.acceleration_noise / record.sample_time,
     };
-    (record.source == Source::Position).then_some(SensorNoise {
+    (record.source == ReadingSource::Position).then_some(SensorNoise {
         acceleration,
         position: model.reading_noise,
     })
@@ -422,9 +422,13 @@ mod tests {
                 .collect()
         };
         let (x, a) = (draw(1e-4), draw(0.2));
-        let mut record =
-            MotionRecord::new(1e-2, Source::Position, x.into_iter().map(Some).collect(), a)
-                .unwrap();
+        let mut record = MotionRecord::new(
+            1e-2,
+            ReadingSource::Position,
+            x.into_iter().map(Some).collect(),
+            a,
+        )
+        .unwrap();
         record.initial_velocity = Some(0.0);
         for method in [
             Method::TwoChannel { k1: 0.5, k2: 5.0 },
@@ -447,8 +451,13 @@ mod tests {
     #[test]
     fn agrees_crossover_from_noise_with_the_steady_kalman_gain() {
         let (q, r, dt) = (0.04, 1e-8, 1e-3);
-        let record =
-            MotionRecord::new(dt, Source::Position, vec![Some(0.0); 8], vec![0.0; 8]).unwrap();
+        let record = MotionRecord::new(
+            dt,
+            ReadingSource::Position,
+            vec![Some(0.0); 8],
+            vec![0.0; 8],
+        )
+        .unwrap();
         let noise = SensorNoise {
             acceleration: q,
             position: r,

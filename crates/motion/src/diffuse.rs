@@ -9,7 +9,7 @@
 #![allow(clippy::needless_range_loop)]
 
 use crate::filtering::{component, step_inputs};
-use crate::{KalmanModel, MotionRecord, ProcessNoise, Source};
+use crate::{KalmanModel, MotionRecord, ProcessNoise, ReadingSource};
 use proofmass_core::Error;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -161,7 +161,7 @@ impl Sums {
 fn columns(record: &MotionRecord, unknowns: Unknowns) -> Vec<usize> {
     [
         (START_VELOCITY, record.initial_velocity.is_none()),
-        (START_POSITION, record.source == Source::Position),
+        (START_POSITION, record.source == ReadingSource::Position),
         (OFFSET, unknowns.offset),
         (GAIN, unknowns.gain),
         (LATENCY, unknowns.latency),
@@ -251,7 +251,7 @@ struct System<const N: usize> {
     r: f64,
 }
 
-fn system<const N: usize>(noise: &Noise, source: Source, t: f64) -> System<N> {
+fn system<const N: usize>(noise: &Noise, source: ReadingSource, t: f64) -> System<N> {
     let [xx, xv, vv] = match noise.form {
         ProcessNoise::SampleConstant => [t.powi(4) / 4.0, t.powi(3) / 2.0, t * t],
         ProcessNoise::Continuous => [t.powi(3) / 3.0, t * t / 2.0, t],
@@ -443,8 +443,8 @@ impl Trajectory {
 impl<'a> Prepared<'a> {
     pub fn new(record: &'a MotionRecord, model: &KalmanModel) -> Self {
         let first = match record.source {
-            Source::Position => record.reading.iter().flatten().next().copied(),
-            Source::Speed => None,
+            ReadingSource::Position => record.reading.iter().flatten().next().copied(),
+            ReadingSource::Speed => None,
         };
         Self {
             record,
@@ -718,7 +718,7 @@ mod tests {
         let a = (0..200).map(|i| {
             -0.9 * (0.03 * k(i)).sin() + 0.05 + 0.02 * (((7919 * i) % 101) as f64 - 50.0) / 50.0
         });
-        MotionRecord::new(0.01, Source::Position, z.collect(), a.collect()).unwrap()
+        MotionRecord::new(0.01, ReadingSource::Position, z.collect(), a.collect()).unwrap()
     }
 
     fn noise(q: f64) -> Noise {

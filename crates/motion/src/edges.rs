@@ -1,7 +1,7 @@
 //! Slow counted axes after tuning: filter and smoother at the edges, gain and latency with their uncertainty.
 
 use crate::counting::{Counted, CountingModel, CountingRun};
-use crate::{Found, MotionRecord, Tuned};
+use crate::{MotionRecord, Tuned, TunedValue};
 use proofmass_core::{Error, Watch};
 
 /// Filter and smoother that take counts for what they are, and the noise found with them in place of that of the
@@ -72,7 +72,7 @@ pub(crate) fn on_edges(
 
 /// Gain and latency as the edges have them.
 struct EdgeConstants {
-    found: [Option<Found>; 2],
+    found: [Option<TunedValue>; 2],
     /// Columns of a square root of their covariance.
     columns: Vec<[f64; 2]>,
 }
@@ -160,7 +160,7 @@ fn constants(
                 columns[1][1] = second * scale[1];
             }
             let found = std::array::from_fn(|i| {
-                free.iter().position(|&f| f == i).map(|p| Found {
+                free.iter().position(|&f| f == i).map(|p| TunedValue {
                     value: at[i],
                     uncertainty: covariance[p][p].sqrt() * scale[i],
                 })

@@ -1,6 +1,6 @@
 //! The Kalman filter of `core` over a whole record, with everything a smoother and a likelihood need.
 
-use crate::{MotionRecord, Source};
+use crate::{MotionRecord, ReadingSource};
 use proofmass_core::Error;
 use proofmass_core::velocity::{
     BiasModel, Hold, Innovation, Kalman, KalmanState, MotionNoise, ProcessNoise,
@@ -140,10 +140,10 @@ pub(crate) struct Pass<const N: usize> {
 }
 
 /// State component the readings show.
-pub(crate) fn component(source: Source) -> usize {
+pub(crate) fn component(source: ReadingSource) -> usize {
     match source {
-        Source::Position => 0,
-        Source::Speed => 1,
+        ReadingSource::Position => 0,
+        ReadingSource::Speed => 1,
     }
 }
 
@@ -163,11 +163,13 @@ pub(crate) fn start<const N: usize>(
         .filter_map(|(k, r)| r.map(|r| (k, r)));
     let (first_at, first) = known.next().unwrap_or((0, 0.0));
     let mut last = (first_at, first);
-    let mut fastest = first.abs() * f64::from(u8::from(record.source == Source::Speed));
+    let mut fastest = first.abs() * f64::from(u8::from(record.source == ReadingSource::Speed));
     for (k, x) in known {
         let speed = match record.source {
-            Source::Position => (x - last.1).abs() / ((k - last.0) as f64 * record.sample_time),
-            Source::Speed => x.abs(),
+            ReadingSource::Position => {
+                (x - last.1).abs() / ((k - last.0) as f64 * record.sample_time)
+            }
+            ReadingSource::Speed => x.abs(),
         };
         fastest = fastest.max(speed);
         last = (k, x);
@@ -176,8 +178,8 @@ pub(crate) fn start<const N: usize>(
     let (v, v_variance) = record.initial_velocity.map_or((0.0, unknown), |v| (v, 0.0));
     let wait = first_at as f64 * record.sample_time;
     let (x, x_variance) = match record.source {
-        Source::Position => (first, 1e6 * r + unknown * wait * wait),
-        Source::Speed => (0.0, 0.0),
+        ReadingSource::Position => (first, 1e6 * r + unknown * wait * wait),
+        ReadingSource::Speed => (0.0, 0.0),
     };
     let (mut state, mut variances) = ([0.0; N], [0.0; N]);
     state[0] = x;
@@ -336,7 +338,7 @@ mod tests {
         let n = 20;
         let record = MotionRecord::new(
             dt,
-            Source::Position,
+            ReadingSource::Position,
             vec![Some(0.0); n],
             (0..n).map(|k| 42.0 * t(k).powi(5)).collect(),
         )

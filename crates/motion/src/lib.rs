@@ -4,13 +4,13 @@
 //! them over records, finds their gains, and says what they are worth.
 //!
 //! ```
-//! use proofmass_motion::{MotionRecord, Source, estimate};
+//! use proofmass_motion::{MotionRecord, ReadingSource, estimate};
 //!
 //! let dt = 0.001;
 //! let t = |k: usize| dt * k as f64;
 //! let encoder = (0..2000).map(|k| Some(((0.1 * (9.0 * t(k)).sin()) / 1e-4).round() * 1e-4)).collect();
 //! let accelerometer = (0..2000).map(|k| -8.1 * (9.0 * t(k)).sin()).collect();
-//! let record = MotionRecord::new(dt, Source::Position, encoder, accelerometer)?;
+//! let record = MotionRecord::new(dt, ReadingSource::Position, encoder, accelerometer)?;
 //! let result = estimate(&record, None, None, &proofmass_core::Unwatched)?;
 //! let v = result.trace.velocity[1500];
 //! assert!((v - 0.9 * (9.0 * t(1500)).cos()).abs() < 2e-3);
@@ -53,7 +53,7 @@ mod tuning;
 mod velocity;
 mod whiteness;
 
-pub use comparison::{Agreement, ComparisonRow, agreement, compare_methods};
+pub use comparison::{Agreement, MethodRow, agreement, compare_methods};
 pub use condition::{conditions, repetition};
 pub use counting::CountingModel;
 pub use crossover::{
@@ -68,17 +68,17 @@ pub use excerpt::excerpt;
 pub use filtering::{KalmanModel, KalmanRun};
 pub use glitch::drop_glitches;
 pub use integration::{DriftBudget, DriftSources, HighPass, OffLineIntegration, integrate};
-pub use method::{Family, Method, Trace, WINDOWS};
+pub use method::{Family, Method, VelocityTrace, WINDOWS};
 pub use method_word::METHODS;
 pub use pairing::Pairing;
 pub use proofmass_core::velocity::{BiasModel, Hold, IntegratorRule, ProcessNoise};
-pub use record::{MotionRecord, Source, Stamped, Timing, align, even_clock, out_of_order};
+pub use record::{MotionRecord, ReadingSource, Stamped, Timing, align, even_clock, out_of_order};
 pub use rest::moves_while_still;
 pub use ripple::{Ripple, RippleLine, ripple};
 pub use rollover::{continued, rollover, turns_anew};
 pub use slip::{Episode, SlipReport, SlipSearch};
 pub use stretch::{Ungapped, even_times, longest_stretch, mean_between, thin};
-pub use tuning::{BiasChoice, Found, NoiseNode, ReadingNoise, Tuned, Tuning};
+pub use tuning::{BiasChoice, NoiseNode, ReadingNoise, Tuned, TunedValue, Tuning};
 pub use velocity::{
     CompareResult, EstimateResult, TuneResult, TunedAtRate, compare, estimate, published_sweep,
     single_sensor_methods, tune,

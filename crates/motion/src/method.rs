@@ -1,7 +1,9 @@
 //! Every way to a velocity under one name, run over a record by the streaming estimators of `core`.
 
 use crate::counting::Counted;
-use crate::{CountingModel, KalmanModel, MotionRecord, OffLineIntegration, Source, integrate};
+use crate::{
+    CountingModel, KalmanModel, MotionRecord, OffLineIntegration, ReadingSource, integrate,
+};
 use proofmass_core::Error;
 use proofmass_core::velocity::{
     AdaptiveObserver, AdaptiveObserverState, BiasModel, Integrator, IntegratorRule,
@@ -148,7 +150,7 @@ impl Family {
 
 /// Velocity by one method.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Trace {
+pub struct VelocityTrace {
     /// Method with its settings.
     pub method: Method,
     /// Short text with the settings, for legends and tables.
@@ -264,14 +266,14 @@ impl Method {
     ///
     /// # Errors
     /// Of the record and of the settings; [`Error::NotFinite`] with the first sample that overflowed.
-    pub fn run(&self, record: &MotionRecord) -> Result<Trace, Error> {
+    pub fn run(&self, record: &MotionRecord) -> Result<VelocityTrace, Error> {
         record.check()?;
         let dt = record.sample_time;
         let slow = record.reading_stride() as f64 * dt;
         let mut uncertainty = None;
         let (velocity, stated_delay) = match *self {
             Self::SpeedReading => {
-                if record.source != Source::Speed {
+                if record.source != ReadingSource::Speed {
                     return Err(range("speed as read, of a position", 0.0, 1.0, 1.0));
                 }
                 let mut last = record.initial_velocity.unwrap_or(0.0);
@@ -413,7 +415,7 @@ impl Method {
                 index,
             });
         }
-        Ok(Trace {
+        Ok(VelocityTrace {
             method: *self,
             label: self.label(),
             velocity,

@@ -2,7 +2,7 @@
 
 use crate::filtering::steps;
 use crate::slip::held;
-use crate::{KalmanModel, MotionRecord, Source};
+use crate::{KalmanModel, MotionRecord, ReadingSource};
 use proofmass_core::{Error, STANDARD_GRAVITY};
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
@@ -109,7 +109,7 @@ impl Pairing {
         let known = || record.reading.iter().flatten();
         let low = known().copied().fold(f64::INFINITY, f64::min);
         let high = known().copied().fold(f64::NEG_INFINITY, f64::max);
-        let coarse = record.source == Source::Position
+        let coarse = record.source == ReadingSource::Position
             && record.increment.is_some_and(|d| high - low < 20.0 * d);
         if !coarse {
             found.findings = found.judged(stride as f64 * dt);
@@ -216,27 +216,27 @@ fn integrated(record: &MotionRecord) -> Vec<f64> {
         }
         before = a;
         match record.source {
-            Source::Position => x,
-            Source::Speed => v,
+            ReadingSource::Position => x,
+            ReadingSource::Speed => v,
         }
     });
     motion.collect()
 }
 
 /// Velocity change between the windows that meet at a sample: difference of the slopes, or of the means.
-fn change(source: Source, x: &[f64], at: usize, w: usize) -> f64 {
+fn change(source: ReadingSource, x: &[f64], at: usize, w: usize) -> f64 {
     let origin = x[at];
     let middle = 0.5 * (w - 1) as f64;
     let side = |part: &[f64]| -> f64 {
         let sum = part.iter().enumerate().map(|(k, v)| match source {
-            Source::Position => (k as f64 - middle) * (v - origin),
-            Source::Speed => v - origin,
+            ReadingSource::Position => (k as f64 - middle) * (v - origin),
+            ReadingSource::Speed => v - origin,
         });
         sum.sum()
     };
     let scale = match source {
-        Source::Position => (w as f64) * ((w * w) as f64 - 1.0) / 12.0,
-        Source::Speed => w as f64,
+        ReadingSource::Position => (w as f64) * ((w * w) as f64 - 1.0) / 12.0,
+        ReadingSource::Speed => w as f64,
     };
     (side(&x[at..at + w]) - side(&x[at - w..at])) / scale
 }
@@ -244,7 +244,7 @@ fn change(source: Source, x: &[f64], at: usize, w: usize) -> f64 {
 /// Lags either way, in steps of an eighth of a window.
 const LAGS: usize = 8;
 
-fn paired(source: Source, read: &[f64], felt: &[f64], w: usize, dt: f64) -> Option<Pairing> {
+fn paired(source: ReadingSource, read: &[f64], felt: &[f64], w: usize, dt: f64) -> Option<Pairing> {
     let n = read.len();
     let step = (w / LAGS).max(1);
     let places: Vec<usize> = (w..=n - w).step_by(step).collect();
@@ -414,13 +414,18 @@ fn huber(y: &[f64], x: &[f64], independent: f64) -> Option<(f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proofmass_rig::{Axis, AxisMotion};
+    use proofmass_rig::{AxisMotion, DrivenAxis};
 
-    fn record(axis: &Axis, seed: u64, factor: f64) -> MotionRecord {
+    fn record(axis: &DrivenAxis, seed: u64, factor: f64) -> MotionRecord {
         let r = axis.simulate(seed).unwrap();
         let acceleration = r.acceleration.iter().map(|a| factor * a).collect();
-        let mut record =
-            MotionRecord::new(r.sample_time, Source::Position, r.position(), acceleration).unwrap();
+        let mut record = MotionRecord::new(
+            r.sample_time,
+            ReadingSource::Position,
+            r.position(),
+            acceleration,
+        )
+        .unwrap();
         record.increment = Some(r.increment);
         record
     }
@@ -440,7 +445,7 @@ mod tests {
         .into_iter()
         .enumerate()
         {
-            let p = Pairing::of(&record(&Axis::new(motion), seed as u64 + 20, 1.0)).unwrap();
+            let p = Pairing::of(&record(&DrivenAxis::new(motion), seed as u64 + 20, 1.0)).unwrap();
             println!("{motion:?}: {p:?}");
             assert!(p.findings.is_empty(), "{motion:?} {p:?}");
         }
@@ -448,7 +453,7 @@ mod tests {
 
     #[test]
     fn law_a_wrong_unit_is_named() {
-        let axis = Axis::new(AxisMotion::servo(5.0));
+        let axis = DrivenAxis::new(AxisMotion::servo(5.0));
         for (factor, word) in [(1.0 / STANDARD_GRAVITY, "in g"), (1000.0, "mm/s²")] {
             let p = Pairing::of(&record(&axis, 21, factor)).unwrap();
             assert_eq!(codes(&p), ["unit-suspected"], "{p:?}");
@@ -464,7 +469,7 @@ mod tests {
     #[test]
     fn law_latency_is_measured_either_way() {
         for latency in [-0.004, 0.003, 0.010] {
-            let mut axis = Axis::new(AxisMotion::servo(5.0));
+            let mut axis = DrivenAxis::new(AxisMotion::servo(5.0));
             axis.accelerometer.latency = latency;
             let p = Pairing::of(&record(&axis, 22, 1.0)).unwrap();
             assert_eq!(codes(&p), ["latency"], "{p:?}");
@@ -474,7 +479,7 @@ mod tests {
 
     #[test]
     fn law_a_standstill_judges_nothing() {
-        let p = Pairing::of(&record(&Axis::new(AxisMotion::Standstill), 23, 1.0));
+        let p = Pairing::of(&record(&DrivenAxis::new(AxisMotion::Standstill), 23, 1.0));
         assert!(p.is_err() || p.is_ok_and(|p| p.findings.is_empty()));
     }
 }

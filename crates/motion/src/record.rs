@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// What the slow, drift-free sensor reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Source {
+pub enum ReadingSource {
     /// Position: encoder, resolver, laser distance.
     Position,
     /// Velocity: wheel speed, tachogenerator, laser Doppler.
@@ -21,7 +21,7 @@ pub struct MotionRecord {
     /// Sample time, s.
     pub sample_time: f64,
     /// What `reading` is.
-    pub source: Source,
+    pub source: ReadingSource,
     /// Position or speed; `None` where there is none.
     pub reading: Vec<Option<f64>>,
     /// Acceleration; same length. Zeros where there is no accelerometer.
@@ -46,7 +46,7 @@ impl MotionRecord {
     /// As [`check`](Self::check).
     pub fn new(
         sample_time: f64,
-        source: Source,
+        source: ReadingSource,
         reading: Vec<Option<f64>>,
         acceleration: Vec<f64>,
     ) -> Result<Self, Error> {
@@ -69,7 +69,7 @@ impl MotionRecord {
     /// As [`check`](Self::check).
     pub fn without_accelerometer(
         sample_time: f64,
-        source: Source,
+        source: ReadingSource,
         reading: Vec<Option<f64>>,
     ) -> Result<Self, Error> {
         let zeros = vec![0.0; reading.len()];
@@ -214,8 +214,8 @@ impl MotionRecord {
     /// The readings as positions: themselves, or the integral of the speed by the trapezoid (over gaps too).
     pub fn positions(&self) -> Vec<Option<f64>> {
         match self.source {
-            Source::Position => self.reading.clone(),
-            Source::Speed => {
+            ReadingSource::Position => self.reading.clone(),
+            ReadingSource::Speed => {
                 let mut last: Option<(usize, f64)> = None;
                 let mut x = 0.0;
                 self.reading
@@ -362,7 +362,7 @@ pub fn even_clock(time: &[f64]) -> Option<f64> {
 /// Time stamps out of order ([`Error::NotIncreasing`] with the index), unequal lengths, values that are not
 /// finite, no common span ([`Error::TooFew`]), a gap of the accelerometer ([`Error::OutOfRange`]).
 pub fn align(
-    source: Source,
+    source: ReadingSource,
     reading: Stamped<'_>,
     acceleration: Stamped<'_>,
     sample_time: Option<f64>,
@@ -449,7 +449,7 @@ mod tests {
         let a: Vec<f64> = fast.iter().map(|t| 2.0 + 0.0 * t).collect();
         let x: Vec<f64> = slow.iter().map(|t| t * t).collect();
         let record = align(
-            Source::Position,
+            ReadingSource::Position,
             Stamped {
                 time: &slow,
                 value: &x,
@@ -479,7 +479,7 @@ mod tests {
         let value = [0.0; 5];
         let good = [0.0, 0.1, 0.2, 0.3, 0.4];
         let error = align(
-            Source::Position,
+            ReadingSource::Position,
             Stamped {
                 time: &time,
                 value: &value,
@@ -501,11 +501,21 @@ mod tests {
 
     #[test]
     fn refuses_records_without_substance() {
-        let bad = MotionRecord::new(0.1, Source::Position, vec![Some(1.0); 5], vec![0.0; 4]);
+        let bad = MotionRecord::new(
+            0.1,
+            ReadingSource::Position,
+            vec![Some(1.0); 5],
+            vec![0.0; 4],
+        );
         assert!(matches!(bad, Err(Error::Length { .. })));
-        let bad = MotionRecord::new(0.1, Source::Position, vec![None; 5], vec![0.0; 5]);
+        let bad = MotionRecord::new(0.1, ReadingSource::Position, vec![None; 5], vec![0.0; 5]);
         assert!(matches!(bad, Err(Error::TooFew { .. })));
-        let bad = MotionRecord::new(0.1, Source::Speed, vec![Some(f64::NAN); 5], vec![0.0; 5]);
+        let bad = MotionRecord::new(
+            0.1,
+            ReadingSource::Speed,
+            vec![Some(f64::NAN); 5],
+            vec![0.0; 5],
+        );
         assert!(matches!(bad, Err(Error::NotFinite { .. })));
     }
 

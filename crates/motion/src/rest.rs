@@ -1,7 +1,7 @@
 //! An accelerometer alone: what is known is that the axis rests for a while.
 
 use crate::floor::{noise_floor, variance};
-use crate::{BiasModel, KalmanModel, MotionRecord, Source};
+use crate::{BiasModel, KalmanModel, MotionRecord, ReadingSource};
 use proofmass_uncertainty::{Finding, Severity};
 
 /// Standard deviation of a rest, m/s: none that matters, and none that rounding could not carry.
@@ -13,7 +13,7 @@ const BATCHES: usize = 10;
 impl MotionRecord {
     /// Whether the readings are nothing but rests: a speed of zero in some samples, none in others.
     pub fn rests_only(&self) -> bool {
-        self.source == Source::Speed
+        self.source == ReadingSource::Speed
             && self.accelerometer
             && self.reading.iter().any(Option::is_none)
             && self.reading.iter().flatten().all(|v| *v == 0.0)

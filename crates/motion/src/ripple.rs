@@ -1,7 +1,7 @@
 //! Errors of the encoder that repeat with the position: eccentricity once per turn, gears, lines.
 
 use crate::slip::held;
-use crate::{HighPass, MotionRecord, Source};
+use crate::{HighPass, MotionRecord, ReadingSource};
 use proofmass_core::Error;
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
@@ -143,8 +143,8 @@ pub fn ripple(
     };
     // The first line of a sawtooth of one increment is 1/π of it: a regular motion makes that of an ideal encoder.
     let rounding = match record.source {
-        Source::Position => 0.35 * record.increment.unwrap_or(0.0),
-        Source::Speed => 0.0,
+        ReadingSource::Position => 0.35 * record.increment.unwrap_or(0.0),
+        ReadingSource::Speed => 0.0,
     };
     let mut lines: Vec<RippleLine> = (1..count.saturating_sub(1))
         .filter(|&i| {
@@ -199,13 +199,13 @@ pub fn ripple(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Source;
-    use proofmass_rig::{Axis, AxisMotion};
+    use crate::ReadingSource;
+    use proofmass_rig::{AxisMotion, DrivenAxis};
 
     #[test]
     fn law_eccentricity_is_measured() {
         // Constant speed; one turn is 2π · 0.3 m = 1.885 m, and 0.5 mrad there are 0.15 mm.
-        let mut axis = Axis::new(AxisMotion::Ramp {
+        let mut axis = DrivenAxis::new(AxisMotion::Ramp {
             velocity: 10.0,
             acceleration: 1000.0,
         });
@@ -214,7 +214,7 @@ mod tests {
         axis.accelerometer.bits = 0;
         let r = axis.simulate(13).unwrap();
         let record =
-            MotionRecord::new(1e-3, Source::Position, r.position(), r.acceleration).unwrap();
+            MotionRecord::new(1e-3, ReadingSource::Position, r.position(), r.acceleration).unwrap();
         let turn = TAU * 0.3;
         let found = ripple(&record, Some(turn), |_| true).unwrap();
         let line = found.once_per_turn.unwrap();

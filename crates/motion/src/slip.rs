@@ -1,6 +1,6 @@
 //! Where encoder and accelerometer do not see the same motion: slip, and collisions.
 
-use crate::{MotionRecord, Source};
+use crate::{MotionRecord, ReadingSource};
 use proofmass_core::Error;
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
@@ -108,8 +108,8 @@ impl SlipSearch {
         let z = |d: f64| (d - centre) / deviation;
         // Two lines through counts that are each wrong by half an increment at most cannot differ by more.
         let rounding = match record.source {
-            Source::Position => 3.0 * record.increment.unwrap_or(0.0) / (w as f64 * dt),
-            Source::Speed => 0.0,
+            ReadingSource::Position => 3.0 * record.increment.unwrap_or(0.0) / (w as f64 * dt),
+            ReadingSource::Speed => 0.0,
         };
         let slip = episodes(
             &difference,
@@ -357,15 +357,17 @@ fn episodes(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proofmass_rig::{Axis, AxisMotion};
+    use proofmass_rig::{AxisMotion, DrivenAxis};
 
     #[test]
     fn law_slip_is_found_where_it_is_and_nowhere_else() {
-        let recording = Axis::new(AxisMotion::servo(5.0)).simulate(11).unwrap();
+        let recording = DrivenAxis::new(AxisMotion::servo(5.0))
+            .simulate(11)
+            .unwrap();
         let mut position = recording.position();
         let clean = MotionRecord::new(
             1e-3,
-            Source::Position,
+            ReadingSource::Position,
             position.clone(),
             recording.acceleration.clone(),
         )
@@ -377,8 +379,13 @@ mod tests {
             let t = 1e-3 * k as f64;
             *p = p.map(|p| p + 0.3 * (t - 2.0).clamp(0.0, 0.2));
         }
-        let slipping =
-            MotionRecord::new(1e-3, Source::Position, position, recording.acceleration).unwrap();
+        let slipping = MotionRecord::new(
+            1e-3,
+            ReadingSource::Position,
+            position,
+            recording.acceleration,
+        )
+        .unwrap();
         let report = SlipSearch::default().run(&slipping).unwrap();
         assert!(!report.slip.is_empty());
         for e in &report.slip {
@@ -395,10 +402,10 @@ mod tests {
 
     #[test]
     fn law_a_collision_is_found() {
-        let recording = Axis::new(AxisMotion::impact()).simulate(12).unwrap();
+        let recording = DrivenAxis::new(AxisMotion::impact()).simulate(12).unwrap();
         let record = MotionRecord::new(
             1e-3,
-            Source::Position,
+            ReadingSource::Position,
             recording.position(),
             recording.acceleration,
         )

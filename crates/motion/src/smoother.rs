@@ -4,7 +4,7 @@
 #![allow(clippy::needless_range_loop)]
 
 use crate::filtering::{KalmanModel, KalmanRun, Pass, component, pass, steps};
-use crate::{MotionRecord, Source};
+use crate::{MotionRecord, ReadingSource};
 use proofmass_core::Error;
 use proofmass_core::velocity::{Kalman, KalmanState};
 
@@ -40,7 +40,7 @@ impl KalmanModel {
 fn backward<const N: usize>(
     kalman: &Kalman<f64, N>,
     pass: &Pass<N>,
-    source: Source,
+    source: ReadingSource,
 ) -> Vec<KalmanState<f64, N>> {
     let at = component(source);
     let mut vector = [0.0; N];
@@ -118,7 +118,8 @@ mod tests {
         let wiggle = |k: usize| ((k * 7919 % 101) as f64 - 50.0) / 50.0;
         let x = (0..n).map(|k| (k % 3 != 1).then(|| (3.0 * t(k)).sin() + 1e-3 * wiggle(k)));
         let a = (0..n).map(|k| -9.0 * (3.0 * t(k)).sin() + 0.1 * wiggle(k + 13));
-        let mut r = MotionRecord::new(dt, Source::Position, x.collect(), a.collect()).unwrap();
+        let mut r =
+            MotionRecord::new(dt, ReadingSource::Position, x.collect(), a.collect()).unwrap();
         r.initial_velocity = None;
         r
     }

@@ -12,7 +12,7 @@ pub(crate) use smoothing::Constants;
 
 use crate::diffuse::{ColouredNoise, Noise, Prepared, Solution, Unknowns};
 use crate::floor::effective_readings;
-use crate::{Hold, KalmanModel, MotionRecord, ProcessNoise, Source, Whiteness};
+use crate::{Hold, KalmanModel, MotionRecord, ProcessNoise, ReadingSource, Whiteness};
 use proofmass_core::{Error, Watch};
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
@@ -73,7 +73,7 @@ impl Default for Tuning {
 
 /// A constant that was found, with its standard uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Found {
+pub struct TunedValue {
     /// Value.
     pub value: f64,
     /// Standard uncertainty.
@@ -86,11 +86,11 @@ pub struct Tuned {
     /// Noise and offset as a filter on line takes them.
     pub model: KalmanModel,
     /// Offset of the accelerometer (at the start, where it walks), when it has one.
-    pub offset: Option<Found>,
+    pub offset: Option<TunedValue>,
     /// Gain of the accelerometer over that of the readings, when it is not one: it reads this times the acceleration.
-    pub gain: Option<Found>,
+    pub gain: Option<TunedValue>,
     /// Time by which the accelerometer is later than the readings, s, when it is.
-    pub latency: Option<Found>,
+    pub latency: Option<TunedValue>,
     /// Part of the readings' noise that is correlated in time, when there is one.
     pub coloured: Option<ColouredNoise>,
     /// ln L of the chosen model.
@@ -249,7 +249,7 @@ impl Tuning {
         {
             point = walk;
         }
-        if record.source == Source::Speed
+        if record.source == ReadingSource::Speed
             && let Some(coloured) = search.coloured(&point)?
             && coloured.value > point.value
         {

@@ -12,8 +12,8 @@ use crate::edges::on_edges;
 use crate::rest::model_at_rest;
 use crate::tuning::Constants;
 use crate::{
-    Found, KalmanModel, Method, MotionRecord, Pairing, Ripple, SlipReport, Source, Trace, Tuned,
-    Tuning, conditions, kalman_by_smoother, ripple,
+    KalmanModel, Method, MotionRecord, Pairing, ReadingSource, Ripple, SlipReport, Tuned,
+    TunedValue, Tuning, VelocityTrace, conditions, kalman_by_smoother, ripple,
 };
 use ground::{
     check_sensors, doubts, margin, paired_tuning, part_finding, sensors, settle, tuning_part,
@@ -26,9 +26,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EstimateResult {
     /// Velocity by the chosen method.
-    pub trace: Trace,
+    pub trace: VelocityTrace,
     /// Velocity by the smoother of the same (or the tuned) model, with its uncertainty.
-    pub smoother: Trace,
+    pub smoother: VelocityTrace,
     /// The model the smoother rests on.
     pub model: KalmanModel,
     /// How it was found; `None` when it was given.
@@ -74,7 +74,7 @@ pub fn estimate(
         _ if record.rests_only() => Some(model_at_rest(record)),
         _ => None,
     };
-    let smoother_trace = |method: Method, velocity, uncertainty| Trace {
+    let smoother_trace = |method: Method, velocity, uncertainty| VelocityTrace {
         method,
         label: method.label(),
         velocity,
@@ -191,10 +191,12 @@ pub fn estimate(
     let ripple = match record.source {
         _ if !record.accelerometer || record.rests_only() => None,
         // Between two edges of a slow axis the accelerometer's walk is longer than any line.
-        Source::Position if matches!(smoother.method, Method::CountingSmoother { .. }) => None,
-        Source::Position => ripple(record, circumference, |k| !slips(k)).ok(),
+        ReadingSource::Position if matches!(smoother.method, Method::CountingSmoother { .. }) => {
+            None
+        }
+        ReadingSource::Position => ripple(record, circumference, |k| !slips(k)).ok(),
         // A wheel that is not round turns with the distance as well, but a speed shows no place on it.
-        Source::Speed => None,
+        ReadingSource::Speed => None,
     };
     findings.extend(ripple.iter().flat_map(|r| r.findings.iter().cloned()));
     Ok(EstimateResult {
@@ -212,10 +214,11 @@ pub fn estimate(
 }
 
 /// An on-line method on the record with gain and latency put right; their uncertainty adds what moving each by it does.
-fn on_line(tuned: &Tuned, method: Method, record: &MotionRecord) -> Result<Trace, Error> {
+fn on_line(tuned: &Tuned, method: Method, record: &MotionRecord) -> Result<VelocityTrace, Error> {
     let mut trace = method.run(&tuned.corrected(record))?;
-    let value =
-        |found: Option<Found>, other: f64| found.map_or((other, 0.0), |f| (f.value, f.uncertainty));
+    let value = |found: Option<TunedValue>, other: f64| {
+        found.map_or((other, 0.0), |f| (f.value, f.uncertainty))
+    };
     let (gain, u_gain) = value(tuned.gain, 1.0);
     let (latency, u_latency) = value(tuned.latency, 0.0);
     for (gain, latency, u) in [
@@ -243,7 +246,7 @@ const WINDOW: usize = 100;
 ///
 /// What the method makes of noise, rounding, delay and bending is in the distance. Off line only: the window looks ahead.
 /// **Accuracy** `tests/method_coverage.rs`.
-fn beside(trace: &Trace, smoother: &Trace) -> Vec<f64> {
+fn beside(trace: &VelocityTrace, smoother: &VelocityTrace) -> Vec<f64> {
     let n = trace.velocity.len();
     let mut sums = Vec::with_capacity(n + 1);
     sums.push(0.0);
@@ -262,7 +265,7 @@ fn beside(trace: &Trace, smoother: &Trace) -> Vec<f64> {
 }
 
 fn agreement_share(
-    trace: &Trace,
+    trace: &VelocityTrace,
     (smooth, us): &(Vec<f64>, Vec<f64>),
     slips: &impl Fn(usize) -> bool,
 ) -> Option<f64> {

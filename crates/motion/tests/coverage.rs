@@ -1,7 +1,7 @@
 //! Whether the stated uncertainty of the velocity is the true one.
 
 use proofmass_core::Unwatched;
-use proofmass_motion::{KalmanModel, Method, MotionRecord, Source, Whiteness};
+use proofmass_motion::{KalmanModel, Method, MotionRecord, ReadingSource, Whiteness};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -28,7 +28,7 @@ fn run(
         x += DT * v + 0.5 * DT * DT * a;
         v += DT * a;
     }
-    let mut record = MotionRecord::new(DT, Source::Position, reading, acceleration).unwrap();
+    let mut record = MotionRecord::new(DT, ReadingSource::Position, reading, acceleration).unwrap();
     record.initial_velocity = Some(0.0);
     (record, truth)
 }
@@ -204,7 +204,7 @@ fn law_readings_that_rest_are_said() {
             .map(|k| Some((speed * DT * f64::from(k) / 1e-3).floor() * 1e-3))
             .collect();
         let acceleration = (0..3000).map(|_| 0.02 * normal()).collect();
-        let record = MotionRecord::new(DT, Source::Position, reading, acceleration).unwrap();
+        let record = MotionRecord::new(DT, ReadingSource::Position, reading, acceleration).unwrap();
         let tuned = Tuning::default().run(&record, &Unwatched).unwrap();
         let said = tuned
             .findings

@@ -1,6 +1,6 @@
 //! Logs of a small robot with two encoders and an accelerometer, 1 kHz, millimetres.
 
-use proofmass_motion::{EstimateResult, MotionRecord, Source, estimate};
+use proofmass_motion::{EstimateResult, MotionRecord, ReadingSource, estimate};
 use std::path::PathBuf;
 
 /// Rows of a log.
@@ -24,7 +24,8 @@ fn robot(name: &str) -> Option<EstimateResult> {
     let rows = log(name)?;
     let reading = rows.iter().map(|r| Some(0.5e-3 * (r[0] + r[1]))).collect();
     let acceleration = rows.iter().map(|r| 1e-3 * r[3]).collect();
-    let mut record = MotionRecord::new(1e-3, Source::Position, reading, acceleration).unwrap();
+    let mut record =
+        MotionRecord::new(1e-3, ReadingSource::Position, reading, acceleration).unwrap();
     record.initial_velocity = Some(0.0);
     let result = estimate(&record, None, Some(0.04), &proofmass_core::Unwatched).unwrap();
     println!("{name}: {:?}", result.model);

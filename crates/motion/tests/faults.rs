@@ -1,7 +1,7 @@
 //! Faults of a record: glitches, rests that move, counters that roll over; healthy records raise no alarm.
 
 use proofmass_motion::{
-    MotionRecord, Source, continued, drop_glitches, moves_while_still, rollover, turns_anew,
+    MotionRecord, ReadingSource, continued, drop_glitches, moves_while_still, rollover, turns_anew,
 };
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -9,7 +9,8 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 fn record(values: Vec<f64>, increment: Option<f64>) -> MotionRecord {
     let readings = values.into_iter().map(Some).collect();
-    let mut record = MotionRecord::without_accelerometer(1e-3, Source::Position, readings).unwrap();
+    let mut record =
+        MotionRecord::without_accelerometer(1e-3, ReadingSource::Position, readings).unwrap();
     record.increment = increment;
     record
 }

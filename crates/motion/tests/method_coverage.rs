@@ -1,8 +1,8 @@
 //! Intervals of methods that state none themselves, and of an encoder without an accelerometer.
 
 use proofmass_core::Unwatched;
-use proofmass_motion::{Method, MotionRecord, Source, estimate};
-use proofmass_rig::{Axis, AxisMotion};
+use proofmass_motion::{Method, MotionRecord, ReadingSource, estimate};
+use proofmass_rig::{AxisMotion, DrivenAxis};
 
 const METHODS: [&str; 9] = [
     "fixed-time",
@@ -24,10 +24,10 @@ fn recordings() -> Vec<(&'static str, MotionRecord, Vec<f64>)> {
         ("motor 15 Hz", AxisMotion::servo(15.0)),
     ] {
         for seed in 1..3 {
-            let recording = Axis::new(motion).simulate(seed).unwrap();
+            let recording = DrivenAxis::new(motion).simulate(seed).unwrap();
             let (x, a) = (recording.position(), recording.acceleration.clone());
             let mut record =
-                MotionRecord::new(recording.sample_time, Source::Position, x, a).unwrap();
+                MotionRecord::new(recording.sample_time, ReadingSource::Position, x, a).unwrap();
             record.increment = Some(recording.increment);
             list.push((
                 name,
@@ -74,7 +74,7 @@ fn coverage_of_an_encoder_alone() {
     for (name, record, truth) in &recordings {
         let mut alone = MotionRecord::without_accelerometer(
             record.sample_time,
-            Source::Position,
+            ReadingSource::Position,
             record.reading.clone(),
         )
         .unwrap();

@@ -3,16 +3,16 @@
 
 use proofmass_core::Unwatched;
 use proofmass_motion::{
-    ComparisonRow, Criterion, Filter, IntegratorRule, KalmanModel, Method, MotionRecord, Source,
+    Criterion, Filter, IntegratorRule, KalmanModel, Method, MethodRow, MotionRecord, ReadingSource,
     Tuning, agreement, compare, crossover, tune,
 };
-use proofmass_rig::{Axis, AxisMotion, AxisRecording};
+use proofmass_rig::{AxisMotion, AxisRecording, DrivenAxis};
 
 fn record(recording: &AxisRecording) -> (MotionRecord, Vec<f64>) {
     let truth: Vec<f64> = recording.truth.iter().map(|p| p.velocity).collect();
     let mut record = MotionRecord::new(
         recording.sample_time,
-        Source::Position,
+        ReadingSource::Position,
         recording.position(),
         recording.acceleration.clone(),
     )
@@ -23,7 +23,7 @@ fn record(recording: &AxisRecording) -> (MotionRecord, Vec<f64>) {
 }
 
 /// Name without the gains that were found, so that rates share a row.
-fn name(row: &ComparisonRow, published: usize) -> String {
+fn name(row: &MethodRow, published: usize) -> String {
     match row.method {
         Method::Kalman { .. } => "Kalman, tuned".into(),
         Method::Smoother { .. } => "smoother, tuned".into(),
@@ -46,7 +46,7 @@ fn law_fused_methods_beat_both_sensors_at_every_rate() {
         (AxisMotion::servo(10.0), "motor, 10 Hz", &[1, 10]),
         (AxisMotion::servo(15.0), "motor, 15 Hz", &[1, 10]),
     ] {
-        let mut axis = Axis::new(motion);
+        let mut axis = DrivenAxis::new(motion);
         axis.accelerometer.offset = 0.0005;
         let (record, truth) = record(&axis.simulate(31).unwrap());
         let result = compare(&record, Some(&truth), &[], decimations, 0.5, &Unwatched).unwrap();
@@ -139,7 +139,7 @@ fn law_tuning_comes_within_ten_per_cent_of_the_best_with_truth() {
             let mut found = [0.0; 3];
             let mut best = [0.0; 3];
             for seed in SEEDS {
-                let (full, truth) = record(&Axis::new(motion).simulate(seed).unwrap());
+                let (full, truth) = record(&DrivenAxis::new(motion).simulate(seed).unwrap());
                 let slow = full.decimated(n).unwrap();
                 let truth: Vec<f64> = truth.iter().step_by(n).copied().collect();
                 let dt = slow.sample_time;
@@ -200,7 +200,7 @@ fn law_tuning_comes_within_ten_per_cent_of_the_best_with_truth() {
 #[test]
 fn law_offset_drifts_alone_and_not_fused() {
     // Sustained motion: an oscillation that dies within one increment of the encoder tells nothing of its noise.
-    let mut axis = Axis::new(AxisMotion::servo(5.0));
+    let mut axis = DrivenAxis::new(AxisMotion::servo(5.0));
     axis.accelerometer.offset = 0.0005;
     axis.duration = 10.0;
     let recording = axis.simulate(51).unwrap();
@@ -260,7 +260,7 @@ fn law_offset_drifts_alone_and_not_fused() {
 
 #[test]
 fn law_missing_samples_and_a_slow_encoder_are_carried() {
-    let mut axis = Axis::new(AxisMotion::servo(5.0));
+    let mut axis = DrivenAxis::new(AxisMotion::servo(5.0));
     axis.encoder.every = 5;
     axis.encoder.missing = 0.1;
     let (r, truth) = record(&axis.simulate(61).unwrap());
@@ -275,7 +275,11 @@ fn law_missing_samples_and_a_slow_encoder_are_carried() {
 
 #[test]
 fn law_a_stationary_start_stays_stationary() {
-    let (r, _) = record(&Axis::new(AxisMotion::Standstill).simulate(71).unwrap());
+    let (r, _) = record(
+        &DrivenAxis::new(AxisMotion::Standstill)
+            .simulate(71)
+            .unwrap(),
+    );
     for method in [
         Method::TwoChannel { k1: 0.1, k2: 10.0 },
         Method::Observer {

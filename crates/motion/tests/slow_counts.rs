@@ -2,7 +2,7 @@
 //! keep silent on healthy axes.
 
 use proofmass_core::Unwatched;
-use proofmass_motion::{EstimateResult, MotionRecord, Source, estimate};
+use proofmass_motion::{EstimateResult, MotionRecord, ReadingSource, estimate};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -81,7 +81,7 @@ fn run_with(
         acceleration.push(gain * a + 0.03 + NOISE * normal());
         truth.push(v);
     }
-    let mut record = MotionRecord::new(DT, Source::Position, reading, acceleration).unwrap();
+    let mut record = MotionRecord::new(DT, ReadingSource::Position, reading, acceleration).unwrap();
     record.increment = Some(DELTA);
     (estimate(&record, None, None, &Unwatched).unwrap(), truth)
 }

@@ -2,15 +2,15 @@
 //! nobody was told.
 
 use proofmass_core::Unwatched;
-use proofmass_motion::{EstimateResult, MotionRecord, Source, estimate};
-use proofmass_rig::{Axis, AxisMotion, AxisRecording};
+use proofmass_motion::{EstimateResult, MotionRecord, ReadingSource, estimate};
+use proofmass_rig::{AxisMotion, AxisRecording, DrivenAxis};
 
 /// The record as a user has it, and the true velocity.
 fn record(recording: &AxisRecording) -> (MotionRecord, Vec<f64>) {
     let truth = recording.truth.iter().map(|p| p.velocity).collect();
     let mut record = MotionRecord::new(
         recording.sample_time,
-        Source::Position,
+        ReadingSource::Position,
         recording.position(),
         recording.acceleration.clone(),
     )
@@ -28,7 +28,7 @@ struct Outcome {
     result: EstimateResult,
 }
 
-fn outcome(axis: &Axis, seed: u64) -> Outcome {
+fn outcome(axis: &DrivenAxis, seed: u64) -> Outcome {
     let (record, truth) = record(&axis.simulate(seed).unwrap());
     let result = estimate(&record, None, None, &Unwatched).unwrap();
     let skip = (1.0 / record.sample_time) as usize;
@@ -59,7 +59,7 @@ fn mean(values: impl Iterator<Item = f64> + Clone) -> f64 {
 }
 
 /// Runs a scenario over seeds and prints it; gives the outcomes.
-fn scenario(name: &str, axis: &Axis, seeds: std::ops::Range<u64>) -> Vec<Outcome> {
+fn scenario(name: &str, axis: &DrivenAxis, seeds: std::ops::Range<u64>) -> Vec<Outcome> {
     let list: Vec<Outcome> = seeds.map(|seed| outcome(axis, seed)).collect();
     let least = |f: &dyn Fn(&Outcome) -> f64| list.iter().map(f).fold(1.0f64, f64::min);
     println!(
@@ -120,7 +120,7 @@ fn judge(list: &[Outcome]) {
 #[test]
 fn coverage_of_a_motor_after_tuning() {
     for frequency in [5.0, 10.0, 15.0] {
-        let axis = Axis::new(AxisMotion::servo(frequency));
+        let axis = DrivenAxis::new(AxisMotion::servo(frequency));
         let list = scenario("motor", &axis, 1..7);
         judge(&list);
         // A filter that was told everything has 1.3e-4 and 2.5e-4 m/s.
@@ -134,13 +134,13 @@ fn coverage_of_a_motor_after_tuning() {
 
 #[test]
 fn coverage_of_an_oscillation_after_tuning() {
-    let axis = Axis::new(AxisMotion::damped_oscillation());
+    let axis = DrivenAxis::new(AxisMotion::damped_oscillation());
     judge(&scenario("oscillation", &axis, 1..10));
 }
 
 #[test]
 fn coverage_with_gravity_on_the_axis() {
-    let mut axis = Axis::new(AxisMotion::servo(5.0));
+    let mut axis = DrivenAxis::new(AxisMotion::servo(5.0));
     // The largest acceleration is 20 m/s²: the offset is near that of a vertical axis.
     axis.accelerometer.offset = 0.5;
     let list = scenario("vertical", &axis, 1..6);
@@ -155,7 +155,7 @@ fn coverage_with_gravity_on_the_axis() {
 
 #[test]
 fn coverage_with_a_gain_error_and_a_latency() {
-    let mut axis = Axis::new(AxisMotion::servo(5.0));
+    let mut axis = DrivenAxis::new(AxisMotion::servo(5.0));
     axis.accelerometer.gain_error = 0.02;
     let list = scenario("gain 2 %", &axis, 1..4);
     judge(&list);
@@ -186,7 +186,7 @@ fn coverage_with_a_gain_error_and_a_latency() {
 #[test]
 fn known_slow_motion_stays_below_the_best_low_pass() {
     // 20 mm/s over increments of 0.94 mm: 47 samples to a count.
-    for o in scenario("ramp", &Axis::new(AxisMotion::ramp()), 1..6) {
+    for o in scenario("ramp", &DrivenAxis::new(AxisMotion::ramp()), 1..6) {
         assert!(o.filter_rms < 7e-4 && o.smoother_rms < 5e-4);
         assert!(o.smoother > 0.85 && o.filter > 0.85);
     }

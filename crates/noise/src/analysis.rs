@@ -4,8 +4,8 @@ use crate::channel_analysis::{Steps, analyse_channel};
 use crate::record::check_count;
 use crate::{
     CoefficientFit, ConsistencyPoint, ConverterTrace, DeviationCurve, DeviationOptions,
-    Disturbance, FitOptions, FittedPoint, Gap, Gaps, InUnit, JointInfluence, KalmanNoise, Sensor,
-    Statistic, Term, clock_line, gaps,
+    Disturbance, FitOptions, FittedPoint, Gaps, InUnit, JointInfluence, KalmanNoise, RecordGap,
+    Sensor, Statistic, Term, clock_line, gaps,
 };
 use proofmass_core::{Error, Unwatched, Watch};
 use proofmass_signal::{Density, Detrend, Trend};
@@ -18,7 +18,7 @@ const FEWEST_SAMPLES: usize = 10;
 
 /// One channel of a recording.
 #[derive(Clone, Copy, Debug)]
-pub struct Channel<'a> {
+pub struct NoiseChannel<'a> {
     /// Name as in the recording.
     pub name: &'a str,
     /// What it measures, for conversion to the units in use; `None` for anything else.
@@ -144,7 +144,7 @@ pub struct Analysis {
     /// The stretches analysed, rows from and one past the last.
     pub stretches: Vec<(usize, usize)>,
     /// Interruptions of the record.
-    pub gaps: Vec<Gap>,
+    pub gaps: Vec<RecordGap>,
     /// One entry per channel.
     pub channels: Vec<ChannelAnalysis>,
     /// What concerns all channels.
@@ -165,20 +165,20 @@ pub struct Analysis {
 /// of the first gap.
 ///
 /// ```
-/// use proofmass_noise::{analyse, simulate, AnalysisOptions, Channel, NoiseModel, Sensor, Term};
+/// use proofmass_noise::{analyse, simulate, AnalysisOptions, NoiseChannel, NoiseModel, Sensor, Term};
 /// use rand::SeedableRng;
 ///
 /// let truth = NoiseModel { white: 1.0e-3, ..Default::default() };
 /// let mut rng = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(4);
 /// let rate = simulate(&truth, 20_000, 100.0, &mut rng).unwrap();
-/// let channel = Channel { name: "x", sensor: Some(Sensor::Accelerometer), unit: "m/s²", rate: &rate };
+/// let channel = NoiseChannel { name: "x", sensor: Some(Sensor::Accelerometer), unit: "m/s²", rate: &rate };
 /// let analysis = analyse(&[channel], None, 100.0, &AnalysisOptions::default()).unwrap();
 /// let fit = analysis.channels[0].whittle.as_ref().unwrap();
 /// assert!((fit.value(Term::White).unwrap() / 1.0e-3 - 1.0).abs() < 0.03);
 /// assert_eq!(fit.value(Term::RandomWalk), None); // not identifiable: no number
 /// ```
 pub fn analyse(
-    channels: &[Channel<'_>],
+    channels: &[NoiseChannel<'_>],
     stamps: Option<&[f64]>,
     sample_rate: f64,
     options: &AnalysisOptions,
@@ -190,7 +190,7 @@ pub fn analyse(
 ///
 /// **Errors** as [`analyse`], and [`Error::Cancelled`].
 pub fn analyse_watched(
-    channels: &[Channel<'_>],
+    channels: &[NoiseChannel<'_>],
     stamps: Option<&[f64]>,
     sample_rate: f64,
     options: &AnalysisOptions,
@@ -257,7 +257,7 @@ pub fn analyse_watched(
     })
 }
 
-fn gap_finding(gaps: &[Gap], used: &[(usize, usize)], total: usize, policy: Gaps) -> Finding {
+fn gap_finding(gaps: &[RecordGap], used: &[(usize, usize)], total: usize, policy: Gaps) -> Finding {
     let rows: usize = used.iter().map(|r| r.1 - r.0).sum();
     let (severity, what) = if policy == Gaps::LongestStretch {
         (

@@ -5,10 +5,10 @@ use crate::cosine_spectrum::CosineSpectrum;
 use crate::curve_model::CurveModel;
 use crate::deviation::curve_of;
 use crate::{
-    AnalysisOptions, Channel, ChannelAnalysis, CoefficientFit, Disturbance, DisturbanceKind,
-    JointInfluence, NoiseModel, Record, SpectrumPoint, TermUnits, chi_square_interval, consistency,
-    converter, converter_traces, disturbances, in_units, joint_influence, kalman_noise,
-    whittle_stretches,
+    AnalysisOptions, ChannelAnalysis, CoefficientFit, Disturbance, DisturbanceKind, JointInfluence,
+    NoiseChannel, NoiseModel, NoiseRecord, SpectrumPoint, TermUnits, chi_square_interval,
+    consistency, converter, converter_traces, disturbances, in_units, joint_influence,
+    kalman_noise, whittle_stretches,
 };
 use proofmass_core::{Error, Watch};
 use proofmass_signal::{Detrend, Trend, Welch};
@@ -47,7 +47,7 @@ impl<'a> Steps<'a> {
 
 /// Everything about one channel from its stretches, which begin at `starts` on the sampling clock.
 pub(crate) fn analyse_channel(
-    channel: &Channel<'_>,
+    channel: &NoiseChannel<'_>,
     stretches: &[&[f64]],
     starts: &[usize],
     sample_rate: f64,
@@ -201,7 +201,7 @@ fn curves(
     options: &AnalysisOptions,
     result: &mut ChannelAnalysis,
 ) -> Result<(), Error> {
-    let records: Vec<Record<'_>> = stretches.iter().map(|s| Record::Rate(s)).collect();
+    let records: Vec<NoiseRecord<'_>> = stretches.iter().map(|s| NoiseRecord::Rate(s)).collect();
     let model = result
         .whittle
         .as_ref()

@@ -235,12 +235,12 @@ pub struct Coefficient {
     /// Number with interval, or reason.
     pub verdict: Verdict,
     /// Correlation time in s (Gauss–Markov) or frequency in Hz (sinusoid).
-    pub parameter: Option<Parameter>,
+    pub parameter: Option<TermParameter>,
 }
 
 /// The second number of a term that has two.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Parameter {
+pub struct TermParameter {
     /// Its value.
     pub value: f64,
     /// Its limits at the probability of the fit, where they are computed.

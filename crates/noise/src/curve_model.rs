@@ -5,7 +5,7 @@ use crate::cosine_spectrum::CosineSpectrum;
 use crate::model::{allan_response, term_density};
 use crate::phase::Phase;
 use crate::whittle::{POWERS, quick_model};
-use crate::{EdfFormula, NoiseModel, NoiseType, Record, Statistic, Term, equivalent_dof};
+use crate::{EdfFormula, NoiseModel, NoiseRecord, NoiseType, Statistic, Term, equivalent_dof};
 
 /// Averages, and samples, of which a model is fitted.
 const FITTED: usize = 16_384;
@@ -60,7 +60,7 @@ impl CurveModel {
     /// With a model known for the long averaging times.
     pub(crate) fn with(
         long: &NoiseModel,
-        records: &[Record<'_>],
+        records: &[NoiseRecord<'_>],
         sample_rate: f64,
     ) -> Option<Self> {
         let phases: Vec<Phase<'_>> = records

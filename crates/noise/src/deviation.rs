@@ -98,17 +98,17 @@ pub struct DeviationCurve {
 /// **Source** `[SP1065]`, `[GR2003]`, `[RG2004]`.
 ///
 /// ```
-/// use proofmass_noise::{deviation, DeviationOptions, Record, Statistic, Taus};
+/// use proofmass_noise::{deviation, DeviationOptions, NoiseRecord, Statistic, Taus};
 ///
 /// // The nine NBS frequency values, `[SP1065]` 12.2.
 /// let rate = [892.0, 809.0, 823.0, 798.0, 671.0, 644.0, 883.0, 903.0, 677.0];
 /// let options = DeviationOptions { taus: Taus::Factors(vec![1, 2]), ..Default::default() };
-/// let curve = deviation(Record::Rate(&rate), 1.0, Statistic::OverlappingAllan, &options).unwrap();
+/// let curve = deviation(NoiseRecord::Rate(&rate), 1.0, Statistic::OverlappingAllan, &options).unwrap();
 /// assert!((curve.points[0].deviation - 91.22945).abs() < 5e-6);
 /// assert!((curve.points[1].deviation - 85.95287).abs() < 5e-6);
 /// ```
 pub fn deviation(
-    record: Record<'_>,
+    record: NoiseRecord<'_>,
     sample_rate: f64,
     statistic: Statistic,
     options: &DeviationOptions,
@@ -122,7 +122,7 @@ pub fn deviation(
 ///
 /// **Errors** as [`deviation`]; stretches too short for a phase are left out.
 pub fn deviation_stretches(
-    records: &[Record<'_>],
+    records: &[NoiseRecord<'_>],
     sample_rate: f64,
     statistic: Statistic,
     options: &DeviationOptions,
@@ -132,7 +132,7 @@ pub fn deviation_stretches(
 
 /// The curve, with the degrees of freedom of a model already known.
 pub(crate) fn curve_of(
-    records: &[Record<'_>],
+    records: &[NoiseRecord<'_>],
     sample_rate: f64,
     statistic: Statistic,
     options: &DeviationOptions,
@@ -143,7 +143,11 @@ pub(crate) fn curve_of(
     let phases = records
         .iter()
         .filter(|r| {
-            let fewest = if matches!(r, Record::Rate(_)) { 2 } else { 3 };
+            let fewest = if matches!(r, NoiseRecord::Rate(_)) {
+                2
+            } else {
+                3
+            };
             !several || r.len() >= fewest
         })
         .map(|r| Phase::new(*r, sample_rate))

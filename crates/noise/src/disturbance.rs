@@ -4,7 +4,7 @@ use crate::allan::MeanSquare;
 use crate::converter::{converter_step, difference_scatter};
 use crate::overlapping::overlapping_family;
 use crate::phase::Phase;
-use crate::record::{Record, check_count, check_finite, check_sample_rate};
+use crate::record::{NoiseRecord, check_count, check_finite, check_sample_rate};
 use crate::whittle::refuse_constant;
 use proofmass_core::Error;
 use serde::{Deserialize, Serialize};
@@ -93,7 +93,7 @@ pub fn disturbances(
         found.retain(|d| d.kind != DisturbanceKind::Lull);
     }
     let mut merged = merge(found);
-    let phase = Phase::new(Record::Rate(rate), sample_rate)?;
+    let phase = Phase::new(NoiseRecord::Rate(rate), sample_rate)?;
     let factors: Vec<usize> = (0..)
         .map(|k| 1 << k)
         .take_while(|m| 10 * m < rate.len())
@@ -157,7 +157,7 @@ pub fn joint_influence(
     if found.is_empty() {
         return Ok(None);
     }
-    let phase = Phase::new(Record::Rate(rate), sample_rate)?.to_vec();
+    let phase = Phase::new(NoiseRecord::Rate(rate), sample_rate)?.to_vec();
     // Disturbed samples before each place.
     let mut before = vec![0_u32; rate.len() + 1];
     for d in found {

@@ -33,7 +33,7 @@ pub enum GapKind {
 
 /// One interruption of the record.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Gap {
+pub struct RecordGap {
     /// Why.
     pub kind: GapKind,
     /// First row of missing values, or the first row behind the jump.
@@ -43,7 +43,7 @@ pub struct Gap {
 }
 
 /// First row and one past the last of each stretch without interruption, and the gaps between them.
-pub type Stretches = (Vec<(usize, usize)>, Vec<Gap>);
+pub type Stretches = (Vec<(usize, usize)>, Vec<RecordGap>);
 
 /// Stretches of rows without interruption, and what lies between them.
 ///
@@ -87,7 +87,7 @@ pub fn stretches(
     .into_iter()
     .peekable();
     let mut runs = Vec::new();
-    let mut gaps: Vec<Gap> = Vec::new();
+    let mut gaps: Vec<RecordGap> = Vec::new();
     let mut start = 0;
     let mut missing_from: Option<usize> = None;
     for row in 0..n {
@@ -104,14 +104,14 @@ pub fn stretches(
             continue;
         }
         if let Some(first) = missing_from.take() {
-            gaps.push(Gap {
+            gaps.push(RecordGap {
                 kind: GapKind::Missing,
                 row: first,
                 rows: row - first,
             });
         }
         if let Some(slip) = slip {
-            gaps.push(Gap {
+            gaps.push(RecordGap {
                 kind: if slip.samples > 0 {
                     GapKind::Jump
                 } else {
@@ -127,7 +127,7 @@ pub fn stretches(
         }
     }
     if let Some(first) = missing_from {
-        gaps.push(Gap {
+        gaps.push(RecordGap {
             kind: GapKind::Missing,
             row: first,
             rows: n - first,
@@ -146,7 +146,7 @@ pub fn stretches(
 pub(crate) fn choose(
     policy: Gaps,
     runs: Vec<(usize, usize)>,
-    gaps: &[Gap],
+    gaps: &[RecordGap],
 ) -> Result<Vec<(usize, usize)>, Error> {
     if policy == Gaps::Refuse
         && let Some(gap) = gaps.first()

@@ -81,13 +81,13 @@ mod variance_fit;
 mod whittle;
 
 pub use analysis::{
-    Analysis, AnalysisOptions, Channel, ChannelAnalysis, SpectrumPoint, TermUnits, analyse,
+    Analysis, AnalysisOptions, ChannelAnalysis, NoiseChannel, SpectrumPoint, TermUnits, analyse,
     analyse_watched,
 };
 pub use bias::Bias;
 pub use clock_line::{ClockLine, Slip, clock_line};
 pub use coefficients::{
-    BandUse, Coefficient, CoefficientFit, FitOptions, Parameter, Reason, Verdict,
+    BandUse, Coefficient, CoefficientFit, FitOptions, Reason, TermParameter, Verdict,
 };
 pub use consistency::{ConsistencyPoint, FittedPoint, consistency};
 pub use converter::{ConverterTrace, converter_traces};
@@ -98,7 +98,7 @@ pub use disturbance::{
     Disturbance, DisturbanceKind, JointInfluence, disturbances, joint_influence,
 };
 pub use edf::{EdfFormula, chi_square_interval, equivalent_dof};
-pub use gaps::{Gap, GapKind, Gaps, Stretches, stretches};
+pub use gaps::{GapKind, Gaps, RecordGap, Stretches, stretches};
 pub use long_record::{ChannelName, LongRecord};
 pub use model::{GaussMarkov, NoiseModel, Sinusoid, Term};
 pub use noise_type::{NoiseBasis, NoiseType};

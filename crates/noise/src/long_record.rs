@@ -3,8 +3,8 @@
 use crate::allan_covariance::degrees_of_freedom;
 use crate::averages::Averages;
 use crate::{
-    Analysis, AnalysisOptions, Channel, DeviationCurve, NoiseBasis, NoiseModel, Sensor, Statistic,
-    StreamingAllan, Taus, analyse, chi_square_interval, in_units, kalman_noise,
+    Analysis, AnalysisOptions, DeviationCurve, NoiseBasis, NoiseChannel, NoiseModel, Sensor,
+    Statistic, StreamingAllan, Taus, analyse, chi_square_interval, in_units, kalman_noise,
 };
 use proofmass_core::Error;
 use proofmass_uncertainty::{Finding, Severity};
@@ -134,11 +134,11 @@ impl LongRecord {
             });
         }
         let averaged = self.channels.first().map_or(1, |c| c.averages.factor());
-        let channels: Vec<Channel<'_>> = self
+        let channels: Vec<NoiseChannel<'_>> = self
             .names
             .iter()
             .zip(&self.channels)
-            .map(|(name, running)| Channel {
+            .map(|(name, running)| NoiseChannel {
                 name: &name.name,
                 sensor: name.sensor,
                 unit: &name.unit,

@@ -274,7 +274,7 @@ pub(crate) fn overlapping(x: &[f64], m: usize) -> MeanSquare {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Record;
+    use crate::NoiseRecord;
 
     /// Every way of reading gives the sum of the definition, to the rounding of the running sums.
     #[test]
@@ -283,7 +283,7 @@ mod tests {
         let rate: Vec<f64> = (0..70_000_u64)
             .map(|k| (k * k % 1013) as f64 * 1e-3 - 3.0 + 1e-6 * k as f64)
             .collect();
-        let phase = Phase::new(Record::Rate(&rate), 1.0).unwrap();
+        let phase = Phase::new(NoiseRecord::Rate(&rate), 1.0).unwrap();
         let x = phase.to_vec();
         let octaves: Vec<usize> = (0..15).map(|k| 1 << k).chain([24_576]).collect();
         let decades = vec![1, 7, 1000, 9000, 20_000, 35_000];

@@ -1,6 +1,6 @@
 //! The phase of a record: running sums of its rate, computed where they are needed.
 
-use crate::record::{Record, check_count, check_finite, check_sample_rate};
+use crate::record::{NoiseRecord, check_count, check_finite, check_sample_rate};
 use proofmass_core::Error;
 use rayon::prelude::*;
 
@@ -44,10 +44,10 @@ impl<'a> Phase<'a> {
     /// # Errors
     /// [`Error::NotFinite`] with the index of the first sample that is NaN or infinite, [`Error::TooFew`] for
     /// fewer than two rate samples (three phase samples), [`Error::OutOfRange`] for a rate that is not positive.
-    pub(crate) fn new(record: Record<'a>, sample_rate: f64) -> Result<Self, Error> {
+    pub(crate) fn new(record: NoiseRecord<'a>, sample_rate: f64) -> Result<Self, Error> {
         check_sample_rate(sample_rate)?;
         match record {
-            Record::Rate(rate) => {
+            NoiseRecord::Rate(rate) => {
                 check_count("rate samples", rate.len(), 2)?;
                 let phase = Self::of_rate(rate);
                 // What is not finite anywhere shows in the sum of all.
@@ -58,7 +58,7 @@ impl<'a> Phase<'a> {
                 }
                 Ok(phase)
             }
-            Record::Phase(phase) => {
+            NoiseRecord::Phase(phase) => {
                 check_finite("phase", phase)?;
                 check_count("phase samples", phase.len(), 3)?;
                 Ok(Self {
@@ -227,7 +227,7 @@ mod tests {
         for y in &rate {
             plain.push(plain[plain.len() - 1] + (y - mean));
         }
-        let phase = Phase::new(Record::Rate(&rate), 1.0).unwrap();
+        let phase = Phase::new(NoiseRecord::Rate(&rate), 1.0).unwrap();
         assert_eq!(phase.len(), 1001);
         for (start, count) in [
             (0, 1001),

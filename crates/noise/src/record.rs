@@ -9,14 +9,14 @@ use proofmass_core::Error;
 ///
 /// **Units** rate in U, phase in U·s; every deviation comes out in U (the time deviations in U·s).
 #[derive(Clone, Copy, Debug)]
-pub enum Record<'a> {
+pub enum NoiseRecord<'a> {
     /// Rate samples y_k, each the mean over one sample interval.
     Rate(&'a [f64]),
     /// Phase samples x_k, the running integral of the rate.
     Phase(&'a [f64]),
 }
 
-impl Record<'_> {
+impl NoiseRecord<'_> {
     /// Number of samples given.
     pub fn len(&self) -> usize {
         match self {

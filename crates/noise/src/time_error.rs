@@ -102,8 +102,8 @@ pub fn groslambert_covariance(
     }
     crate::record::check_count("phase samples", a.len(), 2 * m.max(1) + 1)?;
     let (a, b) = (
-        Phase::new(Record::Phase(a), sample_rate)?.to_vec(),
-        Phase::new(Record::Phase(b), sample_rate)?.to_vec(),
+        Phase::new(NoiseRecord::Phase(a), sample_rate)?.to_vec(),
+        Phase::new(NoiseRecord::Phase(b), sample_rate)?.to_vec(),
     );
     let m = m.max(1);
     let terms = a.len() - 2 * m;

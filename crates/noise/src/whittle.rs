@@ -270,7 +270,7 @@ pub fn whittle_stretches(
             term: Term::GaussMarkov,
             unit: Term::GaussMarkov.unit(&options.unit),
             verdict: limits.verdict(&root),
-            parameter: Some(crate::Parameter {
+            parameter: Some(crate::TermParameter {
                 value: process.time,
                 interval: Some(process.interval),
             }),
@@ -323,7 +323,7 @@ pub fn whittle_stretches(
                 interval: ((found.amplitude - k * u).max(0.0), found.amplitude + k * u),
                 gain: (found.amplitude / u).powi(2),
             },
-            parameter: Some(crate::Parameter {
+            parameter: Some(crate::TermParameter {
                 value: found.frequency,
                 interval: None,
             }),

@@ -2,9 +2,9 @@
 
 use proofmass_core::Error;
 use proofmass_noise::{
-    AnalysisOptions, Channel, DeviationOptions, Gaps, GaussMarkov, NoiseModel, Record, Sensor,
-    Sinusoid, Statistic, StreamingAllan, Taus, Term, Verdict, analyse, consistency, deviation,
-    simulate,
+    AnalysisOptions, DeviationOptions, Gaps, GaussMarkov, NoiseChannel, NoiseModel, NoiseRecord,
+    Sensor, Sinusoid, Statistic, StreamingAllan, Taus, Term, Verdict, analyse, consistency,
+    deviation, simulate,
 };
 use proofmass_signal::Welch;
 use rand::SeedableRng;
@@ -16,8 +16,8 @@ fn record(model: &NoiseModel, samples: usize, rate: f64, seed: u64) -> Vec<f64> 
     simulate(model, samples, rate, &mut rng).unwrap()
 }
 
-fn channel<'a>(rate: &'a [f64]) -> Channel<'a> {
-    Channel {
+fn channel<'a>(rate: &'a [f64]) -> NoiseChannel<'a> {
+    NoiseChannel {
         name: "x",
         sensor: Some(Sensor::Accelerometer),
         unit: "m/s²",
@@ -79,7 +79,7 @@ fn law_simulated_allan_variances() {
             .map(|seed| {
                 let y = record(model, 8192, rate, 100 * index as u64 + seed);
                 let curve = deviation(
-                    Record::Rate(&y),
+                    NoiseRecord::Rate(&y),
                     rate,
                     Statistic::OverlappingAllan,
                     &options,
@@ -121,7 +121,7 @@ fn law_stream_is_the_record() {
         .map(|v| v + 9.8)
         .collect();
     let whole = deviation(
-        Record::Rate(&y),
+        NoiseRecord::Rate(&y),
         100.0,
         Statistic::OverlappingAllan,
         &DeviationOptions::default(),
@@ -198,7 +198,7 @@ fn law_density_gives_the_allan_curve() {
     };
     let y = record(&model, 400_000, 100.0, 12);
     let curve = deviation(
-        Record::Rate(&y),
+        NoiseRecord::Rate(&y),
         100.0,
         Statistic::OverlappingAllan,
         &DeviationOptions::default(),
@@ -429,10 +429,10 @@ fn adis16405_analysis() {
             counts.iter().map(|&v| f64::from(v) * scale).collect()
         })
         .collect();
-    let channels: Vec<Channel> = rates
+    let channels: Vec<NoiseChannel> = rates
         .iter()
         .enumerate()
-        .map(|(c, rate)| Channel {
+        .map(|(c, rate)| NoiseChannel {
             name: names[c],
             sensor: Some(if c < 3 {
                 Sensor::Gyroscope

@@ -1,8 +1,8 @@
 //! Coefficients of simulated records: coverage of the intervals, false alarms, refusals.
 
 use proofmass_noise::{
-    CoefficientFit, DeviationOptions, FitOptions, NoiseModel, Record, Statistic, Term, Verdict,
-    deviation, simulate, whittle,
+    CoefficientFit, DeviationOptions, FitOptions, NoiseModel, NoiseRecord, Statistic, Term,
+    Verdict, deviation, simulate, whittle,
 };
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -190,7 +190,7 @@ fn coverage_of_curve_intervals() {
             .map(|seed| {
                 let rate = record(&model, n, 1.0, 70_000 + seed);
                 deviation(
-                    Record::Rate(&rate),
+                    NoiseRecord::Rate(&rate),
                     1.0,
                     Statistic::OverlappingAllan,
                     &DeviationOptions::default(),

@@ -1,8 +1,8 @@
 //! Data as they come: stamps that jitter, rows that are missing, converters that clip.
 
 use proofmass_noise::{
-    AnalysisOptions, Channel, ConverterTrace, NoiseModel, analyse, clock_line, converter_traces,
-    simulate,
+    AnalysisOptions, ConverterTrace, NoiseChannel, NoiseModel, analyse, clock_line,
+    converter_traces, simulate,
 };
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -43,7 +43,7 @@ fn law_jitter_keeps_every_sample() {
         .map(|k| 0.01 * (k as f64 + 0.2 * e[k]))
         .collect();
     let y = noise(20_000, 10);
-    let channel = Channel {
+    let channel = NoiseChannel {
         name: "x",
         sensor: None,
         unit: "V",

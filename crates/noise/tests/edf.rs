@@ -1,8 +1,8 @@
 //! Degrees of freedom against the scatter of simulated records.
 
 use proofmass_noise::{
-    Bias, DeviationOptions, EdfFormula, NoiseModel, NoiseType, Record, Statistic, Taus, deviation,
-    equivalent_dof, simulate,
+    Bias, DeviationOptions, EdfFormula, NoiseModel, NoiseRecord, NoiseType, Statistic, Taus,
+    deviation, equivalent_dof, simulate,
 };
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -71,7 +71,7 @@ fn crosscheck_edf_by_simulation() {
             let squares: Vec<Vec<f64>> = records
                 .par_iter()
                 .map(|y| {
-                    let curve = deviation(Record::Rate(y), 1.0, statistic, &options).unwrap();
+                    let curve = deviation(NoiseRecord::Rate(y), 1.0, statistic, &options).unwrap();
                     curve.points.iter().map(|p| p.deviation.powi(2)).collect()
                 })
                 .collect();

@@ -1,8 +1,8 @@
 //! Published tables of the Allan family: NBS14 of SP 1065 and the Stable32 results for PHASE.DAT.
 
 use proofmass_noise::{
-    Bias, DeviationCurve, DeviationOptions, EdfFormula, NoiseBasis, NoiseType, Record, Statistic,
-    Taus, deviation,
+    Bias, DeviationCurve, DeviationOptions, EdfFormula, NoiseBasis, NoiseRecord, NoiseType,
+    Statistic, Taus, deviation,
 };
 use std::{fs, path::PathBuf};
 
@@ -71,7 +71,7 @@ fn compare(name: &str, statistic: Statistic, bias: Bias) {
             bias,
             edf: EdfFormula::Stable32,
         };
-        let curve = deviation(Record::Phase(&phase), 1.0, statistic, &options).unwrap();
+        let curve = deviation(NoiseRecord::Phase(&phase), 1.0, statistic, &options).unwrap();
         let point = curve.points[0];
         // 2 % of the last place are granted: the table was itself computed in double precision and rounded.
         assert!(
@@ -300,7 +300,7 @@ fn published_phase_dat_time_errors() {
                 taus: Taus::Factors(vec![factor as usize]),
                 ..Default::default()
             };
-            let curve = deviation(Record::Phase(&phase), 1.0, statistic, &options).unwrap();
+            let curve = deviation(NoiseRecord::Phase(&phase), 1.0, statistic, &options).unwrap();
             let point = curve.points[0];
             let resolution = 0.5 * 10_f64.powf(printed.log10().floor() - 4.0);
             assert!(
@@ -330,7 +330,7 @@ fn published_phase_dat_noise_types() {
                 taus: Taus::Factors(vec![row.factor]),
                 ..Default::default()
             };
-            let curve = deviation(Record::Phase(&phase), 1.0, statistic, &options).unwrap();
+            let curve = deviation(NoiseRecord::Phase(&phase), 1.0, statistic, &options).unwrap();
             if curve.points[0].basis == NoiseBasis::Identified {
                 assert_eq!(
                     curve.points[0].noise.alpha(),
@@ -343,7 +343,7 @@ fn published_phase_dat_noise_types() {
     }
 }
 
-fn curve(record: Record<'_>, statistic: Statistic, factors: &[usize]) -> DeviationCurve {
+fn curve(record: NoiseRecord<'_>, statistic: Statistic, factors: &[usize]) -> DeviationCurve {
     let options = DeviationOptions {
         taus: Taus::Factors(factors.to_vec()),
         bias: Bias::AsDefined,
@@ -380,7 +380,7 @@ fn published_nbs14_ten_points() {
     ];
     for (statistic, values) in expected {
         for &(m, printed) in values {
-            let ours = curve(Record::Rate(&rate), statistic, &[m]).points[0].deviation;
+            let ours = curve(NoiseRecord::Rate(&rate), statistic, &[m]).points[0].deviation;
             assert_printed(statistic, m, ours, printed);
         }
     }
@@ -416,7 +416,7 @@ fn published_nbs14_thousand_points() {
         (Statistic::Time, [0.1687202, 0.3563623, 1.253382]),
     ];
     for (statistic, printed) in expected {
-        let points = curve(Record::Rate(&rate), statistic, &[1, 10, 100]).points;
+        let points = curve(NoiseRecord::Rate(&rate), statistic, &[1, 10, 100]).points;
         for (point, printed) in points.iter().zip(printed) {
             assert_printed(statistic, point.factor, point.deviation, printed);
         }
@@ -475,7 +475,7 @@ fn published_adis16405_six_channels() {
             ..Default::default()
         };
         let curve = deviation(
-            Record::Rate(&rate),
+            NoiseRecord::Rate(&rate),
             100.0,
             Statistic::OverlappingAllan,
             &options,

@@ -3,15 +3,15 @@
 //! `cargo run -p proofmass-report --example shaker [FILE]` writes the page (`shaker.html` if no name is given) and prints
 //! the terminal form.
 
-use proofmass_calibration::shaker::monte_carlo::Options;
+use proofmass_calibration::shaker::monte_carlo::CheckOptions;
 use proofmass_calibration::shaker::{
-    Acts, Budget, Configuration, Correction, Input, Key, Method, PhasorRow, ShakerCampaign,
-    Spurious, SpuriousTable, calibrate, check,
+    Acts, Budget, BudgetInput, Configuration, Correction, Key, PhasorRow, ShakerCampaign,
+    ShakerMethod, Spurious, SpuriousTable, calibrate, check,
     recording::{Quality, RunInput},
     reference::{ReferencePoint, ReferenceTable},
 };
 use proofmass_report::{Head, ShakerReport, html, terminal};
-use proofmass_rig::bench::{Bench, SpuriousReading, Wedge, published_plan, target_amplitude};
+use proofmass_rig::bench::{Bench, BenchWedge, SpuriousReading, published_plan, target_amplitude};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
@@ -35,7 +35,7 @@ fn table(readings: &[SpuriousReading]) -> SpuriousTable {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let bench = Bench {
-        wedge: Some(Wedge::default()),
+        wedge: Some(BenchWedge::default()),
         ..Bench::default()
     };
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(4);
@@ -62,7 +62,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut budget = Budget::published_bench();
     budget.inputs.retain(|i| i.key != "reference.calibration");
     budget.inputs.push(
-        Input::new(
+        BudgetInput::new(
             "noise",
             Acts::OutputAdditive,
             bench.floor,
@@ -79,7 +79,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         phase_uncertainty: bench.reference_phase,
     };
     campaign.reference = Some(ReferenceTable::new(vec![point(5.0), point(1000.0)])?);
-    campaign.methods = vec![Method::Joint, Method::Complex, Method::PublishedMagnitude];
+    campaign.methods = vec![
+        ShakerMethod::Joint,
+        ShakerMethod::Complex,
+        ShakerMethod::PublishedMagnitude,
+    ];
     campaign.targets = FREQUENCIES
         .iter()
         .map(|&f| (f, target_amplitude(f)))
@@ -100,7 +104,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         },
     ];
     let calibration = calibrate(&campaign)?;
-    let checks = check(&campaign, &calibration, &Options::default(), &mut |_| {
+    let checks = check(&campaign, &calibration, &CheckOptions::default(), &mut |_| {
         std::ops::ControlFlow::Continue(())
     })?;
     let report = ShakerReport {

@@ -2,7 +2,7 @@
 
 use crate::number::{concise, two_digits};
 use crate::{Axis, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot};
-use proofmass_calibration::dynamic::linearity::Linearity;
+use proofmass_calibration::dynamic::linearity::LevelLinearity;
 
 /// What the report tells of a linearity over the level.
 #[derive(Clone, Debug)]
@@ -10,7 +10,7 @@ pub struct LinearityReport<'a> {
     /// Title, device, inputs, findings.
     pub head: Head<'a>,
     /// The fit.
-    pub linearity: &'a Linearity,
+    pub linearity: &'a LevelLinearity,
 }
 
 impl LinearityReport<'_> {

@@ -6,7 +6,8 @@ use crate::{
     Axis, Block, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot, scientific,
 };
 use proofmass_fixture::{
-    Convergence, Damping, Effort, Found, Level, Mode, Search, Sensitivity, TransferPoint, Update,
+    Convergence, Damping, Effort, Found, FrequencySensitivity, Level, NaturalMode, Search,
+    TransferPoint, Update,
 };
 use proofmass_uncertainty::Estimate;
 
@@ -37,7 +38,7 @@ pub struct ModesReport<'a> {
     /// Frequencies, updated where resonances were measured.
     pub estimate: &'a Estimate,
     /// The modes as calculated.
-    pub modes: &'a [Mode],
+    pub modes: &'a [NaturalMode],
     /// A mode matters when its weight is at least this.
     pub weight: f64,
     /// What the meshes say.
@@ -61,7 +62,7 @@ pub struct ModesReport<'a> {
     /// Share of the acceleration of the base.
     pub share: f64,
     /// What the frequencies depend on.
-    pub sensitivities: &'a [Sensitivity],
+    pub sensitivities: &'a [FrequencySensitivity],
     /// What measured resonances say.
     pub update: Option<&'a Update>,
     /// A search over shapes.

@@ -25,7 +25,7 @@ pub use body::{BodyPlot, BodyState};
 pub use histogram::HistogramPlot;
 pub use matrix::MatrixPlot;
 pub use sphere::{SpherePlot, SpherePoint};
-pub use xy::{Panel, Reference, Series, Shade, Slope, Style, XyPlot};
+pub use xy::{Panel, ReferenceLine, Series, Shade, Slope, Style, XyPlot};
 
 use crate::Error;
 

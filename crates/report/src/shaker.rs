@@ -11,7 +11,9 @@ mod transverse;
 use crate::number::plain;
 use crate::{Cell, Column, Head, KeyFigure, Report, Section, Table};
 use digits::{Unit, plus_minus, representative, scaled};
-use proofmass_calibration::shaker::{FrequencyCheck, Method, MethodResult, ShakerCalibration};
+use proofmass_calibration::shaker::{
+    FrequencyCheck, MethodResult, ShakerCalibration, ShakerMethod,
+};
 
 /// What the report tells beside the calibration itself.
 ///
@@ -54,7 +56,7 @@ impl ShakerReport<'_> {
                 report = std::mem::take(&mut report).section(section);
             }
         };
-        let rigorous = result.method != Method::PublishedMagnitude;
+        let rigorous = result.method != ShakerMethod::PublishedMagnitude;
         if rigorous {
             add(Some(curves::section(result, unit)));
             add(Some(matrices::section(result, unit)));
@@ -68,7 +70,7 @@ impl ShakerReport<'_> {
             add(Some(transverse::section(result)));
             add(Some(transverse::axes(result, unit)));
             add(Some(agreement::residuals(calibration, result)));
-            if result.method == Method::Joint {
+            if result.method == ShakerMethod::Joint {
                 add(agreement::angles(result));
             }
         }
@@ -122,7 +124,7 @@ impl ShakerReport<'_> {
 
     fn result(&self, result: &MethodResult, unit: Unit) -> Section {
         let mut section = Section::new("Result");
-        if result.method == Method::PublishedMagnitude {
+        if result.method == ShakerMethod::PublishedMagnitude {
             return section.table(published_table(result, unit));
         }
         if let Some(f) = representative(result) {
@@ -179,15 +181,15 @@ impl ShakerReport<'_> {
 /// The result that is reported: the first of a rigorous method, else the first.
 fn principal(calibration: &ShakerCalibration) -> Option<&MethodResult> {
     let mut results = calibration.results.iter();
-    let rigorous = |r: &&MethodResult| r.method != Method::PublishedMagnitude;
+    let rigorous = |r: &&MethodResult| r.method != ShakerMethod::PublishedMagnitude;
     results.find(rigorous).or(calibration.results.first())
 }
 
-fn method_name(method: Method) -> &'static str {
+fn method_name(method: ShakerMethod) -> &'static str {
     match method {
-        Method::PublishedMagnitude => "published",
-        Method::Complex => "complex",
-        Method::Joint => "joint",
+        ShakerMethod::PublishedMagnitude => "published",
+        ShakerMethod::Complex => "complex",
+        ShakerMethod::Joint => "joint",
     }
 }
 

@@ -5,7 +5,7 @@ use crate::{
     Series, Table, scientific,
 };
 use proofmass_uncertainty::{
-    LinearOutput, Method, ModelResult, OutputResult, Rounded, Statement, Verdict,
+    LinearOutput, ModelResult, OutputResult, Rounded, Statement, StatementMethod, Verdict,
 };
 
 /// What the report tells beside the result itself.
@@ -164,7 +164,7 @@ fn key_figures(result: &ModelResult) -> Vec<KeyFigure> {
                 shown(&stated.unit),
             )
             .note(match stated.coverage_factor {
-                Some(k) if stated.method == Method::LawOfPropagation => {
+                Some(k) if stated.method == StatementMethod::LawOfPropagation => {
                     format!("{note}, k = {k:.2}")
                 }
                 _ => note,
@@ -196,7 +196,7 @@ fn statement(stated: &Statement, digits: u32) -> String {
         stated.method,
         Rounded::new(stated.value, half, digits as usize),
     ) {
-        (Method::LawOfPropagation, Some(rounded)) if half > 0.0 => {
+        (StatementMethod::LawOfPropagation, Some(rounded)) if half > 0.0 => {
             let both = format!("{} ± {}", rounded.value, rounded.uncertainty);
             if rounded.exponent == 0 {
                 both
@@ -204,7 +204,7 @@ fn statement(stated: &Statement, digits: u32) -> String {
                 format!("({both})e{}", rounded.exponent)
             }
         }
-        (Method::LawOfPropagation, _) => scientific(stated.value, 6),
+        (StatementMethod::LawOfPropagation, _) => scientific(stated.value, 6),
         _ => {
             let end = |v| at_place(v, half, digits);
             format!(
@@ -216,9 +216,9 @@ fn statement(stated: &Statement, digits: u32) -> String {
     }
 }
 
-fn road(method: Method) -> &'static str {
+fn road(method: StatementMethod) -> &'static str {
     match method {
-        Method::LawOfPropagation => "the law of propagation",
+        StatementMethod::LawOfPropagation => "the law of propagation",
         _ => "Monte Carlo",
     }
 }
@@ -256,7 +256,7 @@ fn results(result: &ModelResult) -> Table {
             .unwrap_or(0.5 * stated.expanded_uncertainty);
         let number = |v: f64| Cell::number(at_place(v, scale, result.options.digits));
         let half = match stated.method {
-            Method::LawOfPropagation => number(stated.expanded_uncertainty),
+            StatementMethod::LawOfPropagation => number(stated.expanded_uncertainty),
             _ => Cell::Empty,
         };
         let [k, nu] = match stated.dof {

@@ -6,12 +6,12 @@ mod figures;
 mod tune;
 
 use crate::{Cell, Column, Head, Report, Section, Table};
-use proofmass_motion::{KalmanModel, Pairing, Source};
+use proofmass_motion::{KalmanModel, Pairing, ReadingSource};
 
 use crate::scientific;
 
 /// What the readings are, readings and accelerations as they entered.
-pub type Entered<'a> = (Source, &'a [Option<f64>], &'a [f64]);
+pub type Entered<'a> = (ReadingSource, &'a [Option<f64>], &'a [f64]);
 
 /// What a velocity report tells beside the result itself.
 ///

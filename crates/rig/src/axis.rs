@@ -16,14 +16,14 @@ use std::f64::consts::TAU;
 /// **Units** m, s, m/s², Hz, rad. The encoder's angle appears as the arc at `radius`, where the accelerometer sits.
 ///
 /// ```
-/// use proofmass_rig::{Axis, AxisMotion};
-/// let recording = Axis { duration: 2.0, ..Axis::new(AxisMotion::damped_oscillation()) }.simulate(1)?;
+/// use proofmass_rig::{DrivenAxis, AxisMotion};
+/// let recording = DrivenAxis { duration: 2.0, ..DrivenAxis::new(AxisMotion::damped_oscillation()) }.simulate(1)?;
 /// assert_eq!(recording.acceleration.len(), 2001);
 /// assert!((recording.increment - 0.3 * core::f64::consts::TAU / 2000.0).abs() < 1e-15);
 /// # Ok::<(), proofmass_core::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Axis {
+pub struct DrivenAxis {
     /// The motion.
     pub motion: AxisMotion,
     /// Duration, s.
@@ -36,7 +36,7 @@ pub struct Axis {
     pub accelerometer: AxisAccelerometer,
 }
 
-/// The encoder of an [`Axis`].
+/// The encoder of an [`DrivenAxis`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AxisEncoder {
     /// Lines per turn; decoded fourfold.
@@ -51,7 +51,7 @@ pub struct AxisEncoder {
     pub eccentricity: f64,
 }
 
-/// The accelerometer of an [`Axis`].
+/// The accelerometer of an [`DrivenAxis`].
 ///
 /// Signal path: gain and orientation → delay → high-pass of the piezo element → offset → white noise → converter.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -101,7 +101,7 @@ impl AxisRecording {
     }
 }
 
-impl Axis {
+impl DrivenAxis {
     /// 500 lines at 0.3 m, 16-bit converter, 0.02 m/s² noise, 1 kHz, 5 s, no other error.
     pub fn new(motion: AxisMotion) -> Self {
         Self {
@@ -283,7 +283,7 @@ mod tests {
 
     #[test]
     fn law_perfect_sensors_show_the_truth() {
-        let mut axis = Axis::new(AxisMotion::servo(10.0));
+        let mut axis = DrivenAxis::new(AxisMotion::servo(10.0));
         axis.accelerometer.noise = 0.0;
         axis.accelerometer.bits = 0;
         let r = axis.simulate(3).unwrap();
@@ -298,7 +298,7 @@ mod tests {
 
     #[test]
     fn law_errors_have_the_stated_size() {
-        let mut axis = Axis::new(AxisMotion::Standstill);
+        let mut axis = DrivenAxis::new(AxisMotion::Standstill);
         axis.accelerometer.orientation = 0.01;
         axis.accelerometer.bits = 0;
         axis.duration = 20.0;
@@ -307,7 +307,7 @@ mod tests {
         // Mean of 20 001 samples of 0.02: 1.4e-4.
         assert!((mean - STANDARD_GRAVITY * 0.01f64.sin()).abs() < 6e-4);
         // A 2 Hz roll-off at 5 Hz: gain 1/√(1 + (2/5)²).
-        let mut axis = Axis::new(AxisMotion::servo(5.0));
+        let mut axis = DrivenAxis::new(AxisMotion::servo(5.0));
         axis.accelerometer = AxisAccelerometer {
             noise: 0.0,
             roll_off: 2.0,
@@ -322,7 +322,7 @@ mod tests {
 
     #[test]
     fn law_seed_decides_everything() {
-        let mut axis = Axis::new(AxisMotion::impact());
+        let mut axis = DrivenAxis::new(AxisMotion::impact());
         axis.encoder.missing = 0.1;
         axis.encoder.every = 2;
         let a = axis.simulate(7).unwrap();
@@ -334,10 +334,10 @@ mod tests {
 
     #[test]
     fn refuses_impossible_settings() {
-        let mut axis = Axis::new(AxisMotion::Standstill);
+        let mut axis = DrivenAxis::new(AxisMotion::Standstill);
         axis.rate = f64::NAN;
         assert!(axis.simulate(1).is_err());
-        let mut axis = Axis::new(AxisMotion::servo(-1.0));
+        let mut axis = DrivenAxis::new(AxisMotion::servo(-1.0));
         axis.duration = 1.0;
         assert!(axis.simulate(1).is_err());
     }

@@ -13,8 +13,8 @@ pub mod shaker;
 mod vibrometer;
 pub mod waveform;
 
-pub use device::{Bending, Device, Wedge};
-pub use vibrometer::{Vibrometer, VibrometerReading};
+pub use device::{BenchDevice, BenchWedge, Bending};
+pub use vibrometer::{BenchVibrometer, VibrometerReading};
 
 use num_complex::Complex64;
 use rand::Rng;
@@ -34,7 +34,7 @@ pub enum Spread {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bench {
     /// What is calibrated.
-    pub device: Device,
+    pub device: BenchDevice,
     /// Relative standard uncertainty of the reference calibration, one draw per frequency.
     pub reference_modulus: f64,
     /// Standard uncertainty of its phase in radians, one draw per frequency.
@@ -52,7 +52,7 @@ pub struct Bench {
     /// Standard deviation of the additive noise of an output phasor in V, in each part.
     pub floor: f64,
     /// Wedge and shaker motion beside the excitation; `None` for an ideal table.
-    pub wedge: Option<Wedge>,
+    pub wedge: Option<BenchWedge>,
     /// Standard deviation of each part of the measured spurious ratios.
     pub spurious_reading: f64,
     /// Distribution of wedge, gluing and gain errors.
@@ -62,7 +62,7 @@ pub struct Bench {
 impl Default for Bench {
     fn default() -> Self {
         Self {
-            device: Device::default(),
+            device: BenchDevice::default(),
             reference_modulus: 0.002,
             reference_phase: 0.003,
             wedge_angle: 0.1f64.to_radians(),
@@ -108,7 +108,7 @@ pub struct SpuriousReading {
 
 /// A simulated campaign.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Campaign {
+pub struct BenchCampaign {
     /// Runs, frequency by frequency in the order of the plan.
     pub runs: Vec<Run>,
     /// Measured spurious motion; empty for an ideal table.
@@ -147,7 +147,7 @@ impl Bench {
         plan: &[(f64, f64)],
         frequencies: &[f64],
         rng: &mut R,
-    ) -> Campaign {
+    ) -> BenchCampaign {
         let key = |d: f64| (d * 1e6).round() as i64;
         let (mut wedges, mut gluings) = (BTreeMap::new(), BTreeMap::new());
         for &(inclination, rotation) in plan {
@@ -159,7 +159,7 @@ impl Bench {
                 .or_insert_with(|| self.type_b(self.gluing_angle, rng));
         }
         let gains: [f64; 3] = std::array::from_fn(|_| 1.0 + self.type_b(self.gain, rng));
-        let mut campaign = Campaign {
+        let mut campaign = BenchCampaign {
             runs: vec![],
             spurious: vec![],
             truth: vec![],

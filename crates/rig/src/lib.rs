@@ -17,7 +17,9 @@ pub mod bench;
 mod hand_held;
 mod transducer;
 
-pub use axis::{Axis, AxisAccelerometer, AxisEncoder, AxisMotion, AxisRecording, MotionPoint};
+pub use axis::{
+    AxisAccelerometer, AxisEncoder, AxisMotion, AxisRecording, DrivenAxis, MotionPoint,
+};
 pub use hand_held::{HandHeld, HandHeldRecording, Rest};
 pub use transducer::{
     BridgeArms, Principle, ProofMass, Transducer, TransducerBench, TransducerLimits,

@@ -3,7 +3,7 @@
 mod doubts;
 mod statement;
 
-pub use statement::{Method, Statement};
+pub use statement::{Statement, StatementMethod};
 
 use crate::{
     BudgetLine, CorrelationEntry, Covariance, Equations, Estimate, Finding, JointInputs, Linear,

@@ -239,11 +239,13 @@ mod evaluation;
 #[cfg(feature = "model")]
 mod model;
 #[cfg(feature = "model")]
-pub use evaluation::{Evaluate, LinearOutput, Method, ModelResult, OutputResult, Statement};
+pub use evaluation::{
+    Evaluate, LinearOutput, ModelResult, OutputResult, Statement, StatementMethod,
+};
 #[cfg(feature = "model")]
 pub use model::{
-    Accuracy, Budget, CorrelationEntry, Equations, InputEntry, IntermediateEntry, OutputEntry,
-    UncertaintyModel,
+    Accuracy, BudgetEntries, CorrelationEntry, Equations, InputEntry, IntermediateEntry,
+    OutputEntry, UncertaintyModel,
 };
 
 /// The example of the README, so that it stays true.

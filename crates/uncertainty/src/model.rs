@@ -13,8 +13,8 @@ use serde::{Deserialize, Serialize};
 /// The inputs of a campaign: `budget.toml`, as data.
 ///
 /// ```
-/// use proofmass_uncertainty::Budget;
-/// let budget: Budget = toml::from_str(r#"
+/// use proofmass_uncertainty::BudgetEntries;
+/// let budget: BudgetEntries = toml::from_str(r#"
 /// [[input]]
 /// name = "reference"
 /// unit = "1"
@@ -27,7 +27,7 @@ use serde::{Deserialize, Serialize};
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Budget {
+pub struct BudgetEntries {
     /// Title for the report.
     #[serde(default)]
     pub title: String,
@@ -50,7 +50,7 @@ pub struct CorrelationEntry {
     pub coefficient: f64,
 }
 
-impl Budget {
+impl BudgetEntries {
     /// The inputs it describes.
     ///
     /// # Errors
@@ -140,7 +140,7 @@ impl UncertaintyModel {
     /// The inputs it describes.
     ///
     /// # Errors
-    /// As [`Budget::inputs`]; also for what only the budget of a campaign may say.
+    /// As [`BudgetEntries::inputs`]; also for what only the budget of a campaign may say.
     pub fn inputs(&self) -> Result<Inputs, Refusal> {
         let odd = self
             .input

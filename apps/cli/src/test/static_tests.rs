@@ -9,7 +9,7 @@ use proofmass::calibration::static_test::{
 };
 use proofmass::core::{Gravity, STANDARD_GRAVITY};
 use proofmass::io::{
-    CalibrationFile, Column, ColumnRef, Device, Input, Recording, RecordingOptions, Unit,
+    CalibrationFile, ColumnRef, Device, Input, RecordedColumn, Recording, RecordingOptions, Unit,
 };
 use proofmass::jobs::static_test::{
     StaticTest, StaticTestData, StaticTestInput, StaticTestJob, StaticTestOutcome, dated,
@@ -117,7 +117,7 @@ fn record(device: Device, inputs: Vec<Input>) -> Record {
 }
 
 /// Factor of a column to SI; its heading wins over the usual unit, and must be of the same kind.
-fn to_si(column: &Column, usual: Unit) -> Result<f64, Failure> {
+fn to_si(column: &RecordedColumn, usual: Unit) -> Result<f64, Failure> {
     let (unit, factor) = column.unit.unwrap_or(usual).si();
     if unit == usual.si().0 {
         Ok(factor)

@@ -3,7 +3,9 @@
 
 use proofmass::calibration::shaker::Complex64;
 use proofmass::io::write_f32;
-use proofmass::rig::bench::{Bench, Campaign, Wedge, published_plan, waveform::Acquisition};
+use proofmass::rig::bench::{
+    Bench, BenchCampaign, BenchWedge, published_plan, waveform::Acquisition,
+};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::fmt::Write;
@@ -31,17 +33,17 @@ pub fn rows(frequencies: &[f64]) -> Vec<Row> {
 }
 
 /// The same on a table that moves aside too, with its truth.
-pub fn rocking(frequencies: &[f64]) -> (Vec<Row>, Campaign) {
+pub fn rocking(frequencies: &[f64]) -> (Vec<Row>, BenchCampaign) {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(9);
     let bench = Bench {
-        wedge: Some(Wedge::default()),
+        wedge: Some(BenchWedge::default()),
         ..Bench::default()
     };
     let campaign = bench.campaign(&published_plan(), frequencies, &mut rng);
     (rows_of(&campaign), campaign)
 }
 
-fn rows_of(campaign: &Campaign) -> Vec<Row> {
+fn rows_of(campaign: &BenchCampaign) -> Vec<Row> {
     campaign
         .runs
         .iter()

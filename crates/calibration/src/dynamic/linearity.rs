@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// **Source** `[ISO16063-21]`, clause on amplitude linearity by levels.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Linearity {
+pub struct LevelLinearity {
     /// `sensitivity` and `amplitude_coefficient` κ in 1/(m/s²).
     pub estimate: Estimate,
     /// Largest departure from the best straight line through zero, as a share of it at the highest level.
@@ -32,7 +32,7 @@ pub struct Linearity {
     pub findings: Vec<Finding>,
 }
 
-impl Linearity {
+impl LevelLinearity {
     /// Fits.
     ///
     /// # Errors
@@ -188,7 +188,7 @@ mod tests {
         let (mut inside, mut alarms) = ([0; 2], 0);
         for seed in 0..500 {
             let (a, y, u) = series(seed, 1e-4, 0.0);
-            let fit = Linearity::of(&a, &y, &u, "V").unwrap();
+            let fit = LevelLinearity::of(&a, &y, &u, "V").unwrap();
             for (count, (q, t)) in inside
                 .iter_mut()
                 .zip(fit.estimate.quantities().iter().zip([0.01, 1e-4]))
@@ -196,7 +196,12 @@ mod tests {
                 *count += usize::from((q.value - t).abs() <= q.expanded(0.95));
             }
             let (a, y, u) = series(10_000 + seed, 0.0, 0.0);
-            alarms += usize::from(!Linearity::of(&a, &y, &u, "V").unwrap().findings.is_empty());
+            alarms += usize::from(
+                !LevelLinearity::of(&a, &y, &u, "V")
+                    .unwrap()
+                    .findings
+                    .is_empty(),
+            );
         }
         // 95 % of 500 at 0.1 %: 459 to 490.
         assert!(inside.iter().all(|c| (459..=490).contains(c)), "{inside:?}");
@@ -208,7 +213,7 @@ mod tests {
     fn known_departures_are_named() {
         let code = |kappa, cubic| {
             let (a, y, u) = series(3, kappa, cubic);
-            let fit = Linearity::of(&a, &y, &u, "V").unwrap();
+            let fit = LevelLinearity::of(&a, &y, &u, "V").unwrap();
             fit.findings
                 .iter()
                 .map(|f| f.code().to_owned())
@@ -221,10 +226,10 @@ mod tests {
     #[test]
     fn refuses_levels_that_say_nothing() {
         let ones = [1.0; 5];
-        assert!(Linearity::of(&ones, &ones, &ones, "V").is_err());
-        assert!(Linearity::of(&ones[..3], &ones[..3], &ones[..3], "V").is_err());
-        assert!(Linearity::of(&ones, &ones[..4], &ones, "V").is_err());
-        assert!(Linearity::of(&[1.0, 2.0, 3.0, 4.0, -5.0], &ones, &ones, "V").is_err());
-        assert!(Linearity::of(&[1.0, 2.0, 3.0, 4.0, 5.0], &ones, &[0.0; 5], "V").is_err());
+        assert!(LevelLinearity::of(&ones, &ones, &ones, "V").is_err());
+        assert!(LevelLinearity::of(&ones[..3], &ones[..3], &ones[..3], "V").is_err());
+        assert!(LevelLinearity::of(&ones, &ones[..4], &ones, "V").is_err());
+        assert!(LevelLinearity::of(&[1.0, 2.0, 3.0, 4.0, -5.0], &ones, &ones, "V").is_err());
+        assert!(LevelLinearity::of(&[1.0, 2.0, 3.0, 4.0, 5.0], &ones, &[0.0; 5], "V").is_err());
     }
 }

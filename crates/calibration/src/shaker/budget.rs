@@ -138,7 +138,7 @@ impl Key {
 
 /// One input of the budget.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Input {
+pub struct BudgetInput {
     /// Stable name, such as `reference.calibration`.
     pub key: String,
     /// What it is, for a reader of the budget.
@@ -159,7 +159,7 @@ pub struct Input {
     pub at_frequencies: Vec<(f64, f64)>,
 }
 
-impl Input {
+impl BudgetInput {
     /// A type B input with a normal distribution and infinite degrees of freedom.
     pub fn new(key: &str, acts: Acts, standard_uncertainty: f64, varies_with: &[Key]) -> Self {
         Self {
@@ -240,7 +240,7 @@ impl Input {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Budget {
     /// Inputs, independent of each other.
-    pub inputs: Vec<Input>,
+    pub inputs: Vec<BudgetInput>,
 }
 
 impl Budget {
@@ -249,7 +249,7 @@ impl Budget {
     /// # Errors
     /// [`Error::OutOfRange`] for a distribution that does not exist, or whose mean is not zero: what is known is to be
     /// corrected, and only what is left is an error.
-    pub fn new(inputs: Vec<Input>) -> Result<Self, Error> {
+    pub fn new(inputs: Vec<BudgetInput>) -> Result<Self, Error> {
         for input in &inputs {
             input.distribution.check()?;
             let (mean, u) = (
@@ -304,42 +304,47 @@ impl Budget {
         let run_channel = [Key::Run, Key::Channel];
         Self {
             inputs: vec![
-                Input::new(
+                BudgetInput::new(
                     "reference.calibration",
                     ReferenceModulus,
                     0.002,
                     &[Key::Frequency],
                 )
                 .described("calibration of the reference standard"),
-                Input::rectangular(
+                BudgetInput::rectangular(
                     "wedge.angle",
                     Inclination,
                     0.1f64.to_radians(),
                     &[Key::Inclination],
                 )
                 .described("machining tolerance of the wedge faces"),
-                Input::rectangular(
+                BudgetInput::rectangular(
                     "gluing.angle",
                     Rotation,
                     1f64.to_radians(),
                     &[Key::Inclination, Key::Rotation],
                 )
                 .described("angle at which the device was glued"),
-                Input::rectangular("conditioner.gain", OutputModulus, 0.0015, &[Key::Channel])
-                    .described("gain stability of the conditioner"),
-                Input::new("repeatability", OutputModulus, 0.001, &run_channel)
+                BudgetInput::rectangular(
+                    "conditioner.gain",
+                    OutputModulus,
+                    0.0015,
+                    &[Key::Channel],
+                )
+                .described("gain stability of the conditioner"),
+                BudgetInput::new("repeatability", OutputModulus, 0.001, &run_channel)
                     .described("repeatability of one reading")
                     .type_a(20.0),
-                Input::new("reproducibility", OutputModulus, 0.003, &run_channel)
+                BudgetInput::new("reproducibility", OutputModulus, 0.003, &run_channel)
                     .described("reproducibility of one reading")
                     .type_a(20.0),
-                Input::new("reading.phase", OutputPhase, 0.003, &run_channel)
+                BudgetInput::new("reading.phase", OutputPhase, 0.003, &run_channel)
                     .described("phase of one reading"),
-                Input::rectangular("transverse.motion", OutputModulus, 0.001, &run_channel)
+                BudgetInput::rectangular("transverse.motion", OutputModulus, 0.001, &run_channel)
                     .described("residual transverse motion"),
-                Input::rectangular("coupled.vibration", OutputModulus, 0.001, &run_channel)
+                BudgetInput::rectangular("coupled.vibration", OutputModulus, 0.001, &run_channel)
                     .described("coupled vibration"),
-                Input::rectangular("resolution", OutputModulus, 0.0015, &run_channel)
+                BudgetInput::rectangular("resolution", OutputModulus, 0.0015, &run_channel)
                     .described("resolution"),
             ],
         }

@@ -2,15 +2,15 @@
 
 use super::budget::Budget;
 use super::derived::{
-    DatasheetDeviation, Expanded, Term, against_datasheet, expanded, intrinsic, misalignment,
-    normalised, terms, transverse,
+    DatasheetDeviation, Expanded, SensitivityTerm, against_datasheet, expanded, intrinsic,
+    misalignment, normalised, terms, transverse,
 };
-use super::diagnosis::{Suspect, diagnose};
+use super::diagnosis::{SuspectRun, diagnose};
 use super::fit::{AngleEstimate, Fit, FrequencyFit, complex, joint};
 use super::geometry::Configuration;
 use super::observation::{PhasorRow, SpuriousTable};
 use super::published::{self, MagnitudeBudget, MagnitudeRow, PublishedFit, SpuriousMagnitude};
-use super::recording::{Limits, RunInput};
+use super::recording::{QualityLimits, RunInput};
 use super::reference::ReferenceTable;
 use super::screening::{Observations, observations};
 use crate::frequency_response::FrequencyResponse;
@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 /// Which calculation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Method {
+pub enum ShakerMethod {
     /// Magnitudes, as published; for comparison only.
     #[serde(alias = "published")]
     PublishedMagnitude,
@@ -50,7 +50,7 @@ pub struct ShakerCampaign {
     /// Corrections to set side by side; empty is no correction alone.
     pub corrections: Vec<Correction>,
     /// Methods to set side by side.
-    pub methods: Vec<Method>,
+    pub methods: Vec<ShakerMethod>,
     /// Budget. An input that acts on the reference modulus or phase is added from the certificate when none is
     /// there.
     pub budget: Budget,
@@ -61,7 +61,7 @@ pub struct ShakerCampaign {
     /// Target amplitudes (Hz, m/s²).
     pub targets: Vec<(f64, f64)>,
     /// Rules of a sound run.
-    pub limits: Limits,
+    pub limits: QualityLimits,
     /// Datasheet sensitivity and its expanded uncertainty, V/(m/s²).
     pub datasheet: Option<(f64, f64)>,
     /// Runs that somebody decided to leave out, by name.
@@ -69,18 +69,18 @@ pub struct ShakerCampaign {
 }
 
 impl ShakerCampaign {
-    /// A campaign with every choice at its default: no correction, [`Method::Joint`] and [`Method::Complex`].
+    /// A campaign with every choice at its default: no correction, [`ShakerMethod::Joint`] and [`ShakerMethod::Complex`].
     pub fn new(runs: Vec<RunInput>, budget: Budget) -> Self {
         Self {
             runs,
             reference: None,
             corrections: vec![],
-            methods: vec![Method::Complex, Method::Joint],
+            methods: vec![ShakerMethod::Complex, ShakerMethod::Joint],
             budget,
             magnitude_budget: MagnitudeBudget::published(0.0035),
             plan: None,
             targets: vec![],
-            limits: Limits::default(),
+            limits: QualityLimits::default(),
             datasheet: None,
             excluded: vec![],
         }
@@ -93,9 +93,9 @@ pub struct FrequencyResult {
     /// Frequency in Hz.
     pub frequency: f64,
     /// Terms of S, row by row.
-    pub sensitivity: Vec<Term>,
+    pub sensitivity: Vec<SensitivityTerm>,
     /// Terms of A, row by row.
-    pub exploitation: Vec<Term>,
+    pub exploitation: Vec<SensitivityTerm>,
     /// Real parts of S_ij/S_ii.
     pub normalised: Vec<Expanded>,
     /// Real parts of A_ij/A_ii.
@@ -161,7 +161,7 @@ pub struct PublishedResult {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MethodResult {
     /// The method.
-    pub method: Method,
+    pub method: ShakerMethod,
     /// Label of the correction.
     pub correction: String,
     /// Results of the rigorous methods.
@@ -223,7 +223,7 @@ pub struct ShakerCalibration {
     /// Differences of the main terms between the corrections, for the first rigorous method.
     pub differences: Vec<TermDifference>,
     /// Runs that contradict the others.
-    pub suspects: Vec<Suspect>,
+    pub suspects: Vec<SuspectRun>,
     /// Those of them that nothing reconciles with the others: the results are without these runs.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub set_aside: Vec<String>,
@@ -271,14 +271,14 @@ pub fn calibrate(campaign: &ShakerCampaign) -> Result<ShakerCalibration, Error> 
     for &method in &campaign.methods {
         for correction in corrections {
             results.push(match method {
-                Method::PublishedMagnitude => by_magnitudes(campaign, &rows, correction)?,
-                Method::Complex => rigorous(
+                ShakerMethod::PublishedMagnitude => by_magnitudes(campaign, &rows, correction)?,
+                ShakerMethod::Complex => rigorous(
                     method,
                     correction,
                     complex(&rows, &correction.table, &budget)?,
                     campaign,
                 )?,
-                Method::Joint => rigorous(
+                ShakerMethod::Joint => rigorous(
                     method,
                     correction,
                     joint(&rows, &correction.table, &budget)?,
@@ -307,13 +307,15 @@ fn reconciled(
     let asked = |method| campaign.methods.contains(&method);
     for correction in corrections {
         // Either may come to an end where the other does not.
-        let together = match asked(Method::Joint) {
+        let together = match asked(ShakerMethod::Joint) {
             true => joint(rows, &correction.table, budget).map(|_| ()),
             false => Ok(()),
         };
-        let tried = together.and_then(|()| match asked(Method::Complex) || !asked(Method::Joint) {
-            true => complex(rows, &correction.table, budget).map(|_| ()),
-            false => Ok(()),
+        let tried = together.and_then(|()| {
+            match asked(ShakerMethod::Complex) || !asked(ShakerMethod::Joint) {
+                true => complex(rows, &correction.table, budget).map(|_| ()),
+                false => Ok(()),
+            }
         });
         match tried {
             Err(Error::NotConverged { .. }) => return Ok(false),
@@ -375,7 +377,7 @@ fn gaps(correction: &Correction, rows: &[PhasorRow]) -> Option<Finding> {
 }
 
 fn rigorous(
-    method: Method,
+    method: ShakerMethod,
     correction: &Correction,
     fit: Fit,
     campaign: &ShakerCampaign,
@@ -487,7 +489,7 @@ fn by_magnitudes(
         })
         .collect::<Result<Vec<_>, Error>>()?;
     Ok(MethodResult {
-        method: Method::PublishedMagnitude,
+        method: ShakerMethod::PublishedMagnitude,
         correction: correction.label.clone(),
         frequencies: vec![],
         published,
@@ -512,7 +514,7 @@ fn differences(results: &[MethodResult]) -> Vec<TermDifference> {
     let Some(method) = results
         .iter()
         .map(|r| r.method)
-        .find(|m| *m != Method::PublishedMagnitude)
+        .find(|m| *m != ShakerMethod::PublishedMagnitude)
     else {
         return vec![];
     };
@@ -541,7 +543,7 @@ fn differences(results: &[MethodResult]) -> Vec<TermDifference> {
 }
 
 /// Standard uncertainty of a modulus from the measured spurious motion alone.
-fn from_spurious_motion(term: &Term) -> f64 {
+fn from_spurious_motion(term: &SensitivityTerm) -> f64 {
     let line = term.budget.iter().find(|l| l.key == "spurious.motion");
     line.map_or(0.0, |l| l.contribution)
 }

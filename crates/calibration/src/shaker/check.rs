@@ -1,7 +1,7 @@
 //! The stated uncertainties of a campaign against Monte Carlo, frequency by frequency.
 
-use super::campaign::{Method, ShakerCalibration, ShakerCampaign};
-use super::monte_carlo::{FrequencyCheck, Options, validate};
+use super::campaign::{ShakerCalibration, ShakerCampaign, ShakerMethod};
+use super::monte_carlo::{CheckOptions, FrequencyCheck, validate};
 use super::observation::SpuriousTable;
 use super::screening::{Observations, observations};
 use proofmass_uncertainty::{Progress, Refusal, Verdict};
@@ -17,14 +17,14 @@ use std::ops::ControlFlow;
 pub fn check(
     campaign: &ShakerCampaign,
     calibration: &ShakerCalibration,
-    options: &Options,
+    options: &CheckOptions,
     progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Vec<FrequencyCheck>, Refusal> {
     let Some(method) = campaign
         .methods
         .iter()
         .copied()
-        .find(|m| *m != Method::PublishedMagnitude)
+        .find(|m| *m != ShakerMethod::PublishedMagnitude)
     else {
         return Ok(vec![]);
     };
@@ -44,7 +44,7 @@ pub fn adopt(calibration: &mut ShakerCalibration, checks: &[FrequencyCheck]) {
     let Some(result) = calibration
         .results
         .iter_mut()
-        .find(|r| r.method != Method::PublishedMagnitude)
+        .find(|r| r.method != ShakerMethod::PublishedMagnitude)
     else {
         return;
     };

@@ -38,7 +38,7 @@ pub struct Expanded {
 
 /// One term of a matrix.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Term {
+pub struct SensitivityTerm {
     /// Row and column as letters, such as `xy`.
     pub name: String,
     /// Real part.
@@ -126,7 +126,7 @@ pub fn terms(
     unit: &'static str,
     m: &Matrix,
     estimate: &Estimate,
-) -> Result<Vec<Term>, Error> {
+) -> Result<Vec<SensitivityTerm>, Error> {
     let mut result = Vec::with_capacity(9);
     let covariance = estimate.covariance();
     for i in 0..3 {
@@ -193,7 +193,7 @@ pub fn terms(
                 larger.sqrt(),
                 linear.dof,
             );
-            result.push(Term {
+            result.push(SensitivityTerm {
                 name: format!("{}{}", AXES[i], AXES[j]),
                 re: z.re,
                 im: z.im,

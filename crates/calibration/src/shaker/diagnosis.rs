@@ -52,7 +52,7 @@ pub enum Suspicion {
 
 /// A run that all others contradict.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Suspect {
+pub struct SuspectRun {
     /// Index of the row.
     pub row: usize,
     /// Name of the run.
@@ -89,7 +89,7 @@ pub fn suspects(
     rows: &[PhasorRow],
     spurious: &SpuriousTable,
     budget: &Budget,
-) -> Result<Vec<Suspect>, Error> {
+) -> Result<Vec<SuspectRun>, Error> {
     let mut frequencies: Vec<f64> = rows.iter().map(|r| r.frequency).collect();
     frequencies.sort_by(f64::total_cmp);
     frequencies.dedup();
@@ -157,7 +157,7 @@ pub fn suspects(
             let statistic = trial.increase(&here[i]);
             if upper_tail(statistic, 6.0) < alarm {
                 let (suspicion, explained) = trial.explain(&here[i], statistic);
-                result.push(Suspect {
+                result.push(SuspectRun {
                     row: all[i],
                     run: here[i].run.clone(),
                     statistic,
@@ -414,7 +414,7 @@ pub fn diagnose(
     spurious: &SpuriousTable,
     budget: &Budget,
     plan: Option<&[Configuration]>,
-) -> Result<(Vec<Suspect>, Vec<Finding>), Error> {
+) -> Result<(Vec<SuspectRun>, Vec<Finding>), Error> {
     let mut findings = completeness(rows, plan);
     if let Some(finding) = phase_unit(rows, spurious, budget)? {
         // With wrong phases every run is suspect; naming them all would hide the cause.
@@ -497,7 +497,7 @@ impl Suspicion {
     }
 }
 
-fn describe(s: &Suspect, row: &PhasorRow) -> Finding {
+fn describe(s: &SuspectRun, row: &PhasorRow) -> Finding {
     let place = format!("{}, {} Hz", degrees(&row.configuration), row.frequency);
     let (code, words) = s.suspicion.words();
     if s.suspicion == Suspicion::Unexplained {
@@ -665,7 +665,7 @@ fn throughout(
     rows: &[PhasorRow],
     spurious: &SpuriousTable,
     budget: &Budget,
-    suspects: &[Suspect],
+    suspects: &[SuspectRun],
 ) -> Result<Vec<Finding>, Error> {
     let mut findings = vec![];
     let kept: Vec<PhasorRow> = rows

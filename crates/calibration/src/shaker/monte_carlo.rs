@@ -57,7 +57,7 @@ impl FrequencyCheck {
 /// How the check is made.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
-pub struct Options {
+pub struct CheckOptions {
     /// Trials.
     pub trials: u64,
     /// Significant digits of u that the comparison is about.
@@ -66,7 +66,7 @@ pub struct Options {
     pub seed: u64,
 }
 
-impl Default for Options {
+impl Default for CheckOptions {
     /// 10 000 trials, one digit, seed 1.
     fn default() -> Self {
         Self {
@@ -96,11 +96,11 @@ impl Default for Options {
 /// As [`complex`]; [`Error::TooFew`] below 10⁴ trials, [`Error::OutOfRange`] for the published method, which has no
 /// budget of this kind; [`Refusal::Cancelled`].
 pub fn validate(
-    method: Method,
+    method: ShakerMethod,
     rows: &[PhasorRow],
     spurious: &SpuriousTable,
     budget: &Budget,
-    options: &Options,
+    options: &CheckOptions,
     progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Vec<FrequencyCheck>, Refusal> {
     if options.trials < 10_000 {
@@ -112,11 +112,11 @@ pub fn validate(
         .into());
     }
     match method {
-        Method::Joint => {
+        ShakerMethod::Joint => {
             let fit = joint(rows, spurious, budget)?;
             together(rows, spurious, budget, fit, options, progress)
         }
-        Method::Complex => {
+        ShakerMethod::Complex => {
             let fit = complex(rows, spurious, budget)?;
             let count = fit.frequencies.len();
             let mut checks = vec![];
@@ -148,7 +148,7 @@ pub fn validate(
             }
             Ok(checks)
         }
-        Method::PublishedMagnitude => Err(Error::OutOfRange {
+        ShakerMethod::PublishedMagnitude => Err(Error::OutOfRange {
             name: "method of the Monte Carlo check: the published one has no such budget",
             value: 0.0,
             min: 1.0,
@@ -164,7 +164,7 @@ fn together(
     spurious: &SpuriousTable,
     budget: &Budget,
     fit: super::Fit,
-    options: &Options,
+    options: &CheckOptions,
     progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Vec<FrequencyCheck>, Refusal> {
     // The expectation: a noise-free campaign of the S that was found.

@@ -43,7 +43,7 @@ pub struct RunInput {
 
 /// How a recording becomes phasors.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reading {
+pub struct PhasorReading {
     /// Sampling frequency in Hz.
     pub sampling_frequency: f64,
     /// Known or common unknown frequency.
@@ -59,7 +59,7 @@ pub struct Reading {
 /// Periods above which the strongest line of a record tells its frequency better than half a bin.
 const SETTLED: f64 = 8.0;
 
-impl Reading {
+impl PhasorReading {
     /// Common frequency, five harmonics (as many as fit below Nyquist), no drift.
     pub fn new(sampling_frequency: f64) -> Self {
         Self {
@@ -128,7 +128,7 @@ impl Reading {
     /// Phasors of reference, x, y, z of one run.
     ///
     /// # Errors
-    /// As [`Reading::phasors`].
+    /// As [`PhasorReading::phasors`].
     pub fn observe(
         &self,
         run: &str,
@@ -182,7 +182,7 @@ impl Phasors {
 
 /// Rules of a sound run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Limits {
+pub struct QualityLimits {
     /// Largest relative departure of the frequency.
     pub frequency: f64,
     /// Largest distortion of the excitation.
@@ -193,7 +193,7 @@ pub struct Limits {
     pub amplitude: f64,
 }
 
-impl Default for Limits {
+impl Default for QualityLimits {
     /// 0.5 % of frequency, 5 % of distortion (ISO 16063-21), 40 dB, 10 % of amplitude.
     fn default() -> Self {
         Self {
@@ -226,7 +226,7 @@ pub struct Assessed<'a> {
 }
 
 /// Findings about a single run.
-pub fn assess(run: &Assessed<'_>, limits: &Limits) -> Vec<Finding> {
+pub fn assess(run: &Assessed<'_>, limits: &QualityLimits) -> Vec<Finding> {
     let mut findings = vec![];
     let (name, f, q) = (run.run, run.frequency, run.quality);
     let (amplitude, target) = (run.amplitude, run.target);

@@ -171,7 +171,7 @@ pub fn average(ratios: &[Complex64]) -> Result<Average, Error> {
 
 /// Repeats of the ratio along one axis, at one inclination and frequency.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Repeats {
+pub struct RatioRepeats {
     /// Inclination in radians.
     pub inclination: f64,
     /// Frequency in Hz.
@@ -194,11 +194,11 @@ struct Pool {
 type Kind = (u64, bool);
 
 impl Pool {
-    fn of(repeats: &Repeats) -> Kind {
+    fn of(repeats: &RatioRepeats) -> Kind {
         (repeats.frequency.to_bits(), repeats.axis == 2)
     }
 
-    fn all(campaign: &[Repeats]) -> Result<Pools, Error> {
+    fn all(campaign: &[RatioRepeats]) -> Result<Pools, Error> {
         let mut pools = BTreeMap::new();
         for repeats in campaign {
             if let Average::Coherent(e) = average(&repeats.ratios)? {
@@ -236,7 +236,7 @@ impl std::ops::Index<Kind> for Pools {
 ///
 /// # Errors
 /// As [`average`]; [`Error::OutOfRange`] for an axis beyond z′.
-pub fn table(campaign: &[Repeats]) -> Result<(SpuriousTable, Vec<Finding>), Error> {
+pub fn table(campaign: &[RatioRepeats]) -> Result<(SpuriousTable, Vec<Finding>), Error> {
     let mut entries: Vec<Spurious> = vec![];
     let mut findings = vec![];
     let pools = Pool::all(campaign)?;
@@ -346,7 +346,7 @@ pub struct RatioSummary {
 ///
 /// # Errors
 /// As [`table`].
-pub fn summaries(campaign: &[Repeats]) -> Result<Vec<RatioSummary>, Error> {
+pub fn summaries(campaign: &[RatioRepeats]) -> Result<Vec<RatioSummary>, Error> {
     campaign
         .iter()
         .map(|repeats| {
@@ -447,7 +447,7 @@ mod tests {
             average(&ratios).unwrap(),
             Average::Incoherent { .. }
         ));
-        let (table, findings) = table(&[Repeats {
+        let (table, findings) = table(&[RatioRepeats {
             inclination: 1.0,
             frequency: 5.0,
             axis: 1,
@@ -521,7 +521,7 @@ mod tests {
                         Complex64::new(whole + 0.01 + 1e-3 * normal(), 1e-3 * normal())
                     })
                     .collect();
-                campaign.push(Repeats {
+                campaign.push(RatioRepeats {
                     inclination: 0.2 * f64::from(wedge),
                     frequency: 160.0,
                     axis: axis as usize,

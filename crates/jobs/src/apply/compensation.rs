@@ -29,7 +29,7 @@ pub enum CompensationMethod {
 /// use proofmass_calibration::FrequencyResponse;
 /// use proofmass_calibration::shaker::reference::{ReferencePoint, ReferenceTable};
 /// use proofmass_io::Unit;
-/// use proofmass_jobs::apply::{Compensation, CompensationMethod};
+/// use proofmass_jobs::apply::{CompensationStream, CompensationMethod};
 /// use proofmass_jobs::{Record, Unwatched, frequency_response};
 ///
 /// let line = |frequency: f64| ReferencePoint {
@@ -39,7 +39,7 @@ pub enum CompensationMethod {
 /// let response = FrequencyResponse::try_from(&table)?;
 /// let file = frequency_response::to_file(&response, "certificate", Unit::Volt, &Record::default());
 /// let method = CompensationMethod::Band([20.0, 500.0]);
-/// let mut compensation = Compensation::new(&file.into(), method, None, &Unwatched)?;
+/// let mut compensation = CompensationStream::new(&file.into(), method, None, &Unwatched)?;
 /// let a = compensation.push(&[&[0.1, 0.2]]);
 /// assert!((a[0][1] - 20.0).abs() < 1e-9);
 /// let error = compensation.error().unwrap();
@@ -47,7 +47,7 @@ pub enum CompensationMethod {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct Compensation {
+pub struct CompensationStream {
     kind: Kind,
 }
 
@@ -58,7 +58,7 @@ enum Kind {
     Filter(Box<CompensationFilter>, FilterStream),
 }
 
-impl Compensation {
+impl CompensationStream {
     /// A calibration used in this way, for samples at this rate in Hz (which only a filter needs).
     ///
     /// # Errors

@@ -1,6 +1,6 @@
 //! What became of a compensated recording.
 
-use super::{ApplyJob, Compensation, CompensationMethod};
+use super::{ApplyJob, CompensationMethod, CompensationStream};
 use crate::outcome::Outcome;
 use crate::record::Record;
 use proofmass_calibration::frequency_response::{BandMatrix, CompensationError};
@@ -69,7 +69,7 @@ fn range(calibration: &AnyCalibration) -> Option<[f64; 2]> {
 
 pub(super) fn findings(
     figures: &Figures,
-    compensation: Option<&Compensation>,
+    compensation: Option<&CompensationStream>,
     calibration: &AnyCalibration,
 ) -> Vec<Finding> {
     let mut findings = Vec::new();
@@ -189,7 +189,7 @@ pub struct ApplyOutcome {
 impl ApplyOutcome {
     pub(super) fn new(
         job: &ApplyJob,
-        compensation: Option<&Compensation>,
+        compensation: Option<&CompensationStream>,
         figures: Figures,
         columns: Vec<String>,
         (recording, sha256): (Input, Option<String>),
@@ -207,13 +207,13 @@ impl ApplyOutcome {
             sha256,
             band: compensation.and_then(|c| c.band().cloned()),
             filter: compensation
-                .and_then(Compensation::filter)
+                .and_then(CompensationStream::filter)
                 .map(|f| FilterFigures {
                     rate: f.rate,
                     length: 2 * f.half + 1,
                     half: f.half,
                 }),
-            error: compensation.and_then(Compensation::error),
+            error: compensation.and_then(CompensationStream::error),
             findings,
         }
     }

@@ -1,7 +1,7 @@
 //! `kind = "multi-position"`: a triaxial accelerometer held still in many positions.
 
 use super::CampaignFile;
-use proofmass_io::Segment;
+use proofmass_io::SegmentRow;
 use proofmass_io::{Ambient, Device};
 use proofmass_io::{ColumnRef, DecimalMark, LayoutOptions, Separator};
 use proofmass_io::{Input, Recording, RecordingOptions, Result, TimeUnit, Unit};
@@ -44,9 +44,9 @@ pub struct MultiPositionCampaign {
     /// How standstills are found.
     pub standstill: StandstillTable,
     /// What is fitted.
-    pub method: Method,
+    pub method: MethodTable,
     /// Uncertainty of given attitudes.
-    pub attitude: Attitude,
+    pub attitude: AttitudeTable,
     /// Conditions.
     pub ambient: Ambient,
 }
@@ -64,9 +64,9 @@ struct File {
     #[serde(default)]
     standstill: StandstillTable,
     #[serde(default)]
-    method: Method,
+    method: MethodTable,
     #[serde(default)]
-    attitude: Attitude,
+    attitude: AttitudeTable,
     #[serde(default)]
     ambient: Ambient,
 }
@@ -290,7 +290,7 @@ impl MethodModel {
 /// `[method]`.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct Method {
+pub struct MethodTable {
     /// What is fitted.
     pub model: MethodModel,
     /// Probability of the intervals.
@@ -300,7 +300,7 @@ pub struct Method {
     pub largest_uncertainty: Option<f64>,
 }
 
-impl Default for Method {
+impl Default for MethodTable {
     fn default() -> Self {
         Self {
             model: MethodModel::default(),
@@ -313,7 +313,7 @@ impl Default for Method {
 /// `[attitude]`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Attitude {
+pub struct AttitudeTable {
     /// Standard uncertainty of a given direction, per transverse axis, degrees.
     pub standard_uncertainty_deg: Option<f64>,
 }
@@ -544,12 +544,12 @@ impl MultiPositionCampaign {
     /// Reads the given segments against a recording; `None` where standstills are to be found.
     ///
     /// # Errors
-    /// As [`Segment::from_source`].
-    pub fn read_segments(&self, recording: &Recording) -> Result<Option<(Vec<Segment>, Input)>> {
+    /// As [`SegmentRow::from_source`].
+    pub fn read_segments(&self, recording: &Recording) -> Result<Option<(Vec<SegmentRow>, Input)>> {
         let Some(name) = &self.standstill.segments else {
             return Ok(None);
         };
-        Segment::from_source(self.source.source(name)?, recording).map(Some)
+        SegmentRow::from_source(self.source.source(name)?, recording).map(Some)
     }
 }
 

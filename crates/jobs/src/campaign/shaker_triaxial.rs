@@ -6,7 +6,7 @@ use super::shaker::{
     ShakerBudget, ShakerRecording, SpuriousFile, read_runs,
 };
 use proofmass_calibration::shaker::geometry::published_plan;
-use proofmass_calibration::shaker::{Configuration, Correction, Method, SpuriousTable};
+use proofmass_calibration::shaker::{Configuration, Correction, ShakerMethod, SpuriousTable};
 use proofmass_io::{Ambient, Device};
 use proofmass_io::{Input, Result, WaveformOptions};
 use proofmass_uncertainty::Finding;
@@ -20,7 +20,7 @@ const MOST_TRIALS: u64 = 100_000_000;
 #[serde(deny_unknown_fields, default)]
 pub struct ShakerMethods {
     /// Calculations to set side by side; the first is the result.
-    pub methods: Vec<Method>,
+    pub methods: Vec<ShakerMethod>,
     /// Monte Carlo trials for the check of the propagation; zero for none.
     pub trials: u64,
     /// Seed of the random numbers.
@@ -30,7 +30,7 @@ pub struct ShakerMethods {
 impl Default for ShakerMethods {
     fn default() -> Self {
         Self {
-            methods: vec![Method::Joint, Method::Complex],
+            methods: vec![ShakerMethod::Joint, ShakerMethod::Complex],
             trials: 10_000,
             seed: 1,
         }
@@ -214,7 +214,7 @@ impl ShakerTriaxialCampaign {
                     "some of \"joint\", \"complex\", \"published\"; the first is the result",
                 ));
         }
-        if methods[0] == Method::PublishedMagnitude {
+        if methods[0] == ShakerMethod::PublishedMagnitude {
             return Err(self
                 .source
                 .refuse(

@@ -2,8 +2,8 @@
 
 use super::CampaignFile;
 use super::shaker::{
-    Certificate, CertificateTable, Direction, PhasorQuantity, RunTable, RunsTable, ShakerRecording,
-    SpuriousFile, read_runs,
+    Certificate, CertificateTable, PhasorQuantity, RunTable, RunsTable, ShakerRecording,
+    SpuriousFile, SpuriousSeat, read_runs,
 };
 use super::shaker_triaxial::waveform_options;
 use proofmass_io::{Ambient, Device};
@@ -116,7 +116,7 @@ impl SpuriousMotionCampaign {
     ///
     /// # Errors
     /// As the table says, with line and column; volts without certificate or vibrometer.
-    pub fn read_runs(&self) -> Result<RunTable<Direction>> {
+    pub fn read_runs(&self) -> Result<RunTable<SpuriousSeat>> {
         const REFERENCE: &[PhasorQuantity] =
             &[PhasorQuantity::Voltage, PhasorQuantity::Acceleration];
         const VELOCITY: &[PhasorQuantity] = &[PhasorQuantity::Voltage, PhasorQuantity::Velocity];

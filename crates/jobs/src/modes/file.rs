@@ -4,8 +4,8 @@ use super::{Body, MeshedBody, ModesData, ModesJob};
 use crate::campaign::CampaignFile;
 use crate::record::Record;
 use proofmass_fixture::{
-    Accelerometer, Bore, Cause, Damping, Design, Dimension, Foot, Material, Parameter, Resonance,
-    Search, Sides, Support, Table, Wedge,
+    Accelerometer, Bore, Cause, Damping, Design, Dimension, Foot, Material, MeasuredResonance,
+    Parameter, Search, ShakerTable, Sides, Support, Wedge,
 };
 use proofmass_io::{Ambient, Device, Error, GmshMesh, Input, Result, Software};
 use serde::Deserialize;
@@ -349,7 +349,7 @@ impl ModesFile {
                 .mode
                 .checked_sub(1)
                 .ok_or_else(|| source.refuse("measured", "mode", "modes are counted from 1"))?;
-            job.measured.push(Resonance {
+            job.measured.push(MeasuredResonance {
                 mode,
                 frequency: m.frequency_hz,
                 u: m.u_hz,
@@ -570,7 +570,7 @@ fn support(source: &CampaignFile, table: Option<&SupportTable>) -> Result<Suppor
             normal: need(t.normal, "normal_N_per_m")?,
             tangential: need(t.tangential, "tangential_N_per_m")?,
         },
-        SupportKind::Table => Support::Table(Table {
+        SupportKind::Table => Support::Table(ShakerTable {
             mass: need(t.mass_kg, "mass_kg")?,
             axial: need(t.axial, "axial_N_per_m")?,
             lateral: t.lateral,

@@ -5,8 +5,8 @@ use crate::outcome::Outcome;
 use crate::record::Record;
 use crate::trouble::Result;
 use proofmass_fixture::{
-    Convergence, Damping, Effort, Face, Found, Level, Mesh, Mode, Search, Sensitivity,
-    TransferPoint, Update,
+    Convergence, Damping, Effort, Face, Found, FrequencySensitivity, Level, Mesh, NaturalMode,
+    Search, TransferPoint, Update,
 };
 use proofmass_io::{Cell, StatedQuantity, Table, VtuField, vtu};
 use proofmass_report::{ModesLine, ModesReport, Report};
@@ -23,14 +23,14 @@ pub struct ModesOutcome {
     pub(super) free: bool,
     pub(super) inclination: f64,
     pub(super) description: Vec<(String, String)>,
-    pub(super) modes: Vec<Mode>,
+    pub(super) modes: Vec<NaturalMode>,
     pub(super) effort: Effort,
     pub(super) levels: Vec<Level>,
     pub(super) convergence: Vec<Convergence>,
     pub(super) mass: f64,
     pub(super) centre: [f64; 3],
     pub(super) estimate: Estimate,
-    pub(super) sensitivities: Vec<Sensitivity>,
+    pub(super) sensitivities: Vec<FrequencySensitivity>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) update: Option<Update>,
     pub(super) transfer: Vec<TransferPoint>,
@@ -148,7 +148,7 @@ impl BodyMesh {
 
 impl ModesOutcome {
     /// The modes as calculated; updated frequencies stand in the estimate.
-    pub fn modes(&self) -> &[Mode] {
+    pub fn modes(&self) -> &[NaturalMode] {
         &self.modes
     }
 

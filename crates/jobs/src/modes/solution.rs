@@ -5,10 +5,10 @@ use super::{Body, MeshedBody, ModesData, ModesJob, trouble};
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
 use proofmass_fixture::{
-    Convergence, Design, Direction, Face, Fineness, Fixture, Level, Line, Material, Mesh, Model,
-    Modes, Support, TransferPoint, WedgeMesh, close_modes, converge, convergence_findings,
-    frequency_estimate, lowest_faces, mass_and_centre, modes, refine, search, sensitivities,
-    update,
+    Convergence, Design, Face, Fineness, FiniteElementModel, Fixture, Level, Line, LineDirection,
+    Material, Mesh, Modes, Support, TransferPoint, WedgeMesh, close_modes, converge,
+    convergence_findings, frequency_estimate, lowest_faces, mass_and_centre, modes, refine, search,
+    sensitivities, update,
 };
 use proofmass_io::GmshMesh;
 use proofmass_uncertainty::{
@@ -60,7 +60,7 @@ pub(super) fn solve(
         Body::Wedge(design) => wedge(job, design, watch)?,
         Body::Mesh(body) => meshed(job, body, &materials, data, watch)?,
     };
-    let model = Model {
+    let model = FiniteElementModel {
         fixture: &solved.fixture,
         materials: &materials,
         support: &support,
@@ -298,7 +298,7 @@ fn meshed(
     }
     let mut levels = vec![];
     let mut solve = |fixture: &Fixture, size: f64| -> Result<Modes> {
-        let model = Model {
+        let model = FiniteElementModel {
             fixture,
             materials,
             support: &body.support,
@@ -454,10 +454,10 @@ fn plot_points(modes: &Modes, job: &ModesJob, last: f64) -> Vec<TransferPoint> {
 fn lines(job: &ModesJob, solved: &Solved) -> Result<Vec<LineOutcome>> {
     let directions = [
         (
-            Direction::Slope,
+            LineDirection::Slope,
             "Up the slope, from the low edge of the face",
         ),
-        (Direction::Across, "Across the face"),
+        (LineDirection::Across, "Across the face"),
     ];
     let mut result = vec![];
     for (direction, name) in directions {

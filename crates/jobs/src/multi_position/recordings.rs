@@ -6,7 +6,7 @@ use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_calibration::{Direction, Segment, Standstill};
 use proofmass_core::{Error, Gravity, Watch};
-use proofmass_io::{ColumnRef, Input, Recording, Unit};
+use proofmass_io::{ColumnRef, Input, Recording, SegmentRow, Unit};
 use proofmass_uncertainty::{Finding, Severity};
 
 /// All recordings of a campaign, one after the other, in SI where their unit has a place in it.
@@ -70,12 +70,6 @@ impl MultiPositionCampaign {
                     .with_hint("where each file is one standstill, say so: each_file = \"standstill\" in [recording], with `directions` in [standstill] where they are known"));
             }
             _ => None,
-        };
-        let segment = |s: proofmass_io::Segment| Segment {
-            start: s.start,
-            end: s.end,
-            attitude: s.attitude,
-            label: s.label,
         };
         Ok(given.map(|(all, table)| (all.into_iter().map(segment).collect(), table)))
     }
@@ -378,5 +372,15 @@ pub(crate) fn gravity(input: &GravityInput) -> Result<Gravity, Error> {
                 None => Ok(normal),
             }
         }
+    }
+}
+
+/// A standstill as a table of segments gives it.
+pub fn segment(row: SegmentRow) -> Segment {
+    Segment {
+        start: row.start,
+        end: row.end,
+        attitude: row.attitude,
+        label: row.label,
     }
 }

@@ -7,7 +7,7 @@ use proofmass_io::{
     Absent, ColumnRef, Input, Layout, LayoutOptions, Recording, RecordingOptions, RowReader,
     Source, TimeSource, TimeUnit, Unit,
 };
-use proofmass_noise::{Channel, ChannelName, Sensor, Slip, clock_line};
+use proofmass_noise::{ChannelName, NoiseChannel, Sensor, Slip, clock_line};
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
@@ -55,7 +55,7 @@ impl NoiseRecording {
                     .names
                     .iter()
                     .zip(&self.columns)
-                    .map(|(n, rate)| Channel {
+                    .map(|(n, rate)| NoiseChannel {
                         name: &n.name,
                         sensor: n.sensor,
                         unit: &n.unit,

@@ -1,10 +1,10 @@
 //! The results as tables.
 
 use crate::trouble::Result;
-use proofmass_calibration::shaker::derived::{Expanded, PROBABILITY, Term};
+use proofmass_calibration::shaker::derived::{Expanded, PROBABILITY, SensitivityTerm};
 use proofmass_calibration::shaker::recording::{CHANNELS, RunInput};
 use proofmass_calibration::shaker::{
-    FrequencyCheck, FrequencyResult, Method, MethodResult, ShakerCalibration,
+    FrequencyCheck, FrequencyResult, MethodResult, ShakerCalibration, ShakerMethod,
 };
 use proofmass_io::{Cell, StatedQuantity, Table};
 use proofmass_uncertainty::{DegreesOfFreedom, Verdict};
@@ -36,11 +36,11 @@ pub(super) fn quantities(f: &FrequencyResult) -> Vec<StatedQuantity> {
         .collect()
 }
 
-pub(super) fn word(method: Method) -> &'static str {
+pub(super) fn word(method: ShakerMethod) -> &'static str {
     match method {
-        Method::PublishedMagnitude => "published",
-        Method::Complex => "complex",
-        Method::Joint => "joint",
+        ShakerMethod::PublishedMagnitude => "published",
+        ShakerMethod::Complex => "complex",
+        ShakerMethod::Joint => "joint",
     }
 }
 
@@ -88,7 +88,7 @@ type Terms = ([[f64; 3]; 3], [[Option<f64>; 3]; 3]);
 fn matrix(
     results: &[MethodResult],
     unit: &str,
-    terms: impl Fn(&FrequencyResult) -> &[Term],
+    terms: impl Fn(&FrequencyResult) -> &[SensitivityTerm],
     published: impl Fn(&Published) -> Terms,
 ) -> Result<Table> {
     let mut header = ["method", "correction", "frequency_Hz", "term"]

@@ -3,7 +3,7 @@
 use super::Desk;
 use crate::trouble::{Result, Trouble};
 use proofmass_io::{Cell, Table};
-use proofmass_rig::{Axis as Rig, AxisAccelerometer, AxisEncoder, AxisMotion, AxisRecording};
+use proofmass_rig::{AxisAccelerometer, AxisEncoder, AxisMotion, AxisRecording, DrivenAxis as Rig};
 use serde::{Deserialize, Serialize};
 
 /// A driven axis with encoder and accelerometer: recording.csv, truth.csv, truth.json.

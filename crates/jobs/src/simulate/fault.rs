@@ -1,6 +1,6 @@
 //! Faults to practise on.
 
-use proofmass_rig::bench::laboratory::Fault;
+use proofmass_rig::bench::laboratory::BenchFault;
 use serde::{Deserialize, Serialize};
 
 /// What goes wrong on purpose.
@@ -50,13 +50,13 @@ impl Practice {
     }
 
     /// What happens on the bench; `None` for what happens to the table.
-    pub(super) fn on_the_bench(self) -> Option<Fault> {
+    pub(super) fn on_the_bench(self) -> Option<BenchFault> {
         match self {
-            Self::SwappedCables => Some(Fault::SwappedCables),
-            Self::InvertedChannel => Some(Fault::InvertedChannel),
-            Self::Clipped => Some(Fault::Clipped),
-            Self::WrongFrequency => Some(Fault::WrongFrequency),
-            Self::WrongMounting => Some(Fault::WrongMounting),
+            Self::SwappedCables => Some(BenchFault::SwappedCables),
+            Self::InvertedChannel => Some(BenchFault::InvertedChannel),
+            Self::Clipped => Some(BenchFault::Clipped),
+            Self::WrongFrequency => Some(BenchFault::WrongFrequency),
+            Self::WrongMounting => Some(BenchFault::WrongMounting),
             Self::MissingRun | Self::DoubleRun => None,
         }
     }

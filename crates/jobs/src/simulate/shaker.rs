@@ -7,7 +7,7 @@ use crate::campaign::SpuriousFile;
 use crate::trouble::{Result, Trouble};
 use proofmass_calibration::shaker::geometry::{self, Configuration};
 use proofmass_calibration::shaker::plan::best;
-use proofmass_calibration::shaker::spurious::{Repeats, ratio_from_velocity, table};
+use proofmass_calibration::shaker::spurious::{RatioRepeats, ratio_from_velocity, table};
 use proofmass_io::{Cell, Table, f32_bytes};
 use proofmass_rig::bench::laboratory::{Laboratory, PreparedRun, Setup, Truth, Unreached};
 use proofmass_rig::bench::waveform::Acquisition;
@@ -433,7 +433,7 @@ fn spurious(
         for &frequency in frequencies {
             for axis in 0..3 {
                 let readings = setup.vibrometer(inclination, frequency, axis, repeats);
-                measured.push(Repeats {
+                measured.push(RatioRepeats {
                     inclination: inclination.to_radians(),
                     frequency,
                     axis,

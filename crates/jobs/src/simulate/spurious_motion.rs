@@ -6,7 +6,7 @@ use super::wedge_motion::bent;
 use crate::trouble::{Result, Trouble};
 use proofmass_io::{Cell, Table};
 use proofmass_rig::bench::laboratory::Laboratory;
-use proofmass_rig::bench::{Bench, Bending, Vibrometer, published_plan, target_amplitude};
+use proofmass_rig::bench::{Bench, BenchVibrometer, Bending, published_plan, target_amplitude};
 use serde::{Deserialize, Serialize};
 
 /// A vibrometer along the three axes of the table, wedge by wedge: campaign.toml, runs.csv with the phasors of every
@@ -69,7 +69,7 @@ impl SimulatedSpuriousMotion {
         }
         let standard = Laboratory::default();
         let laboratory = Laboratory {
-            vibrometer: Vibrometer {
+            vibrometer: BenchVibrometer {
                 common_clock: !self.no_common_clock,
                 ..standard.vibrometer.clone()
             },

@@ -2,7 +2,7 @@
 
 use crate::campaign::SpuriousFile;
 use crate::trouble::{Result, Trouble};
-use proofmass_rig::bench::{Bending, Wedge};
+use proofmass_rig::bench::{BenchWedge, Bending};
 
 impl SpuriousFile {
     /// The table as the bending of wedges on the simulated bench.
@@ -22,10 +22,10 @@ impl SpuriousFile {
 
 /// The standard wedge with the bending that was asked for.
 pub(super) fn bent(
-    wedge: Option<Wedge>,
+    wedge: Option<BenchWedge>,
     bending: &[Bending],
     frequencies: &[f64],
-) -> Result<Option<Wedge>> {
+) -> Result<Option<BenchWedge>> {
     let (false, Some(mut wedge)) = (bending.is_empty(), wedge.clone()) else {
         return Ok(wedge);
     };

@@ -6,7 +6,8 @@ use crate::record::Record;
 use crate::trouble::Result;
 use proofmass_io::{Cell, StatedQuantity, Table};
 use proofmass_motion::{
-    CompareResult, EstimateResult, MotionRecord, Source, Trace, TuneResult, Tuned, Tuning,
+    CompareResult, EstimateResult, MotionRecord, ReadingSource, TuneResult, Tuned, Tuning,
+    VelocityTrace,
 };
 use proofmass_report::{Report, VelocityReport};
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity};
@@ -25,7 +26,7 @@ struct Head {
     sample_time: f64,
     samples: usize,
     readings: usize,
-    source: Source,
+    source: ReadingSource,
     /// Whether it is an angle: rad in place of m.
     #[serde(default)]
     angular: bool,
@@ -135,7 +136,7 @@ fn rounded(values: &mut [f64], uncertainty: Option<f64>) {
     }
 }
 
-fn rounded_trace(trace: &mut Trace) {
+fn rounded_trace(trace: &mut VelocityTrace) {
     let smallest = trace.standard_uncertainty.as_ref().map(|u| {
         let positive = u.iter().copied().filter(|u| *u > 0.0);
         positive.fold(f64::INFINITY, f64::min)
@@ -280,8 +281,8 @@ impl Outcome for VelocityEstimate {
             "smoothed_m/s",
             "smoothed_standard_uncertainty_m/s",
             match self.head.source {
-                Source::Position => "position_m",
-                Source::Speed => "speed_m/s",
+                ReadingSource::Position => "position_m",
+                ReadingSource::Speed => "speed_m/s",
             },
             "acceleration_m/s2",
             "slip",

@@ -3,10 +3,10 @@
 use super::sensors::{stated_unit, unknown_unit};
 use crate::trouble::Trouble;
 use proofmass_core::encoder::Decoding;
-use proofmass_io::{Column, ColumnRef, Recording, Unit};
+use proofmass_io::{ColumnRef, RecordedColumn, Recording, Unit};
 use proofmass_motion::{
-    AbsoluteCode, Decoded, Source, TimedEdge, absolute, continued, quadrature, quadrature_edges,
-    resolver, rollover, turns_anew,
+    AbsoluteCode, Decoded, ReadingSource, TimedEdge, absolute, continued, quadrature,
+    quadrature_edges, resolver, rollover, turns_anew,
 };
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
@@ -119,11 +119,11 @@ impl Reading {
     }
 
     /// Position or speed.
-    pub(super) fn source(&self) -> Source {
+    pub(super) fn source(&self) -> ReadingSource {
         if self.speed.is_some() {
-            Source::Speed
+            ReadingSource::Speed
         } else {
-            Source::Position
+            ReadingSource::Position
         }
     }
 
@@ -271,7 +271,7 @@ impl Reading {
     fn length(
         &self,
         recording: &Recording,
-        column: &Column,
+        column: &RecordedColumn,
         index: usize,
         findings: &mut Vec<Finding>,
     ) -> Result<Vec<f64>, Trouble> {
@@ -294,7 +294,7 @@ impl Reading {
                 return Err(unknown_unit(recording, column, hint));
             }
         };
-        let speed = self.source() == Source::Speed;
+        let speed = self.source() == ReadingSource::Speed;
         let (si, mut factor) = unit.si();
         if let Some(scale) = self.scale {
             if !(scale.is_finite() && scale != 0.0) {
@@ -351,7 +351,7 @@ impl Reading {
     fn continued(
         &self,
         recording: &Recording,
-        column: &Column,
+        column: &RecordedColumn,
         index: usize,
         findings: &mut Vec<Finding>,
     ) -> Result<Vec<i64>, Trouble> {
@@ -407,7 +407,7 @@ impl Reading {
     fn logic(
         &self,
         recording: &Recording,
-        columns: &[Column],
+        columns: &[RecordedColumn],
         clock: &[f64],
         missing: &[&[usize]],
         findings: &mut Vec<Finding>,

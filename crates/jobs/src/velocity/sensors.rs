@@ -8,11 +8,11 @@ use crate::store::Store;
 use crate::trouble::Trouble;
 use proofmass_core::{Matrix3, SensorModel, Watch};
 use proofmass_io::{
-    Absent, CalibrationFile, Column, ColumnRef, Input, Layout, LayoutOptions, Recording,
+    Absent, CalibrationFile, ColumnRef, Input, Layout, LayoutOptions, RecordedColumn, Recording,
     RecordingOptions, Source as Bytes, TimeSource, TimeUnit, Unit,
 };
 use proofmass_motion::{
-    MotionRecord, Source, Stamped, Timing, align, drop_glitches, even_clock, even_times,
+    MotionRecord, ReadingSource, Stamped, Timing, align, drop_glitches, even_clock, even_times,
     longest_stretch, mean_between, moves_while_still, thin,
 };
 use proofmass_uncertainty::Finding;
@@ -73,7 +73,7 @@ pub enum SensorAxis {
 /// Unit of a column by its heading or by an option, which must not contradict each other.
 pub(super) fn stated_unit(
     recording: &Recording,
-    column: &Column,
+    column: &RecordedColumn,
     (given, option): (Option<Unit>, &str),
 ) -> Result<Option<Unit>, Trouble> {
     match (column.unit, given) {
@@ -88,7 +88,7 @@ pub(super) fn stated_unit(
 }
 
 /// Neither heading nor option tells the unit.
-pub(super) fn unknown_unit(recording: &Recording, column: &Column, hint: &str) -> Trouble {
+pub(super) fn unknown_unit(recording: &Recording, column: &RecordedColumn, hint: &str) -> Trouble {
     Trouble::data(format!("the unit of column {:?} is not known", column.name))
         .detail(recording.path.display().to_string())
         .with_hint(hint)
@@ -452,7 +452,7 @@ impl AxisSensors {
         resting: bool,
     ) -> Result<(MotionRecord, f64), Trouble> {
         let source = match resting {
-            true => Source::Speed,
+            true => ReadingSource::Speed,
             false => self.reading.source(),
         };
         let timing = if self.reading.edges() {

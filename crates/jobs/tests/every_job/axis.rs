@@ -6,16 +6,16 @@ use proofmass_jobs::velocity::{
     AxisData, VelocityCompareJob, VelocityEstimateJob, VelocityTuneJob,
 };
 use proofmass_jobs::{AnyData, AnyJob};
-use proofmass_motion::{Method, MotionRecord, Source};
-use proofmass_rig::{Axis, AxisMotion};
+use proofmass_motion::{Method, MotionRecord, ReadingSource};
+use proofmass_rig::{AxisMotion, DrivenAxis};
 
 fn walk(kind: &str, job: impl Into<AnyJob>) {
-    let mut axis = Axis::new(AxisMotion::servo(5.0));
+    let mut axis = DrivenAxis::new(AxisMotion::servo(5.0));
     axis.duration = 2.0;
     let recording = axis.simulate(1).expect("an axis");
     let mut motion = MotionRecord::new(
         recording.sample_time,
-        Source::Position,
+        ReadingSource::Position,
         recording.position(),
         recording.acceleration.clone(),
     )

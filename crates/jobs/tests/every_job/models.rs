@@ -2,7 +2,7 @@
 
 use crate::agreement::{check, figure};
 use crate::ask;
-use proofmass_calibration::shaker::{Acts, Budget, Input, Key};
+use proofmass_calibration::shaker::{Acts, Budget, BudgetInput, Key};
 use proofmass_io::Source;
 use proofmass_jobs::campaign::CampaignFile;
 use proofmass_jobs::inspect::{InspectData, InspectJob};
@@ -15,15 +15,15 @@ use proofmass_jobs::simulate::{
 };
 use proofmass_jobs::uncertainty::UncertaintyJob;
 use proofmass_jobs::{AnyData, Gathered, Memory, Sink, Store};
-use proofmass_noise::{Channel, NoiseModel, Sensor, simulate as simulated_noise};
+use proofmass_noise::{NoiseChannel, NoiseModel, Sensor, simulate as simulated_noise};
 use rand::SeedableRng;
 use std::sync::Arc;
 
 pub fn budget() -> Budget {
     let run = [Key::Run, Key::Channel];
     Budget::new(vec![
-        Input::new("reading", Acts::OutputModulus, 0.003, &run).type_a(20.0),
-        Input::new("noise", Acts::OutputAdditive, 5e-5, &run),
+        BudgetInput::new("reading", Acts::OutputModulus, 0.003, &run).type_a(20.0),
+        BudgetInput::new("noise", Acts::OutputAdditive, 5e-5, &run),
     ])
     .expect("a budget")
 }
@@ -46,7 +46,7 @@ pub fn noise(kind: &str) {
     let mut rng = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(11);
     let rate = simulated_noise(&model, 20_000, 50.0, &mut rng).expect("noise");
     check(kind, &|watch| {
-        let channel = Channel {
+        let channel = NoiseChannel {
             name: "acc_x",
             sensor: Some(Sensor::Accelerometer),
             unit: "m/s²",

@@ -2,7 +2,7 @@
 
 use super::doubt::{at_bound, not_white, resting, rounding_repeats};
 use super::spread::{LN10, parameters, shifted};
-use super::{Found, NoiseNode, Point, Search, Tuned};
+use super::{NoiseNode, Point, Search, Tuned, TunedValue};
 use crate::whiteness::autocorrelation;
 use crate::{BiasModel, KalmanModel, Whiteness};
 use proofmass_core::Error;
@@ -56,12 +56,12 @@ impl Search<'_> {
         let whiteness = Whiteness::test(&innovations)?;
         let correlation = autocorrelation(&innovations, whiteness.lags);
         let found = |pair: Option<(f64, f64)>| {
-            pair.map(|(value, uncertainty)| Found { value, uncertainty })
+            pair.map(|(value, uncertainty)| TunedValue { value, uncertainty })
         };
         let offset = found(point.solution.offset());
         let gain = point.solution.gain().map(|(g, u)| {
             let gain = 1.0 / (1.0 - g);
-            Found {
+            TunedValue {
                 value: gain,
                 uncertainty: u * gain * gain,
             }

@@ -5,7 +5,7 @@ use crate::diffuse::{Noise, Prepared, Sums, Unknowns};
 use crate::filtering::steps;
 use crate::floor::{noise_floor, variance};
 use crate::search::line;
-use crate::{KalmanModel, MotionRecord, ProcessNoise, Source};
+use crate::{KalmanModel, MotionRecord, ProcessNoise, ReadingSource};
 use proofmass_core::{Error, Watch};
 
 /// Range of log₁₀(q T⁴/R): from a filter that forgets in 10⁵ samples to one that follows every reading.
@@ -189,8 +189,8 @@ impl<'a> Search<'a> {
         };
         // A speed has one integration less.
         match self.record.source {
-            Source::Position => form,
-            Source::Speed => form / (dt * dt),
+            ReadingSource::Position => form,
+            ReadingSource::Speed => form / (dt * dt),
         }
     }
 
@@ -280,7 +280,7 @@ impl<'a> Search<'a> {
 
 /// Step of the digits in which a speed was logged, where its values lie on such steps.
 fn resolution(record: &MotionRecord) -> Option<f64> {
-    if record.source != Source::Speed {
+    if record.source != ReadingSource::Speed {
         return None;
     }
     let values: Vec<f64> = record.reading.iter().flatten().copied().collect();

@@ -6,7 +6,7 @@ use crate::edges::on_edges;
 use crate::rest::model_at_rest;
 use crate::tuning::Constants;
 use crate::{
-    ComparisonRow, Family, IntegratorRule, Method, MotionRecord, Pairing, Source, Tuning,
+    Family, IntegratorRule, Method, MethodRow, MotionRecord, Pairing, ReadingSource, Tuning,
     compare_methods, conditions,
 };
 use proofmass_core::{Error, Watch};
@@ -14,9 +14,9 @@ use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
 
 /// A reference against which every fused method is late or early alike has a delay of its own.
-fn reference_delay(rows: &[ComparisonRow]) -> Option<Finding> {
+fn reference_delay(rows: &[MethodRow]) -> Option<Finding> {
     let highest = rows.iter().fold(0.0f64, |m, r| m.max(r.rate));
-    let fused = |r: &&ComparisonRow| matches!(r.family, Family::Fused | Family::OffLine);
+    let fused = |r: &&MethodRow| matches!(r.family, Family::Fused | Family::OffLine);
     let mut delays: Vec<f64> = rows
         .iter()
         .filter(|r| r.rate == highest)
@@ -55,7 +55,7 @@ pub struct TunedAtRate {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CompareResult {
     /// One row per method and rate.
-    pub rows: Vec<ComparisonRow>,
+    pub rows: Vec<MethodRow>,
     /// Seconds at the start that are not compared.
     pub skip: f64,
     /// Whether the reference is a truth that was given, or the smoother at the full rate.
@@ -79,16 +79,16 @@ pub fn published_sweep() -> Vec<Method> {
 }
 
 /// Single-sensor methods: differences and a fit of positions, or the speed as read; and the trapezoid.
-pub fn single_sensor_methods(source: Source) -> Vec<Method> {
+pub fn single_sensor_methods(source: ReadingSource) -> Vec<Method> {
     let alone = match source {
-        Source::Position => vec![
+        ReadingSource::Position => vec![
             Method::FixedTime,
             Method::SavitzkyGolay {
                 window: 5,
                 degree: 2,
             },
         ],
-        Source::Speed => vec![Method::SpeedReading],
+        ReadingSource::Speed => vec![Method::SpeedReading],
     };
     let integral = Method::Integration {
         rule: IntegratorRule::Trapezoid,
@@ -135,8 +135,8 @@ pub fn compare(
             let loops = [10.0, 50.0, 200.0].map(|bandwidth| Method::TrackingLoop { bandwidth });
             let positions = alone.filter(|m| !m.needs_accelerometer());
             match record.source {
-                Source::Position => positions.chain(loops).collect(),
-                Source::Speed => positions.collect(),
+                ReadingSource::Position => positions.chain(loops).collect(),
+                ReadingSource::Speed => positions.collect(),
             }
         }
     } else {

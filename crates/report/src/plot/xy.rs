@@ -33,9 +33,9 @@ pub struct Panel {
     /// What is drawn, first below.
     pub series: Vec<Series>,
     /// Horizontal reference lines.
-    pub horizontal: Vec<Reference>,
+    pub horizontal: Vec<ReferenceLine>,
     /// Vertical reference lines.
-    pub vertical: Vec<Reference>,
+    pub vertical: Vec<ReferenceLine>,
     /// Power laws for comparison.
     pub slopes: Vec<Slope>,
     /// Shaded intervals of the horizontal axis.
@@ -81,7 +81,7 @@ pub enum Style {
 
 /// A labelled straight line across a panel.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Reference {
+pub struct ReferenceLine {
     /// Where.
     pub at: f64,
     /// Label; empty for none.
@@ -151,14 +151,14 @@ impl XyPlot {
     #[must_use]
     pub fn horizontal(self, at: f64, label: impl Into<String>) -> Self {
         let label = label.into();
-        self.with(|panel| panel.horizontal.push(Reference { at, label }))
+        self.with(|panel| panel.horizontal.push(ReferenceLine { at, label }))
     }
 
     /// Adds a vertical reference line to the last panel.
     #[must_use]
     pub fn vertical(self, at: f64, label: impl Into<String>) -> Self {
         let label = label.into();
-        self.with(|panel| panel.vertical.push(Reference { at, label }))
+        self.with(|panel| panel.vertical.push(ReferenceLine { at, label }))
     }
 
     /// Adds the power law through a point to the last panel.

@@ -4,12 +4,12 @@ use super::digits::{MAIN, TERMS, Unit, plus_minus};
 use super::{method_name, sign};
 use crate::number::plain;
 use crate::{Axis, Block, Cell, Column, Section, Series, Table, XyPlot};
-use proofmass_calibration::shaker::{Method, MethodResult, ShakerCalibration};
+use proofmass_calibration::shaker::{MethodResult, ShakerCalibration, ShakerMethod};
 
 /// Value and expanded uncertainty of |S_k|, whatever the method.
 fn modulus(result: &MethodResult, frequency: f64, k: usize) -> Option<(f64, f64)> {
     let same = |f: f64| (f / frequency - 1.0).abs() < 1e-9;
-    if result.method == Method::PublishedMagnitude {
+    if result.method == ShakerMethod::PublishedMagnitude {
         let p = result.published.iter().find(|p| same(p.frequency))?;
         return Some((
             p.fit.sensitivity[k / 3][k % 3].abs(),
@@ -176,9 +176,9 @@ pub(super) fn methods(
         return None;
     }
     same.sort_by_key(|(_, r)| match r.method {
-        Method::Joint => 0,
-        Method::Complex => 1,
-        Method::PublishedMagnitude => 2,
+        ShakerMethod::Joint => 0,
+        ShakerMethod::Complex => 1,
+        ShakerMethod::PublishedMagnitude => 2,
     });
     let table = |caption: &str, which: &dyn Fn(usize) -> bool| {
         let mut columns = vec![Column::number("f", "Hz"), Column::text("term")];
@@ -208,7 +208,7 @@ pub(super) fn methods(
         "The same runs ({}) by each method. Complex: signed phasors with the joint covariance of everything, frequency by \
          frequency. Joint: the same for all frequencies at once, with the mounting angles in common.{}",
         correction_name(&principal.correction),
-        if same.iter().any(|(_, r)| r.method == Method::PublishedMagnitude) {
+        if same.iter().any(|(_, r)| r.method == ShakerMethod::PublishedMagnitude) {
             " Published: least squares on magnitudes with element-wise uncertainties (k = 2), for comparison only: it \
              loses the signs of cross terms and averages common errors away."
         } else {

@@ -3,7 +3,7 @@
 use crate::number::{minus, rounded};
 use proofmass_calibration::shaker::{
     FrequencyResult, MethodResult, ShakerCalibration,
-    derived::{Expanded, Term},
+    derived::{Expanded, SensitivityTerm},
 };
 
 /// Unit in which sensitivities are printed: the prefix of the largest main term.
@@ -52,7 +52,7 @@ pub(super) fn scaled(q: &Expanded, factor: f64) -> String {
 
 /// A phase as printed, in degrees, between −90° and 270°, so that a term near 0° and one near 180° (a negative
 /// cross term) do not jump.
-pub(super) fn degrees(term: &Term) -> Option<(f64, f64)> {
+pub(super) fn degrees(term: &SensitivityTerm) -> Option<(f64, f64)> {
     let phase = term.phase.as_ref()?;
     let value = phase.value.to_degrees();
     let value = if value < -90.0 { value + 360.0 } else { value };

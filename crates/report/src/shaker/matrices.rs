@@ -31,10 +31,10 @@ pub(super) fn section(result: &MethodResult, unit: Unit) -> Section {
 }
 
 fn tables(f: &FrequencyResult, unit: Unit) -> Vec<Table> {
-    let phase = |terms: &[proofmass_calibration::shaker::derived::Term], k: usize| {
+    let phase = |terms: &[proofmass_calibration::shaker::derived::SensitivityTerm], k: usize| {
         degrees(&terms[k]).map_or("–".to_owned(), |(v, u)| plus_minus(v, u))
     };
-    let relative = |terms: &[proofmass_calibration::shaker::derived::Term], k: usize| {
+    let relative = |terms: &[proofmass_calibration::shaker::derived::SensitivityTerm], k: usize| {
         let m = &terms[k].modulus;
         percent(m.expanded / m.value)
     };

@@ -2,7 +2,7 @@
 
 use super::{VelocityReport, figures, pairing};
 use crate::{Axis, Cell, Column, Report, Section, Series, Table, XyPlot, scientific};
-use proofmass_motion::{CompareResult, ComparisonRow, Family, Method, excerpt};
+use proofmass_motion::{CompareResult, Family, Method, MethodRow, excerpt};
 use std::ops::Range;
 
 /// Whether two rates are the same.
@@ -103,7 +103,7 @@ impl VelocityReport<'_> {
     fn overlaid(
         &self,
         result: &CompareResult,
-        rows: &[(usize, &ComparisonRow)],
+        rows: &[(usize, &MethodRow)],
         rate: f64,
         part: Range<usize>,
         error: bool,
@@ -112,7 +112,7 @@ impl VelocityReport<'_> {
         let reference = &result.reference[part.clone()];
         let slow: Vec<usize> = (part.start.div_ceil(stride)..part.end.div_ceil(stride)).collect();
         let t: Vec<f64> = slow.iter().map(|k| self.time(k * stride)).collect();
-        let of = |row: &ComparisonRow| -> Vec<f64> {
+        let of = |row: &MethodRow| -> Vec<f64> {
             slow.iter()
                 .map(|&k| {
                     if error {
@@ -157,15 +157,15 @@ fn rates(result: &CompareResult) -> Vec<f64> {
 }
 
 /// The best of each family, and the best Kalman filter, at a rate.
-fn chosen(result: &CompareResult, rate: f64) -> Vec<&ComparisonRow> {
-    let at = |wanted: &dyn Fn(&ComparisonRow) -> bool| {
+fn chosen(result: &CompareResult, rate: f64) -> Vec<&MethodRow> {
+    let at = |wanted: &dyn Fn(&MethodRow) -> bool| {
         result
             .rows
             .iter()
             .filter(|r| same(r.rate, rate) && wanted(r))
             .min_by(|a, b| a.agreement.rms.total_cmp(&b.agreement.rms))
     };
-    let kalman = |r: &ComparisonRow| {
+    let kalman = |r: &MethodRow| {
         matches!(
             r.method,
             Method::Kalman { .. } | Method::SteadyKalman { .. }
@@ -183,7 +183,7 @@ fn chosen(result: &CompareResult, rate: f64) -> Vec<&ComparisonRow> {
 }
 
 /// Name with its gains and without its noise parameters; `tuned` where the gains were found on this recording.
-fn short(result: &CompareResult, row: &ComparisonRow) -> String {
+fn short(result: &CompareResult, row: &MethodRow) -> String {
     let tuned = result
         .tuned
         .iter()

@@ -2,7 +2,7 @@
 
 use super::{VelocityReport, facts, figures, noise, pairing};
 use crate::{Axis, Cell, Column, KeyFigure, Report, Section, Series, Table, XyPlot, scientific};
-use proofmass_motion::{EstimateResult, Source, Trace, excerpt};
+use proofmass_motion::{EstimateResult, ReadingSource, VelocityTrace, excerpt};
 use std::ops::Range;
 
 impl VelocityReport<'_> {
@@ -142,7 +142,7 @@ impl VelocityReport<'_> {
     }
 
     /// Readings as they entered; where there was none, no mark.
-    fn raw(&self, source: Source, readings: &[Option<f64>], part: Range<usize>) -> XyPlot {
+    fn raw(&self, source: ReadingSource, readings: &[Option<f64>], part: Range<usize>) -> XyPlot {
         let (t, x): (Vec<f64>, Vec<f64>) = part
             .filter_map(|k| {
                 readings
@@ -153,8 +153,8 @@ impl VelocityReport<'_> {
             })
             .unzip();
         let axis = match source {
-            Source::Position => Axis::linear("position", self.unit("m")),
-            Source::Speed => Axis::linear("speed", self.unit("m/s")),
+            ReadingSource::Position => Axis::linear("position", self.unit("m")),
+            ReadingSource::Speed => Axis::linear("speed", self.unit("m/s")),
         };
         XyPlot::new(Axis::linear("time", "s"), axis).series(Series::markers("", &t, &x))
     }
@@ -318,7 +318,7 @@ impl VelocityReport<'_> {
 }
 
 /// One word for the legend.
-fn kind(trace: &Trace) -> &str {
+fn kind(trace: &VelocityTrace) -> &str {
     trace.label.split(',').next().unwrap_or_default()
 }
 

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// A triaxial accelerometer: a seismic resonance per axis, a high-pass corner, and cross terms.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Device {
+pub struct BenchDevice {
     /// Main sensitivities far below resonance, V/(m/s²).
     pub main: [f64; 3],
     /// Cross terms relative to the main sensitivity of the output they appear on: `cross[i][j]` is the output j
@@ -19,7 +19,7 @@ pub struct Device {
     pub corner: f64,
 }
 
-impl Default for Device {
+impl Default for BenchDevice {
     /// Ten millivolts per m/s², cross terms of ±3 %, resonances near 3 kHz, a corner at 0.7 Hz.
     fn default() -> Self {
         Self {
@@ -32,7 +32,7 @@ impl Default for Device {
     }
 }
 
-impl Device {
+impl BenchDevice {
     /// True S at a frequency in Hz, o = a S, V/(m/s²), complex.
     pub fn sensitivity(&self, frequency: f64) -> [[Complex64; 3]; 3] {
         let j = Complex64::new(0.0, 1.0);
@@ -51,7 +51,7 @@ impl Device {
 /// Motion of a wedge beside the excitation: the transverse motion of the shaker, and a bending of the wedge with a
 /// resonance of its own along each axis of the table.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Wedge {
+pub struct BenchWedge {
     /// Transverse motion of the shaker relative to the excitation along x′ and y′.
     pub transverse: [Complex64; 2],
     /// Resonances of a wedge of 90° along x′, y′ and z′ in Hz; flatter wedges are stiffer.
@@ -75,7 +75,7 @@ pub struct Bending {
     pub ratio: [Complex64; 3],
 }
 
-impl Default for Wedge {
+impl Default for BenchWedge {
     fn default() -> Self {
         Self {
             transverse: [
@@ -90,7 +90,7 @@ impl Default for Wedge {
     }
 }
 
-impl Wedge {
+impl BenchWedge {
     /// Ratios ε along x′, y′, z′ at an inclination (degrees) and frequency (Hz); along z′ the departure from the
     /// excitation.
     pub fn ratio(&self, inclination_deg: f64, frequency: f64) -> [Complex64; 3] {

@@ -2,7 +2,9 @@
 
 use super::shaker::{Levelling, Shaker};
 use super::waveform::Acquisition;
-use super::{Bench, Vibrometer, VibrometerReading, normal, seen_from_device, target_amplitude};
+use super::{
+    Bench, BenchVibrometer, VibrometerReading, normal, seen_from_device, target_amplitude,
+};
 use num_complex::Complex64;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -55,7 +57,7 @@ pub struct Laboratory {
     /// Relative difference of the clocks of generator and acquisition.
     pub clock: f64,
     /// The vibrometer.
-    pub vibrometer: Vibrometer,
+    pub vibrometer: BenchVibrometer,
 }
 
 impl Default for Laboratory {
@@ -63,7 +65,7 @@ impl Default for Laboratory {
     fn default() -> Self {
         Self {
             bench: Bench {
-                wedge: Some(super::Wedge::default()),
+                wedge: Some(super::BenchWedge::default()),
                 ..Bench::default()
             },
             shaker: Shaker::default(),
@@ -71,9 +73,9 @@ impl Default for Laboratory {
             reference: ReferenceStandard::default(),
             acquisition: Acquisition::default(),
             clock: 2e-5,
-            vibrometer: Vibrometer {
+            vibrometer: BenchVibrometer {
                 reading: 0.002,
-                ..Vibrometer::default()
+                ..BenchVibrometer::default()
             },
         }
     }
@@ -82,7 +84,7 @@ impl Default for Laboratory {
 /// What goes wrong in one run, for practice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Fault {
+pub enum BenchFault {
     /// The cables of x and y are exchanged.
     SwappedCables,
     /// The output z is inverted.
@@ -284,7 +286,7 @@ impl Setup {
     ///
     /// # Errors
     /// [`Unreached`] when the closed loop does not end at the target.
-    pub fn prepare(&self, run: usize, fault: Option<Fault>) -> Result<PreparedRun, Unreached> {
+    pub fn prepare(&self, run: usize, fault: Option<BenchFault>) -> Result<PreparedRun, Unreached> {
         let lab = &self.laboratory;
         let bench = &lab.bench;
         let mut rng = self.source(2 * run as u64);
@@ -292,7 +294,7 @@ impl Setup {
         let (frequency, certificate) = (self.frequencies[place], self.certificates[place]);
         let (inclination, rotation) = self.plan[run % self.plan.len()];
         let driven = match fault {
-            Some(Fault::WrongFrequency) => 1.1 * frequency,
+            Some(BenchFault::WrongFrequency) => 1.1 * frequency,
             _ => frequency,
         };
         let target = target_amplitude(frequency);
@@ -308,7 +310,7 @@ impl Setup {
         let start = std::f64::consts::TAU * rng.random::<f64>();
         let motion = lab.shaker.motion(levelled.drive, driven);
         let further = match fault {
-            Some(Fault::WrongMounting) => 45f64.to_radians(),
+            Some(BenchFault::WrongMounting) => 45f64.to_radians(),
             _ => 0.0,
         };
         let r = seen_from_device(
@@ -343,9 +345,9 @@ impl Setup {
             output[0] += Complex64::new(normal(&mut rng), normal(&mut rng)) * bench.floor;
         }
         match fault {
-            Some(Fault::SwappedCables) => volts.swap(1, 2),
-            Some(Fault::InvertedChannel) => volts[3] = volts[3].map(|v| -v),
-            Some(Fault::Clipped) => {
+            Some(BenchFault::SwappedCables) => volts.swap(1, 2),
+            Some(BenchFault::InvertedChannel) => volts[3] = volts[3].map(|v| -v),
+            Some(BenchFault::Clipped) => {
                 let gain = 1.3 * lab.acquisition.full_scale / volts[1][0].norm().max(1e-9);
                 volts[1] = volts[1].map(|v| v * gain);
             }
@@ -429,11 +431,13 @@ mod tests {
     fn law_faults_are_what_they_are_called() {
         let setup = Laboratory::default().set_up(&published_plan(), &[160.0], 3);
         let good = setup.prepare(20, None).unwrap();
-        let swapped = setup.prepare(20, Some(Fault::SwappedCables)).unwrap();
+        let swapped = setup.prepare(20, Some(BenchFault::SwappedCables)).unwrap();
         assert_eq!(good.volts[1], swapped.volts[2]);
-        let inverted = setup.prepare(20, Some(Fault::InvertedChannel)).unwrap();
+        let inverted = setup
+            .prepare(20, Some(BenchFault::InvertedChannel))
+            .unwrap();
         assert_eq!(good.volts[3][0], -inverted.volts[3][0]);
-        let clipped = setup.prepare(20, Some(Fault::Clipped)).unwrap();
+        let clipped = setup.prepare(20, Some(BenchFault::Clipped)).unwrap();
         let samples = setup.record(20, &clipped);
         assert!(samples[1].iter().any(|v| v.abs() == 10.0));
     }

@@ -7,7 +7,7 @@ use super::normal;
 
 /// A vibrometer that looks along one axis of the table.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Vibrometer {
+pub struct BenchVibrometer {
     /// Relative standard deviation of one reading of the ratio to the reference.
     pub reading: f64,
     /// Additive standard deviation of the ratio, in each part.
@@ -25,7 +25,7 @@ pub struct VibrometerReading {
     pub reference: Complex64,
 }
 
-impl Default for Vibrometer {
+impl Default for BenchVibrometer {
     fn default() -> Self {
         Self {
             reading: 0.01,
@@ -35,7 +35,7 @@ impl Default for Vibrometer {
     }
 }
 
-impl Vibrometer {
+impl BenchVibrometer {
     /// Repeats of a motion that is `ratio` times a reference acceleration of 1 m/s².
     pub fn repeats<R: Rng + ?Sized>(
         &self,

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
-pub enum Method {
+pub enum StatementMethod {
     /// Law of propagation: y ± U with U = k u.
     LawOfPropagation,
     /// Monte Carlo: the probabilistically symmetric interval.
@@ -39,7 +39,7 @@ pub struct Statement {
     /// Effective degrees of freedom, by the law of propagation.
     pub dof: Option<DegreesOfFreedom>,
     /// Road.
-    pub method: Method,
+    pub method: StatementMethod,
 }
 
 /// Below this share of what lies outside the interval, trials that gave no number cannot move its ends visibly.
@@ -91,7 +91,7 @@ impl Statement {
             expanded_uncertainty: expanded,
             coverage_factor: Some(k),
             dof: Some(q.dof),
-            method: Method::LawOfPropagation,
+            method: StatementMethod::LawOfPropagation,
         }
     }
 
@@ -114,7 +114,7 @@ impl Statement {
             expanded_uncertainty: expanded,
             coverage_factor: u.filter(|u| *u > 0.0).map(|u| expanded / u),
             dof: None,
-            method: Method::MonteCarlo,
+            method: StatementMethod::MonteCarlo,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! How the errors of the bench reach the six reals of a run.
 
 use super::{Column, Draw, Linear};
-use crate::shaker::budget::{Acts, Budget, Input, Key};
+use crate::shaker::budget::{Acts, Budget, BudgetInput, Key};
 use crate::shaker::geometry::Seat;
 use crate::shaker::matrix::{Matrix, from_real, row_times};
 use crate::shaker::observation::{PhasorRow, SpuriousTable};
@@ -280,7 +280,13 @@ impl Model<'_> {
 }
 
 /// How one draw (standard deviation one) of an input that is not an angle acts on a row.
-fn column(input: &Input, part: usize, row: &PhasorRow, y: &[Complex64; 3], scale: f64) -> [f64; 6] {
+fn column(
+    input: &BudgetInput,
+    part: usize,
+    row: &PhasorRow,
+    y: &[Complex64; 3],
+    scale: f64,
+) -> [f64; 6] {
     let j = Complex64::new(0.0, 1.0);
     let u = input.standard_uncertainty_at(row.frequency);
     let channel = part % 3;
@@ -315,7 +321,7 @@ fn column(input: &Input, part: usize, row: &PhasorRow, y: &[Complex64; 3], scale
 
 /// All independent draws of an input that belong to one run alone.
 pub(super) fn run_columns(
-    input: &Input,
+    input: &BudgetInput,
     row: &PhasorRow,
     y: &[Complex64; 3],
     scale: f64,

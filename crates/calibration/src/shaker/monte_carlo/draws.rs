@@ -6,7 +6,9 @@ use crate::shaker::geometry::tilted;
 use crate::shaker::matrix::{AXES, Matrix};
 use crate::shaker::observation::{PhasorRow, SpuriousTable};
 use num_complex::Complex64;
-use proofmass_uncertainty::{DegreesOfFreedom, Distribution, Input, JointInputs, Labels, Refusal};
+use proofmass_uncertainty::{
+    BudgetInput, DegreesOfFreedom, Distribution, JointInputs, Labels, Refusal,
+};
 
 const SPURIOUS: &str = "measurement of the spurious motion";
 const NOISE: &str = "noise of the sine approximations";
@@ -62,7 +64,7 @@ impl Errors {
         let inputs = budget
             .inputs()
             .add(
-                Input::new(SPURIOUS, "1", unit.clone())
+                BudgetInput::new(SPURIOUS, "1", unit.clone())
                     .dof(fewest)
                     .varies_with([
                         Key::Frequency.name(),
@@ -71,7 +73,7 @@ impl Errors {
                         PART,
                     ]),
             )
-            .add(Input::new(NOISE, "1", unit).varies_with([
+            .add(BudgetInput::new(NOISE, "1", unit).varies_with([
                 Key::Run.name(),
                 Key::Channel.name(),
                 PART,

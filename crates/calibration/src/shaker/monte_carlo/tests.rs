@@ -1,6 +1,6 @@
 use super::super::geometry::published_plan;
 use super::super::matrix::Matrix;
-use super::super::{Acts, Configuration, Input, Key, Spurious};
+use super::super::{Acts, BudgetInput, Configuration, Key, Spurious};
 use super::*;
 use num_complex::Complex64;
 use proofmass_uncertainty::{DegreesOfFreedom, Distribution};
@@ -24,15 +24,15 @@ fn rows(plan: &[Configuration], frequencies: &[f64]) -> Vec<PhasorRow> {
         .collect()
 }
 
-fn options(trials: u64) -> Options {
-    Options {
+fn options(trials: u64) -> CheckOptions {
+    CheckOptions {
         trials,
-        ..Options::default()
+        ..CheckOptions::default()
     }
 }
 
 fn run(
-    method: Method,
+    method: ShakerMethod,
     rows: &[PhasorRow],
     spurious: &SpuriousTable,
     budget: &Budget,
@@ -51,13 +51,13 @@ fn run(
 
 fn bench() -> Budget {
     let mut budget = Budget::published_bench();
-    budget.inputs.push(Input::new(
+    budget.inputs.push(BudgetInput::new(
         "noise",
         Acts::OutputAdditive,
         5e-5,
         &[Key::Run, Key::Channel],
     ));
-    budget.inputs.push(Input::new(
+    budget.inputs.push(BudgetInput::new(
         "reference.phase",
         Acts::ReferencePhase,
         0.003,
@@ -71,7 +71,7 @@ fn crosscheck_propagation_against_monte_carlo() {
     let rows = rows(&published_plan(), &[160.0]);
     let start = std::time::Instant::now();
     let checks = run(
-        Method::Complex,
+        ShakerMethod::Complex,
         &rows,
         &SpuriousTable::default(),
         &bench(),
@@ -92,14 +92,14 @@ fn crosscheck_propagation_against_monte_carlo() {
 /// One budget input in front of all others: the interval of the trials is that of its shape.
 fn gain(distribution: Distribution) -> Budget {
     Budget::new(vec![
-        Input::new(
+        BudgetInput::new(
             "conditioner.gain",
             Acts::OutputModulus,
             0.01,
             &[Key::Channel],
         )
         .distributed(distribution),
-        Input::new(
+        BudgetInput::new(
             "noise",
             Acts::OutputAdditive,
             1e-6,
@@ -157,7 +157,7 @@ fn crosscheck_every_shape_reaches_the_trials_as_in_the_general_engine() {
         ),
     ] {
         let checks = run(
-            Method::Complex,
+            ShakerMethod::Complex,
             &rows,
             &SpuriousTable::default(),
             &gain(distribution.clone()),
@@ -216,7 +216,7 @@ fn crosscheck_finite_degrees_of_freedom_reach_the_trials() {
     budget.inputs[0].dof = DegreesOfFreedom::new(4.0).unwrap();
     let rows = rows(&published_plan(), &[160.0]);
     let checks = run(
-        Method::Complex,
+        ShakerMethod::Complex,
         &rows,
         &SpuriousTable::default(),
         &budget,
@@ -261,13 +261,13 @@ fn law_the_joint_estimator_is_tried_with_the_spurious_motion() {
         });
         row.outputs = row_times(seen, &sensitivity());
     }
-    let with = run(Method::Joint, &rows, &table, &budget, 20_000);
+    let with = run(ShakerMethod::Joint, &rows, &table, &budget, 20_000);
     assert_eq!(with.len(), 2);
     let mut certain = table.clone();
     for e in &mut certain.entries {
         e.covariance = [[0.0; 3]; 3];
     }
-    let without = run(Method::Joint, &rows, &certain, &budget, 20_000);
+    let without = run(ShakerMethod::Joint, &rows, &certain, &budget, 20_000);
     for (c, d) in with[1].components.iter().zip(&without[1].components) {
         // Scatter of a standard deviation from 2e4 trials: 0.5 %; four of them, and the share of t.
         assert!(
@@ -292,7 +292,7 @@ fn law_large_angles_go_through_the_estimator_itself() {
     let budget = bench().scaled("gluing.angle", 5.0);
     let plan: Vec<Configuration> = published_plan().into_iter().step_by(3).collect();
     let checks = run(
-        Method::Complex,
+        ShakerMethod::Complex,
         &rows(&plan, &[160.0]),
         &SpuriousTable::default(),
         &budget,
@@ -313,7 +313,7 @@ fn law_the_seed_alone_decides() {
     let budget = bench();
     let go = || {
         run(
-            Method::Complex,
+            ShakerMethod::Complex,
             &rows,
             &SpuriousTable::default(),
             &budget,
@@ -331,7 +331,7 @@ fn law_the_seed_alone_decides() {
 fn law_a_watcher_stops_the_trials() {
     let rows = rows(&published_plan(), &[160.0]);
     let stopped = validate(
-        Method::Complex,
+        ShakerMethod::Complex,
         &rows,
         &SpuriousTable::default(),
         &bench(),
@@ -349,7 +349,7 @@ fn law_a_verdict_has_a_consequence() {
         upper: 0.01 * 2f64.sqrt(),
     };
     let checks = run(
-        Method::Complex,
+        ShakerMethod::Complex,
         &rows,
         &SpuriousTable::default(),
         &gain(arcsine),

@@ -27,7 +27,7 @@ pub struct SingleAxisSeat {
 
 /// A motion of the seat, measured beside the reference.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Direction {
+pub struct SpuriousSeat {
     /// Inclination in radians.
     pub inclination: f64,
     /// Axis of the bench, 0 for x′ to 2 for z′.
@@ -125,7 +125,7 @@ impl Seat for SingleAxisSeat {
     }
 }
 
-impl Seat for Direction {
+impl Seat for SpuriousSeat {
     type Columns = [Option<Place>; 3];
 
     fn find(sheet: &mut Sheet) -> Result<Self::Columns> {
