@@ -210,6 +210,7 @@ fn tuning_finds_the_noise_that_was_put_in() {
         &[
             "likelihood.csv",
             "manifest.json",
+            "quantities.csv",
             "report.html",
             "result.json"
         ]

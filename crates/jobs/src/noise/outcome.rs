@@ -284,6 +284,7 @@ fn imu(analysis: &Analysis, sensors: &[Option<Sensor>], rostopic: &str) -> Optio
 
 impl Outcome for NoiseOutcome {
     const KIND: &'static str = "noise";
+    const PRINCIPAL_TABLE: &'static str = "coefficients.csv";
 
     fn title(&self, record: &Record) -> String {
         record.title("Noise of", "Noise of a sensor at rest")

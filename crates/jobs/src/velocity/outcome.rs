@@ -250,6 +250,7 @@ fn fastest(result: &EstimateResult) -> Quantity {
 
 impl Outcome for VelocityEstimate {
     const KIND: &'static str = "velocity-estimate";
+    const PRINCIPAL_TABLE: &'static str = "velocity.csv";
 
     fn title(&self, record: &Record) -> String {
         self.head.title("Velocity", record)

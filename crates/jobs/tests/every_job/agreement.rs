@@ -2,6 +2,7 @@
 
 use crate::Answer;
 use crate::support::Stop;
+use proofmass_io::StatedQuantity;
 use proofmass_jobs::{AnyResult, REPORT, TroubleKind, Unwatched, Watch, read_result};
 use proofmass_report::terminal;
 use std::f64::consts::TAU;
@@ -65,7 +66,7 @@ pub fn check(kind: &str, answer: &dyn Fn(&dyn Watch) -> Answer) -> Box<dyn AnyRe
         }
         let table = file(result.principal_table());
         assert!(
-            in_a_row(&table, q.value, q.expanded),
+            in_a_row(&table, q),
             "{kind}: {} does not state {} = {} with U = {}",
             result.principal_table(),
             q.name,
@@ -91,7 +92,7 @@ pub fn check(kind: &str, answer: &dyn Fn(&dyn Watch) -> Answer) -> Box<dyn AnyRe
                 l.starts_with(&format!("{},", q.name)) || l.starts_with(&format!("\"{}\",", q.name))
             });
             let row = row.unwrap_or_else(|| panic!("{kind}: no row of {}", q.name));
-            assert!(in_a_row(row, q.value, q.expanded), "{kind}: {row}");
+            assert!(in_a_row(row, q), "{kind}: {row}");
         }
     }
     result
@@ -188,17 +189,19 @@ fn states(text: &str, value: f64) -> bool {
         })
 }
 
-/// Whether a row of a table holds the value and its expanded uncertainty, all digits, in some unit.
-fn in_a_row(table: &str, value: f64, expanded: f64) -> bool {
+/// Whether a row of a table holds the size of a quantity, to a hundredth of its uncertainty, and beside it that uncertainty,
+/// standard or expanded, in some unit.
+fn in_a_row(table: &str, q: &StatedQuantity) -> bool {
+    let u = q.u.unwrap_or(0.5 * q.expanded);
     table.lines().any(|line| {
         let numbers: Vec<f64> = line.split(',').filter_map(|f| f.parse().ok()).collect();
         SCALES.iter().any(|s| {
-            let has = |v: f64| {
-                numbers
-                    .iter()
-                    .any(|n| (n - v * s).abs() <= 1e-9 * (v * s).abs())
+            let has = |size: f64, within: f64| {
+                let near = |n: &f64| (n.abs() - (size * s).abs()).abs() <= (within * s).abs();
+                numbers.iter().any(near)
             };
-            has(value) && has(expanded)
+            has(q.value, (0.01 * u).max(1e-9 * q.value.abs()))
+                && (has(q.expanded, 0.01 * q.expanded) || q.u.is_some_and(|u| has(u, 0.01 * u)))
         })
     })
 }

@@ -1,15 +1,15 @@
 //! The three questions to an axis.
 
-use crate::agreement::check;
+use crate::agreement::{check, figure};
 use crate::ask;
 use proofmass_jobs::velocity::{
     AxisData, VelocityCompareJob, VelocityEstimateJob, VelocityTuneJob,
 };
-use proofmass_jobs::{AnyData, AnyJob};
+use proofmass_jobs::{AnyData, AnyJob, AnyResult};
 use proofmass_motion::{Method, MotionRecord, ReadingSource};
 use proofmass_rig::{AxisMotion, DrivenAxis};
 
-fn walk(kind: &str, job: impl Into<AnyJob>) {
+fn walk(kind: &str, job: impl Into<AnyJob>) -> Box<dyn AnyResult> {
     let mut axis = DrivenAxis::new(AxisMotion::servo(5.0));
     axis.duration = 2.0;
     let recording = axis.simulate(1).expect("an axis");
@@ -29,7 +29,7 @@ fn walk(kind: &str, job: impl Into<AnyJob>) {
             ..AxisData::new(&motion)
         });
         ask(job.clone(), &data, watch)
-    });
+    })
 }
 
 pub fn velocity_estimate(kind: &str) {
@@ -41,10 +41,11 @@ pub fn velocity_compare(kind: &str) {
         Method::FixedTime,
         "observer:10,100".parse().expect("a method"),
     ];
-    walk(
+    let result = walk(
         kind,
         VelocityCompareJob::new(methods, vec![1000.0, 100.0], Some(0.5)),
     );
+    figure(result.as_ref(), "/outcome/result/rows/0/agreement/rms");
 }
 
 pub fn velocity_tune(kind: &str) {
