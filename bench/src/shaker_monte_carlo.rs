@@ -12,7 +12,7 @@ use num_complex::Complex64;
 use peer::{Peers, best};
 use processor::processor_time;
 use proofmass_calibration::shaker::{
-    Acts, Budget, BudgetInput, ComponentCheck, Key, PhasorRow, ShakerMethod, SpuriousTable,
+    Acts, Budget, ComponentCheck, Key, PhasorRow, ShakerInput, ShakerMethod, SpuriousTable,
     geometry::published_plan,
     matrix::{Matrix, row_times},
     monte_carlo::{CheckOptions, validate},
@@ -30,13 +30,13 @@ fn case() -> Result<(Vec<PhasorRow>, Budget), proofmass_core::Error> {
         })
         .collect();
     let mut inputs = Budget::published_bench().inputs;
-    inputs.push(BudgetInput::new(
+    inputs.push(ShakerInput::new(
         "noise",
         Acts::OutputAdditive,
         5e-5,
         &[Key::Run, Key::Channel],
     ));
-    inputs.push(BudgetInput::new(
+    inputs.push(ShakerInput::new(
         "reference.phase",
         Acts::ReferencePhase,
         0.003,

@@ -43,7 +43,7 @@ pub mod screening;
 pub mod single_axis;
 pub mod spurious;
 
-pub use budget::{Acts, Budget, BudgetInput, Key};
+pub use budget::{Acts, Budget, Key, ShakerInput};
 pub use campaign::{
     AngleResult, Correction, FrequencyResult, MethodResult, PublishedResult, RunResult,
     ShakerCalibration, ShakerCampaign, ShakerMethod, TermDifference, calibrate,

@@ -1,7 +1,7 @@
 //! From samples to matrices, as a laboratory would run it.
 
 use proofmass_calibration::shaker::{
-    Acts, Budget, BudgetInput, Configuration, Correction, Key, ShakerCampaign, ShakerMethod,
+    Acts, Budget, Configuration, Correction, Key, ShakerCampaign, ShakerInput, ShakerMethod,
     Spurious, SpuriousTable, calibrate,
     recording::{PhasorReading, RunInput},
     reference::{ReferencePoint, ReferenceTable},
@@ -15,7 +15,7 @@ const REFERENCE: f64 = 9.9e-3;
 fn budget() -> Budget {
     let mut budget = Budget::published_bench();
     budget.inputs.retain(|i| i.key != "reference.calibration");
-    budget.inputs.push(BudgetInput::new(
+    budget.inputs.push(ShakerInput::new(
         "noise",
         Acts::OutputAdditive,
         5e-5,

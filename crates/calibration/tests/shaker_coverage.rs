@@ -2,7 +2,7 @@
 
 use proofmass_calibration::FrequencyResponse;
 use proofmass_calibration::shaker::{
-    Acts, Budget, BudgetInput, Configuration, Fit, Key, PhasorRow, Spurious, SpuriousTable,
+    Acts, Budget, Configuration, Fit, Key, PhasorRow, ShakerInput, Spurious, SpuriousTable,
     complex, joint, published,
 };
 use proofmass_rig::bench::{Bench, BenchCampaign, BenchWedge, Spread, published_plan};
@@ -17,49 +17,49 @@ const REGION: f64 = 5.991;
 fn budget(bench: &Bench) -> Budget {
     let r3 = 3f64.sqrt();
     Budget::new(vec![
-        BudgetInput::new(
+        ShakerInput::new(
             "reference.calibration",
             Acts::ReferenceModulus,
             bench.reference_modulus,
             &[Key::Frequency],
         ),
-        BudgetInput::new(
+        ShakerInput::new(
             "reference.phase",
             Acts::ReferencePhase,
             bench.reference_phase,
             &[Key::Frequency],
         ),
-        BudgetInput::new(
+        ShakerInput::new(
             "wedge.angle",
             Acts::Inclination,
             bench.wedge_angle / r3,
             &[Key::Inclination],
         ),
-        BudgetInput::new(
+        ShakerInput::new(
             "gluing.angle",
             Acts::Rotation,
             bench.gluing_angle / r3,
             &[Key::Inclination, Key::Rotation],
         ),
-        BudgetInput::new(
+        ShakerInput::new(
             "conditioner.gain",
             Acts::OutputModulus,
             bench.gain / r3,
             &[Key::Channel],
         ),
-        BudgetInput::new(
+        ShakerInput::new(
             "reading",
             Acts::OutputModulus,
             bench.reading,
             &[Key::Run, Key::Channel],
         ),
-        BudgetInput::new(
+        ShakerInput::new(
             "reading.phase",
             Acts::OutputPhase,
             bench.reading_phase,
             &[Key::Run, Key::Channel],
         ),
-        BudgetInput::new(
+        ShakerInput::new(
             "noise",
             Acts::OutputAdditive,
             bench.floor,

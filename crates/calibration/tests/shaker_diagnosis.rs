@@ -2,7 +2,7 @@
 
 use num_complex::Complex64;
 use proofmass_calibration::shaker::{
-    Acts, Budget, BudgetInput, Configuration, Key, PhasorRow, SpuriousTable, Suspicion, complex,
+    Acts, Budget, Configuration, Key, PhasorRow, ShakerInput, SpuriousTable, Suspicion, complex,
     diagnose, joint,
 };
 use proofmass_rig::bench::{Bench, published_plan};
@@ -11,13 +11,13 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 fn budget() -> Budget {
     let mut budget = Budget::published_bench();
-    budget.inputs.push(BudgetInput::new(
+    budget.inputs.push(ShakerInput::new(
         "reference.phase",
         Acts::ReferencePhase,
         0.003,
         &[Key::Frequency],
     ));
-    budget.inputs.push(BudgetInput::new(
+    budget.inputs.push(ShakerInput::new(
         "noise",
         Acts::OutputAdditive,
         5e-5,

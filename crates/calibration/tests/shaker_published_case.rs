@@ -2,7 +2,7 @@
 
 use num_complex::Complex64;
 use proofmass_calibration::shaker::{
-    Acts, Budget, BudgetInput, Key, PhasorRow, SpuriousTable, complex,
+    Acts, Budget, Key, PhasorRow, ShakerInput, SpuriousTable, complex,
     derived::{expanded, inconsistency, intrinsic},
     geometry::published_plan,
     joint,
@@ -56,7 +56,7 @@ fn regenerated(s: &Matrix, frequency: f64) -> Vec<PhasorRow> {
 fn budget() -> Budget {
     let mut budget = Budget::published_bench();
     // 24 bits over ±10 V and the noise of the chain: 50 µV on a phasor, so that an output near zero has a noise.
-    budget.inputs.push(BudgetInput::new(
+    budget.inputs.push(ShakerInput::new(
         "noise",
         Acts::OutputAdditive,
         5e-5,

@@ -88,7 +88,7 @@ pub use result_document::{
 };
 pub use rewriter::Rewriter;
 pub use rows::{BadRow, RowBlock, RowReader};
-pub use segments::Segment;
+pub use segments::SegmentRow;
 pub use signature::{Signature, SigningKey, VerifyingKey};
 pub use software::{Schema, Software};
 pub use source::{LARGEST_DOCUMENT, Source};

@@ -13,7 +13,7 @@ use proofmass_calibration::shaker::plan::{
 use proofmass_calibration::shaker::reference::ReferenceTable;
 use proofmass_calibration::shaker::{Budget, Configuration, with_certificate};
 use proofmass_core::{Error, Watch};
-use proofmass_io::{BudgetInput, Cell, StatedQuantity, Table};
+use proofmass_io::{Cell, Input, StatedQuantity, Table};
 use proofmass_report::{PlanReport, Report};
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
@@ -24,9 +24,9 @@ pub const MOST_CANDIDATES: usize = 1000;
 /// Which plan is asked about.
 ///
 /// ```
-/// use proofmass_calibration::shaker::{Acts, Budget, BudgetInput, Key};
+/// use proofmass_calibration::shaker::{Acts, Budget, ShakerInput, Key};
 /// use proofmass_jobs::{Job, Unwatched, plan::PlanJob};
-/// let noise = BudgetInput::new("noise", Acts::OutputAdditive, 5e-5, &[Key::Run, Key::Channel]);
+/// let noise = ShakerInput::new("noise", Acts::OutputAdditive, 5e-5, &[Key::Run, Key::Channel]);
 /// let mut job = PlanJob::new(Budget::new(vec![noise])?);
 /// job.best = Some(12);
 /// let outcome = job.evaluate(&(), &Unwatched)?;
@@ -295,7 +295,7 @@ impl ShakerTriaxialCampaign {
     ///
     /// # Errors
     /// A table that cannot be read.
-    pub fn plan_job(&self, frequency: f64) -> Result<(PlanJob, Vec<BudgetInput>)> {
+    pub fn plan_job(&self, frequency: f64) -> Result<(PlanJob, Vec<Input>)> {
         let mut inputs = vec![self.source.input.clone()];
         let budget = self.read_budget()?;
         let certificate = self.read_reference()?;

@@ -15,7 +15,7 @@ use proofmass_calibration::shaker::single_axis::{
     ComparisonBudget, ComparisonRow, SingleAxis, combine, compare,
 };
 use proofmass_core::Watch;
-use proofmass_io::{AnyCalibration, Cell, Input, StatedQuantity, Table, Unit};
+use proofmass_io::{AnyCalibration, Cell, StatedQuantity, Table, Unit};
 use proofmass_report::{Report, SingleAxisReport};
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity, Severity};
 use serde::{Deserialize, Serialize};

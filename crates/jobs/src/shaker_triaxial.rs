@@ -20,8 +20,7 @@ use proofmass_calibration::shaker::{
     Budget, Configuration, Correction, ShakerCampaign, ShakerMethod, adopt, calibrate, check,
 };
 use proofmass_core::{Error, Watch};
-use proofmass_io::Input;
-use proofmass_uncertainty::{Finding, Refusal};
+use proofmass_uncertainty::Refusal;
 use serde::{Deserialize, Serialize};
 
 /// What is to be calibrated, and how.
@@ -30,7 +29,7 @@ use serde::{Deserialize, Serialize};
 /// use num_complex::Complex64;
 /// use proofmass_calibration::shaker::geometry::published_plan;
 /// use proofmass_calibration::shaker::recording::{Quality, RunInput};
-/// use proofmass_calibration::shaker::{Acts, Budget, BudgetInput, Key};
+/// use proofmass_calibration::shaker::{Acts, Budget, ShakerInput, Key};
 /// use proofmass_jobs::{Job, Outcome, Unwatched, shaker_triaxial::{ShakerTriaxialData, ShakerTriaxialJob}};
 ///
 /// // Runs of a device of 10 mV/(m/s²) along every axis at 10 m/s², the reference already in m/s².
@@ -44,8 +43,8 @@ use serde::{Deserialize, Serialize};
 ///     quality: Quality::default(),
 /// }).collect();
 /// let budget = Budget::new(vec![
-///     BudgetInput::new("reading", Acts::OutputModulus, 0.003, &[Key::Run, Key::Channel]),
-///     BudgetInput::new("noise", Acts::OutputAdditive, 5e-5, &[Key::Run, Key::Channel]),
+///     ShakerInput::new("reading", Acts::OutputModulus, 0.003, &[Key::Run, Key::Channel]),
+///     ShakerInput::new("noise", Acts::OutputAdditive, 5e-5, &[Key::Run, Key::Channel]),
 /// ])?;
 /// let outcome = ShakerTriaxialJob::new(budget).evaluate(&ShakerTriaxialData::new(&runs), &Unwatched)?;
 /// let s = &outcome.quantities()[0];

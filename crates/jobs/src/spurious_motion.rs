@@ -14,7 +14,7 @@ use proofmass_calibration::shaker::spurious::{
 };
 use proofmass_calibration::shaker::{Correction, SpuriousTable};
 use proofmass_core::Watch;
-use proofmass_io::{Cell, Input, StatedQuantity, Table};
+use proofmass_io::{Cell, StatedQuantity, Table};
 use proofmass_report::{Report, SpuriousReport};
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};

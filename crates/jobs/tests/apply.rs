@@ -6,7 +6,7 @@ mod support;
 use num_complex::Complex64;
 use proofmass_calibration::frequency_response::{Beyond, FilterDesign};
 use proofmass_calibration::shaker::recording::{Quality, RunInput};
-use proofmass_calibration::shaker::{Acts, Budget, BudgetInput, Configuration, Key, ShakerMethod};
+use proofmass_calibration::shaker::{Acts, Budget, Configuration, Key, ShakerInput, ShakerMethod};
 use proofmass_io::{AnyCalibration, CalibrationFile, Source, Unit};
 use proofmass_jobs::apply::{
     ApplyData, ApplyJob, ApplyOutcome, CompensationMethod, Destination, OutOfRange,
@@ -37,44 +37,44 @@ fn calibrated(seed: u64) -> Vec<u8> {
     let r3 = 3f64.sqrt();
     let run = [Key::Run, Key::Channel];
     let budget = Budget::new(vec![
-        BudgetInput::new(
+        ShakerInput::new(
             "reference",
             Acts::ReferenceModulus,
             bench.reference_modulus,
             &[Key::Frequency],
         ),
-        BudgetInput::new(
+        ShakerInput::new(
             "reference.phase",
             Acts::ReferencePhase,
             bench.reference_phase,
             &[Key::Frequency],
         ),
-        BudgetInput::new(
+        ShakerInput::new(
             "wedge",
             Acts::Inclination,
             bench.wedge_angle / r3,
             &[Key::Inclination],
         ),
-        BudgetInput::new(
+        ShakerInput::new(
             "gluing",
             Acts::Rotation,
             bench.gluing_angle / r3,
             &[Key::Inclination, Key::Rotation],
         ),
-        BudgetInput::new(
+        ShakerInput::new(
             "gain",
             Acts::OutputModulus,
             bench.gain / r3,
             &[Key::Channel],
         ),
-        BudgetInput::new("reading", Acts::OutputModulus, bench.reading, &run),
-        BudgetInput::new(
+        ShakerInput::new("reading", Acts::OutputModulus, bench.reading, &run),
+        ShakerInput::new(
             "reading.phase",
             Acts::OutputPhase,
             bench.reading_phase,
             &run,
         ),
-        BudgetInput::new("noise", Acts::OutputAdditive, bench.floor, &run),
+        ShakerInput::new("noise", Acts::OutputAdditive, bench.floor, &run),
     ])
     .expect("a budget");
     let frequencies: Vec<f64> = (0..10)

@@ -5,7 +5,7 @@ use proofmass_calibration::shaker::geometry::published_plan;
 use proofmass_calibration::shaker::recording::{Quality, RunInput};
 use proofmass_calibration::shaker::reference::{ReferencePoint, ReferenceTable};
 use proofmass_calibration::shaker::single_axis::{ComparisonBudget, ComparisonRow};
-use proofmass_calibration::shaker::{Acts, Budget, BudgetInput, Key, ShakerMethod};
+use proofmass_calibration::shaker::{Acts, Budget, Key, ShakerInput, ShakerMethod};
 use proofmass_jobs::plan::PlanJob;
 use proofmass_jobs::shaker_single::{ShakerSingleData, ShakerSingleJob, ShakerSingleRun};
 use proofmass_jobs::shaker_triaxial::{ShakerTriaxialData, ShakerTriaxialJob};
@@ -50,9 +50,9 @@ where
 fn budget() -> Budget {
     let run = [Key::Run, Key::Channel];
     Budget::new(vec![
-        BudgetInput::new("reading", Acts::OutputModulus, 0.003, &run).type_a(20.0),
-        BudgetInput::new("noise", Acts::OutputAdditive, 5e-5, &run),
-        BudgetInput::rectangular(
+        ShakerInput::new("reading", Acts::OutputModulus, 0.003, &run).type_a(20.0),
+        ShakerInput::new("noise", Acts::OutputAdditive, 5e-5, &run),
+        ShakerInput::rectangular(
             "gluing.angle",
             Acts::Rotation,
             0.017,

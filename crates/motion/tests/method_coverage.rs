@@ -121,12 +121,12 @@ fn regress_one_sensor_without_noise_gives_its_speed() {
         (|t| t.sin(), |t| t.cos()),
     ];
     for (m, (position, speed)) in motions.into_iter().enumerate() {
-        for source in [Source::Position, Source::Speed] {
+        for source in [ReadingSource::Position, ReadingSource::Speed] {
             let at = |k: usize| 0.01 * k as f64;
             let readings = (0..2000).map(|k| {
                 Some(match source {
-                    Source::Position => position(at(k)),
-                    Source::Speed => speed(at(k)),
+                    ReadingSource::Position => position(at(k)),
+                    ReadingSource::Speed => speed(at(k)),
                 })
             });
             let record =

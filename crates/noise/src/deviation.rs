@@ -5,7 +5,7 @@ use crate::curve_model::CurveModel;
 use crate::noise_type::{self, NoiseBasis};
 use crate::overlapping::{overlapping, overlapping_family};
 use crate::phase::Phase;
-use crate::record::Record;
+use crate::record::NoiseRecord;
 use crate::{
     Bias, EdfFormula, NoiseType, Statistic, Taus, allan, chi_square_interval, equivalent_dof,
     hadamard, theo, time_error, total,

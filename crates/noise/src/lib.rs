@@ -102,7 +102,7 @@ pub use gaps::{GapKind, Gaps, RecordGap, Stretches, stretches};
 pub use long_record::{ChannelName, LongRecord};
 pub use model::{GaussMarkov, NoiseModel, Sinusoid, Term};
 pub use noise_type::{NoiseBasis, NoiseType};
-pub use record::Record;
+pub use record::NoiseRecord;
 pub use simulate::simulate;
 pub use statistic::Statistic;
 pub use streaming::StreamingAllan;

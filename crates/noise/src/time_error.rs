@@ -4,7 +4,7 @@
 
 use crate::allan::MeanSquare;
 use crate::phase::Phase;
-use crate::record::Record;
+use crate::record::NoiseRecord;
 use proofmass_core::Error;
 use std::collections::VecDeque;
 

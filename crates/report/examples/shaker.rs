@@ -5,7 +5,7 @@
 
 use proofmass_calibration::shaker::monte_carlo::CheckOptions;
 use proofmass_calibration::shaker::{
-    Acts, Budget, BudgetInput, Configuration, Correction, Key, PhasorRow, ShakerCampaign,
+    Acts, Budget, Configuration, Correction, Key, PhasorRow, ShakerCampaign, ShakerInput,
     ShakerMethod, Spurious, SpuriousTable, calibrate, check,
     recording::{Quality, RunInput},
     reference::{ReferencePoint, ReferenceTable},
@@ -62,7 +62,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut budget = Budget::published_bench();
     budget.inputs.retain(|i| i.key != "reference.calibration");
     budget.inputs.push(
-        BudgetInput::new(
+        ShakerInput::new(
             "noise",
             Acts::OutputAdditive,
             bench.floor,
@@ -104,9 +104,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         },
     ];
     let calibration = calibrate(&campaign)?;
-    let checks = check(&campaign, &calibration, &CheckOptions::default(), &mut |_| {
-        std::ops::ControlFlow::Continue(())
-    })?;
+    let checks = check(
+        &campaign,
+        &calibration,
+        &CheckOptions::default(),
+        &mut |_| std::ops::ControlFlow::Continue(()),
+    )?;
     let report = ShakerReport {
         head: Head {
             title: "Triaxial accelerometer, simulated campaign".into(),

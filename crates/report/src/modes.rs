@@ -306,7 +306,7 @@ impl ModesReport<'_> {
             second.series = below;
             for (panel, label) in [(first, "gluing point"), (second, "")] {
                 panel.height = 190.0;
-                panel.vertical.push(crate::plot::Reference {
+                panel.vertical.push(crate::plot::ReferenceLine {
                     at: mark,
                     label: label.into(),
                 });

@@ -23,7 +23,7 @@ fn published_examples_give_the_published_results() {
     assert!((trials.standard_uncertainty.unwrap() - 0.0754).abs() < 0.0005);
     let verdict = m.validation.as_ref().unwrap().verdict;
     assert_eq!(verdict, Verdict::NotValidated);
-    assert_eq!(m.stated.method, Method::MonteCarlo);
+    assert_eq!(m.stated.method, StatementMethod::MonteCarlo);
     assert!(
         mass.findings
             .iter()

@@ -342,7 +342,7 @@ fn regress_heavy_tails_have_no_standard_deviation() {
             "{expression} {known}"
         );
         assert!(has(&result, "no-standard-deviation"));
-        if y.stated.method == Method::MonteCarlo {
+        if y.stated.method == StatementMethod::MonteCarlo {
             assert!(y.stated.standard_uncertainty.is_none());
             assert!((y.stated.value - y.monte_carlo.as_ref().unwrap().median).abs() < 1e-12);
         }
@@ -402,7 +402,7 @@ fn regress_no_uncertainty_to_first_order() {
     let y = &result.outputs[0];
     assert!(!has(&result, "monte-carlo-not-stable"));
     assert!(result.trials < 3_000_000, "{}", result.trials);
-    assert_eq!(y.stated.method, Method::MonteCarlo);
+    assert_eq!(y.stated.method, StatementMethod::MonteCarlo);
     assert!((y.stated.value - 1.0).abs() < 0.02);
     assert!((y.stated.standard_uncertainty.unwrap() - 2f64.sqrt()).abs() < 0.03);
 }
@@ -412,7 +412,7 @@ fn regress_no_uncertainty_to_first_order() {
 fn regress_invalid_trials_veto_nothing() {
     let result = evaluate(&(input("x", "value = 3\nu = 1") + &output("ln(x)")));
     let y = &result.outputs[0];
-    assert_eq!(y.stated.method, Method::LawOfPropagation);
+    assert_eq!(y.stated.method, StatementMethod::LawOfPropagation);
     assert!((y.stated.standard_uncertainty.unwrap() - 1.0 / 3.0).abs() < 1e-12);
     let share = y.monte_carlo.as_ref().unwrap().invalid as f64 / result.trials as f64;
     assert!(
@@ -426,11 +426,14 @@ fn regress_invalid_trials_veto_nothing() {
         + "[[output]]\nname = \"b\"\nunit = \"1\"\nexpression = \"2 * x\"\n";
     let result = evaluate(&text);
     assert!(result.get("a").unwrap().linear.is_none());
-    assert_eq!(result.get("a").unwrap().stated.method, Method::MonteCarlo);
+    assert_eq!(
+        result.get("a").unwrap().stated.method,
+        StatementMethod::MonteCarlo
+    );
     let b = &result.get("b").unwrap().stated;
     assert_eq!(
         (b.method, b.standard_uncertainty),
-        (Method::LawOfPropagation, Some(2.0))
+        (StatementMethod::LawOfPropagation, Some(2.0))
     );
 }
 

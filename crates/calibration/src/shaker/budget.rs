@@ -138,7 +138,7 @@ impl Key {
 
 /// One input of the budget.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct BudgetInput {
+pub struct ShakerInput {
     /// Stable name, such as `reference.calibration`.
     pub key: String,
     /// What it is, for a reader of the budget.
@@ -159,7 +159,7 @@ pub struct BudgetInput {
     pub at_frequencies: Vec<(f64, f64)>,
 }
 
-impl BudgetInput {
+impl ShakerInput {
     /// A type B input with a normal distribution and infinite degrees of freedom.
     pub fn new(key: &str, acts: Acts, standard_uncertainty: f64, varies_with: &[Key]) -> Self {
         Self {
@@ -240,7 +240,7 @@ impl BudgetInput {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Budget {
     /// Inputs, independent of each other.
-    pub inputs: Vec<BudgetInput>,
+    pub inputs: Vec<ShakerInput>,
 }
 
 impl Budget {
@@ -249,7 +249,7 @@ impl Budget {
     /// # Errors
     /// [`Error::OutOfRange`] for a distribution that does not exist, or whose mean is not zero: what is known is to be
     /// corrected, and only what is left is an error.
-    pub fn new(inputs: Vec<BudgetInput>) -> Result<Self, Error> {
+    pub fn new(inputs: Vec<ShakerInput>) -> Result<Self, Error> {
         for input in &inputs {
             input.distribution.check()?;
             let (mean, u) = (
@@ -304,47 +304,47 @@ impl Budget {
         let run_channel = [Key::Run, Key::Channel];
         Self {
             inputs: vec![
-                BudgetInput::new(
+                ShakerInput::new(
                     "reference.calibration",
                     ReferenceModulus,
                     0.002,
                     &[Key::Frequency],
                 )
                 .described("calibration of the reference standard"),
-                BudgetInput::rectangular(
+                ShakerInput::rectangular(
                     "wedge.angle",
                     Inclination,
                     0.1f64.to_radians(),
                     &[Key::Inclination],
                 )
                 .described("machining tolerance of the wedge faces"),
-                BudgetInput::rectangular(
+                ShakerInput::rectangular(
                     "gluing.angle",
                     Rotation,
                     1f64.to_radians(),
                     &[Key::Inclination, Key::Rotation],
                 )
                 .described("angle at which the device was glued"),
-                BudgetInput::rectangular(
+                ShakerInput::rectangular(
                     "conditioner.gain",
                     OutputModulus,
                     0.0015,
                     &[Key::Channel],
                 )
                 .described("gain stability of the conditioner"),
-                BudgetInput::new("repeatability", OutputModulus, 0.001, &run_channel)
+                ShakerInput::new("repeatability", OutputModulus, 0.001, &run_channel)
                     .described("repeatability of one reading")
                     .type_a(20.0),
-                BudgetInput::new("reproducibility", OutputModulus, 0.003, &run_channel)
+                ShakerInput::new("reproducibility", OutputModulus, 0.003, &run_channel)
                     .described("reproducibility of one reading")
                     .type_a(20.0),
-                BudgetInput::new("reading.phase", OutputPhase, 0.003, &run_channel)
+                ShakerInput::new("reading.phase", OutputPhase, 0.003, &run_channel)
                     .described("phase of one reading"),
-                BudgetInput::rectangular("transverse.motion", OutputModulus, 0.001, &run_channel)
+                ShakerInput::rectangular("transverse.motion", OutputModulus, 0.001, &run_channel)
                     .described("residual transverse motion"),
-                BudgetInput::rectangular("coupled.vibration", OutputModulus, 0.001, &run_channel)
+                ShakerInput::rectangular("coupled.vibration", OutputModulus, 0.001, &run_channel)
                     .described("coupled vibration"),
-                BudgetInput::rectangular("resolution", OutputModulus, 0.0015, &run_channel)
+                ShakerInput::rectangular("resolution", OutputModulus, 0.0015, &run_channel)
                     .described("resolution"),
             ],
         }

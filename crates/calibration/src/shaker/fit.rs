@@ -423,7 +423,7 @@ fn missing_angles(
     budget: &Budget,
 ) -> Vec<Finding> {
     let declared = |acts: Acts| {
-        let of = |i: &&super::BudgetInput| i.acts == acts && i.standard_uncertainty() > 0.0;
+        let of = |i: &&super::ShakerInput| i.acts == acts && i.standard_uncertainty() > 0.0;
         budget.inputs.iter().find(of)
     };
     // A budget without a gluing is not one of a glued device.

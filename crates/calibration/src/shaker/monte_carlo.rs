@@ -5,7 +5,7 @@ mod estimator;
 
 use super::adjustment::Adjustment;
 use super::budget::Budget;
-use super::campaign::Method;
+use super::campaign::ShakerMethod;
 use super::fit::{complex, joint};
 use super::matrix::{AXES, row_times};
 use super::observation::{PhasorRow, SpuriousTable};

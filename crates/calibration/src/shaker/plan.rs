@@ -412,7 +412,7 @@ mod tests {
             std::array::from_fn(|j| Complex64::new(if i == j { 0.01 } else { 1e-4 }, 0.0))
         });
         let mut budget = Budget::published_bench();
-        budget.inputs.push(super::super::BudgetInput::new(
+        budget.inputs.push(super::super::ShakerInput::new(
             "noise",
             super::super::Acts::OutputAdditive,
             5e-5,

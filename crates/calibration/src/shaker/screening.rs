@@ -1,6 +1,6 @@
 //! What goes into the fits: runs in m/s² and V with the whole budget, and what was left out and why.
 
-use super::budget::{Acts, Budget, BudgetInput, Key};
+use super::budget::{Acts, Budget, Key, ShakerInput};
 use super::campaign::ShakerCampaign;
 use super::geometry::Configuration;
 use super::observation::PhasorRow;
@@ -246,7 +246,7 @@ pub fn with_certificate(
     ] {
         let largest = stated.iter().map(|s| s.1).fold(0.0, f64::max);
         if largest > 0.0 && !budget.inputs.iter().any(|i| i.acts == acts) {
-            let mut input = BudgetInput::new(key, acts, largest, &[Key::Frequency]).described(text);
+            let mut input = ShakerInput::new(key, acts, largest, &[Key::Frequency]).described(text);
             if stated.iter().any(|s| s.1 != largest) {
                 input.at_frequencies = stated;
             }

@@ -2,7 +2,7 @@
 
 use crate::agreement::{check, figure};
 use crate::ask;
-use proofmass_calibration::shaker::{Acts, Budget, BudgetInput, Key};
+use proofmass_calibration::shaker::{Acts, Budget, Key, ShakerInput};
 use proofmass_io::Source;
 use proofmass_jobs::campaign::CampaignFile;
 use proofmass_jobs::inspect::{InspectData, InspectJob};
@@ -22,8 +22,8 @@ use std::sync::Arc;
 pub fn budget() -> Budget {
     let run = [Key::Run, Key::Channel];
     Budget::new(vec![
-        BudgetInput::new("reading", Acts::OutputModulus, 0.003, &run).type_a(20.0),
-        BudgetInput::new("noise", Acts::OutputAdditive, 5e-5, &run),
+        ShakerInput::new("reading", Acts::OutputModulus, 0.003, &run).type_a(20.0),
+        ShakerInput::new("noise", Acts::OutputAdditive, 5e-5, &run),
     ])
     .expect("a budget")
 }

@@ -306,8 +306,8 @@ fn least(record: &MotionRecord) -> f64 {
         (l.min(v), h.max(v))
     });
     let step = match record.source {
-        Source::Speed => 1e-6 * largest,
-        Source::Position => (1e-8 * (high - low)).max(4.0 * f64::EPSILON * largest),
+        ReadingSource::Speed => 1e-6 * largest,
+        ReadingSource::Position => (1e-8 * (high - low)).max(4.0 * f64::EPSILON * largest),
     };
     // Where nothing moves: a nanometre, or a nanometre per second.
     if step > 0.0 {

@@ -1,7 +1,7 @@
 //! How the errors of the bench reach the six reals of a run.
 
 use super::{Column, Draw, Linear};
-use crate::shaker::budget::{Acts, Budget, BudgetInput, Key};
+use crate::shaker::budget::{Acts, Budget, Key, ShakerInput};
 use crate::shaker::geometry::Seat;
 use crate::shaker::matrix::{Matrix, from_real, row_times};
 use crate::shaker::observation::{PhasorRow, SpuriousTable};
@@ -281,7 +281,7 @@ impl Model<'_> {
 
 /// How one draw (standard deviation one) of an input that is not an angle acts on a row.
 fn column(
-    input: &BudgetInput,
+    input: &ShakerInput,
     part: usize,
     row: &PhasorRow,
     y: &[Complex64; 3],
@@ -321,7 +321,7 @@ fn column(
 
 /// All independent draws of an input that belong to one run alone.
 pub(super) fn run_columns(
-    input: &BudgetInput,
+    input: &ShakerInput,
     row: &PhasorRow,
     y: &[Complex64; 3],
     scale: f64,

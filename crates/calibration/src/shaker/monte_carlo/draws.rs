@@ -6,9 +6,7 @@ use crate::shaker::geometry::tilted;
 use crate::shaker::matrix::{AXES, Matrix};
 use crate::shaker::observation::{PhasorRow, SpuriousTable};
 use num_complex::Complex64;
-use proofmass_uncertainty::{
-    BudgetInput, DegreesOfFreedom, Distribution, JointInputs, Labels, Refusal,
-};
+use proofmass_uncertainty::{DegreesOfFreedom, Distribution, Input, JointInputs, Labels, Refusal};
 
 const SPURIOUS: &str = "measurement of the spurious motion";
 const NOISE: &str = "noise of the sine approximations";
@@ -64,7 +62,7 @@ impl Errors {
         let inputs = budget
             .inputs()
             .add(
-                BudgetInput::new(SPURIOUS, "1", unit.clone())
+                Input::new(SPURIOUS, "1", unit.clone())
                     .dof(fewest)
                     .varies_with([
                         Key::Frequency.name(),
@@ -73,7 +71,7 @@ impl Errors {
                         PART,
                     ]),
             )
-            .add(BudgetInput::new(NOISE, "1", unit).varies_with([
+            .add(Input::new(NOISE, "1", unit).varies_with([
                 Key::Run.name(),
                 Key::Channel.name(),
                 PART,

@@ -1,6 +1,6 @@
 use super::super::geometry::published_plan;
 use super::super::matrix::Matrix;
-use super::super::{Acts, BudgetInput, Configuration, Key, Spurious};
+use super::super::{Acts, Configuration, Key, ShakerInput, Spurious};
 use super::*;
 use num_complex::Complex64;
 use proofmass_uncertainty::{DegreesOfFreedom, Distribution};
@@ -51,13 +51,13 @@ fn run(
 
 fn bench() -> Budget {
     let mut budget = Budget::published_bench();
-    budget.inputs.push(BudgetInput::new(
+    budget.inputs.push(ShakerInput::new(
         "noise",
         Acts::OutputAdditive,
         5e-5,
         &[Key::Run, Key::Channel],
     ));
-    budget.inputs.push(BudgetInput::new(
+    budget.inputs.push(ShakerInput::new(
         "reference.phase",
         Acts::ReferencePhase,
         0.003,
@@ -92,14 +92,14 @@ fn crosscheck_propagation_against_monte_carlo() {
 /// One budget input in front of all others: the interval of the trials is that of its shape.
 fn gain(distribution: Distribution) -> Budget {
     Budget::new(vec![
-        BudgetInput::new(
+        ShakerInput::new(
             "conditioner.gain",
             Acts::OutputModulus,
             0.01,
             &[Key::Channel],
         )
         .distributed(distribution),
-        BudgetInput::new(
+        ShakerInput::new(
             "noise",
             Acts::OutputAdditive,
             1e-6,

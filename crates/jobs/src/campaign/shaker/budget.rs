@@ -73,7 +73,7 @@ fn units(acts: Acts) -> Units {
 /// What is wrong with an entry, and what to do.
 type Complaint = (String, String);
 
-fn input(entry: &InputEntry) -> std::result::Result<calibration::Input, Complaint> {
+fn input(entry: &InputEntry) -> std::result::Result<calibration::ShakerInput, Complaint> {
     let choice = |what: &str, word: &str, valid: &[&str]| {
         let near = proofmass_io::spelling::nearest(word, valid.iter().copied())
             .map_or(String::new(), |k| format!("did you mean \"{k}\"? "));
@@ -141,7 +141,7 @@ fn input(entry: &InputEntry) -> std::result::Result<calibration::Input, Complain
             ));
         }
     };
-    Ok(calibration::Input {
+    Ok(calibration::ShakerInput {
         key: entry.name.clone(),
         description: entry
             .description
@@ -210,7 +210,7 @@ impl ShakerBudget {
 }
 
 fn convert(entries: &[InputEntry], path: &Path, text: &str) -> Result<calibration::Budget> {
-    let mut inputs: Vec<calibration::Input> = Vec::new();
+    let mut inputs: Vec<calibration::ShakerInput> = Vec::new();
     for entry in entries {
         let refuse = |what: String, hint: String| {
             let quoted = format!("\"{}\"", entry.name);

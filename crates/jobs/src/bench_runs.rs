@@ -1,0 +1,80 @@
+//! Runs of a bench, whatever is made of them: as phasors for a job, and as the files of a campaign say them.
+
+use crate::record::Record;
+use proofmass_io::{Ambient, Device, Input};
+use proofmass_uncertainty::Finding;
+
+/// The runs as phasors.
+#[derive(Debug)]
+pub struct BenchRuns<'a, R> {
+    /// Runs in the order of the campaign.
+    pub runs: &'a [R],
+    /// What reading them found.
+    pub findings: &'a [Finding],
+    /// What the table of runs is called in messages.
+    pub name: &'a str,
+    /// How many of the last inputs of the record are recordings.
+    pub recordings: usize,
+}
+
+impl<R> Clone for BenchRuns<'_, R> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<R> Copy for BenchRuns<'_, R> {}
+
+impl<'a, R> BenchRuns<'a, R> {
+    /// Ready phasors.
+    pub fn new(runs: &'a [R]) -> Self {
+        Self {
+            runs,
+            findings: &[],
+            name: "the runs",
+            recordings: 0,
+        }
+    }
+}
+
+/// Everything the files of a campaign say: the question and its runs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BenchFiles<J, R> {
+    /// The question.
+    pub job: J,
+    pub(crate) runs: Vec<R>,
+    pub(crate) findings: Vec<Finding>,
+    pub(crate) name: String,
+    pub(crate) inputs: Vec<Input>,
+    pub(crate) recordings: usize,
+}
+
+impl<J, R> BenchFiles<J, R> {
+    /// The runs, for the job.
+    pub fn data(&self) -> BenchRuns<'_, R> {
+        BenchRuns {
+            runs: &self.runs,
+            findings: &self.findings,
+            name: &self.name,
+            recordings: self.recordings,
+        }
+    }
+
+    /// What the result is filed with.
+    pub(crate) fn record(
+        &self,
+        title: &Option<String>,
+        device: &Device,
+        ambient: &Ambient,
+        date: Option<String>,
+    ) -> Record {
+        Record {
+            title: title.clone(),
+            device: device.clone(),
+            ambient: ambient.clone(),
+            date,
+            inputs: self.inputs.clone(),
+            ..Record::default()
+        }
+    }
+}
