@@ -1,5 +1,7 @@
 //! The date of a report.
 
+use proofmass::io::Input;
+use proofmass::jobs::Record;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Today's date, UTC, as ISO 8601; `SOURCE_DATE_EPOCH` (seconds) takes the place of the clock where results must
@@ -13,6 +15,16 @@ pub(crate) fn today() -> String {
             since.map_or(0, |d| d.as_secs())
         });
     date(seconds / 86_400)
+}
+
+/// What a result of today from these files is filed with.
+pub(crate) fn record(title: String, inputs: Vec<Input>) -> Record {
+    Record {
+        title: Some(title),
+        date: Some(today()),
+        inputs,
+        ..Record::default()
+    }
 }
 
 /// Civil date of a day counted from 1970-01-01: Gregorian calendar in years that begin in March.

@@ -1,11 +1,12 @@
 //! `proofmass noise`: stability and noise of a sensor at rest.
 
+use crate::clock::record;
 use crate::console::Progress;
 use crate::delivery::Delivery;
-use crate::{Failure, Outcome, clock, console};
+use crate::{Failure, Outcome, console};
 use proofmass::io::{AtomicFile, ColumnRef, Source, TimeUnit, Unit};
 use proofmass::jobs::noise::{NoiseJob, NoiseOutcome, NoiseReading};
-use proofmass::jobs::{Filed, Job, Outcome as _, Record};
+use proofmass::jobs::{Filed, Job, Outcome as _};
 use proofmass::noise::{
     AnalysisOptions, Bias, DeviationOptions, EdfFormula, FitOptions, Gaps, NoiseType, Statistic,
     Taus, Term,
@@ -149,12 +150,10 @@ impl Noise {
             };
             self.write_imu_yaml(path, &imu.to_text())?;
         }
-        let record = Record {
-            title: Some(format!("Noise of {}", self.recording.display())),
-            date: Some(clock::today()),
-            inputs: vec![input],
-            ..Record::default()
-        };
+        let record = record(
+            format!("Noise of {}", self.recording.display()),
+            vec![input],
+        );
         self.delivery.deliver(folder, &Filed::new(record, outcome))
     }
 

@@ -76,6 +76,14 @@ pub struct RecordedChannels {
 }
 
 impl ChannelReading {
+    /// A table, which has an order and no clock.
+    pub fn table() -> Self {
+        Self {
+            rate: Some(1.0),
+            ..Self::default()
+        }
+    }
+
     /// Reads the wanted channels.
     ///
     /// # Errors

@@ -1,12 +1,12 @@
 //! Linearity over the level at one frequency.
 
-use crate::channels::Channel;
+use crate::channels::{Channel, ChannelReading, RecordedChannels, WantedChannel};
 use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_calibration::dynamic::linearity::LevelLinearity;
 use proofmass_core::Watch;
-use proofmass_io::{StatedQuantity, Table};
+use proofmass_io::{Input, Source, StatedQuantity, Table};
 use proofmass_report::{LinearityReport, Report};
 use proofmass_uncertainty::{Estimate, Finding};
 use serde::{Deserialize, Serialize};
@@ -30,6 +30,54 @@ pub struct LinearityData<'a> {
     pub findings: &'a [Finding],
     /// What the table is called in messages.
     pub name: &'a str,
+}
+
+/// A table of levels as a file has it.
+#[derive(Clone, Debug)]
+pub struct RecordedLevels {
+    table: RecordedChannels,
+}
+
+impl RecordedLevels {
+    /// Reads levels, output amplitudes and their standard uncertainties.
+    ///
+    /// # Errors
+    /// As [`ChannelReading::read`]; an uncertainty in another unit than its output.
+    pub fn read(source: Source, columns: &[WantedChannel; 3]) -> Result<Self> {
+        let table = ChannelReading::table().read(source, columns)?;
+        if let [_, output, u] = table.channels.as_slice()
+            && output.unit != u.unit
+        {
+            return Err(Trouble::data(format!(
+                "the output is in {}, its uncertainty in {}",
+                output.unit, u.unit
+            ))
+            .with_hint("state the unit of both with --output-unit, or correct the headings"));
+        }
+        Ok(Self { table })
+    }
+
+    /// For the job.
+    ///
+    /// # Errors
+    /// Fewer than three columns.
+    pub fn data(&self) -> Result<LinearityData<'_>> {
+        let [level, output, u] = self.table.channels.as_slice() else {
+            return Err(Trouble::data("three columns are needed"));
+        };
+        Ok(LinearityData {
+            level: level.view(),
+            output: output.view(),
+            uncertainty: u.view(),
+            findings: &self.table.findings,
+            name: &self.table.name,
+        })
+    }
+
+    /// The file with its digest.
+    pub fn input(&self) -> Input {
+        self.table.input.clone()
+    }
 }
 
 impl Job for LinearityJob {

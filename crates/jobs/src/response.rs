@@ -3,11 +3,15 @@
 mod hits;
 mod model;
 mod outcome;
+mod points;
+mod recordings;
 #[cfg(test)]
 mod tests;
 
 pub use model::{ModelData, ModelJob};
 pub use outcome::{ResponseOutcome, ResponsePower};
+pub use points::{PointColumns, RecordedPoints};
+pub use recordings::ResponseRecordings;
 
 use crate::channels::Channel;
 use crate::outcome::Job;

@@ -1,7 +1,9 @@
 //! The channels of a dynamic test on the command line.
 
-use proofmass::io::{ColumnRef, TimeUnit, Unit};
-use proofmass::jobs::{ChannelReading, WantedChannel};
+use crate::Failure;
+use proofmass::io::{ColumnRef, Source, TimeUnit, Unit};
+use proofmass::jobs::{ChannelReading, RecordedChannels, WantedChannel};
+use std::path::Path;
 
 /// Clock of the recording.
 #[derive(clap::Args)]
@@ -24,6 +26,27 @@ impl ClockArguments {
         reading.time_unit = self.time_unit;
         reading.rate = self.rate;
         reading
+    }
+}
+
+/// The one channel of a recording.
+#[derive(clap::Args)]
+pub(super) struct ChannelArguments {
+    /// Column of the sensor, by name or number (from 1)
+    #[arg(long, value_name = "COLUMN")]
+    column: String,
+    /// Its unit, where the heading does not say it
+    #[arg(long, value_name = "UNIT", value_parser = unit)]
+    unit: Option<Unit>,
+    #[command(flatten)]
+    clock: ClockArguments,
+}
+
+impl ChannelArguments {
+    /// The recording with that channel alone.
+    pub(super) fn read(&self, path: &Path) -> Result<RecordedChannels, Failure> {
+        let wanted = [wanted(&self.column, self.unit)];
+        Ok(self.clock.reading().read(Source::open(path)?, &wanted)?)
     }
 }
 

@@ -1,15 +1,15 @@
 //! `proofmass test deconvolve`.
 
-use super::channel_arguments::{ClockArguments, not_negative, positive, unit, wanted};
+use super::channel_arguments::{ChannelArguments, not_negative, positive};
+use crate::clock::record;
 use crate::console::Progress;
 use crate::delivery::Delivery;
-use crate::{Failure, Outcome, clock};
+use crate::{Failure, Outcome};
 use proofmass::calibration::dynamic::model::ModelStructure;
-use proofmass::io::{Source, Unit};
 use proofmass::jobs::deconvolution::{
     DeconvolutionData, DeconvolutionJob, DeconvolutionOutcome, FittedModel,
 };
-use proofmass::jobs::{Filed, Job, Outcome as _, Record};
+use proofmass::jobs::{Filed, Job, Outcome as _};
 use std::path::PathBuf;
 
 /// The acceleration behind a device's output, from its fitted model, with the uncertainty of every sample.
@@ -22,12 +22,8 @@ pub(super) struct Deconvolve {
     result: PathBuf,
     /// Recording of the device
     recording: PathBuf,
-    /// Column of the device, by name or number (from 1)
-    #[arg(long, value_name = "COLUMN")]
-    column: String,
-    /// Its unit, where the heading does not say it
-    #[arg(long, value_name = "UNIT", value_parser = unit)]
-    unit: Option<Unit>,
+    #[command(flatten)]
+    channel: ChannelArguments,
     /// Model to fit to a calibration over frequency: elements of 1mode … 4modes, delay, low-pass=ORDER, joined by + [default: 1mode]
     #[arg(long, value_name = "ELEMENTS", value_parser = super::response::structure)]
     model: Option<ModelStructure>,
@@ -38,8 +34,6 @@ pub(super) struct Deconvolve {
     #[arg(long, value_name = "SECONDS", value_parser = not_negative)]
     quiet: Option<f64>,
     #[command(flatten)]
-    clock: ClockArguments,
-    #[command(flatten)]
     delivery: Delivery,
 }
 
@@ -49,10 +43,7 @@ impl Deconvolve {
             .delivery
             .begin(DeconvolutionOutcome::KIND, &[&self.result, &self.recording])?;
         let model = FittedModel::read(&self.result, self.model, None)?;
-        let recording = self.clock.reading().read(
-            Source::open(&self.recording)?,
-            &[wanted(&self.column, self.unit)],
-        )?;
+        let recording = self.channel.read(&self.recording)?;
         let Some(channel) = recording.channels.first() else {
             return Err(Failure::new("no column was chosen"));
         };
@@ -70,13 +61,11 @@ impl Deconvolve {
             name: &recording.name,
         };
         let outcome = job.evaluate(&data, &Progress::new())?;
-        let record = Record {
-            title: Some(format!("Input behind {}", self.recording.display())),
-            device: model.device.clone(),
-            date: Some(clock::today()),
-            inputs: vec![model.input.clone(), recording.input.clone()],
-            ..Record::default()
-        };
+        let mut record = record(
+            format!("Input behind {}", self.recording.display()),
+            vec![model.input.clone(), recording.input.clone()],
+        );
+        record.device = model.device.clone();
         self.delivery.deliver(folder, &Filed::new(record, outcome))
     }
 }

@@ -1,12 +1,13 @@
 //! `proofmass test levels`.
 
 use super::channel_arguments::{unit, wanted};
+use crate::clock::record;
 use crate::console::Progress;
 use crate::delivery::Delivery;
-use crate::{Failure, Outcome, clock};
+use crate::{Failure, Outcome};
 use proofmass::io::{Source, Unit};
-use proofmass::jobs::linearity::{LinearityData, LinearityJob, LinearityOutcome};
-use proofmass::jobs::{ChannelReading, Filed, Job, Outcome as _, Record};
+use proofmass::jobs::linearity::{LinearityJob, LinearityOutcome, RecordedLevels};
+use proofmass::jobs::{Filed, Job, Outcome as _};
 use std::path::PathBuf;
 
 /// Linearity over the level at one frequency: sensitivity, amplitude coefficient, largest departure from a straight line.
@@ -38,44 +39,15 @@ impl Levels {
         let folder = self
             .delivery
             .begin(LinearityOutcome::KIND, &[&self.table])?;
-        // A table has no clock.
-        let mut reading = ChannelReading::default();
-        reading.rate = Some(1.0);
-        let table = reading.read(
-            Source::open(&self.table)?,
-            &[
-                wanted(&self.level, self.level_unit),
-                wanted(&self.output_column, self.output_unit),
-                wanted(&self.output_u, self.output_unit),
-            ],
-        )?;
-        let [level, output, u] = table.channels.as_slice() else {
-            return Err(Failure::new("three columns are needed"));
-        };
-        if output.unit != u.unit {
-            return Err(Failure::new(format!(
-                "the output is in {}, its uncertainty in {}",
-                output.unit, u.unit
-            ))
-            .hint("state the unit of both with --output-unit, or correct the headings"));
-        }
-        let data = LinearityData {
-            level: level.view(),
-            output: output.view(),
-            uncertainty: u.view(),
-            findings: &table.findings,
-            name: &table.name,
-        };
-        let outcome = LinearityJob::default().evaluate(&data, &Progress::new())?;
-        let record = Record {
-            title: Some(format!(
-                "Linearity over the level, {}",
-                self.table.display()
-            )),
-            date: Some(clock::today()),
-            inputs: vec![table.input.clone()],
-            ..Record::default()
-        };
+        let columns = [
+            wanted(&self.level, self.level_unit),
+            wanted(&self.output_column, self.output_unit),
+            wanted(&self.output_u, self.output_unit),
+        ];
+        let levels = RecordedLevels::read(Source::open(&self.table)?, &columns)?;
+        let outcome = LinearityJob::default().evaluate(&levels.data()?, &Progress::new())?;
+        let title = format!("Linearity over the level, {}", self.table.display());
+        let record = record(title, vec![levels.input()]);
         self.delivery.deliver(folder, &Filed::new(record, outcome))
     }
 }

@@ -1,15 +1,15 @@
 //! `proofmass test model`.
 
-use super::channel_arguments::{band, not_negative, positive, wanted};
+use super::channel_arguments::{band, not_negative, positive};
 use super::response::structure;
+use crate::clock::record;
 use crate::console::Progress;
 use crate::delivery::Delivery;
-use crate::{Failure, Outcome, clock};
-use proofmass::calibration::dynamic::model::{ModelStructure, ResponsePoints};
-use proofmass::io::{AnyCalibration, Input, Source};
-use proofmass::jobs::response::{ModelData, ModelJob, ResponseOutcome};
-use proofmass::jobs::{ChannelReading, Filed, Job, Outcome as _, Record, frequency_response};
-use proofmass::uncertainty::Finding;
+use crate::{Failure, Outcome};
+use proofmass::calibration::dynamic::model::ModelStructure;
+use proofmass::io::{ColumnRef, Source};
+use proofmass::jobs::response::{ModelJob, PointColumns, RecordedPoints, ResponseOutcome};
+use proofmass::jobs::{Filed, Job, Outcome as _};
 use std::path::PathBuf;
 
 /// Fit a model to a frequency response from a calibration.json or a table, as stepped sines or a laboratory give it; say when it
@@ -70,110 +70,53 @@ enum PhaseUnit {
 impl Model {
     pub(super) fn run(self) -> Result<Outcome, Failure> {
         let folder = self.delivery.begin(ResponseOutcome::KIND, &[&self.table])?;
-        let Points {
-            points,
-            findings,
-            name,
-            input,
-        } = self.points()?;
+        let points = self
+            .points()?
+            .with_reference(1e-2 * self.reference_uncertainty);
         let mut job = ModelJob::new(self.model);
         job.band = self.band;
         job.reference_frequency = self.reference_frequency;
-        let data = ModelData {
-            points: &points,
-            findings: &findings,
-            name: &name,
-        };
-        let outcome = job.evaluate(&data, &Progress::new())?;
-        let record = Record {
-            title: Some(format!(
-                "Model of a frequency response, {}",
-                self.table.display()
-            )),
-            date: Some(clock::today()),
-            inputs: vec![input],
-            ..Record::default()
-        };
+        let outcome = job.evaluate(&points.data(), &Progress::new())?;
+        let title = format!("Model of a frequency response, {}", self.table.display());
+        let record = record(title, vec![points.input()]);
         self.delivery.deliver(folder, &Filed::new(record, outcome))
     }
 
-    fn points(&self) -> Result<Points, Failure> {
+    fn points(&self) -> Result<RecordedPoints, Failure> {
         let named = [
-            &self.frequency,
-            &self.modulus,
-            &self.modulus_u,
-            &self.phase,
-            &self.phase_u,
+            ("frequency", &self.frequency),
+            ("modulus", &self.modulus),
+            ("modulus-u", &self.modulus_u),
+            ("phase", &self.phase),
+            ("phase-u", &self.phase_u),
         ];
-        let uncertainty = 1e-2 * self.reference_uncertainty;
-        if named.iter().all(|c| c.is_none()) {
+        if named.iter().all(|(_, column)| column.is_none()) {
             let source = Source::open(&self.table)?;
-            let (calibration, input, findings) =
-                frequency_response::read_calibration(source, self.coverage)?;
-            let name = self.table.display().to_string();
-            let AnyCalibration::FrequencyResponse(file) = calibration else {
-                return Err(Failure::new(format!("{name} is no frequency response"))
-                    .hint("give a calibration.json of kind frequency-response, a certificate, or a table with its five columns named"));
-            };
-            let response = frequency_response::of_file(&file)?;
-            let points = ResponsePoints::of_response(&response, 0, 0)
-                .map_err(|e| Failure::from(e).detail(name.clone()))?;
-            return Ok(Points {
-                points: points.with_reference(uncertainty, 0.0, None),
-                findings,
-                name,
-                input,
-            });
+            return Ok(RecordedPoints::of_calibration(source, self.coverage)?);
         }
-        let mut columns = Vec::new();
-        for (column, option) in
-            named
-                .into_iter()
-                .zip(["frequency", "modulus", "modulus-u", "phase", "phase-u"])
-        {
-            let Some(column) = column else {
-                return Err(
-                    Failure::new(format!("the column of --{option} is not named"))
-                        .hint("name all five columns of a table, or none for a calibration.json"),
-                );
-            };
-            columns.push(wanted(column, None));
+        if let Some((option, _)) = named.iter().find(|(_, column)| column.is_none()) {
+            return Err(
+                Failure::new(format!("the column of --{option} is not named"))
+                    .hint("name all five columns of a table, or none for a calibration.json"),
+            );
         }
-        // A table has no clock.
-        let mut reading = ChannelReading::default();
-        reading.rate = Some(1.0);
-        let table = reading.read(Source::open(&self.table)?, &columns)?;
-        let [f, m, um, phase, up] = table.channels.as_slice() else {
-            return Err(Failure::new("five columns are needed"));
+        let [
+            frequency,
+            modulus,
+            modulus_uncertainty,
+            phase,
+            phase_uncertainty,
+        ] = named.map(|(_, column)| ColumnRef::from_word(column.as_deref().unwrap_or_default()));
+        let columns = PointColumns {
+            frequency,
+            modulus,
+            modulus_uncertainty,
+            phase,
+            phase_uncertainty,
+            degrees: self.phase_unit == PhaseUnit::Deg,
+            unit: self.unit.clone(),
         };
-        let radians = |c: &proofmass::jobs::RecordedChannel| -> Vec<f64> {
-            // A heading in degrees has been turned into radians by the reader.
-            let degrees = self.phase_unit == PhaseUnit::Deg && c.unit != "rad";
-            let factor = if degrees { 1f64.to_radians() } else { 1.0 };
-            c.data.iter().map(|v| factor * v).collect()
-        };
-        let points = ResponsePoints::polar(
-            f.data.clone(),
-            &m.data,
-            &um.data,
-            &radians(phase),
-            &radians(up),
-            &self.unit,
-        )
-        .map_err(|e| Failure::from(e).detail(table.name.clone()))?;
-        Ok(Points {
-            points: points.with_reference(uncertainty, 0.0, None),
-            findings: table.findings.clone(),
-            name: table.name.clone(),
-            input: table.input.clone(),
-        })
+        let source = Source::open(&self.table)?;
+        Ok(RecordedPoints::of_table(source, &columns)?)
     }
-}
-
-/// Points with where they are from.
-struct Points {
-    points: ResponsePoints,
-    findings: Vec<Finding>,
-    name: String,
-    input: Input,
 }

@@ -1,12 +1,12 @@
 //! `proofmass test motion`.
 
-use super::channel_arguments::{ClockArguments, band, not_negative, positive, unit, wanted};
+use super::channel_arguments::{ChannelArguments, band, not_negative, positive};
+use crate::clock::record;
 use crate::console::Progress;
 use crate::delivery::Delivery;
-use crate::{Failure, Outcome, clock};
-use proofmass::io::{Source, Unit};
+use crate::{Failure, Outcome};
 use proofmass::jobs::motion::{MotionData, MotionJob, MotionOutcome};
-use proofmass::jobs::{Filed, Job, Outcome as _, Record};
+use proofmass::jobs::{Filed, Job, Outcome as _};
 use proofmass::signal::Baseline;
 use std::path::PathBuf;
 
@@ -15,12 +15,8 @@ use std::path::PathBuf;
 pub(super) struct Motion {
     /// Recording with the acceleration
     recording: PathBuf,
-    /// Its column, by name or number (from 1)
-    #[arg(long, value_name = "COLUMN")]
-    column: String,
-    /// Its unit, where the heading does not say it: m/s², g, …
-    #[arg(long, value_name = "UNIT", value_parser = unit)]
-    unit: Option<Unit>,
+    #[command(flatten)]
+    channel: ChannelArguments,
     /// Relative standard uncertainty of the acceleration, in per cent, from the sensor's calibration
     #[arg(long, value_name = "PERCENT", value_parser = not_negative, default_value = "0")]
     uncertainty: f64,
@@ -40,8 +36,6 @@ pub(super) struct Motion {
     #[arg(long, value_name = "LOW,HIGH", value_parser = band, default_value = "10,1000")]
     vibration_band: [f64; 2],
     #[command(flatten)]
-    clock: ClockArguments,
-    #[command(flatten)]
     delivery: Delivery,
 }
 
@@ -50,10 +44,7 @@ impl Motion {
         let folder = self
             .delivery
             .begin(MotionOutcome::KIND, &[&self.recording])?;
-        let recording = self.clock.reading().read(
-            Source::open(&self.recording)?,
-            &[wanted(&self.column, self.unit)],
-        )?;
+        let recording = self.channel.read(&self.recording)?;
         let Some(channel) = recording.channels.first() else {
             return Err(Failure::new("no column was chosen"));
         };
@@ -71,12 +62,10 @@ impl Motion {
             name: &recording.name,
         };
         let outcome = job.evaluate(&data, &Progress::new())?;
-        let record = Record {
-            title: Some(format!("Motion, {}", self.recording.display())),
-            date: Some(clock::today()),
-            inputs: vec![recording.input.clone()],
-            ..Record::default()
-        };
+        let record = record(
+            format!("Motion, {}", self.recording.display()),
+            vec![recording.input.clone()],
+        );
         self.delivery.deliver(folder, &Filed::new(record, outcome))
     }
 }

@@ -1,13 +1,14 @@
 //! `proofmass test random`, `impact`, `sweep`.
 
 use super::channel_arguments::{ClockArguments, band, not_negative, positive, unit, wanted};
+use crate::clock::record;
 use crate::console::Progress;
 use crate::delivery::Delivery;
-use crate::{Failure, Outcome, clock};
+use crate::{Failure, Outcome};
 use proofmass::calibration::dynamic::model::ModelStructure;
 use proofmass::io::{Source, Unit};
-use proofmass::jobs::response::{Excitation, ResponseData, ResponseJob, ResponseOutcome};
-use proofmass::jobs::{Filed, Job, Outcome as _, Record};
+use proofmass::jobs::response::{Excitation, ResponseJob, ResponseOutcome, ResponseRecordings};
+use proofmass::jobs::{Filed, Job, Outcome as _};
 use proofmass::signal::transfer::Estimator;
 use std::path::{Path, PathBuf};
 
@@ -150,46 +151,12 @@ impl Common {
             wanted(&self.input, self.input_unit),
             wanted(&self.output_column, self.output_unit),
         ];
-        let reading = self.clock.reading();
-        let mut recordings = Vec::new();
-        for path in paths {
-            recordings.push(reading.read(Source::open(path)?, &columns)?);
-        }
-        let Some(first) = recordings.first() else {
-            return Err(Failure::new("no recording was given"));
-        };
-        if let Some(other) = recordings
-            .iter()
-            .find(|r| (r.rate / first.rate - 1.0).abs() > 1e-6)
-        {
-            return Err(Failure::new(format!(
-                "{} has {} samples/s, {} has {}",
-                other.name, other.rate, first.name, first.rate
-            ))
-            .hint("blows that are averaged are sampled alike"));
-        }
-        let mut pairs = Vec::new();
-        for r in &recordings {
-            if let [input, output] = r.channels.as_slice() {
-                pairs.push([input.view(), output.view()]);
-            }
-        }
-        let findings: Vec<_> = recordings.iter().flat_map(|r| r.findings.clone()).collect();
-        let names: Vec<&str> = recordings.iter().map(|r| r.name.as_str()).collect();
-        let name = names.join(", ");
-        let data = ResponseData {
-            recordings: pairs,
-            rate: first.rate,
-            findings: &findings,
-            name: &name,
-        };
-        let outcome = job.evaluate(&data, &Progress::new())?;
-        let record = Record {
-            title: Some(format!("Frequency response, {name}")),
-            date: Some(clock::today()),
-            inputs: recordings.iter().map(|r| r.input.clone()).collect(),
-            ..Record::default()
-        };
+        let sources = paths.iter().map(|path| Source::open(path));
+        let sources = sources.collect::<Result<Vec<_>, _>>()?;
+        let recordings = ResponseRecordings::read(sources, &self.clock.reading(), &columns)?;
+        let outcome = job.evaluate(&recordings.data(), &Progress::new())?;
+        let title = format!("Frequency response, {}", recordings.name());
+        let record = record(title, recordings.inputs());
         self.delivery.deliver(folder, &Filed::new(record, outcome))
     }
 }

@@ -1,13 +1,14 @@
 //! `proofmass test shock`.
 
 use super::channel_arguments::{ClockArguments, band, not_negative, positive, unit, wanted};
+use crate::clock::record;
 use crate::console::Progress;
 use crate::delivery::Delivery;
-use crate::{Failure, Outcome, clock};
+use crate::{Failure, Outcome};
 use proofmass::calibration::dynamic::shock::Tolerance;
 use proofmass::io::{Source, Unit};
 use proofmass::jobs::shock::{ShockData, ShockJob, ShockOutcome};
-use proofmass::jobs::{Filed, Job, Outcome as _, Record};
+use proofmass::jobs::{Filed, Job, Outcome as _};
 use proofmass::signal::{Peaks, PulseShape};
 use std::path::PathBuf;
 
@@ -124,12 +125,10 @@ impl Shock {
             name: &recording.name,
         };
         let outcome = self.job().evaluate(&data, &Progress::new())?;
-        let record = Record {
-            title: Some(format!("Shock test, {}", self.recording.display())),
-            date: Some(clock::today()),
-            inputs: vec![recording.input.clone()],
-            ..Record::default()
-        };
+        let record = record(
+            format!("Shock test, {}", self.recording.display()),
+            vec![recording.input.clone()],
+        );
         self.delivery.deliver(folder, &Filed::new(record, outcome))
     }
 

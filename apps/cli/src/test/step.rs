@@ -1,12 +1,12 @@
 //! `proofmass test step`.
 
-use super::channel_arguments::{ClockArguments, unit, wanted};
+use super::channel_arguments::ChannelArguments;
+use crate::clock::record;
 use crate::console::Progress;
 use crate::delivery::Delivery;
-use crate::{Failure, Outcome, clock};
-use proofmass::io::{Source, Unit};
+use crate::{Failure, Outcome};
 use proofmass::jobs::step::{StepData, StepJob, StepOutcome};
-use proofmass::jobs::{Filed, Job, Outcome as _, Record};
+use proofmass::jobs::{Filed, Job, Outcome as _};
 use std::path::PathBuf;
 
 /// A recorded step response: natural frequency and damping fitted, rise, overshoot, settling.
@@ -14,14 +14,8 @@ use std::path::PathBuf;
 pub(super) struct Step {
     /// Recording of the step, from before it until the device has settled
     recording: PathBuf,
-    /// Column of the device, by name or number (from 1)
-    #[arg(long, value_name = "COLUMN")]
-    column: String,
-    /// Its unit, where the heading does not say it
-    #[arg(long, value_name = "UNIT", value_parser = unit)]
-    unit: Option<Unit>,
     #[command(flatten)]
-    clock: ClockArguments,
+    channel: ChannelArguments,
     #[command(flatten)]
     delivery: Delivery,
 }
@@ -29,10 +23,7 @@ pub(super) struct Step {
 impl Step {
     pub(super) fn run(self) -> Result<Outcome, Failure> {
         let folder = self.delivery.begin(StepOutcome::KIND, &[&self.recording])?;
-        let recording = self.clock.reading().read(
-            Source::open(&self.recording)?,
-            &[wanted(&self.column, self.unit)],
-        )?;
+        let recording = self.channel.read(&self.recording)?;
         let Some(channel) = recording.channels.first() else {
             return Err(Failure::new("no column was chosen"));
         };
@@ -43,12 +34,10 @@ impl Step {
             name: &recording.name,
         };
         let outcome = StepJob::default().evaluate(&data, &Progress::new())?;
-        let record = Record {
-            title: Some(format!("Step response, {}", self.recording.display())),
-            date: Some(clock::today()),
-            inputs: vec![recording.input.clone()],
-            ..Record::default()
-        };
+        let record = record(
+            format!("Step response, {}", self.recording.display()),
+            vec![recording.input.clone()],
+        );
         self.delivery.deliver(folder, &Filed::new(record, outcome))
     }
 }

@@ -1,0 +1,127 @@
+//! Points of a frequency response as files have them: a table, a certificate, a calibration.
+
+use super::ModelData;
+use crate::channels::{ChannelReading, RecordedChannel, WantedChannel};
+use crate::frequency_response;
+use crate::trouble::{Result, Trouble};
+use proofmass_calibration::dynamic::model::ResponsePoints;
+use proofmass_io::{AnyCalibration, ColumnRef, Input, Source};
+use proofmass_uncertainty::Finding;
+use serde::{Deserialize, Serialize};
+
+/// Columns of a table of points.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PointColumns {
+    /// Frequency, Hz.
+    pub frequency: ColumnRef,
+    /// Modulus.
+    pub modulus: ColumnRef,
+    /// Its standard uncertainty.
+    pub modulus_uncertainty: ColumnRef,
+    /// Phase.
+    pub phase: ColumnRef,
+    /// Its standard uncertainty.
+    pub phase_uncertainty: ColumnRef,
+    /// Whether the phases are in degrees where their headings do not say it; else in radians.
+    pub degrees: bool,
+    /// Unit of the modulus.
+    pub unit: String,
+}
+
+/// Points with where they are from.
+#[derive(Clone, Debug)]
+pub struct RecordedPoints {
+    points: ResponsePoints,
+    findings: Vec<Finding>,
+    name: String,
+    input: Input,
+}
+
+impl RecordedPoints {
+    /// Reads a table with a line for each point.
+    ///
+    /// # Errors
+    /// As [`ChannelReading::read`]; an uncertainty that is not positive.
+    pub fn of_table(source: Source, columns: &PointColumns) -> Result<Self> {
+        let wanted = [
+            &columns.frequency,
+            &columns.modulus,
+            &columns.modulus_uncertainty,
+            &columns.phase,
+            &columns.phase_uncertainty,
+        ]
+        .map(|column| WantedChannel {
+            column: column.clone(),
+            unit: None,
+        });
+        let table = ChannelReading::table().read(source, &wanted)?;
+        let [f, modulus, u_modulus, phase, u_phase] = table.channels.as_slice() else {
+            return Err(Trouble::data("five columns are needed").detail(&table.name));
+        };
+        let radians = |c: &RecordedChannel| -> Vec<f64> {
+            // A heading in degrees has been turned into radians by the reader.
+            let degrees = columns.degrees && c.unit != "rad";
+            let factor = if degrees { 1f64.to_radians() } else { 1.0 };
+            c.data.iter().map(|v| factor * v).collect()
+        };
+        let points = ResponsePoints::polar(
+            f.data.clone(),
+            &modulus.data,
+            &u_modulus.data,
+            &radians(phase),
+            &radians(u_phase),
+            &columns.unit,
+        )
+        .map_err(|e| Trouble::from(e).detail(&table.name))?;
+        Ok(Self {
+            points,
+            findings: table.findings,
+            name: table.name,
+            input: table.input,
+        })
+    }
+
+    /// Reads a calibration over frequency or the table of a certificate, whose expanded uncertainties have this coverage factor.
+    ///
+    /// # Errors
+    /// As [`frequency_response::read_calibration`]; a calibration of another kind.
+    pub fn of_calibration(source: Source, coverage: Option<f64>) -> Result<Self> {
+        let name = source.name().display().to_string();
+        let (calibration, input, findings) =
+            frequency_response::read_calibration(source, coverage)?;
+        let AnyCalibration::FrequencyResponse(file) = calibration else {
+            return Err(Trouble::data(format!("{name} is no frequency response"))
+                .with_hint("give a calibration.json of kind frequency-response, a certificate, or a table with its five columns named"));
+        };
+        let response = frequency_response::of_file(&file)?;
+        let points = ResponsePoints::of_response(&response, 0, 0)
+            .map_err(|e| Trouble::from(e).detail(&name))?;
+        Ok(Self {
+            points,
+            findings,
+            name,
+            input,
+        })
+    }
+
+    /// With a relative standard uncertainty of the reference, common to all points.
+    #[must_use]
+    pub fn with_reference(mut self, relative: f64) -> Self {
+        self.points = self.points.with_reference(relative, 0.0, None);
+        self
+    }
+
+    /// For the job.
+    pub fn data(&self) -> ModelData<'_> {
+        ModelData {
+            points: &self.points,
+            findings: &self.findings,
+            name: &self.name,
+        }
+    }
+
+    /// The file with its digest.
+    pub fn input(&self) -> Input {
+        self.input.clone()
+    }
+}
