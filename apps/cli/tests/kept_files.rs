@@ -43,15 +43,6 @@ fn run_in(folder: &Path, arguments: &[&str]) -> std::process::Output {
         .unwrap()
 }
 
-fn names(folder: &Path) -> Vec<String> {
-    let mut all: Vec<String> = fs::read_dir(folder)
-        .unwrap()
-        .map(|e| e.unwrap().file_name().to_string_lossy().into_owned())
-        .collect();
-    all.sort();
-    all
-}
-
 #[test]
 fn regress_a_campaign_is_calibrated_from_inside_its_results() {
     let (_folder, camp) = calibrated();

@@ -43,15 +43,6 @@ fn command(arguments: &[&str]) -> Command {
     command
 }
 
-fn names(folder: &Path) -> Vec<String> {
-    let mut all: Vec<String> = fs::read_dir(folder)
-        .unwrap()
-        .map(|e| e.unwrap().file_name().to_string_lossy().into_owned())
-        .collect();
-    all.sort();
-    all
-}
-
 /// Digest of every file, folders within included.
 fn digests(folder: &Path, all: &mut BTreeMap<PathBuf, String>) {
     for entry in fs::read_dir(folder).unwrap() {

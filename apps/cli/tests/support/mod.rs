@@ -80,12 +80,17 @@ pub fn example_lines() -> Vec<String> {
     text.lines().map(str::to_owned).collect()
 }
 
-/// Whether a folder holds nothing but what was put there.
-pub fn holds_only(folder: &Path, names: &[&str]) -> bool {
-    let mut found: Vec<String> = std::fs::read_dir(folder)
+/// Names in a folder, in order.
+pub fn names(folder: &Path) -> Vec<String> {
+    let mut all: Vec<String> = std::fs::read_dir(folder)
         .expect("folder")
         .map(|e| e.expect("entry").file_name().to_string_lossy().into_owned())
         .collect();
-    found.sort();
-    found == names
+    all.sort();
+    all
+}
+
+/// Whether a folder holds nothing but what was put there.
+pub fn holds_only(folder: &Path, expected: &[&str]) -> bool {
+    names(folder) == expected
 }
