@@ -36,6 +36,7 @@ mod motion;
 mod multi_position;
 mod noise;
 mod number;
+mod parameters;
 mod plan;
 pub mod plot;
 mod response;

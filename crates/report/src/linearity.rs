@@ -1,7 +1,8 @@
 //! The report of a linearity over the level.
 
-use crate::number::{concise, two_digits};
-use crate::{Axis, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot};
+use crate::number::two_digits;
+use crate::parameters::parameters;
+use crate::{Axis, Head, KeyFigure, Report, Section, Series, XyPlot};
 use proofmass_calibration::dynamic::linearity::LevelLinearity;
 
 /// What the report tells of a linearity over the level.
@@ -45,23 +46,11 @@ impl LinearityReport<'_> {
             "%",
         )
         .note("largest departure, of the highest level");
-        let mut table = Table::new(
-            "Output = S a (1 + κ a)",
-            [
-                Column::text("parameter"),
-                Column::number("value", ""),
-                Column::number("U (95 %)", ""),
-                Column::text("unit"),
-            ],
-        );
-        for q in self.linearity.estimate.quantities() {
-            table = table.row([
-                Cell::text(q.name.replace('_', " ")),
-                Cell::number(concise(q.value, q.standard_uncertainty)),
-                Cell::number(two_digits(q.expanded(0.95))),
-                Cell::text(q.unit.clone()),
-            ]);
+        let mut quantities = self.linearity.estimate.quantities();
+        for q in &mut quantities {
+            q.name = q.name.replace('_', " ");
         }
+        let table = parameters("Output = S a (1 + κ a)", &quantities);
         report
             .findings(self.head.findings.iter().cloned())
             .section(Section::new("Result").key_figures([figure]).table(table))

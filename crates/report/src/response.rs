@@ -1,6 +1,7 @@
 //! The report of a frequency response.
 
 use crate::number::{concise, plain, two_digits};
+use crate::parameters::parameters;
 use crate::plot::Style;
 use crate::{Axis, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot};
 use proofmass_calibration::dynamic::model::{ModelFit, ResponseFigures};
@@ -113,7 +114,7 @@ impl ResponseReport<'_> {
         }
         let mut section = Section::new("Result").key_figures(figures);
         if let Some(fit) = self.fit {
-            section = section.table(parameters(fit));
+            section = section.table(fitted(fit));
         }
         if !self.modes.is_empty() {
             section = section.table(modes(self.modes));
@@ -223,24 +224,8 @@ impl ResponseReport<'_> {
     }
 }
 
-fn parameters(fit: &ModelFit) -> Table {
-    let mut table = Table::new(
-        "Parameters of the model",
-        [
-            Column::text("parameter"),
-            Column::number("value", ""),
-            Column::number("U (95 %)", ""),
-            Column::text("unit"),
-        ],
-    );
-    for q in fit.estimate.quantities() {
-        table = table.row([
-            Cell::text(q.name.clone()),
-            Cell::number(concise(q.value, q.standard_uncertainty)),
-            Cell::number(two_digits(q.expanded(0.95))),
-            Cell::text(q.unit.clone()),
-        ]);
-    }
+fn fitted(fit: &ModelFit) -> Table {
+    let table = parameters("Parameters of the model", &fit.estimate.quantities());
     table.note(format!(
         "χ² = {:.1} with {} degrees of freedom, {} at most; misfit {} % of the modulus.",
         fit.chi_square,

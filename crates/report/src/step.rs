@@ -1,7 +1,7 @@
 //! The report of a step response.
 
-use crate::number::{concise, two_digits};
-use crate::{Axis, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot};
+use crate::parameters::parameters;
+use crate::{Axis, Head, KeyFigure, Report, Section, Series, XyPlot};
 use proofmass_signal::Trace;
 use proofmass_uncertainty::Quantity;
 
@@ -47,23 +47,7 @@ impl StepReport<'_> {
             KeyFigure::new("overshoot", format!("{:.2}", 100.0 * overshoot), "%"),
             KeyFigure::new("settling time", format!("{:.4}", 1e3 * settling), "ms").note("to 2 %"),
         ];
-        let mut table = Table::new(
-            "Fitted oscillator",
-            [
-                Column::text("parameter"),
-                Column::number("value", ""),
-                Column::number("U (95 %)", ""),
-                Column::text("unit"),
-            ],
-        );
-        for q in &self.quantities {
-            table = table.row([
-                Cell::text(q.name.clone()),
-                Cell::number(concise(q.value, q.standard_uncertainty)),
-                Cell::number(two_digits(q.expanded(0.95))),
-                Cell::text(q.unit.clone()),
-            ]);
-        }
+        let table = parameters("Fitted oscillator", &self.quantities);
         report
             .findings(self.head.findings.iter().cloned())
             .section(Section::new("Result").key_figures(figures).table(table))
