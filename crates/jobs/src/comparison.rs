@@ -107,11 +107,7 @@ impl ComparisonOutcome {
 
     fn page(&self, record: &Record) -> ComparisonReport<'_> {
         ComparisonReport {
-            title: self.title(record),
-            meta: record.meta(),
-            inputs: record.digests(),
-            findings: &self.findings,
-            footer: record.software.to_string(),
+            head: record.head(self.title(record), &self.findings),
             names: &self.names,
             comparison: &self.comparison,
         }

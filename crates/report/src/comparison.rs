@@ -1,23 +1,14 @@
 //! The report of two calibrations over frequency, held against each other.
 
 use crate::number::{minus, plain, two_digits};
-use crate::{Axis, Cell, Column, KeyFigure, Report, Section, Series, Table, XyPlot};
+use crate::{Axis, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot};
 use proofmass_calibration::frequency_response::{ComparedPoint, ResponseComparison};
-use proofmass_uncertainty::Finding;
 
 /// What the report tells of a comparison.
 #[derive(Clone, Debug)]
 pub struct ComparisonReport<'a> {
-    /// Title.
-    pub title: String,
-    /// Label and value.
-    pub meta: Vec<(String, String)>,
-    /// Name and SHA-256 of each input file.
-    pub inputs: Vec<(String, String)>,
-    /// All findings.
-    pub findings: &'a [Finding],
-    /// Last line.
-    pub footer: String,
+    /// Title, device, inputs, findings.
+    pub head: Head<'a>,
     /// What the two are called.
     pub names: &'a [String; 2],
     /// The comparison.
@@ -33,8 +24,7 @@ impl ComparisonReport<'_> {
         self.summary()
             .section(self.figures())
             .section(self.points())
-            .section(Section::new("Inputs").inputs(&self.inputs))
-            .footer(self.footer.clone())
+            .foot(&self.head)
     }
 
     /// What is worth a look in the terminal.
@@ -81,11 +71,8 @@ impl ComparisonReport<'_> {
             );
         }
         let [a, b] = self.names;
-        let mut report = Report::new(self.title.clone());
-        for (label, value) in &self.meta {
-            report = report.meta(label.clone(), value.clone());
-        }
-        report.findings(self.findings.iter().cloned()).section(
+        let report = self.head.open();
+        report.findings(self.head.findings.iter().cloned()).section(
             Section::new("Result")
                 .paragraph(format!("Differences are {a} less {b}."))
                 .key_figures(figures),

@@ -3,13 +3,14 @@
 use crate::agreement::{check, figure};
 use crate::ask;
 use num_complex::Complex64;
-use proofmass_calibration::StillWindow;
 use proofmass_calibration::shaker::recording::Quality;
 use proofmass_calibration::shaker::reference::{ReferencePoint, ReferenceTable};
 use proofmass_calibration::shaker::single_axis::{ComparisonBudget, ComparisonRow};
+use proofmass_calibration::{FrequencyResponse, StillWindow};
 use proofmass_io::{AnyCalibration, Source, Unit};
 use proofmass_jobs::apply::{ApplyData, ApplyJob, CompensationMethod, Destination};
 use proofmass_jobs::campaign::Campaign;
+use proofmass_jobs::comparison::{ComparisonData, ComparisonJob};
 use proofmass_jobs::free_living::{FreeLivingJob, FreeLivingWindows};
 use proofmass_jobs::shaker_single::{ShakerSingleData, ShakerSingleJob, ShakerSingleRun};
 use proofmass_jobs::simulate::{
@@ -164,7 +165,7 @@ pub fn validation(kind: &str) {
 
 pub fn apply(kind: &str) {
     let (_, calibration) = hand_held();
-    let response = proofmass_calibration::FrequencyResponse::try_from(&certificate());
+    let response = FrequencyResponse::try_from(&certificate());
     let over_frequency: AnyCalibration = frequency_response::to_file(
         &response.expect("a response"),
         "certificate",
@@ -230,4 +231,22 @@ pub fn temperature(kind: &str) {
             watch,
         )
     });
+}
+
+pub fn comparison(kind: &str) {
+    let ours = FrequencyResponse::try_from(&certificate()).expect("a response");
+    let mut lines = certificate().points().to_vec();
+    lines.iter_mut().for_each(|line| line.sensitivity *= 1.0123);
+    let theirs = ReferenceTable::new(lines).expect("a certificate");
+    let theirs = FrequencyResponse::try_from(&theirs).expect("a response");
+    let result = check(kind, &|watch| {
+        let data = ComparisonData {
+            responses: [&ours, &theirs],
+            names: ["a", "b"],
+            findings: &[],
+        };
+        ask(ComparisonJob::default(), &AnyData::Comparison(data), watch)
+    });
+    let first = "/outcome/comparison/points/0/modulus_difference";
+    assert!(figure(result.as_ref(), first) < 0.0);
 }

@@ -58,6 +58,7 @@ walk! {
     step: "step" => "step" in dynamic;
     levels: "levels" => "level-linearity" in dynamic;
     motion: "motion" => "motion" in dynamic;
+    comparison: "comparison" => "comparison" in calibrations;
     deconvolution: "deconvolution" => "deconvolution" in dynamic;
 }
 
