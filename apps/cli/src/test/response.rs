@@ -151,7 +151,7 @@ impl Common {
             wanted(&self.input, self.input_unit),
             wanted(&self.output_column, self.output_unit),
         ];
-        let sources = paths.iter().map(|path| Source::open(path));
+        let sources = paths.iter().map(Source::open);
         let sources = sources.collect::<Result<Vec<_>, _>>()?;
         let recordings = ResponseRecordings::read(sources, &self.clock.reading(), &columns)?;
         let outcome = job.evaluate(&recordings.data(), &Progress::new())?;
