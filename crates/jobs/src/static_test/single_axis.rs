@@ -8,7 +8,7 @@ use crate::trouble::{Result, Trouble};
 use proofmass_calibration::static_test::{Sensitivity, Tilt};
 use proofmass_calibration::{MeanNoise, Samples, Segment, Standstill, WindowedVariance};
 use proofmass_core::Watch;
-use proofmass_io::{Column, Input, Recording, Unit};
+use proofmass_io::{Input, RecordedColumn, Recording, Unit};
 use proofmass_uncertainty::Finding;
 
 /// Readings of one axis at known angles.
@@ -88,7 +88,7 @@ impl SingleAxisCampaign {
     }
 
     /// A column of angles or of positions as angles in rad.
-    fn angles_of(&self, column: &Column) -> Result<Vec<f64>> {
+    fn angles_of(&self, column: &RecordedColumn) -> Result<Vec<f64>> {
         if self.recording.position.is_some() {
             return column
                 .data
