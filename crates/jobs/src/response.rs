@@ -231,6 +231,9 @@ impl Job for ResponseJob {
         }
         watch.step("response", 1, 2)?;
         quality(&response, &mut findings);
+        if x.unit == y.unit {
+            order(&response, &mut findings);
+        }
         let unit = match (y.unit, x.unit) {
             (a, b) if a == b => "1".to_owned(),
             (a, b) if b.contains('/') => format!("{a}/({b})"),
@@ -318,6 +321,58 @@ fn saturation(channel: &Channel<'_>, findings: &mut Vec<Finding>) {
                 .advice("widen the range and record again"),
             );
         }
+    }
+}
+
+/// The output of a device comes after its input. Up to where the phase has turned by a quarter, it falls with frequency; where it
+/// rises by five standard uncertainties, the channels are swapped or not sampled together.
+fn order(response: &ResponseEstimate, findings: &mut Vec<Finding>) {
+    let step = response.independent_every.max(1);
+    let lines: Vec<(f64, f64, f64)> = (0..response.lines())
+        .step_by(step)
+        .take_while(|k| response.value[*k].arg().abs() < std::f64::consts::FRAC_PI_2)
+        .filter(|k| response.coherence.get(*k).is_none_or(|c| *c > 0.5))
+        .map(|k| {
+            let (_, u) = response.polar_uncertainty(k);
+            (response.frequency[k], response.value[k].arg(), u)
+        })
+        .filter(|(.., u)| *u > 0.0 && u.is_finite())
+        .collect();
+    if lines.len() < 8 {
+        return;
+    }
+    let weight: f64 = lines.iter().map(|(.., u)| u.powi(-2)).sum();
+    let mean = |of: fn(&(f64, f64, f64)) -> f64| -> f64 {
+        lines.iter().map(|l| of(l) * l.2.powi(-2)).sum::<f64>() / weight
+    };
+    let (f0, p0) = (mean(|l| l.0), mean(|l| l.1));
+    let spread: f64 = lines.iter().map(|(f, _, u)| ((f - f0) / u).powi(2)).sum();
+    if !(spread > 0.0) {
+        return;
+    }
+    let slope = lines
+        .iter()
+        .map(|(f, p, u)| (f - f0) * (p - p0) / (u * u))
+        .sum::<f64>()
+        / spread;
+    let rise = slope * (lines[lines.len() - 1].0 - lines[0].0);
+    if slope * spread.sqrt() > 5.0 && rise > 0.02 {
+        findings.push(
+            Finding::new(
+                Severity::Warning,
+                "output-leads",
+                "the output comes before the input",
+            )
+            .evidence(format!(
+                "the phase rises by {:.2} rad from {:.1} Hz to {:.1} Hz, as if {:.2e} s early; standard uncertainty {:.1e} s",
+                rise,
+                lines[0].0,
+                lines[lines.len() - 1].0,
+                slope / std::f64::consts::TAU,
+                spread.powf(-0.5) / std::f64::consts::TAU
+            ))
+            .advice("look whether the two channels are swapped, or sampled one after the other"),
+        );
     }
 }
 

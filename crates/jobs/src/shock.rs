@@ -8,8 +8,8 @@ use crate::channels::Channel;
 use crate::outcome::Job;
 use crate::trouble::{Result, Trouble};
 use proofmass_calibration::dynamic::shock::{
-    NoCalibration, NoPulse, PulseContext, PulseSearch, ShockCalibration, ShockReference, Tolerance,
-    pulse_findings,
+    NoCalibration, NoPulse, PulseContext, PulseSearch, ShockCalibration, ShockReference,
+    SpectrumDoubt, Tolerance, pulse_findings,
 };
 use proofmass_core::Watch;
 use proofmass_signal::{Extremes, Peaks, Response, ShockSpectrum, Trace, octaves};
@@ -44,7 +44,7 @@ use serde::{Deserialize, Serialize};
 pub struct ShockJob {
     /// How the pulse is looked for.
     pub search: PulseSearch,
-    /// What is known of the reference.
+    /// What is known of the reference, or of the one channel where there is none.
     pub reference: ShockReference,
     /// Lowest and highest natural frequency, Hz; chosen by duration and rate when `None`.
     pub frequencies: Option<[f64; 2]>,
@@ -167,7 +167,8 @@ impl Job for ShockJob {
         let mut spectra = Vec::new();
         let channels = data.reference.into_iter().chain([output]);
         for (role, channel) in channels.clone().enumerate() {
-            let (sensitivity, unit) = self.as_acceleration(&channel, calibration.as_ref(), role);
+            let (sensitivity, unit, relative) =
+                self.as_acceleration(&channel, calibration.as_ref(), role);
             let acceleration: Vec<f64> = channel
                 .data
                 .iter()
@@ -177,6 +178,7 @@ impl Job for ShockJob {
                 channel.name,
                 unit,
                 &acceleration,
+                relative,
                 &pulse,
                 data.rate,
                 &mut findings,
@@ -246,15 +248,25 @@ impl ShockJob {
         channel: &Channel<'_>,
         calibration: Option<&ShockCalibration>,
         role: usize,
-    ) -> (f64, String) {
+    ) -> (f64, String, f64) {
         let reference = calibration.is_some() && role == 0;
         let gain = calibration.filter(|_| !reference).and_then(|c| {
-            let by = |name: &str| c.estimate.get(name).map(|q| q.value);
+            let by = |name: &str| c.estimate.get(name);
             by("sensitivity.integral").or_else(|| by("sensitivity.peak"))
         });
         match gain {
-            Some(gain) if gain != 0.0 && channel.unit != "m/s²" => (gain, "m/s²".to_owned()),
-            _ => (1.0, channel.unit.to_owned()),
+            Some(q) if q.value != 0.0 && channel.unit != "m/s²" => (
+                q.value,
+                "m/s²".to_owned(),
+                (q.standard_uncertainty / q.value).abs(),
+            ),
+            // An output that is already an acceleration beside a reference says nothing of its own scale.
+            Some(_) => (1.0, channel.unit.to_owned(), 0.0),
+            None => (
+                1.0,
+                channel.unit.to_owned(),
+                self.reference.relative_uncertainty,
+            ),
         }
     }
 
@@ -271,6 +283,7 @@ impl ShockJob {
         name: &str,
         unit: String,
         acceleration: &[f64],
+        relative: f64,
         pulse: &proofmass_calibration::dynamic::shock::Pulse,
         rate: f64,
         findings: &mut Vec<Finding>,
@@ -311,10 +324,19 @@ impl ShockJob {
                 .evaluate_watched(acceleration, rate, watch)?
                 .extremes)
         };
+        let absolute_acceleration = one(Response::AbsoluteAcceleration)?;
+        let doubt = SpectrumDoubt {
+            quiet: &acceleration[..pulse.quiet.min(acceleration.len())],
+            rate,
+            quality: self.quality,
+            relative,
+            peaks: self.peaks,
+        };
         Ok(ShockSpectra {
             name: name.to_owned(),
             unit,
-            absolute_acceleration: one(Response::AbsoluteAcceleration)?,
+            maximax_uncertainty: doubt.of(&frequencies, &absolute_acceleration),
+            absolute_acceleration,
             relative_displacement: one(Response::RelativeDisplacement)?,
             frequency: frequencies,
         })

@@ -21,6 +21,8 @@ pub struct ShockSpectrumCurves<'a> {
     pub acceleration: &'a [Extremes],
     /// Extremes of the relative displacement.
     pub displacement: &'a [Extremes],
+    /// Standard uncertainties of the greatest absolute values; none where they are not known.
+    pub uncertainty: &'a [f64],
 }
 
 /// What the report tells of a shock.
@@ -234,6 +236,18 @@ impl ShockReport<'_> {
             let (x, y) = positive(values);
             Series::line(name, &x, &y)
         };
+        let (peaks, u) = (of(&Extremes::maximax), s.uncertainty);
+        let mut maximax = line("maximax", peaks.clone());
+        if u.len() == peaks.len() && peaks.iter().all(|p| *p > 0.0) {
+            let edge = |sign: f64| -> Vec<f64> {
+                let pairs = peaks.iter().zip(u);
+                // Nothing below a hundredth, which a logarithmic axis has no place for.
+                pairs
+                    .map(|(p, u)| (p + sign * 1.96 * u).max(0.01 * p))
+                    .collect()
+            };
+            maximax = maximax.band(&edge(-1.0), &edge(1.0));
+        }
         let pseudo: Vec<f64> = s
             .frequency
             .iter()
@@ -244,7 +258,7 @@ impl ShockReport<'_> {
             Axis::log("natural frequency", "Hz"),
             Axis::log("absolute acceleration", s.unit),
         )
-        .series(line("maximax", of(&Extremes::maximax)))
+        .series(maximax)
         .series(line("primary", of(&Extremes::primary_maximax)))
         .series(line("residual", of(&Extremes::residual_maximax)))
         .series(line("negative", of(&|e| -e.min())))
@@ -253,7 +267,22 @@ impl ShockReport<'_> {
             format!("{}·s", s.unit).replace("m/s²·s", "m/s"),
         ))
         .series(line("", pseudo));
-        Section::new(format!("Shock response spectrum of {}", s.name)).figure(
+        let shares = s.acceleration.iter().zip(s.uncertainty);
+        let shares: Vec<f64> = shares
+            .filter(|(e, _)| e.maximax() > 0.0)
+            .map(|(e, u)| 196.0 * u / e.maximax())
+            .collect();
+        let least = shares.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = shares.iter().copied().fold(0.0, f64::max);
+        let mut section = Section::new(format!("Shock response spectrum of {}", s.name));
+        if least.is_finite() {
+            section = section.paragraph(format!(
+                "Expanded uncertainty (95 %) of the maximax from scale, noise and sampling: {} % to {} %, point by point in the table.",
+                two_digits(least),
+                two_digits(most)
+            ));
+        }
+        section.figure(
             format!("Extremes of oscillators with Q = {}", plain(self.quality)),
             plot,
         )

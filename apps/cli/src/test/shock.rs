@@ -33,8 +33,8 @@ pub(super) struct Shock {
     /// Its unit, where the heading does not say it: m/s², g, …
     #[arg(long, value_name = "UNIT", value_parser = unit, requires = "reference")]
     reference_unit: Option<Unit>,
-    /// Relative standard uncertainty of the reference, in per cent
-    #[arg(long, value_name = "PERCENT", value_parser = not_negative, default_value = "0", requires = "reference")]
+    /// Relative standard uncertainty of the reference, or of the one channel where there is none, in per cent
+    #[arg(long, value_name = "PERCENT", value_parser = not_negative, default_value = "0")]
     reference_uncertainty: f64,
     /// Natural frequencies of the spectrum in hertz: LOW,HIGH [default: by duration and rate]
     #[arg(long, value_name = "LOW,HIGH", value_parser = band)]

@@ -4,9 +4,11 @@ mod doubts;
 mod pulse;
 mod quiet;
 mod sensitivity;
+mod spectrum;
 #[cfg(test)]
 mod tests;
 
 pub use doubts::{PulseContext, pulse_findings};
 pub use pulse::{NoPulse, Pulse, PulseMeasures, PulseSearch, Tolerance, ToleranceResult};
 pub use sensitivity::{NoCalibration, ShockCalibration, ShockReference, SpectrumLine};
+pub use spectrum::SpectrumDoubt;

@@ -185,6 +185,39 @@ fn known_blows_give_the_device_and_bad_ones_are_left_out() {
 }
 
 #[test]
+fn known_swapped_channels_of_one_unit_are_named() {
+    // Calibrated channels, both in m/s²: only the course of the phase tells which is which.
+    let job = ResponseJob::new(Excitation::Random);
+    let mut alarms = 0;
+    for seed in 0..20 {
+        let x = noise(1 << 14, seed);
+        let y: Vec<f64> = driven_by(&x, 1e-3, 100 + seed)
+            .iter()
+            .map(|v| 50.0 * v)
+            .collect();
+        let channel = |name, data| Channel {
+            name,
+            unit: "m/s²",
+            data,
+        };
+        let leads = |recordings| {
+            let data = ResponseData {
+                recordings,
+                rate: RATE,
+                findings: &[],
+                name: "test",
+            };
+            let outcome = job.evaluate(&data, &Unwatched).unwrap();
+            let mut found = outcome.findings().iter();
+            found.any(|f| f.code() == "output-leads")
+        };
+        alarms += usize::from(leads(vec![[channel("a", &x), channel("b", &y)]]));
+        assert!(leads(vec![[channel("b", &y), channel("a", &x)]]), "{seed}");
+    }
+    assert_eq!(alarms, 0);
+}
+
+#[test]
 fn law_results_are_read_again_to_the_byte() {
     let x = noise(1 << 14, 1);
     let y = driven_by(&x, 0.01, 2);

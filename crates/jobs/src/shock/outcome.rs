@@ -36,6 +36,9 @@ pub struct ShockSpectra {
     pub frequency: Vec<f64>,
     /// Extremes of the acceleration of the mass.
     pub absolute_acceleration: Vec<Extremes>,
+    /// Standard uncertainty of its greatest absolute value.
+    #[serde(default)]
+    pub maximax_uncertainty: Vec<f64>,
     /// Extremes of its displacement against the base, unit × s².
     pub relative_displacement: Vec<Extremes>,
 }
@@ -128,6 +131,7 @@ impl ShockOutcome {
                     frequency: &s.frequency,
                     acceleration: &s.absolute_acceleration,
                     displacement: &s.relative_displacement,
+                    uncertainty: &s.maximax_uncertainty,
                 })
                 .collect(),
         }
@@ -197,22 +201,25 @@ impl Outcome for ShockOutcome {
                 format!("residual_{unit}"),
                 format!("relative_displacement_{unit}*s2"),
                 format!("pseudo_velocity_{unit}*s"),
+                format!("maximax_U95_{unit}"),
             ]);
             let rows = spectra
                 .frequency
                 .iter()
                 .zip(&spectra.absolute_acceleration)
                 .zip(&spectra.relative_displacement);
-            for ((f, a), x) in rows {
+            for (k, ((f, a), x)) in rows.enumerate() {
+                let u = spectra.maximax_uncertainty.get(k).copied();
                 table.push([
-                    *f,
-                    a.maximax(),
-                    a.max(),
-                    a.min(),
-                    a.primary_maximax(),
-                    a.residual_maximax(),
-                    x.maximax(),
-                    TAU * f * x.maximax(),
+                    Cell::Number(*f),
+                    Cell::Number(a.maximax()),
+                    Cell::Number(a.max()),
+                    Cell::Number(a.min()),
+                    Cell::Number(a.primary_maximax()),
+                    Cell::Number(a.residual_maximax()),
+                    Cell::Number(x.maximax()),
+                    Cell::Number(TAU * f * x.maximax()),
+                    u.map(|u| 1.96 * u).into(),
                 ])?;
             }
             tables.push(((*name).to_owned(), table));
