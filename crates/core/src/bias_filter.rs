@@ -25,7 +25,7 @@ use crate::{Error, Float};
 ///
 /// let model = BiasModel::GaussMarkov { deviation: 3e-3, time: 300.0 };
 /// let (filter, mut state) = BiasFilter::<f32>::new(model, 1e-4, 0.01)?;
-/// for _ in 0..200 {
+/// for _ in 0..2000 {
 ///     filter.predict(&mut state);
 ///     filter.update(&mut state, 9.8126, 9.8066); // gravity is known, 6 mm/s² too much are read
 /// }
