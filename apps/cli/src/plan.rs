@@ -1,4 +1,4 @@
-//! `proofmass plan`: what a campaign on the shaker will achieve, before anything is measured.
+//! `proofmass plan`: what a campaign on the shaker will achieve, before anything is measured; where to hold a sensor next.
 
 use crate::console::Progress;
 use crate::delivery::Delivery;
@@ -8,7 +8,11 @@ use proofmass::jobs::plan::PlanOutcome;
 use proofmass::jobs::{Filed, Job, Outcome as _, Record};
 use std::path::PathBuf;
 
-/// Predict the uncertainties of a campaign on the shaker, and find the best of fewer configurations.
+/// Predict the uncertainties of a campaign on the shaker, and find the best of fewer configurations; or, of one held by
+/// hand, the attitudes to add.
+///
+/// Of kind `multi-position` it evaluates what there is so far and tells which further standstills narrow the intervals most,
+/// and to what.
 ///
 /// Reads budget, certificate and plan of a campaign of kind `shaker-triaxial`; nothing needs to have been measured.
 /// The candidates are the plan of the campaign, or else the configurations of its runs, or else the 44 published
@@ -35,11 +39,24 @@ pub(crate) struct Plan {
 
 impl Plan {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
-        let folder = self.delivery.begin(PlanOutcome::KIND, &[&self.campaign])?;
         let campaign = match self.contained {
             true => Campaign::open_contained(&self.campaign)?,
             false => Campaign::open(&self.campaign)?,
         };
+        if let Campaign::MultiPosition(_) = campaign {
+            if self.best.is_some() || !self.sizes.is_empty() {
+                return Err(Failure::new(
+                    "attitudes of a sensor held by hand are not chosen among configurations",
+                )
+                .hint("leave --best and --sizes away: the plan lists the attitudes to add"));
+            }
+            let folder = self
+                .delivery
+                .begin(campaign.result_kind(), &[&self.campaign])?;
+            let result = campaign.evaluate(Some(clock::today()), &Progress::new())?;
+            return self.delivery.deliver(folder, result.as_ref());
+        }
+        let folder = self.delivery.begin(PlanOutcome::KIND, &[&self.campaign])?;
         let campaign = match campaign {
             Campaign::ShakerTriaxial(campaign) => campaign,
             other => {
@@ -47,7 +64,9 @@ impl Plan {
                     "a campaign of kind `{}` has no plan of configurations",
                     other.kind()
                 ))
-                .hint("plans are those of campaigns of kind `shaker-triaxial`"));
+                .hint(
+                    "plans are those of campaigns of kind `shaker-triaxial` and `multi-position`",
+                ));
             }
         };
         let (mut job, inputs) = campaign.plan_job(self.frequency)?;

@@ -157,3 +157,29 @@ fn law_validation_on_another_recording_of_the_same_sensor_is_consistent() {
     // 1 mm/s² of wander is 0.1 mg.
     assert!(validation["rms_after_mg"].as_f64().unwrap() < 0.2);
 }
+
+#[test]
+fn known_plan_of_a_recording_held_by_hand_lists_what_to_add() {
+    let said = succeed(&["plan", EXAMPLE]);
+    let said = String::from_utf8(said.stdout).unwrap();
+    assert!(
+        said.contains("Further standstills that tell most"),
+        "{said}"
+    );
+    let shares: Vec<f64> = ["+1", "+2", "+3", "+4"]
+        .iter()
+        .map(|number| {
+            let starts = |l: &&str| l.trim_start().starts_with(number);
+            let line = said
+                .lines()
+                .find(starts)
+                .unwrap_or_else(|| panic!("{said}"));
+            line.split_whitespace().last().unwrap().parse().unwrap()
+        })
+        .collect();
+    // Each narrows further, none by more than one of a few among many.
+    assert!(shares.windows(2).all(|w| w[1] <= w[0]), "{shares:?}");
+    assert!((70.0..100.0).contains(&shares[0]), "{shares:?}");
+    let said = refuse(&["plan", EXAMPLE, "--best", "4"]);
+    assert!(said.contains("--best"), "{said}");
+}

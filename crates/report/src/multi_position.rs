@@ -31,8 +31,8 @@ pub struct MultiPositionReport<'a> {
     pub standstills: &'a [(f64, f64)],
     /// What a compensated reading is worth over the sphere.
     pub reading: Option<&'a CompensatedReading>,
-    /// The next best attitude.
-    pub next: Option<&'a NextAttitude>,
+    /// The next best attitudes, each given those before it.
+    pub next: &'a [NextAttitude],
 }
 
 impl MultiPositionReport<'_> {
@@ -56,9 +56,12 @@ impl MultiPositionReport<'_> {
     /// What is worth a look in the terminal.
     pub fn summary(&self, calibration: &StandstillCalibration) -> Report {
         let fit = &calibration.fit;
-        let section = Section::new("Result")
+        let mut section = Section::new("Result")
             .key_figures(key_figures(fit))
             .table(self.parameters(fit));
+        if let Some(table) = practice::next(self.next) {
+            section = section.table(table);
+        }
         self.head(fit).section(section)
     }
 

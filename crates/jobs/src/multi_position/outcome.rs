@@ -33,9 +33,12 @@ pub struct MultiPositionOutcome {
     /// What a compensated reading is worth over the sphere.
     reading: CompensatedReading,
     /// Where to hold the sensor next.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    next: Option<NextAttitude>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    next_attitudes: Vec<NextAttitude>,
 }
+
+/// Attitudes told in advance.
+const NEXT: usize = 4;
 
 /// What is drawn of the recording.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -118,7 +121,7 @@ impl MultiPositionOutcome {
             columns: data.columns.clone(),
             figures,
             reading: fit.compensated_reading(),
-            next: fit.next_attitude(),
+            next_attitudes: fit.next_attitudes(NEXT),
             calibration,
         }
     }
@@ -137,7 +140,7 @@ impl MultiPositionOutcome {
             windowed: self.figures.windowed.as_ref(),
             standstills: &self.figures.standstills,
             reading: Some(&self.reading),
-            next: self.next.as_ref(),
+            next: &self.next_attitudes,
         }
     }
 

@@ -12,7 +12,7 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 pub(super) fn section(
     fit: &MultiPositionFit,
     reading: Option<&CompensatedReading>,
-    next: Option<&NextAttitude>,
+    next: &[NextAttitude],
 ) -> Section {
     let mut section = Section::new("For practice").paragraph(format!(
         "{} Intervals hold the true value with a probability of approximately {:.0} %, the effects of gravity and of what \
@@ -32,22 +32,42 @@ pub(super) fn section(
             mg(reading.median),
         ));
     }
-    if let Some(next) = next {
-        let direction = signed(next.direction);
-        section = section.paragraph(format!(
-            "One more standstill tells most with {direction} in the axes of the sensor pointing up: the \
-             expanded uncertainties would then be {:.0} % of what they are, in the mean square.",
-            1e2 * next.expected
-        ));
-    }
     section = section.table(values(fit)).table(inverse(fit));
     if let Some(without) = fit.without_suspects() {
         section = section.table(beside(fit, without));
+    }
+    if let Some(table) = self::next(next) {
+        section = section.table(table);
     }
     if !fit.misfits().is_empty() {
         section = section.table(checked(fit.misfits()));
     }
     section
+}
+
+/// Where to hold the sensor next, and what it does.
+pub(super) fn next(next: &[NextAttitude]) -> Option<Table> {
+    if next.is_empty() {
+        return None;
+    }
+    let mut table = Table::new(
+        "Further standstills that tell most: what should point up in the axes of the sensor, and U after it against now, in the mean square",
+        [
+            Column::number("standstill", ""),
+            Column::number("x", ""),
+            Column::number("y", ""),
+            Column::number("z", ""),
+            Column::number("U", "%"),
+        ],
+    );
+    for (index, attitude) in next.iter().enumerate() {
+        let [x, y, z] = attitude
+            .direction
+            .map(|v| Cell::number(format!("{v:+.2}").replace('-', "−")));
+        let u = Cell::number(format!("{:.0}", 1e2 * attitude.expected));
+        table = table.row([Cell::number(format!("+{}", index + 1)), x, y, z, u]);
+    }
+    Some(table)
 }
 
 /// A direction by its components, with true minus signs.
