@@ -17,6 +17,43 @@ use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity, Severity};
 use serde::{Deserialize, Serialize};
 
 /// How an output is turned back.
+///
+/// ```
+/// use proofmass_calibration::dynamic::model::{
+///     FitProblem, Mode, ModelStructure, ResponsePoints, TransducerModel,
+/// };
+/// use proofmass_jobs::deconvolution::{DeconvolutionData, DeconvolutionJob};
+/// use proofmass_jobs::{Channel, Job, Outcome, Unwatched};
+/// use proofmass_signal::PulseShape;
+///
+/// // 0.02 V/(m/s²) and a mass at 900 Hz, from points of its response.
+/// let mode = Mode { frequency: 900.0, damping: 0.3, share: 1.0 };
+/// let model = TransducerModel { modes: vec![mode], ..TransducerModel::flat(0.02) };
+/// let frequency: Vec<f64> = (1..=40).map(|k| 40.0 * f64::from(k)).collect();
+/// let response: Vec<_> = frequency.iter().map(|f| model.response(*f)).collect();
+/// let modulus: Vec<f64> = response.iter().map(|s| s.norm()).collect();
+/// let phase: Vec<f64> = response.iter().map(|s| s.arg()).collect();
+/// let u: Vec<f64> = modulus.iter().map(|m| 1e-3 * m).collect();
+/// let points = ResponsePoints::polar(frequency, &modulus, &u, &phase, &[1e-3; 40], "V/(m/s²)")?;
+/// let fit = FitProblem::new(ModelStructure::modes(1)).fit(&points)?;
+///
+/// // Half a sine of 11 ms is slow for it: the output is the acceleration over the sensitivity.
+/// let pulse = PulseShape::HalfSine.record(500.0, 0.011, 0.1, 6000, 20e3);
+/// let noisy = pulse.iter().enumerate().map(|(k, a)| 0.02 * a + 1e-4 * (7.3 * k as f64).sin());
+/// let record: Vec<f64> = noisy.collect();
+/// let data = DeconvolutionData {
+///     fit: &fit,
+///     unit: "V/(m/s²)",
+///     channel: Channel { name: "u", unit: "V", data: &record },
+///     rate: 20e3,
+///     findings: &[],
+///     name: "pulse",
+/// };
+/// let outcome = DeconvolutionJob::default().evaluate(&data, &Unwatched)?;
+/// let peak = &outcome.quantities()[0];
+/// assert!((peak.value / 500.0 - 1.0).abs() < 0.05);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 #[non_exhaustive]

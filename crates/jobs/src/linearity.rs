@@ -12,6 +12,26 @@ use proofmass_uncertainty::{Estimate, Finding};
 use serde::{Deserialize, Serialize};
 
 /// What is asked of outputs over levels.
+///
+/// ```
+/// use proofmass_jobs::linearity::{LinearityData, LinearityJob};
+/// use proofmass_jobs::{Channel, Job, Outcome, Unwatched};
+///
+/// let level: Vec<f64> = (1..=10).map(|k| 10.0 * f64::from(k)).collect();
+/// let output: Vec<f64> = level.iter().map(|a| 0.02 * a * (1.0 + 1e-5 * a)).collect();
+/// let channel = |name, unit, data| Channel { name, unit, data };
+/// let data = LinearityData {
+///     level: channel("a", "m/s²", &level),
+///     output: channel("u", "V", &output),
+///     uncertainty: channel("s", "V", &[1e-5; 10]),
+///     findings: &[],
+///     name: "levels",
+/// };
+/// let outcome = LinearityJob::default().evaluate(&data, &Unwatched)?;
+/// let sensitivity = &outcome.quantities()[0];
+/// assert!((sensitivity.value - 0.02).abs() < 1e-5);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 #[non_exhaustive]

@@ -64,6 +64,25 @@ impl StaticTest {
 }
 
 /// A static test of a device.
+///
+/// ```
+/// use proofmass_calibration::static_test::Tilt;
+/// use proofmass_core::Gravity;
+/// use proofmass_jobs::static_test::{StaticTest, StaticTestData, StaticTestInput, StaticTestJob};
+/// use proofmass_jobs::{Job, Outcome, Unwatched};
+///
+/// // 0.1 V/(m/s²) and a bias of 0.2 V, turned through a circle.
+/// let angles: Vec<f64> = (0..12).map(|k| f64::from(30 * k).to_radians()).collect();
+/// let outputs: Vec<f64> = angles.iter().map(|t| 0.2 + 0.980665 * t.cos() + 1e-4 * (7.0 * t).sin()).collect();
+/// let test = StaticTest::Tilt(Tilt::new(Gravity::given(9.80665, 1e-5)?));
+/// let input = StaticTestInput::Readings { input: &angles, output: &outputs, temperature: None, unit: "V" };
+/// let data = StaticTestData { input, findings: &[], name: "tilt" };
+/// let outcome = StaticTestJob::new(test).evaluate(&data, &Unwatched)?;
+/// let quantities = outcome.quantities();
+/// let sensitivity = quantities.iter().find(|q| q.name == "sensitivity").unwrap();
+/// assert!((sensitivity.value - 0.1).abs() < 1e-4);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct StaticTestJob {

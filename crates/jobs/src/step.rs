@@ -13,6 +13,26 @@ use proofmass_uncertainty::{Estimate, Finding};
 use serde::{Deserialize, Serialize};
 
 /// What is asked of a recorded step.
+///
+/// ```
+/// use proofmass_calibration::dynamic::step::step_response;
+/// use proofmass_jobs::step::{StepData, StepJob};
+/// use proofmass_jobs::{Channel, Job, Unwatched};
+///
+/// // A mass at 100 Hz with a damping of 0.2, at 5 kHz.
+/// let record: Vec<f64> = (0..1500)
+///     .map(|k| {
+///         let (t, noise) = ((f64::from(k) - 300.0) / 5000.0, 1e-3 * (7.3 * f64::from(k)).sin());
+///         noise + if t > 0.0 { step_response(t, 100.0, 0.2) } else { 0.0 }
+///     })
+///     .collect();
+/// let channel = Channel { name: "u", unit: "V", data: &record };
+/// let data = StepData { channel, rate: 5000.0, findings: &[], name: "step" };
+/// let outcome = StepJob::default().evaluate(&data, &Unwatched)?;
+/// let [_, overshoot, _] = outcome.figures();
+/// assert!((overshoot - (-0.2 * std::f64::consts::PI / 0.96f64.sqrt()).exp()).abs() < 0.01);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 #[non_exhaustive]

@@ -13,6 +13,33 @@ use proofmass_uncertainty::{Component, Estimate, Finding};
 use serde::{Deserialize, Serialize};
 
 /// How the coefficients are fitted.
+///
+/// ```
+/// use proofmass_io::Unit;
+/// use proofmass_jobs::temperature::{TemperatureData, TemperatureJob};
+/// use proofmass_jobs::{Job, Unwatched};
+///
+/// // 0 … 40 °C in a hundred seconds, x by 0.5 mg/K.
+/// let temperature: Vec<f64> = (0..1000).map(|i| f64::from(i) / 25.0).collect();
+/// let noise = |i: usize, k: usize| ((i * (7919 + 104 * k) % 10_007) as f64 / 10_007.0 - 0.5) * 4e-3;
+/// let column = |k: usize, level: f64, slope: f64| -> Vec<f64> {
+///     temperature.iter().enumerate().map(|(i, t)| level + slope * t + noise(i, k)).collect()
+/// };
+/// let (x, y, z) = (column(0, 0.01, 5e-4), column(1, 0.0, 0.0), column(2, 1.0, 0.0));
+/// let data = TemperatureData {
+///     outputs: [&x, &y, &z],
+///     unit: Unit::StandardGravity,
+///     temperature: &temperature,
+///     rate: 10.0,
+///     calibration: None,
+///     findings: &[],
+///     name: "sweep",
+/// };
+/// let outcome = TemperatureJob::default().evaluate(&data, &Unwatched)?;
+/// let slope = outcome.fit().estimate.get("slope.x").unwrap();
+/// assert!((slope.value / 9.80665e-3 - 0.5).abs() < 0.02);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 #[non_exhaustive]
