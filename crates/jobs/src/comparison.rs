@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 /// use proofmass_calibration::FrequencyResponse;
 /// use proofmass_calibration::shaker::reference::{ReferencePoint, ReferenceTable};
 /// use proofmass_jobs::comparison::{ComparisonData, ComparisonJob};
-/// use proofmass_jobs::{Job, Outcome, Unwatched};
+/// use proofmass_jobs::{Job, Unwatched};
 ///
 /// let certificate = |sensitivity: f64| {
 ///     let line = |frequency: f64| ReferencePoint {
