@@ -114,7 +114,9 @@ fn coverage_of_an_encoder_alone() {
 }
 #[test]
 fn regress_one_sensor_without_noise_gives_its_speed() {
-    let motions: [(fn(f64) -> f64, fn(f64) -> f64); 4] = [
+    /// Position and speed at a time.
+    type Course = (fn(f64) -> f64, fn(f64) -> f64);
+    let motions: [Course; 4] = [
         (|_| 0.0, |_| 0.0),
         (|t| 0.3 * t, |_| 0.3),
         (|t| 0.25 * t * t, |t| 0.5 * t),
