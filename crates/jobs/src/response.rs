@@ -60,7 +60,9 @@ pub enum Excitation {
 /// };
 /// let outcome = ResponseJob::new(Excitation::Random).evaluate(&data, &Unwatched)?;
 /// let response = outcome.response();
-/// assert!(response.value.iter().all(|h| (h.norm() - 2.0).abs() < 0.05));
+/// // One of the two thousand lines is known to 0.02, their mean to 0.0005.
+/// let mean = response.value.iter().map(|h| h.norm()).sum::<f64>() / response.value.len() as f64;
+/// assert!((mean - 2.0).abs() < 2e-3);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
