@@ -9,7 +9,7 @@ use proofmass::io::{AtomicFile, ColumnRef, Input, Provenance, SigningKey, Source
 use proofmass::jobs::apply::{
     ApplyData, ApplyJob, ApplyOutcome, CompensationMethod, Destination, OutOfRange,
 };
-use proofmass::jobs::deconvolution::{DeconvolutionData, DeconvolutionJob, FittedModel};
+use proofmass::jobs::deconvolution::{DeconvolutionJob, FittedModel};
 use proofmass::jobs::{Job, Outcome as _, frequency_response};
 use std::path::{Path, PathBuf};
 
@@ -103,15 +103,10 @@ impl Apply {
         let inputs = [self.recording.as_path(), self.calibration.as_path()];
         // Before the recording itself: a run that is killed in between leaves a recording that the next may replace.
         let beside = |recording: &Input, sha256: &str| {
-            let inputs_read = vec![recording.clone(), calibration_input.clone()];
-            let mut provenance = Provenance::new(sha256.to_owned(), inputs_read);
+            let read = vec![recording.clone(), calibration_input.clone()];
+            let mut provenance = Provenance::new(sha256.to_owned(), read);
             provenance.replaces = replaced.clone();
-            if let Some(key) = &signer {
-                provenance = provenance.signed(key);
-            }
-            let mut beside = AtomicFile::create(Provenance::place(&self.output), &inputs)?;
-            beside.write_all(&provenance.to_json()?)?;
-            beside.commit()
+            self.write_beside(provenance, signer.as_ref())
         };
         let data = ApplyData::new(
             &calibration,
@@ -134,26 +129,17 @@ impl Apply {
         signer: Option<&SigningKey>,
     ) -> Result<Outcome, Failure> {
         let inputs = [self.recording.as_path(), self.calibration.as_path()];
-        let model = FittedModel::read(&self.calibration, self.turning.model, self.coverage)?;
+        let model = FittedModel::read(
+            Source::open(&self.calibration)?,
+            self.turning.model,
+            self.coverage,
+        )?;
         let (reading, wanted) = self.reading.one_channel()?;
         let recording = reading.read(Source::open(&self.recording)?, &[wanted])?;
-        let Some(channel) = recording.channels.first() else {
-            return Err(Failure::new("no column was chosen"));
-        };
-        let mut findings = model.findings.clone();
-        findings.extend(recording.findings.iter().cloned());
         let mut job = DeconvolutionJob::default();
         job.corner = self.turning.corner;
         job.quiet = self.turning.quiet;
-        let data = DeconvolutionData {
-            fit: &model.fit,
-            unit: &model.unit,
-            channel: channel.view(),
-            rate: recording.rate,
-            findings: &findings,
-            name: &recording.name,
-        };
-        let outcome = job.evaluate(&data, &Progress::new())?;
+        let outcome = job.evaluate_recording(&model, &recording, &Progress::new())?;
         outcome.findings().iter().for_each(console::finding);
         let Some((_, table)) = outcome.tables()?.into_iter().next() else {
             return Err(Failure::new("there is nothing to write"));
@@ -164,12 +150,7 @@ impl Apply {
             let read = vec![recording.input.clone(), model.input.clone()];
             let mut provenance = Provenance::new(file.sha256(), read);
             provenance.replaces = replaced;
-            if let Some(key) = signer {
-                provenance = provenance.signed(key);
-            }
-            let mut beside = AtomicFile::create(Provenance::place(&self.output), &inputs)?;
-            beside.write_all(&provenance.to_json()?)?;
-            beside.commit()?;
+            self.write_beside(provenance, signer)?;
         }
         file.commit()?;
         for q in outcome.quantities() {
@@ -184,6 +165,22 @@ impl Apply {
             outcome.plain().len()
         ));
         Ok(Outcome::Done)
+    }
+
+    /// The list beside the recording, signed where there is a key.
+    fn write_beside(
+        &self,
+        provenance: Provenance,
+        signer: Option<&SigningKey>,
+    ) -> proofmass::io::Result<()> {
+        let inputs = [self.recording.as_path(), self.calibration.as_path()];
+        let provenance = match signer {
+            Some(key) => provenance.signed(key),
+            None => provenance,
+        };
+        let mut beside = AtomicFile::create(Provenance::place(&self.output), &inputs)?;
+        beside.write_all(&provenance.to_json()?)?;
+        beside.commit()
     }
 
     fn job(&self) -> ApplyJob {

@@ -4,7 +4,7 @@ use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::{Failure, Outcome, clock, console};
 use proofmass::calibration::FrequencyResponse;
-use proofmass::io::{AnyCalibration, Input, Source};
+use proofmass::io::{AnyCalibration, Input, LARGEST_DOCUMENT, Source};
 use proofmass::jobs::comparison::{ComparisonData, ComparisonJob, ComparisonOutcome};
 use proofmass::jobs::{
     CALIBRATION, Filed, Job, Outcome as _, Record, frequency_response, read_result,
@@ -69,8 +69,7 @@ fn read(
         .file_name()
         .is_some_and(|n| n == proofmass::jobs::RESULT);
     let (calibration, input, findings) = if result {
-        let bytes = std::fs::read(path)
-            .map_err(|e| Failure::new(format!("{} cannot be read: {e}", path.display())))?;
+        let (bytes, input) = Source::open(path)?.into_bytes(LARGEST_DOCUMENT)?;
         let files = read_result(&bytes)
             .and_then(|filed| filed.files())
             .map_err(|e| Failure::from(e).detail(path.display().to_string()))?;
@@ -81,11 +80,7 @@ fn read(
                 ),
             );
         };
-        (
-            AnyCalibration::from_json(&bytes)?,
-            Input::of(path)?,
-            Vec::new(),
-        )
+        (AnyCalibration::from_json(&bytes)?, input, Vec::new())
     } else {
         frequency_response::read_calibration(Source::open(path)?, coverage)?
     };

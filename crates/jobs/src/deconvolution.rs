@@ -1,6 +1,6 @@
 //! The acceleration behind a device's output, from its fitted model, with the uncertainty of every sample.
 
-use crate::channels::Channel;
+use crate::channels::{Channel, RecordedChannels};
 use crate::frequency_response;
 use crate::outcome::{Filed, Job, Outcome, section};
 use crate::record::Record;
@@ -10,7 +10,9 @@ use proofmass_calibration::dynamic::deconvolution::{Deconvolution, Deconvolved};
 use proofmass_calibration::dynamic::model::{FitProblem, ModelFit, ModelStructure, ResponsePoints};
 use proofmass_calibration::dynamic::shock::PulseSearch;
 use proofmass_core::Watch;
-use proofmass_io::{AnyCalibration, Device, Input, Source, StatedQuantity, Table};
+use proofmass_io::{
+    AnyCalibration, Device, Input, LARGEST_DOCUMENT, Source, StatedQuantity, Table,
+};
 use proofmass_report::{DeconvolutionReport, Report};
 use proofmass_signal::Trace;
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity, Severity};
@@ -105,13 +107,13 @@ impl FittedModel {
     /// # Errors
     /// A file that is neither, a result without a model, a model that the calibration does not determine.
     pub fn read(
-        path: &std::path::Path,
+        source: Source,
         structure: Option<ModelStructure>,
         coverage: Option<f64>,
     ) -> Result<Self> {
-        let place = path.display().to_string();
-        let bytes = std::fs::read(path)
-            .map_err(|e| Trouble::data(format!("{place} cannot be read: {e}")))?;
+        let name = source.name().to_path_buf();
+        let place = name.display().to_string();
+        let (bytes, input) = source.into_bytes(LARGEST_DOCUMENT)?;
         if let Ok(filed) = Filed::<ResponseOutcome>::from_json(&bytes) {
             let Some(fit) = filed.outcome.fit() else {
                 return Err(Trouble::data(format!("{place} holds no fitted model"))
@@ -121,12 +123,12 @@ impl FittedModel {
                 fit: fit.clone(),
                 unit: filed.outcome.unit().to_owned(),
                 device: filed.record.device.clone(),
-                input: Input::of(path)?,
+                input,
                 findings: Vec::new(),
             });
         }
-        let (calibration, input, findings) =
-            frequency_response::read_calibration(Source::open(path)?, coverage)?;
+        let (calibration, _, findings) =
+            frequency_response::read_calibration(Source::from_bytes(name, bytes)?, coverage)?;
         let AnyCalibration::FrequencyResponse(file) = calibration else {
             return Err(Trouble::data(format!("{place} is no frequency response")).with_hint(
                 "give the result.json of a test with a fitted model, or a calibration over frequency",
@@ -146,6 +148,33 @@ impl FittedModel {
             input,
             findings,
         })
+    }
+}
+
+impl DeconvolutionJob {
+    /// What is behind the first channel of a recording.
+    ///
+    /// # Errors
+    /// As [`Job::evaluate`]; a recording of no channel.
+    pub fn evaluate_recording(
+        &self,
+        model: &FittedModel,
+        recording: &RecordedChannels,
+        watch: &dyn Watch,
+    ) -> Result<DeconvolutionOutcome> {
+        let Some(channel) = recording.channels.first() else {
+            return Err(Trouble::data("no column was chosen"));
+        };
+        let findings = [&model.findings[..], &recording.findings].concat();
+        let data = DeconvolutionData {
+            fit: &model.fit,
+            unit: &model.unit,
+            channel: channel.view(),
+            rate: recording.rate,
+            findings: &findings,
+            name: &recording.name,
+        };
+        self.evaluate(&data, watch)
     }
 }
 

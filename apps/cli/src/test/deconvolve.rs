@@ -6,10 +6,9 @@ use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::{Failure, Outcome};
 use proofmass::calibration::dynamic::model::ModelStructure;
-use proofmass::jobs::deconvolution::{
-    DeconvolutionData, DeconvolutionJob, DeconvolutionOutcome, FittedModel,
-};
-use proofmass::jobs::{Filed, Job, Outcome as _};
+use proofmass::io::Source;
+use proofmass::jobs::deconvolution::{DeconvolutionJob, DeconvolutionOutcome, FittedModel};
+use proofmass::jobs::{Filed, Outcome as _};
 use std::path::PathBuf;
 
 /// The acceleration behind a device's output, from its fitted model, with the uncertainty of every sample.
@@ -42,25 +41,12 @@ impl Deconvolve {
         let folder = self
             .delivery
             .begin(DeconvolutionOutcome::KIND, &[&self.result, &self.recording])?;
-        let model = FittedModel::read(&self.result, self.model, None)?;
+        let model = FittedModel::read(Source::open(&self.result)?, self.model, None)?;
         let recording = self.channel.read(&self.recording)?;
-        let Some(channel) = recording.channels.first() else {
-            return Err(Failure::new("no column was chosen"));
-        };
         let mut job = DeconvolutionJob::default();
         job.corner = self.corner;
         job.quiet = self.quiet;
-        let mut findings = model.findings.clone();
-        findings.extend(recording.findings.iter().cloned());
-        let data = DeconvolutionData {
-            fit: &model.fit,
-            unit: &model.unit,
-            channel: channel.view(),
-            rate: recording.rate,
-            findings: &findings,
-            name: &recording.name,
-        };
-        let outcome = job.evaluate(&data, &Progress::new())?;
+        let outcome = job.evaluate_recording(&model, &recording, &Progress::new())?;
         let mut record = record(
             format!("Input behind {}", self.recording.display()),
             vec![model.input.clone(), recording.input.clone()],

@@ -255,6 +255,28 @@ impl Solved {
     }
 }
 
+/// An angle of the fixture that is zero but for its uncertainty `u`, rad, and what it does to the parameters in second order.
+pub(super) fn fixture_angle(
+    key: &str,
+    description: &str,
+    u: f64,
+    sensitivity: Vec<f64>,
+) -> Option<Influence> {
+    (u > 0.0).then(|| Influence {
+        key: key.to_owned(),
+        description: description.to_owned(),
+        evaluation: Evaluation::B,
+        distribution: "normal".to_owned(),
+        dof: DegreesOfFreedom::INFINITE,
+        effect: Effect::Scalar {
+            value: 0.0,
+            unit: "rad".to_owned(),
+            standard_uncertainty: u,
+            sensitivity,
+        },
+    })
+}
+
 /// Unit of a sensitivity of outputs in this unit.
 pub(super) fn per_acceleration(unit: &str) -> String {
     match unit {

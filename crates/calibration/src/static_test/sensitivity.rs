@@ -1,9 +1,11 @@
 //! Sensitivity and bias of one axis from readings up and down.
 
 use super::StaticFit;
-use super::readings::{CommonError, check, least_squares, not_negative, per_acceleration};
+use super::readings::{
+    CommonError, check, fixture_angle, least_squares, not_negative, per_acceleration,
+};
 use proofmass_core::{Error, Gravity};
-use proofmass_uncertainty::{Component, DegreesOfFreedom, Effect, Estimate, Evaluation, Influence};
+use proofmass_uncertainty::{Component, Estimate};
 use serde::{Deserialize, Serialize};
 
 /// S = (V₊ − V₋)/2g and b = (V₊ + V₋)/2; repeated readings are averaged and their scatter counts.
@@ -90,21 +92,12 @@ impl Sensitivity {
                 [0.5 * s * g * self.levelling, 0.0],
             ),
         ] {
-            if self.levelling > 0.0 {
-                influences.push(Influence {
-                    key: key.to_owned(),
-                    description: description.to_owned(),
-                    evaluation: Evaluation::B,
-                    distribution: "normal".to_owned(),
-                    dof: DegreesOfFreedom::INFINITE,
-                    effect: Effect::Scalar {
-                        value: 0.0,
-                        unit: "rad".to_owned(),
-                        standard_uncertainty: self.levelling,
-                        sensitivity: sensitivity.to_vec(),
-                    },
-                });
-            }
+            influences.extend(fixture_angle(
+                key,
+                description,
+                self.levelling,
+                sensitivity.to_vec(),
+            ));
         }
         Ok(StaticFit {
             estimate: Estimate::new(

@@ -1,11 +1,11 @@
 //! One axis turned through known angles in the field of gravity.
 
 use super::StaticFit;
-use super::readings::{CommonError, check, least_squares, not_negative, per_acceleration};
-use proofmass_core::{Error, Gravity};
-use proofmass_uncertainty::{
-    Component, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence, Severity,
+use super::readings::{
+    CommonError, check, fixture_angle, least_squares, not_negative, per_acceleration,
 };
+use proofmass_core::{Error, Gravity};
+use proofmass_uncertainty::{Component, Estimate, Finding, Severity};
 use serde::{Deserialize, Serialize};
 
 /// Output V = b + S g cos(θ + φ) at angles θ between the sensitive axis and the vertical.
@@ -191,21 +191,8 @@ impl Tilt {
                 0.0,
             ),
         ] {
-            if u > 0.0 {
-                influences.push(Influence {
-                    key: key.to_owned(),
-                    description: description.to_owned(),
-                    evaluation: Evaluation::B,
-                    distribution: "normal".to_owned(),
-                    dof: DegreesOfFreedom::INFINITE,
-                    effect: Effect::Scalar {
-                        value: 0.0,
-                        unit: "rad".to_owned(),
-                        standard_uncertainty: u,
-                        sensitivity: vec![bias, s * u, 0.0],
-                    },
-                });
-            }
+            let sensitivity = vec![bias, s * u, 0.0];
+            influences.extend(fixture_angle(key, description, u, sensitivity));
         }
         Estimate::new(estimate.components().to_vec(), influences)
     }

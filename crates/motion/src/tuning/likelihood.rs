@@ -208,20 +208,17 @@ impl<'a> Search<'a> {
     pub(super) fn base(&mut self, allowed: Unknowns) -> Result<Point, Error> {
         let subsets = self.subsets(allowed);
         let unit = self.unit();
+        let ratio = match self.record.accelerometer {
+            true => RATIO,
+            false => (RATIO.0, EXACT),
+        };
         let (low, high) = match (self.known, self.floor) {
             (Some(_), Some(floor)) => ((1e-6 * floor).log10(), self.ceiling.log10()),
             (Some(r), None) => (
-                (10f64.powf(RATIO.0) * r / unit).log10(),
-                (10f64.powf(match self.record.accelerometer {
-                    true => RATIO.1,
-                    false => EXACT,
-                }) * r
-                    / unit)
-                    .min(self.ceiling)
-                    .log10(),
+                (10f64.powf(ratio.0) * r / unit).log10(),
+                (10f64.powf(ratio.1) * r / unit).min(self.ceiling).log10(),
             ),
-            (None, _) if !self.record.accelerometer => (RATIO.0, EXACT),
-            (None, _) => RATIO,
+            (None, _) => ratio,
         };
         let mut best: Option<Point> = None;
         let known = self.known;
