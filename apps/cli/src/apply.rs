@@ -1,7 +1,6 @@
 //! `proofmass apply`: compensated recording, streamed.
 
 use crate::console::Progress;
-use crate::recording_arguments::RecordingArguments;
 use crate::{Failure, Outcome, console};
 use proofmass::calibration::dynamic::model::ModelStructure;
 use proofmass::calibration::frequency_response::{Beyond, FilterDesign};
@@ -10,7 +9,7 @@ use proofmass::jobs::apply::{
     ApplyData, ApplyJob, ApplyOutcome, CompensationMethod, Destination, OutOfRange,
 };
 use proofmass::jobs::deconvolution::{DeconvolutionJob, FittedModel};
-use proofmass::jobs::{Job, Outcome as _, frequency_response};
+use proofmass::jobs::{Job, Outcome as _, RecordingReading, frequency_response};
 use std::path::{Path, PathBuf};
 
 /// Compensate a recording with a calibration.
@@ -60,7 +59,7 @@ pub(crate) struct Apply {
     #[arg(long, value_name = "KEY")]
     sign: Option<PathBuf>,
     #[command(flatten)]
-    reading: RecordingArguments,
+    reading: RecordingReading,
 }
 
 /// What --dynamic may be told.
@@ -186,7 +185,7 @@ impl Apply {
     fn job(&self) -> ApplyJob {
         let band = self.band.map(|b| b.0);
         let mut job = ApplyJob::default();
-        job.reading = self.reading.reading();
+        job.reading = self.reading.clone();
         job.temperature = self.temperature.as_deref().map(ColumnRef::from_word);
         job.method = match (self.filter, band) {
             (true, band) => {

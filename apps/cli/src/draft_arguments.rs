@@ -1,7 +1,6 @@
 //! What a person says of a recording that has no campaign.
 
 use crate::Failure;
-use crate::recording_arguments::{time_unit, unit};
 use proofmass::io::{TimeUnit, Unit};
 use proofmass::jobs::campaign::{Draft, RowsAre};
 
@@ -35,13 +34,13 @@ pub(crate) struct DraftArguments {
     #[arg(long, value_name = "X,Y,Z", value_parser = axes)]
     columns: Option<[String; 3]>,
     /// Unit of these columns, where the headings do not say it: count, m/s², g, mg, V, …
-    #[arg(long, value_parser = unit)]
+    #[arg(long)]
     unit: Option<Unit>,
     /// Time column by name or number
     #[arg(long, value_name = "COLUMN")]
     time: Option<String>,
     /// Unit of the time column, where the heading does not say it: s, ms, us, ns
-    #[arg(long, value_name = "UNIT", requires = "time", value_parser = time_unit)]
+    #[arg(long, value_name = "UNIT", requires = "time")]
     time_unit: Option<TimeUnit>,
     /// Sampling rate in hertz, where there is no time column
     #[arg(long, value_name = "HZ")]

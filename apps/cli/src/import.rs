@@ -16,10 +16,10 @@ pub(crate) struct Import {
     #[arg(long, value_enum)]
     form: Form,
     /// Unit of the outputs the coefficients apply to: count, m/s², g, mg, V, …
-    #[arg(long, value_parser = crate::recording_arguments::unit)]
+    #[arg(long)]
     unit: Unit,
     /// Unit of the corrected values of Magneto, that of the norm it was given
-    #[arg(long, value_name = "UNIT", default_value = "m/s²", value_parser = crate::recording_arguments::unit)]
+    #[arg(long, value_name = "UNIT", default_value = "m/s²")]
     corrected_unit: Unit,
     /// File to write, replaced if it is there
     #[arg(short, long, value_name = "FILE", default_value = "calibration.json")]

@@ -16,7 +16,6 @@ mod keygen;
 mod modes;
 mod noise;
 mod plan;
-mod recording_arguments;
 mod render;
 mod simulate;
 mod test;

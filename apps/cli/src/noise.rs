@@ -4,7 +4,7 @@ use crate::clock::record;
 use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::{Failure, Outcome, console};
-use proofmass::io::{AtomicFile, ColumnRef, Source, TimeUnit, Unit};
+use proofmass::io::{AtomicFile, Source};
 use proofmass::jobs::noise::{NoiseJob, NoiseOutcome, NoiseReading};
 use proofmass::jobs::{Filed, Job, Outcome as _};
 use proofmass::noise::{
@@ -23,43 +23,32 @@ use std::path::{Path, PathBuf};
 pub(crate) struct Noise {
     /// Recording of a sensor at rest: delimited text of any common shape
     recording: PathBuf,
-    /// Columns by name or number (from 1) [default: every column that is neither time nor temperature]
-    #[arg(long, value_name = "A,B,…", value_delimiter = ',')]
-    columns: Option<Vec<String>>,
-    /// Unit of these columns, where the headings do not say it: m/s², g, mg, rad/s, °/s, °/h, V, count, …
-    #[arg(long, value_parser = unit)]
-    unit: Option<Unit>,
-    /// Size of one count (or volt) in the unit of --unit, for raw outputs
-    #[arg(long, value_name = "FACTOR", requires = "unit")]
-    scale: Option<f64>,
-    /// Time column by name or number
-    #[arg(long, value_name = "COLUMN")]
-    time: Option<String>,
-    /// Unit of the time column, where the heading does not say it: s, ms, us, ns
-    #[arg(long, value_name = "UNIT", requires = "time", value_parser = crate::recording_arguments::time_unit)]
-    time_unit: Option<TimeUnit>,
-    /// Sampling rate in hertz [default: that of the line through the time stamps]
-    #[arg(long, value_name = "HZ")]
-    rate: Option<f64>,
-    /// The columns hold integrals of the rate: velocities (m/s) of an accelerometer, angles of a gyroscope
-    ///
-    /// They are differenced. With --unit, state the unit of the rate.
-    #[arg(long)]
-    phase: bool,
+    #[command(flatten)]
+    reading: NoiseReading,
     /// Statistics, the one plotted first: adev, oadev, mdev, tdev, hdev, ohdev, totdev, mtotdev, ttotdev, htotdev, theo1, pdev, tierms, mtie
-    #[arg(long, value_name = "A,B,…", value_delimiter = ',', default_value = "oadev", value_parser = statistic)]
+    #[arg(
+        long,
+        value_name = "A,B,…",
+        value_delimiter = ',',
+        default_value = "oadev"
+    )]
     statistic: Vec<Statistic>,
     /// Averaging times: octave, decade, all, a number of them per decade (10/decade), or a list in seconds (0.1,1,10)
-    #[arg(long, default_value = "octave", value_parser = taus)]
+    #[arg(long, default_value = "octave")]
     taus: Taus,
     /// Trend removed first: none, linear or quadratic
-    #[arg(long, default_value = "none", value_parser = detrend)]
+    #[arg(long, default_value = "none")]
     detrend: Detrend,
     /// Probability of the intervals
     #[arg(long, value_name = "P", default_value_t = 0.95)]
     probability: f64,
     /// Terms of the model by their letters: Q, N, B, K, R, G (Gauss–Markov), A (sinusoids); others are forbidden
-    #[arg(long, value_name = "N,B,…", value_delimiter = ',', default_value = "Q,N,B,K,R", value_parser = term)]
+    #[arg(
+        long,
+        value_name = "N,B,…",
+        value_delimiter = ',',
+        default_value = "Q,N,B,K,R"
+    )]
     terms: Vec<Term>,
     /// Also seek first-order Gauss–Markov processes
     #[arg(long)]
@@ -68,7 +57,7 @@ pub(crate) struct Noise {
     #[arg(long)]
     sinusoids: bool,
     /// Terms to report with a value whatever the data say of zero
-    #[arg(long = "report-terms", value_name = "K,…", value_delimiter = ',', value_parser = term)]
+    #[arg(long = "report-terms", value_name = "K,…", value_delimiter = ',')]
     forced: Vec<Term>,
     /// Coefficients that are known, in SI: held at their value
     #[arg(long, value_name = "N=1e-3,…", value_delimiter = ',', value_parser = fixed)]
@@ -80,13 +69,13 @@ pub(crate) struct Noise {
     #[arg(long, value_name = "P", default_value_t = 0.002)]
     false_alarm_rate: f64,
     /// Correction of the biases of TOTDEV, MTOTDEV, HTOTDEV and THEO1: by-noise-type, from-record, as-defined
-    #[arg(long, default_value = "by-noise-type", value_parser = bias)]
+    #[arg(long, default_value = "by-noise-type")]
     bias: Bias,
     /// Degrees of freedom of MTOTDEV and HTOTDEV: published or stable32
-    #[arg(long, default_value = "published", value_parser = edf)]
+    #[arg(long, default_value = "published")]
     edf: EdfFormula,
     /// Noise type that rules at every τ, by its α from -4 to 2 [default: from the record]
-    #[arg(long, value_name = "ALPHA", allow_negative_numbers = true, value_parser = noise_type)]
+    #[arg(long, value_name = "ALPHA", allow_negative_numbers = true)]
     noise_type: Option<NoiseType>,
     /// Samples per segment of the Welch density [default: an eighth of the record, at most 4096]
     #[arg(long, value_name = "SAMPLES")]
@@ -118,7 +107,7 @@ impl Noise {
         let inputs: [&Path; 1] = [&self.recording];
         let folder = self.delivery.begin(NoiseOutcome::KIND, &inputs)?;
         let mut source = Source::open(&self.recording)?;
-        let channels = self.columns.as_ref().map_or(1, Vec::len) as u64;
+        let channels = self.reading.columns.as_ref().map_or(1, Vec::len) as u64;
         let samples = source
             .lines_expected()?
             .unwrap_or(0)
@@ -130,13 +119,13 @@ impl Noise {
                 samples as f64 * 1e-6
             ));
         }
-        let (reading, job, watch) = (self.reading(), self.job(), Progress::new());
+        let (job, watch) = (self.job(), Progress::new());
         let (outcome, input) = if stream {
-            let mut recording = reading.stream(source)?;
+            let mut recording = self.reading.stream(source)?;
             let outcome = job.evaluate(&recording.data(), &watch)?;
             (outcome, recording.finish()?)
         } else {
-            let recording = reading.read(source)?;
+            let recording = self.reading.read(source)?;
             let outcome = job.evaluate(&recording.data(), &watch)?;
             (outcome, recording.input())
         };
@@ -155,21 +144,6 @@ impl Noise {
             vec![input],
         );
         self.delivery.deliver(folder, &Filed::new(record, outcome))
-    }
-
-    fn reading(&self) -> NoiseReading {
-        let mut reading = NoiseReading::default();
-        reading.columns = self
-            .columns
-            .as_ref()
-            .map(|c| c.iter().map(|n| ColumnRef::from_word(n)).collect());
-        reading.unit = self.unit;
-        reading.scale = self.scale;
-        reading.time = self.time.as_deref().map(ColumnRef::from_word);
-        reading.time_unit = self.time_unit;
-        reading.rate = self.rate;
-        reading.phase = self.phase;
-        reading
     }
 
     fn job(&self) -> NoiseJob {
@@ -220,40 +194,10 @@ impl Noise {
     }
 }
 
-fn unit(text: &str) -> Result<Unit, String> {
-    Unit::recognise(text).ok_or_else(|| {
-        format!("{text:?} is no known unit (m/s², g, mg, rad/s, °/s, °/h, V, count)")
-    })
-}
-
-fn statistic(text: &str) -> Result<Statistic, String> {
-    Statistic::ALL
-        .into_iter()
-        .find(|s| s.abbreviation().eq_ignore_ascii_case(text))
-        .ok_or_else(|| format!("{text:?} is no known statistic"))
-}
-
-const TERMS: [Term; 7] = [
-    Term::Quantisation,
-    Term::White,
-    Term::Flicker,
-    Term::RandomWalk,
-    Term::Ramp,
-    Term::GaussMarkov,
-    Term::Sinusoid,
-];
-
-fn term(text: &str) -> Result<Term, String> {
-    TERMS
-        .into_iter()
-        .find(|t| t.symbol().eq_ignore_ascii_case(text.trim()))
-        .ok_or_else(|| format!("{text:?} is none of the terms Q, N, B, K, R, G, A"))
-}
-
 fn fixed(text: &str) -> Result<(Term, f64), String> {
     let refused = || format!("{text:?} is no coefficient such as N=1.5e-3");
     let (name, value) = text.split_once('=').ok_or_else(refused)?;
-    let term = term(name)?;
+    let term = name.parse()?;
     if matches!(term, Term::GaussMarkov | Term::Sinusoid) {
         return Err(format!("{name} cannot be held: only Q, N, B, K and R can"));
     }
@@ -262,60 +206,5 @@ fn fixed(text: &str) -> Result<(Term, f64), String> {
         Ok((term, value))
     } else {
         Err(refused())
-    }
-}
-
-fn bias(text: &str) -> Result<Bias, String> {
-    match text {
-        "by-noise-type" => Ok(Bias::ByNoiseType),
-        "from-record" => Ok(Bias::FromRecord),
-        "as-defined" => Ok(Bias::AsDefined),
-        _ => Err(format!(
-            "{text:?} is no correction (by-noise-type, from-record, as-defined)"
-        )),
-    }
-}
-
-fn edf(text: &str) -> Result<EdfFormula, String> {
-    match text {
-        "published" => Ok(EdfFormula::Published),
-        "stable32" => Ok(EdfFormula::Stable32),
-        _ => Err(format!("{text:?} is neither published nor stable32")),
-    }
-}
-
-fn noise_type(text: &str) -> Result<NoiseType, String> {
-    text.parse()
-        .ok()
-        .and_then(NoiseType::from_alpha)
-        .ok_or_else(|| format!("{text:?} is no exponent from -4 to 2"))
-}
-
-fn taus(text: &str) -> Result<Taus, String> {
-    let refused = || format!("{text:?} is none of octave, decade, all, 10/decade, 0.1,1,10");
-    match text {
-        "octave" => Ok(Taus::Octave),
-        "decade" => Ok(Taus::Decade),
-        "all" => Ok(Taus::All),
-        _ => match text.strip_suffix("/decade") {
-            Some(count) => match count.trim().parse() {
-                Ok(count @ 1..=1000) => Ok(Taus::PerDecade(count)),
-                _ => Err(refused()),
-            },
-            None => {
-                let seconds = text.split(',').map(|t| t.trim().parse::<f64>());
-                let seconds = seconds.collect::<Result<Vec<_>, _>>();
-                seconds.map(Taus::Chosen).map_err(|_| refused())
-            }
-        },
-    }
-}
-
-fn detrend(text: &str) -> Result<Detrend, String> {
-    match text {
-        "none" => Ok(Detrend::None),
-        "linear" => Ok(Detrend::Linear),
-        "quadratic" => Ok(Detrend::Quadratic),
-        _ => Err(format!("{text:?} is no trend (none, linear, quadratic)")),
     }
 }

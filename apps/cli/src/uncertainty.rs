@@ -3,11 +3,11 @@
 use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::{Failure, Outcome, clock};
-use proofmass::io::{self, LARGEST_DOCUMENT, Source};
-use proofmass::jobs::uncertainty::{UncertaintyJob, UncertaintyOutcome, trouble};
+use proofmass::io::Source;
+use proofmass::jobs::uncertainty::{ModelText, UncertaintyOutcome};
 use proofmass::jobs::{Filed, Outcome as _, Record};
-use proofmass::uncertainty::{Evaluate, Refusal, Trials};
-use std::path::{Path, PathBuf};
+use proofmass::uncertainty::{Evaluate, Trials};
+use std::path::PathBuf;
 
 /// Evaluate the uncertainty of a measurement from its equations.
 ///
@@ -42,29 +42,17 @@ pub(crate) struct Uncertainty {
 
 impl Uncertainty {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
-        let (bytes, input) = Source::open(&self.model)?.into_bytes(LARGEST_DOCUMENT)?;
-        let text = String::from_utf8(bytes).map_err(|_| {
-            Failure::new(format!("{}: the text is not UTF-8", self.model.display()))
-                .hint("a model is a TOML text in UTF-8")
-        })?;
-        let model = io::read_model(&text).map_err(|e| refused(&self.model, &e))?;
+        let model = ModelText::read(Source::open(&self.model)?)?;
         let folder = self
             .delivery
             .begin(UncertaintyOutcome::KIND, &[&self.model])?;
-        let job = UncertaintyJob {
-            model,
-            options: self.options(),
-        };
-        let outcome = job.run(&Progress::new());
-        let outcome =
-            outcome.map_err(|e| refused(&self.model, &io::explain_model(&job.model, &text, e)))?;
+        let outcome = model.evaluate(self.options(), &Progress::new())?;
         let record = Record {
             date: Some(clock::today()),
-            inputs: vec![input],
+            inputs: vec![model.input()],
             ..Record::default()
         };
-        let filed = Filed::new(record, outcome);
-        self.delivery.deliver(folder, &filed)
+        self.delivery.deliver(folder, &Filed::new(record, outcome))
     }
 
     fn options(&self) -> Evaluate {
@@ -96,27 +84,5 @@ fn probability(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(p) if p > 0.0 && p < 1.0 => Ok(p),
         _ => Err("a number between 0 and 1 is needed, such as 0.95".to_owned()),
-    }
-}
-
-/// `file:line: what`, and what to do.
-fn refused(path: &Path, refusal: &Refusal) -> Failure {
-    let place = path.display();
-    match refusal {
-        Refusal::File {
-            line: Some(line),
-            reason,
-        } => Failure::new(format!("{place}:{line}: {reason}"))
-            .hint("docs/uncertainty.md describes the model file, examples/uncertainty/ holds some"),
-        Refusal::File { line: None, reason } => Failure::new(format!("{place}: {reason}"))
-            .hint("docs/uncertainty.md describes the model file, examples/uncertainty/ holds some"),
-        other => {
-            let trouble = trouble(other);
-            let failure = Failure::new(format!("{place}: {other}"));
-            match trouble.hint() {
-                Some(hint) => failure.hint(hint),
-                None => failure,
-            }
-        }
     }
 }

@@ -2,14 +2,11 @@
 
 use crate::console::Progress;
 use crate::delivery::Delivery;
-use crate::recording_arguments::RecordingArguments;
 use crate::{Failure, Outcome, clock, console};
-use proofmass::calibration::Segment;
 use proofmass::core::Gravity;
-use proofmass::io::{CalibrationFile, Input, Recording, Source};
-use proofmass::jobs::multi_position::{Stamps, segment};
-use proofmass::jobs::validation::{ValidationData, ValidationJob, ValidationOutcome};
-use proofmass::jobs::{Filed, Job, Outcome as _, Record};
+use proofmass::io::Source;
+use proofmass::jobs::validation::{ValidationJob, ValidationOutcome, ValidationRecording};
+use proofmass::jobs::{Filed, Job, Outcome as _, RecordingReading};
 use std::path::{Path, PathBuf};
 
 /// Check a calibration on a recording it was not made from.
@@ -34,69 +31,47 @@ pub(crate) struct Validate {
     /// Largest windowed variance of a standstill in multiples of the noise floor
     #[arg(long, default_value_t = 6.0, allow_negative_numbers = true)]
     threshold: f64,
+    /// Read the recording as a stream, in memory that does not grow with it [default: above some 20 million rows]
+    ///
+    /// Of more than a million rows means stand for them.
+    #[arg(long, conflicts_with = "segments")]
+    stream: bool,
     #[command(flatten)]
-    reading: RecordingArguments,
+    reading: RecordingReading,
     #[command(flatten)]
     delivery: Delivery,
 }
+
+/// Rows above which a recording is not held in memory.
+const MOST_IN_MEMORY: u64 = 20_000_000;
 
 impl Validate {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
         let mut inputs: Vec<&Path> = vec![&self.calibration, &self.recording];
         inputs.extend(self.segments.as_deref());
         let folder = self.delivery.begin(ValidationOutcome::KIND, &inputs)?;
-        let (file, calibration) = CalibrationFile::from_source(Source::open(&self.calibration)?)?;
-        let reading = self.reading.reading();
-        let mut recording = Recording::read(&self.recording, &reading.options(&file)?)?;
-        for column in &mut recording.columns {
-            let factor = reading
-                .factor(file.input_unit, &column.name, column.unit)
-                .map_err(|trouble| trouble.detail(self.recording.display().to_string()))?;
-            column.data.iter_mut().for_each(|v| *v *= factor);
-        }
-        let [x, y, z] = recording.columns.as_slice() else {
-            return Err(Failure::new("three columns are needed"));
+        let watch = Progress::new();
+        let calibration = Source::open(&self.calibration)?;
+        let mut recorded = Source::open(&self.recording)?;
+        let long =
+            self.segments.is_none() && recorded.lines_expected()?.unwrap_or(0) > MOST_IN_MEMORY;
+        let recording = if self.stream || long {
+            ValidationRecording::stream(calibration, recorded, &self.reading, &watch)?
+        } else {
+            let segments = self.segments.as_deref().map(Source::open);
+            let segments = segments.transpose()?;
+            ValidationRecording::read(calibration, recorded, &self.reading, segments)?
         };
-        let (segments, given) = self.given(&recording)?.unzip();
         let mut job = ValidationJob::default();
         job.threshold = self.threshold;
         if let (Some(value), Some(u)) = (self.gravity, self.gravity_uncertainty) {
             job.gravity = Some(Gravity::given(value, u)?);
         }
-        let stamps = Stamps::of(&recording);
-        let name = self.recording.display().to_string();
-        let data = ValidationData {
-            calibration: &file,
-            outputs: [&x.data, &y.data, &z.data],
-            rate: stamps.rate,
-            breaks: &stamps.breaks,
-            segments: segments.as_deref(),
-            findings: recording.findings(),
-            sha256: Some(&recording.sha256),
-            name: &name,
-        };
-        let outcome = job.evaluate(&data, &Progress::new())?;
+        let outcome = job.evaluate(&recording.data(), &watch)?;
         let standstills = outcome.validation().attitudes.len();
         let ending = if standstills == 1 { "" } else { "s" };
         console::note(format!("{standstills} standstill{ending} found"));
-        let record = Record {
-            device: file.device.clone(),
-            date: Some(clock::today()),
-            inputs: [calibration, recording.input()]
-                .into_iter()
-                .chain(given)
-                .collect(),
-            ..Record::default()
-        };
+        let record = recording.record(Some(clock::today()));
         self.delivery.deliver(folder, &Filed::new(record, outcome))
-    }
-
-    fn given(&self, recording: &Recording) -> Result<Option<(Vec<Segment>, Input)>, Failure> {
-        let Some(path) = &self.segments else {
-            return Ok(None);
-        };
-        let (given, input) =
-            proofmass::io::SegmentRow::from_source(Source::open(path)?, recording)?;
-        Ok(Some((given.into_iter().map(segment).collect(), input)))
     }
 }

@@ -1,13 +1,11 @@
 //! `proofmass velocity`: velocity from an encoder and an accelerometer.
 
-mod arguments;
-
 use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::{Failure, Outcome, clock};
-use arguments::{ReferenceArguments, Sensors};
 use proofmass::jobs::velocity::{
-    AxisRecordings, Reference, VelocityCompareJob, VelocityEstimateJob, VelocityTuneJob,
+    AxisRecordings, AxisSensors, Reference, VelocityCompareJob, VelocityEstimateJob,
+    VelocityMapJob, VelocityTuneJob,
 };
 use proofmass::jobs::{Filed, Folder, Job, Outcome as _};
 use proofmass::motion::{BiasChoice, Method, Tuning};
@@ -25,6 +23,7 @@ enum Question {
     Estimate(Estimate),
     Compare(Compare),
     Tune(Tune),
+    Map(Map),
 }
 
 impl Velocity {
@@ -35,9 +34,8 @@ impl Velocity {
                 answer(&job, &c.sensors, None, &c.delivery)
             }
             Question::Compare(c) => {
-                let reference = c.reference.reference();
                 let job = VelocityCompareJob::new(c.method, c.rates, c.skip);
-                answer(&job, &c.sensors, reference.as_ref(), &c.delivery)
+                answer(&job, &c.sensors, c.reference.as_ref(), &c.delivery)
             }
             Question::Tune(c) => {
                 let tuning = Tuning {
@@ -52,20 +50,29 @@ impl Velocity {
                 let job = VelocityTuneJob::new(tuning, c.known_increment);
                 answer(&job, &c.sensors, None, &c.delivery)
             }
+            Question::Map(c) => {
+                let turn = c.turn.or(c.sensors.reading.turn()).ok_or_else(|| {
+                    Failure::new("the way of one turn is not known")
+                        .hint("add --turn METRES, or --radius METRES, or --angular")
+                })?;
+                let mut job = VelocityMapJob::new(turn);
+                job.search.orders = c.orders;
+                job.search.false_alarm_rate = c.false_alarm_rate;
+                answer(&job, &c.sensors, None, &c.delivery)
+            }
         }
     }
 }
 
 fn answer<J>(
     job: &J,
-    sensors: &Sensors,
+    sensors: &AxisSensors,
     reference: Option<&Reference>,
     delivery: &Delivery,
 ) -> Result<Outcome, Failure>
 where
     J: for<'a> Job<Data<'a> = proofmass::jobs::velocity::AxisData<'a>>,
 {
-    let sensors = sensors.request();
     let mut files = sensors.files();
     files.extend(reference.and_then(|r| r.file.as_deref()));
     let paths: Vec<&Path> = files.into_iter().map(Path::new).collect();
@@ -84,7 +91,7 @@ where
 #[derive(clap::Args)]
 struct Estimate {
     #[command(flatten)]
-    sensors: Sensors,
+    sensors: AxisSensors,
     /// Method with its settings, such as observer:5,25 or savitzky-golay:9,2 [default: Kalman, tuned]
     #[arg(long, value_name = "METHOD")]
     method: Option<Method>,
@@ -103,9 +110,9 @@ struct Estimate {
 #[derive(clap::Args)]
 struct Compare {
     #[command(flatten)]
-    sensors: Sensors,
+    sensors: AxisSensors,
     #[command(flatten)]
-    reference: ReferenceArguments,
+    reference: Option<Reference>,
     /// Sample rates in hertz, to which the recording is thinned [default: its own]
     #[arg(long, value_name = "HZ,…", value_delimiter = ',')]
     rates: Vec<f64>,
@@ -126,7 +133,7 @@ struct Compare {
 #[derive(clap::Args)]
 struct Tune {
     #[command(flatten)]
-    sensors: Sensors,
+    sensors: AxisSensors,
     /// Whether the accelerometer's offset is a state of the filter
     #[arg(long, value_enum, default_value = "automatic")]
     offset: Offset,
@@ -147,4 +154,31 @@ enum Offset {
     RandomWalk,
     /// The one whose likelihood pays for its parameters
     Automatic,
+}
+
+/// Errors of the encoder that repeat with its reading, such as an eccentric disc, found with the accelerometer's help.
+///
+/// A few turns in either sense, or there and back, suffice. Lines that are told from nothing are subtracted by
+/// `--encoder-map RESULT` of the other commands. The map belongs to the zero of the readings: an incremental encoder is set
+/// to zero at its index. With -o, a folder gets result.json, report.html and lines.csv.
+#[derive(clap::Args)]
+struct Map {
+    #[command(flatten)]
+    sensors: AxisSensors,
+    /// Way of one turn in the unit of the readings, m or rad [default: by --angular or --radius]
+    #[arg(long, value_name = "WAY")]
+    turn: Option<f64>,
+    /// Cycles per turn of each line: 1 for an eccentric disc, 2 for an ellipse, the ratio of a gear
+    #[arg(
+        long,
+        value_name = "N,…",
+        value_delimiter = ',',
+        default_value = "1,2,3,4"
+    )]
+    orders: Vec<f64>,
+    /// Probability at which lines that are not there are subtracted, all together
+    #[arg(long, value_name = "P", default_value_t = 0.001)]
+    false_alarm_rate: f64,
+    #[command(flatten)]
+    delivery: Delivery,
 }

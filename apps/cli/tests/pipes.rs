@@ -127,3 +127,37 @@ fn regress_rates_behind_rounded_stamps() {
         );
     }
 }
+
+#[test]
+fn law_a_streamed_validation_of_a_short_recording_is_the_plain_one() {
+    let temporary = tempfile::tempdir().expect("a folder");
+    let folder = temporary.path();
+    let campaign = |seed: &str| {
+        let place = folder.join(seed);
+        succeed(&[
+            "simulate",
+            "multi-position",
+            "--seed",
+            seed,
+            "-o",
+            text(&place),
+        ]);
+        place
+    };
+    let (first, second) = (campaign("1"), campaign("2"));
+    let result = folder.join("result");
+    succeed(&["calibrate", text(&first), "-o", text(&result)]);
+    let calibration = result.join("calibration.json");
+    let recording = second.join("recording.csv");
+    let validated = |name: &str, more: &[&str]| {
+        let place = folder.join(name);
+        let mut all = vec!["validate", text(&calibration), text(&recording)];
+        all.extend(["-o", text(&place)]);
+        all.extend(more);
+        succeed(&all);
+        json(&place.join("result.json"))["extra"]["validation"].clone()
+    };
+    let plain = validated("plain", &[]);
+    assert!(plain["attitudes"].as_array().is_some_and(|a| a.len() > 10));
+    assert_eq!(plain, validated("streamed", &["--stream"]));
+}

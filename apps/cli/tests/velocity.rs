@@ -829,3 +829,60 @@ fn law_a_glitch_is_left_out() {
     let v = column(&out.join("velocity.csv"), "velocity_m/s");
     assert!(rms(&v, &truth, 500) < 0.002, "{}", rms(&v, &truth, 500));
 }
+
+#[test]
+fn law_a_map_that_is_subtracted_is_not_found_again() {
+    let temporary = tempfile::tempdir().expect("a folder");
+    let folder = temporary.path();
+    // A wheel of 2 cm swings through several turns on a disc that is 0.02 rad off its axis.
+    let place = axis(
+        folder,
+        &[
+            "--radius",
+            "0.02",
+            "--eccentricity",
+            "0.02",
+            "--duration",
+            "4",
+        ],
+    );
+    let recording = place.join("recording.csv");
+    let mut sensors = SENSORS.to_vec();
+    sensors[5] = "0.02";
+    let ask = |question: &str, more: &[&str]| {
+        let mut all = vec!["velocity", question, text(&recording)];
+        all.extend(&sensors);
+        all.extend(more);
+        all.into_iter().map(str::to_owned).collect::<Vec<_>>()
+    };
+    let run = |arguments: Vec<String>| {
+        let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+        succeed(&words);
+    };
+    let (first, second) = (folder.join("first"), folder.join("second"));
+    run(ask("map", &["--orders", "1,2", "-o", text(&first)]));
+    let result = first.join("result.json");
+    let (amplitude, u, _) = quantity(&json(&result), "amplitude.1");
+    assert!((amplitude - 4e-4).abs() < 4.0 * u, "{amplitude} {u}");
+    run(ask(
+        "map",
+        &[
+            "--orders",
+            "1,2",
+            "--encoder-map",
+            text(&result),
+            "-o",
+            text(&second),
+        ],
+    ));
+    let left = json(&second.join("result.json"));
+    assert_eq!(left["quantities"].as_array().map(Vec::len), Some(0));
+    // Another file is no map, and a map of lengths none of angles.
+    let mut wrong = ask("estimate", &["--encoder-map", text(&recording)]);
+    let words: Vec<&str> = wrong.iter().map(String::as_str).collect();
+    assert!(refuse(&words).contains("velocity map"));
+    wrong.pop();
+    wrong.extend([text(&result).to_owned(), "--angular".to_owned()]);
+    let words: Vec<&str> = wrong.iter().map(String::as_str).collect();
+    assert!(refuse(&words).contains("the map is in m"));
+}

@@ -103,16 +103,8 @@ impl Validation {
                 index,
             });
         }
-        let v = covariance(calibration, gravity, poses, &accelerations)?;
-        let r = Mat::from_fn(n, 1, |i, _| residuals[i]);
-        let llt = v.llt(Side::Lower).map_err(|_| Error::NotPositiveDefinite {
-            name: "covariance of the residuals",
-            row: 0,
-            column: 0,
-            value: v[(0, 0)],
-        })?;
-        let solved = llt.solve(&r);
-        let chi_square: f64 = (0..n).map(|i| solved[(i, 0)] * residuals[i]).sum();
+        let v = ResidualCovariance::of(calibration, gravity, poses, &accelerations)?;
+        let chi_square = v.square(&residuals)?;
         let p_value = ChiSquared::new(n as f64).map_or(0.0, |d| 1.0 - d.cdf(chi_square));
         let rms = |values: &mut dyn Iterator<Item = f64>| {
             1e3 / STANDARD_GRAVITY * (values.map(|v| v * v).sum::<f64>() / n as f64).sqrt()
@@ -123,7 +115,7 @@ impl Validation {
                 samples: (poses[i].segment.start, poses[i].segment.end),
                 acceleration: accelerations[i],
                 residual: residuals[i],
-                standard_uncertainty: v[(i, i)].sqrt(),
+                standard_uncertainty: v.variance(i).sqrt(),
                 relative: residuals[i].abs() / g,
                 within_rule: residuals[i].abs() <= RULE * g,
             })
@@ -187,71 +179,133 @@ impl Validation {
     }
 }
 
-/// Joint covariance of the residuals: noise and repeatability on the diagonal, calibration and gravity common.
-fn covariance(
-    calibration: &Calibrated<'_>,
-    gravity: Option<Gravity>,
-    poses: &[Pose],
-    accelerations: &[Triple],
-) -> Result<Mat<f64>, Error> {
-    let n = poses.len();
-    let estimate = calibration.estimate;
-    let p = estimate.components().len();
-    let k = calibration.sensor.k();
-    let inverse_transpose = calibration.sensor.k_inverse().transpose();
-    let index = |name: &str| estimate.index_of(name);
-    let mut j = Mat::<f64>::zeros(n, p);
-    let mut v = Mat::<f64>::zeros(n, n);
-    for (row, (pose, a)) in poses.iter().zip(accelerations).enumerate() {
-        let Some(direction) = unit(*a) else {
-            return Err(Error::NotFinite {
-                name: "direction of a standstill",
-                index: row,
-            });
+/// Joint covariance of the residuals, D + B Bᵀ: noise and repeatability on the diagonal, calibration and gravity common.
+///
+/// Never formed: thousands of standstills take no more than their number times that of the causes.
+struct ResidualCovariance {
+    /// D.
+    own: Vec<f64>,
+    /// B, one column per cause.
+    common: Mat<f64>,
+}
+
+impl ResidualCovariance {
+    fn of(
+        calibration: &Calibrated<'_>,
+        gravity: Option<Gravity>,
+        poses: &[Pose],
+        accelerations: &[Triple],
+    ) -> Result<Self, Error> {
+        let n = poses.len();
+        let estimate = calibration.estimate;
+        let p = estimate.components().len();
+        let k = calibration.sensor.k();
+        let inverse_transpose = calibration.sensor.k_inverse().transpose();
+        let index = |name: &str| estimate.index_of(name);
+        let mut j = Mat::<f64>::zeros(n, p);
+        let mut own = Vec::with_capacity(n);
+        for (row, (pose, a)) in poses.iter().zip(accelerations).enumerate() {
+            let Some(direction) = unit(*a) else {
+                return Err(Error::NotFinite {
+                    name: "direction of a standstill",
+                    index: row,
+                });
+            };
+            let w = inverse_transpose.times(direction);
+            // dr = −wᵀ (dK a + db), with K_ij = misalignment_ij · scale_i.
+            for i in 0..3 {
+                if let Some(c) = index(BIAS[i]) {
+                    j[(row, c)] = -w[i];
+                }
+                if let Some(c) = index(ELEMENT[i][i]) {
+                    let along: f64 = (0..3).map(|l| k.0[i][l] / k.0[i][i] * a[l]).sum();
+                    j[(row, c)] = -w[i] * along;
+                }
+                for l in (0..3).filter(|l| *l != i) {
+                    if let Some(c) = index(ELEMENT[i][l]) {
+                        j[(row, c)] = -w[i] * k.0[i][i] * a[l];
+                    }
+                }
+            }
+            let noise = pose
+                .covariance
+                .map_or(0.0, |c| crate::multi_position::quadratic_form(&c, w));
+            own.push(noise.max(0.0) + calibration.repeatability.powi(2));
+        }
+        let mut columns: Vec<Vec<f64>> = Vec::new();
+        for influence in estimate.influences() {
+            match &influence.effect {
+                Effect::Scalar {
+                    standard_uncertainty: u,
+                    sensitivity,
+                    ..
+                } => {
+                    // The very gravity of the calibration is in both.
+                    let shared = influence.key == "gravity" && gravity.is_none();
+                    let own = |row: usize| {
+                        let c: f64 = (0..p).map(|i| j[(row, i)] * sensitivity[i]).sum();
+                        u * (c - f64::from(u8::from(shared)))
+                    };
+                    columns.push((0..n).map(own).collect());
+                }
+                joint => {
+                    let covariance = joint.covariance(p)?.to_mat();
+                    let eigen = covariance.self_adjoint_eigen(Side::Lower).map_err(|_| {
+                        Error::NotPositiveDefinite {
+                            name: "covariance of the calibration",
+                            row: 0,
+                            column: 0,
+                            value: covariance[(0, 0)],
+                        }
+                    })?;
+                    let (vectors, values) = (eigen.U(), eigen.S());
+                    for k in 0..p {
+                        // Rounding leaves an eigenvalue of zero on either side of it.
+                        let root = values[k].max(0.0).sqrt();
+                        let along = |row: usize| -> f64 {
+                            root * (0..p).map(|i| j[(row, i)] * vectors[(i, k)]).sum::<f64>()
+                        };
+                        columns.push((0..n).map(along).collect());
+                    }
+                }
+            }
+        }
+        if let Some(g) = gravity {
+            columns.push(vec![g.standard_uncertainty(); n]);
+        }
+        let common = Mat::from_fn(n, columns.len(), |row, c| columns[c][row]);
+        Ok(Self { own, common })
+    }
+
+    fn variance(&self, row: usize) -> f64 {
+        let common = (0..self.common.ncols()).map(|c| self.common[(row, c)].powi(2));
+        self.own[row] + common.sum::<f64>()
+    }
+
+    /// rᵀ (D + B Bᵀ)⁻¹ r, by Woodbury's identity where D can be inverted.
+    fn square(&self, residuals: &[f64]) -> Result<f64, Error> {
+        let refused = || Error::NotPositiveDefinite {
+            name: "covariance of the residuals",
+            row: 0,
+            column: 0,
+            value: self.variance(0),
         };
-        let w = inverse_transpose.times(direction);
-        // dr = −wᵀ (dK a + db), with K_ij = misalignment_ij · scale_i.
-        for i in 0..3 {
-            if let Some(c) = index(BIAS[i]) {
-                j[(row, c)] = -w[i];
-            }
-            if let Some(c) = index(ELEMENT[i][i]) {
-                let along: f64 = (0..3).map(|l| k.0[i][l] / k.0[i][i] * a[l]).sum();
-                j[(row, c)] = -w[i] * along;
-            }
-            for l in (0..3).filter(|l| *l != i) {
-                if let Some(c) = index(ELEMENT[i][l]) {
-                    j[(row, c)] = -w[i] * k.0[i][i] * a[l];
-                }
-            }
+        let (n, q) = (self.common.nrows(), self.common.ncols());
+        if self.own.iter().any(|d| !(*d > 0.0)) {
+            let mut v = &self.common * self.common.transpose();
+            (0..n).for_each(|i| v[(i, i)] += self.own[i]);
+            let r = Mat::from_fn(n, 1, |i, _| residuals[i]);
+            let solved = v.llt(Side::Lower).map_err(|_| refused())?.solve(&r);
+            return Ok((0..n).map(|i| solved[(i, 0)] * residuals[i]).sum());
         }
-        let noise = pose
-            .covariance
-            .map_or(0.0, |c| crate::multi_position::quadratic_form(&c, w));
-        v[(row, row)] = noise.max(0.0) + calibration.repeatability.powi(2);
+        let w = Mat::from_fn(n, q, |i, c| self.common[(i, c)] / self.own[i].sqrt());
+        let r = Mat::from_fn(n, 1, |i, _| residuals[i] / self.own[i].sqrt());
+        let mut a = w.transpose() * &w;
+        (0..q).for_each(|c| a[(c, c)] += 1.0);
+        let along = w.transpose() * &r;
+        let solved = a.llt(Side::Lower).map_err(|_| refused())?.solve(&along);
+        let plain: f64 = (0..n).map(|i| r[(i, 0)].powi(2)).sum();
+        let explained: f64 = (0..q).map(|c| along[(c, 0)] * solved[(c, 0)]).sum();
+        Ok((plain - explained).max(0.0))
     }
-    let ones = Mat::from_fn(n, 1, |_, _| 1.0);
-    for influence in estimate.influences() {
-        match &influence.effect {
-            Effect::Scalar {
-                standard_uncertainty: u,
-                sensitivity,
-                ..
-            } => {
-                let s = Mat::from_fn(p, 1, |i, _| sensitivity[i]);
-                let mut c = &j * &s;
-                if influence.key == "gravity" && gravity.is_none() {
-                    c -= &ones;
-                }
-                v += &c * c.transpose() * faer::Scale(u * u);
-            }
-            joint => {
-                v += &j * joint.covariance(p)?.to_mat() * j.transpose();
-            }
-        }
-    }
-    if let Some(g) = gravity {
-        v += &ones * ones.transpose() * faer::Scale(g.standard_uncertainty().powi(2));
-    }
-    Ok(v)
 }

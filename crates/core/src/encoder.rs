@@ -19,6 +19,20 @@ pub enum Decoding {
     Quadruple,
 }
 
+impl core::str::FromStr for Decoding {
+    type Err = &'static str;
+
+    /// By the edges counted per line: 1, 2 or 4.
+    fn from_str(text: &str) -> Result<Self, &'static str> {
+        match text {
+            "1" => Ok(Self::Single),
+            "2" => Ok(Self::Double),
+            "4" => Ok(Self::Quadruple),
+            _ => Err("1, 2 or 4 edges of a line can be counted"),
+        }
+    }
+}
+
 impl Decoding {
     /// Counts per line.
     pub fn counts_per_line(self) -> u32 {
@@ -192,6 +206,39 @@ pub fn resolver_angle<T: Float>(sine: T, cosine: T) -> Option<(T, T)> {
     let square = sine * sine + cosine * cosine;
     let ok = square.is_finite() && square > T::ZERO;
     ok.then(|| (sine.atan2(cosine), square.sqrt()))
+}
+
+/// An error of an encoder that repeats with its reading: c cos(2π n r/turn) + s sin(2π n r/turn) too much at the reading r.
+///
+/// `proofmass velocity map` finds c and s from a recording; a reading less the sum of its lines is what an encoder without
+/// them shows. They belong to the zero of the reading: an incremental encoder is set to zero at its index.
+///
+/// ```
+/// use proofmass_core::encoder::ErrorLine;
+/// // A disc that is 0.01 rad off its axis, read in radians.
+/// const MAP: [ErrorLine<f32>; 1] = [ErrorLine { order: 1.0, cosine: 0.006, sine: 0.008 }];
+/// let reading = 1.25_f32;
+/// let turns = reading / core::f32::consts::TAU;
+/// let error: f32 = MAP.iter().map(|line| line.at(turns)).sum();
+/// assert!((error - 0.01 * (reading - 0.927_295).cos()).abs() < 1e-8);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct ErrorLine<T> {
+    /// Cycles per turn, n.
+    pub order: T,
+    /// c, in the unit of the readings.
+    pub cosine: T,
+    /// s, in the unit of the readings.
+    pub sine: T,
+}
+
+impl<T: Float> ErrorLine<T> {
+    /// What it adds to the reading after so many turns from zero; single precision keeps its digits within the first few.
+    pub fn at(&self, turns: T) -> T {
+        let angle = T::from_f64(core::f64::consts::TAU) * (self.order * turns);
+        self.cosine * angle.cos() + self.sine * angle.sin()
+    }
 }
 
 /// sin(θ − θ̂) times the amplitude: the phase detector of a resolver tracking loop.

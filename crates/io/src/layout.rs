@@ -328,6 +328,15 @@ impl ColumnRef {
     }
 }
 
+impl std::str::FromStr for ColumnRef {
+    type Err = std::convert::Infallible;
+
+    /// As [`ColumnRef::from_word`], without the blanks around it.
+    fn from_str(word: &str) -> Result<Self, Self::Err> {
+        Ok(Self::from_word(word.trim()))
+    }
+}
+
 impl From<usize> for ColumnRef {
     fn from(index: usize) -> Self {
         Self::Index(index)

@@ -48,6 +48,21 @@ pub enum TimeUnit {
     Index,
 }
 
+impl std::str::FromStr for TimeUnit {
+    type Err = String;
+
+    /// By its symbol: s, ms, us, ns.
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        match text {
+            "s" => Ok(Self::Second),
+            "ms" => Ok(Self::Millisecond),
+            "us" | "µs" => Ok(Self::Microsecond),
+            "ns" => Ok(Self::Nanosecond),
+            _ => Err(format!("{text:?} is no unit of time (s, ms, us, ns)")),
+        }
+    }
+}
+
 impl TimeUnit {
     /// The unit of time that a heading names.
     pub fn of(unit: Unit) -> Option<Self> {

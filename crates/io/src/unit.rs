@@ -335,13 +335,14 @@ impl fmt::Display for Unit {
 }
 
 impl FromStr for Unit {
-    type Err = crate::Error;
-    fn from_str(text: &str) -> Result<Self, crate::Error> {
+    type Err = String;
+
+    /// By any of its spellings.
+    fn from_str(text: &str) -> Result<Self, String> {
         Self::recognise(text).ok_or_else(|| {
-            crate::Error::new(crate::ErrorKind::Column, format!("unknown unit \"{text}\""))
-                .with_hint(
-                    "known units of an output: m/s², mm/s², g, mg, µg, Gal, count, V, mV, µV",
-                )
+            format!(
+                "{text:?} is no known unit (m/s², g, mg, µg, m/s, km/h, m, mm, rad, °, turn, rad/s, °/s, °/h, r/min, N, V, mV, count, …)"
+            )
         })
     }
 }

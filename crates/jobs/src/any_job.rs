@@ -27,7 +27,9 @@ use crate::temperature::{TemperatureData, TemperatureJob};
 use crate::trouble::{Result, Trouble};
 use crate::uncertainty::UncertaintyJob;
 use crate::validation::{ValidationData, ValidationJob};
-use crate::velocity::{AxisData, VelocityCompareJob, VelocityEstimateJob, VelocityTuneJob};
+use crate::velocity::{
+    AxisData, VelocityCompareJob, VelocityEstimateJob, VelocityMapJob, VelocityTuneJob,
+};
 use crate::{AnyResult, Record};
 use proofmass_core::Watch;
 use serde::{Deserialize, Serialize};
@@ -203,6 +205,8 @@ jobs! {
     VelocityCompare(VelocityCompareJob, AxisData, "velocity-compare", |d| only!(d, Axis)),
     /// Parameters of velocity estimation.
     VelocityTune(VelocityTuneJob, AxisData, "velocity-tune", |d| only!(d, Axis)),
+    /// Errors of an encoder that repeat with its reading.
+    VelocityMap(VelocityMapJob, AxisData, "velocity-map", |d| only!(d, Axis)),
     /// Bias and scale over temperature.
     Temperature(TemperatureJob, TemperatureData, "temperature", |d| only!(d, Temperature)),
     /// Inclination, sensitivity, zero-g, orthogonality, linearity, centrifuge, stability.

@@ -9,6 +9,8 @@
 mod any_job;
 mod any_result;
 pub mod apply;
+#[cfg(feature = "clap")]
+mod arguments;
 mod bench_runs;
 mod block_clock;
 pub mod campaign;
@@ -43,6 +45,7 @@ mod trouble;
 pub mod uncertainty;
 pub mod validation;
 pub mod velocity;
+pub mod verification;
 
 pub use any_job::{AnyData, AnyJob};
 pub use any_result::{AnyResult, read_result, result_kinds};

@@ -1,5 +1,6 @@
 //! How a recording of a calibrated sensor is to be read.
 
+use crate::channels::{ChannelReading, WantedChannel};
 use crate::trouble::{Result, Trouble};
 use proofmass_io::{
     AnyCalibration, CalibrationFile, ColumnRef, LayoutOptions, RecordedColumn, RecordingOptions,
@@ -9,23 +10,33 @@ use serde::{Deserialize, Serialize};
 
 /// Columns, units and time of a recording, as far as it does not say them itself.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct RecordingReading {
-    /// Columns of the outputs, in the order of the calibration; those it was made from when `None`.
+    /// Columns of the outputs (x, y and z of a triaxial sensor) by name or number (from 1) [default: those of the
+    /// calibration]
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "X,Y,Z", value_delimiter = ',')
+    )]
     pub columns: Option<Vec<ColumnRef>>,
-    /// Their unit, where the headings do not say it.
+    /// Unit of these columns, where the headings do not say it: count, m/s², g, mg, V, …
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "clap", arg(long))]
     pub unit: Option<Unit>,
-    /// Time column.
+    /// Time column by name or number
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "COLUMN"))]
     pub time: Option<ColumnRef>,
-    /// Its unit, where the heading does not say it.
+    /// Unit of the time column, where the heading does not say it: s, ms, us, ns
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "UNIT", requires = "time"))]
     pub time_unit: Option<TimeUnit>,
-    /// Sampling rate in Hz.
+    /// Sampling rate in hertz, for recordings without a time column
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "HZ"))]
     pub rate: Option<f64>,
 }
 
@@ -62,6 +73,27 @@ impl RecordingReading {
             ))
             .with_hint(format!("add --columns {names}"))),
         }
+    }
+
+    /// The same for a job of one channel.
+    ///
+    /// # Errors
+    /// No column is named, or several.
+    pub fn one_channel(&self) -> Result<(ChannelReading, WantedChannel)> {
+        let Some([column]) = self.columns.as_deref() else {
+            return Err(Trouble::request("one column is turned back at a time")
+                .with_hint("name it with --columns COLUMN"));
+        };
+        let reading = ChannelReading {
+            time: self.time.clone(),
+            time_unit: self.time_unit,
+            rate: self.rate,
+        };
+        let wanted = WantedChannel {
+            column: column.clone(),
+            unit: self.unit,
+        };
+        Ok((reading, wanted))
     }
 
     /// Everything a reader of a whole recording needs.

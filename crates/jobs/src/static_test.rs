@@ -1,7 +1,9 @@
 //! Static tests: inclination, sensitivity, zero-g, orthogonality, linearity, centrifuge, stability over calibrations.
 
+mod files;
 mod single_axis;
 
+pub use files::{ReadingColumns, StaticTestFiles};
 pub use single_axis::SingleAxisReadings;
 
 use crate::outcome::{Job, Outcome, section};
@@ -12,7 +14,7 @@ use proofmass_calibration::static_test::{
     StaticFit, Tilt, ZeroG,
 };
 use proofmass_core::Watch;
-use proofmass_io::{CalibrationFile, Cell, ResultDocument, StatedQuantity, Table};
+use proofmass_io::{CalibrationFile, Cell, ResultDocument, StatedQuantity, Table, Unit};
 use proofmass_report::{Report, StaticTestReport};
 use proofmass_uncertainty::{Estimate, Finding};
 use serde::{Deserialize, Serialize};
@@ -49,6 +51,17 @@ impl StaticTest {
             Self::Linearity(_) => "linearity",
             Self::Centrifuge(_) => "centrifuge",
             Self::Stability(_) => "stability",
+        }
+    }
+
+    /// Usual unit of what a test with readings sets: angles, positions, accelerations, speeds.
+    pub fn input_unit(&self) -> Option<Unit> {
+        match self {
+            Self::Tilt(_) => Some(Unit::Degree),
+            Self::Sensitivity(_) => Some(Unit::One),
+            Self::Linearity(_) => Some(Unit::MetrePerSecondSquared),
+            Self::Centrifuge(_) => Some(Unit::TurnPerMinute),
+            Self::ZeroG(_) | Self::Orthogonality(_) | Self::Stability(_) => None,
         }
     }
 
@@ -182,6 +195,7 @@ impl StaticTestJob {
             (StaticTest::ZeroG(t), Recording(outputs)) => t.fit(outputs),
             (StaticTest::Orthogonality(t), Calibration(file)) => t.fit(&file.k, &file.estimate),
             (StaticTest::Stability(t), History(history)) => {
+                known_tolerances(t, history)?;
                 let fit = t
                     .fit(history)
                     .map_err(|e| Trouble::from(e).detail(data.name))?;
@@ -207,6 +221,20 @@ impl StaticTestJob {
         Ok(StaticTestFit::Test(
             fit.map_err(|e| Trouble::from(e).detail(data.name))?,
         ))
+    }
+}
+
+/// A tolerance of a quantity that no calibration has would never be exceeded.
+fn known_tolerances(test: &Stability, history: &[DatedEstimate]) -> Result<()> {
+    let Some(first) = history.first() else {
+        return Ok(());
+    };
+    let mut names = test.tolerances.iter().map(|t| &t.0);
+    match names.find(|n| first.estimate.index_of(n).is_none()) {
+        Some(name) => Err(Trouble::request(format!(
+            "the calibrations have no quantity {name:?}"
+        ))),
+        None => Ok(()),
     }
 }
 

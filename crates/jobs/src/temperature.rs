@@ -1,5 +1,9 @@
 //! How does the output of a resting accelerometer follow its temperature?
 
+mod recording;
+
+pub use recording::TemperatureRecording;
+
 use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};

@@ -1,5 +1,9 @@
 //! From a formula and what is known of its inputs to a result with its budget.
 
+mod model_text;
+
+pub use model_text::ModelText;
+
 use crate::record::Record;
 use crate::trouble::{Result, Trouble, TroubleKind};
 use crate::{Job, Outcome};

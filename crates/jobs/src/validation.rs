@@ -1,5 +1,10 @@
 //! Does a calibration hold on standstills it was not made from?
 
+mod averages;
+mod recording;
+
+pub use recording::ValidationRecording;
+
 use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};

@@ -1,10 +1,12 @@
-//! Velocity of an axis from its encoder (or wheel speed) and its accelerometer: estimate, comparison, tuning.
+//! Velocity of an axis from its encoder (or wheel speed) and its accelerometer: estimate, comparison, tuning, encoder map.
 
+mod map;
 mod outcome;
 mod reading;
 mod reference;
 mod sensors;
 
+pub use map::{VelocityMap, VelocityMapJob};
 pub use outcome::{VelocityComparison, VelocityEstimate, VelocityTuning};
 pub use reading::Reading;
 pub use reference::Reference;
@@ -240,21 +242,7 @@ impl Job for VelocityTuneJob {
     type Outcome = VelocityTuning;
 
     fn evaluate(&self, data: &AxisData<'_>, watch: &dyn Watch) -> Result<VelocityTuning> {
-        if !data.record.accelerometer || data.record.rests_only() {
-            return Err(
-                Trouble::request("the gains are those of two sensors, and one is named")
-                    .detail(data.name)
-                    .with_hint("name a position or a speed and --acceleration; `velocity estimate` serves one sensor alone"),
-            );
-        }
-        let still = |f: &Finding| f.code() == "readings-never-change";
-        if conditions(data.record).iter().any(still) {
-            return Err(Trouble::data(
-                "the axis never moves: nothing can be tuned on a standstill",
-            )
-            .detail(data.name)
-            .with_hint("record a motion of many increments, or check the column of the position"));
-        }
+        lacking_two(data, "the gains are those of two sensors")?;
         let mut tuning = self.tuning;
         if self.known_increment {
             let Some(increment) = data.record.increment else {
@@ -268,6 +256,26 @@ impl Job for VelocityTuneJob {
         let result = tune(data.record, &tuning, watch).map_err(|e| explain(e, data.name))?;
         Ok(VelocityTuning::new(data, tuning, result))
     }
+}
+
+/// Refuses one sensor alone, and an axis that stands still, where a job compares both in motion.
+fn lacking_two(data: &AxisData<'_>, why: &str) -> Result<()> {
+    if !data.record.accelerometer || data.record.rests_only() {
+        return Err(Trouble::request(format!("{why}, and one is named"))
+            .detail(data.name)
+            .with_hint("name a position or a speed and --acceleration; `velocity estimate` serves one sensor alone"));
+    }
+    let still = |f: &Finding| f.code() == "readings-never-change";
+    if conditions(data.record).iter().any(still) {
+        return Err(
+            Trouble::data("the axis never moves: nothing can be found on a standstill")
+                .detail(data.name)
+                .with_hint(
+                    "record a motion of many increments, or check the column of the position",
+                ),
+        );
+    }
+    Ok(())
 }
 
 /// Refuses methods that say nothing without a sensor that is not there.
@@ -306,6 +314,9 @@ fn explain(error: Error, name: &str) -> Trouble {
         Error::TooFew { .. } => "record longer, or use a stretch with more readings",
         Error::NotFinite { .. } => {
             "gains too high for this rate make a filter run away: lower them, or leave them to `velocity tune`"
+        }
+        Error::Singular { .. } => {
+            "turn the axis through two turns or more, or look for fewer --orders"
         }
         Error::OutOfRange { .. } => {
             "see `proofmass velocity estimate --help` for what a method takes"

@@ -8,6 +8,10 @@
 // Matrix algebra reads by its indices.
 #![allow(clippy::needless_range_loop)]
 
+mod regression;
+
+pub(crate) use regression::REGRESSORS;
+
 use crate::filtering::{component, step_inputs};
 use crate::{KalmanModel, MotionRecord, ProcessNoise, ReadingSource};
 use proofmass_core::Error;
@@ -172,7 +176,7 @@ fn columns(record: &MotionRecord, unknowns: Unknowns) -> Vec<usize> {
 }
 
 /// β = −A⁻¹ G_c0 with A = G_cc by Cholesky, after its diagonal was scaled to one.
-fn solve(g: &[[f64; COLUMNS]; COLUMNS], columns: Vec<usize>) -> Option<Solution> {
+fn solve<const C: usize>(g: &[[f64; C]; C], columns: Vec<usize>) -> Option<Solution> {
     let m = columns.len();
     let mut scale = Vec::with_capacity(m);
     for &c in &columns {
@@ -182,7 +186,7 @@ fn solve(g: &[[f64; COLUMNS]; COLUMNS], columns: Vec<usize>) -> Option<Solution>
         }
         scale.push(1.0 / d.sqrt());
     }
-    let mut l = [[0.0; COLUMNS]; COLUMNS];
+    let mut l = [[0.0; C]; C];
     for i in 0..m {
         for j in 0..=i {
             let mut sum = g[columns[i]][columns[j]] * scale[i] * scale[j];

@@ -33,6 +33,7 @@ mod crossover;
 mod decode;
 mod diffuse;
 mod edges;
+mod encoder_map;
 mod excerpt;
 mod filtering;
 mod floor;
@@ -64,6 +65,7 @@ pub use decode::{
     AbsoluteCode, Decoded, TimedEdge, absolute, quadrature, quadrature_edges, resolver,
 };
 pub use diffuse::{ColouredNoise, Unknowns};
+pub use encoder_map::{EncoderMap, FoundMap, MapLine, MapSearch};
 pub use excerpt::excerpt;
 pub use filtering::{KalmanModel, KalmanRun};
 pub use glitch::drop_glitches;

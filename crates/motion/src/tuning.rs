@@ -12,7 +12,7 @@ pub(crate) use smoothing::Constants;
 
 use crate::diffuse::{ColouredNoise, Noise, Prepared, Solution, Unknowns};
 use crate::floor::effective_readings;
-use crate::{Hold, KalmanModel, MotionRecord, ProcessNoise, ReadingSource, Whiteness};
+use crate::{BiasModel, Hold, KalmanModel, MotionRecord, ProcessNoise, ReadingSource, Whiteness};
 use proofmass_core::{Error, Watch};
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
@@ -153,6 +153,23 @@ impl NoiseNode {
                 deviation: variance.sqrt(),
                 time,
             }),
+        }
+    }
+}
+
+impl Tuned {
+    /// The noise of the model that was found.
+    pub(crate) fn noise(&self) -> Noise {
+        let colour = self.coloured.map(|c| (c.deviation * c.deviation, c.time));
+        Noise {
+            q: self.model.acceleration_noise,
+            form: self.model.noise_form,
+            r: self.model.reading_noise - colour.map_or(0.0, |(variance, _)| variance),
+            walk: match self.model.bias {
+                Some(BiasModel::RandomWalk { density, .. }) if density > 0.0 => Some(density),
+                _ => None,
+            },
+            colour,
         }
     }
 }

@@ -46,6 +46,7 @@ mod analysis;
 mod averages;
 mod bias;
 mod channel_analysis;
+mod choice_words;
 mod clock_line;
 mod coefficients;
 mod consistency;

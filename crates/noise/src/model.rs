@@ -25,6 +25,17 @@ pub enum Term {
 }
 
 impl Term {
+    /// Every process.
+    pub const ALL: [Self; 7] = [
+        Self::Quantisation,
+        Self::White,
+        Self::Flicker,
+        Self::RandomWalk,
+        Self::Ramp,
+        Self::GaussMarkov,
+        Self::Sinusoid,
+    ];
+
     /// The usual letter.
     pub fn symbol(self) -> &'static str {
         match self {

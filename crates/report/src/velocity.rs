@@ -3,6 +3,7 @@
 mod compare;
 mod estimate;
 mod figures;
+mod map;
 mod tune;
 
 use crate::{Cell, Column, Head, Report, Section, Table};

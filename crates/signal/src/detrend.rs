@@ -18,6 +18,23 @@ pub enum Detrend {
     Quadratic,
 }
 
+impl std::str::FromStr for Detrend {
+    type Err = String;
+
+    /// By its name: none, constant, linear, quadratic.
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "none" => Ok(Self::None),
+            "constant" => Ok(Self::Constant),
+            "linear" => Ok(Self::Linear),
+            "quadratic" => Ok(Self::Quadratic),
+            _ => Err(format!(
+                "{text:?} is no trend (none, constant, linear, quadratic)"
+            )),
+        }
+    }
+}
+
 /// The trend a signal was freed from, on the time axis t_k = (k − (n − 1)/2)/rate centred on the record.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Trend {

@@ -12,7 +12,7 @@ pub(super) struct ClockArguments {
     #[arg(long, value_name = "COLUMN")]
     time: Option<String>,
     /// Unit of the time column, where the heading does not say it: s, ms, us, ns
-    #[arg(long, value_name = "UNIT", requires = "time", value_parser = crate::recording_arguments::time_unit)]
+    #[arg(long, value_name = "UNIT", requires = "time")]
     time_unit: Option<TimeUnit>,
     /// Sampling rate in hertz [default: that of the time stamps]
     #[arg(long, value_name = "HZ", value_parser = positive)]
@@ -36,7 +36,7 @@ pub(super) struct ChannelArguments {
     #[arg(long, value_name = "COLUMN")]
     column: String,
     /// Its unit, where the heading does not say it
-    #[arg(long, value_name = "UNIT", value_parser = unit)]
+    #[arg(long, value_name = "UNIT")]
     unit: Option<Unit>,
     #[command(flatten)]
     clock: ClockArguments,

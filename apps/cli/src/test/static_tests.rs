@@ -2,19 +2,17 @@
 
 use crate::console::Progress;
 use crate::delivery::Delivery;
-use crate::recording_arguments::RecordingArguments;
 use crate::{Failure, Outcome, clock};
 use proofmass::calibration::static_test::{
-    Centrifuge, DatedEstimate, Linearity, Orthogonality, Sensitivity, Stability, Tilt, ZeroG,
+    Centrifuge, Linearity, Orthogonality, Sensitivity, Stability, Tilt, ZeroG,
 };
 use proofmass::core::{Gravity, STANDARD_GRAVITY};
-use proofmass::io::{
-    CalibrationFile, ColumnRef, Device, Input, RecordedColumn, Recording, RecordingOptions, Unit,
-};
+use proofmass::io::{ColumnRef, Source};
 use proofmass::jobs::static_test::{
-    StaticTest, StaticTestData, StaticTestInput, StaticTestJob, StaticTestOutcome, dated,
+    ReadingColumns, StaticTest, StaticTestFiles, StaticTestJob, StaticTestOutcome,
 };
-use proofmass::jobs::{Filed, Job, Outcome as _, Record};
+use proofmass::jobs::velocity::SensorAxis;
+use proofmass::jobs::{Filed, Job, Outcome as _, RecordingReading};
 use std::path::{Path, PathBuf};
 
 /// Local gravity.
@@ -49,85 +47,34 @@ impl GravityArguments {
 struct Readings {
     /// Table of readings, one line each
     table: PathBuf,
-    /// Column of the outputs, by name or number (from 1)
-    #[arg(long, value_name = "COLUMN")]
-    output_column: String,
-    /// Unit of the outputs, where the heading does not say it
-    #[arg(long, value_name = "UNIT", value_parser = crate::recording_arguments::unit)]
-    output_unit: Option<Unit>,
-    /// Column of temperatures in °C
-    #[arg(long, value_name = "COLUMN")]
-    temperature: Option<String>,
+    #[command(flatten)]
+    columns: ReadingColumns,
     #[command(flatten)]
     delivery: Delivery,
 }
 
 impl Readings {
-    /// Reads inputs in SI and outputs as they are, runs the test and delivers.
-    fn run(self, input: &str, input_unit: Unit, test: StaticTest) -> Result<Outcome, Failure> {
-        let folder = self
-            .delivery
-            .begin(StaticTestOutcome::KIND, &[&self.table])?;
-        let options = RecordingOptions {
-            columns: vec![
-                ColumnRef::from_word(input),
-                ColumnRef::from_word(&self.output_column),
-            ],
-            temperature: self.temperature.as_deref().map(ColumnRef::from_word),
-            // Readings have an order, not a clock.
-            sampling_rate_hz: Some(1.0),
-            ..RecordingOptions::default()
-        };
-        let recording = Recording::read(&self.table, &options)?;
-        let [inputs, outputs] = recording.columns.as_slice() else {
-            return Err(Failure::new("two columns are needed"));
-        };
-        let name = self.table.display().to_string();
-        let factor = to_si(inputs, input_unit).map_err(|e| e.detail(name.clone()))?;
-        let inputs: Vec<f64> = inputs.data.iter().map(|v| v * factor).collect();
-        let unit = outputs
-            .unit
-            .or(self.output_unit)
-            .unwrap_or(Unit::Count)
-            .to_string();
-        let temperature = recording.temperature.as_ref().map(|t| t.data.as_slice());
-        let data = StaticTestData {
-            input: StaticTestInput::Readings {
-                input: &inputs,
-                output: &outputs.data,
-                temperature,
-                unit: &unit,
-            },
-            findings: recording.findings(),
-            name: &name,
-        };
-        let outcome = StaticTestJob::new(test).evaluate(&data, &Progress::new())?;
-        let record = record(Device::default(), vec![recording.input()]);
-        self.delivery.deliver(folder, &Filed::new(record, outcome))
+    fn run(self, input: &ColumnRef, test: StaticTest) -> Result<Outcome, Failure> {
+        answer(&self.delivery, &[&self.table], test, |test| {
+            let table = Source::open(&self.table)?;
+            let files = StaticTestFiles::readings(table, test, input, &self.columns)?;
+            Ok(files)
+        })
     }
 }
 
-fn record(device: Device, inputs: Vec<Input>) -> Record {
-    Record {
-        device,
-        date: Some(clock::today()),
-        inputs,
-        ..Record::default()
-    }
-}
-
-/// Factor of a column to SI; its heading wins over the usual unit, and must be of the same kind.
-fn to_si(column: &RecordedColumn, usual: Unit) -> Result<f64, Failure> {
-    let (unit, factor) = column.unit.unwrap_or(usual).si();
-    if unit == usual.si().0 {
-        Ok(factor)
-    } else {
-        Err(Failure::new(format!(
-            "column {:?} is in {unit}, {} is needed",
-            column.name,
-            usual.si().0
-        )))
-    }
+/// Reads the files, runs the test and delivers.
+fn answer(
+    delivery: &Delivery,
+    paths: &[&Path],
+    test: StaticTest,
+    read: impl FnOnce(&StaticTest) -> Result<StaticTestFiles, Failure>,
+) -> Result<Outcome, Failure> {
+    let folder = delivery.begin(StaticTestOutcome::KIND, paths)?;
+    let files = read(&test)?;
+    let outcome = StaticTestJob::new(test).evaluate(&files.data(), &Progress::new())?;
+    let record = files.record(Some(clock::today()));
+    delivery.deliver(folder, &Filed::new(record, outcome))
 }
 
 /// One axis turned through known angles: bias, sensitivity, misalignment, departure from the cosine.
@@ -137,7 +84,7 @@ pub(super) struct TiltTest {
     readings: Readings,
     /// Column of the angle between the axis and the vertical, in degrees unless its heading says rad
     #[arg(long, value_name = "COLUMN")]
-    angle: String,
+    angle: ColumnRef,
     /// Standard uncertainty of the zero of the angles, in degrees
     #[arg(long, value_name = "DEG", default_value_t = 0.0)]
     zero_uncertainty: f64,
@@ -153,8 +100,7 @@ impl TiltTest {
         let mut test = Tilt::new(self.gravity.value()?);
         test.zero_uncertainty = self.zero_uncertainty.to_radians();
         test.full_scale = self.full_scale;
-        self.readings
-            .run(&self.angle, Unit::Degree, StaticTest::Tilt(test))
+        self.readings.run(&self.angle, StaticTest::Tilt(test))
     }
 }
 
@@ -165,7 +111,7 @@ pub(super) struct SensitivityTest {
     readings: Readings,
     /// Column of the position: 1 up, -1 down
     #[arg(long, value_name = "COLUMN")]
-    position: String,
+    position: ColumnRef,
     /// Standard uncertainty of the levelling, in degrees
     #[arg(long, value_name = "DEG", default_value_t = 0.0)]
     levelling: f64,
@@ -182,7 +128,7 @@ impl SensitivityTest {
         test.levelling = self.levelling.to_radians();
         test.reading = self.reading_uncertainty;
         self.readings
-            .run(&self.position, Unit::One, StaticTest::Sensitivity(test))
+            .run(&self.position, StaticTest::Sensitivity(test))
     }
 }
 
@@ -193,7 +139,7 @@ pub(super) struct LinearityTest {
     readings: Readings,
     /// Column of the accelerations, in m/s² unless its heading says g
     #[arg(long, value_name = "COLUMN")]
-    acceleration: String,
+    acceleration: ColumnRef,
     /// Relative standard uncertainty of all accelerations together, in per cent
     #[arg(long, value_name = "PERCENT", default_value_t = 0.0)]
     scale_uncertainty: f64,
@@ -211,11 +157,8 @@ impl LinearityTest {
         test.scale_uncertainty = 1e-2 * self.scale_uncertainty;
         test.full_scale = self.full_scale;
         test.largest_order = usize::from(self.order);
-        self.readings.run(
-            &self.acceleration,
-            Unit::MetrePerSecondSquared,
-            StaticTest::Linearity(test),
-        )
+        self.readings
+            .run(&self.acceleration, StaticTest::Linearity(test))
     }
 }
 
@@ -226,7 +169,7 @@ pub(super) struct CentrifugeTest {
     readings: Readings,
     /// Column of the speeds, in r/min unless its heading says rad/s
     #[arg(long, value_name = "COLUMN")]
-    speed: String,
+    speed: ColumnRef,
     /// Radius of the proof mass at rest, in m
     #[arg(long, value_name = "M")]
     radius: f64,
@@ -263,11 +206,7 @@ impl CentrifugeTest {
         test.misalignment = self.misalignment.to_radians();
         test.inclination = self.inclination.to_radians();
         test.full_scale = self.full_scale;
-        self.readings.run(
-            &self.speed,
-            Unit::TurnPerMinute,
-            StaticTest::Centrifuge(test),
-        )
+        self.readings.run(&self.speed, StaticTest::Centrifuge(test))
     }
 }
 
@@ -278,57 +217,28 @@ pub(super) struct ZeroGTest {
     recording: PathBuf,
     /// Axis that points up
     #[arg(long, value_enum, default_value = "z")]
-    up: Up,
+    up: SensorAxis,
     /// Standard uncertainty of the levelling, in degrees
     #[arg(long, value_name = "DEG", default_value_t = 0.0)]
     levelling: f64,
     #[command(flatten)]
     gravity: GravityArguments,
     #[command(flatten)]
-    reading: RecordingArguments,
+    reading: RecordingReading,
     #[command(flatten)]
     delivery: Delivery,
 }
 
-#[derive(Clone, Copy, clap::ValueEnum)]
-enum Up {
-    X,
-    Y,
-    Z,
-}
-
 impl ZeroGTest {
     pub(super) fn run(self) -> Result<Outcome, Failure> {
-        let folder = self
-            .delivery
-            .begin(StaticTestOutcome::KIND, &[&self.recording])?;
-        let recording = Recording::read(&self.recording, &self.reading.reading().options_alone()?)?;
-        let [x, y, z] = recording.columns.as_slice() else {
-            return Err(Failure::new("three columns are needed"));
-        };
-        let name = self.recording.display().to_string();
-        let (si, factor) = self.reading.reading().common_unit([x, y, z])?.si();
-        if !si.is_acceleration() {
-            return Err(
-                Failure::new(format!("the outputs are in {si}, which is no acceleration"))
-                    .detail(name)
-                    .hint("apply a calibration first, or convert with the nominal sensitivity"),
-            );
-        }
-        let columns = [x, y, z].map(|c| c.data.iter().map(|v| v * factor).collect::<Vec<f64>>());
-        let [x, y, z] = &columns;
         let mut test = ZeroG::new(self.gravity.value()?);
         test.up = self.up as usize;
         test.levelling = self.levelling.to_radians();
-        let data = StaticTestData {
-            input: StaticTestInput::Recording([x, y, z]),
-            findings: recording.findings(),
-            name: &name,
-        };
-        let outcome =
-            StaticTestJob::new(StaticTest::ZeroG(test)).evaluate(&data, &Progress::new())?;
-        let record = record(Device::default(), vec![recording.input()]);
-        self.delivery.deliver(folder, &Filed::new(record, outcome))
+        let paths: [&Path; 1] = [&self.recording];
+        answer(&self.delivery, &paths, StaticTest::ZeroG(test), |_| {
+            let recording = Source::open(&self.recording)?;
+            Ok(StaticTestFiles::rest(recording, &self.reading)?)
+        })
     }
 }
 
@@ -343,20 +253,11 @@ pub(super) struct OrthogonalityTest {
 
 impl OrthogonalityTest {
     pub(super) fn run(self) -> Result<Outcome, Failure> {
-        let folder = self
-            .delivery
-            .begin(StaticTestOutcome::KIND, &[&self.calibration])?;
-        let file = CalibrationFile::read(&self.calibration)?;
-        let name = self.calibration.display().to_string();
-        let data = StaticTestData {
-            input: StaticTestInput::Calibration(&file),
-            findings: &[],
-            name: &name,
-        };
         let test = StaticTest::Orthogonality(Orthogonality::default());
-        let outcome = StaticTestJob::new(test).evaluate(&data, &Progress::new())?;
-        let record = record(file.device.clone(), vec![Input::of(&self.calibration)?]);
-        self.delivery.deliver(folder, &Filed::new(record, outcome))
+        answer(&self.delivery, &[&self.calibration], test, |_| {
+            let calibration = Source::open(&self.calibration)?;
+            Ok(StaticTestFiles::calibration(calibration)?)
+        })
     }
 }
 
@@ -388,34 +289,14 @@ fn tolerance(text: &str) -> Result<(String, f64), String> {
 
 impl StabilityTest {
     pub(super) fn run(self) -> Result<Outcome, Failure> {
-        let places: Vec<&Path> = self.results.iter().map(PathBuf::as_path).collect();
-        let folder = self.delivery.begin(StaticTestOutcome::KIND, &places)?;
-        let mut history: Vec<DatedEstimate> = Vec::new();
-        let mut inputs = Vec::new();
-        for path in &self.results {
-            let bytes = std::fs::read(path)
-                .map_err(|e| Failure::new(format!("{}: {e}", path.display())))?;
-            history.push(dated(&bytes, &path.display().to_string())?);
-            inputs.push(Input::of(path)?);
-        }
-        for (name, _) in &self.tolerance {
-            if history[0].estimate.index_of(name).is_none() {
-                return Err(Failure::new(format!(
-                    "the calibrations have no quantity {name:?}"
-                )));
-            }
-        }
         let mut test = Stability::default();
         test.tolerances = self.tolerance;
         test.longest_interval = self.longest_interval;
-        let data = StaticTestData {
-            input: StaticTestInput::History(&history),
-            findings: &[],
-            name: "the calibrations",
-        };
-        let outcome =
-            StaticTestJob::new(StaticTest::Stability(test)).evaluate(&data, &Progress::new())?;
-        let record = record(Device::default(), inputs);
-        self.delivery.deliver(folder, &Filed::new(record, outcome))
+        let paths: Vec<&Path> = self.results.iter().map(PathBuf::as_path).collect();
+        answer(&self.delivery, &paths, StaticTest::Stability(test), |_| {
+            let sources = self.results.iter().map(Source::open);
+            let sources = sources.collect::<Result<Vec<_>, _>>()?;
+            Ok(StaticTestFiles::history(sources)?)
+        })
     }
 }

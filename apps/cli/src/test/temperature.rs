@@ -2,11 +2,10 @@
 
 use crate::console::Progress;
 use crate::delivery::Delivery;
-use crate::recording_arguments::RecordingArguments;
 use crate::{Failure, Outcome, clock};
-use proofmass::io::{CalibrationFile, ColumnRef, Input, Recording};
-use proofmass::jobs::temperature::{TemperatureData, TemperatureJob, TemperatureOutcome};
-use proofmass::jobs::{Filed, Job, Outcome as _, Record};
+use proofmass::io::{ColumnRef, Source};
+use proofmass::jobs::temperature::{TemperatureJob, TemperatureOutcome, TemperatureRecording};
+use proofmass::jobs::{Filed, Job, Outcome as _, RecordingReading};
 use std::path::PathBuf;
 
 /// Temperature coefficients of a resting accelerometer, from plateaus or a continuous sweep.
@@ -20,7 +19,7 @@ pub(super) struct Temperature {
     recording: PathBuf,
     /// Column of the temperature in °C, by name or number (from 1)
     #[arg(long, value_name = "COLUMN")]
-    temperature: String,
+    temperature: ColumnRef,
     /// Calibration at one temperature that is to get the coefficients
     #[arg(long, value_name = "FILE")]
     calibration: Option<PathBuf>,
@@ -31,7 +30,7 @@ pub(super) struct Temperature {
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..=3))]
     order: u8,
     #[command(flatten)]
-    reading: RecordingArguments,
+    reading: RecordingReading,
     #[command(flatten)]
     delivery: Delivery,
 }
@@ -41,53 +40,18 @@ impl Temperature {
         let mut protected = vec![self.recording.as_path()];
         protected.extend(self.calibration.as_deref());
         let folder = self.delivery.begin(TemperatureOutcome::KIND, &protected)?;
-        let calibration = self
-            .calibration
-            .as_deref()
-            .map(CalibrationFile::read)
-            .transpose()?;
-        let reading = self.reading.reading();
-        let mut options = match &calibration {
-            Some(calibration) => reading.options(calibration)?,
-            None => reading.options_alone()?,
-        };
-        options.temperature = Some(ColumnRef::from_word(&self.temperature));
-        let recording = Recording::read(&self.recording, &options)?;
-        let [x, y, z] = recording.columns.as_slice() else {
-            return Err(Failure::new("three columns are needed"));
-        };
-        let Some(temperature) = &recording.temperature else {
-            return Err(Failure::new("the recording has no temperature"));
-        };
-        let name = self.recording.display().to_string();
-        let unit = reading
-            .common_unit([x, y, z])
-            .map_err(|e| e.detail(name.clone()))?;
+        let calibration = self.calibration.as_deref().map(Source::open);
+        let recording = TemperatureRecording::read(
+            Source::open(&self.recording)?,
+            self.temperature,
+            &self.reading,
+            calibration.transpose()?,
+        )?;
         let mut job = TemperatureJob::default();
         job.sweep.largest_order = usize::from(self.order);
         job.sweep.reference = self.reference;
-        let outcome = job.evaluate(
-            &TemperatureData {
-                outputs: [&x.data, &y.data, &z.data],
-                unit,
-                temperature: &temperature.data,
-                rate: recording.time.rate_hz(),
-                calibration: calibration.as_ref(),
-                findings: recording.findings(),
-                name: &name,
-            },
-            &Progress::new(),
-        )?;
-        let mut inputs = vec![recording.input()];
-        if let Some(path) = &self.calibration {
-            inputs.push(Input::of(path)?);
-        }
-        let record = Record {
-            device: calibration.map(|c| c.device).unwrap_or_default(),
-            date: Some(clock::today()),
-            inputs,
-            ..Record::default()
-        };
+        let outcome = job.evaluate(&recording.data(), &Progress::new())?;
+        let record = recording.record(Some(clock::today()));
         self.delivery.deliver(folder, &Filed::new(record, outcome))
     }
 }

@@ -311,7 +311,7 @@ pub struct Stamps {
 
 impl Stamps {
     /// A pause that a moving window does not bridge, s: the window of the search for standstills.
-    const PAUSE: f64 = 1.0;
+    pub(crate) const PAUSE: f64 = 1.0;
 
     /// Of a recording with a time column or a stated rate.
     pub fn of(recording: &Recording) -> Self {

@@ -15,22 +15,35 @@ use std::sync::Mutex;
 
 /// How a recording is to be read.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct NoiseReading {
-    /// Columns of the signals; every one that is neither time nor temperature when `None`.
+    /// Columns by name or number (from 1) [default: every column that is neither time nor temperature]
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "A,B,…", value_delimiter = ',')
+    )]
     pub columns: Option<Vec<ColumnRef>>,
-    /// Their unit, where the headings do not say it.
+    /// Unit of these columns, where the headings do not say it: m/s², g, mg, rad/s, °/s, °/h, V, count, …
+    #[cfg_attr(feature = "clap", arg(long))]
     pub unit: Option<Unit>,
-    /// Size of one count (or volt) in that unit, for raw outputs.
+    /// Size of one count (or volt) in that unit, for raw outputs
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FACTOR", requires = "unit"))]
     pub scale: Option<f64>,
-    /// Time column.
+    /// Time column by name or number
+    #[cfg_attr(feature = "clap", arg(long, value_name = "COLUMN"))]
     pub time: Option<ColumnRef>,
-    /// Its unit, where the heading does not say it.
+    /// Unit of the time column, where the heading does not say it: s, ms, us, ns
+    #[cfg_attr(feature = "clap", arg(long, value_name = "UNIT", requires = "time"))]
     pub time_unit: Option<TimeUnit>,
-    /// Sampling rate in Hz.
+    /// Sampling rate in hertz [default: that of the line through the time stamps]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "HZ"))]
     pub rate: Option<f64>,
-    /// The columns hold integrals of the rate, which are differenced; the unit is that of the rate.
+    /// The columns hold integrals of the rate: velocities (m/s) of an accelerometer, angles of a gyroscope
+    ///
+    /// They are differenced. The unit that is stated is that of the rate.
+    #[cfg_attr(feature = "clap", arg(long))]
     pub phase: bool,
 }
 

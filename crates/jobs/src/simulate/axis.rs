@@ -11,44 +11,63 @@ use serde::{Deserialize, Serialize};
 /// The defaults are those of the reference experiment: 500 lines decoded fourfold at 0.3 m, 16 bits fitted to the
 /// signal, 1 kHz. The same seed makes the same recording on every machine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct SimulatedAxis {
     /// What the axis does
+    #[cfg_attr(feature = "clap", arg(long, value_enum, default_value = "oscillation"))]
     pub motion: SimulatedMotion,
     /// Frequency of the oscillation or of the motor's reference, Hz [default: 4 or 5]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "HZ"))]
     pub frequency: Option<f64>,
     /// Duration, s
+    #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedAxis::default().duration))]
     pub duration: f64,
     /// Sampling rate, Hz
+    #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedAxis::default().rate))]
     pub rate: f64,
     /// Lines of the encoder, decoded fourfold
+    #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedAxis::default().lines))]
     pub lines: u32,
     /// Radius at which the accelerometer sits, m
+    #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedAxis::default().radius))]
     pub radius: f64,
     /// A reading of the encoder at every n-th sample
+    #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedAxis::default().every, value_name = "N"))]
     pub every: usize,
     /// Probability that a reading of the encoder is missing
+    #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedAxis::default().missing))]
     pub missing: f64,
     /// Once-per-turn error of an eccentric disc, rad
+    #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedAxis::default().eccentricity))]
     pub eccentricity: f64,
     /// Bits of the counter, which rolls over [default: it never does]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "BITS"))]
     pub counter_bits: Option<u32>,
     /// Noise of one sample of the accelerometer, m/s²
+    #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedAxis::default().noise))]
     pub noise: f64,
     /// Offset of the accelerometer as a share of the largest acceleration
+    #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedAxis::default().offset, allow_negative_numbers = true))]
     pub offset: f64,
     /// Relative gain error of the accelerometer
+    #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedAxis::default().gain_error, allow_negative_numbers = true))]
     pub gain_error: f64,
     /// Inclination of the sensitive axis out of the horizontal, °
+    #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedAxis::default().orientation, value_name = "DEGREES", allow_negative_numbers = true))]
     pub orientation: f64,
     /// Low corner of a piezoelectric accelerometer, Hz; 0 measures down to rest
+    #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedAxis::default().roll_off, value_name = "HZ"))]
     pub roll_off: f64,
     /// Time by which the accelerometer is late, s
+    #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedAxis::default().latency, value_name = "SECONDS", allow_negative_numbers = true))]
     pub latency: f64,
     /// Bits of the converter, 0 for none
+    #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedAxis::default().bits))]
     pub bits: u32,
     /// Seed of the noise
+    #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedAxis::default().seed))]
     pub seed: u64,
 }
 
@@ -79,6 +98,7 @@ impl Default for SimulatedAxis {
 
 /// What a simulated axis does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum SimulatedMotion {
     /// A rod between springs, let go

@@ -8,16 +8,21 @@ use serde::{Deserialize, Serialize};
 
 /// A triaxial accelerometer turned by hand from rest to rest: campaign.toml, recording.csv, truth.json.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct SimulatedMultiPosition {
     /// The same seed makes the same recording on every machine
+    #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedMultiPosition::default().seed))]
     pub seed: u64,
     /// Number of standstills
+    #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedMultiPosition::default().standstills))]
     pub standstills: u32,
     /// Noise of one sample, counts
+    #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedMultiPosition::default().noise))]
     pub noise: f64,
     /// Wander between standstills, m/s²
+    #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedMultiPosition::default().wander))]
     pub wander: f64,
 }
 

@@ -19,29 +19,40 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// A triaxial accelerometer on wedges on a shaker: campaign.toml, runs.csv, one recording per run, reference.csv,
 /// spurious.csv, truth.json.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct SimulatedShaker {
     /// The same seed makes the same campaign on every machine
+    #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedShaker::default().seed))]
     pub seed: u64,
     /// Drive frequencies, Hz
+    #[cfg_attr(feature = "clap", arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = SimulatedShaker::default().frequencies))]
     pub frequencies: Vec<f64>,
     /// Number of configurations: the best ones of the published 44
+    #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedShaker::default().configurations))]
     pub configurations: u32,
     /// Duration of a recording, s
+    #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedShaker::default().duration))]
     pub duration: f64,
     /// Sampling rate, Hz
+    #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedShaker::default().sampling_rate))]
     pub sampling_rate: f64,
     /// Write phasors into runs.csv instead of recordings
+    #[cfg_attr(feature = "clap", arg(long))]
     pub phasors: bool,
     /// A table and wedges that move along the excitation alone
+    #[cfg_attr(feature = "clap", arg(long, conflicts_with = "wedge_motion"))]
     pub ideal_table: bool,
     /// Bending of wedges by inclination and frequency, in place of the standard one
+    #[cfg_attr(feature = "clap", arg(skip))]
     pub wedge_motion: Vec<Bending>,
     /// Repeats of every vibrometer reading
+    #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedShaker::default().repeats))]
     pub repeats: u32,
     /// Something that goes wrong, for practice: swapped-cables, inverted-channel, clipped, wrong-frequency,
     /// wrong-mounting, missing-run, double-run; in the run in the middle, or in run 17 with `swapped-cables:17`
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FAULT[:RUN]"))]
     pub fault: Vec<PracticeFault>,
 }
 

@@ -12,18 +12,24 @@ use serde::{Deserialize, Serialize};
 /// A vibrometer along the three axes of the table, wedge by wedge: campaign.toml, runs.csv with the phasors of every
 /// repeat, truth.json.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct SimulatedSpuriousMotion {
     /// The same seed makes the same campaign on every machine
+    #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedSpuriousMotion::default().seed))]
     pub seed: u64,
     /// Drive frequencies, Hz
+    #[cfg_attr(feature = "clap", arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = SimulatedSpuriousMotion::default().frequencies))]
     pub frequencies: Vec<f64>,
     /// Repeats of every reading
+    #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedSpuriousMotion::default().repeats))]
     pub repeats: u32,
     /// The samples of the vibrometer do not share the clock of the reference
+    #[cfg_attr(feature = "clap", arg(long))]
     pub no_common_clock: bool,
     /// Bending of wedges by inclination and frequency, in place of the standard one
+    #[cfg_attr(feature = "clap", arg(skip))]
     pub wedge_motion: Vec<Bending>,
 }
 

@@ -13,34 +13,51 @@ use serde::{Deserialize, Serialize};
 ///
 /// The same seed makes the same recording on every machine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct SimulatedTransducer {
     /// Principle of the device, which else is that of the example.
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_enum, default_value = "piezoelectric")
+    )]
     pub principle: SimulatedPrinciple,
     /// What happens to it.
+    #[cfg_attr(feature = "clap", arg(long, value_enum, default_value = "shock"))]
     pub motion: SimulatedExcitation,
     /// Greatest acceleration of the motion (RMS of noise), m/s² [default: a fifth of what the device measures]
+    #[cfg_attr(feature = "clap", arg(long, value_parser = crate::arguments::positive, value_name = "M_PER_S2"))]
     pub level: Option<f64>,
     /// Duration of the pulse, s [default: twenty periods of the mass]
+    #[cfg_attr(feature = "clap", arg(long, value_parser = crate::arguments::positive, value_name = "SECONDS"))]
     pub pulse: Option<f64>,
     /// Natural frequency of the mass, Hz [default: that of the example]
+    #[cfg_attr(feature = "clap", arg(long, value_parser = crate::arguments::positive, value_name = "HZ"))]
     pub natural_frequency: Option<f64>,
     /// Damping ratio of the mass [default: that of the example]
+    #[cfg_attr(feature = "clap", arg(long, value_parser = crate::arguments::positive, value_name = "RATIO"))]
     pub damping: Option<f64>,
     /// Sampling rate, Hz [default: fifty times the natural frequency]
+    #[cfg_attr(feature = "clap", arg(long, value_parser = crate::arguments::positive))]
     pub rate: Option<f64>,
     /// Duration, s [default: 65 536 samples]
+    #[cfg_attr(feature = "clap", arg(long, value_parser = crate::arguments::positive))]
     pub duration: Option<f64>,
     /// Departure from the reference temperature, K
+    #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedTransducer::default().temperature, allow_negative_numbers = true))]
     pub temperature: f64,
     /// Noise of one sample as a share of full scale
+    #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedTransducer::default().noise))]
     pub noise: f64,
     /// Noise of one sample of the reference, m/s²
+    #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedTransducer::default().reference_noise))]
     pub reference_noise: f64,
     /// Bits of the converter, 0 for none
+    #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedTransducer::default().bits))]
     pub bits: u32,
     /// Seed of the noise
+    #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedTransducer::default().seed))]
     pub seed: u64,
 }
 
@@ -66,6 +83,7 @@ impl Default for SimulatedTransducer {
 
 /// Principles of which there is an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 #[allow(missing_docs)] // The names say it; the laws of each are those of the rig.
 pub enum SimulatedPrinciple {
@@ -84,6 +102,7 @@ pub enum SimulatedPrinciple {
 
 /// What happens to a simulated transducer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum SimulatedExcitation {
     /// Half-sine pulse

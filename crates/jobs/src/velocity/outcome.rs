@@ -18,29 +18,29 @@ const PROBABILITY: f64 = 0.95;
 
 /// What the outcomes of an axis share.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct Head {
+pub(super) struct Head {
     /// The recording, for the title.
     name: String,
     /// Time of the first sample, s.
     start: f64,
     sample_time: f64,
-    samples: usize,
+    pub(super) samples: usize,
     readings: usize,
     source: ReadingSource,
     /// Whether it is an angle: rad in place of m.
     #[serde(default)]
-    angular: bool,
+    pub(super) angular: bool,
     /// Whether there is no accelerometer.
     #[serde(default)]
     alone: bool,
     increment: Option<f64>,
     initial_velocity: Option<f64>,
-    quantities: Vec<StatedQuantity>,
-    findings: Vec<Finding>,
+    pub(super) quantities: Vec<StatedQuantity>,
+    pub(super) findings: Vec<Finding>,
 }
 
 impl Head {
-    fn new(data: &AxisData<'_>, quantities: Vec<Quantity>, found: &[Finding]) -> Self {
+    pub(super) fn new(data: &AxisData<'_>, quantities: Vec<Quantity>, found: &[Finding]) -> Self {
         let mut findings: Vec<Finding> = data.findings.iter().chain(found).cloned().collect();
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
         let record = data.record;
@@ -67,7 +67,7 @@ impl Head {
         }
     }
 
-    fn page(&self, title: String, record: &Record) -> VelocityReport<'_> {
+    pub(super) fn page(&self, title: String, record: &Record) -> VelocityReport<'_> {
         VelocityReport {
             head: record.head(title, &self.findings),
             start: self.start,
@@ -78,12 +78,12 @@ impl Head {
         }
     }
 
-    fn title(&self, what: &str, record: &Record) -> String {
+    pub(super) fn title(&self, what: &str, record: &Record) -> String {
         record.title(&format!("{what} of"), &format!("{what}, {}", self.name))
     }
 
     /// A unit or heading of a length as it is of an angle, where it is one.
-    fn unit(&self, of_length: &str) -> String {
+    pub(super) fn unit(&self, of_length: &str) -> String {
         proofmass_report::unit_of(of_length, self.angular)
     }
 
@@ -92,7 +92,7 @@ impl Head {
         self.start + self.sample_time * sample as f64
     }
 
-    fn section(&self) -> Result<(&'static str, serde_json::Value)> {
+    pub(super) fn section(&self) -> Result<(&'static str, serde_json::Value)> {
         section(
             "record",
             &serde_json::json!({
@@ -147,7 +147,7 @@ fn rounded_trace(trace: &mut VelocityTrace) {
     }
 }
 
-fn quantity(name: &str, unit: &str, value: f64, u: f64) -> Quantity {
+pub(super) fn quantity(name: &str, unit: &str, value: f64, u: f64) -> Quantity {
     Quantity {
         name: name.to_owned(),
         unit: unit.to_owned(),

@@ -16,37 +16,79 @@ use std::f64::consts::TAU;
 ///
 /// One of `position`, `speed`, `quadrature` and `resolver` is named.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(
+    feature = "clap",
+    derive(clap::Args),
+    group(id = "reading", required = false)
+)]
 #[serde(default)]
 pub struct Reading {
     /// Column of the position (count, length or angle); of several columns the mean, as of two wheels
+    #[cfg_attr(feature = "clap", arg(long, value_name = "COLUMN,…", value_delimiter = ',', conflicts_with_all = ["speed", "quadrature", "resolver"]))]
     pub position: Option<Vec<String>>,
     /// Column of a speed instead of a position (wheel, tachogenerator); of several columns the mean
+    #[cfg_attr(feature = "clap", arg(long, value_name = "COLUMN,…", value_delimiter = ',', conflicts_with_all = ["quadrature", "resolver"]))]
     pub speed: Option<Vec<String>>,
     /// Columns of the logic levels A,B or A,B,Z of an incremental encoder
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long,
+            value_name = "A,B[,Z]",
+            value_delimiter = ',',
+            conflicts_with = "resolver"
+        )
+    )]
     pub quadrature: Option<Vec<String>>,
     /// Columns of the demodulated voltages of a resolver, sine and cosine
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "SIN,COS", value_delimiter = ',')
+    )]
     pub resolver: Option<Vec<String>>,
     /// Unit of position or speed, where the heading does not say it: count, m, mm, rad, °, turn, m/s, km/h, rad/s, …
+    #[cfg_attr(feature = "clap", arg(long, value_name = "UNIT"))]
     pub unit: Option<Unit>,
-    /// The column times this is in `unit`: a tachogenerator's speed per volt, half a wavelength per hertz of Doppler
+    /// The column times this is in that unit: a tachogenerator's speed per volt, half a wavelength per hertz of Doppler
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long,
+            value_name = "FACTOR",
+            requires = "unit",
+            allow_negative_numbers = true
+        )
+    )]
     pub scale: Option<f64>,
     /// Counts per turn of the encoder (four times its lines with fourfold decoding)
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "N", conflicts_with = "counts_per_metre")
+    )]
     pub counts_per_turn: Option<f64>,
     /// Counts per metre of a linear encoder
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
     pub counts_per_metre: Option<f64>,
     /// Radius that turns an angle into a length, m: of the wheel, or where the accelerometer sits
+    #[cfg_attr(feature = "clap", arg(long, value_name = "METRES"))]
     pub radius: Option<f64>,
     /// Bits of the counter or of the absolute encoder, which rolls over
+    #[cfg_attr(feature = "clap", arg(long, value_name = "BITS", value_parser = clap::value_parser!(u32).range(1..=32)))]
     pub bits: Option<u32>,
     /// The words are Gray code
+    #[cfg_attr(feature = "clap", arg(long, requires = "bits"))]
     pub gray: bool,
-    /// Edges counted per line of --quadrature: 1, 2 or 4
+    /// Edges counted per line of the logic levels: 1, 2 or 4
+    #[cfg_attr(feature = "clap", arg(long, value_name = "EDGES", default_value = "4"))]
     pub decoding: Decoding,
     /// Each row is an edge of the encoder with its time stamp, not a sample
+    #[cfg_attr(feature = "clap", arg(long))]
     pub edges: bool,
-    /// Angles stay angles: velocities in rad/s
+    /// Velocity in rad/s: angles stay angles, and the radius is where the accelerometer sits
+    #[cfg_attr(feature = "clap", arg(long))]
     pub angular: bool,
-    /// Angles begin anew after each turn
+    /// Angles begin anew after each turn, as those of an absolute encoder in degrees
+    #[cfg_attr(feature = "clap", arg(long))]
     pub wraps: bool,
 }
 
@@ -82,6 +124,14 @@ impl Samples {
 }
 
 impl Reading {
+    /// Way or angle of one turn in the unit of the readings, where the reading says it.
+    pub fn turn(&self) -> Option<f64> {
+        match self.angular {
+            true => Some(TAU),
+            false => self.radius.map(|r| TAU * r),
+        }
+    }
+
     /// The columns it needs, in the order in which [`Reading::decode`] takes them.
     pub(super) fn columns(&self) -> Result<Vec<ColumnRef>, Trouble> {
         let (names, least, most) = match (

@@ -10,18 +10,75 @@ use serde::{Deserialize, Serialize};
 /// A reference velocity: its column, and its file where it has one of its own.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Reference {
-    /// Column of the velocity, from a better instrument or a simulation.
+    /// Column of a reference velocity, from a better instrument or a simulation
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            id = "reference",
+            long = "reference",
+            required = false,
+            value_name = "COLUMN"
+        )
+    )]
     pub column: String,
-    /// Its unit, where the heading does not say it.
+    /// Unit of the reference, where the heading does not say it: m/s, km/h, mm/s, …
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            id = "reference_unit",
+            long = "reference-unit",
+            value_name = "UNIT",
+            requires = "reference"
+        )
+    )]
     pub unit: Option<Unit>,
-    /// File in the store, whose clock must be that of the recording.
+    /// File of the reference, when it has its own; its clock must be that of the recording
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            id = "reference_file",
+            long = "reference-file",
+            value_name = "FILE",
+            requires = "reference"
+        )
+    )]
     pub file: Option<String>,
-    /// Time column of the file, where its heading does not tell.
+    /// Time column of that file, where its heading does not tell
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            id = "reference_time",
+            long = "reference-time",
+            value_name = "COLUMN",
+            requires = "reference_file"
+        )
+    )]
     pub time: Option<String>,
-    /// Sampling rate of the file, Hz, when that has no time column.
+    /// Sampling rate of that file in hertz, when it has no time column
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            id = "reference_rate",
+            long = "reference-rate",
+            value_name = "HZ",
+            requires = "reference_file"
+        )
+    )]
     pub rate: Option<f64>,
-    /// Time by which the reference is late, s; it is shifted back by it.
+    /// Time by which the reference is late, s; it is shifted back by it
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            id = "reference_latency",
+            long = "reference-latency",
+            value_name = "SECONDS",
+            default_value_t = 0.0,
+            requires = "reference",
+            allow_negative_numbers = true
+        )
+    )]
     pub latency: f64,
 }
 

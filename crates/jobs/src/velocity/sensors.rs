@@ -1,8 +1,8 @@
 //! The two sensors of an axis, from one file or two, on one time base.
 
-use super::AxisData;
 use super::reading::{Reading, Samples};
 use super::reference::Reference;
+use super::{AxisData, VelocityMap};
 use crate::record::Record;
 use crate::store::Store;
 use crate::trouble::Trouble;
@@ -22,44 +22,81 @@ use serde::{Deserialize, Serialize};
 ///
 /// Times are seconds from the first row of the recording.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 #[serde(default)]
 pub struct AxisSensors {
-    /// Recording with the encoder or the wheel speed, and with the accelerometer unless `acceleration_file` says else.
+    /// Recording with the encoder or the wheel speed, and with the accelerometer unless that has its own file
     pub recording: String,
-    /// Encoder or wheel speed.
+    /// Encoder or wheel speed
+    #[cfg_attr(feature = "clap", command(flatten))]
     pub reading: Reading,
-    /// Column of the acceleration; with `calibration` the three columns x, y, z; none for an encoder alone.
+    /// Column of the acceleration; with a calibration the three columns x,y,z; none for an encoder alone
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "COLUMN", value_delimiter = ',')
+    )]
     pub acceleration: Vec<String>,
-    /// Unit of the acceleration, where the heading does not say it.
+    /// Unit of the acceleration, where the heading does not say it: m/s², mm/s², g, mg, …
+    #[cfg_attr(feature = "clap", arg(long, value_name = "UNIT"))]
     pub acceleration_unit: Option<Unit>,
-    /// File of the accelerometer, when it has its own; its clock must be that of the recording.
+    /// File of the accelerometer, when it has its own; its clock must be that of the recording
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
     pub acceleration_file: Option<String>,
-    /// Time column of `acceleration_file`, where its heading does not tell.
+    /// Time column of the accelerometer's file, where its heading does not tell
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "COLUMN", requires = "acceleration_file")
+    )]
     pub acceleration_time: Option<String>,
-    /// Sampling rate of `acceleration_file`, Hz, when that has no time column.
+    /// Sampling rate of the accelerometer's file in hertz, when that has no time column
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "HZ", requires = "acceleration_file")
+    )]
     pub acceleration_rate: Option<f64>,
-    /// calibration.json that compensates the acceleration first; needs `axis` and three columns.
+    /// calibration.json that compensates the acceleration first; needs the axis and three columns
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE", requires = "axis"))]
     pub calibration: Option<String>,
-    /// Axis of the compensated accelerometer that lies along the motion.
+    /// Axis of the compensated accelerometer that lies along the motion
+    #[cfg_attr(feature = "clap", arg(long, value_enum, requires = "calibration"))]
     pub axis: Option<SensorAxis>,
-    /// Time by which the accelerometer is later than the encoder, s; it is shifted back by it.
+    /// Time by which the accelerometer is later than the encoder, s; it is shifted back by it
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long,
+            value_name = "SECONDS",
+            default_value_t = 0.0,
+            allow_negative_numbers = true
+        )
+    )]
     pub latency: f64,
-    /// Stretch at rest: its mean acceleration is the offset that is removed.
+    /// Stretch at rest, seconds from the start: its mean acceleration is the offset that is removed
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FROM,TO", value_parser = crate::arguments::stretch))]
     pub still: Option<[f64; 2]>,
-    /// Stretch that is used; all where there is none.
+    /// Stretch that is used, seconds from the start [default: all]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FROM,TO", value_parser = crate::arguments::stretch))]
     pub between: Option<[f64; 2]>,
-    /// The axis stands still at the first sample.
+    /// Map of the encoder that is subtracted from the positions: result.json of `proofmass velocity map`
+    #[cfg_attr(feature = "clap", arg(long, value_name = "RESULT"))]
+    pub encoder_map: Option<String>,
+    /// The axis stands still at the first sample
+    #[cfg_attr(feature = "clap", arg(long))]
     pub at_rest: bool,
-    /// Time column.
+    /// Time column by name or number
+    #[cfg_attr(feature = "clap", arg(long, value_name = "COLUMN"))]
     pub time: Option<String>,
-    /// Unit of the time column, where the heading does not say it.
+    /// Unit of the time column, where the heading does not say it: s, ms, us, ns
+    #[cfg_attr(feature = "clap", arg(long, value_name = "UNIT"))]
     pub time_unit: Option<TimeUnit>,
-    /// Sampling rate, Hz, for recordings without a time column.
+    /// Sampling rate in hertz, for recordings without a time column
+    #[cfg_attr(feature = "clap", arg(long, value_name = "HZ"))]
     pub rate: Option<f64>,
 }
 
 /// One axis of a triaxial sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum SensorAxis {
     /// First.
@@ -145,6 +182,7 @@ impl AxisSensors {
         std::iter::once(self.recording.as_str())
             .chain(second)
             .chain(self.calibration.as_deref())
+            .chain(self.encoder_map.as_deref())
             .collect()
     }
 
@@ -211,6 +249,17 @@ impl AxisSensors {
             true => Samples::default(),
             false => told.decode(&main, &clock, &mut findings)?,
         };
+        if let Some(map) = &self.encoder_map {
+            if resting || self.reading.speed.is_some() {
+                return Err(Trouble::request(
+                    "an encoder map is subtracted from positions, and none are named",
+                )
+                .with_hint("add --position COLUMN, or leave out --encoder-map"));
+            }
+            let (map, input) = VelocityMap::read(store.open(map)?, angular)?;
+            inputs.push(input);
+            reading.value.iter_mut().for_each(|r| *r -= map.error(*r));
+        }
         let mut acceleration = match &self.acceleration_file {
             None if alone => nothing(&clock, self.reading.edges()),
             None => self.accelerations(store, &main, &clock, of_reading)?,

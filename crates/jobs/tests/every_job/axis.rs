@@ -1,9 +1,9 @@
-//! The three questions to an axis.
+//! The questions to an axis.
 
 use crate::agreement::{check, figure};
 use crate::ask;
 use proofmass_jobs::velocity::{
-    AxisData, VelocityCompareJob, VelocityEstimateJob, VelocityTuneJob,
+    AxisData, VelocityCompareJob, VelocityEstimateJob, VelocityMapJob, VelocityTuneJob,
 };
 use proofmass_jobs::{AnyData, AnyJob, AnyResult};
 use proofmass_motion::{Method, MotionRecord, ReadingSource};
@@ -46,6 +46,12 @@ pub fn velocity_compare(kind: &str) {
         VelocityCompareJob::new(methods, vec![1000.0, 100.0], Some(0.5)),
     );
     figure(result.as_ref(), "/outcome/result/rows/0/agreement/rms");
+}
+
+pub fn velocity_map(kind: &str) {
+    // As of a wheel of one centimetre.
+    let turn = std::f64::consts::TAU * 0.01;
+    walk(kind, VelocityMapJob::new(turn));
 }
 
 pub fn velocity_tune(kind: &str) {

@@ -1,0 +1,262 @@
+//! What a static test is made of, as files have it.
+
+use super::{StaticTest, StaticTestData, StaticTestInput, dated};
+use crate::record::Record;
+use crate::recording::RecordingReading;
+use crate::trouble::{Result, Trouble};
+use proofmass_calibration::static_test::DatedEstimate;
+use proofmass_io::{
+    CalibrationFile, ColumnRef, Device, Input, LARGEST_DOCUMENT, RecordedColumn, Recording,
+    RecordingOptions, Source, Unit,
+};
+use proofmass_uncertainty::Finding;
+use serde::{Deserialize, Serialize};
+
+/// Columns of a table of readings of one axis.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+#[non_exhaustive]
+pub struct ReadingColumns {
+    /// Column of the outputs, by name or number (from 1)
+    #[cfg_attr(feature = "clap", arg(long, value_name = "COLUMN"))]
+    pub output_column: ColumnRef,
+    /// Unit of the outputs, where the heading does not say it
+    #[cfg_attr(feature = "clap", arg(long, value_name = "UNIT"))]
+    pub output_unit: Option<Unit>,
+    /// Column of temperatures in °C
+    #[cfg_attr(feature = "clap", arg(long, value_name = "COLUMN"))]
+    pub temperature: Option<ColumnRef>,
+}
+
+impl ReadingColumns {
+    /// The outputs alone.
+    pub fn new(output: impl Into<ColumnRef>) -> Self {
+        Self {
+            output_column: output.into(),
+            output_unit: None,
+            temperature: None,
+        }
+    }
+}
+
+/// The files of a static test, read.
+#[derive(Clone, Debug)]
+pub struct StaticTestFiles {
+    held: Held,
+    findings: Vec<Finding>,
+    name: String,
+    device: Device,
+    inputs: Vec<Input>,
+}
+
+#[derive(Clone, Debug)]
+enum Held {
+    Readings {
+        input: Vec<f64>,
+        output: Vec<f64>,
+        temperature: Option<Vec<f64>>,
+        unit: String,
+    },
+    Rest([Vec<f64>; 3]),
+    Calibration(Box<CalibrationFile>),
+    History(Vec<DatedEstimate>),
+}
+
+impl StaticTestFiles {
+    /// A table of readings of one axis: `input` is the column of what the test sets (an angle, a position, an
+    /// acceleration, a speed), in the unit of its heading, or the usual one of that test.
+    ///
+    /// # Errors
+    /// A table that cannot be read; an input of another kind than the test sets.
+    pub fn readings(
+        source: Source,
+        test: &StaticTest,
+        input: &ColumnRef,
+        columns: &ReadingColumns,
+    ) -> Result<Self> {
+        let usual = test.input_unit().ok_or_else(|| test.needs())?;
+        let name = source.name().display().to_string();
+        let options = RecordingOptions {
+            columns: vec![input.clone(), columns.output_column.clone()],
+            temperature: columns.temperature.clone(),
+            // Readings have an order, not a clock.
+            sampling_rate_hz: Some(1.0),
+            ..RecordingOptions::default()
+        };
+        let recording = Recording::from_source(source, &options)?;
+        let [inputs, outputs] = recording.columns.as_slice() else {
+            return Err(Trouble::data("two columns are needed").detail(name));
+        };
+        let factor = to_si(inputs, usual).map_err(|e| e.detail(name.clone()))?;
+        let unit = outputs.unit.or(columns.output_unit).unwrap_or(Unit::Count);
+        Ok(Self {
+            held: Held::Readings {
+                input: inputs.data.iter().map(|v| v * factor).collect(),
+                output: outputs.data.clone(),
+                temperature: recording.temperature.as_ref().map(|t| t.data.clone()),
+                unit: unit.to_string(),
+            },
+            findings: recording.findings().to_vec(),
+            name,
+            device: Device::default(),
+            inputs: vec![recording.input()],
+        })
+    }
+
+    /// A recording of three axes at rest, in a unit of acceleration.
+    ///
+    /// # Errors
+    /// A recording that cannot be read, columns that are not named, another unit.
+    pub fn rest(source: Source, reading: &RecordingReading) -> Result<Self> {
+        let name = source.name().display().to_string();
+        let recording = Recording::from_source(source, &reading.options_alone()?)?;
+        let [x, y, z] = recording.columns.as_slice() else {
+            return Err(Trouble::data("three columns are needed").detail(name));
+        };
+        let (si, factor) = reading.common_unit([x, y, z])?.si();
+        if !si.is_acceleration() {
+            return Err(Trouble::data(format!(
+                "the outputs are in {si}, which is no acceleration"
+            ))
+            .detail(name)
+            .with_hint("apply a calibration first, or convert with the nominal sensitivity"));
+        }
+        let in_si = |c: &RecordedColumn| c.data.iter().map(|v| v * factor).collect();
+        Ok(Self {
+            held: Held::Rest([x, y, z].map(in_si)),
+            findings: recording.findings().to_vec(),
+            name,
+            device: Device::default(),
+            inputs: vec![recording.input()],
+        })
+    }
+
+    /// A calibration.json of a triaxial sensor.
+    ///
+    /// # Errors
+    /// Another file.
+    pub fn calibration(source: Source) -> Result<Self> {
+        let name = source.name().display().to_string();
+        let (file, input) = CalibrationFile::from_source(source)?;
+        Ok(Self {
+            device: file.device.clone(),
+            held: Held::Calibration(Box::new(file)),
+            findings: Vec::new(),
+            name,
+            inputs: vec![input],
+        })
+    }
+
+    /// The result.json of calibrations of one device.
+    ///
+    /// # Errors
+    /// As [`dated`].
+    pub fn history(sources: impl IntoIterator<Item = Source>) -> Result<Self> {
+        let mut history = Vec::new();
+        let mut inputs = Vec::new();
+        for source in sources {
+            let name = source.name().display().to_string();
+            let (bytes, input) = source.into_bytes(LARGEST_DOCUMENT)?;
+            history.push(dated(&bytes, &name)?);
+            inputs.push(input);
+        }
+        Ok(Self {
+            held: Held::History(history),
+            findings: Vec::new(),
+            name: "the calibrations".to_owned(),
+            device: Device::default(),
+            inputs,
+        })
+    }
+
+    /// For the job.
+    pub fn data(&self) -> StaticTestData<'_> {
+        let input = match &self.held {
+            Held::Readings {
+                input,
+                output,
+                temperature,
+                unit,
+            } => StaticTestInput::Readings {
+                input,
+                output,
+                temperature: temperature.as_deref(),
+                unit,
+            },
+            Held::Rest([x, y, z]) => StaticTestInput::Recording([x, y, z]),
+            Held::Calibration(file) => StaticTestInput::Calibration(file),
+            Held::History(history) => StaticTestInput::History(history),
+        };
+        StaticTestData {
+            input,
+            findings: &self.findings,
+            name: &self.name,
+        }
+    }
+
+    /// What a result is filed with.
+    pub fn record(&self, date: Option<String>) -> Record {
+        Record {
+            device: self.device.clone(),
+            date,
+            inputs: self.inputs.clone(),
+            ..Record::default()
+        }
+    }
+}
+
+/// Factor of a column to SI; its heading wins over the usual unit, and must be of the same kind.
+fn to_si(column: &RecordedColumn, usual: Unit) -> Result<f64> {
+    let (unit, factor) = column.unit.unwrap_or(usual).si();
+    if unit == usual.si().0 {
+        Ok(factor)
+    } else {
+        Err(Trouble::data(format!(
+            "column {:?} is in {unit}, {} is needed",
+            column.name,
+            usual.si().0
+        )))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proofmass_calibration::static_test::Tilt;
+    use proofmass_core::Gravity;
+
+    fn tilt() -> Result<StaticTest> {
+        Ok(StaticTest::Tilt(Tilt::new(Gravity::given(9.80665, 1e-4)?)))
+    }
+
+    #[test]
+    fn known_headings_win_over_the_usual_unit() -> Result<()> {
+        for (heading, angle, radians) in [
+            ("angle", "90", std::f64::consts::FRAC_PI_2),
+            ("angle_rad", "0.25", 0.25),
+        ] {
+            let text = format!("{heading},out_mV\n{angle},1.5\n{angle},1.6\n");
+            let source = Source::from_bytes("t.csv", text.into_bytes())?;
+            let files = StaticTestFiles::readings(
+                source,
+                &tilt()?,
+                &"angle".into(),
+                &ReadingColumns::new("out"),
+            )?;
+            let StaticTestInput::Readings { input, unit, .. } = files.data().input else {
+                return Err(Trouble::data("no readings"));
+            };
+            assert_eq!((input[0], unit), (radians, "mV"));
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn refuses_an_input_of_another_kind() -> Result<()> {
+        let source = Source::from_bytes("t.csv", "angle_V,out_mV\n1,1.5\n2,1.6\n")?;
+        let columns = ReadingColumns::new("out");
+        let refused = StaticTestFiles::readings(source, &tilt()?, &"angle".into(), &columns);
+        assert!(refused.is_err_and(|e| e.to_string().contains("rad is needed")));
+        Ok(())
+    }
+}

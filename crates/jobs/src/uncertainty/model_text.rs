@@ -1,0 +1,67 @@
+//! A model file, with the lines that its refusals point to.
+
+use super::{UncertaintyJob, UncertaintyOutcome, trouble};
+use crate::trouble::{Result, Trouble};
+use proofmass_core::Watch;
+use proofmass_io::{Input, LARGEST_DOCUMENT, Source, explain_model, read_model};
+use proofmass_uncertainty::{Evaluate, Refusal, UncertaintyModel};
+
+/// The text of a model and what it says.
+#[derive(Clone, Debug)]
+pub struct ModelText {
+    model: UncertaintyModel,
+    text: String,
+    name: String,
+    input: Input,
+}
+
+impl ModelText {
+    /// Reads a model file (TOML).
+    ///
+    /// # Errors
+    /// No text, no model; with the line.
+    pub fn read(source: Source) -> Result<Self> {
+        let name = source.name().display().to_string();
+        let (bytes, input) = source.into_bytes(LARGEST_DOCUMENT)?;
+        let text = String::from_utf8(bytes).map_err(|_| {
+            Trouble::data(format!("{name}: the text is not UTF-8"))
+                .with_hint("a model is a TOML text in UTF-8")
+        })?;
+        let model = read_model(&text).map_err(|refusal| at_its_line(&name, &refusal))?;
+        Ok(Self {
+            model,
+            text,
+            name,
+            input,
+        })
+    }
+
+    /// Evaluates the model.
+    ///
+    /// # Errors
+    /// As [`UncertaintyJob::run`], with the line.
+    pub fn evaluate(&self, options: Evaluate, watch: &dyn Watch) -> Result<UncertaintyOutcome> {
+        let job = UncertaintyJob {
+            model: self.model.clone(),
+            options,
+        };
+        job.run(watch).map_err(|refusal| {
+            at_its_line(&self.name, &explain_model(&self.model, &self.text, refusal))
+        })
+    }
+
+    /// The file with its digest.
+    pub fn input(&self) -> Input {
+        self.input.clone()
+    }
+}
+
+/// `file:line: what`, and what to do.
+fn at_its_line(name: &str, refusal: &Refusal) -> Trouble {
+    let Refusal::File { line, reason } = refusal else {
+        return trouble(refusal).about(name);
+    };
+    let line = line.map_or(String::new(), |line| format!("{line}:"));
+    Trouble::request(format!("{name}:{line} {reason}"))
+        .with_hint("docs/uncertainty.md describes the model file, examples/uncertainty/ holds some")
+}

@@ -1,0 +1,247 @@
+//! A calibration and a new recording as files have them.
+
+use super::ValidationData;
+use super::averages::Averages;
+use crate::multi_position::{Stamps, segment};
+use crate::record::Record;
+use crate::recording::RecordingReading;
+use crate::trouble::{Result, Trouble};
+use proofmass_calibration::Segment;
+use proofmass_core::Watch;
+use proofmass_io::{
+    CalibrationFile, Input, Layout, LayoutOptions, Recording, RowReader, SegmentRow, Source,
+    TimeUnit,
+};
+use proofmass_uncertainty::{Finding, Severity};
+
+/// A calibration, a recording of the same sensor in its unit, and standstills where they are given.
+#[derive(Clone, Debug)]
+pub struct ValidationRecording {
+    calibration: CalibrationFile,
+    outputs: [Vec<f64>; 3],
+    rate: f64,
+    breaks: Vec<usize>,
+    segments: Option<Vec<Segment>>,
+    findings: Vec<Finding>,
+    sha256: String,
+    name: String,
+    inputs: Vec<Input>,
+}
+
+impl ValidationRecording {
+    /// Rows of a recording that are kept at most where it is streamed.
+    pub const MOST_ROWS: usize = 1 << 20;
+
+    /// Reads the calibration, the recording, and the table of standstills where one is given.
+    ///
+    /// # Errors
+    /// A file that cannot be read; columns that the calibration does not know, in a unit that is not its own.
+    pub fn read(
+        calibration: Source,
+        recording: Source,
+        reading: &RecordingReading,
+        segments: Option<Source>,
+    ) -> Result<Self> {
+        let name = recording.name().display().to_string();
+        let (calibration, of_calibration) = CalibrationFile::from_source(calibration)?;
+        let mut recording = Recording::from_source(recording, &reading.options(&calibration)?)?;
+        for column in &mut recording.columns {
+            let factor = reading
+                .factor(calibration.input_unit, &column.name, column.unit)
+                .map_err(|trouble| trouble.detail(name.clone()))?;
+            column.data.iter_mut().for_each(|v| *v *= factor);
+        }
+        let given = segments.map(|source| SegmentRow::from_source(source, &recording));
+        let (rows, of_segments) = given.transpose()?.unzip();
+        let stamps = Stamps::of(&recording);
+        let input = recording.input();
+        let findings = recording.findings().to_vec();
+        let columns: Vec<Vec<f64>> = recording.columns.into_iter().map(|c| c.data).collect();
+        let outputs = <[Vec<f64>; 3]>::try_from(columns)
+            .map_err(|_| Trouble::data("three columns are needed").detail(name.clone()))?;
+        Ok(Self {
+            calibration,
+            outputs,
+            rate: stamps.rate,
+            breaks: stamps.breaks,
+            segments: rows.map(|rows| rows.into_iter().map(segment).collect()),
+            findings,
+            sha256: input.sha256.clone(),
+            name,
+            inputs: [of_calibration, input]
+                .into_iter()
+                .chain(of_segments)
+                .collect(),
+        })
+    }
+
+    /// The same in memory that does not grow with the recording: rows are averaged in pairs, as often as it takes to keep
+    /// [`MOST_ROWS`](Self::MOST_ROWS) of them. Standstills are found.
+    ///
+    /// # Errors
+    /// As [`ValidationRecording::read`]; stamps that run backwards, neither rate nor time column.
+    pub fn stream(
+        calibration: Source,
+        mut recording: Source,
+        reading: &RecordingReading,
+        watch: &dyn Watch,
+    ) -> Result<Self> {
+        let name = recording.name().display().to_string();
+        let (calibration, of_calibration) = CalibrationFile::from_source(calibration)?;
+        let layout = Layout::of(&mut recording, &LayoutOptions::default())?;
+        let mut selected = Vec::new();
+        let mut factors = [1.0; 3];
+        let signals = reading.signals(&calibration.clone().into())?;
+        for (factor, column) in factors.iter_mut().zip(&signals) {
+            let index = layout.find(column)?;
+            let own = layout.unit(index);
+            *factor = reading
+                .factor(calibration.input_unit, &layout.name(index), own)
+                .map_err(|trouble| trouble.detail(name.clone()))?;
+            selected.push(index);
+        }
+        let time = match (&reading.time, reading.rate) {
+            (Some(column), _) => Some(layout.find(column)?),
+            (None, Some(_)) => None,
+            (None, None) => layout.time_column(),
+        };
+        let per_second = match (time, reading.rate) {
+            (Some(index), rate) => {
+                let unit = reading
+                    .time_unit
+                    .or_else(|| layout.unit(index).and_then(TimeUnit::of));
+                unit.unwrap_or(TimeUnit::Second).per_second(rate)
+            }
+            (None, Some(rate)) => Some(rate),
+            (None, None) => None,
+        };
+        let Some(per_second) = per_second else {
+            return Err(
+                Trouble::request("neither a time column nor a sampling rate is known")
+                    .detail(name)
+                    .with_hint("add --rate or --time"),
+            );
+        };
+        selected.extend(time);
+        let mut findings = layout.findings();
+        let mut reader = RowReader::new(recording, layout, &selected)?;
+        let size = reader.size().unwrap_or(0);
+        let mut averages = Averages::new(Self::MOST_ROWS);
+        let mut clock = Clock::default();
+        while let Some(block) = reader.next_block()? {
+            watch.step("reading", reader.bytes_read(), size)?;
+            for row in 0..block.rows() {
+                let at = match time {
+                    Some(_) => block.column(3)[row] / per_second,
+                    None => clock.rows as f64 / per_second,
+                };
+                match clock.advance(at) {
+                    Step::On => {}
+                    Step::Pause => averages.pause(),
+                    Step::Back => {
+                        return Err(Trouble::data("the time does not advance")
+                            .detail(format!("{name}:{}", block.line(row)))
+                            .with_hint("look for a restart of the clock or a doubled row, or give --rate in place of the time column"));
+                    }
+                }
+                averages.push([0, 1, 2].map(|k| block.column(k)[row] * factors[k]));
+            }
+        }
+        findings.extend(reader.findings());
+        let input = reader.finish()?;
+        let (outputs, breaks, per) = averages.finish();
+        let rate = clock.rate().unwrap_or(per_second) / per as f64;
+        if per > 1 {
+            findings.push(
+                Finding::new(
+                    Severity::Note,
+                    "rows-averaged",
+                    format!("the recording is long: means of {per} rows stand for them"),
+                )
+                .evidence(format!("{} rows, {rate:.3} means in a second", clock.rows))
+                .advice("standstills of fewer than five means are not seen: validate a part by itself where they are short"),
+            );
+        }
+        Ok(Self {
+            calibration,
+            outputs,
+            rate,
+            breaks,
+            segments: None,
+            findings,
+            sha256: input.sha256.clone(),
+            name,
+            inputs: vec![of_calibration, input],
+        })
+    }
+
+    /// For the job.
+    pub fn data(&self) -> ValidationData<'_> {
+        let [x, y, z] = &self.outputs;
+        ValidationData {
+            calibration: &self.calibration,
+            outputs: [x, y, z],
+            rate: self.rate,
+            breaks: &self.breaks,
+            segments: self.segments.as_deref(),
+            findings: &self.findings,
+            sha256: Some(&self.sha256),
+            name: &self.name,
+        }
+    }
+
+    /// What a result is filed with.
+    pub fn record(&self, date: Option<String>) -> Record {
+        Record {
+            device: self.calibration.device.clone(),
+            date,
+            inputs: self.inputs.clone(),
+            ..Record::default()
+        }
+    }
+}
+
+/// The rate while the recording ran, as [`Stamps`] has it, row by row.
+#[derive(Default)]
+struct Clock {
+    rows: u64,
+    last: f64,
+    /// Seconds and steps without pauses.
+    ran: f64,
+    steps: u64,
+}
+
+enum Step {
+    On,
+    Pause,
+    Back,
+}
+
+impl Clock {
+    fn advance(&mut self, at: f64) -> Step {
+        self.rows += 1;
+        if self.rows == 1 {
+            self.last = at;
+            return Step::On;
+        }
+        let step = at - self.last;
+        if step < 0.0 || step.is_nan() {
+            return Step::Back;
+        }
+        self.last = at;
+        let mean = match self.steps {
+            0 => 0.0,
+            steps => self.ran / steps as f64,
+        };
+        if step > Stamps::PAUSE.max(4.0 * mean) {
+            return Step::Pause;
+        }
+        self.ran += step;
+        self.steps += 1;
+        Step::On
+    }
+
+    fn rate(&self) -> Option<f64> {
+        (self.ran > 0.0).then(|| self.steps as f64 / self.ran)
+    }
+}

@@ -1,0 +1,189 @@
+//! The errors of an encoder that repeat with its reading.
+
+use super::outcome::{Head, quantity};
+use super::{AxisData, explain, lacking_two};
+use crate::outcome::{Filed, Job, Outcome, section};
+use crate::record::Record;
+use crate::trouble::{Result, Trouble};
+use proofmass_core::Watch;
+use proofmass_io::{Cell, Input, LARGEST_DOCUMENT, Source, StatedQuantity, Table};
+use proofmass_motion::{EncoderMap, FoundMap, MapSearch};
+use proofmass_report::Report;
+use proofmass_uncertainty::Finding;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// Eccentricity, gears and their like, found with the accelerometer's help.
+///
+/// ```
+/// use proofmass_jobs::{Job, Outcome, Unwatched, velocity::{AxisData, VelocityMapJob}};
+/// use proofmass_motion::{MotionRecord, ReadingSource};
+/// use proofmass_rig::{AxisMotion, DrivenAxis};
+///
+/// // A wheel of 2 cm rolls ±0.2 m with an eccentric disc: 0.02 rad are 0.4 mm.
+/// let mut axis = DrivenAxis::new(AxisMotion::DampedOscillation { amplitude: 0.2, frequency: 0.7, damping: 0.01 });
+/// axis.encoder.radius = 0.02;
+/// axis.encoder.eccentricity = 0.02;
+/// let recording = axis.simulate(1)?;
+/// let (x, a) = (recording.position(), recording.acceleration.clone());
+/// let mut record = MotionRecord::new(recording.sample_time, ReadingSource::Position, x, a)?;
+/// record.increment = Some(recording.increment);
+/// let job = VelocityMapJob::new(std::f64::consts::TAU * 0.02);
+/// let outcome = job.evaluate(&AxisData::new(&record), &Unwatched)?;
+/// let amplitude = &outcome.quantities()[0];
+/// assert_eq!(amplitude.name, "amplitude.1");
+/// assert!((amplitude.value - 4e-4).abs() < 3.0 * amplitude.standard_uncertainty, "{amplitude:?}");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct VelocityMapJob {
+    /// What is looked for. The turn is in the unit of the readings.
+    pub search: MapSearch,
+}
+
+impl VelocityMapJob {
+    /// The first four orders of a turn, in m or rad.
+    pub fn new(turn: f64) -> Self {
+        let mut job = Self::default();
+        job.search.turn = turn;
+        job
+    }
+}
+
+impl Job for VelocityMapJob {
+    type Data<'a> = AxisData<'a>;
+    type Outcome = VelocityMap;
+
+    fn evaluate(&self, data: &AxisData<'_>, watch: &dyn Watch) -> Result<VelocityMap> {
+        lacking_two(data, "a map is found with both sensors")?;
+        let found = self.search.run(data.record, watch);
+        let found = found.map_err(|e| explain(e, data.name))?;
+        Ok(VelocityMap::new(data, self.search.clone(), found))
+    }
+}
+
+/// The map of an encoder.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct VelocityMap {
+    head: Head,
+    search: MapSearch,
+    found: FoundMap,
+}
+
+impl VelocityMap {
+    fn new(data: &AxisData<'_>, search: MapSearch, found: FoundMap) -> Self {
+        let quantities = found.map.lines.iter().map(|line| {
+            quantity(
+                &format!("amplitude.{}", line.order),
+                "m",
+                line.amplitude(),
+                line.amplitude_uncertainty(),
+            )
+        });
+        Self {
+            head: Head::new(data, quantities.collect(), &found.findings),
+            search,
+            found,
+        }
+    }
+
+    /// The search's answer.
+    pub fn found(&self) -> &FoundMap {
+        &self.found
+    }
+
+    /// The map from a result.json.
+    ///
+    /// # Errors
+    /// Another file; a map of angles where lengths are read, or the other way round.
+    pub(super) fn read(source: Source, angular: bool) -> Result<(EncoderMap, Input)> {
+        let name = source.name().display().to_string();
+        let (bytes, input) = source.into_bytes(LARGEST_DOCUMENT)?;
+        let filed = Filed::<Self>::from_json(&bytes).map_err(|e| {
+            e.detail(name.clone())
+                .with_hint("an encoder map is the result.json of `proofmass velocity map`")
+        })?;
+        let outcome = filed.outcome;
+        if outcome.head.angular != angular {
+            let unit = |angular| if angular { "rad" } else { "m" };
+            return Err(Trouble::data(format!(
+                "{name}: the map is in {}, the readings are in {}",
+                unit(outcome.head.angular),
+                unit(angular)
+            ))
+            .with_hint("read both with --angular, or both with the same --radius"));
+        }
+        Ok((outcome.found.map, input))
+    }
+}
+
+impl Outcome for VelocityMap {
+    const KIND: &'static str = "velocity-map";
+
+    fn title(&self, record: &Record) -> String {
+        self.head.title("Encoder map", record)
+    }
+
+    fn quantities(&self) -> Vec<StatedQuantity> {
+        self.head.quantities.clone()
+    }
+
+    fn findings(&self) -> &[Finding] {
+        &self.head.findings
+    }
+
+    fn sections(&self) -> Result<Vec<(&'static str, serde_json::Value)>> {
+        Ok(vec![
+            self.head.section()?,
+            section("search", &self.search)?,
+            section("encoder_map", &self.found.map)?,
+        ])
+    }
+
+    fn tables(&self) -> Result<Vec<(String, Table)>> {
+        let headings = [
+            "cycles_per_turn",
+            "cosine_m",
+            "sine_m",
+            "u_cosine_m",
+            "u_sine_m",
+            "amplitude_m",
+            "u_amplitude_m",
+            "share_of_velocity",
+            "chance",
+            "subtracted",
+        ];
+        let mut table = Table::new(headings.map(|h| self.head.unit(h)));
+        for line in &self.found.lines {
+            let there = self.found.map.lines.iter().any(|l| l.order == line.order);
+            let relative = TAU * line.order * line.amplitude() / self.found.map.turn;
+            table.push([
+                Cell::from(line.order),
+                Cell::from(line.cosine),
+                Cell::from(line.sine),
+                Cell::from(line.covariance[0][0].sqrt()),
+                Cell::from(line.covariance[1][1].sqrt()),
+                Cell::from(line.amplitude()),
+                Cell::from(line.amplitude_uncertainty()),
+                Cell::from(relative),
+                Cell::from(line.chance),
+                Cell::from(usize::from(there)),
+            ])?;
+        }
+        Ok(vec![("lines.csv".to_owned(), table)])
+    }
+
+    fn summary(&self, record: &Record) -> Report {
+        self.head
+            .page(self.title(record), record)
+            .map_summary(&self.found, self.head.samples)
+    }
+
+    fn report(&self, record: &Record) -> Report {
+        self.head
+            .page(self.title(record), record)
+            .map(&self.found, self.head.samples)
+    }
+}
