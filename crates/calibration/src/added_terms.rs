@@ -1,5 +1,7 @@
 //! Would further terms explain the residuals of a fit? F tests of added variables, one after another.
 
+mod deletions;
+
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 /// A linearised fit whose residuals are to be explained.
@@ -91,8 +93,8 @@ impl<'a> AddedTerms<'a> {
         }
         let shares: Vec<f64> = orthonormal.iter().map(|q| dot(q, &self.residual)).collect();
         let explained: f64 = shares.iter().map(|s| s * s).sum();
-        let rest = (dot(&self.residual, &self.residual) - explained).max(0.0) / left as f64;
-        let variance = rest.max(self.floor).max(f64::MIN_POSITIVE);
+        let rest = dot(&self.residual, &self.residual) - explained;
+        let variance = self.variance(rest, left);
         let f = explained / m as f64 / variance;
         let p_value = FisherSnedecor::new(m as f64, left as f64).map_or(1.0, |d| d.sf(f));
         let mut amplitudes = vec![0.0; m];
@@ -107,6 +109,12 @@ impl<'a> AddedTerms<'a> {
             p_value,
             columns: orthonormal,
         })
+    }
+
+    /// Of one equation, from the squares left over, and never less than that of the noise.
+    fn variance(&self, squares: f64, left: usize) -> f64 {
+        let rest = squares.max(0.0) / left as f64;
+        rest.max(self.floor).max(f64::MIN_POSITIVE)
     }
 
     /// Takes a group of terms into the model.

@@ -27,7 +27,7 @@ const LEVEL: f64 = 0.01;
 /// A label is wrong, and not only rough, beyond this angle.
 const OTHER_ATTITUDE_DEG: f64 = 10.0;
 
-/// One after the other, at most a fifth of all.
+/// At most a fifth of all ([`AddedTerms::out_of_line`]).
 pub(crate) fn of(problem: &Problem<'_>, solved: &Solved) -> Vec<Suspect> {
     let mut terms = solved.terms();
     accept(problem, solved, &mut terms)
@@ -40,35 +40,17 @@ pub(super) fn accept(
     terms: &mut AddedTerms<'_>,
 ) -> Vec<Suspect> {
     let n = problem.poses.len();
-    let each = problem.each();
-    let mut suspects: Vec<Suspect> = Vec::new();
-    while suspects.len() < n.div_ceil(5) {
-        let worst = (0..n)
-            .filter(|i| suspects.iter().all(|s| s.index != *i))
-            .filter_map(|index| {
-                let columns: Vec<Vec<f64>> = (0..each)
-                    .map(|k| {
-                        let mut column = vec![0.0; problem.rows()];
-                        column[index * each + k] = 1.0;
-                        column
-                    })
-                    .collect();
-                Some((index, terms.test(&columns)?))
-            })
-            .min_by(|a, b| a.1.p_value.total_cmp(&b.1.p_value));
-        let Some((index, test)) = worst else { break };
-        let p_value = (test.p_value * n as f64).min(1.0);
-        if p_value > LEVEL {
-            break;
-        }
-        terms.accept(&test);
+    let named = terms.out_of_line(problem.each(), LEVEL);
+    let mut suspects = Vec::with_capacity(named.len());
+    for (index, test) in named {
         suspects.push(Suspect {
             index,
             name: problem.poses[index].name(index),
             deviation: test.amplitudes.iter().map(|a| a * a).sum::<f64>().sqrt(),
-            p_value,
+            p_value: (test.p_value * n as f64).min(1.0),
             seen: None,
         });
+        terms.leave_out(index, problem.each());
     }
     label(problem, solved, &mut suspects);
     suspects.sort_by_key(|s| s.index);
