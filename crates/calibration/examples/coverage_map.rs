@@ -2,7 +2,7 @@
 //!
 //! Prints the table of docs/multi-position.md: `cargo run --release -p proofmass-calibration --example coverage_map`.
 //! Standstill means are drawn directly, with a noise that is itself estimated from the samples of all of them; from
-//! there on everything is the real fit. An argument sets the number of recordings per cell of the first table (2000);
+//! there on everything is the real fit. An argument sets the number of recordings per cell of the first table (10 000);
 //! the others take a quarter of it.
 
 use proofmass_calibration::{Model, MultiPosition, Pose, Segment};
@@ -175,7 +175,7 @@ fn main() {
     let recordings = std::env::args()
         .nth(1)
         .and_then(|a| a.parse().ok())
-        .unwrap_or(2000);
+        .unwrap_or(10_000);
     for (model, lengths) in [
         (Model::Triangular, 1.0),
         (Model::Triangular, 5.0),
@@ -195,6 +195,7 @@ fn main() {
             RATIOS.map(|r| r.to_string()).join(" | ")
         );
         println!("|{}", "---|".repeat(RATIOS.len() + 1));
+        let mut refused = 0.0f64;
         for attitudes in ATTITUDES {
             let row: Vec<String> = RATIOS
                 .iter()
@@ -209,20 +210,17 @@ fn main() {
                     if cell.fitted < recordings / 2 {
                         return "–".to_owned();
                     }
+                    refused = refused.max(1.0 - cell.fitted as f64 / recordings as f64);
                     format!(
-                        "{:.1} ({:.1}) {:.2}{}",
+                        "{:.1} ({:.1}) {:.2}",
                         100.0 * cell.mean,
                         100.0 * cell.worst,
-                        cell.width,
-                        if cell.fitted < recordings {
-                            format!(" [{} of {recordings}]", cell.fitted)
-                        } else {
-                            String::new()
-                        }
+                        cell.width
                     )
                 })
                 .collect();
             println!("| {attitudes} | {} |", row.join(" | "));
         }
+        println!("\nrefused in the worst cell: {:.1} %", 100.0 * refused);
     }
 }

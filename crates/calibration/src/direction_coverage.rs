@@ -59,16 +59,19 @@ impl DirectionCoverage {
     /// Of directions that need not be normalised; zero vectors do not count.
     pub fn of(directions: &[Triple]) -> Self {
         let units: Vec<Triple> = directions.iter().filter_map(|d| unit(*d)).collect();
-        let nearest = |v: Triple| {
-            units
-                .iter()
-                .map(|u| proofmass_core::dot(*u, v))
-                .fold(-1.0f64, f64::max)
-        };
         let missing = missing(&units);
+        // Attitude by attitude, so that the places are done several at a time.
+        let mut nearest = vec![-1.0f64; PLACES.len()];
+        for u in &units {
+            for (nearest, v) in nearest.iter_mut().zip(PLACES.iter()) {
+                let cosine = proofmass_core::dot(*u, *v);
+                *nearest = if cosine > *nearest { cosine } else { *nearest };
+            }
+        }
         let (hole_centre, cosine) = PLACES
             .iter()
-            .map(|v| (*v, nearest(*v)))
+            .copied()
+            .zip(nearest)
             .min_by(|a, b| a.1.total_cmp(&b.1))
             .unwrap_or(([0.0, 0.0, 1.0], -1.0));
         Self {

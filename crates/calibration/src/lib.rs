@@ -32,7 +32,7 @@ pub use ellipsoid::Ellipsoid;
 pub use frequency_response::FrequencyResponse;
 pub use mean_noise::MeanNoise;
 pub use multi_position::{
-    AttitudeUncertainty, CompensatedReading, Misfit, MisfitCause, Model, MultiPosition,
+    AttitudeUncertainty, CompensatedReading, Limiting, Misfit, MisfitCause, Model, MultiPosition,
     MultiPositionFit, NextAttitude, PoseResidual, ScatterParts, Suspect, WithoutSuspects,
 };
 pub use pose::{Pose, Samples, Segment};

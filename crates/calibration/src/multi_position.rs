@@ -16,7 +16,7 @@ pub use fit::{MultiPositionFit, PoseResidual, ScatterParts, WithoutSuspects};
 pub use misfit::{Misfit, MisfitCause};
 pub use model::Model;
 pub(crate) use model::{BIAS, ELEMENT};
-pub use next_attitude::NextAttitude;
+pub use next_attitude::{Limiting, NextAttitude};
 pub(crate) use problem::{Problem, median, quadratic_form};
 pub(crate) use solved::Solved;
 pub use suspects::Suspect;

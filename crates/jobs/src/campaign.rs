@@ -10,7 +10,7 @@ mod single_axis;
 mod spurious_motion;
 
 pub use draft::Draft;
-pub use free_living::{FreeLivingCampaign, FreeLivingMethod, StreamTable};
+pub use free_living::{FreeLivingCampaign, FreeLivingMethod, StreamFormat, StreamTable};
 pub use multi_position::{
     AttitudeTable, Axes, FileIs, GravityInput, MethodModel, MethodTable, MultiPositionCampaign,
     NumberOrLabel, Prefixes, RecordingTable, RowsAre, StandstillTable,

@@ -1,8 +1,9 @@
 //! Scale and offset of a logger from the still moments of days of free living.
 
 mod calibration;
+mod floats;
 
-use crate::campaign::FreeLivingCampaign;
+use crate::campaign::{FreeLivingCampaign, StreamFormat};
 use crate::multi_position::gravity;
 use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
@@ -89,6 +90,9 @@ impl FreeLivingCampaign {
     pub fn load(&self, watch: &dyn Watch) -> Result<FreeLivingWindows> {
         let table = &self.recording;
         let mut source = self.source.source(&table.file)?;
+        if table.format == StreamFormat::F32 {
+            return self.load_floats(source, watch);
+        }
         let name = source.name().display().to_string();
         let layout = Layout::of(&mut source, &table.layout())?;
         let axes = [&table.columns.x, &table.columns.y, &table.columns.z];

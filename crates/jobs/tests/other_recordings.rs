@@ -331,3 +331,42 @@ fn known_logger_that_was_worn_is_compensated_with_its_own_calibration() {
         .unwrap();
     assert!((u - 0.03).abs() < 1e-12, "{u}");
 }
+
+/// The same samples as raw floats give the same windows; a file that was cut, or of other channels, is refused.
+#[test]
+fn known_logger_as_raw_floats() {
+    let folder = tempfile::tempdir().unwrap();
+    wrist(&folder.path().join("wrist.csv"));
+    let text = std::fs::read_to_string(folder.path().join("wrist.csv")).unwrap();
+    let bytes: Vec<u8> = text
+        .lines()
+        .skip(1)
+        .flat_map(|line| {
+            let fields = line.split(',').skip(1);
+            let values: Vec<f32> = fields.map(|f| f.parse().unwrap()).collect();
+            values.into_iter().flat_map(f32::to_le_bytes)
+        })
+        .collect();
+    std::fs::write(folder.path().join("wrist.f32"), &bytes).unwrap();
+    let raw = "kind = \"free-living\"\n[recording]\nfile = \"wrist.f32\"\nformat = \"f32\"\ncolumns = { x = 1, y = 2, z = 3 }\ntemperature = 4\n";
+    let from_floats = calibrate(folder.path(), &format!("{raw}sampling_rate_Hz = 5\n")).unwrap();
+    let body = "kind = \"free-living\"\n[recording]\nfile = \"wrist.csv\"\ncolumns = { x = \"x\", y = \"y\", z = \"z\" }\ntemperature = \"temperature\"\n";
+    let from_text = calibrate(folder.path(), body).unwrap();
+    for name in ["scale.x", "offset.y", "temperature.z"] {
+        let [a, u, _] = quantity(from_floats.as_ref(), name);
+        let [b, _, _] = quantity(from_text.as_ref(), name);
+        // Five decimals in the text are eight digits in a float; the uncertainty is far larger.
+        assert!((a - b).abs() < 1e-2 * u, "{name}: {a} {b} ± {u}");
+    }
+    let refused = |text: &str| format!("{:?}", calibrate(folder.path(), text).err().unwrap());
+    assert!(
+        refused(raw).contains("sampling_rate_Hz"),
+        "{}",
+        refused(raw)
+    );
+    let more = refused(&format!("{raw}sampling_rate_Hz = 5\nchannel_count = 3\n"));
+    assert!(more.contains("channel 4 of 3"), "{more}");
+    std::fs::write(folder.path().join("wrist.f32"), &bytes[..1003]).unwrap();
+    let cut = refused(&format!("{raw}sampling_rate_Hz = 5\n"));
+    assert!(cut.contains("1003 bytes"), "{cut}");
+}

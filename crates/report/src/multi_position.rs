@@ -59,9 +59,7 @@ impl MultiPositionReport<'_> {
         let mut section = Section::new("Result")
             .key_figures(key_figures(fit))
             .table(self.parameters(fit));
-        if let Some(table) = practice::next(self.next) {
-            section = section.table(table);
-        }
+        section = practice::next(section, fit, self.next);
         self.head(fit).section(section)
     }
 

@@ -320,7 +320,7 @@ impl BetweenScatter {
     pub fn with_common(&self, c: usize, common: &CommonErrors) -> WithCommonErrors {
         common.with_scatter(
             self.standard_uncertainty(c),
-            self.coverage_factor,
+            self.dof,
             self.residual_dof,
             self.probability,
         )
@@ -411,8 +411,9 @@ fn solve<E: From<Error>>(
         let still = (next - excess).abs() <= 1e-12 * next;
         excess = next;
         (_, q, slope) = at(excess)?;
-        if (q / target - 1.0).abs() < 1e-10 || still {
-            return Ok(excess);
+        if (q / target - 1.0).abs() < 1e-5 || still {
+            // One more of Newton's steps leaves 1e-10, and needs no fit to tell.
+            return Ok((excess + (q / target) * (q - target) / slope).max(low));
         }
         if q > target {
             low = excess;

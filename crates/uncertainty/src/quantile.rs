@@ -101,8 +101,11 @@ pub fn dof_of_coverage_factor(k: f64, probability: f64) -> f64 {
     if !(k > t(f64::INFINITY) * (1.0 + 1e-14)) {
         return f64::INFINITY;
     }
-    // False position in 1/ν, in which ln t is nearly straight; the end that stays is halved (Illinois).
     let f = |inverse: f64| (t(inverse.recip()) / k).ln();
+    if let Some(nu) = from_the_expansion(k, t(f64::INFINITY), f) {
+        return nu;
+    }
+    // False position in 1/ν, in which ln t is nearly straight; the end that stays is halved (Illinois).
     let (mut low, mut high) = (0.0, 20.0);
     let (mut f_low, mut f_high) = (f(low), f(high));
     if f_high <= 0.0 {
@@ -130,6 +133,29 @@ pub fn dof_of_coverage_factor(k: f64, probability: f64) -> f64 {
         }
     }
     (0.5 * (low + high)).recip()
+}
+
+/// 1/ν from the first two terms of the expansion of t in 1/ν about the normal's z, then by secants; `None` where ν is so
+/// small that they lead astray. **Source** `[AS] 26.7.5`.
+fn from_the_expansion(k: f64, z: f64, f: impl Fn(f64) -> f64) -> Option<f64> {
+    let linear = z * (z * z + 1.0) / 4.0;
+    let square = z * ((5.0 * z * z + 16.0) * z * z + 3.0) / 96.0;
+    let mut x = 2.0 * (k - z) / (linear + (linear * linear + 4.0 * square * (k - z)).sqrt());
+    let mut y = f(x);
+    let mut slope = (linear + 2.0 * square * x) / k;
+    for _ in 0..12 {
+        if y.abs() < 1e-13 {
+            return Some(x.recip());
+        }
+        let next = x - y / slope;
+        if !(next > 0.0 && next < 1.0) || next == x {
+            return None;
+        }
+        let (before, there) = (y, f(next));
+        slope = (there - before) / (next - x);
+        (x, y) = (next, there);
+    }
+    None
 }
 
 /// Root of a function that rises with x > 0, given with its derivative by ln x: Newton's steps in ln x, held within

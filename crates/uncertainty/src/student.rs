@@ -24,13 +24,19 @@ pub(crate) fn two_sided_quantile(probability: f64, nu: f64) -> f64 {
     }
     let outside = 1.0 - probability;
     let tail = |t: f64| beta_reg(0.5 * nu, 0.5, nu / (nu + t * t));
-    // t lies between the normal quantile (ν → ∞) and a power law that grows without bound as ν → 0.
-    let (mut low, mut high) = (z.ln(), z.ln() + 1.0);
+    // t lies between the normal quantile (ν → ∞) and a power law that grows without bound as ν → 0; the expansion is near it
+    // unless ν is small.
+    let near = (z
+        + (1..=2)
+            .map(|o| expansion(z, o) * nu.recip().powi(o))
+            .sum::<f64>())
+    .ln();
+    let (mut low, mut high) = (z.ln(), near + 0.1);
     while tail(high.exp()) > outside && high < 700.0 {
         (low, high) = (high, high + 1.0 + 0.5 * (high - low));
     }
     let log_norm = ln_pdf_factor(nu);
-    let mut x = 0.5 * (low + high);
+    let mut x = if near > low { near } else { 0.5 * (low + high) };
     for _ in 0..200 {
         let t = x.exp();
         let q = tail(t);
@@ -42,12 +48,10 @@ pub(crate) fn two_sided_quantile(probability: f64, nu: f64) -> f64 {
         // d ln q / d ln t = −2 t f(t) / q
         let slope = -2.0 * t * (log_norm - 0.5 * (nu + 1.0) * (t * t / nu).ln_1p()).exp() / q;
         let newton = x - (q / outside).ln() / slope;
-        let next = if newton > low && newton < high {
-            newton
-        } else {
-            0.5 * (low + high)
-        };
-        if (next - x).abs() < 1e-15 || high - low < 1e-15 {
+        let inside = newton > low && newton < high;
+        let next = if inside { newton } else { 0.5 * (low + high) };
+        // The error after a step of Newton's is of the order of its square.
+        if inside && (next - x).abs() < 1e-9 || high - low < 1e-15 {
             return next.exp();
         }
         x = next;

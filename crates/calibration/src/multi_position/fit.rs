@@ -327,7 +327,7 @@ fn without(
 }
 
 /// Key of the influence that holds everything the residuals show.
-const STANDSTILLS: &str = "standstills";
+pub(super) const STANDSTILLS: &str = "standstills";
 
 /// The independent causes of uncertainty as seen in the natural parameters.
 fn causes(
@@ -402,7 +402,7 @@ fn stated(estimate: &Estimate, solved: &Solved, probability: f64) -> Vec<Quantit
                 return quantity;
             }
             let nu = solved.freedom as f64;
-            let whole = common.with_scatter(scatter, solved.factor, nu, probability);
+            let whole = common.with_scatter(scatter, solved.dof, nu, probability);
             Quantity {
                 dof: whole.dof,
                 ..quantity

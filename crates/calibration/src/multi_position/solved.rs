@@ -25,8 +25,7 @@ pub(crate) struct Solved {
     pub own: f64,
     /// G, p × n by rows: θ moves by −G r where the residuals move by r.
     pub gain: Vec<f64>,
-    /// Factor U/u of the scatter, and the degrees of freedom at which Student's t has it.
-    pub factor: f64,
+    /// Degrees of freedom at which Student's t has the factor U/u of the scatter.
     pub dof: DegreesOfFreedom,
     pub condition: f64,
 }
@@ -44,7 +43,6 @@ impl Solved {
             excess: 0.0,
             own: 0.0,
             gain: Vec::new(),
-            factor: settings.noise_dof.coverage_factor(settings.probability),
             dof: settings.noise_dof,
             condition,
             weighting: Weighting::default(),
@@ -68,7 +66,6 @@ impl Solved {
             solved.gain = gain(&solution, &vec![1.0; n], p)?;
             solved.dof =
                 DegreesOfFreedom::new(solved.freedom as f64).unwrap_or(DegreesOfFreedom::INFINITE);
-            solved.factor = solved.dof.coverage_factor(settings.probability);
             weighting.variances = vec![0.0; n];
             weighting.tilt = vec![0.0; n];
         } else if n == p {
@@ -99,7 +96,6 @@ impl Solved {
             solved.excess = scatter.excess_variance;
             solved.own = scatter.excess_variance;
             solved.gain = std::mem::take(&mut scatter.gain);
-            solved.factor = scatter.coverage_factor;
             solved.dof = scatter.dof;
             solved.scatter = Some(scatter);
         }

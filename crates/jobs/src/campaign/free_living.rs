@@ -56,6 +56,11 @@ struct File {
 pub struct StreamTable {
     /// The file, relative to the campaign.
     pub file: String,
+    /// `text`, or `f32` for raw floats.
+    #[serde(default)]
+    pub format: StreamFormat,
+    /// Channels in a file of raw floats, when there are more than are named.
+    pub channel_count: Option<usize>,
     /// `comma`, `semicolon`, `tab`, `pipe` or `whitespace`.
     pub separator: Option<Separator>,
     /// Whether there is a header row.
@@ -79,6 +84,17 @@ pub struct StreamTable {
     pub temperature: Option<ColumnRef>,
     /// Unit of the three axes: g unless told.
     pub unit: Option<Unit>,
+}
+
+/// Form of the samples of a stream.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum StreamFormat {
+    /// A table with one row per instant.
+    #[default]
+    Text,
+    /// Little-endian 32-bit floats, the channels of one instant side by side, nothing else in the file.
+    F32,
 }
 
 impl StreamTable {

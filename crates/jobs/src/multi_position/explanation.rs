@@ -56,6 +56,11 @@ pub(super) fn explain(
     }
 }
 
+/// Positions that determine everything once their directions are given.
+const SIX: usize = 6;
+/// Standstills below which a fit without directions leaves hardly anything to check it.
+const FEW: usize = 12;
+
 fn smaller(model: MethodModel) -> Option<&'static str> {
     match model {
         MethodModel::Bias => None,
@@ -113,6 +118,7 @@ fn data_at_fault(
         Some(attitudes) if !attitudes.is_empty() => Some(DirectionCoverage::of(&attitudes)),
         _ => DirectionCoverage::of_outputs(&means, data.unit.is_acceleration()).ok(),
     };
+    let all_six = coverage.as_ref().is_some_and(|c| c.missing.is_empty());
     let place = format!("{}: {} {found}", data.name, count(n, "standstill"));
     trouble = trouble.detail(match coverage {
         Some(coverage) => format!("{place}, {coverage}"),
@@ -148,15 +154,31 @@ fn data_at_fault(
         trouble = trouble.detail(suspect);
     }
     let model = job.method.name();
+    // Perhaps there should be no standstills.
+    let tumble = match data.segments.is_none() && n < FEW {
+        true => {
+            "; a sensor that is turned slowly all the time has rows = \"tumble\" in [recording]"
+        }
+        false => "",
+    };
+    let unknown = segments.iter().all(|s| s.attitude.is_none());
+    if unknown && all_six && (SIX..FEW).contains(&n) {
+        let how = match data.segments {
+            Some(_) => {
+                "`directions = [\"+x\", \"-x\", …]` in [standstill] of a campaign, which `proofmass init` writes"
+            }
+            None => {
+                "`segments = \"segments.csv\"` in [standstill], with a column `direction` (+x, -x, …)"
+            }
+        };
+        return trouble.with_hint(format!(
+            "say which axis points up in each ({how}): then six positions are enough; without directions record at least \
+             twelve{tumble}"
+        ));
+    }
     trouble.with_hint(match smaller(job.method) {
         Some(smaller) => format!(
-            "record at least twelve standstills of 3 s in well-spread attitudes, each axis up and down among them, or fit a smaller model (`model = \"{smaller}\"` in [method]){}",
-            // Perhaps there should be none.
-            if data.segments.is_none() && n < 12 {
-                "; a sensor that is turned slowly all the time has rows = \"tumble\" in [recording]"
-            } else {
-                ""
-            }
+            "record at least twelve standstills of 3 s in well-spread attitudes, each axis up and down among them, or fit a smaller model (`model = \"{smaller}\"` in [method]){tumble}"
         ),
         None => format!("record more standstills in other attitudes; `{model}` is the smallest model"),
     })

@@ -3,7 +3,7 @@
 use crate::number::{rounded, two_digits};
 use crate::{Cell, Column, Section, Table};
 use proofmass_calibration::{
-    CompensatedReading, Misfit, MultiPositionFit, NextAttitude, WithoutSuspects,
+    CompensatedReading, Limiting, Misfit, MultiPositionFit, NextAttitude, WithoutSuspects,
 };
 use proofmass_core::STANDARD_GRAVITY;
 
@@ -33,23 +33,49 @@ pub(super) fn section(
         ));
     }
     section = section.table(values(fit)).table(inverse(fit));
-    if let Some(without) = fit.without_suspects() {
-        section = section.table(beside(fit, without));
-    }
-    if let Some(table) = self::next(next) {
-        section = section.table(table);
-    }
+    section = match fit.without_suspects() {
+        Some(without) if without.quantities.is_some() => section.table(beside(fit, without)),
+        Some(_) => section.paragraph(
+            "Without the standstills that are out of line the others do not determine every quantity.",
+        ),
+        None => section,
+    };
+    section = self::next(section, fit, next);
     if !fit.misfits().is_empty() {
         section = section.table(checked(fit.misfits()));
     }
     section
 }
 
-/// Where to hold the sensor next, and what it does.
-pub(super) fn next(next: &[NextAttitude]) -> Option<Table> {
-    if next.is_empty() {
-        return None;
+/// Further standstills are worth a table where four of them narrow the intervals by more than this.
+const WORTH: f64 = 0.97;
+
+/// Where to hold the sensor next, and what it does; or that it does little, and what would do more.
+pub(super) fn next(section: Section, fit: &MultiPositionFit, next: &[NextAttitude]) -> Section {
+    match next.last() {
+        None => section,
+        Some(last) if last.expected > WORTH => section.paragraph(format!(
+            "{} further standstills, wherever the sensor points, would lower the expanded uncertainties only to {:.0} % in \
+             the mean square: more attitudes do not help. {}",
+            next.len(),
+            1e2 * last.expected,
+            match fit.limiting() {
+                Limiting::Noise =>
+                    "Most of the uncertainty is noise within the standstills: longer ones average it down.",
+                Limiting::Between =>
+                    "Most of the uncertainty is what varies from standstill to standstill: lay the sensor down firmly \
+                     instead of holding it, and let its temperature settle; or record several times as many standstills.",
+                Limiting::Attitudes =>
+                    "Most of the uncertainty is that of the given attitudes: level the fixture better.",
+                _ => "Most of the uncertainty is common to all standstills: it is that of gravity, which a better known place \
+                      or a measured value lowers.",
+            }
+        )),
+        Some(_) => section.table(attitudes(next)),
     }
+}
+
+fn attitudes(next: &[NextAttitude]) -> Table {
     let mut table = Table::new(
         "Further standstills that tell most: what should point up in the axes of the sensor, and U after it against now, in the mean square",
         [
@@ -67,7 +93,7 @@ pub(super) fn next(next: &[NextAttitude]) -> Option<Table> {
         let u = Cell::number(format!("{:.0}", 1e2 * attitude.expected));
         table = table.row([Cell::number(format!("+{}", index + 1)), x, y, z, u]);
     }
-    Some(table)
+    table
 }
 
 /// A direction by its components, with true minus signs.

@@ -39,10 +39,9 @@ impl CommonErrors {
         self
     }
 
-    /// Combines with the scatter of a fit: its u, its factor k, and n − p of its equations.
+    /// Combines with the scatter of a fit: its u, the ν* at which Student's t has its factor, and n − p of its equations.
     ///
-    /// With n − p ≥ 4 after Welch–Satterthwaite, where the scatter counts as one contribution with the ν* of its
-    /// factor. With fewer U² = (k u_scatter)² + U_common², for Welch–Satterthwaite then covers 87 to 93 % where both
+    /// With n − p ≥ 4 after Welch–Satterthwaite, where the scatter counts as one contribution with its ν*. With fewer U² = (k u_scatter)² + U_common², for Welch–Satterthwaite then covers 87 to 93 % where both
     /// are alike. The choice rests on the design (n − p), not on the data.
     ///
     /// **Accuracy** coverage over τ/σ = 0 … 10 and u_common/σ = 0.1 … 10: ν = 1: 95.0 to 99.3 %, 4: 94.2 to 97.9 %,
@@ -50,13 +49,14 @@ impl CommonErrors {
     pub fn with_scatter(
         &self,
         scatter: f64,
-        factor: f64,
+        own: DegreesOfFreedom,
         residual_dof: f64,
         probability: f64,
     ) -> WithCommonErrors {
         let u2: f64 = self.contributions.iter().map(|(u, _)| u * u).sum();
         let u = (scatter * scatter + u2).sqrt();
         let (k, dof) = if residual_dof < FEW {
+            let factor = own.coverage_factor(probability);
             let common =
                 u2.sqrt() * welch_satterthwaite(&self.contributions).coverage_factor(probability);
             let k = if u > 0.0 {
@@ -70,8 +70,6 @@ impl CommonErrors {
                 DegreesOfFreedom::new(nu).unwrap_or(DegreesOfFreedom::INFINITE),
             )
         } else {
-            let own = DegreesOfFreedom::new(dof_of_coverage_factor(factor, probability))
-                .unwrap_or(DegreesOfFreedom::INFINITE);
             let mut all = self.contributions.clone();
             all.push((scatter, own));
             let dof = welch_satterthwaite(&all);

@@ -136,12 +136,12 @@ fn known_straight_line() {
 #[test]
 fn known_combination_with_common_errors() {
     let common = CommonErrors::new().with(0.05, DegreesOfFreedom::INFINITE);
-    let k = DegreesOfFreedom::new(3.0).unwrap().coverage_factor(0.95);
-    let few = common.with_scatter(0.1, k, 3.0, 0.95);
+    let own = DegreesOfFreedom::new(3.0).unwrap();
+    let few = common.with_scatter(0.1, own, 3.0, 0.95);
     near(few.expanded_uncertainty, 0.332991, "U, quadrature");
     near(few.standard_uncertainty, 0.111803, "u");
     // The same contributions with residuals enough for Welch–Satterthwaite.
-    let many = common.with_scatter(0.1, k, 4.0, 0.95);
+    let many = common.with_scatter(0.1, own, 4.0, 0.95);
     near(many.dof.get(), 4.6875, "ν_eff");
     near(many.coverage_factor, 2.62299, "k");
     near(
