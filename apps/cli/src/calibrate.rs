@@ -43,7 +43,10 @@ impl Calibrate {
             }
             draft.campaign(&self.campaign)?
         } else {
-            self.recording.refuse_with_a_campaign()?;
+            // What is not there is no campaign either, and that is what has to be said.
+            if self.campaign.exists() {
+                self.recording.refuse_with_a_campaign()?;
+            }
             match self.contained {
                 true => Campaign::open_contained(&self.campaign)?,
                 false => Campaign::open(&self.campaign)?,

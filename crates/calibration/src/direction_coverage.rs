@@ -60,20 +60,20 @@ impl DirectionCoverage {
     pub fn of(directions: &[Triple]) -> Self {
         let units: Vec<Triple> = directions.iter().filter_map(|d| unit(*d)).collect();
         let missing = missing(&units);
-        // Attitude by attitude, so that the places are done several at a time.
-        let mut nearest = vec![-1.0f64; PLACES.len()];
-        for u in &units {
-            for (nearest, v) in nearest.iter_mut().zip(PLACES.iter()) {
-                let cosine = proofmass_core::dot(*u, *v);
-                *nearest = if cosine > *nearest { cosine } else { *nearest };
+        let (mut hole_centre, mut cosine) = ([0.0, 0.0, 1.0], f64::INFINITY);
+        for place in PLACES.iter() {
+            let mut nearest = -1.0f64;
+            for u in &units {
+                nearest = nearest.max(proofmass_core::dot(*u, *place));
+                // A place nearer to an attitude than the best hole so far is none.
+                if nearest >= cosine {
+                    break;
+                }
+            }
+            if nearest < cosine {
+                (hole_centre, cosine) = (*place, nearest);
             }
         }
-        let (hole_centre, cosine) = PLACES
-            .iter()
-            .copied()
-            .zip(nearest)
-            .min_by(|a, b| a.1.total_cmp(&b.1))
-            .unwrap_or(([0.0, 0.0, 1.0], -1.0));
         Self {
             missing,
             largest_hole_deg: cosine.clamp(-1.0, 1.0).acos().to_degrees(),

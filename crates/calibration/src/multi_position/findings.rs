@@ -38,6 +38,24 @@ pub(super) fn of(fit: &MultiPositionFit, kappa: &[Triple; 3]) -> Vec<Finding> {
     .collect()
 }
 
+/// What an equation of the fit comes from.
+fn word(fit: &MultiPositionFit) -> &'static str {
+    let single = fit.poses().iter().all(|p| p.segment.len() == 1);
+    match (fit.effective_readings(), single) {
+        (Some(_), _) => "part",
+        (None, true) => "reading",
+        (None, false) => "standstill",
+    }
+}
+
+/// A probability by chance with one digit.
+fn chance(p: f64) -> String {
+    if p < 1e-15 {
+        return "probability by chance below 1e-15".to_owned();
+    }
+    format!("probability by chance {p:.0e}")
+}
+
 fn mg(acceleration: f64) -> f64 {
     1e3 * acceleration / STANDARD_GRAVITY
 }
@@ -56,7 +74,7 @@ fn excess(fit: &MultiPositionFit) -> Option<Finding> {
                     "the readings scatter about the model by more than 0.1 % of g",
                 )
                 .evidence(scatter_text(fit))
-                .advice(CAUSES)
+                .advice("noise of single readings averages down with more of them, or with means in their place (`reading_standard_uncertainty` says how well they are known); hysteresis, non-linearity, drift and a model that is too small do not: see what else is found")
             });
     };
     let limit = (chi_squared_quantile(0.995, nu as f64) / nu as f64).sqrt();
@@ -89,8 +107,12 @@ fn scatter_text(fit: &MultiPositionFit) -> String {
         let [low, high] = s.excess_interval.map(|tau| mg(tau * g));
         format!(" ({low:.2} to {high:.2})")
     });
+    let of = match fit.chi_square() {
+        None => "of a reading about the model",
+        Some(_) => "between standstills",
+    };
     format!(
-        "standard deviation between standstills {:.2} mg{interval}, {:.2} mm/s²",
+        "standard deviation {of} {:.2} mg{interval}, {:.2} mm/s²",
         mg(fit.excess()),
         1e3 * fit.excess()
     )
@@ -265,10 +287,7 @@ fn misfit(fit: &MultiPositionFit, misfit: &Misfit) -> Option<Finding> {
     };
     Some(
         Finding::new(severity, code, what)
-            .evidence(format!(
-                "{evidence} (probability by chance {:.0e})",
-                misfit.p_value
-            ))
+            .evidence(format!("{evidence} ({})", chance(misfit.p_value)))
             .advice(advice),
     )
 }
@@ -309,17 +328,22 @@ fn suspects(fit: &MultiPositionFit) -> Vec<Finding> {
         .iter()
         .map(|suspect| {
             let residual = &fit.residuals()[suspect.index];
+            let word = word(fit);
             let (first, end) = residual.samples;
+            let place = match word {
+                "reading" => String::new(),
+                _ => format!("samples {first} to {end}: "),
+            };
             let off = mg(suspect.deviation * fit.gravity().value());
             let given = fit.poses()[suspect.index].segment.attitude;
             match (suspect.seen, given) {
                 (Some(seen), Some(given)) => Finding::new(
                     Severity::Decision,
                     "wrong-label",
-                    format!("standstill {} has another attitude than its label says", suspect.name),
+                    format!("{word} {} has another attitude than its label says", suspect.name),
                 )
                 .evidence(format!(
-                    "samples {first} to {end}: given {}, the others see it along {}",
+                    "{place}given {}, the others see it along {}",
                     in_words(given),
                     in_words(seen)
                 ))
@@ -327,14 +351,17 @@ fn suspects(fit: &MultiPositionFit) -> Vec<Finding> {
                 _ => Finding::new(
                     Severity::Warning,
                     "standstill-out-of-line",
-                    format!("standstill {} is out of line", suspect.name),
+                    format!("{word} {} is out of line", suspect.name),
                 )
                 .evidence(format!(
-                    "samples {first} to {end}: {off:.2} mg off the others (probability by chance {:.0e}); ‖a‖ − g = {:+.2} mm/s²",
-                    suspect.p_value,
+                    "{place}{off:.2} mg off the others ({}); ‖a‖ − g = {:+.2} mm/s²",
+                    chance(suspect.p_value),
                     1e3 * residual.magnitude_residual
-                ))
-                .advice("look at the recording there; it was kept in the fit, and the result without it stands beside (`exclude` in [standstill] leaves it out)"),
+                ).replace("= -", "= −"))
+                .advice(match word {
+                    "part" => "look at the recording there; it was kept in the fit, and the result without it stands beside",
+                    _ => "look at the recording there; it was kept in the fit, and the result without it stands beside (`exclude` in [standstill] leaves it out)",
+                }),
             }
         })
         .collect()

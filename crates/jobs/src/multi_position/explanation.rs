@@ -33,12 +33,15 @@ pub(super) fn explain(
             } else {
                 "at rest a sensor reads about 9.8 m/s²: check `unit` and the columns in [recording]"
             };
-            trouble
-                .detail(format!(
-                    "{}: declared as m/s² or a multiple of it",
-                    data.name
-                ))
-                .with_hint(hint)
+            Trouble::data(format!(
+                "magnitude of the output at rest = {value:.4} m/s², and gravity is {:.4} m/s²",
+                job.gravity.value()
+            ))
+            .detail(format!(
+                "{}: declared as m/s² or a multiple of it",
+                data.name
+            ))
+            .with_hint(hint)
         }
         Error::TooFew { .. } | Error::Unobservable { .. } | Error::TooUncertain { .. }
             if data.tumble =>
@@ -134,7 +137,7 @@ fn data_at_fault(
             job.search.minimum_duration,
             Standstill::MINIMUM_SAMPLES,
             if n > 0 {
-                format!("; those found last {shortest:.1} to {longest:.1} s")
+                format!("; those found last from {shortest:.1} s to {longest:.1} s")
             } else {
                 String::new()
             }
@@ -178,7 +181,11 @@ fn data_at_fault(
     }
     trouble.with_hint(match smaller(job.method) {
         Some(smaller) => format!(
-            "record at least twelve standstills of 3 s in well-spread attitudes, each axis up and down among them, or fit a smaller model (`model = \"{smaller}\"` in [method]){tumble}"
+            "record at least twelve standstills of 3 s in well-spread attitudes, each axis up and down among them, or fit a smaller model (`model = \"{smaller}\"` in [method]){tumble}{}",
+            match n {
+                1..SIX => "; one axis alone, up and down, is a campaign of kind = \"single-axis\"",
+                _ => "",
+            }
         ),
         None => format!("record more standstills in other attitudes; `{model}` is the smallest model"),
     })

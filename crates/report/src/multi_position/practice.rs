@@ -55,11 +55,14 @@ pub(super) fn next(section: Section, fit: &MultiPositionFit, next: &[NextAttitud
     match next.last() {
         None => section,
         Some(last) if last.expected > WORTH => section.paragraph(format!(
-            "{} further standstills, wherever the sensor points, would lower the expanded uncertainties only to {:.0} % in \
-             the mean square: more attitudes do not help. {}",
+            "More attitudes hardly help: {} further ones, wherever the sensor points, would lower the expanded uncertainties \
+             to {:.0} % in the mean square. {}",
             next.len(),
             1e2 * last.expected,
             match fit.limiting() {
+                _ if fit.chi_square().is_none() =>
+                    "Most of the uncertainty is the scatter of the readings: means of many samples in place of single \
+                     readings average it down.",
                 Limiting::Noise =>
                     "Most of the uncertainty is noise within the standstills: longer ones average it down.",
                 Limiting::Between =>
