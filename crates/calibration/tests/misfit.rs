@@ -167,6 +167,31 @@ fn known_faults_are_named() {
     );
 }
 
+/// Standstills that scatter by more than 0.1 % of g are a decision, of known noise and of unknown; by less a note.
+#[test]
+fn known_scatter_beyond_one_per_mille_needs_a_decision() {
+    let bench = Bench::default();
+    // A shake that no term of the model follows.
+    let shaken = |size: f64| {
+        move |u: [f64; 3], _: [f64; 3], t: f64| u.map(|v| size * v * (1e4 * (t + v)).sin())
+    };
+    for (size, severity) in [(0.05, Severity::Decision), (0.004, Severity::Note)] {
+        let poses = bench.poses(11, &shaken(size));
+        let of = |fit: &MultiPositionFit| {
+            let found = fit.findings().iter();
+            let mut excess = found.filter(|f| f.code() == "excess-residuals");
+            excess.next().map(|f| f.severity())
+        };
+        assert_eq!(of(&bench.fit(&poses)), Some(severity), "{size}");
+        let readings: Vec<Pose> = poses
+            .into_iter()
+            .map(|p| Pose::reading(p.segment, p.mean))
+            .collect();
+        let told = (severity == Severity::Decision).then_some(severity);
+        assert_eq!(of(&bench.fit(&readings)), told, "{size}");
+    }
+}
+
 /// The size that is told is the size that is there, within five of its standard deviations (some 0.3 mg).
 #[test]
 fn known_size_of_a_drift() {

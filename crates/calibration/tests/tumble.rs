@@ -174,12 +174,12 @@ fn coverage_of_a_tumble() {
         // Nine parameters of a recording are correlated; taken as two independent ones, 95 % scatters by
         // √(0.95 · 0.05/400) = 1.1 %, three of which are allowed below. Above, the rule may be cautious.
         assert!(share > 0.95 - 0.033, "{name}: {share}");
-        // Fast and shaken are what the lively hand is; of anything else a rate of 1 % shows more than eight times in 200
-        // once in a thousand test runs.
-        let lively = ["tumble-fast", "tumble-shaken"];
-        let alarms = found
-            .iter()
-            .filter(|(code, _)| name != "lively" || !lively.contains(&code.as_str()));
+        // Some of the short and lively ones are turned fast, shaken, or leave a side open: so it is told. Of anything else a
+        // rate of 1 % shows more than eight times in 200 once in a thousand test runs.
+        let may_be = ["tumble-fast", "tumble-shaken", "attitudes-badly-spread"];
+        let alarms = found.iter().filter(|(code, _)| {
+            !matches!(name, "short" | "lively") || !may_be.contains(&code.as_str())
+        });
         assert!(alarms.clone().all(|(_, n)| *n <= 8), "{name}: {found:?}");
     }
 }
