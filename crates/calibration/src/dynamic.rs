@@ -5,4 +5,5 @@ pub mod linearity;
 pub mod model;
 pub mod modes;
 pub mod shock;
+pub mod sine_steps;
 pub mod step;

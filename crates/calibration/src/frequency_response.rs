@@ -261,6 +261,23 @@ impl FrequencyResponse {
         [points[0].at, points[points.len() - 1].at]
     }
 
+    /// Index of the real part of an element among the components; its imaginary part follows.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] for an element that is not there.
+    pub fn real_part(&self, output: usize, axis: usize) -> Result<usize, Error> {
+        let (outputs, axes) = (self.outputs.len(), self.axes.len());
+        if output >= outputs || axis >= axes {
+            return Err(Error::OutOfRange {
+                name: "element of the frequency response",
+                value: (output * axes + axis) as f64,
+                min: 0.0,
+                max: (outputs * axes) as f64 - 1.0,
+            });
+        }
+        Ok(2 * (output * axes + axis))
+    }
+
     /// Unit of the elements, such as `V/(m/s²)`.
     pub fn unit(&self) -> &str {
         &self.series.points()[0].estimate.components()[0].unit

@@ -16,9 +16,9 @@ pub use multi_position::{
     NumberOrLabel, Prefixes, RecordingTable, RowsAre, StandstillTable,
 };
 pub use shaker::{
-    Certificate, CertificateTable, DriveFrequency, Mounting, PhasorQuantity, RunData, RunPhasor,
-    RunTable, RunsTable, ShakerBudget, ShakerRecording, ShakerRun, SingleAxisSeat, SpuriousFile,
-    SpuriousSeat,
+    Certificate, CertificateOptions, CertificateTable, DriveFrequency, Mounting, PhasorQuantity,
+    RunData, RunPhasor, RunTable, RunsTable, ShakerBudget, ShakerRecording, ShakerRun,
+    SingleAxisSeat, SpuriousFile, SpuriousSeat,
 };
 pub use shaker_single::{ReadingTable, ShakerSingleCampaign};
 pub use shaker_triaxial::{

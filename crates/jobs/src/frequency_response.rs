@@ -1,11 +1,66 @@
 //! Frequency responses between the mathematics and their files.
 
+use crate::any_result::read_result;
 use crate::campaign::Certificate;
+use crate::outcome::{CALIBRATION, RESULT};
 use crate::record::Record;
-use crate::trouble::Result;
+use crate::trouble::{Result, Trouble};
 use proofmass_calibration::FrequencyResponse;
-use proofmass_io::{AnyCalibration, FrequencyResponseFile, Input, Source, Unit};
+use proofmass_io::{
+    AnyCalibration, Device, FrequencyResponseFile, Input, LARGEST_DOCUMENT, Source, Unit,
+};
 use proofmass_uncertainty::Finding;
+
+/// A frequency response as a file has it.
+#[derive(Clone, Debug)]
+pub struct ResponseDocument {
+    /// The response.
+    pub response: FrequencyResponse,
+    /// The device it belongs to.
+    pub device: Device,
+    /// The file with its digest.
+    pub input: Input,
+    /// What reading it found.
+    pub findings: Vec<Finding>,
+}
+
+/// Reads a frequency response: a calibration.json of that kind, the result.json of a test or calibration that gives one, or the
+/// table of a laboratory (`.csv`), whose expanded uncertainties have the factor `coverage`.
+///
+/// # Errors
+/// As [`read_calibration`]; a result without a calibration, a calibration of another kind.
+pub fn read_document(source: Source, coverage: Option<f64>) -> Result<ResponseDocument> {
+    let name = source.name().to_path_buf();
+    let place = name.display().to_string();
+    let (bytes, input) = source.into_bytes(LARGEST_DOCUMENT)?;
+    let result = name.file_name().is_some_and(|n| n == RESULT);
+    let (calibration, findings) = if result {
+        let files = read_result(&bytes)
+            .and_then(|filed| filed.files())
+            .map_err(|e| e.detail(place.clone()))?;
+        let Some((_, bytes)) = files.into_iter().find(|(name, _)| name == CALIBRATION) else {
+            return Err(Trouble::data(format!("{place} gives no calibration")).with_hint(
+                "an input in m/s² and an output in a known unit make a frequency response a calibration",
+            ));
+        };
+        (AnyCalibration::from_json(&bytes)?, Vec::new())
+    } else {
+        let (calibration, _, findings) =
+            read_calibration(Source::from_bytes(name, bytes)?, coverage)?;
+        (calibration, findings)
+    };
+    let AnyCalibration::FrequencyResponse(file) = calibration else {
+        return Err(Trouble::data(format!("{place} is no frequency response")).with_hint(
+            "give a calibration.json of kind frequency-response, its result.json, or a certificate (.csv)",
+        ));
+    };
+    Ok(ResponseDocument {
+        response: of_file(&file)?,
+        device: file.device,
+        input,
+        findings,
+    })
+}
 
 /// The file of a response.
 pub fn to_file(

@@ -1,10 +1,11 @@
-//! Frequency response of a device from recorded input and output: random, impact, sweep.
+//! Frequency response of a device from recorded input and output: random, impact, sweep, steps.
 
 mod hits;
 mod model;
 mod outcome;
 mod points;
 mod recordings;
+mod steps;
 #[cfg(test)]
 mod tests;
 
@@ -16,12 +17,16 @@ pub use recordings::ResponseRecordings;
 use crate::channels::Channel;
 use crate::outcome::Job;
 use crate::trouble::{Result, Trouble};
+use num_complex::Complex64;
 use proofmass_calibration::dynamic::model::{
     FitProblem, ModelFit, ModelStructure, ResponseFigures, ResponsePoints,
 };
 use proofmass_calibration::dynamic::modes::resonances;
+use proofmass_calibration::shaker::reference::ReferenceTable;
 use proofmass_core::Watch;
-use proofmass_signal::transfer::{CrossSpectra, Estimator, Hit, LocalPolynomial, ResponseEstimate};
+use proofmass_signal::transfer::{
+    CrossSpectra, Estimator, Hit, LocalPolynomial, ResponseEstimate, turned,
+};
 use proofmass_signal::{Welch, Window};
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
@@ -37,6 +42,8 @@ pub enum Excitation {
     Impact,
     /// A swept sine.
     Sweep,
+    /// A sine that stays at one frequency after the other, in one recording or in several.
+    Steps,
     /// Not recorded here: points of a response, one by one, as of stepped sines.
     Points,
 }
@@ -91,6 +98,9 @@ pub struct ResponseJob {
     /// Relative standard uncertainty of the input, common to all frequencies.
     #[serde(default)]
     pub input_uncertainty: f64,
+    /// Calibration over frequency of the transducer at the input, whose channel is then in volts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub standard: Option<ReferenceTable>,
 }
 
 /// Recordings with one input and one output each.
@@ -106,6 +116,18 @@ pub struct ResponseData<'a> {
     pub name: &'a str,
 }
 
+/// Causes of an error of the input that all frequencies have in common: keys and what they are.
+const COMMON: [(&str, &str); 2] = [
+    (
+        "reference.modulus",
+        "relative error of the input that its frequencies have in common",
+    ),
+    (
+        "reference.phase",
+        "phase of the input that its frequencies have in common",
+    ),
+];
+
 impl ResponseJob {
     /// This excitation, everything else by its default: H₁, all frequencies, no model.
     pub fn new(excitation: Excitation) -> Self {
@@ -118,7 +140,91 @@ impl ResponseJob {
             model: None,
             reference_frequency: None,
             input_uncertainty: 0.0,
+            standard: None,
         }
+    }
+
+    /// Relative errors of the response that all its frequencies have in common, at one of them: a cause for the modulus, one for
+    /// the phase.
+    fn common(&self, frequency: f64) -> Result<[Complex64; 2]> {
+        let of_standard = match &self.standard {
+            Some(standard) => standard.shares_at(frequency)?.common,
+            None => [0.0; 2],
+        };
+        Ok([
+            Complex64::new(self.input_uncertainty.hypot(of_standard[0]), 0.0),
+            Complex64::new(0.0, of_standard[1]),
+        ])
+    }
+
+    /// The response to the acceleration behind the volts of the standard, as far as its calibration reaches.
+    fn by_standard(
+        &self,
+        response: ResponseEstimate,
+        power: &mut Option<ResponsePower>,
+        name: &str,
+        findings: &mut Vec<Finding>,
+    ) -> Result<ResponseEstimate> {
+        let Some(standard) = &self.standard else {
+            return Ok(response);
+        };
+        let [first, last] = standard.range();
+        let mut kept = response.within(first, last);
+        let lost = response.lines() - kept.lines();
+        if kept.lines() == 0 {
+            return Err(
+                Trouble::data("the calibration of the input reaches no line")
+                    .detail(name)
+                    .detail(format!("it covers {first} Hz to {last} Hz"))
+                    .with_hint("have the transducer at the input calibrated there"),
+            );
+        }
+        if lost > 0 {
+            findings.push(
+                Finding::new(
+                    Severity::Note,
+                    "reference-out-of-range",
+                    "the calibration of the input does not reach all lines",
+                )
+                .evidence(format!(
+                    "{lost} lines of {} were left out; it covers {first} Hz to {last} Hz",
+                    response.lines()
+                ))
+                .advice("have the transducer at the input calibrated there, or state the band"),
+            );
+        }
+        for k in 0..kept.lines() {
+            let point = standard.at(kept.frequency[k])?;
+            let s = Complex64::from_polar(point.sensitivity, point.phase);
+            kept.value[k] *= s;
+            kept.covariance[k] = turned(kept.covariance[k], s);
+            // What its calibration has of this frequency alone, beside the noise.
+            let own = standard.shares_at(kept.frequency[k])?.own;
+            let z = kept.value[k];
+            for e in [z * own[0], Complex64::i() * z * own[1]] {
+                kept.covariance[k][0] += e.re * e.re;
+                kept.covariance[k][1] += e.re * e.im;
+                kept.covariance[k][2] += e.im * e.im;
+            }
+            if let Some(leakage) = kept.leakage.get_mut(k) {
+                *leakage *= s;
+            }
+        }
+        if let Some(power) = power {
+            power.seen_by(standard)?;
+        }
+        Ok(kept)
+    }
+
+    /// With what the input has in common at all frequencies.
+    fn with_reference(&self, mut points: ResponsePoints) -> Result<ResponsePoints> {
+        let common = points.frequency.iter().map(|f| self.common(*f));
+        let common = common.collect::<Result<Vec<_>>>()?;
+        for (part, (key, description)) in COMMON.into_iter().enumerate() {
+            let relative: Vec<Complex64> = common.iter().map(|c| c[part]).collect();
+            points = points.with_common(key, description, &relative)?;
+        }
+        Ok(points)
     }
 
     fn estimate(
@@ -171,6 +277,7 @@ impl ResponseJob {
                 let lowest = rate / hits.length as f64;
                 Ok((response.within(band[0].max(lowest), band[1]), Some(spectra)))
             }
+            Excitation::Steps => Ok((steps::response(data, self.band, findings)?, None)),
             Excitation::Points => Err(Trouble::request("points of a response are no recording")
                 .with_hint("fit a model to them with `proofmass test model`")),
             Excitation::Sweep => {
@@ -226,6 +333,24 @@ impl Job for ResponseJob {
             }
         }
         let (response, spectra) = self.estimate(data, watch, &mut findings)?;
+        let input_unit = match &self.standard {
+            Some(_) if x.unit != "V" => {
+                return Err(Trouble::data(format!(
+                    "the input {:?} is in {}: a calibrated transducer at the input gives volts",
+                    x.name, x.unit
+                ))
+                .detail(data.name)
+                .with_hint("state its unit (--input-unit V), or leave --standard out"));
+            }
+            Some(_) => "m/s²",
+            None => x.unit,
+        };
+        let mut power = spectra.as_ref().map(|s| {
+            let low = response.frequency.first().copied().unwrap_or(0.0);
+            let high = response.frequency.last().copied().unwrap_or(0.0);
+            ResponsePower::of(s, low, high)
+        });
+        let response = self.by_standard(response, &mut power, data.name, &mut findings)?;
         if response.value.is_empty() {
             return Err(Trouble::data("no line lies within the band")
                 .detail(data.name)
@@ -233,24 +358,24 @@ impl Job for ResponseJob {
         }
         watch.step("response", 1, 2)?;
         quality(&response, &mut findings);
-        if x.unit == y.unit {
+        if input_unit == y.unit {
             order(&response, &mut findings);
         }
-        let unit = match (y.unit, x.unit) {
+        let unit = match (y.unit, input_unit) {
             (a, b) if a == b => "1".to_owned(),
             (a, b) if b.contains('/') => format!("{a}/({b})"),
             (a, b) => format!("{a}/{b}"),
         };
-        let points =
-            ResponsePoints::of(&response, &unit).with_reference(self.input_uncertainty, 0.0, None);
         let fit: Option<ModelFit> = match self.model {
             Some(structure) => {
+                let points = ResponsePoints::of(&response, &unit);
                 let seen = match &spectra {
-                    Some(spectra) => points
-                        .clone()
-                        .seen_through(&response, spectra.smearing(self.estimator)),
-                    None => points.clone(),
+                    Some(spectra) => {
+                        points.seen_through(&response, spectra.smearing(self.estimator))
+                    }
+                    None => points,
                 };
+                let seen = self.with_reference(seen)?;
                 let fit = FitProblem::new(structure)
                     .fit(&seen)
                     .map_err(|e| Trouble::from(e).about("the model").detail(data.name))?;
@@ -259,6 +384,7 @@ impl Job for ResponseJob {
             }
             None => None,
         };
+        let points = self.with_reference(ResponsePoints::of(&response, &unit))?;
         let fitted = fit.as_ref().and_then(|f| {
             let q = f.estimate.get("mode.1.damping")?;
             Some((q.value, q.standard_uncertainty))
@@ -271,10 +397,10 @@ impl Job for ResponseJob {
         let high = response.frequency.last().copied().unwrap_or(0.0);
         let modes = resonances(&response, low, high);
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
-        let power = spectra.as_ref().map(|s| ResponsePower::of(s, low, high));
         Ok(ResponseOutcome::new(
             self.clone(),
-            [x, y].map(|c| (c.name.to_owned(), c.unit.to_owned())),
+            [(x.name, input_unit), (y.name, y.unit)]
+                .map(|(name, unit)| (name.to_owned(), unit.to_owned())),
             unit,
             spectra.map_or(0.0, |s| s.independent),
             response,

@@ -1,16 +1,21 @@
 //! Shock: the pulse, the sensitivity against a reference, the shock response spectrum.
 
 mod outcome;
+mod required;
+mod standard;
 
-pub use outcome::{ShockChannel, ShockOutcome, ShockSpectra};
+pub use outcome::{ShockChannel, ShockOutcome, ShockSpectra, SpectrumVerdict};
+pub use required::required_spectrum;
 
+use self::standard::FlatStandard;
 use crate::channels::Channel;
 use crate::outcome::Job;
 use crate::trouble::{Result, Trouble};
 use proofmass_calibration::dynamic::shock::{
     NoCalibration, NoPulse, PulseContext, PulseSearch, ShockCalibration, ShockReference,
-    SpectrumDoubt, Tolerance, pulse_findings,
+    SpectrumDoubt, SpectrumTolerance, Tolerance, pulse_findings, required_at,
 };
+use proofmass_calibration::shaker::reference::ReferenceTable;
 use proofmass_core::Watch;
 use proofmass_signal::{Extremes, Peaks, Response, ShockSpectrum, Trace, octaves};
 use proofmass_uncertainty::{Finding, Severity};
@@ -56,6 +61,14 @@ pub struct ShockJob {
     pub peaks: Peaks,
     /// Nominal pulse and tolerance; its peak in m/s².
     pub tolerance: Option<Tolerance>,
+    /// Shock response spectrum that is required, Hz and m/s², ascending; that of the nominal pulse when empty.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub required: Vec<(f64, f64)>,
+    /// How far the spectrum may depart from it.
+    pub spectrum_tolerance: SpectrumTolerance,
+    /// Calibration over frequency of the reference, whose channel is then in volts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub standard: Option<ReferenceTable>,
 }
 
 impl Default for ShockJob {
@@ -68,6 +81,9 @@ impl Default for ShockJob {
             quality: 10.0,
             peaks: Peaks::AtSamples,
             tolerance: None,
+            required: Vec::new(),
+            spectrum_tolerance: SpectrumTolerance::default(),
+            standard: None,
         }
     }
 }
@@ -103,6 +119,58 @@ impl Job for ShockJob {
 
     fn evaluate(&self, data: &ShockData<'_>, watch: &dyn Watch) -> Result<ShockOutcome> {
         watch.step("pulse", 0, 1)?;
+        let Some(standard) = &self.standard else {
+            return self.of_acceleration(data, watch);
+        };
+        let Some(reference) = data.reference else {
+            return Err(Trouble::request(
+                "the calibration of a reference was given, but no reference",
+            )
+            .with_hint("name its column"));
+        };
+        if reference.unit != "V" {
+            return Err(Trouble::data(format!(
+                "the reference {:?} is in {}: a calibrated reference gives volts",
+                reference.name, reference.unit
+            ))
+            .detail(data.name)
+            .with_hint("state its unit (--reference-unit V), or leave --standard out"));
+        }
+        let found = self.search.find(reference.data);
+        let pulse = found
+            .map_err(|e| Trouble::from(e).detail(data.name))?
+            .map_err(|why| no_pulse("reference", why, data.name))?;
+        let duration = pulse
+            .start
+            .zip(pulse.end)
+            .map_or(reference.data.len() as f64 / 4.0, |(s, e)| e - s)
+            / data.rate;
+        let scale = FlatStandard::of(standard, duration).map_err(|e| e.detail(data.name))?;
+        let acceleration: Vec<f64> = reference
+            .data
+            .iter()
+            .map(|v| v / scale.sensitivity)
+            .collect();
+        let mut findings = data.findings.to_vec();
+        findings.extend(scale.finding);
+        let mut job = self.clone();
+        let stated = self.reference.relative_uncertainty;
+        job.reference.relative_uncertainty = stated.hypot(scale.relative_uncertainty);
+        let data = ShockData {
+            reference: Some(Channel {
+                name: reference.name,
+                unit: "m/s²",
+                data: &acceleration,
+            }),
+            findings: &findings,
+            ..data.clone()
+        };
+        job.of_acceleration(&data, watch)
+    }
+}
+
+impl ShockJob {
+    fn of_acceleration(&self, data: &ShockData<'_>, watch: &dyn Watch) -> Result<ShockOutcome> {
         self.check(data)?;
         let output = data.output;
         let mut findings = data.findings.to_vec();
@@ -185,6 +253,10 @@ impl Job for ShockJob {
                 watch,
             )?);
         }
+        let spectrum_tolerance = match spectra.first() {
+            Some(judged) => self.judge_spectrum(judged, data.rate, &mut findings, watch)?,
+            None => None,
+        };
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
         findings.dedup();
         let channels = channels
@@ -205,13 +277,12 @@ impl Job for ShockJob {
             measures,
             calibration,
             tolerance,
+            spectrum_tolerance,
             spectra,
             findings,
         ))
     }
-}
 
-impl ShockJob {
     fn check(&self, data: &ShockData<'_>) -> Result<()> {
         if !(self.quality > 0.5 && self.quality.is_finite()) {
             return Err(Trouble::request(format!(
@@ -241,6 +312,62 @@ impl ShockJob {
             .with_hint(hint));
         }
         Ok(())
+    }
+
+    /// The spectrum of the reference, or of the one channel, against what is required of it.
+    fn judge_spectrum(
+        &self,
+        judged: &ShockSpectra,
+        rate: f64,
+        findings: &mut Vec<Finding>,
+        watch: &dyn Watch,
+    ) -> Result<Option<SpectrumVerdict>> {
+        let frequency = &judged.frequency;
+        let required: Vec<f64> = if self.required.is_empty() {
+            let Some(t) = &self.tolerance else {
+                return Ok(None);
+            };
+            if !(t.peak > 0.0 && t.duration > 0.0) {
+                return Ok(None);
+            }
+            // The nominal pulse with a duration of rest to either side, sampled as the record or finer.
+            let fine = rate.max(400.0 / t.duration);
+            let samples = (3.0 * t.duration * fine) as usize;
+            let pulse = t
+                .shape
+                .record(t.peak, t.duration, t.duration, samples, fine);
+            let spectrum = ShockSpectrum {
+                peaks: self.peaks,
+                ..ShockSpectrum::new(frequency.clone(), self.quality)
+            };
+            spectrum
+                .evaluate_watched(&pulse, fine, watch)?
+                .curve(Extremes::maximax)
+        } else {
+            let at = |f: &f64| required_at(&self.required, *f).unwrap_or(0.0);
+            frequency.iter().map(at).collect()
+        };
+        let measured: Vec<f64> = judged
+            .absolute_acceleration
+            .iter()
+            .map(Extremes::maximax)
+            .collect();
+        let result =
+            self.spectrum_tolerance
+                .judge(&required, &measured, &judged.maximax_uncertainty);
+        if judged.unit != "m/s²" || result.is_none() {
+            findings.push(
+                Finding::new(
+                    Severity::Decision,
+                    "spectrum-not-judged",
+                    "the tolerance of the spectrum cannot be judged",
+                )
+                .evidence(format!("spectrum in {}", judged.unit))
+                .advice("the channel must be an acceleration, and its natural frequencies (--frequencies) among those required"),
+            );
+            return Ok(None);
+        }
+        Ok(result.map(|result| SpectrumVerdict { required, result }))
     }
 
     fn as_acceleration(

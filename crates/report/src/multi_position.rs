@@ -521,7 +521,11 @@ fn standstill_table(fit: &MultiPositionFit) -> Table {
             Cell::number(format!("{:.4}", r.acceleration[1])),
             Cell::number(format!("{:.4}", r.acceleration[2])),
             Cell::number(format!("{:.2}", 1e3 * r.magnitude_residual)),
-            Cell::number(format!("{:.2}", 1e3 * r.noise)),
+            // Single readings whose uncertainty nobody stated have none.
+            match r.noise > 0.0 {
+                true => Cell::number(format!("{:.2}", 1e3 * r.noise)),
+                false => Cell::Empty,
+            },
             r.studentised
                 .map_or(Cell::Empty, |t| Cell::number(format!("{t:.1}"))),
         ]);

@@ -3,7 +3,7 @@
 use crate::number::{concise, plain, two_digits};
 use crate::{Axis, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot};
 use proofmass_calibration::dynamic::shock::{
-    Pulse, PulseMeasures, ShockCalibration, ToleranceResult,
+    Pulse, PulseMeasures, ShockCalibration, SpectrumToleranceResult, ToleranceResult,
 };
 use proofmass_signal::{Extremes, Trace};
 use std::f64::consts::TAU;
@@ -44,6 +44,8 @@ pub struct ShockReport<'a> {
     pub calibration: Option<&'a ShockCalibration>,
     /// Verdict on the tolerance, where there is one.
     pub tolerance: Option<&'a ToleranceResult>,
+    /// What is required of the first spectrum at its frequencies (zero where nothing is), and the verdict.
+    pub spectrum_tolerance: Option<(&'a [f64], &'a SpectrumToleranceResult)>,
     /// Spectra, the reference first.
     pub spectra: Vec<ShockSpectrumCurves<'a>>,
 }
@@ -52,8 +54,9 @@ impl ShockReport<'_> {
     /// The whole report.
     pub fn full(&self) -> Report {
         let mut report = self.summary().section(self.time());
-        for spectra in &self.spectra {
-            report = report.section(self.spectrum(spectra));
+        for (k, spectra) in self.spectra.iter().enumerate() {
+            let judged = self.spectrum_tolerance.filter(|_| k == 0);
+            report = report.section(self.spectrum(spectra, judged));
         }
         if let Some(calibration) = self.calibration
             && calibration.lines.len() > 1
@@ -157,6 +160,48 @@ impl ShockReport<'_> {
             let verdict = if t.kept { "kept" } else { "missed" };
             table = table.row([Cell::text("tolerance"), Cell::text(verdict), Cell::Empty]);
         }
+        if let Some((_, t)) = self.spectrum_tolerance {
+            let [low, high] = t.departure;
+            let [from, to] = t.tolerance.band;
+            let rows = [
+                (
+                    "least departure of the spectrum",
+                    format!("{low:+.2}"),
+                    "dB",
+                ),
+                (
+                    "greatest departure of the spectrum",
+                    format!("{high:+.2}"),
+                    "dB",
+                ),
+                (
+                    "frequencies within its band",
+                    format!("{} of {}", t.within, t.compared),
+                    "",
+                ),
+                (
+                    "within their uncertainty of a limit",
+                    t.close.to_string(),
+                    "",
+                ),
+            ];
+            for (name, value, unit) in rows {
+                table = table.row([Cell::text(name), Cell::number(value), Cell::text(unit)]);
+            }
+            let verdict = if t.kept { "kept" } else { "missed" };
+            table = table
+                .row([
+                    Cell::text("tolerance of the spectrum"),
+                    Cell::text(verdict),
+                    Cell::Empty,
+                ])
+                .note(format!(
+                    "Tolerance of the spectrum: {from:+} dB to {to:+} dB at {} % of the frequencies at least, {:+} dB to {:+} dB at the others.",
+                    100.0 * t.tolerance.share,
+                    t.tolerance.rest[0],
+                    t.tolerance.rest[1]
+                ));
+        }
         table
     }
 
@@ -221,7 +266,11 @@ impl ShockReport<'_> {
         )
     }
 
-    fn spectrum(&self, s: &ShockSpectrumCurves<'_>) -> Section {
+    fn spectrum(
+        &self,
+        s: &ShockSpectrumCurves<'_>,
+        judged: Option<(&[f64], &SpectrumToleranceResult)>,
+    ) -> Section {
         let positive = |values: Vec<f64>| -> (Vec<f64>, Vec<f64>) {
             s.frequency
                 .iter()
@@ -254,19 +303,30 @@ impl ShockReport<'_> {
             .zip(s.displacement)
             .map(|(f, x)| TAU * f * x.maximax())
             .collect();
-        let plot = XyPlot::new(
+        let mut plot = XyPlot::new(
             Axis::log("natural frequency", "Hz"),
             Axis::log("absolute acceleration", s.unit),
         )
-        .series(maximax)
-        .series(line("primary", of(&Extremes::primary_maximax)))
-        .series(line("residual", of(&Extremes::residual_maximax)))
-        .series(line("negative", of(&|e| -e.min())))
-        .below(Axis::log(
-            "pseudo-velocity",
-            format!("{}·s", s.unit).replace("m/s²·s", "m/s"),
-        ))
-        .series(line("", pseudo));
+        .series(maximax);
+        if let Some((required, verdict)) = judged {
+            let (x, y) = positive(required.to_vec());
+            let edge = |limit: f64| -> Vec<f64> {
+                y.iter().map(|r| r * 10f64.powf(limit / 20.0)).collect()
+            };
+            let [low, high] = verdict.tolerance.band;
+            plot = plot.series(
+                Series::line("required, and its band", &x, &y).band(&edge(low), &edge(high)),
+            );
+        }
+        let plot = plot
+            .series(line("primary", of(&Extremes::primary_maximax)))
+            .series(line("residual", of(&Extremes::residual_maximax)))
+            .series(line("negative", of(&|e| -e.min())))
+            .below(Axis::log(
+                "pseudo-velocity",
+                format!("{}·s", s.unit).replace("m/s²·s", "m/s"),
+            ))
+            .series(line("", pseudo));
         let shares = s.acceleration.iter().zip(s.uncertainty);
         let shares: Vec<f64> = shares
             .filter(|(e, _)| e.maximax() > 0.0)

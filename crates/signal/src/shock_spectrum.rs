@@ -228,25 +228,44 @@ impl ShockSpectrum {
             .iter()
             .map(|f| Oscillator::new(*f, self.damping, 1.0 / rate))
             .collect();
-        let done = AtomicU64::new(0);
-        let blocks = oscillators.len().div_ceil(kernel::LANES) as u64;
-        let parts: Vec<Vec<Extremes>> = oscillators
-            .par_chunks(kernel::LANES)
-            .map(|block| {
+        let task = kernel::Task {
+            record,
+            end,
+            peaks: self.peaks,
+            settles: self.response != Response::RelativeVelocity,
+        };
+        // A frequency is stepped alike in whatever company it is asked for.
+        let (slow, fast): (Vec<usize>, Vec<usize>) =
+            (0..oscillators.len()).partition(|k| kernel::slow(&oscillators[*k]));
+        let blocks: Vec<&[usize]> = slow
+            .chunks(kernel::LANES)
+            .chain(fast.chunks(kernel::LANES))
+            .collect();
+        let (done, total) = (AtomicU64::new(0), blocks.len() as u64);
+        let parts: Vec<Vec<Extremes>> = blocks
+            .par_iter()
+            .map(|indices| {
                 let shown = || done.load(Ordering::Relaxed);
+                let block: Vec<Oscillator> = indices.iter().map(|k| oscillators[*k]).collect();
                 let kappas: Vec<Reading> = block.iter().map(|o| self.response.reading(o)).collect();
-                let extremes = kernel::extremes(block, &kappas, record, end, self.peaks, &|| {
-                    watch.step("response spectrum", shown(), blocks)
+                let extremes = kernel::extremes(&block, &kappas, &task, &|| {
+                    watch.step("response spectrum", shown(), total)
                 });
                 done.fetch_add(1, Ordering::Relaxed);
                 extremes
             })
             .collect::<Result<_, _>>()?;
+        let mut extremes = vec![Extremes::default(); oscillators.len()];
+        for (indices, part) in blocks.iter().zip(parts) {
+            for (k, e) in indices.iter().zip(part) {
+                extremes[*k] = e;
+            }
+        }
         Ok(ResponseSpectrum {
             frequency: self.frequencies.clone(),
             damping: self.damping,
             response: self.response,
-            extremes: parts.concat(),
+            extremes,
         })
     }
 

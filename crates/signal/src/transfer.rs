@@ -105,6 +105,16 @@ pub fn polar(z: Complex64, [rr, ri, ii]: [f64; 3]) -> (f64, f64) {
     (along.max(0.0).sqrt(), across.max(0.0).sqrt() / r)
 }
 
+/// Covariance rr, ri, ii of a complex number after its multiplication by another.
+pub fn turned([rr, ri, ii]: [f64; 3], s: Complex64) -> [f64; 3] {
+    let (c, d) = (s.re, s.im);
+    [
+        c * c * rr - 2.0 * c * d * ri + d * d * ii,
+        c * d * (rr - ii) + (c * c - d * d) * ri,
+        d * d * rr + 2.0 * c * d * ri + c * c * ii,
+    ]
+}
+
 impl CrossSpectra {
     /// The frequency response of one output.
     ///
@@ -113,8 +123,9 @@ impl CrossSpectra {
     /// a regression. H₂ is the same with the roles exchanged. Hv is the regression with errors in both variables,
     /// E|δ|² = [(Gx + Gm) Gv − |H|² Gm²]/(K Gx²), Gv = Gn + |H|² Gm.
     ///
-    /// **Leakage** a Hann window smooths: E Ĥ = H + c H″, which the second difference of neighbouring lines shows. It is
-    /// given for each line, and its square is in the covariance, along its own direction.
+    /// **Leakage** a window smooths: E Gxy/Gxx = H + c H″, and E Gyy/Gxx = |E Gxy/Gxx|² + 2c|H′|². So E Ĥ₁ = H + c H″, E Ĥ₂ = H +
+    /// c(H″ + 2|H′|²/H*), E Ĥv = H + c(H″ + 2|H′|² H/(ρ + |H|²)) with ρ the ratio of the noises: differences of neighbouring lines show
+    /// it. It is given for each line, and its square is in the covariance, along its own direction.
     ///
     /// **Errors** [`Error::OutOfRange`] for an output that is not there or a ratio that is not positive,
     /// [`Error::TooFew`] below two independent averages.
@@ -177,9 +188,19 @@ impl CrossSpectra {
         let n = result.value.len();
         for line in 0..n {
             let (before, after) = (line.saturating_sub(1), (line + 1).min(n.max(1) - 1));
-            let second = result.value[after] - 2.0 * result.value[line] + result.value[before];
+            let h = result.value[line];
+            let second = result.value[after] - 2.0 * h + result.value[before];
+            let slope = 0.5 * (result.value[after] - result.value[before]);
+            // What the slope within a line adds to the output's power is none of the input's: noise to the estimator.
+            let spread = match estimator {
+                Estimator::H1 => Complex64::new(0.0, 0.0),
+                Estimator::H2 => slope.norm_sqr() / h.conj(),
+                Estimator::Hv { noise_ratio } => {
+                    slope.norm_sqr() * h / (noise_ratio + h.norm_sqr())
+                }
+            };
             let bias = if after - before == 2 {
-                self.smoothing * second
+                self.smoothing * (second + 2.0 * spread)
             } else {
                 Complex64::new(0.0, 0.0)
             };

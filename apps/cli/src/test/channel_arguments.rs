@@ -1,9 +1,11 @@
 //! The channels of a dynamic test on the command line.
 
 use crate::Failure;
+use proofmass::calibration::dynamic::model::ModelStructure;
 use proofmass::io::{ColumnRef, Source, TimeUnit, Unit};
+use proofmass::jobs::campaign::{Certificate, CertificateOptions};
 use proofmass::jobs::{ChannelReading, RecordedChannels, WantedChannel};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Clock of the recording.
 #[derive(clap::Args)]
@@ -29,11 +31,46 @@ impl ClockArguments {
     }
 }
 
+/// Calibration over frequency of the transducer whose channel is the reference.
+#[derive(clap::Args)]
+pub(super) struct StandardArguments {
+    /// Calibration over frequency of the reference transducer, whose channel is then in volts: calibration.json, result.json, or the
+    /// table of a laboratory (.csv)
+    #[arg(long, value_name = "FILE")]
+    pub(super) standard: Option<PathBuf>,
+    /// Coverage factor of the expanded uncertainties (U_…) in the table of a laboratory
+    #[arg(long, value_name = "K", value_parser = positive, requires = "standard")]
+    standard_coverage: Option<f64>,
+    /// Axis of a calibration of several
+    #[arg(long, value_name = "AXIS", requires = "standard")]
+    standard_axis: Option<String>,
+    /// Model that is fitted to the calibration and stands for its points, such as 1mode+delay
+    #[arg(long, value_name = "ELEMENTS", value_parser = super::response::structure, requires = "standard")]
+    standard_model: Option<ModelStructure>,
+}
+
+impl StandardArguments {
+    /// The certificate, where one was named.
+    pub(super) fn read(&self) -> Result<Option<Certificate>, Failure> {
+        let Some(path) = &self.standard else {
+            return Ok(None);
+        };
+        let mut options = CertificateOptions::default();
+        options.coverage = self.standard_coverage;
+        options.axis = self.standard_axis.clone();
+        options.model = self.standard_model;
+        Ok(Some(Certificate::from_document(
+            Source::open(path)?,
+            &options,
+        )?))
+    }
+}
+
 /// The one channel of a recording.
 #[derive(clap::Args)]
 pub(super) struct ChannelArguments {
     /// Column of the sensor, by name or number (from 1)
-    #[arg(long, value_name = "COLUMN")]
+    #[arg(long, value_name = "COLUMN", alias = "output-column")]
     column: String,
     /// Its unit, where the heading does not say it
     #[arg(long, value_name = "UNIT")]

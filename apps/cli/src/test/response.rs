@@ -1,6 +1,8 @@
-//! `proofmass test random`, `impact`, `sweep`.
+//! `proofmass test random`, `impact`, `sweep`, `steps`.
 
-use super::channel_arguments::{ClockArguments, band, not_negative, positive, unit, wanted};
+use super::channel_arguments::{
+    ClockArguments, StandardArguments, band, not_negative, positive, unit, wanted,
+};
 use crate::clock::record;
 use crate::console::Progress;
 use crate::delivery::Delivery;
@@ -15,7 +17,7 @@ use std::path::{Path, PathBuf};
 /// Channels, estimator, model: what all three excitations share.
 #[derive(clap::Args)]
 pub(super) struct Common {
-    /// Column of the input (reference acceleration, force), by name or number (from 1)
+    /// Column of the input (reference acceleration, force; volts with --standard), by name or number (from 1)
     #[arg(long, value_name = "COLUMN")]
     input: String,
     /// Its unit, where the heading does not say it: m/s², g, N, …
@@ -25,7 +27,7 @@ pub(super) struct Common {
     #[arg(long, value_name = "PERCENT", value_parser = not_negative, default_value = "0")]
     input_uncertainty: f64,
     /// Column of the device
-    #[arg(long, value_name = "COLUMN")]
+    #[arg(long, value_name = "COLUMN", alias = "column")]
     output_column: String,
     /// Its unit, where the heading does not say it
     #[arg(long, value_name = "UNIT", value_parser = unit)]
@@ -39,6 +41,8 @@ pub(super) struct Common {
     /// Model to fit: elements of 1mode … 4modes, high-pass, delay, low-pass=ORDER, joined by +
     #[arg(long, value_name = "ELEMENTS", value_parser = structure)]
     model: Option<ModelStructure>,
+    #[command(flatten)]
+    standard: StandardArguments,
     #[command(flatten)]
     clock: ClockArguments,
     #[command(flatten)]
@@ -97,6 +101,20 @@ pub(super) struct Sweep {
     common: Common,
 }
 
+/// Frequency response from a sine that stays at one frequency after the other: the steps are found, a sine is fitted to both
+/// channels in each.
+///
+/// One recording with all steps, or one for each frequency. A step holds twelve periods at least; its first three tenths are left to
+/// the device to settle.
+#[derive(clap::Args)]
+pub(super) struct Steps {
+    /// Recordings of input and output
+    #[arg(required = true)]
+    recordings: Vec<PathBuf>,
+    #[command(flatten)]
+    common: Common,
+}
+
 #[derive(Clone, Copy, PartialEq, clap::ValueEnum)]
 enum Choice {
     H1,
@@ -139,14 +157,24 @@ impl Sweep {
     }
 }
 
+impl Steps {
+    pub(super) fn run(self) -> Result<Outcome, Failure> {
+        self.common
+            .run(ResponseJob::new(Excitation::Steps), &self.recordings)
+    }
+}
+
 impl Common {
     fn run(self, mut job: ResponseJob, paths: &[PathBuf]) -> Result<Outcome, Failure> {
-        let inputs: Vec<&Path> = paths.iter().map(PathBuf::as_path).collect();
+        let mut inputs: Vec<&Path> = paths.iter().map(PathBuf::as_path).collect();
+        inputs.extend(self.standard.standard.as_deref());
         let folder = self.delivery.begin(ResponseOutcome::KIND, &inputs)?;
         job.band = self.band;
         job.model = self.model;
         job.reference_frequency = self.reference_frequency;
         job.input_uncertainty = 1e-2 * self.input_uncertainty;
+        let certificate = self.standard.read()?;
+        job.standard = certificate.as_ref().map(|c| c.table.clone());
         let columns = [
             wanted(&self.input, self.input_unit),
             wanted(&self.output_column, self.output_unit),
@@ -154,33 +182,20 @@ impl Common {
         let sources = paths.iter().map(Source::open);
         let sources = sources.collect::<Result<Vec<_>, _>>()?;
         let recordings = ResponseRecordings::read(sources, &self.clock.reading(), &columns)?;
-        let outcome = job.evaluate(&recordings.data(), &Progress::new())?;
+        let mut data = recordings.data();
+        let mut findings = data.findings.to_vec();
+        findings.extend(certificate.iter().flat_map(|c| c.findings.clone()));
+        data.findings = &findings;
+        let outcome = job.evaluate(&data, &Progress::new())?;
         let title = format!("Frequency response, {}", recordings.name());
-        let record = record(title, recordings.inputs());
+        let mut files = recordings.inputs();
+        files.extend(certificate.map(|c| c.input));
+        let record = record(title, files);
         self.delivery.deliver(folder, &Filed::new(record, outcome))
     }
 }
 
 /// `1mode+delay`, `2modes+high-pass+low-pass=4`.
 pub(crate) fn structure(text: &str) -> Result<ModelStructure, String> {
-    let refused =
-        || format!("{text:?} is no model such as 1mode, 1mode+delay, 2modes+high-pass+low-pass=4");
-    let mut model = ModelStructure::modes(0);
-    for word in text.split('+').map(str::trim) {
-        if let Some(count) = word
-            .strip_suffix("modes")
-            .or_else(|| word.strip_suffix("mode"))
-        {
-            model.modes = count.trim().parse().map_err(|_| refused())?;
-        } else if word == "high-pass" {
-            model = model.with_high_pass();
-        } else if word == "delay" {
-            model = model.with_delay();
-        } else if let Some(order) = word.strip_prefix("low-pass=") {
-            model = model.with_low_pass(order.parse().map_err(|_| refused())?);
-        } else {
-            return Err(refused());
-        }
-    }
-    Ok(model)
+    text.parse()
 }

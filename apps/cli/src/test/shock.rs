@@ -1,16 +1,18 @@
 //! `proofmass test shock`.
 
-use super::channel_arguments::{ClockArguments, band, not_negative, positive, unit, wanted};
+use super::channel_arguments::{
+    ClockArguments, StandardArguments, band, not_negative, positive, unit, wanted,
+};
 use crate::clock::record;
 use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::{Failure, Outcome};
 use proofmass::calibration::dynamic::shock::Tolerance;
 use proofmass::io::{Source, Unit};
-use proofmass::jobs::shock::{ShockData, ShockJob, ShockOutcome};
+use proofmass::jobs::shock::{ShockData, ShockJob, ShockOutcome, required_spectrum};
 use proofmass::jobs::{Filed, Job, Outcome as _};
 use proofmass::signal::{Peaks, PulseShape};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// A recorded shock: peak, duration, velocity change, shock response spectrum; sensitivity against a reference.
 ///
@@ -22,12 +24,12 @@ pub(super) struct Shock {
     /// Recording with the shock
     recording: PathBuf,
     /// Column of the device, by name or number (from 1)
-    #[arg(long, value_name = "COLUMN")]
-    output_column: String,
+    #[arg(long, value_name = "COLUMN", alias = "output-column")]
+    column: String,
     /// Its unit, where the heading does not say it: V, mV, count, m/s², g, …
-    #[arg(long, value_name = "UNIT", value_parser = unit)]
-    output_unit: Option<Unit>,
-    /// Column of the reference acceleration
+    #[arg(long, value_name = "UNIT", value_parser = unit, alias = "output-unit")]
+    unit: Option<Unit>,
+    /// Column of the reference acceleration, or of its volts with --standard
     #[arg(long, value_name = "COLUMN")]
     reference: Option<String>,
     /// Its unit, where the heading does not say it: m/s², g, …
@@ -68,6 +70,18 @@ pub(super) struct Shock {
     /// Largest departure of the velocity change in per cent
     #[arg(long, value_name = "PERCENT", value_parser = positive, default_value = "15")]
     velocity_band: f64,
+    /// Shock response spectrum that is required, a table of frequency_Hz and acceleration_m/s2 (or _g) [default: that of the nominal
+    /// pulse]
+    #[arg(long, value_name = "FILE")]
+    required_spectrum: Option<PathBuf>,
+    /// Band about it in decibels, at nine tenths of the frequencies (MIL-STD-810, method 516)
+    #[arg(long, value_name = "LOW,HIGH", value_parser = decibels, default_value = "-1.5,3", allow_hyphen_values = true)]
+    spectrum_band: [f64; 2],
+    /// Band for the others
+    #[arg(long, value_name = "LOW,HIGH", value_parser = decibels, default_value = "-3,6", allow_hyphen_values = true)]
+    spectrum_rest: [f64; 2],
+    #[command(flatten)]
+    standard: StandardArguments,
     #[command(flatten)]
     clock: ClockArguments,
     #[command(flatten)]
@@ -102,10 +116,12 @@ impl From<Shape> for PulseShape {
 
 impl Shock {
     pub(super) fn run(self) -> Result<Outcome, Failure> {
-        let folder = self
-            .delivery
-            .begin(ShockOutcome::KIND, &[&self.recording])?;
-        let mut channels = vec![wanted(&self.output_column, self.output_unit)];
+        let mut named: Vec<&Path> = vec![&self.recording];
+        named.extend(self.standard.standard.as_deref());
+        named.extend(self.required_spectrum.as_deref());
+        let folder = self.delivery.begin(ShockOutcome::KIND, &named)?;
+        let certificate = self.standard.read()?;
+        let mut channels = vec![wanted(&self.column, self.unit)];
         if let Some(reference) = &self.reference {
             channels.push(wanted(reference, self.reference_unit));
         }
@@ -117,18 +133,28 @@ impl Shock {
         let Some((output, reference)) = views.split_first() else {
             return Err(Failure::new("no column was chosen"));
         };
+        let mut findings = recording.findings.clone();
+        findings.extend(certificate.iter().flat_map(|c| c.findings.clone()));
         let data = ShockData {
             reference: reference.first().copied(),
             output: *output,
             rate: recording.rate,
-            findings: &recording.findings,
+            findings: &findings,
             name: &recording.name,
         };
-        let outcome = self.job().evaluate(&data, &Progress::new())?;
-        let record = record(
-            format!("Shock test, {}", self.recording.display()),
-            vec![recording.input.clone()],
-        );
+        let mut job = self.job();
+        job.standard = certificate.as_ref().map(|c| c.table.clone());
+        job.spectrum_tolerance.band = self.spectrum_band;
+        job.spectrum_tolerance.rest = self.spectrum_rest;
+        let mut inputs = vec![recording.input.clone()];
+        inputs.extend(certificate.map(|c| c.input));
+        if let Some(path) = &self.required_spectrum {
+            let (required, input) = required_spectrum(Source::open(path)?)?;
+            job.required = required;
+            inputs.push(input);
+        }
+        let outcome = job.evaluate(&data, &Progress::new())?;
+        let record = record(format!("Shock test, {}", self.recording.display()), inputs);
         self.delivery.deliver(folder, &Filed::new(record, outcome))
     }
 
@@ -154,5 +180,16 @@ impl Shock {
             job.tolerance = Some(tolerance);
         }
         job
+    }
+}
+
+/// Two numbers with their signs, the second larger: `-1.5,3`.
+fn decibels(text: &str) -> Result<[f64; 2], String> {
+    let refused = || format!("{text:?} is no band in decibels such as -1.5,3");
+    let (low, high) = text.split_once(',').ok_or_else(refused)?;
+    let number = |t: &str| t.trim().parse().ok().filter(|v: &f64| v.is_finite());
+    match (number(low), number(high)) {
+        (Some(low), Some(high)) if low < 0.0 && high > 0.0 => Ok([low, high]),
+        _ => Err(refused()),
     }
 }

@@ -1,10 +1,11 @@
 //! Acceleration from the output of a device whose model is known: the stable inverse filter, with the uncertainty of every sample.
 
+use super::model::parameters::{Device, STEP};
 use super::model::{ModelStructure, TransducerModel};
 use num_complex::Complex64;
 use proofmass_core::Error;
 use proofmass_signal::{Density, Welch, fourier};
-use proofmass_uncertainty::{Covariance, Estimate};
+use proofmass_uncertainty::Estimate;
 use serde::{Deserialize, Serialize};
 
 /// How an output is turned back.
@@ -52,60 +53,6 @@ pub struct Deconvolved {
 
 fn low_pass(f: f64, corner: f64) -> f64 {
     1.0 / (1.0 + (f / corner).powi(8))
-}
-
-/// What the inverse needs of the parameters: models a step to either side of each, and their covariance.
-struct Device {
-    shifted: Vec<[TransducerModel; 2]>,
-    covariance: Covariance,
-}
-
-/// Step of the derivative, in the parameters' natural units of order one.
-const STEP: f64 = 1e-5;
-
-impl Device {
-    fn new(
-        model: &TransducerModel,
-        structure: &ModelStructure,
-        estimate: &Estimate,
-        time: f64,
-    ) -> Result<Self, Error> {
-        let vector = model.to_vector(structure, time);
-        let named = model.named(structure, "", time);
-        let p = vector.len();
-        let indices: Vec<usize> = named
-            .iter()
-            .map(|(name, ..)| {
-                estimate.index_of(name).ok_or(Error::Length {
-                    name: "parameters of the estimate",
-                    expected: p,
-                    got: estimate.components().len(),
-                })
-            })
-            .collect::<Result<_, _>>()?;
-        let mut rows = vec![0.0; p * p];
-        for a in 0..p {
-            for b in 0..p {
-                // From parameters to natural units.
-                rows[a * p + b] =
-                    estimate.covariance()[(indices[a], indices[b])] / (named[a].3 * named[b].3);
-            }
-        }
-        let sign = model.sensitivity.signum();
-        let shifted = (0..p)
-            .map(|j| {
-                [-STEP, STEP].map(|h| {
-                    let mut v = vector.clone();
-                    v[j] += h;
-                    TransducerModel::from_vector(&v, structure, sign, time)
-                })
-            })
-            .collect();
-        Ok(Self {
-            shifted,
-            covariance: Covariance::try_from_rows(p, &rows)?,
-        })
-    }
 }
 
 impl Deconvolution {
@@ -324,7 +271,9 @@ mod tests {
     use super::*;
     use crate::dynamic::model::Mode;
     use proofmass_signal::PulseShape;
-    use proofmass_uncertainty::{Component, DegreesOfFreedom, Effect, Evaluation, Influence};
+    use proofmass_uncertainty::{
+        Component, Covariance, DegreesOfFreedom, Effect, Evaluation, Influence,
+    };
     use rand::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};
     use rand_xoshiro::Xoshiro256PlusPlus;

@@ -2,6 +2,7 @@
 
 mod figures;
 mod fit;
+pub(in crate::dynamic) mod parameters;
 mod response;
 #[cfg(test)]
 mod tests;

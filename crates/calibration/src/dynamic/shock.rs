@@ -5,6 +5,7 @@ mod pulse;
 mod quiet;
 mod sensitivity;
 mod spectrum;
+mod spectrum_tolerance;
 #[cfg(test)]
 mod tests;
 
@@ -12,3 +13,4 @@ pub use doubts::{PulseContext, pulse_findings};
 pub use pulse::{NoPulse, Pulse, PulseMeasures, PulseSearch, Tolerance, ToleranceResult};
 pub use sensitivity::{NoCalibration, ShockCalibration, ShockReference, SpectrumLine};
 pub use spectrum::SpectrumDoubt;
+pub use spectrum_tolerance::{SpectrumTolerance, SpectrumToleranceResult, required_at};

@@ -1,13 +1,16 @@
 //! The certificate of the reference standard: sensitivity against frequency, between and never beyond its points.
 
+use crate::dynamic::model::ModelFit;
 use crate::frequency_response::FrequencyResponse;
 use crate::monotone_cubic::{MonotoneCubic, interval};
 use num_complex::Complex64;
 use proofmass_core::Error;
+use proofmass_signal::transfer::polar;
 use proofmass_uncertainty::{
     Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Influence,
 };
 use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
 
 /// One line of the certificate.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -25,10 +28,22 @@ pub struct ReferencePoint {
 }
 
 /// A certificate, in ascending frequency.
+///
+/// What its points have in common is an error of every frequency at once, which no number of frequencies averages away. A
+/// document that says nothing of it is taken as wholly common.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReferenceTable {
     points: Vec<ReferencePoint>,
+    /// Standard uncertainty that each point has for itself alone, of modulus (relative) and phase (rad).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    own: Option<Vec<[f64; 2]>>,
+    /// Largest relative error of the curve between each two points, where it was estimated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    between: Option<Vec<f64>>,
 }
+
+/// Frequencies of a fitted model between each two points of what it was fitted to.
+const BETWEEN: usize = 8;
 
 impl ReferenceTable {
     /// Points in any order; frequencies must differ.
@@ -81,7 +96,91 @@ impl ReferenceTable {
                 max: f64::MAX,
             });
         }
-        Ok(Self { points })
+        Ok(Self {
+            points,
+            own: None,
+            between: None,
+        })
+    }
+
+    /// One element of a calibrated frequency response; `scale` turns its unit into V/(m/s²).
+    ///
+    /// What the response says its frequencies share is common, the rest of each frequency alone. The curve between the points
+    /// has the error that the points themselves show of it.
+    ///
+    /// **Accuracy** [`FrequencyResponse::interpolation_error`].
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] for an element that is not there, else as [`ReferenceTable::new`].
+    pub fn of_response(
+        response: &FrequencyResponse,
+        output: usize,
+        axis: usize,
+        scale: f64,
+    ) -> Result<Self, Error> {
+        let re = response.real_part(output, axis)?;
+        let series = response.series();
+        let mut points = Vec::new();
+        let mut own = Vec::new();
+        for (i, point) in series.points().iter().enumerate() {
+            let (c, v) = (point.estimate.components(), point.estimate.covariance());
+            let z = Complex64::new(c[re].value, c[re + 1].value);
+            let (u, turn) = polar(z, [v[(re, re)], v[(re, re + 1)], v[(re + 1, re + 1)]]);
+            let u = u / z.norm();
+            points.push(ReferencePoint {
+                frequency: point.at,
+                sensitivity: scale * z.norm(),
+                phase: z.arg(),
+                modulus_uncertainty: u,
+                phase_uncertainty: turn,
+            });
+            let mut alone = [u * u, turn * turn];
+            for effect in series.shared().unwrap_or_default() {
+                let e = &effect.effects[i];
+                let e = Complex64::new(e[re], e[re + 1]) / z;
+                alone[0] -= e.re * e.re;
+                alone[1] -= e.im * e.im;
+            }
+            own.push(alone.map(|v| v.max(0.0).sqrt()));
+        }
+        let mut table = Self::new(points)?;
+        table.own = series.shared().is_some().then_some(own);
+        table.between = response.interpolation_error();
+        Ok(table)
+    }
+
+    /// A fitted model, at the frequencies of what it was fitted to and between them; `scale` turns its unit into V/(m/s²). All of
+    /// its uncertainty is that of its parameters, and so in common.
+    ///
+    /// # Errors
+    /// As [`ReferenceTable::new`]; an estimate without the model's parameters.
+    pub fn of_model(fit: &ModelFit, scale: f64) -> Result<Self, Error> {
+        let mut knots: Vec<f64> = fit.residuals.iter().map(|r| r[0]).collect();
+        knots.sort_by(f64::total_cmp);
+        knots.dedup();
+        let mut frequencies = Vec::new();
+        for pair in knots.windows(2) {
+            let ratio = pair[1] / pair[0];
+            frequencies
+                .extend((0..BETWEEN).map(|k| pair[0] * ratio.powf(k as f64 / BETWEEN as f64)));
+        }
+        frequencies.extend(knots.last());
+        let points = fit
+            .at(&frequencies)?
+            .into_iter()
+            .zip(&frequencies)
+            .map(|((z, covariance), &frequency)| {
+                let (u, turn) = polar(z, covariance);
+                ReferencePoint {
+                    frequency,
+                    sensitivity: scale * z.norm(),
+                    phase: z.arg(),
+                    modulus_uncertainty: u / z.norm(),
+                    phase_uncertainty: turn,
+                }
+            })
+            .collect();
+        Self::new(points)
     }
 
     /// The points.
@@ -89,11 +188,20 @@ impl ReferenceTable {
         &self.points
     }
 
+    /// Lowest and highest frequency, Hz.
+    pub fn range(&self) -> [f64; 2] {
+        let end = |p: Option<&ReferencePoint>| p.map_or(0.0, |p| p.frequency);
+        [end(self.points.first()), end(self.points.last())]
+    }
+
     /// Sensitivity at a frequency: monotone cubic in log f for modulus and phase (Fritsch–Carlson), uncertainty
     /// as the weighted sum of those of the two neighbours.
     ///
     /// Points of one certificate share most of their causes, so their uncertainties are taken as fully
-    /// correlated: an interpolated value is never better known than its neighbours.
+    /// correlated: an interpolated value is never better known than its neighbours. Of a calibrated response the estimated error
+    /// of the curve between its points is added.
+    ///
+    /// Phases are followed from point to point, so neighbours must be less than half a turn apart.
     ///
     /// **Source** `[FritschCarlson1980]`.
     ///
@@ -119,17 +227,53 @@ impl ReferenceTable {
         let x: Vec<f64> = self.points.iter().map(|p| p.frequency.ln()).collect();
         let (k, t) = interval(&x, frequency.ln());
         let (a, b) = (self.points[k], self.points[k + 1]);
-        let curve = |value: fn(&ReferencePoint) -> f64| {
-            let y: Vec<f64> = self.points.iter().map(value).collect();
-            MonotoneCubic::new(&x, &y).at(k, t)
-        };
+        let moduli: Vec<f64> = self.points.iter().map(|p| p.sensitivity).collect();
+        let mut phases: Vec<f64> = self.points.iter().map(|p| p.phase).collect();
+        for i in 1..phases.len() {
+            // 179° and −179° are two degrees apart.
+            let step = phases[i] - phases[i - 1];
+            phases[i] -= TAU * (step / TAU).round();
+        }
+        let slip = self.slip(k, t);
         Ok(ReferencePoint {
             frequency,
-            sensitivity: curve(|p| p.sensitivity),
-            phase: curve(|p| p.phase),
-            modulus_uncertainty: (1.0 - t) * a.modulus_uncertainty + t * b.modulus_uncertainty,
-            phase_uncertainty: (1.0 - t) * a.phase_uncertainty + t * b.phase_uncertainty,
+            sensitivity: MonotoneCubic::new(&x, &moduli).at(k, t),
+            phase: MonotoneCubic::new(&x, &phases).at(k, t),
+            modulus_uncertainty: ((1.0 - t) * a.modulus_uncertainty + t * b.modulus_uncertainty)
+                .hypot(slip),
+            phase_uncertainty: ((1.0 - t) * a.phase_uncertainty + t * b.phase_uncertainty)
+                .hypot(slip),
         })
+    }
+
+    /// Standard uncertainty of the curve itself within an interval, from zero at its ends.
+    fn slip(&self, k: usize, t: f64) -> f64 {
+        let largest = self.between.as_ref().and_then(|b| b.get(k));
+        // A bound between the points, rectangular; rising and falling as the error of a cubic does.
+        largest.map_or(0.0, |e| 4.0 * t * (1.0 - t) * e / 3f64.sqrt())
+    }
+
+    /// Standard uncertainties of modulus (relative) and phase (rad) at a frequency, of its own and in common with all others.
+    ///
+    /// # Errors
+    /// As [`ReferenceTable::at`].
+    pub fn shares_at(&self, frequency: f64) -> Result<ReferenceShares, Error> {
+        let p = self.at(frequency)?;
+        let whole = [p.modulus_uncertainty, p.phase_uncertainty];
+        let own = match &self.own {
+            Some(own) if self.points.len() > 1 => {
+                let x: Vec<f64> = self.points.iter().map(|p| p.frequency.ln()).collect();
+                let (k, t) = interval(&x, frequency.ln());
+                let slip = self.slip(k, t);
+                let of = |i: usize| own.get(i).copied().unwrap_or_default();
+                let (a, b) = (of(k), of(k + 1));
+                [0, 1].map(|i| ((1.0 - t) * a[i] + t * b[i]).hypot(slip).min(whole[i]))
+            }
+            Some(own) => own.first().copied().unwrap_or_default(),
+            None => [0.0; 2],
+        };
+        let common = [0, 1].map(|i| (whole[i] * whole[i] - own[i] * own[i]).max(0.0).sqrt());
+        Ok(ReferenceShares { own, common })
     }
 
     /// Acceleration behind a voltage of the reference, m/s²: V over S e^{jφ}.
@@ -140,6 +284,16 @@ impl ReferenceTable {
         let p = self.at(frequency)?;
         Ok(voltage / Complex64::from_polar(p.sensitivity, p.phase))
     }
+}
+
+/// Uncertainty of the reference at a frequency by what it has in common with other frequencies: of the modulus (relative) and of the
+/// phase (rad).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ReferenceShares {
+    /// Of this frequency alone.
+    pub own: [f64; 2],
+    /// Of all frequencies at once.
+    pub common: [f64; 2],
 }
 
 /// A certificate says nothing of the correlation of its lines.
@@ -210,6 +364,69 @@ mod tests {
             assert!(s <= last && (9.879e-3 - 1e-12..=9.914e-3 + 1e-12).contains(&s));
             last = s;
         }
+    }
+
+    #[test]
+    fn known_phases_are_followed_through_half_a_turn() {
+        // An inverted reference: −179° and 179° are two degrees apart, not 358.
+        let point = |frequency: f64, phase: f64| ReferencePoint {
+            frequency,
+            sensitivity: 0.01,
+            phase: phase.to_radians(),
+            modulus_uncertainty: 0.0,
+            phase_uncertainty: 0.0,
+        };
+        let t = ReferenceTable::new(vec![point(100.0, 179.0), point(400.0, -179.0)]).unwrap();
+        assert!((t.at(200.0).unwrap().phase.to_degrees() - 180.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn law_shares_of_a_response_add_to_its_uncertainty() {
+        // 0.3 % in common and 0.4 % of each frequency alone; a phase of which nothing is common.
+        let z = Complex64::from_polar(0.01, 0.4);
+        let estimate = |at: f64| {
+            let (u, v) = (0.005 * z.norm(), 0.002);
+            let components = vec![
+                Component::new("modulus", "V/(m/s²)", z.norm()),
+                Component::new("phase", "rad", z.arg()),
+            ];
+            let influence = Influence {
+                key: "all".into(),
+                description: "all".into(),
+                evaluation: Evaluation::B,
+                distribution: "normal".into(),
+                dof: DegreesOfFreedom::INFINITE,
+                effect: Effect::Joint {
+                    covariance: Covariance::from_standard_uncertainties(&[u, v]).unwrap(),
+                },
+            };
+            (at, Estimate::new(components, vec![influence]).unwrap())
+        };
+        let points = [10.0, 20.0, 40.0, 80.0].map(estimate);
+        let points: Vec<(f64, &Estimate)> = points.iter().map(|(f, e)| (*f, e)).collect();
+        let shared = |effect: Complex64| {
+            Some(vec![proofmass_uncertainty::SharedEffect {
+                key: "standard".into(),
+                effects: vec![vec![effect.re, effect.im]; 4],
+            }])
+        };
+        let response = FrequencyResponse::from_polar("z", &points, shared(0.003 * z)).unwrap();
+        let table = ReferenceTable::of_response(&response, 0, 0, 1.0).unwrap();
+        for f in [10.0, 30.0, 80.0] {
+            let shares = table.shares_at(f).unwrap();
+            assert!((shares.common[0] - 0.003).abs() < 1e-12, "{shares:?}");
+            assert!((shares.own[0] - 0.004).abs() < 1e-12, "{shares:?}");
+            assert!(shares.common[1] < 1e-12 && (shares.own[1] - 0.002).abs() < 1e-12);
+            assert!((table.at(f).unwrap().phase - 0.4).abs() < 1e-12);
+        }
+        // What says nothing is common as a whole; in millivolts it is the same device.
+        let silent = FrequencyResponse::from_polar("z", &points, None).unwrap();
+        let silent = ReferenceTable::of_response(&silent, 0, 0, 1e-3).unwrap();
+        let shares = silent.shares_at(30.0).unwrap();
+        assert_eq!(shares.own, [0.0; 2]);
+        assert!((shares.common[0] - 0.005).abs() < 1e-12);
+        assert!((silent.at(30.0).unwrap().sensitivity - 1e-5).abs() < 1e-17);
+        assert!(ReferenceTable::of_response(&response, 0, 1, 1.0).is_err());
     }
 
     #[test]

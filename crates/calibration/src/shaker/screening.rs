@@ -208,7 +208,8 @@ fn determined(rows: Vec<PhasorRow>, findings: &mut Vec<Finding>) -> Vec<PhasorRo
         .collect()
 }
 
-/// The budget with the reference calibration of the certificate at these frequencies, where it has none of its own.
+/// The budget with the reference calibration of the certificate at these frequencies, where it has none of its own: what the
+/// certificate has in common as one error of the whole campaign, the rest as one of each frequency.
 ///
 /// # Errors
 /// [`Error::OutOfRange`] for an impossible budget or a frequency the certificate does not reach.
@@ -224,34 +225,56 @@ pub fn with_certificate(
     let mut frequencies: Vec<f64> = frequencies.into_iter().collect();
     frequencies.sort_by(f64::total_cmp);
     frequencies.dedup();
-    let (mut modulus, mut phase) = (vec![], vec![]);
+    let mut shares = vec![];
     for frequency in frequencies {
-        let p = table.at(frequency)?;
-        modulus.push((frequency, p.modulus_uncertainty));
-        phase.push((frequency, p.phase_uncertainty));
+        shares.push((frequency, table.shares_at(frequency)?));
     }
-    for (acts, stated, key, text) in [
+    let stated = budget.inputs.clone();
+    for (part, acts, key, text) in [
         (
+            0,
             Acts::ReferenceModulus,
-            modulus,
             "reference.calibration",
             "calibration of the reference standard",
         ),
         (
+            1,
             Acts::ReferencePhase,
-            phase,
             "reference.phase",
             "phase of the reference standard",
         ),
     ] {
-        let largest = stated.iter().map(|s| s.1).fold(0.0, f64::max);
-        if largest > 0.0 && !budget.inputs.iter().any(|i| i.acts == acts) {
-            let mut input = ShakerInput::new(key, acts, largest, &[Key::Frequency]).described(text);
-            if stated.iter().any(|s| s.1 != largest) {
-                input.at_frequencies = stated;
-            }
-            budget.inputs.push(input);
+        if stated.iter().any(|i| i.acts == acts) {
+            continue;
         }
+        let common = shares.iter().map(|(f, s)| (*f, s.common[part])).collect();
+        let own = shares.iter().map(|(f, s)| (*f, s.own[part])).collect();
+        budget
+            .inputs
+            .extend(over_frequency(key, acts, common, &[]).map(|i| i.described(text)));
+        let alone = format!("{text}, of each frequency alone");
+        budget.inputs.extend(
+            over_frequency(&format!("{key}.own"), acts, own, &[Key::Frequency])
+                .map(|i| i.described(&alone)),
+        );
     }
     Ok(budget)
+}
+
+/// An input with another uncertainty at every frequency; `None` where it is zero at all.
+fn over_frequency(
+    key: &str,
+    acts: Acts,
+    stated: Vec<(f64, f64)>,
+    varies_with: &[Key],
+) -> Option<ShakerInput> {
+    let largest = stated.iter().map(|s| s.1).fold(0.0, f64::max);
+    if !(largest > 0.0) {
+        return None;
+    }
+    let mut input = ShakerInput::new(key, acts, largest, varies_with);
+    if stated.iter().any(|s| s.1 != largest) {
+        input.at_frequencies = stated;
+    }
+    Some(input)
 }

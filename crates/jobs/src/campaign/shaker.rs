@@ -9,7 +9,7 @@ mod spurious;
 
 pub(crate) use budget::BudgetSource;
 pub use budget::ShakerBudget;
-pub use certificate::{Certificate, CertificateTable};
+pub use certificate::{Certificate, CertificateOptions, CertificateTable};
 pub use recording::{DriveFrequency, ShakerRecording};
 pub(crate) use runs::read_runs;
 pub use runs::{PhasorQuantity, RunData, RunPhasor, RunTable, RunsTable, ShakerRun};

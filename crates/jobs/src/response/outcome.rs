@@ -1,6 +1,6 @@
 //! What a frequency response came to.
 
-use super::ResponseJob;
+use super::{COMMON, ResponseJob};
 use crate::frequency_response;
 use crate::outcome::{Outcome, section};
 use crate::record::Record;
@@ -8,6 +8,7 @@ use crate::trouble::Result;
 use proofmass_calibration::FrequencyResponse;
 use proofmass_calibration::dynamic::model::{ModelFit, ResponseFigures};
 use proofmass_calibration::dynamic::modes::Resonance;
+use proofmass_calibration::shaker::reference::ReferenceTable;
 use proofmass_io::{AnyCalibration, Cell, StatedQuantity, Table, Unit};
 use proofmass_report::{Report, ResponseReport};
 use proofmass_signal::transfer::{CrossSpectra, ResponseEstimate};
@@ -53,6 +54,28 @@ impl ResponsePower {
         }
         power.rms = sums.map(f64::sqrt);
         power
+    }
+
+    /// With the acceleration behind the volts of the input; lines that its calibration does not reach are left out.
+    pub(super) fn seen_by(&mut self, standard: &ReferenceTable) -> Result<()> {
+        let width = match self.frequency.as_slice() {
+            [a, b, ..] => b - a,
+            _ => 0.0,
+        };
+        let [first, last] = standard.range();
+        let keep: Vec<usize> = (0..self.frequency.len())
+            .filter(|k| (first..=last).contains(&self.frequency[*k]))
+            .collect();
+        let input = keep.iter().map(|k| {
+            let s = standard.at(self.frequency[*k])?.sensitivity;
+            Ok(self.input[*k] / (s * s))
+        });
+        self.input = input.collect::<Result<_>>()?;
+        self.output = keep.iter().map(|k| self.output[*k]).collect();
+        self.frequency = keep.iter().map(|k| self.frequency[*k]).collect();
+        let rms = |of: &[f64]| (width * of.iter().sum::<f64>()).sqrt();
+        self.rms = [rms(&self.input), rms(&self.output)];
+        Ok(())
     }
 }
 
@@ -233,11 +256,10 @@ impl Outcome for ResponseOutcome {
         let r = &self.response;
         let every = r.independent_every.max(1) * r.lines().div_ceil(MOST_LINES).max(1);
         let mut points = Vec::new();
-        let mut shared = SharedEffect {
-            key: "reference.modulus".into(),
+        let mut shared = COMMON.map(|(key, _)| SharedEffect {
+            key: key.into(),
             effects: Vec::new(),
-        };
-        let reference = self.request.input_uncertainty;
+        });
         for k in (0..r.lines()).step_by(every) {
             let (z, [rr, ri, ii]) = (r.value[k], r.covariance[k]);
             let components = vec![
@@ -254,24 +276,28 @@ impl Outcome for ResponseOutcome {
                     covariance: Covariance::try_from_rows(2, &[rr, ri, ri, ii])?,
                 },
             }];
-            if reference > 0.0 {
-                influences.push(Influence {
-                    key: "reference.modulus".into(),
-                    description: "relative error of the input, the same at every frequency".into(),
-                    evaluation: Evaluation::B,
-                    distribution: "normal".into(),
-                    dof: DegreesOfFreedom::INFINITE,
-                    effect: Effect::Scalar {
-                        value: 0.0,
-                        unit: "1".into(),
-                        standard_uncertainty: reference,
-                        sensitivity: vec![-z.re, -z.im],
-                    },
-                });
+            let common = self.request.common(r.frequency[k])?;
+            for (i, (relative, (key, description))) in common.iter().zip(COMMON).enumerate() {
+                let effect = relative * z;
+                shared[i].effects.push(vec![effect.re, effect.im]);
+                if effect.norm() > 0.0 {
+                    influences.push(Influence {
+                        key: key.into(),
+                        description: description.into(),
+                        evaluation: Evaluation::B,
+                        distribution: "normal".into(),
+                        dof: DegreesOfFreedom::INFINITE,
+                        effect: Effect::Scalar {
+                            value: 0.0,
+                            unit: "1".into(),
+                            standard_uncertainty: relative.norm(),
+                            sensitivity: [effect.re, effect.im]
+                                .map(|v| v / relative.norm())
+                                .to_vec(),
+                        },
+                    });
+                }
             }
-            shared
-                .effects
-                .push(vec![-reference * z.re, -reference * z.im]);
             points.push(SeriesPoint {
                 at: r.frequency[k],
                 estimate: Estimate::new(components, influences)?,
@@ -280,11 +306,10 @@ impl Outcome for ResponseOutcome {
         if points.is_empty() {
             return Ok(None);
         }
-        let shared = if reference > 0.0 {
-            vec![shared]
-        } else {
-            Vec::new()
-        };
+        let shared = shared
+            .into_iter()
+            .filter(|s| s.effects.iter().any(|e| e.iter().any(|v| *v != 0.0)))
+            .collect();
         let axis = vec!["axis".to_owned()];
         let series = EstimateSeries::new(points, Some(shared))?;
         let response = FrequencyResponse::new(axis.clone(), axis, series)?;

@@ -5,7 +5,7 @@ use crate::outcome::{Outcome, section};
 use crate::record::Record;
 use crate::trouble::Result;
 use proofmass_calibration::dynamic::shock::{
-    Pulse, PulseMeasures, ShockCalibration, ToleranceResult,
+    Pulse, PulseMeasures, ShockCalibration, SpectrumToleranceResult, ToleranceResult,
 };
 use proofmass_io::{Cell, StatedQuantity, Table};
 use proofmass_report::{Report, ShockReport, ShockSpectrumCurves};
@@ -43,6 +43,15 @@ pub struct ShockSpectra {
     pub relative_displacement: Vec<Extremes>,
 }
 
+/// Whether the spectrum of the first channel keeps its tolerance.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SpectrumVerdict {
+    /// What is required at the natural frequencies, m/s²; zero where nothing is.
+    pub required: Vec<f64>,
+    /// The verdict.
+    pub result: SpectrumToleranceResult,
+}
+
 /// The answer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ShockOutcome {
@@ -53,6 +62,8 @@ pub struct ShockOutcome {
     measures: PulseMeasures,
     calibration: Option<ShockCalibration>,
     tolerance: Option<ToleranceResult>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    spectrum_tolerance: Option<SpectrumVerdict>,
     spectra: Vec<ShockSpectra>,
     findings: Vec<Finding>,
 }
@@ -67,6 +78,7 @@ impl ShockOutcome {
         measures: PulseMeasures,
         calibration: Option<ShockCalibration>,
         tolerance: Option<ToleranceResult>,
+        spectrum_tolerance: Option<SpectrumVerdict>,
         spectra: Vec<ShockSpectra>,
         findings: Vec<Finding>,
     ) -> Self {
@@ -78,6 +90,7 @@ impl ShockOutcome {
             measures,
             calibration,
             tolerance,
+            spectrum_tolerance,
             spectra,
             findings,
         }
@@ -108,6 +121,11 @@ impl ShockOutcome {
         self.tolerance.as_ref()
     }
 
+    /// Whether its spectrum keeps a tolerance, where one was given.
+    pub fn spectrum_tolerance(&self) -> Option<&SpectrumVerdict> {
+        self.spectrum_tolerance.as_ref()
+    }
+
     fn page(&self, record: &Record) -> ShockReport<'_> {
         ShockReport {
             head: record.head(self.title(record), &self.findings),
@@ -122,6 +140,10 @@ impl ShockOutcome {
             measures: &self.measures,
             calibration: self.calibration.as_ref(),
             tolerance: self.tolerance.as_ref(),
+            spectrum_tolerance: self
+                .spectrum_tolerance
+                .as_ref()
+                .map(|v| (v.required.as_slice(), &v.result)),
             spectra: self
                 .spectra
                 .iter()
@@ -181,6 +203,7 @@ impl Outcome for ShockOutcome {
         Ok(vec![
             section("pulse", &self.measures)?,
             section("tolerance", &self.tolerance)?,
+            section("spectrum_tolerance", &self.spectrum_tolerance)?,
         ])
     }
 

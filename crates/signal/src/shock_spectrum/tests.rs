@@ -253,3 +253,43 @@ fn law_lanes_do_not_change_a_result() {
         assert_eq!(alone.extremes[0], *e);
     }
 }
+
+#[test]
+fn law_both_states_give_the_same_spectrum() {
+    // Every oscillator once in the company it is stepped with, once by single steps of the complex state.
+    let record: Vec<f64> = (0..3000)
+        .map(|k| f64::from(k * k % 101) / 101.0 - 0.3 + f64::from(k % 7))
+        .collect();
+    let rate = 1000.0;
+    let frequencies = [
+        0.01, 0.5, 7.0, 90.0, 300.0, 440.0, 446.0, 499.0, 500.0, 650.0,
+    ];
+    for response in Response::ALL {
+        for damping in [0.0, 1e-3, 0.05, 0.7] {
+            let spectrum = ShockSpectrum {
+                damping,
+                response,
+                ..ShockSpectrum::new(frequencies.to_vec(), 10.0)
+            };
+            let result = spectrum.evaluate(&record, rate).unwrap();
+            for (f, e) in frequencies.iter().zip(&result.extremes) {
+                let oscillator = Oscillator::new(*f, damping, 1.0 / rate);
+                let kappa = response.reading(&oscillator);
+                let mut z = num_complex::Complex64::new(0.0, 0.0);
+                let mut range = [0.0f64; 2];
+                for pair in record.windows(2) {
+                    z = oscillator.next(z, pair[0], pair[1]);
+                    crate::oscillator::widen(&mut range, (kappa * z).re);
+                }
+                let scale = absolute(range);
+                for (got, want) in e.in_record().iter().zip(range) {
+                    // 3000 steps, each rounding to 2⁻⁵³ of the state, whose damping is known to 2⁻⁵³ of a step.
+                    assert!(
+                        (got - want).abs() < 1e-11 * scale,
+                        "{f} Hz, {damping}, {response:?}: {got} {want}"
+                    );
+                }
+            }
+        }
+    }
+}

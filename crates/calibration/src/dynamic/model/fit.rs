@@ -1,5 +1,6 @@
 //! Complex least squares of the model, with one covariance of everything.
 
+use super::parameters::Device;
 use super::response::{Mode, ModelStructure, TransducerModel};
 use crate::adjustment::{Equations, adjust, cholesky, solve};
 use crate::frequency_response::FrequencyResponse;
@@ -159,16 +160,8 @@ impl ResponsePoints {
         output: usize,
         axis: usize,
     ) -> Result<Self, Error> {
-        let (outputs, axes) = (response.outputs().len(), response.axes().len());
-        if output >= outputs || axis >= axes {
-            return Err(Error::OutOfRange {
-                name: "element of the frequency response",
-                value: (output * axes + axis) as f64,
-                min: 0.0,
-                max: (outputs * axes) as f64 - 1.0,
-            });
-        }
-        let (re, im) = (2 * (output * axes + axis), 2 * (output * axes + axis) + 1);
+        let re = response.real_part(output, axis)?;
+        let im = re + 1;
         let series = response.series();
         let mut points = Self {
             unit: response.unit().to_owned(),
@@ -234,6 +227,40 @@ impl ResponsePoints {
         }
         points.check()?;
         Ok(points)
+    }
+
+    /// Adds an error that is common to all points, in standard uncertainties relative to each point; nothing where it is zero at all.
+    ///
+    /// # Errors
+    /// [`Error::Length`] unless there is one to each point.
+    pub fn with_common(
+        mut self,
+        key: &str,
+        description: &str,
+        relative: &[Complex64],
+    ) -> Result<Self, Error> {
+        if relative.len() != self.value.len() {
+            return Err(Error::Length {
+                name: "common errors of the points",
+                expected: self.value.len(),
+                got: relative.len(),
+            });
+        }
+        if relative.iter().any(|r| r.norm() > 0.0) {
+            self.common.push(CommonCause {
+                key: key.into(),
+                description: description.into(),
+                standard_uncertainty: 1.0,
+                dof: None,
+                derivative: self
+                    .value
+                    .iter()
+                    .zip(relative)
+                    .map(|(s, r)| s * r)
+                    .collect(),
+            });
+        }
+        Ok(self)
     }
 
     /// Adds a relative error of the reference, common to all points: modulus and phase (rad).
@@ -359,6 +386,22 @@ pub struct ModelFit {
     pub residuals: Vec<[f64; 4]>,
     /// What to doubt.
     pub findings: Vec<Finding>,
+}
+
+impl ModelFit {
+    /// The response of the fitted model at these frequencies (Hz), with the covariance rr, ri, ii that its parameters give it.
+    ///
+    /// # Errors
+    /// [`Error::Length`] for an estimate without the model's parameters.
+    pub fn at(&self, frequencies: &[f64]) -> Result<Vec<(Complex64, [f64; 3])>, Error> {
+        let highest = frequencies.iter().copied().fold(0.0, f64::max);
+        let time = 1.0 / (std::f64::consts::TAU * highest);
+        let device = Device::new(&self.model, &self.problem.structure, &self.estimate, time)?;
+        Ok(frequencies
+            .iter()
+            .map(|&f| (self.model.response(f), device.covariance_of(f)))
+            .collect())
+    }
 }
 
 /// Cholesky factor of the inverse of a 2 × 2 covariance, applied to a complex number.

@@ -43,6 +43,38 @@ impl Default for ModelStructure {
     }
 }
 
+/// As people write it: `1mode`, `1mode+delay`, `2modes+high-pass+low-pass=4`.
+impl std::str::FromStr for ModelStructure {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let refused =
+            format!("{text:?} is no model such as 1mode, 1mode+delay, 2modes+high-pass+low-pass=4");
+        let mut model = Self::modes(0);
+        for word in text.split('+').map(str::trim) {
+            if let Some(count) = word
+                .strip_suffix("modes")
+                .or_else(|| word.strip_suffix("mode"))
+            {
+                let Ok(count) = count.trim().parse::<usize>() else {
+                    return Err(refused);
+                };
+                model.modes = count;
+            } else if word == "high-pass" {
+                model = model.with_high_pass();
+            } else if word == "delay" {
+                model = model.with_delay();
+            } else if let Some(Ok(order)) = word.strip_prefix("low-pass=").map(str::parse::<usize>)
+            {
+                model = model.with_low_pass(order);
+            } else {
+                return Err(refused);
+            }
+        }
+        Ok(model)
+    }
+}
+
 impl ModelStructure {
     /// Oscillators alone.
     pub fn modes(modes: usize) -> Self {

@@ -1,6 +1,9 @@
-//! `reference.csv`: what the certificate of the reference standard says.
+//! `reference.csv` or `calibration.json`: what is known of the reference standard over frequency.
 
 use crate::campaign::CampaignFile;
+use crate::frequency_response::{ResponseDocument, read_document};
+use crate::trouble::{Result as JobResult, Trouble};
+use proofmass_calibration::dynamic::model::{FitProblem, ModelStructure, ResponsePoints};
 use proofmass_calibration::shaker::reference::{ReferencePoint, ReferenceTable};
 use proofmass_io::sheet::{ANGLE, FREQUENCY, PERCENT, Place, SENSITIVITY, Sheet, SheetRow};
 use proofmass_io::{Error, ErrorKind, Input, Result, Source};
@@ -11,11 +14,29 @@ use serde::Deserialize;
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CertificateTable {
-    /// The table, relative to the campaign.
+    /// The table of a laboratory (`.csv`), a calibration.json or a result.json, relative to the campaign.
     pub file: String,
     /// Coverage factor of the columns `U_…`.
     pub k: Option<f64>,
     /// Which standard it is and who calibrated it, for the report.
+    pub description: Option<String>,
+    /// Axis of a calibration of several, such as `z`: what output and acceleration along it have to do with each other.
+    pub axis: Option<String>,
+    /// Elements of a model that stands for the points, such as `1mode+delay`.
+    pub model: Option<String>,
+}
+
+/// How a calibration over frequency is read as that of a reference standard.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct CertificateOptions {
+    /// Coverage factor of expanded uncertainties in a table.
+    pub coverage: Option<f64>,
+    /// Axis of a calibration of several.
+    pub axis: Option<String>,
+    /// Model that is fitted and stands for the points.
+    pub model: Option<ModelStructure>,
+    /// Which standard it is and who calibrated it.
     pub description: Option<String>,
 }
 
@@ -47,11 +68,93 @@ impl Certificate {
                     "certificates state k = 2 for 95 %; leave it out for standard uncertainties",
                 ));
         }
-        Self::from_source(
-            source.source(&table.file)?,
-            table.k,
-            table.description.clone(),
-        )
+        let model = table.model.as_deref().map(str::parse).transpose();
+        let model = model.map_err(|what: String| {
+            source
+                .refuse("reference", "model", what)
+                .with_hint("elements joined by +: 1mode … 4modes, high-pass, delay, low-pass=ORDER")
+        })?;
+        let options = CertificateOptions {
+            coverage: table.k,
+            axis: table.axis.clone(),
+            model,
+            description: table.description.clone(),
+        };
+        Self::from_document(source.source(&table.file)?, &options).map_err(|trouble| {
+            let mut what = trouble.to_string();
+            for place in trouble.place() {
+                what = format!("{what} ({place})");
+            }
+            let error = Error::new(ErrorKind::Format, what);
+            match trouble.hint() {
+                Some(hint) => error.with_hint(hint),
+                None => error,
+            }
+        })
+    }
+
+    /// Reads a calibration over frequency as that of a reference standard whose output is in volts: a calibration.json, the
+    /// result.json of a calibration or test that gives one, or the table of a laboratory (`.csv`).
+    ///
+    /// # Errors
+    /// As [`Certificate::from_source`] and [`read_document`]; an axis that is not there or not named, a response in another unit
+    /// than volts per m/s², a model that the points do not determine.
+    pub fn from_document(source: Source, options: &CertificateOptions) -> JobResult<Self> {
+        let table = source
+            .name()
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("csv"));
+        if table && options.model.is_none() {
+            return Ok(Self::from_source(
+                source,
+                options.coverage,
+                options.description.clone(),
+            )?);
+        }
+        let name = source.name().display().to_string();
+        let document = read_document(source, options.coverage)?;
+        let scale = scale(document.response.unit()).ok_or_else(|| {
+            Trouble::data(format!(
+                "{name} is a calibration in {}, not in volts per m/s²",
+                document.response.unit()
+            ))
+            .with_hint("the reference of a campaign is a channel in volts")
+        })?;
+        let (output, axis) = element(&document, options.axis.as_deref(), &name)?;
+        let response = &document.response;
+        let about = |e: proofmass_core::Error| Trouble::from(e).detail(&name);
+        let mut findings = document.findings.clone();
+        let reference = match options.model {
+            Some(structure) => {
+                let points = ResponsePoints::of_response(response, output, axis).map_err(about)?;
+                let fit = FitProblem::new(structure)
+                    .fit(&points)
+                    .map_err(|e| about(e).about("the model of the reference"))?;
+                findings.extend(fit.findings.iter().cloned());
+                ReferenceTable::of_model(&fit, scale).map_err(about)?
+            }
+            None => {
+                if response.series().shared().is_none() {
+                    findings.push(correlation_unknown(&name));
+                }
+                ReferenceTable::of_response(response, output, axis, scale).map_err(about)?
+            }
+        };
+        let device = [
+            &document.device.manufacturer,
+            &document.device.model,
+            &document.device.serial,
+        ];
+        let device: Vec<&str> = device.into_iter().flatten().map(String::as_str).collect();
+        Ok(Self {
+            input: document.input,
+            description: options
+                .description
+                .clone()
+                .or_else(|| (!device.is_empty()).then(|| device.join(" "))),
+            table: reference,
+            findings,
+        })
     }
 
     /// Reads the table of a laboratory: `frequency_Hz`, `sensitivity_V/(m/s2)`, `phase_deg` where it is known, and
@@ -135,6 +238,54 @@ impl Certificate {
             findings,
         })
     }
+}
+
+/// Factor from a unit to V/(m/s²).
+fn scale(unit: &str) -> Option<f64> {
+    match unit.strip_suffix("/(m/s²)")? {
+        "V" => Some(1.0),
+        "mV" => Some(1e-3),
+        "µV" => Some(1e-6),
+        _ => None,
+    }
+}
+
+/// Output and axis of a calibration.
+fn element(
+    document: &ResponseDocument,
+    axis: Option<&str>,
+    name: &str,
+) -> JobResult<(usize, usize)> {
+    let (outputs, axes) = (document.response.outputs(), document.response.axes());
+    let Some(axis) = axis else {
+        if outputs.len() == 1 && axes.len() == 1 {
+            return Ok((0, 0));
+        }
+        return Err(Trouble::request(format!(
+            "{name} is a calibration of {} outputs and {} axes",
+            outputs.len(),
+            axes.len()
+        ))
+        .with_hint(format!("name the axis that was used: {}", axes.join(", "))));
+    };
+    let find = |names: &[String]| names.iter().position(|n| n == axis);
+    match (find(outputs), find(axes)) {
+        (Some(output), Some(axis)) => Ok((output, axis)),
+        _ => Err(
+            Trouble::request(format!("{name} has no output along an axis {axis:?}"))
+                .with_hint(format!("there are {}", axes.join(", "))),
+        ),
+    }
+}
+
+fn correlation_unknown(name: &str) -> Finding {
+    Finding::new(
+        Severity::Note,
+        "reference-correlation-unknown",
+        "the calibration of the reference does not say what its frequencies have in common: its whole uncertainty is taken as common",
+    )
+    .evidence(name)
+    .advice("at each frequency nothing changes; between frequencies nothing of it is averaged away")
 }
 
 /// An uncertainty as the certificate states it: standard or expanded.
