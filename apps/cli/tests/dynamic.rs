@@ -98,11 +98,66 @@ fn known_shock_from_a_file_to_a_folder_and_back() {
         result["extra"]["tolerance"]
     );
     assert!(codes(&result).is_empty(), "{:?}", codes(&result));
+    let judged = &result["extra"]["spectrum_tolerance"]["result"];
+    assert_eq!(judged["kept"], true, "{judged}");
     let srs = std::fs::read_to_string(place.join("srs_reference.csv")).unwrap();
     assert!(srs.lines().count() > 60);
     let before = std::fs::read(place.join("report.html")).unwrap();
     succeed(&["render", text(&place)]);
     assert_eq!(before, std::fs::read(place.join("report.html")).unwrap());
+}
+
+#[test]
+fn known_spectra_are_held_against_what_is_required() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("shock.csv");
+    write_shock(&recording, "time_s,ref_m/s2,dut_V", 0.01, 4000);
+    let required = folder.path().join("required.csv");
+    let place = folder.path().join("out");
+    let asked = [
+        "test",
+        "shock",
+        text(&recording),
+        "--column",
+        "ref",
+        "--frequencies",
+        "100,1000",
+        "--required-spectrum",
+        text(&required),
+        "--force",
+        "-o",
+        text(&place),
+    ];
+    // Half-sine of 1000 m/s² and 2 ms with Q = 10: between 400 Hz and 1 kHz the spectrum falls from 1.65 to 1.21 times the peak.
+    for (level, kept) in [(1400.0, true), (3000.0, false)] {
+        let table = format!("frequency_Hz,acceleration_m/s2\n400,{level}\n1000,{level}\n");
+        std::fs::write(&required, table).unwrap();
+        succeed(&asked);
+        let result = json(&place.join("result.json"));
+        let judged = &result["extra"]["spectrum_tolerance"]["result"];
+        assert_eq!(judged["kept"], kept, "{judged}");
+        assert!(judged["compared"].as_u64().unwrap() >= 15, "{judged}");
+        assert_eq!(result["inputs"].as_array().unwrap().len(), 2);
+        let page = std::fs::read_to_string(place.join("report.html")).unwrap();
+        assert!(page.contains("tolerance of the spectrum"));
+    }
+    for (table, words) in [
+        ("frequency_Hz,acceleration_m/s2\n400,1\n", "fewer than two"),
+        ("frequency_Hz,acceleration_m/s2\n400,1\n300,1\n", "ascend"),
+        (
+            "frequency_Hz,acceleration_V\n400,1\n500,1\n",
+            "acceleration",
+        ),
+        ("frequency_Hz,acceleration_g\n400,nan\n500,1\n", "nan"),
+    ] {
+        std::fs::write(&required, table).unwrap();
+        let said = refuse(&asked);
+        assert!(said.contains(words), "{said}");
+    }
+    // Frequencies that nothing is required at.
+    std::fs::write(&required, "frequency_Hz,acceleration_g\n4000,1\n5000,1\n").unwrap();
+    succeed(&asked);
+    assert!(codes(&json(&place.join("result.json"))).contains(&"spectrum-not-judged".to_owned()));
 }
 
 #[test]

@@ -169,7 +169,8 @@ impl ResponseJob {
             return Ok(response);
         };
         let [first, last] = standard.range();
-        let mut kept = response.within(first, last);
+        let [low, high] = standard.reach();
+        let mut kept = response.within(low, high);
         let lost = response.lines() - kept.lines();
         if kept.lines() == 0 {
             return Err(

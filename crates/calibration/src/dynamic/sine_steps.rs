@@ -76,7 +76,7 @@ impl From<Error> for NoResponse {
     }
 }
 
-/// Half of the samples that [`Residuals::Coloured`] needs.
+/// Samples below which there are no bins for [`Residuals::Coloured`].
 const FEW: usize = 256;
 
 impl SineSteps {
@@ -134,12 +134,14 @@ impl SineSteps {
                 flat.push(format!("{f:.2} Hz"));
                 continue;
             }
-            let step = fitted(x, y, rate, f, [from, to])?;
+            let step = fitted(x, y, rate, f, [from, to], Residuals::Coloured)?;
             let middle = x.len() / 2;
-            if let (Ok(a), Ok(b)) = (
-                fitted(&x[..middle], &y[..middle], rate, f, [0, 0]),
-                fitted(&x[middle..], &y[middle..], rate, f, [0, 0]),
-            ) {
+            // What is not settled lies beside the frequency, where coloured residuals are looked for: they would excuse it.
+            let half = |part: std::ops::Range<usize>| {
+                let (x, y) = (&x[part.clone()], &y[part]);
+                fitted(x, y, rate, f, [0, 0], Residuals::White)
+            };
+            if let (Ok(a), Ok(b)) = (half(0..middle), half(middle..x.len())) {
                 let apart = (a.response - b.response).norm();
                 let u = [a.covariance, b.covariance]
                     .iter()
@@ -236,11 +238,12 @@ fn fitted(
     rate: f64,
     frequency: f64,
     samples: [usize; 2],
+    residuals: Residuals,
 ) -> Result<SineStep, Error> {
     let residuals = if x.len() < FEW {
         Residuals::White
     } else {
-        Residuals::Coloured
+        residuals
     };
     // Harmonics of a shaker lie among no neighbouring bins, but within few periods they do lean on them.
     let below_nyquist = (0.5 * rate / frequency).ceil() as usize - 1;

@@ -42,6 +42,8 @@ pub struct ReferenceTable {
     between: Option<Vec<f64>>,
 }
 
+/// Relative error of a frequency that is read back from a recording.
+const SLACK: f64 = 1e-4;
 /// Frequencies of a fitted model between each two points of what it was fitted to.
 const BETWEEN: usize = 8;
 
@@ -194,6 +196,13 @@ impl ReferenceTable {
         [end(self.points.first()), end(self.points.last())]
     }
 
+    /// From where to where it says something of a frequency, Hz: a little beyond its first and its last point, as the clocks of a
+    /// generator and a recorder agree (1e-4).
+    pub fn reach(&self) -> [f64; 2] {
+        let [first, last] = self.range();
+        [first * (1.0 - SLACK), last * (1.0 + SLACK)]
+    }
+
     /// Sensitivity at a frequency: monotone cubic in log f for modulus and phase (Fritsch–Carlson), uncertainty
     /// as the weighted sum of those of the two neighbours.
     ///
@@ -209,11 +218,8 @@ impl ReferenceTable {
     /// [`Error::OutOfRange`] beyond the first and the last point: a certificate says nothing there.
     pub fn at(&self, frequency: f64) -> Result<ReferencePoint, Error> {
         let (first, last) = (self.points[0], self.points[self.points.len() - 1]);
-        // A generator set to the last point may be read back with rounding.
-        let slack = 1e-9;
-        if !(frequency >= first.frequency * (1.0 - slack)
-            && frequency <= last.frequency * (1.0 + slack))
-        {
+        let [low, high] = self.reach();
+        if !(low..=high).contains(&frequency) {
             return Err(Error::OutOfRange {
                 name: "frequency for the reference table",
                 value: frequency,
@@ -225,7 +231,7 @@ impl ReferenceTable {
             return Ok(ReferencePoint { frequency, ..first });
         }
         let x: Vec<f64> = self.points.iter().map(|p| p.frequency.ln()).collect();
-        let (k, t) = interval(&x, frequency.ln());
+        let (k, t) = interval(&x, frequency.clamp(first.frequency, last.frequency).ln());
         let (a, b) = (self.points[k], self.points[k + 1]);
         let moduli: Vec<f64> = self.points.iter().map(|p| p.sensitivity).collect();
         let mut phases: Vec<f64> = self.points.iter().map(|p| p.phase).collect();
@@ -263,7 +269,8 @@ impl ReferenceTable {
         let own = match &self.own {
             Some(own) if self.points.len() > 1 => {
                 let x: Vec<f64> = self.points.iter().map(|p| p.frequency.ln()).collect();
-                let (k, t) = interval(&x, frequency.ln());
+                let [first, last] = self.range();
+                let (k, t) = interval(&x, frequency.clamp(first, last).ln());
                 let slip = self.slip(k, t);
                 let of = |i: usize| own.get(i).copied().unwrap_or_default();
                 let (a, b) = (of(k), of(k + 1));

@@ -62,9 +62,9 @@ impl ResponsePower {
             [a, b, ..] => b - a,
             _ => 0.0,
         };
-        let [first, last] = standard.range();
+        let [low, high] = standard.reach();
         let keep: Vec<usize> = (0..self.frequency.len())
-            .filter(|k| (first..=last).contains(&self.frequency[*k]))
+            .filter(|k| (low..=high).contains(&self.frequency[*k]))
             .collect();
         let input = keep.iter().map(|k| {
             let s = standard.at(self.frequency[*k])?.sensitivity;

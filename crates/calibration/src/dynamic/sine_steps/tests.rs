@@ -164,7 +164,7 @@ fn known_faults_of_single_steps_are_named() {
         "{:?}",
         found.findings
     );
-    assert!(found.findings[0].evidence_text().contains("315."));
+    assert!(found.findings[0].evidence_text().starts_with("31"));
     assert!(
         found
             .steps
