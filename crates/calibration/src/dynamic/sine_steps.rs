@@ -300,6 +300,6 @@ fn flat_top(x: &[f64], period: f64) -> bool {
             run = if *v == extreme { run + 1 } else { 0 };
             longest = longest.max(run);
         }
-        longest >= 4 && longest as f64 > 2.0 * natural + 2.0
+        longest >= 3 && longest as f64 > 2.0 * natural + 2.0
     })
 }

@@ -36,7 +36,7 @@ pub(super) fn response(
         covariance: steps.iter().map(|s| s.covariance).collect(),
         dof: steps.iter().map(|s| s.dof).collect(),
         coherence: Vec::new(),
-        leakage: Vec::new(),
+        leakage: vec![Default::default(); steps.len()],
         independent_every: 1,
     })
 }
