@@ -66,7 +66,7 @@ pub(crate) struct Apply {
 #[derive(clap::Args)]
 struct Turning {
     /// Model to fit to a calibration over frequency: elements of 1mode … 4modes, delay, low-pass=ORDER, joined by + [default: 1mode]
-    #[arg(long, value_name = "ELEMENTS", requires = "dynamic", value_parser = crate::test::structure)]
+    #[arg(long, value_name = "ELEMENTS", requires = "dynamic")]
     model: Option<ModelStructure>,
     /// Corner of the low-pass in hertz [default: where noise and bias together are least]
     #[arg(long, value_name = "HZ", requires = "dynamic", value_parser = crate::test::positive)]

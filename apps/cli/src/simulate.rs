@@ -27,7 +27,7 @@ enum Scenario {
     Transducer(Simulated<SimulatedTransducer>),
 }
 
-/// A scenario and where its files go.
+// Without a comment of its own: the help of a scenario is that of its request.
 #[derive(clap::Args)]
 struct Simulated<T: clap::Args> {
     #[command(flatten)]

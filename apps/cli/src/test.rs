@@ -13,7 +13,6 @@ mod temperature;
 
 use crate::{Failure, Outcome};
 pub(crate) use channel_arguments::{not_negative, positive};
-pub(crate) use response::structure;
 
 /// Test a device: how it answers a shock, a vibration, a step, an inclination, a temperature.
 #[derive(clap::Args)]

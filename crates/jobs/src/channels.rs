@@ -17,13 +17,17 @@ pub struct WantedChannel {
 /// How the channels of a recording are to be read.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 #[non_exhaustive]
 pub struct ChannelReading {
-    /// Time column.
+    /// Time column by name or number [default: the one that is named as a time]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "COLUMN"))]
     pub time: Option<ColumnRef>,
-    /// Its unit, where the heading does not say it.
+    /// Unit of the time column, where the heading does not say it: s, ms, us, ns
+    #[cfg_attr(feature = "clap", arg(long, value_name = "UNIT", requires = "time"))]
     pub time_unit: Option<TimeUnit>,
-    /// Sampling rate in Hz.
+    /// Sampling rate in hertz [default: that of the time stamps]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "HZ", value_parser = crate::arguments::positive))]
     pub rate: Option<f64>,
 }
 

@@ -2,34 +2,10 @@
 
 use crate::Failure;
 use proofmass::calibration::dynamic::model::ModelStructure;
-use proofmass::io::{ColumnRef, Source, TimeUnit, Unit};
+use proofmass::io::{ColumnRef, Source, Unit};
 use proofmass::jobs::campaign::{Certificate, CertificateOptions};
 use proofmass::jobs::{ChannelReading, RecordedChannels, WantedChannel};
 use std::path::{Path, PathBuf};
-
-/// Clock of the recording.
-#[derive(clap::Args)]
-pub(super) struct ClockArguments {
-    /// Time column by name or number [default: the one that is named as a time]
-    #[arg(long, value_name = "COLUMN")]
-    time: Option<String>,
-    /// Unit of the time column, where the heading does not say it: s, ms, us, ns
-    #[arg(long, value_name = "UNIT", requires = "time")]
-    time_unit: Option<TimeUnit>,
-    /// Sampling rate in hertz [default: that of the time stamps]
-    #[arg(long, value_name = "HZ", value_parser = positive)]
-    rate: Option<f64>,
-}
-
-impl ClockArguments {
-    pub(super) fn reading(&self) -> ChannelReading {
-        let mut reading = ChannelReading::default();
-        reading.time = self.time.as_deref().map(ColumnRef::from_word);
-        reading.time_unit = self.time_unit;
-        reading.rate = self.rate;
-        reading
-    }
-}
 
 /// Calibration over frequency of the transducer whose channel is the reference.
 #[derive(clap::Args)]
@@ -45,7 +21,7 @@ pub(super) struct StandardArguments {
     #[arg(long, value_name = "AXIS", requires = "standard")]
     standard_axis: Option<String>,
     /// Model that is fitted to the calibration and stands for its points, such as 1mode+delay
-    #[arg(long, value_name = "ELEMENTS", value_parser = super::response::structure, requires = "standard")]
+    #[arg(long, value_name = "ELEMENTS", requires = "standard")]
     standard_model: Option<ModelStructure>,
 }
 
@@ -71,33 +47,28 @@ impl StandardArguments {
 pub(super) struct ChannelArguments {
     /// Column of the sensor, by name or number (from 1)
     #[arg(long, value_name = "COLUMN", alias = "output-column")]
-    column: String,
+    column: ColumnRef,
     /// Its unit, where the heading does not say it
     #[arg(long, value_name = "UNIT")]
     unit: Option<Unit>,
     #[command(flatten)]
-    clock: ClockArguments,
+    clock: ChannelReading,
 }
 
 impl ChannelArguments {
     /// The recording with that channel alone.
     pub(super) fn read(&self, path: &Path) -> Result<RecordedChannels, Failure> {
         let wanted = [wanted(&self.column, self.unit)];
-        Ok(self.clock.reading().read(Source::open(path)?, &wanted)?)
+        Ok(self.clock.read(Source::open(path)?, &wanted)?)
     }
 }
 
 /// A column with a unit that may be stated.
-pub(super) fn wanted(column: &str, unit: Option<Unit>) -> WantedChannel {
+pub(super) fn wanted(column: &ColumnRef, unit: Option<Unit>) -> WantedChannel {
     WantedChannel {
-        column: ColumnRef::from_word(column),
+        column: column.clone(),
         unit,
     }
-}
-
-pub(super) fn unit(text: &str) -> Result<Unit, String> {
-    Unit::recognise(text)
-        .ok_or_else(|| format!("{text:?} is no known unit (m/s², g, mg, N, V, mV, m/s, m, count)"))
 }
 
 pub(crate) fn positive(text: &str) -> Result<f64, String> {

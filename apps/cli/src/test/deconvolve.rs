@@ -24,7 +24,7 @@ pub(super) struct Deconvolve {
     #[command(flatten)]
     channel: ChannelArguments,
     /// Model to fit to a calibration over frequency: elements of 1mode … 4modes, delay, low-pass=ORDER, joined by + [default: 1mode]
-    #[arg(long, value_name = "ELEMENTS", value_parser = super::response::structure)]
+    #[arg(long, value_name = "ELEMENTS")]
     model: Option<ModelStructure>,
     /// Corner of the low-pass in hertz [default: where noise and bias together are least]
     #[arg(long, value_name = "HZ", value_parser = positive)]

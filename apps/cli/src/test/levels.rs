@@ -1,11 +1,11 @@
 //! `proofmass test levels`.
 
-use super::channel_arguments::{unit, wanted};
+use super::channel_arguments::wanted;
 use crate::clock::record;
 use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::{Failure, Outcome};
-use proofmass::io::{Source, Unit};
+use proofmass::io::{ColumnRef, Source, Unit};
 use proofmass::jobs::linearity::{LinearityJob, LinearityOutcome, RecordedLevels};
 use proofmass::jobs::{Filed, Job, Outcome as _};
 use std::path::PathBuf;
@@ -17,19 +17,19 @@ pub(super) struct Levels {
     table: PathBuf,
     /// Column of the level (amplitude of the acceleration), by name or number (from 1)
     #[arg(long, value_name = "COLUMN")]
-    level: String,
+    level: ColumnRef,
     /// Its unit, where the heading does not say it
-    #[arg(long, value_name = "UNIT", value_parser = unit)]
+    #[arg(long, value_name = "UNIT")]
     level_unit: Option<Unit>,
     /// Column of the amplitude of the output
     #[arg(long, value_name = "COLUMN")]
-    output_column: String,
+    output_column: ColumnRef,
     /// Its unit and that of its uncertainty, where the headings do not say it
-    #[arg(long, value_name = "UNIT", value_parser = unit)]
+    #[arg(long, value_name = "UNIT")]
     output_unit: Option<Unit>,
     /// Column of its standard uncertainty
     #[arg(long, value_name = "COLUMN")]
-    output_u: String,
+    output_u: ColumnRef,
     #[command(flatten)]
     delivery: Delivery,
 }

@@ -1,7 +1,6 @@
 //! `proofmass test model`.
 
 use super::channel_arguments::{band, not_negative, positive};
-use super::response::structure;
 use crate::clock::record;
 use crate::console::Progress;
 use crate::delivery::Delivery;
@@ -22,7 +21,7 @@ pub(super) struct Model {
     /// Table with a line for each point, or calibration.json of kind frequency-response
     table: PathBuf,
     /// Elements of 1mode … 4modes, high-pass, delay, low-pass=ORDER, joined by +
-    #[arg(long, value_name = "ELEMENTS", value_parser = structure, default_value = "1mode")]
+    #[arg(long, value_name = "ELEMENTS", default_value = "1mode")]
     model: ModelStructure,
     /// Column of the frequency in hertz
     #[arg(long, value_name = "COLUMN")]

@@ -1,16 +1,14 @@
 //! `proofmass test random`, `impact`, `sweep`, `steps`.
 
-use super::channel_arguments::{
-    ClockArguments, StandardArguments, band, not_negative, positive, unit, wanted,
-};
+use super::channel_arguments::{StandardArguments, band, not_negative, positive, wanted};
 use crate::clock::record;
 use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::{Failure, Outcome};
 use proofmass::calibration::dynamic::model::ModelStructure;
-use proofmass::io::{Source, Unit};
+use proofmass::io::{ColumnRef, Source, Unit};
 use proofmass::jobs::response::{Excitation, ResponseJob, ResponseOutcome, ResponseRecordings};
-use proofmass::jobs::{Filed, Job, Outcome as _};
+use proofmass::jobs::{ChannelReading, Filed, Job, Outcome as _};
 use proofmass::signal::transfer::Estimator;
 use std::path::{Path, PathBuf};
 
@@ -19,18 +17,18 @@ use std::path::{Path, PathBuf};
 pub(super) struct Common {
     /// Column of the input (reference acceleration, force; volts with --standard), by name or number (from 1)
     #[arg(long, value_name = "COLUMN")]
-    input: String,
+    input: ColumnRef,
     /// Its unit, where the heading does not say it: m/s², g, N, …
-    #[arg(long, value_name = "UNIT", value_parser = unit)]
+    #[arg(long, value_name = "UNIT")]
     input_unit: Option<Unit>,
     /// Relative standard uncertainty of the input, in per cent, common to all frequencies
     #[arg(long, value_name = "PERCENT", value_parser = not_negative, default_value = "0")]
     input_uncertainty: f64,
     /// Column of the device
     #[arg(long, value_name = "COLUMN", alias = "column")]
-    output_column: String,
+    output_column: ColumnRef,
     /// Its unit, where the heading does not say it
-    #[arg(long, value_name = "UNIT", value_parser = unit)]
+    #[arg(long, value_name = "UNIT")]
     output_unit: Option<Unit>,
     /// Lowest and highest frequency in hertz
     #[arg(long, value_name = "LOW,HIGH", value_parser = band)]
@@ -39,12 +37,12 @@ pub(super) struct Common {
     #[arg(long, value_name = "HZ", value_parser = positive)]
     reference_frequency: Option<f64>,
     /// Model to fit: elements of 1mode … 4modes, high-pass, delay, low-pass=ORDER, joined by +
-    #[arg(long, value_name = "ELEMENTS", value_parser = structure)]
+    #[arg(long, value_name = "ELEMENTS")]
     model: Option<ModelStructure>,
     #[command(flatten)]
     standard: StandardArguments,
     #[command(flatten)]
-    clock: ClockArguments,
+    clock: ChannelReading,
     #[command(flatten)]
     delivery: Delivery,
 }
@@ -181,7 +179,7 @@ impl Common {
         ];
         let sources = paths.iter().map(Source::open);
         let sources = sources.collect::<Result<Vec<_>, _>>()?;
-        let recordings = ResponseRecordings::read(sources, &self.clock.reading(), &columns)?;
+        let recordings = ResponseRecordings::read(sources, &self.clock, &columns)?;
         let mut data = recordings.data();
         let mut findings = data.findings.to_vec();
         findings.extend(certificate.iter().flat_map(|c| c.findings.clone()));
@@ -193,9 +191,4 @@ impl Common {
         let record = record(title, files);
         self.delivery.deliver(folder, &Filed::new(record, outcome))
     }
-}
-
-/// `1mode+delay`, `2modes+high-pass+low-pass=4`.
-pub(crate) fn structure(text: &str) -> Result<ModelStructure, String> {
-    text.parse()
 }

@@ -1,16 +1,14 @@
 //! `proofmass test shock`.
 
-use super::channel_arguments::{
-    ClockArguments, StandardArguments, band, not_negative, positive, unit, wanted,
-};
+use super::channel_arguments::{StandardArguments, band, not_negative, positive, wanted};
 use crate::clock::record;
 use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::{Failure, Outcome};
 use proofmass::calibration::dynamic::shock::Tolerance;
-use proofmass::io::{Source, Unit};
+use proofmass::io::{ColumnRef, Source, Unit};
 use proofmass::jobs::shock::{ShockData, ShockJob, ShockOutcome, required_spectrum};
-use proofmass::jobs::{Filed, Job, Outcome as _};
+use proofmass::jobs::{ChannelReading, Filed, Job, Outcome as _};
 use proofmass::signal::{Peaks, PulseShape};
 use std::path::{Path, PathBuf};
 
@@ -25,15 +23,15 @@ pub(super) struct Shock {
     recording: PathBuf,
     /// Column of the device, by name or number (from 1)
     #[arg(long, value_name = "COLUMN", alias = "output-column")]
-    column: String,
+    column: ColumnRef,
     /// Its unit, where the heading does not say it: V, mV, count, m/s², g, …
-    #[arg(long, value_name = "UNIT", value_parser = unit, alias = "output-unit")]
+    #[arg(long, value_name = "UNIT", alias = "output-unit")]
     unit: Option<Unit>,
     /// Column of the reference acceleration, or of its volts with --standard
     #[arg(long, value_name = "COLUMN")]
-    reference: Option<String>,
+    reference: Option<ColumnRef>,
     /// Its unit, where the heading does not say it: m/s², g, …
-    #[arg(long, value_name = "UNIT", value_parser = unit, requires = "reference")]
+    #[arg(long, value_name = "UNIT", requires = "reference")]
     reference_unit: Option<Unit>,
     /// Relative standard uncertainty of the reference, or of the one channel where there is none, in per cent
     #[arg(long, value_name = "PERCENT", value_parser = not_negative, default_value = "0")]
@@ -83,7 +81,7 @@ pub(super) struct Shock {
     #[command(flatten)]
     standard: StandardArguments,
     #[command(flatten)]
-    clock: ClockArguments,
+    clock: ChannelReading,
     #[command(flatten)]
     delivery: Delivery,
 }
@@ -125,10 +123,7 @@ impl Shock {
         if let Some(reference) = &self.reference {
             channels.push(wanted(reference, self.reference_unit));
         }
-        let recording = self
-            .clock
-            .reading()
-            .read(Source::open(&self.recording)?, &channels)?;
+        let recording = self.clock.read(Source::open(&self.recording)?, &channels)?;
         let views: Vec<_> = recording.channels.iter().map(|c| c.view()).collect();
         let Some((output, reference)) = views.split_first() else {
             return Err(Failure::new("no column was chosen"));

@@ -17,13 +17,13 @@ use serde::{Deserialize, Serialize};
 #[serde(default)]
 #[non_exhaustive]
 pub struct SimulatedTransducer {
-    /// Principle of the device, which else is that of the example.
+    /// Principle of the device, which is that of an example in all else
     #[cfg_attr(
         feature = "clap",
         arg(long, value_enum, default_value = "piezoelectric")
     )]
     pub principle: SimulatedPrinciple,
-    /// What happens to it.
+    /// What happens to it
     #[cfg_attr(feature = "clap", arg(long, value_enum, default_value = "shock"))]
     pub motion: SimulatedExcitation,
     /// Greatest acceleration of the motion (RMS of noise), m/s² [default: a fifth of what the device measures]

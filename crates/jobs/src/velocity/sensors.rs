@@ -99,11 +99,11 @@ pub struct AxisSensors {
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum SensorAxis {
-    /// First.
+    /// First of the three
     X,
-    /// Second.
+    /// Second
     Y,
-    /// Third.
+    /// Third
     Z,
 }
 
