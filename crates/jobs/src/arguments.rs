@@ -18,3 +18,41 @@ pub(crate) fn positive(text: &str) -> Result<f64, String> {
         _ => Err(format!("{text:?} is no positive number")),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::simulate::{
+        SimulatedAxis, SimulatedMultiPosition, SimulatedShaker, SimulatedSpuriousMotion,
+        SimulatedTransducer,
+    };
+    use crate::{ChannelReading, RecordingReading, noise::NoiseReading};
+    use clap::{Args, Command};
+    use std::fmt::Debug;
+
+    fn same<T: Args + Default + PartialEq + Debug>() {
+        let command = T::augment_args(Command::new("request"));
+        let parsed = T::from_arg_matches(&command.get_matches_from(["request"]));
+        assert_eq!(parsed.expect("no option is needed"), T::default());
+    }
+
+    #[test]
+    fn law_without_options_a_request_is_its_default() {
+        same::<SimulatedAxis>();
+        same::<SimulatedMultiPosition>();
+        same::<SimulatedShaker>();
+        same::<SimulatedSpuriousMotion>();
+        same::<SimulatedTransducer>();
+        same::<NoiseReading>();
+        same::<RecordingReading>();
+        same::<ChannelReading>();
+    }
+
+    #[test]
+    fn refuses_stretches_that_end_before_they_begin() {
+        assert_eq!(super::stretch("0.5, 2"), Ok([0.5, 2.0]));
+        assert!(super::stretch("2,0.5").is_err());
+        assert!(super::stretch("1").is_err());
+        assert!(super::stretch("0,inf").is_err());
+        assert!(super::positive("0").is_err());
+    }
+}

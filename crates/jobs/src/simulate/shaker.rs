@@ -27,7 +27,15 @@ pub struct SimulatedShaker {
     #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedShaker::default().seed))]
     pub seed: u64,
     /// Drive frequencies, Hz
-    #[cfg_attr(feature = "clap", arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = SimulatedShaker::default().frequencies))]
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long,
+            value_name = "LIST",
+            value_delimiter = ',',
+            default_value = "5,10,20,40,80,160,315,630,1000"
+        )
+    )]
     pub frequencies: Vec<f64>,
     /// Number of configurations: the best ones of the published 44
     #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedShaker::default().configurations))]
@@ -42,7 +50,7 @@ pub struct SimulatedShaker {
     #[cfg_attr(feature = "clap", arg(long))]
     pub phasors: bool,
     /// A table and wedges that move along the excitation alone
-    #[cfg_attr(feature = "clap", arg(long, conflicts_with = "wedge_motion"))]
+    #[cfg_attr(feature = "clap", arg(long))]
     pub ideal_table: bool,
     /// Bending of wedges by inclination and frequency, in place of the standard one
     #[cfg_attr(feature = "clap", arg(skip))]

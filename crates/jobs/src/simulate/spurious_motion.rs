@@ -20,7 +20,15 @@ pub struct SimulatedSpuriousMotion {
     #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedSpuriousMotion::default().seed))]
     pub seed: u64,
     /// Drive frequencies, Hz
-    #[cfg_attr(feature = "clap", arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = SimulatedSpuriousMotion::default().frequencies))]
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long,
+            value_name = "LIST",
+            value_delimiter = ',',
+            default_value = "5,10,20,40,80,160,315,630,1000"
+        )
+    )]
     pub frequencies: Vec<f64>,
     /// Repeats of every reading
     #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedSpuriousMotion::default().repeats))]

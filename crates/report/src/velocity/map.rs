@@ -30,7 +30,7 @@ impl VelocityReport<'_> {
             let there = found.map.lines.iter().any(|l| l.order == line.order);
             let amplitude = line.amplitude();
             table = table.row([
-                Cell::number(scientific(line.order, 4)),
+                Cell::number(line.order.to_string()),
                 Cell::number(scientific(amplitude, 3)),
                 Cell::number(scientific(line.amplitude_uncertainty(), 2)),
                 Cell::number(match there {
@@ -42,7 +42,10 @@ impl VelocityReport<'_> {
                     100.0 * TAU * line.order * amplitude / found.map.turn,
                     2,
                 )),
-                Cell::number(scientific(line.chance, 1)),
+                Cell::number(match line.chance < 1e-12 {
+                    true => "< 10⁻¹²".to_owned(),
+                    false => scientific(line.chance, 1),
+                }),
                 Cell::text(if there { "yes" } else { "no" }),
             ]);
         }
