@@ -291,3 +291,64 @@ fn law_a_shock_is_read_through_the_calibration_of_its_reference() {
     let said = refuse(&asked);
     assert!(said.contains("begins above the band"), "{said}");
 }
+
+#[test]
+fn refuses_recordings_without_steps() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("recording.csv");
+    let write = |a: &dyn Fn(f64) -> f64| {
+        let mut text = "time_s,ref_m/s2,dut_V\n".to_owned();
+        for k in 0..16_000u32 {
+            let t = f64::from(k) / RATE;
+            let v = a(t);
+            writeln!(text, "{t:.6},{v:.9},{:.9}", 0.02 * v).unwrap();
+        }
+        std::fs::write(&recording, text).unwrap();
+    };
+    let asked = [
+        "test",
+        "steps",
+        text(&recording),
+        "--input",
+        "ref",
+        "--column",
+        "dut",
+    ];
+    write(&|t| (TAU * (20.0 * t + 200.0 * t * t)).sin());
+    let said = refuse(&asked);
+    assert!(
+        said.contains("never stays") && said.contains("test sweep"),
+        "{said}"
+    );
+    write(&|_| 1.0);
+    let said = refuse(&asked);
+    assert!(said.contains("no step of a sine"), "{said}");
+    // Five periods at each frequency.
+    write(&|t| {
+        let f = if t < 1.0 { 4.0 } else { 9.0 };
+        if (t % 1.0) * f < 5.0 {
+            (TAU * f * t).sin()
+        } else {
+            0.0
+        }
+    });
+    let said = refuse(&asked);
+    assert!(
+        said.contains("error:") && said.contains("periods"),
+        "{said}"
+    );
+    // Swapped: the input in volts and the output an acceleration.
+    stepped(&recording, "time_s,dut_V,ref_m/s2", [DEVICE, 1.0]);
+    let swapped = [
+        "test",
+        "steps",
+        text(&recording),
+        "--input",
+        "dut",
+        "--column",
+        "ref",
+        "--json",
+    ];
+    let said = String::from_utf8(succeed(&swapped).stdout).unwrap();
+    assert!(said.contains("input-in-volts"), "{said}");
+}

@@ -362,6 +362,17 @@ impl Job for ResponseJob {
         if input_unit == y.unit {
             order(&response, &mut findings);
         }
+        if self.standard.is_none() && x.unit == "V" && y.unit == "m/s²" {
+            findings.push(
+                Finding::new(
+                    Severity::Note,
+                    "input-in-volts",
+                    "the input is a voltage and the output an acceleration",
+                )
+                .evidence(format!("{} in V, {} in m/s²", x.name, y.name))
+                .advice("of an exciter that is so; of a device the two columns may be swapped, or --standard tells the acceleration behind the volts"),
+            );
+        }
         let unit = match (y.unit, input_unit) {
             (a, b) if a == b => "1".to_owned(),
             (a, b) if b.contains('/') => format!("{a}/({b})"),

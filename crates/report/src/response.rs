@@ -37,6 +37,10 @@ pub struct ResponseReport<'a> {
 
 /// Lines that a figure shows; beyond, every n-th.
 const SHOWN: usize = 1500;
+/// Points up to which they are drawn one by one.
+const FEW: usize = 100;
+/// Steps of the curve of a model beside them.
+const DENSE: usize = 600;
 
 impl ResponseReport<'_> {
     /// The whole report.
@@ -75,7 +79,8 @@ impl ResponseReport<'_> {
     pub fn summary(&self) -> Report {
         let report = self.head.open();
         let r = self.response;
-        let mut figures = vec![KeyFigure::new("lines", r.lines().to_string(), "")];
+        let lines = if self.single() { "points" } else { "lines" };
+        let mut figures = vec![KeyFigure::new(lines, r.lines().to_string(), "")];
         if let (Some(low), Some(high)) = (r.frequency.first(), r.frequency.last()) {
             figures[0] =
                 figures[0]
@@ -171,41 +176,71 @@ impl ResponseReport<'_> {
                 .map(|(y, u)| y + sign * pick(u))
                 .collect()
         };
+        let single = self.single();
+        let drawn = |name: &str, y: &[f64], low: &[f64], high: &[f64]| {
+            if single {
+                Series::markers(name, &f, y).bars(low, high)
+            } else {
+                Series::line(name, &f, y).band(low, high)
+            }
+        };
         let mut plot = XyPlot::new(
             Axis::log("frequency", "Hz"),
             Axis::log("modulus", self.unit),
         )
-        .series(Series::line("measured", &f, &modulus).band(
+        .series(drawn(
+            "measured",
+            &modulus,
             &band(&modulus, |u| u.0, -1.0),
             &band(&modulus, |u| u.0, 1.0),
         ));
+        // Between few points a model is looked at more closely than they lie.
+        let at: Vec<f64> = match (f.first(), f.last()) {
+            (Some(low), Some(high)) if single => (0..=DENSE)
+                .map(|k| low * (high / low).powf(k as f64 / DENSE as f64))
+                .collect(),
+            _ => f.clone(),
+        };
         let fitted: Option<Vec<_>> = self
             .fit
-            .map(|fit| f.iter().map(|f| fit.model.response(*f)).collect());
+            .map(|fit| at.iter().map(|f| fit.model.response(*f)).collect());
         if let Some(fitted) = &fitted {
             let y: Vec<f64> = fitted.iter().map(|s| s.norm()).collect();
-            plot = plot.series(Series::line("model", &f, &y));
+            plot = plot.series(Series::line("model", &at, &y));
         }
-        plot = plot
-            .below(Axis::linear("phase", "°"))
-            .series(Series::line("", &f, &phase).band(
-                &band(&phase, |u| u.1.min(180.0), -1.0),
-                &band(&phase, |u| u.1.min(180.0), 1.0),
-            ));
+        plot = plot.below(Axis::linear("phase", "°")).series(drawn(
+            "",
+            &phase,
+            &band(&phase, |u| u.1.min(180.0), -1.0),
+            &band(&phase, |u| u.1.min(180.0), 1.0),
+        ));
         if let Some(fitted) = &fitted {
             let y: Vec<f64> = fitted.iter().map(|s| s.arg().to_degrees()).collect();
-            plot = plot.series(Series::line("", &f, &y));
+            plot = plot.series(Series::line("", &at, &y));
         }
-        if r.coherence.len() == r.lines() {
+        let coherence = r.coherence.len() == r.lines();
+        if coherence {
             let y: Vec<f64> = kept.iter().map(|k| r.coherence[*k]).collect();
             plot = plot
                 .below(Axis::linear("coherence", "").range(0.0, 1.05))
                 .series(Series::line("", &f, &y));
         }
-        Section::new("Frequency response").figure(
-            "Modulus, phase and coherence; bands are 95 % intervals of each line",
-            plot,
-        )
+        let shown = if coherence {
+            "Modulus, phase and coherence"
+        } else {
+            "Modulus and phase"
+        };
+        let bands = if single {
+            "bars are 95 % intervals of each point"
+        } else {
+            "bands are 95 % intervals of each line"
+        };
+        Section::new("Frequency response").figure(format!("{shown}; {bands}"), plot)
+    }
+
+    /// Whether these are points of their own and not lines of a spectrum: nothing is drawn between them.
+    fn single(&self) -> bool {
+        self.response.coherence.is_empty() && self.response.lines() <= FEW
     }
 
     fn nyquist(&self) -> Section {
@@ -219,7 +254,13 @@ impl ResponseReport<'_> {
             Axis::linear("real part", self.unit),
             Axis::linear("imaginary part", self.unit),
         )
-        .series(Series::line("", &part(|z| z.re), &part(|z| z.im)).style(Style::LineAndMarkers));
+        .series(Series::line("", &part(|z| z.re), &part(|z| z.im)).style(
+            if self.single() {
+                Style::Markers
+            } else {
+                Style::LineAndMarkers
+            },
+        ));
         Section::new("Nyquist plot").figure("The response in the complex plane", plot)
     }
 }

@@ -195,12 +195,15 @@ impl ShockReport<'_> {
                     Cell::text(verdict),
                     Cell::Empty,
                 ])
-                .note(format!(
-                    "Tolerance of the spectrum: {from:+} dB to {to:+} dB at {} % of the frequencies at least, {:+} dB to {:+} dB at the others.",
-                    100.0 * t.tolerance.share,
-                    t.tolerance.rest[0],
-                    t.tolerance.rest[1]
-                ));
+                .note(
+                    format!(
+                        "Tolerance of the spectrum: {from:+} dB to {to:+} dB at {} % of the frequencies at least, {:+} dB to {:+} dB at the others.",
+                        100.0 * t.tolerance.share,
+                        t.tolerance.rest[0],
+                        t.tolerance.rest[1]
+                    )
+                    .replace('-', "−"),
+                );
         }
         table
     }
@@ -314,9 +317,7 @@ impl ShockReport<'_> {
                 y.iter().map(|r| r * 10f64.powf(limit / 20.0)).collect()
             };
             let [low, high] = verdict.tolerance.band;
-            plot = plot.series(
-                Series::line("required, and its band", &x, &y).band(&edge(low), &edge(high)),
-            );
+            plot = plot.series(Series::line("required", &x, &y).band(&edge(low), &edge(high)));
         }
         let plot = plot
             .series(line("primary", of(&Extremes::primary_maximax)))
