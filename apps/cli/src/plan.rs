@@ -39,6 +39,12 @@ pub(crate) struct Plan {
 
 impl Plan {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
+        let toml = |e: &std::ffi::OsStr| e.eq_ignore_ascii_case("toml");
+        if self.campaign.is_file() && !self.campaign.extension().is_some_and(toml) {
+            return Err(Failure::new("a plan needs a campaign, and this is a file of another sort")
+                .detail(self.campaign.display().to_string())
+                .hint("for a recording: `proofmass init RECORDING` writes its campaign, and `proofmass calibrate RECORDING` lists the attitudes to add as well"));
+        }
         let campaign = match self.contained {
             true => Campaign::open_contained(&self.campaign)?,
             false => Campaign::open(&self.campaign)?,

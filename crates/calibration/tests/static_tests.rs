@@ -365,3 +365,18 @@ fn published_misalignment_of_one_degree_is_seventeen_mg() {
         assert_eq!(fit.findings.is_empty(), degrees < 0.06);
     }
 }
+
+/// One recording under two names, positions exchanged, g under the name of m/s²: each is a decision with its name.
+#[test]
+fn known_two_positions_that_cannot_be_have_names() {
+    let mut test = Sensitivity::new(Gravity::given(9.80665, 1e-5).unwrap());
+    test.reading = Some(1e-3);
+    let codes = |up: f64, down: f64| -> Vec<String> {
+        let fit = test.fit(&[1.0, -1.0], &[up, down], "m/s²").unwrap();
+        fit.findings.iter().map(|f| f.code().to_owned()).collect()
+    };
+    assert_eq!(codes(9.91, 9.91), ["no-response"]);
+    assert_eq!(codes(-9.71, 9.91), ["axis-inverted"]);
+    assert_eq!(codes(1.01, -0.99), ["sensitivity-implausible"]);
+    assert!(codes(9.91, -9.71).is_empty());
+}

@@ -5,7 +5,7 @@ use super::readings::{
     CommonError, check, fixture_angle, least_squares, not_negative, per_acceleration,
 };
 use proofmass_core::{Error, Gravity};
-use proofmass_uncertainty::{Component, Estimate};
+use proofmass_uncertainty::{Component, Estimate, Finding, Severity};
 use serde::{Deserialize, Serialize};
 
 /// S = (V₊ − V₋)/2g and b = (V₊ + V₋)/2; repeated readings are averaged and their scatter counts.
@@ -99,21 +99,59 @@ impl Sensitivity {
                 sensitivity.to_vec(),
             ));
         }
+        let estimate = Estimate::new(
+            vec![
+                Component::new("bias", unit, b),
+                Component::new("sensitivity", per_acceleration(unit), s),
+            ],
+            influences,
+        )?;
+        let findings = doubts(&estimate, unit).into_iter().collect();
         Ok(StaticFit {
-            estimate: Estimate::new(
-                vec![
-                    Component::new("bias", unit, b),
-                    Component::new("sensitivity", per_acceleration(unit), s),
-                ],
-                influences,
-            )?,
+            estimate,
             readings: solved.readings(&input, output),
             input: "acceleration, m/s²".to_owned(),
             unit: unit.to_owned(),
             scatter: (solved.dof > 0).then_some(scatter),
             nonlinearity: None,
             orders: Vec::new(),
-            findings: Vec::new(),
+            findings,
         })
     }
+}
+
+/// An output that does not follow the position, follows it backwards, or by another factor than its unit says.
+fn doubts(estimate: &Estimate, unit: &str) -> Option<Finding> {
+    let s = estimate.get("sensitivity")?;
+    let (value, expanded) = (s.value, s.expanded(0.95));
+    let unit_says = unit == "m/s²" && !(0.5..2.0).contains(&value.abs());
+    let (code, what, advice) = if value.abs() <= expanded {
+        (
+            "no-response",
+            "the output does not follow the position",
+            "look at the column, the wiring, and whether up and down are different recordings",
+        )
+    } else if value < 0.0 {
+        (
+            "axis-inverted",
+            "the output falls where it should rise",
+            "exchange up and down, or correct the wiring",
+        )
+    } else if unit_says {
+        (
+            "sensitivity-implausible",
+            "the output is no acceleration in its unit, by more than a factor of two",
+            "check the unit of the outputs, the column and the angles",
+        )
+    } else {
+        return None;
+    };
+    Some(
+        Finding::new(Severity::Decision, code, what)
+            .evidence(format!(
+                "sensitivity {value:.3e}, U = {expanded:.1e} {}",
+                per_acceleration(unit)
+            ))
+            .advice(advice),
+    )
 }

@@ -1,6 +1,7 @@
 //! `kind = "multi-position"`: a triaxial accelerometer held still in many positions.
 
 use super::CampaignFile;
+use super::single_axis::twice;
 use proofmass_io::SegmentRow;
 use proofmass_io::{Ambient, Device};
 use proofmass_io::{ColumnRef, DecimalMark, LayoutOptions, Separator};
@@ -356,6 +357,14 @@ impl MultiPositionCampaign {
                     .with_hint(
                         "add file = \"…\" to [recording], relative to the folder of the campaign",
                     ));
+            }
+            (None, Some(files)) if twice(files.iter()).is_some() => {
+                let name = twice(files.iter()).map_or("", String::as_str);
+                return refuse(
+                    "recording",
+                    "files",
+                    format!("{name} is named twice: the same standstills would count twice"),
+                );
             }
             (None, Some(files)) if files.is_empty() => {
                 return refuse(

@@ -137,6 +137,15 @@ impl Default for SingleAxisMethod {
     }
 }
 
+/// A name that stands in a list more than once.
+pub(super) fn twice<'a>(names: impl Iterator<Item = &'a String> + Clone) -> Option<&'a String> {
+    names
+        .clone()
+        .enumerate()
+        .find(|(index, name)| names.clone().take(*index).any(|before| before == *name))
+        .map(|(_, name)| name)
+}
+
 impl SingleAxisCampaign {
     pub(crate) fn from_file(source: CampaignFile) -> Result<Self> {
         let file: File = source.parse()?;
@@ -207,6 +216,15 @@ impl SingleAxisCampaign {
                     "keep one of `angle` and `position` for a table of readings, or `angles_deg` for files and standstills",
                 );
             }
+        }
+        let files = table.files.iter().flatten();
+        if let Some(twice) = twice(files) {
+            return refuse(
+                "recording",
+                "files",
+                &format!("{twice} is named twice"),
+                "one recording cannot have been made at two angles",
+            );
         }
         if let (Some(files), Some(angles)) = (&table.files, &position.angles_deg)
             && files.len() != angles.len()

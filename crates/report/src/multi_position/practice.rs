@@ -179,7 +179,9 @@ fn beside(fit: &MultiPositionFit, without: &WithoutSuspects) -> Table {
     let names: Vec<&str> = without.suspects.iter().map(|s| s.name.as_str()).collect();
     let mut table = Table::new(
         format!(
-            "The result without standstill {}, beside that with all",
+            "The result without {}{} {}, beside that with all",
+            super::noun(fit),
+            if names.len() == 1 { "" } else { "s" },
             names.join(", ")
         ),
         [
