@@ -6,15 +6,16 @@ use num_complex::Complex64;
 use proofmass_core::Error;
 use pulp::{Arch, Simd, WithSimd};
 
-/// Oscillators that are stepped together. Results do not depend on the width of the registers.
-pub(super) const LANES: usize = 8;
+/// Oscillators that are stepped together: so many that no step waits for the one before it. Results do not depend on the width of the
+/// registers.
+pub(super) const LANES: usize = 16;
 
 /// Samples between two looks at the onlooker.
 const STRETCH: usize = 1 << 16;
 
 type Lanes = [f64; LANES];
 
-/// Eight oscillators as displacement and increment, which one sample drives: u₁ = p u₀ − q x₀ + a₀, x₁ = x₀ + u₁, p = |λ|²,
+/// Oscillators as displacement and increment, which one sample drives: u₁ = p u₀ − q x₀ + a₀, x₁ = x₀ + u₁, p = |λ|²,
 /// q = |1 − λ|², λ = e^μ, and y = g (x₀ + b u₀ + c u₁), or g (b u₀ + c u₁) of a reading that a constant acceleration leaves at
 /// zero: eleven operations a sample, where the complex state takes fourteen.
 ///
@@ -89,7 +90,7 @@ impl Rising {
     }
 }
 
-/// Eight oscillators in the shifted and turned state w = κ(z + Tφ₂ a), which one sample drives: w₁ = e^μ w₀ + c a₀,
+/// Oscillators in the shifted and turned state w = κ(z + Tφ₂ a), which one sample drives: w₁ = e^μ w₀ + c a₀,
 /// c = −κT(φ₁ − φ₂ + e^μ φ₂), and y = Re w + γ a. After the last sample w is κ times the state one step later, the
 /// acceleration having run down to zero.
 #[derive(Clone, Copy)]
@@ -239,7 +240,7 @@ impl<const SETTLES: bool> WithSimd for Rise<'_, SETTLES> {
         let [mut low, mut high] = *self.range;
         for &a in self.stretch {
             for k in 0..LANES {
-                let next = p[k] * u[k] - q[k] * x[k] + a;
+                let next = (p[k] * u[k] + a) - q[k] * x[k];
                 let y = if SETTLES {
                     x[k] + b[k] * u[k] + c[k] * next
                 } else {
