@@ -54,8 +54,15 @@ impl Averages {
         }
     }
 
-    /// Averages pairs; the last one of an odd stretch is left out.
+    /// Averages pairs. The last one of an odd stretch is left out; that of the stretch that goes on is half of the next mean.
     fn fold(&mut self) {
+        let start = self.breaks.last().copied().unwrap_or(0);
+        if (self.outputs[0].len() - start) % 2 == 1 {
+            for (output, sum) in self.outputs.iter_mut().zip(&mut self.sum) {
+                *sum = output.pop().unwrap_or(0.0) * self.per as f64;
+            }
+            self.pending = self.per;
+        }
         let n = self.outputs[0].len();
         let mut stretches = Vec::with_capacity(self.breaks.len() + 1);
         let mut start = 0;
