@@ -33,7 +33,7 @@ pub(crate) struct Validate {
     threshold: f64,
     /// Read the recording as a stream, in memory that does not grow with it [default: above some 20 million rows]
     ///
-    /// Of more than a million rows means stand for them.
+    /// Of more than a million rows means stand for them, as long as these take no more than a quarter of a second.
     #[arg(long, conflicts_with = "segments")]
     stream: bool,
     #[command(flatten)]

@@ -15,7 +15,7 @@ use std::str::FromStr;
 /// let unit: Unit = "mg".parse()?;
 /// assert_eq!(unit.si(), (Unit::MetrePerSecondSquared, 9.80665e-3));
 /// assert_eq!("m/s^2".parse::<Unit>()?.to_string(), "m/s²");
-/// # Ok::<(), proofmass_io::Error>(())
+/// # Ok::<(), String>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]

@@ -44,6 +44,11 @@ impl Averages {
         }
     }
 
+    /// Rows of one mean.
+    pub fn rows_of_one(&self) -> usize {
+        self.per
+    }
+
     /// Time pauses before the next row: no mean reaches across, and the rows of one that is not full are left out.
     pub fn pause(&mut self) {
         self.sum = [0.0; 3];

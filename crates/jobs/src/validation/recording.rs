@@ -29,8 +29,11 @@ pub struct ValidationRecording {
 }
 
 impl ValidationRecording {
-    /// Rows of a recording that are kept at most where it is streamed.
+    /// Rows, or means of rows, that are kept at most of a recording that is streamed.
     pub const MOST_ROWS: usize = 1 << 20;
+
+    /// Longest mean, s: a quarter of the shortest standstill. A longer one joins rest and motion, and what it reads is neither.
+    pub const LONGEST_MEAN: f64 = 0.25;
 
     /// Reads the calibration, the recording, and the table of standstills where one is given.
     ///
@@ -79,7 +82,8 @@ impl ValidationRecording {
     /// [`MOST_ROWS`](Self::MOST_ROWS) of them. Standstills are found.
     ///
     /// # Errors
-    /// As [`ValidationRecording::read`]; stamps that run backwards, neither rate nor time column.
+    /// As [`ValidationRecording::read`]; stamps that run backwards, neither rate nor time column; a recording so long that a
+    /// mean would take more than [`LONGEST_MEAN`](Self::LONGEST_MEAN), some seventy hours.
     pub fn stream(
         calibration: Source,
         mut recording: Source,
@@ -145,6 +149,18 @@ impl ValidationRecording {
                     }
                 }
                 averages.push([0, 1, 2].map(|k| block.column(k)[row] * factors[k]));
+            }
+            let mean = averages.rows_of_one() as f64 / clock.rate().unwrap_or(per_second);
+            if averages.rows_of_one() > 1 && mean > Self::LONGEST_MEAN {
+                return Err(
+                    Trouble::data("the recording is too long to be validated at once")
+                        .detail(format!(
+                            "{name}: {} rows so far, of which means of {mean:.2} s would be kept; standstills of a second need {} s",
+                            clock.rows,
+                            Self::LONGEST_MEAN
+                        ))
+                        .with_hint("validate a part of it"),
+                );
             }
         }
         findings.extend(reader.findings());
@@ -243,5 +259,55 @@ impl Clock {
 
     fn rate(&self) -> Option<f64> {
         (self.ran > 0.0).then(|| self.steps as f64 / self.ran)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proofmass_core::Unwatched;
+    use proofmass_io::Unit;
+    use proofmass_uncertainty::Estimate;
+
+    fn calibration() -> Source {
+        let k = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let estimate = Estimate::new(vec![], vec![]).expect("nothing");
+        let file = CalibrationFile::new("full", Unit::Count, k, [0.0; 3], estimate);
+        Source::from_bytes("c.json", file.to_json().expect("a document")).expect("bytes")
+    }
+
+    fn streamed(rate: f64) -> Result<ValidationRecording> {
+        let rows = ValidationRecording::MOST_ROWS + 70_000;
+        let mut text = String::from("x_count,y_count,z_count\n");
+        for k in 0..rows {
+            text.push_str(["1,2,3\n", "3,2,1\n"][k % 2]);
+        }
+        let reading = RecordingReading {
+            columns: Some(vec!["x".into(), "y".into(), "z".into()]),
+            rate: Some(rate),
+            ..RecordingReading::default()
+        };
+        let recording = Source::from_bytes("long.csv", text).expect("bytes");
+        ValidationRecording::stream(calibration(), recording, &reading, &Unwatched)
+    }
+
+    #[test]
+    fn known_means_stand_for_more_than_a_million_rows() {
+        let long = streamed(100.0).expect("three hours");
+        let data = long.data();
+        assert_eq!(
+            data.outputs[0].len(),
+            (ValidationRecording::MOST_ROWS + 70_000) / 2
+        );
+        assert!(data.outputs.iter().all(|o| o.iter().all(|v| *v == 2.0)));
+        assert!((data.rate - 50.0).abs() < 1e-9);
+        assert_eq!(data.findings[0].code(), "rows-averaged");
+    }
+
+    #[test]
+    fn refuses_means_that_would_join_rest_and_motion() {
+        // Two samples at 5 Hz are 0.4 s.
+        let refused = streamed(5.0).map(|_| ());
+        assert!(refused.is_err_and(|e| e.to_string().contains("too long")));
     }
 }
