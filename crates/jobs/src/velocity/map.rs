@@ -32,7 +32,7 @@ use std::f64::consts::TAU;
 /// let outcome = job.evaluate(&AxisData::new(&record), &Unwatched)?;
 /// let amplitude = &outcome.quantities()[0];
 /// assert_eq!(amplitude.name, "amplitude.1");
-/// assert!((amplitude.value - 4e-4).abs() < 3.0 * amplitude.standard_uncertainty, "{amplitude:?}");
+/// assert!((amplitude.value - 4e-4).abs() < 1.5 * amplitude.expanded, "{amplitude:?}");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
