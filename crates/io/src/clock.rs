@@ -83,8 +83,8 @@ struct Step {
     /// Index of the sample before it and its line.
     sample: usize,
     line: u64,
-    /// Time of that sample relative to the origin, s.
-    at: f64,
+    /// Time of that sample relative to the origin, in parts.
+    at: i128,
     length: f64,
     /// The length exactly, in parts.
     parts: i128,
@@ -121,6 +121,8 @@ pub(crate) struct ClockEstimator {
     /// Largest common unit of the steps that are not gaps, and the last two different ones.
     common: i128,
     recent: [i128; 2],
+    /// The latest step: parts, seconds.
+    latest: (i128, f64),
     waiting: Vec<Step>,
     repeats_waiting: Vec<(u64, f64)>,
     settled: Option<Settled>,
@@ -152,6 +154,7 @@ impl ClockEstimator {
             decimals: 0,
             common: 0,
             recent: [0; 2],
+            latest: (0, 0.0),
             waiting: Vec::new(),
             repeats_waiting: Vec::new(),
             settled: None,
@@ -178,13 +181,12 @@ impl ClockEstimator {
 
     /// Parts to seconds.
     fn seconds(&self, parts: i128) -> f64 {
-        Stamp {
+        let stamp = Stamp {
             parts,
-            decimals: 15,
+            decimals: self.decimals,
             dated: false,
-        }
-        .value()
-            / self.per_second
+        };
+        stamp.value() / self.per_second
     }
 
     /// Takes the stamp of a sample and returns it with wraps undone.
@@ -221,11 +223,17 @@ impl ClockEstimator {
             return stamp;
         }
         let at = self.first.map_or(0, |f| last.parts - f.parts);
+        // Steps are mostly alike.
+        let length = match self.latest {
+            (same, length) if same == parts => length,
+            _ => self.seconds(parts),
+        };
+        self.latest = (parts, length);
         let step = Step {
             sample: before,
             line: before_line,
-            at: self.seconds(at),
-            length: self.seconds(parts),
+            at,
+            length,
             parts,
         };
         if parts == 0 {
@@ -326,7 +334,7 @@ impl ClockEstimator {
                 self.gaps.push(Gap {
                     after_sample: step.sample,
                     line: step.line,
-                    at_s: step.at,
+                    at_s: self.seconds(step.at),
                     step_s: step.length,
                 });
             }
@@ -503,6 +511,13 @@ fn evenly_spaced(at: &[usize]) -> bool {
 }
 
 fn gcd(mut a: i128, mut b: i128) -> i128 {
+    // Divisions of 64 bits where the numbers have no more, as steps have.
+    if let (Ok(mut short_a), Ok(mut short_b)) = (i64::try_from(a), i64::try_from(b)) {
+        while short_b != 0 {
+            (short_a, short_b) = (short_b, short_a.wrapping_rem(short_b));
+        }
+        return i128::from(short_a);
+    }
     while b != 0 {
         (a, b) = (b, a % b);
     }

@@ -6,6 +6,16 @@ use proofmass_uncertainty::DecimalMark;
 /// Parts of a unit that are told apart: 10⁻¹⁵.
 pub(crate) const PARTS: i128 = 1_000_000_000_000_000;
 const DECIMALS: u32 = 15;
+/// Powers of ten up to that of [`DECIMALS`].
+const POWERS: [i64; 16] = {
+    let mut powers = [1; 16];
+    let mut i = 1;
+    while i < 16 {
+        powers[i] = 10 * powers[i - 1];
+        i += 1;
+    }
+    powers
+};
 /// Largest stamp in units, so that sums and differences stay within 128 bits.
 const LARGEST: i128 = 10_i128.pow(21);
 
@@ -52,6 +62,26 @@ impl Stamp {
 
     /// The stamp in units, rounded to the nearest double.
     pub fn value(self) -> f64 {
+        // Nearly all stamps have fewer digits than a double, and no more decimals than were written.
+        let digits = match i64::try_from(self.parts) {
+            Ok(parts) => digits(parts, self.decimals),
+            Err(_) => {
+                let unit = i128::from(power(DECIMALS - u32::from(self.decimals).min(DECIMALS)));
+                i64::try_from(self.parts / unit)
+                    .ok()
+                    .filter(|d| i128::from(*d) * unit == self.parts)
+            }
+        };
+        match digits {
+            // Both are doubles, so that the quotient is rounded once.
+            Some(digits) if digits.unsigned_abs() < 1 << 53 => {
+                digits as f64 / power(u32::from(self.decimals)) as f64
+            }
+            _ => self.value_of_all_digits(),
+        }
+    }
+
+    fn value_of_all_digits(self) -> f64 {
         let (mut digits, mut scale) = (self.parts, PARTS);
         while scale > 1 && digits % 10 == 0 {
             digits /= 10;
@@ -69,9 +99,42 @@ impl Stamp {
     pub fn since(self, other: Self) -> f64 {
         Self {
             parts: self.parts - other.parts,
-            ..self
+            decimals: self.decimals.max(other.decimals),
+            dated: self.dated,
         }
         .value()
+    }
+}
+
+/// 10 to a power of at most [`DECIMALS`].
+fn power(of_ten: u32) -> i64 {
+    POWERS[of_ten.min(DECIMALS) as usize]
+}
+
+/// Parts as a whole number of the last of so many decimals, where they are one. The divisors are constants, since a
+/// division by a variable would take most of the time of reading a stamp.
+fn digits(parts: i64, decimals: u8) -> Option<i64> {
+    fn of<const DECIMALS: usize>(parts: i64) -> Option<i64> {
+        let unit = const { POWERS[15 - DECIMALS] };
+        (parts % unit == 0).then_some(parts / unit)
+    }
+    match decimals {
+        0 => of::<0>(parts),
+        1 => of::<1>(parts),
+        2 => of::<2>(parts),
+        3 => of::<3>(parts),
+        4 => of::<4>(parts),
+        5 => of::<5>(parts),
+        6 => of::<6>(parts),
+        7 => of::<7>(parts),
+        8 => of::<8>(parts),
+        9 => of::<9>(parts),
+        10 => of::<10>(parts),
+        11 => of::<11>(parts),
+        12 => of::<12>(parts),
+        13 => of::<13>(parts),
+        14 => of::<14>(parts),
+        _ => Some(parts),
     }
 }
 
@@ -105,7 +168,7 @@ fn plain(field: &[u8], decimal: DecimalMark) -> Option<Stamp> {
     if !any || decimals > DECIMALS {
         return None;
     }
-    let parts = i128::from(whole) * 10_i128.pow(DECIMALS - decimals);
+    let parts = i128::from(whole) * i128::from(power(DECIMALS - decimals));
     Some(Stamp {
         parts: if negative { -parts } else { parts },
         decimals: decimals as u8,
@@ -142,7 +205,7 @@ fn rare(field: &[u8], decimal: DecimalMark) -> Option<Stamp> {
     let kept = &fraction[..fraction.len().min(DECIMALS as usize)];
     let up = fraction.get(DECIMALS as usize).is_some_and(|b| *b >= b'5');
     let parts = number(whole) * PARTS
-        + number(kept) * 10_i128.pow(DECIMALS - kept.len() as u32)
+        + number(kept) * i128::from(power(DECIMALS - kept.len() as u32))
         + i128::from(up);
     Some(Stamp {
         parts: if field.first() == Some(&b'-') {
@@ -215,7 +278,7 @@ fn dated(field: &[u8]) -> Option<Stamp> {
     };
     let seconds = days(year, month, day) * 86_400 + hour * 3600 + minute * 60 + second - offset;
     Some(Stamp {
-        parts: i128::from(seconds) * PARTS + fraction * 10_i128.pow(DECIMALS - decimals),
+        parts: i128::from(seconds) * PARTS + fraction * i128::from(power(DECIMALS - decimals)),
         decimals: decimals as u8,
         dated: true,
     })
@@ -287,6 +350,26 @@ mod tests {
             "2026-01-01T00:00:00+1",
         ] {
             assert_eq!(parse(text), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn law_a_value_does_not_depend_on_the_decimals_that_are_said() {
+        let mut state = 7_u64;
+        for i in 0..20_000_u32 {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            let digits = i128::from(state >> (i % 60)) - i128::from(state >> 33);
+            let parts = digits * i128::from(power(state as u32 % 16));
+            for decimals in [0, 3, 9, 15] {
+                let stamp = Stamp {
+                    parts,
+                    decimals,
+                    dated: false,
+                };
+                assert_eq!(stamp.value(), stamp.value_of_all_digits(), "{stamp:?}");
+            }
         }
     }
 
