@@ -5,7 +5,7 @@
 use std::path::Path;
 
 /// Arguments of every command; `@` is the folder, `@/f` the file of the fuzzer.
-const COMMANDS: [&str; 20] = [
+const COMMANDS: [&str; 48] = [
     "inspect @/f",
     "inspect @/f --json --damage",
     "noise @/f -o @/out --force",
@@ -26,6 +26,34 @@ const COMMANDS: [&str; 20] = [
     "render @/f -o @/out --force",
     "verify @/f",
     "modes @/f --json",
+    "compare @/f @/calibration.json --json",
+    "export @/f --c --number fixed --outputs 0,65535 -o @/out.h",
+    "export @/f --rust -o @/out.rs",
+    "import @/f --form magneto --unit count -o @/imported.json",
+    "import @/f --form kalibr --unit m/s2 -o @/imported.json",
+    "import @/f --form imu-tk --unit count -o @/imported.json",
+    "test temperature @/f --temperature 2 --json",
+    "test tilt @/f --output 2 --angle 1 --json",
+    "test sensitivity @/f --output 2 --position 1 --json",
+    "test linearity @/f --output 2 --acceleration 1 --json",
+    "test centrifuge @/f --output 2 --speed 1 --radius 0.3 --json",
+    "test zero-g @/f --json",
+    "test orthogonality @/f --json",
+    "test stability @/f @/calibration.json @/calibration.json --json",
+    "test random @/f --input 1 --output-column 2 --rate 1000 --json",
+    "test impact @/f --input 1 --output-column 2 --rate 1000 --json",
+    "test sweep @/f --input 1 --output-column 2 --rate 1000 --json",
+    "test steps @/f --input 1 --output-column 2 --rate 1000 --json",
+    "test shock @/f --column 1 --rate 1000 --json",
+    "test shock @/recording.csv --column 2 --required-spectrum @/f --json",
+    "test step @/f --column 1 --rate 1000 --json",
+    "test motion @/f --column 1 --unit m/s2 --rate 1000 --json",
+    "test model @/f --json",
+    "test levels @/f --level 1 --output-column 2 --output-u 3 --json",
+    "test deconvolve @/f @/recording.csv --column 2 --json",
+    "velocity map --encoder @/f --accelerometer @/f --json",
+    "velocity tune --encoder @/f --accelerometer @/f --json",
+    "velocity estimate --encoder @/recording.csv --accelerometer @/recording.csv --encoder-map @/f --json",
 ];
 
 libfuzzer_sys::fuzz_target!(|data: &[u8]| {
