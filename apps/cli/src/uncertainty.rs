@@ -36,6 +36,9 @@ pub(crate) struct Uncertainty {
     /// Seed of the random numbers: the same seed gives the same result
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
+    /// Make the budget by Monte Carlo for every output, not only for those whose linear result does not stand
+    #[arg(long)]
+    effects: bool,
     #[command(flatten)]
     delivery: Delivery,
 }
@@ -69,6 +72,7 @@ impl Uncertainty {
                     max: 5_000_000,
                 },
             },
+            effects: self.effects,
         }
     }
 }

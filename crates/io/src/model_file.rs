@@ -42,31 +42,49 @@ pub fn read_model(text: &str) -> Result<UncertaintyModel, Refusal> {
     model
         .inputs()
         .and_then(|inputs| inputs.single())
-        .and_then(|_| model.equations())
+        .and_then(|_| model.prepared())
         .map_err(|refusal| explain(&model, text, refusal))?;
     Ok(model)
 }
 
 /// A refusal of this model with the line of its text that it speaks of.
 pub fn explain(model: &UncertaintyModel, text: &str, refusal: Refusal) -> Refusal {
-    let parts = model.intermediate.iter().enumerate();
-    let parts = parts.map(|(k, i)| place::Formula {
-        table: "intermediate",
-        number: k,
-        name: &i.name,
-        text: &i.expression,
-    });
-    let outputs = model
-        .output
-        .iter()
-        .enumerate()
-        .map(|(k, o)| place::Formula {
-            table: "output",
-            number: k,
-            name: &o.name,
-            text: &o.expression,
-        });
-    let formulas: Vec<place::Formula<'_>> = parts.chain(outputs).collect();
+    let mut formulas: Vec<place::Formula<'_>> = Vec::new();
+    for (number, part) in model.intermediate.iter().enumerate() {
+        let (name, text) = (&part.name, &part.expression);
+        formulas.push(place::Formula::new(
+            "intermediate",
+            number,
+            name,
+            "expression",
+            text,
+        ));
+    }
+    for (number, fit) in model.fit.iter().enumerate() {
+        formulas.push(place::Formula::new("fit", number, &fit.name, "x", &fit.x));
+        formulas.push(place::Formula::new("fit", number, &fit.name, "y", &fit.y));
+        for name in &fit.parameters {
+            formulas.push(place::Formula::new("fit", number, name, "parameters", ""));
+        }
+    }
+    for (number, solve) in model.solve.iter().enumerate() {
+        for name in &solve.unknown {
+            formulas.push(place::Formula::new("solve", number, name, "unknown", ""));
+        }
+        for text in &solve.equations {
+            formulas.push(place::Formula::new("solve", number, "", "equations", text));
+        }
+    }
+    for (number, output) in model.output.iter().enumerate() {
+        let (name, text) = (&output.name, &output.expression);
+        formulas.push(place::Formula::new(
+            "output",
+            number,
+            name,
+            "expression",
+            text,
+        ));
+    }
     Place::of(&refusal, &model.input, &model.correlation, &formulas).explain(text, refusal)
 }
 

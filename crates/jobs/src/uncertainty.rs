@@ -11,8 +11,8 @@ use proofmass_core::Watch;
 use proofmass_io::{Cell, StatedQuantity, Table};
 use proofmass_report::{GivenInput, Report, UncertaintyReport};
 use proofmass_uncertainty::{
-    Estimate, Evaluate, Finding, InputEntry, ModelResult, Refusal, StatementMethod,
-    UncertaintyModel,
+    Estimate, Evaluate, Finding, FitScatter, FitWeights, InputEntry, ModelResult, Refusal,
+    StatementMethod, UncertaintyModel,
 };
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
@@ -157,7 +157,11 @@ impl Outcome for UncertaintyOutcome {
     }
 
     fn tables(&self) -> Result<Vec<(String, Table)>> {
-        Ok(vec![("budget.csv".to_owned(), self.budget()?)])
+        let mut tables = vec![("budget.csv".to_owned(), self.budget()?)];
+        if self.result.outputs.iter().any(|o| !o.effects.is_empty()) {
+            tables.push(("effects.csv".to_owned(), self.effects()?));
+        }
+        Ok(tables)
     }
 
     fn summary(&self, record: &Record) -> Report {
@@ -173,14 +177,67 @@ impl UncertaintyOutcome {
     fn page(&self, record: &Record) -> UncertaintyReport<'_> {
         UncertaintyReport {
             head: record.head(self.title(record), &self.result.findings),
-            intermediate: self
-                .model
-                .intermediate
-                .iter()
-                .map(|i| (i.name.clone(), i.expression.clone()))
-                .collect(),
+            intermediate: self.parts(),
             given: self.model.input.iter().map(given).collect(),
         }
+    }
+
+    /// Names and formulas of what is computed on the way to the outputs.
+    fn parts(&self) -> Vec<(String, String)> {
+        let intermediate = self.model.intermediate.iter();
+        let mut parts: Vec<(String, String)> = intermediate
+            .map(|i| (i.name.clone(), i.expression.clone()))
+            .collect();
+        for solve in &self.model.solve {
+            let text = format!("solve {}", solve.equations.join("; "));
+            parts.push((solve.unknown.join(", "), text));
+        }
+        for fit in &self.model.fit {
+            let text = format!(
+                "{}: polynomial of degree {} through ({}, {}), {}{}",
+                fit.name,
+                fit.parameters.len().saturating_sub(1),
+                fit.x,
+                fit.y,
+                match fit.weights {
+                    FitWeights::Y => "weighed by the covariance of the ordinates",
+                    FitWeights::Both => "weighed by the covariance of both variables",
+                    _ => "equal weights",
+                },
+                match fit.scatter {
+                    FitScatter::Residuals => "; scatter of the points from the residuals",
+                    _ => "",
+                }
+            );
+            parts.push((fit.parameters.join(", "), text));
+        }
+        parts
+    }
+
+    /// One row per output and cause: what it does by Monte Carlo.
+    fn effects(&self) -> Result<Table> {
+        let columns = [
+            "output",
+            "unit",
+            "cause",
+            "u_alone",
+            "share_first",
+            "share_total",
+        ];
+        let mut table = Table::new(columns);
+        for output in &self.result.outputs {
+            for cause in &output.effects {
+                table.push([
+                    Cell::from(output.name.as_str()),
+                    Cell::from(output.unit.as_str()),
+                    Cell::from(cause.inputs.join(" ").as_str()),
+                    Cell::from(cause.alone),
+                    Cell::from(cause.first),
+                    Cell::from(cause.total),
+                ])?;
+            }
+        }
+        Ok(table)
     }
 
     /// One row per output and input, and one that closes each output.
@@ -246,12 +303,13 @@ impl UncertaintyOutcome {
 
 /// An input in words, as far as its model states it.
 fn given(entry: &InputEntry) -> GivenInput {
+    let list = |values: &[f64]| -> String {
+        let values: Vec<String> = values.iter().map(f64::to_string).collect();
+        values.join(", ")
+    };
     let mut known = match (&entry.distribution, &entry.observations) {
         (Some(distribution), _) => distribution.to_string(),
-        (None, Some(values)) if values.len() <= 12 => {
-            let values: Vec<String> = values.iter().map(f64::to_string).collect();
-            values.join(", ")
-        }
+        (None, Some(values)) if values.len() <= 12 => list(values),
         (None, Some(values)) => format!("{} observations", values.len()),
         (None, None) => stated(entry),
     };
@@ -271,10 +329,21 @@ fn given(entry: &InputEntry) -> GivenInput {
 
 /// A value with its uncertainty, in the words of its statement.
 fn stated(entry: &InputEntry) -> String {
-    let Some(value) = entry.value else {
-        return String::new();
+    if let Some(groups) = &entry.groups {
+        let count: usize = groups.iter().map(Vec::len).sum();
+        return format!("{count} observations in {} groups", groups.len());
+    }
+    let mut text = match (entry.value, &entry.values) {
+        (Some(value), _) => format!("{value:?}"),
+        (None, Some(values)) if values.len() <= 12 => format!("{values:?}"),
+        (None, Some(values)) => format!("{} values", values.len()),
+        (None, None) => return String::new(),
     };
-    let mut text = format!("{value:?}");
+    match &entry.u_of_each {
+        Some(each) if each.len() <= 12 => text += &format!(", u = {each:?}"),
+        Some(_) => text += ", u of each",
+        None => {}
+    }
     let number =
         |name: &str, x: Option<f64>| x.map_or_else(String::new, |x| format!(", {name} = {x:?}"));
     text += &number("u", entry.u);

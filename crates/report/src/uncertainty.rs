@@ -60,6 +60,9 @@ impl UncertaintyReport<'_> {
                 section = section.table(budget(linear));
             }
             section = section.table(comparison(result, output));
+            if let Some(table) = effects(output) {
+                section = section.table(table);
+            }
         }
         if let Some(table) = correlations(result) {
             section = section.table(table);
@@ -326,6 +329,9 @@ fn detail(result: &ModelResult, output: &OutputResult) -> Section {
             .table(budget(linear));
     }
     section = section.table(comparison(result, output));
+    if let Some(table) = effects(output) {
+        section = section.table(table);
+    }
     if let Some(plot) = histogram(output) {
         section = section.figure(
             format!(
@@ -405,6 +411,35 @@ fn budget(output: &LinearOutput) -> Table {
     } else {
         table.note(format!("{}.", causes.join("; ")))
     }
+}
+
+/// What each cause does by Monte Carlo, where that was looked at.
+fn effects(output: &OutputResult) -> Option<Table> {
+    if output.effects.is_empty() {
+        return None;
+    }
+    let mut table = Table::new(
+        format!("Budget of {} by Monte Carlo", output.name),
+        [
+            Column::text("cause"),
+            Column::number("u alone", shown(&output.unit)),
+            Column::number("share by itself", "%"),
+            Column::number("share in all", "%"),
+        ],
+    );
+    let percent = |share: f64| Cell::number(format!("{:.0}", (100.0 * share).max(0.0)));
+    for cause in &output.effects {
+        table = table.row([
+            Cell::text(cause.inputs.join(", ")),
+            Cell::number(scientific(cause.alone, 2)),
+            percent(cause.first),
+            percent(cause.total),
+        ]);
+    }
+    Some(table.note(
+        "u alone: only this cause varies (JCGM 101 annex B). Shares of the variance: what goes when the cause is known, and what \
+         stays when only it is unknown (Sobol); the second exceeds the first where causes act through each other.",
+    ))
 }
 
 fn comparison(result: &ModelResult, output: &OutputResult) -> Table {

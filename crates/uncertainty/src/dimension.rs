@@ -145,6 +145,14 @@ impl Dimension {
         reader.rest.trim().is_empty().then_some(dimension)
     }
 
+    /// The coherent unit of its kind.
+    pub fn coherent(self) -> Self {
+        Self {
+            factor: Some(1.0),
+            ..self
+        }
+    }
+
     /// Whether both are of one kind, whatever their size.
     pub fn is_like(&self, other: &Self) -> bool {
         self.powers == other.powers

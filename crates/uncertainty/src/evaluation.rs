@@ -5,10 +5,12 @@ mod statement;
 
 pub use statement::{Statement, StatementMethod};
 
+use crate::model::Prepared;
 use crate::{
-    BudgetLine, CorrelationEntry, Covariance, Equations, Estimate, Finding, JointInputs, Linear,
-    Model, MonteCarlo, Progress, Quantity, Refusal, Region, Sampled, SampledOutput, SecondOrder,
-    Trials, UncertaintyModel, Validation, numerical_tolerance, propagate, propagate_second_order,
+    BudgetLine, CauseEffect, CorrelationEntry, Covariance, Equations, Estimate, Finding,
+    JointInputs, Linear, Model, MonteCarlo, OutputEntry, Progress, Quantity, Refusal, Region,
+    Sampled, SampledOutput, SecondOrder, Trials, UncertaintyModel, Validation, numerical_tolerance,
+    propagate, propagate_second_order,
 };
 use proofmass_core::Error;
 use serde::{Deserialize, Serialize};
@@ -32,6 +34,17 @@ pub struct Evaluate {
     pub seed: u64,
     /// Trials of the Monte Carlo check.
     pub trials: Trials,
+    /// Whether the budget by Monte Carlo is made for every output, not only for those whose linear result does not stand.
+    #[serde(skip_serializing_if = "is_false")]
+    pub effects: bool,
+}
+
+#[allow(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde asks for a reference"
+)]
+fn is_false(value: &bool) -> bool {
+    !value
 }
 
 impl Default for Evaluate {
@@ -46,9 +59,14 @@ impl Default for Evaluate {
                 digits: 2,
                 max: 5_000_000,
             },
+            effects: false,
         }
     }
 }
+
+/// Trials of the budget by Monte Carlo, and evaluations of the model it may take.
+const EFFECT_TRIALS: usize = 40_960;
+const EFFECT_EVALUATIONS: usize = 8_000_000;
 
 /// Inputs beyond which terms of second order are left out: their cost grows with the square.
 const SECOND_ORDER: usize = 200;
@@ -85,6 +103,9 @@ pub struct OutputResult {
     pub monte_carlo: Option<SampledOutput>,
     /// Whether both agree; absent where there are not both.
     pub validation: Option<Validation>,
+    /// Budget by Monte Carlo, largest total share first, where the linear one does not stand or it was asked for.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub effects: Vec<CauseEffect>,
 }
 
 /// Result of a model.
@@ -118,31 +139,6 @@ impl ModelResult {
 }
 
 impl UncertaintyModel {
-    /// Says which output is not finite, by its name.
-    fn name_output(&self, refusal: Refusal, inputs: usize) -> Refusal {
-        let Refusal::Core(Error::NotFinite { name, index }) = refusal else {
-            return refusal;
-        };
-        let (index, what) = match name {
-            "model output" => (index, "not a finite number at the estimates of the inputs"),
-            "model output in a trial" => (
-                index,
-                "not a finite number for almost all values that the distributions of the inputs allow",
-            ),
-            _ => (
-                index / inputs.max(1),
-                "no finite derivative at the estimates of the inputs",
-            ),
-        };
-        match self.output.get(index) {
-            Some(output) => Refusal::Output {
-                name: output.name.clone(),
-                what,
-            },
-            None => refusal,
-        }
-    }
-
     /// Budget, linear result, terms of second order, Monte Carlo check and verdict, in one call.
     ///
     /// No road can take the result of another away: where one fails a finding says so and the others stand.
@@ -156,15 +152,18 @@ impl UncertaintyModel {
         options: &Evaluate,
         progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
     ) -> Result<ModelResult, Refusal> {
-        let joint = self.inputs()?.single()?;
-        let estimates = joint.estimates();
-        let equations = self.equations()?.about(&estimates);
-        let name_output = |refusal| self.name_output(refusal, joint.draws().len());
+        let Prepared {
+            joint,
+            equations,
+            outputs: entries,
+            findings: of_fits,
+        } = self.prepare()?;
+        let name_output = |refusal| name_output(&entries, refusal, joint.draws().len());
         let mut findings = self.doubtful_units();
         findings.extend(self.doubtful_inputs());
+        findings.extend(of_fits);
         let (linear, refused) = linear_of_the_finite(&equations, &joint)?;
-        let tolerances: Vec<f64> = self
-            .output
+        let tolerances: Vec<f64> = entries
             .iter()
             .map(|o| {
                 let quantity = linear.as_ref().and_then(|l| l.get(&o.name));
@@ -195,7 +194,7 @@ impl UncertaintyModel {
             _ => Vec::new(),
         };
         let mut outputs = Vec::new();
-        for entry in &self.output {
+        for entry in &entries {
             let linear = linear
                 .as_ref()
                 .and_then(|l| linear_output(l, &entry.name, options));
@@ -227,8 +226,10 @@ impl UncertaintyModel {
                 linear,
                 monte_carlo,
                 validation,
+                effects: Vec::new(),
             });
         }
+        self.effects(&joint, &equations, options, &mut outputs, progress)?;
         let Sampled {
             trials,
             covariance,
@@ -256,6 +257,71 @@ impl UncertaintyModel {
             region,
             findings,
         })
+    }
+}
+
+impl UncertaintyModel {
+    /// The budget by Monte Carlo, for the outputs whose shares of variance the linear one cannot tell.
+    fn effects(
+        &self,
+        joint: &JointInputs,
+        equations: &Equations,
+        options: &Evaluate,
+        outputs: &mut [OutputResult],
+        progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    ) -> Result<(), Refusal> {
+        let wanted: Vec<usize> = (0..outputs.len())
+            .filter(|&k| {
+                let output = &outputs[k];
+                let variance = |s: &SampledOutput| s.standard_uncertainty.is_some_and(|u| u > 0.0);
+                let stands =
+                    output.stated.method == StatementMethod::LawOfPropagation && !options.effects;
+                !stands && output.monte_carlo.as_ref().is_some_and(variance)
+            })
+            .collect();
+        let per_trial = 2 + 2 * joint.draws().len();
+        let trials = EFFECT_TRIALS.min(EFFECT_EVALUATIONS / per_trial);
+        // Fewer would not tell one cause from another.
+        if wanted.is_empty() || trials < 4096 {
+            return Ok(());
+        }
+        let found =
+            MonteCarlo::new(options.seed).effects(&equations.only(&wanted), joint, trials)?;
+        for (k, effects) in wanted.into_iter().zip(found) {
+            outputs[k].effects = effects.causes;
+        }
+        match progress(Progress {
+            done: trials,
+            most: trials,
+        }) {
+            ControlFlow::Break(()) => Err(Refusal::Cancelled),
+            ControlFlow::Continue(()) => Ok(()),
+        }
+    }
+}
+
+/// Says which output is not finite, by its name.
+fn name_output(entries: &[OutputEntry], refusal: Refusal, inputs: usize) -> Refusal {
+    let Refusal::Core(Error::NotFinite { name, index }) = refusal else {
+        return refusal;
+    };
+    let (index, what) = match name {
+        "model output" => (index, "not a finite number at the estimates of the inputs"),
+        "model output in a trial" => (
+            index,
+            "not a finite number for almost all values that the distributions of the inputs allow",
+        ),
+        _ => (
+            index / inputs.max(1),
+            "no finite derivative at the estimates of the inputs",
+        ),
+    };
+    match entries.get(index) {
+        Some(output) => Refusal::Output {
+            name: output.name.clone(),
+            what,
+        },
+        None => refusal,
     }
 }
 

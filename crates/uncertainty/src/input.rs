@@ -203,6 +203,8 @@ pub struct Inputs {
     correlations: Vec<(String, String, f64)>,
     /// Inputs whose covariance was observed as a whole; positions in `inputs`.
     together: Vec<Vec<usize>>,
+    /// Those of them that are samples of which whole rows are drawn.
+    rows: Vec<Vec<usize>>,
 }
 
 impl Inputs {
@@ -298,6 +300,58 @@ impl Inputs {
         Ok(self)
     }
 
+    /// Joins inputs that are samples of one joint distribution, such as the states of a Markov chain: row k of one belongs
+    /// to row k of the others, and Monte Carlo draws whole rows.
+    ///
+    /// # Errors
+    /// [`Error::Length`] when the columns differ, [`Refusal::Unknown`] for an input that is not samples.
+    pub(crate) fn sampled_together(mut self, set: &[usize]) -> Result<Self, Refusal> {
+        let mut columns: Vec<Vec<f64>> = Vec::new();
+        for &i in set {
+            let input = &self.inputs[i];
+            let Distribution::Samples { values } = &input.distribution else {
+                return Err(Refusal::Unknown {
+                    what: "column of samples",
+                    name: input.name.clone(),
+                });
+            };
+            let expected = columns.first().map_or(values.len(), Vec::len);
+            if values.len() != expected {
+                return Err(Refusal::Input {
+                    name: input.name.clone(),
+                    source: Error::Length {
+                        name: "samples drawn together with another input",
+                        expected,
+                        got: values.len(),
+                    },
+                });
+            }
+            columns.push(values.clone());
+        }
+        let deviations: Vec<Vec<f64>> = columns.iter().map(|c| deviations_of(c)).collect();
+        self.correlate_by(set, &deviations);
+        self.together.push(set.to_vec());
+        self.rows.push(set.to_vec());
+        Ok(self)
+    }
+
+    /// Correlation coefficients from the deviations of joint readings.
+    fn correlate_by(&mut self, set: &[usize], deviations: &[Vec<f64>]) {
+        for i in 0..set.len() {
+            for j in 0..i {
+                let (a, b) = (&deviations[i], &deviations[j]);
+                let scale = (dot(a, a) * dot(b, b)).sqrt();
+                if scale > 0.0 {
+                    self.correlations.push((
+                        self.inputs[set[i]].name.clone(),
+                        self.inputs[set[j]].name.clone(),
+                        (dot(a, b) / scale).clamp(-1.0, 1.0),
+                    ));
+                }
+            }
+        }
+    }
+
     /// Joins inputs that are already here by the correlation of their observations.
     pub(crate) fn observe_together(
         mut self,
@@ -313,14 +367,7 @@ impl Inputs {
                 got: other.len(),
             });
         }
-        let deviations: Vec<Vec<f64>> = columns
-            .iter()
-            .map(|values| {
-                let mean = values.iter().sum::<f64>() / n as f64;
-                values.iter().map(|v| v - mean).collect()
-            })
-            .collect();
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let deviations: Vec<Vec<f64>> = columns.iter().map(|c| deviations_of(c)).collect();
         if rule == JointReadings::Jcgm102 {
             let Some(dof) = n.checked_sub(set.len()).filter(|nu| *nu > 0) else {
                 return Err(Error::TooFew {
@@ -340,19 +387,7 @@ impl Inputs {
                 input.dof = input.distribution.dof();
             }
         }
-        for i in 0..set.len() {
-            for j in 0..i {
-                let (a, b) = (&deviations[i], &deviations[j]);
-                let scale = (dot(a, a) * dot(b, b)).sqrt();
-                if scale > 0.0 {
-                    self.correlations.push((
-                        self.inputs[set[i]].name.clone(),
-                        self.inputs[set[j]].name.clone(),
-                        (dot(a, b) / scale).clamp(-1.0, 1.0),
-                    ));
-                }
-            }
-        }
+        self.correlate_by(set, &deviations);
         self.together.push(set.to_vec());
         Ok(self)
     }
@@ -465,6 +500,28 @@ impl Inputs {
                 });
             }
         }
+        for set in &self.rows {
+            let name = |i: usize| self.inputs[i].name.as_str();
+            let inside = |other: &str| set.iter().any(|&i| name(i) == other);
+            let mixed = self
+                .correlations
+                .iter()
+                .find(|(a, b, _)| inside(a) != inside(b));
+            if let Some((a, b, _)) = mixed {
+                return Err(Refusal::Contradiction {
+                    name: if inside(a) { a.clone() } else { b.clone() },
+                    what: "samples drawn together say their correlation themselves; none with another input can be added",
+                });
+            }
+            if let Some(&i) = set.iter().find(|&&i| {
+                !self.inputs[i].dof.is_infinite() || !self.inputs[i].varies_with.is_empty()
+            }) {
+                return Err(Refusal::Contradiction {
+                    name: name(i).to_owned(),
+                    what: "samples drawn together have neither `dof` nor `varies_with`",
+                });
+            }
+        }
         for set in &self.together {
             let first = set.first().map(|&i| self.inputs[i].dof);
             if let Some(&other) = set.iter().find(|&&i| Some(self.inputs[i].dof) != first) {
@@ -534,6 +591,15 @@ impl Inputs {
     }
 }
 
+fn deviations_of(values: &[f64]) -> Vec<f64> {
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    values.iter().map(|v| v - mean).collect()
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
 fn draw_name(input: &str, labels: &[(String, String)]) -> String {
     if labels.is_empty() {
         return input.to_owned();
@@ -573,6 +639,8 @@ pub(crate) struct Cluster {
 pub struct JointInputs {
     pub(crate) inputs: Vec<Input>,
     pub(crate) together: Vec<Vec<usize>>,
+    /// Inputs of which whole rows of samples are drawn.
+    pub(crate) rows: Vec<Vec<usize>>,
     pub(crate) draws: Vec<Draw>,
     pub(crate) clusters: Vec<Cluster>,
     index: Vec<usize>,
@@ -677,6 +745,7 @@ impl JointInputs {
         Ok(Self {
             inputs: inputs.inputs.clone(),
             together: inputs.together.clone(),
+            rows: inputs.rows.clone(),
             draws,
             clusters,
             index,
@@ -688,6 +757,12 @@ impl JointInputs {
         let input = self.draws[draw].input;
         let set = self.together.iter().find(|set| set.contains(&input));
         set.and_then(|set| set.first().copied()).unwrap_or(input)
+    }
+
+    /// Name of an input by its position.
+    #[cfg(feature = "monte-carlo")]
+    pub(crate) fn input_name(&self, input: usize) -> &str {
+        &self.inputs[input].name
     }
 
     /// The draws in order.

@@ -120,8 +120,7 @@
 //! - Bayesian type A evaluation with informative priors, and interval-valued (imprecise) probability.
 //! - Marginals other than normal and Student t are joined under correlation by a normal copula, whose coefficient is not
 //!   corrected for them; other copulas are not offered.
-//! - Sensitivity coefficients from Monte Carlo (`[S1] annex B`).
-//! - Complex quantities, vectors and fits in model files; in Rust they are [`Complex`], [`Implicit`], [`LeastSquares`].
+//! - Errors in variables for polynomials beyond the straight line in model files; in Rust [`LeastSquares`] takes them.
 
 #![allow(
     clippy::needless_range_loop,
@@ -210,6 +209,7 @@ pub use joint::*;
 /// Propagation of distributions.
 #[cfg(feature = "monte-carlo")]
 mod trials {
+    pub use crate::effects::{CauseEffect, OutputEffects};
     pub use crate::histogram::Histogram;
     pub use crate::monte_carlo::{
         Interval, MonteCarlo, Progress, Sampled, SampledOutput, Trial, Trials,
@@ -217,6 +217,8 @@ mod trials {
     pub use crate::region::Region;
     pub use crate::validation::{Validation, Verdict, numerical_tolerance};
 }
+#[cfg(feature = "monte-carlo")]
+mod effects;
 #[cfg(feature = "monte-carlo")]
 mod histogram;
 #[cfg(feature = "monte-carlo")]
@@ -244,8 +246,8 @@ pub use evaluation::{
 };
 #[cfg(feature = "model")]
 pub use model::{
-    Accuracy, BudgetEntries, CorrelationEntry, Equations, InputEntry, IntermediateEntry,
-    OutputEntry, UncertaintyModel,
+    Accuracy, BudgetEntries, CorrelationEntry, Equations, FitEntry, FitScatter, FitWeights,
+    InputEntry, IntermediateEntry, OutputEntry, SolveEntry, UncertaintyModel, UnitRule,
 };
 
 /// The example of the README, so that it stays true.

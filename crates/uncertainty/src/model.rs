@@ -1,13 +1,21 @@
 //! A measurement model and a budget as plain data: inputs, what is known of them, and the equations.
 
+mod compile;
+mod entries;
 mod equations;
+mod fit;
 mod input_entry;
+mod prepared;
+mod solve;
 mod units;
 
+pub use entries::{FitEntry, FitScatter, FitWeights, IntermediateEntry, OutputEntry, SolveEntry};
 pub use equations::Equations;
 pub use input_entry::{Accuracy, InputEntry};
+pub(crate) use prepared::Prepared;
+pub use units::UnitRule;
 
-use crate::{Expression, Inputs, JointReadings, Refusal};
+use crate::{Distribution, Inputs, JointReadings, Refusal};
 use serde::{Deserialize, Serialize};
 
 /// The inputs of a campaign: `budget.toml`, as data.
@@ -100,40 +108,31 @@ pub struct UncertaintyModel {
     /// How readings made together are stated.
     #[serde(default, skip_serializing_if = "is_default")]
     pub joint_readings: JointReadings,
+    /// Whether units are converted.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub units: UnitRule,
     /// `[[input]]`
     #[serde(default, rename = "input")]
     pub input: Vec<InputEntry>,
     /// `[[correlation]]`
     #[serde(default, rename = "correlation")]
     pub correlation: Vec<CorrelationEntry>,
-    /// `[[intermediate]]`, each may use the ones above it.
-    #[serde(default, rename = "intermediate")]
+    /// `[[intermediate]]`, each may use the others as long as none needs itself.
+    #[serde(
+        default,
+        rename = "intermediate",
+        skip_serializing_if = "Vec::is_empty"
+    )]
     pub intermediate: Vec<IntermediateEntry>,
+    /// `[[solve]]`: equations to solve.
+    #[serde(default, rename = "solve", skip_serializing_if = "Vec::is_empty")]
+    pub solve: Vec<SolveEntry>,
+    /// `[[fit]]`: least squares.
+    #[serde(default, rename = "fit", skip_serializing_if = "Vec::is_empty")]
+    pub fit: Vec<FitEntry>,
     /// `[[output]]`, each may use the ones above it.
     #[serde(rename = "output")]
     pub output: Vec<OutputEntry>,
-}
-
-/// One `[[intermediate]]`: a part of the equations with a name.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct IntermediateEntry {
-    /// Name.
-    pub name: String,
-    /// Formula.
-    pub expression: String,
-}
-
-/// One `[[output]]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct OutputEntry {
-    /// Name.
-    pub name: String,
-    /// Unit.
-    pub unit: String,
-    /// Formula.
-    pub expression: String,
 }
 
 impl UncertaintyModel {
@@ -153,32 +152,20 @@ impl UncertaintyModel {
                        would be ignored",
             });
         }
-        inputs(&self.input, &self.correlation, self.joint_readings)
+        inputs(
+            &self.scalar_inputs()?,
+            &self.correlation,
+            self.joint_readings,
+        )
     }
 
-    /// The equations as a [`Model`](crate::Model), inputs in the order of the model.
+    /// The equations as a [`Model`](crate::Model), inputs in the order of the model. Fits and equations to solve need
+    /// their inputs: [`UncertaintyModel::prepared`].
     ///
     /// # Errors
-    /// [`Refusal::Expression`], [`Refusal::Duplicate`], [`Refusal::Name`].
+    /// [`Refusal::Expression`], [`Refusal::Duplicate`], [`Refusal::Name`], [`Refusal::Equation`].
     pub fn equations(&self) -> Result<Equations, Refusal> {
-        let formulas = || {
-            let parts = self.intermediate.iter().map(|i| (&i.name, &i.expression));
-            parts.chain(self.output.iter().map(|o| (&o.name, &o.expression)))
-        };
-        let mut names: Vec<String> = self.input.iter().map(|i| i.name.clone()).collect();
-        let all = names.iter().chain(formulas().map(|(name, _)| name));
-        all.map(String::as_str)
-            .try_for_each(Expression::check_name)?;
-        let mut steps = Vec::new();
-        for (name, text) in formulas() {
-            if names.contains(name) {
-                return Err(Refusal::Duplicate { name: name.clone() });
-            }
-            steps.push(Expression::parse(text, &names)?);
-            names.push(name.clone());
-        }
-        let outputs = self.output.iter().map(|o| (o.name.clone(), o.unit.clone()));
-        Ok(Equations::new(outputs.collect(), self.input.len(), steps))
+        Ok(self.compiled()?.equations())
     }
 }
 
@@ -221,6 +208,12 @@ fn inputs(
             .iter()
             .map(|&i| entries[i].observations.as_deref())
             .collect();
+        let sampled =
+            |&i: &usize| matches!(entries[i].distribution, Some(Distribution::Samples { .. }));
+        if set.iter().all(sampled) {
+            inputs = inputs.sampled_together(&set)?;
+            continue;
+        }
         if columns.iter().all(Option::is_none) {
             let names: Vec<&str> = set.iter().map(|&i| entries[i].name.as_str()).collect();
             inputs = inputs.ensemble(&names)?;

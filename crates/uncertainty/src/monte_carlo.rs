@@ -329,9 +329,9 @@ impl MonteCarlo {
             start += count;
         }
         for (column, circle) in columns.iter_mut().zip(circles) {
-            if let Some((centre, period)) = circle {
+            if circle.is_some() {
                 for y in column {
-                    *y -= period * ((*y - centre) / period).round();
+                    *y = nearest_turn(*y, *circle);
                 }
             }
         }
@@ -560,8 +560,15 @@ fn smallest(values: &[f64], count: usize, side: impl Fn(f64) -> f64 + Sync) -> V
     tail
 }
 
+/// The value counted half a period to either side of the estimate, for an output that lives on a circle.
+pub(crate) fn nearest_turn(y: f64, circle: Option<(f64, f64)>) -> f64 {
+    circle.map_or(y, |(centre, period)| {
+        y - period * ((y - centre) / period).round()
+    })
+}
+
 /// Estimate and period of the outputs that live on a circle.
-fn circles<M: Trial>(model: &M, inputs: &JointInputs) -> Vec<Option<(f64, f64)>> {
+pub(crate) fn circles<M: Trial>(model: &M, inputs: &JointInputs) -> Vec<Option<(f64, f64)>> {
     let m = model.names().len();
     let periods = model.circles();
     let mut centre = vec![0.0; m];

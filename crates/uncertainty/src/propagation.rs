@@ -38,23 +38,23 @@ const CHUNK: usize = 8;
 /// [`Error::NotFinite`] for a value or derivative that is not.
 pub fn jacobian<M: Model>(model: &M, x: &[f64]) -> Result<(Vec<f64>, Vec<f64>), Error> {
     let m = model.outputs().len();
-    jacobian_of(x, m, |x, y| model.evaluate(x, y))
+    jacobian_of::<CHUNK>(x, m, |x, y| model.evaluate(x, y))
 }
 
-pub(crate) fn jacobian_of(
+pub(crate) fn jacobian_of<const W: usize>(
     x: &[f64],
     m: usize,
-    f: impl Fn(&[Dual<f64, CHUNK>], &mut [Dual<f64, CHUNK>]),
+    f: impl Fn(&[Dual<f64, W>], &mut [Dual<f64, W>]),
 ) -> Result<(Vec<f64>, Vec<f64>), Error> {
     let (value, jacobian) = derivatives(x, m, f);
     finite(&value, &jacobian)?;
     Ok((value, jacobian))
 }
 
-fn derivatives(
+pub(crate) fn derivatives<const W: usize>(
     x: &[f64],
     m: usize,
-    f: impl Fn(&[Dual<f64, CHUNK>], &mut [Dual<f64, CHUNK>]),
+    f: impl Fn(&[Dual<f64, W>], &mut [Dual<f64, W>]),
 ) -> (Vec<f64>, Vec<f64>) {
     let n = x.len();
     let mut jacobian = vec![0.0; m * n];
@@ -62,7 +62,7 @@ fn derivatives(
     let mut y = vec![Dual::from(0.0); m];
     let mut start = 0;
     loop {
-        let seeded: Vec<Dual<f64, CHUNK>> = x
+        let seeded: Vec<Dual<f64, W>> = x
             .iter()
             .enumerate()
             .map(|(i, &x)| Dual::variable(x, i.wrapping_sub(start)))
@@ -70,10 +70,10 @@ fn derivatives(
         f(&seeded, &mut y);
         for (k, y) in y.iter().enumerate() {
             value[k] = y.real;
-            let width = CHUNK.min(n - start);
+            let width = W.min(n - start);
             jacobian[k * n + start..k * n + start + width].copy_from_slice(&y.partials[..width]);
         }
-        start += CHUNK;
+        start += W;
         if start >= n {
             break;
         }
@@ -156,7 +156,7 @@ impl Linear {
 /// **Source** `[GUM] 5.1, 5.2`, `[S2] 6.2`.
 pub fn propagate<M: Model>(model: &M, inputs: &JointInputs) -> Result<Linear, Error> {
     let x = inputs.estimates();
-    let (y, mut j) = derivatives(x.as_slice(), model.outputs().len(), |x, y| {
+    let (y, mut j) = derivatives::<CHUNK>(x.as_slice(), model.outputs().len(), |x, y| {
         model.evaluate(x, y)
     });
     // What does not vary has no say, even where its derivative does not exist.
@@ -189,7 +189,7 @@ pub fn propagate_second_order<M: Model>(model: &M, inputs: &JointInputs) -> Resu
     let root = square_root(&covariance)?;
     let diagonal = (0..n).all(|i| (0..n).all(|j| i == j || root[i * n + j] == 0.0));
     // Uᵀg, one row per output.
-    let gradient = derivatives(&x, m, |x, y| model.evaluate(x, y)).1;
+    let gradient = derivatives::<CHUNK>(&x, m, |x, y| model.evaluate(x, y)).1;
     let mut weighted = vec![0.0; m * n];
     for k in 0..m {
         let varies = |i: &usize| covariance[(*i, *i)] > 0.0;

@@ -85,6 +85,13 @@ pub enum Refusal {
         /// What was expected.
         expected: String,
     },
+    /// Equations to solve, a fit or a unit that cannot be used.
+    Equation {
+        /// What it is called.
+        name: String,
+        /// What is wrong.
+        what: String,
+    },
     /// A budget file cannot be read; the text names line and field.
     File {
         /// Line, from 1, when known.
@@ -110,6 +117,7 @@ impl fmt::Display for Refusal {
             Self::Incomplete { name, needed } => write!(f, "input {name}: {needed} is needed"),
             Self::Contradiction { name, what } => write!(f, "input {name}: {what}"),
             Self::Output { name, what } => write!(f, "output {name}: {what}"),
+            Self::Equation { name, what } => write!(f, "{name}: {what}"),
             Self::Unknown { what, name } => write!(f, "no {what} is called {name}"),
             Self::Duplicate { name } => write!(f, "{name} is defined twice"),
             Self::Correlation {

@@ -21,6 +21,11 @@ enum Plan {
         draws: Vec<(usize, Source, f64)>,
         stretch: Stretch,
     },
+    /// Whole rows of joint samples: draws and their columns.
+    Rows {
+        draws: Vec<usize>,
+        columns: Vec<Vec<f64>>,
+    },
     /// Multivariate normal, stretched to Student t by one χ² per estimate of σ, or a normal copula for other marginals.
     Correlated {
         draws: Vec<usize>,
@@ -192,6 +197,17 @@ impl Sampler {
                     None => groups.push((key, vec![a])),
                 }
             }
+            if inputs.rows.iter().any(|set| *set == cluster.inputs) {
+                let columns = drawn.into_iter().filter_map(|(d, _)| match d {
+                    Distribution::Samples { values } => Some(values),
+                    _ => None,
+                });
+                result.plans.push(Plan::Rows {
+                    draws: cluster.draws.clone(),
+                    columns: columns.collect(),
+                });
+                continue;
+            }
             match &cluster.correlation {
                 Some(r) => {
                     result.correlated(inputs, &cluster.draws, square_root(r)?, &drawn, &groups)?
@@ -315,6 +331,18 @@ impl Sampler {
                     source.fill(&mut strip, rng);
                     for (row, x) in rows.chunks_exact_mut(n).zip(&strip) {
                         row[*draw] = *x;
+                    }
+                }
+                Plan::Rows { draws, columns } => {
+                    let most = columns.first().map_or(0, Vec::len);
+                    if most == 0 {
+                        continue;
+                    }
+                    for row in rows.chunks_exact_mut(n) {
+                        let k = rng.random_range(0..most);
+                        for (&d, column) in draws.iter().zip(columns) {
+                            row[d] = column[k];
+                        }
                     }
                 }
                 Plan::SharedScale { draws, stretch } => {

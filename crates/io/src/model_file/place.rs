@@ -7,7 +7,34 @@ pub(super) struct Formula<'a> {
     pub table: &'static str,
     pub number: usize,
     pub name: &'a str,
+    pub key: &'static str,
     pub text: &'a str,
+}
+
+impl<'a> Formula<'a> {
+    pub fn new(
+        table: &'static str,
+        number: usize,
+        name: &'a str,
+        key: &'static str,
+        text: &'a str,
+    ) -> Self {
+        Self {
+            table,
+            number,
+            name,
+            key,
+            text,
+        }
+    }
+
+    /// The key under which its name stands.
+    fn named(&self) -> &'static str {
+        match self.table {
+            "fit" | "solve" => self.key,
+            _ => "name",
+        }
+    }
 }
 
 /// Line of a byte, from 1.
@@ -53,26 +80,38 @@ impl Place {
             }
             Refusal::Name { name, .. } => {
                 let formula = formulas.iter().find(|f| f.name == name);
-                let place = formula.map(|f| (f.table, f.number, "name"));
+                let place = formula.map(|f| (f.table, f.number, f.named()));
                 place.or_else(|| {
                     let first = inputs.iter().position(|i| &i.name == name);
                     first.map(|number| ("input", number, "name"))
                 })
             }
             Refusal::Output { name, .. } => {
-                let formula = formulas.iter().find(|f| f.name == name);
+                // `re(Z)` and `w[2]` belong to the outputs `Z` and `w`.
+                let own = |f: &&Formula<'_>| {
+                    let mut parts = name.split(['(', ')', '[']);
+                    f.table == "output" && (f.name == name || parts.any(|part| part == f.name))
+                };
+                let formula = formulas.iter().find(own);
                 formula.map(|f| (f.table, f.number, "expression"))
             }
             Refusal::Duplicate { name } => {
                 let formula = formulas.iter().rev().find(|f| f.name == name);
-                formula.map(|f| (f.table, f.number, "name")).or_else(|| {
+                formula.map(|f| (f.table, f.number, f.named())).or_else(|| {
                     let last = inputs.iter().rposition(|i| &i.name == name);
                     last.map(|number| ("input", number, "name"))
                 })
             }
             Refusal::Expression { text, .. } => {
                 let formula = formulas.iter().find(|f| f.text == text);
-                formula.map(|f| (f.table, f.number, "expression"))
+                formula.map(|f| (f.table, f.number, f.key))
+            }
+            Refusal::Equation { name, .. } => {
+                // Several unknowns are named together.
+                let first = name.split(", ").next().unwrap_or(name);
+                let formula = formulas.iter().find(|f| f.name == first);
+                let place = formula.map(|f| (f.table, f.number, f.key));
+                place.or_else(|| input(name).map(|number| ("input", number, "unit")))
             }
             Refusal::Unknown { name, .. } => pair(&|c| c.between.contains(name), "between"),
             Refusal::Pair {

@@ -2,14 +2,17 @@
 
 use super::Evaluate;
 use crate::{
-    Finding, OutputEntry, Refusal, Severity, UncertaintyModel, Validation, Verdict, scientific,
+    Finding, InputEntry, OutputEntry, Refusal, Severity, UncertaintyModel, Validation, Verdict,
+    scientific,
 };
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 impl UncertaintyModel {
     /// What a careful reader would ask about the inputs themselves.
     pub(super) fn doubtful_inputs(&self) -> Vec<Finding> {
         let mut findings = Vec::new();
         for input in &self.input {
+            findings.extend(groups(input));
             let Some(values) = &input.observations else {
                 continue;
             };
@@ -27,6 +30,55 @@ impl UncertaintyModel {
         }
         findings
     }
+}
+
+/// What the groups of an input say: scatter within and between, and how often chance alone makes it so large.
+fn groups(input: &InputEntry) -> Option<Finding> {
+    let groups = input.groups.as_ref()?;
+    let means = input.means_of_groups().ok()??;
+    let total: usize = groups.iter().map(Vec::len).sum();
+    let (j, n) = (groups.len() as f64, total as f64);
+    let grand = groups.iter().flatten().sum::<f64>() / n;
+    let between: f64 = groups
+        .iter()
+        .zip(&means)
+        .map(|(group, mean)| group.len() as f64 * (mean - grand).powi(2))
+        .sum::<f64>()
+        / (j - 1.0);
+    let within: f64 = groups
+        .iter()
+        .zip(&means)
+        .flat_map(|(group, mean)| group.iter().map(move |x| (x - mean).powi(2)))
+        .sum::<f64>()
+        / (n - j);
+    if !(within > 0.0 && between.is_finite()) {
+        return None;
+    }
+    // Of unequal groups the mean size of the analysis of variance.
+    let squares: f64 = groups.iter().map(|g| (g.len() as f64).powi(2)).sum();
+    let size = (n - squares / n) / (j - 1.0);
+    let scatter = ((between - within) / size).max(0.0).sqrt();
+    let f = between / within;
+    let p = 1.0 - FisherSnedecor::new(j - 1.0, n - j).ok()?.cdf(f);
+    Some(
+        Finding::new(
+            Severity::Note,
+            "scatter-of-groups",
+            format!(
+                "the uncertainty of {} is that of the mean of {} groups, whatever their scatter is due to",
+                input.name,
+                groups.len()
+            ),
+        )
+        .evidence(format!(
+            "standard deviation within groups {}, between groups {}; F = {f:.2} with {} and {} degrees of freedom, \
+             p = {p:.3}",
+            scientific(within.sqrt(), 2),
+            scientific(scatter, 2),
+            groups.len() - 1,
+            total - groups.len()
+        )),
+    )
 }
 
 /// The law of propagation has no result.

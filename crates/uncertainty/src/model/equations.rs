@@ -1,50 +1,67 @@
 //! The formulas of a model as a [`Model`].
 
-use crate::{Expression, Model, Number};
+use super::entries::{FitScatter, FitWeights};
+use super::fit::Fit;
+use super::solve::Solve;
+use crate::expression::{Op, Program};
+use crate::propagation::derivatives;
+use crate::{Dual, Finding, JointInputs, Model, Number, Refusal};
 
 /// Equations read from formulas.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Equations {
     outputs: Vec<(String, String)>,
-    /// Positions of the outputs among the steps.
-    places: Vec<usize>,
-    inputs: usize,
-    steps: Vec<Expression>,
-    /// Per step: the angles of its `atan2` at the estimates.
-    angles: Vec<Vec<f64>>,
+    /// Results that are the outputs.
+    places: Vec<u32>,
+    program: Program,
+    blocks: Vec<Block>,
+    /// The angles of `atan2` at the estimates.
+    angles: Vec<f64>,
 }
 
-/// Names up to this many live on the stack during an evaluation.
-const NAMES: usize = 24;
+/// What gives several results at once.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Block {
+    Solve(Solve),
+    Fit(Fit),
+}
+
+/// Results up to this many live on the stack during an evaluation.
+const NEAR: usize = 48;
 
 impl Equations {
-    /// Formulas in the order of evaluation, of which the last are the outputs.
     pub(super) fn new(
         outputs: Vec<(String, String)>,
-        inputs: usize,
-        steps: Vec<Expression>,
+        places: Vec<u32>,
+        program: Program,
+        blocks: Vec<Block>,
     ) -> Self {
         Self {
-            places: (steps.len() - outputs.len()..steps.len()).collect(),
-            angles: vec![Vec::new(); steps.len()],
             outputs,
-            inputs,
-            steps,
+            places,
+            program,
+            blocks,
+            angles: Vec::new(),
         }
     }
 
     /// The same equations, in which every angle of `atan2` is counted from its value at these inputs, half a turn to
     /// either side: the cut at ± π then divides no distribution.
     #[must_use]
-    pub fn about(mut self, inputs: &[f64]) -> Self {
-        let mut values = inputs.to_vec();
-        for (step, angles) in self.steps.iter().zip(&mut self.angles) {
-            angles.clear();
-            values.push(step.evaluate_with(&values, |_, angle| {
+    pub(super) fn about(mut self, inputs: &[f64]) -> Self {
+        self.angles.clear();
+        let mut angles = Vec::new();
+        let mut results = vec![0.0; self.program.ops.len()];
+        self.program.run(
+            inputs,
+            &mut results,
+            |_, angle| {
                 angles.push(angle);
                 angle
-            }));
-        }
+            },
+            |number, before, out| self.blocks[number].evaluate(before, out),
+        );
+        self.angles = angles;
         self
     }
 
@@ -57,6 +74,99 @@ impl Equations {
             ..self.clone()
         }
     }
+
+    fn run<T: Number>(&self, x: &[T], results: &mut [T]) {
+        self.program.run(
+            x,
+            results,
+            |number, angle| unwrapped(angle, self.angles.get(number).copied()),
+            |number, before, out| self.blocks[number].evaluate(before, out),
+        );
+    }
+
+    /// The place of a block among the results.
+    fn place_of(&self, block: usize) -> usize {
+        let here = |op: &Op| *op == Op::Block(block);
+        self.program.ops.iter().position(here).unwrap_or(0)
+    }
+
+    pub(super) fn blocks(&self) -> &[Block] {
+        &self.blocks
+    }
+
+    /// Gives a block what it needs to know of the inputs: where a search starts, how the points of a fit are weighed.
+    /// For a fit whose residuals are a cause of their own, their standard deviation.
+    ///
+    /// # Errors
+    /// [`Refusal::Equation`] where there is no solution, or points that no polynomial goes through.
+    pub(super) fn prepare(
+        &mut self,
+        block: usize,
+        joint: &JointInputs,
+        findings: &mut Vec<Finding>,
+    ) -> Result<Option<f64>, Refusal> {
+        let x = joint.estimates();
+        let place = self.place_of(block);
+        let mut before = vec![0.0; place];
+        self.run(&x, &mut before);
+        match self.blocks[block].clone() {
+            Block::Solve(mut solve) => {
+                let mut solution = vec![0.0; solve.start.len()];
+                solve.evaluate(&before, &mut solution);
+                if solution.iter().any(|y| !y.is_finite()) {
+                    return Err(Refusal::Equation {
+                        name: solve.unknown.join(", "),
+                        what: "no solution was found at the estimates from where the search starts; begin nearer, and \
+                               check that the equations determine each unknown"
+                            .to_owned(),
+                    });
+                }
+                solve.start = solution;
+                self.blocks[block] = Block::Solve(solve);
+                Ok(None)
+            }
+            Block::Fit(mut fit) => {
+                let name = fit.entry.name.clone();
+                let refuse = |what| Refusal::Equation { name, what };
+                let points: Vec<u32> = fit.x.iter().chain(&fit.y).copied().collect();
+                let covariance = if fit.entry.weights == FitWeights::Equal {
+                    None
+                } else {
+                    let (_, mut jacobian) = derivatives::<8>(&x, points.len(), |x, y| {
+                        let mut results = vec![Dual::from(0.0); place];
+                        self.run(x, &mut results);
+                        for (y, &k) in y.iter_mut().zip(&points) {
+                            *y = results[k as usize];
+                        }
+                    });
+                    jacobian
+                        .iter_mut()
+                        .filter(|j| !j.is_finite())
+                        .for_each(|j| *j = 0.0);
+                    Some(joint.covariance().propagate(&jacobian)?)
+                };
+                fit.prepare(&before, covariance.as_ref()).map_err(refuse)?;
+                let mut parameters = vec![0.0; fit.degree + 1];
+                fit.evaluate(&before, &mut parameters);
+                findings.extend(fit.doubt(&before, &parameters));
+                let scatter = (fit.entry.scatter == FitScatter::Residuals).then(|| {
+                    let (sum, dof) = fit.chi_squared(&before, &parameters);
+                    (sum / dof as f64).sqrt()
+                });
+                self.blocks[block] = Block::Fit(fit);
+                Ok(scatter)
+            }
+        }
+    }
+}
+
+impl Block {
+    fn evaluate<T: Number>(&self, before: &[T], out: &mut [T]) {
+        match self {
+            Self::Solve(solve) => solve.evaluate(before, out),
+            Self::Fit(fit) => fit.evaluate(before, out),
+        }
+    }
 }
 
 impl Model for Equations {
@@ -65,24 +175,18 @@ impl Model for Equations {
     }
 
     fn evaluate<T: Number>(&self, x: &[T], y: &mut [T]) {
-        let total = self.inputs + self.steps.len();
-        let mut near = [T::from(0.0); NAMES];
+        let length = self.program.ops.len();
+        let mut near = [T::from(0.0); NEAR];
         let mut far = Vec::new();
-        let values: &mut [T] = if total <= NAMES {
-            &mut near[..total]
+        let results: &mut [T] = if length <= NEAR {
+            &mut near[..length]
         } else {
-            far.resize(total, T::from(0.0));
+            far.resize(length, T::from(0.0));
             &mut far
         };
-        values[..self.inputs].copy_from_slice(&x[..self.inputs]);
-        for (k, (step, angles)) in self.steps.iter().zip(&self.angles).enumerate() {
-            let place = self.inputs + k;
-            values[place] = step.evaluate_with(&values[..place], |number, angle| {
-                unwrapped(angle, angles.get(number).copied())
-            });
-        }
-        for (y, place) in y.iter_mut().zip(&self.places) {
-            *y = values[self.inputs + place];
+        self.run(x, results);
+        for (y, &place) in y.iter_mut().zip(&self.places) {
+            *y = results[place as usize];
         }
     }
 }

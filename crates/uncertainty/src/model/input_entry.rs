@@ -5,13 +5,15 @@ use serde::{Deserialize, Serialize};
 
 /// One `[[input]]`: a name, a unit, and one statement of what is known:
 ///
-/// - `distribution`, or `observations`;
+/// - `distribution`, `observations`, or `groups` of observations;
 /// - `value` with `u`;
 /// - `value` with `U` and `k` (a certificate), or `U`, `probability` and `dof`;
 /// - `value` with `half_width` and perhaps `shape`;
 /// - `value` with `accuracy` (a data sheet: percent of reading and of range);
 /// - `value` with `resolution` (a display: rectangular, one digit wide);
 /// - `value` alone: a constant.
+///
+/// `values` instead of `value` make it a vector.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct InputEntry {
@@ -28,9 +30,19 @@ pub struct InputEntry {
     /// Repeated observations instead of a distribution.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub observations: Option<Vec<f64>>,
+    /// Repeated observations in groups (days, operators, set-ups): the mean of the means of the groups, whose scatter
+    /// tells u, with one degree of freedom less than there are groups. **Source** `[GUM] H.5`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub groups: Option<Vec<Vec<f64>>>,
     /// The estimate, with one of the statements below.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub value: Option<f64>,
+    /// The estimates of a vector; what is said beside them holds for each member by itself.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub values: Option<Vec<f64>>,
+    /// Standard uncertainties of the members of a vector.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub u_of_each: Option<Vec<f64>>,
     /// Standard uncertainty.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub u: Option<f64>,
@@ -115,6 +127,62 @@ impl InputEntry {
         Ok(input)
     }
 
+    /// Members of a vector; absent for a single quantity.
+    pub(super) fn length(&self) -> Option<usize> {
+        self.values.as_ref().map(Vec::len)
+    }
+
+    /// One entry per number: itself, or the members of a vector as `x[1]`, `x[2]`, …
+    pub(super) fn members(&self) -> Result<Vec<Self>, Refusal> {
+        let contradiction = |what| Refusal::Contradiction {
+            name: self.name.clone(),
+            what,
+        };
+        let Some(values) = &self.values else {
+            return match self.u_of_each {
+                Some(_) => Err(contradiction(
+                    "`u_of_each` belongs to the `values` of a vector",
+                )),
+                None => Ok(vec![self.clone()]),
+            };
+        };
+        let each = self.u_of_each.as_ref();
+        if values.is_empty() || each.is_some_and(|u| u.len() != values.len()) {
+            return Err(contradiction(
+                "a vector needs at least one of `values`, and `u_of_each` as many as these",
+            ));
+        }
+        if self.value.is_some() || (each.is_some() && self.u.is_some()) {
+            return Err(contradiction(
+                "it is stated more than once: `values` or `value`, `u_of_each` or `u`",
+            ));
+        }
+        let member = |(k, &value): (usize, &f64)| Self {
+            name: format!("{}[{}]", self.name, k + 1),
+            value: Some(value),
+            values: None,
+            u: each.map_or(self.u, |u| u.get(k).copied()),
+            u_of_each: None,
+            ..self.clone()
+        };
+        Ok(values.iter().enumerate().map(member).collect())
+    }
+
+    /// Means of the groups of observations.
+    pub(crate) fn means_of_groups(&self) -> Result<Option<Vec<f64>>, Refusal> {
+        let Some(groups) = &self.groups else {
+            return Ok(None);
+        };
+        if groups.len() < 2 || groups.iter().any(Vec::is_empty) {
+            return Err(Refusal::Contradiction {
+                name: self.name.clone(),
+                what: "`groups` needs two groups at least, each with one observation at least",
+            });
+        }
+        let mean = |group: &Vec<f64>| group.iter().sum::<f64>() / group.len() as f64;
+        Ok(Some(groups.iter().map(mean).collect()))
+    }
+
     /// The one statement, as a distribution.
     fn known(&self) -> Result<Distribution, Refusal> {
         let contradiction = |what| Refusal::Contradiction {
@@ -139,7 +207,14 @@ impl InputEntry {
                 "`shape` belongs to limits given by `half_width`",
             ));
         }
-        match (&self.distribution, &self.observations, self.value) {
+        let means = self.means_of_groups()?;
+        if means.is_some() && self.observations.is_some() {
+            return Err(contradiction(
+                "it is stated more than once: `observations` and `groups`",
+            ));
+        }
+        let observations = means.as_ref().or(self.observations.as_ref());
+        match (&self.distribution, observations, self.value) {
             (Some(distribution), None, None) if stated == 0 => Ok(distribution.clone()),
             (None, Some(values), None) if stated == 0 => Distribution::from_observations(values)
                 .map_err(|source| Refusal::Input {
@@ -157,7 +232,7 @@ impl InputEntry {
             }),
             (None, None, None) => Err(Refusal::Incomplete {
                 name: self.name.clone(),
-                needed: "a `distribution`, `observations` or a `value` with its uncertainty",
+                needed: "a `distribution`, `observations`, `groups`, `values` or a `value` with its uncertainty",
             }),
             _ => Err(contradiction(
                 "it is stated more than once: one of `distribution`, `observations` and `value` with its uncertainty",

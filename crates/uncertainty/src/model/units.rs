@@ -1,9 +1,12 @@
 //! Do the units of a model fit together? What an expression does to the dimensions of its inputs.
 
 use super::UncertaintyModel;
+use super::compile::Compiled;
+use super::equations::Block;
 use crate::dimension::Dimension;
-use crate::expression::{Expression, Operation};
+use crate::expression::{Function, Op};
 use crate::{Finding, Severity};
+use serde::{Deserialize, Serialize};
 
 /// What is known of the unit of a value on the way through a formula.
 #[derive(Clone, Copy, Debug)]
@@ -21,48 +24,78 @@ enum Unit {
 /// Below this factor an angle in degrees has been converted: π/180 is 0.017.
 const CONVERTED: f64 = 0.2;
 
+/// Whether the units of a model are looked at or also converted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum UnitRule {
+    /// Formulas compute with the numbers as they are stated; what does not fit is a finding.
+    #[default]
+    AsWritten,
+    /// Formulas compute in the coherent units of the SI, angles in radians: inputs and numbers with a unit are brought to
+    /// them, outputs to their own unit. A temperature in °C keeps its zero.
+    Convert,
+}
+
 impl UncertaintyModel {
     /// Findings about units: degrees in a trigonometric function, sums of different kinds or sizes, dimensions where a
     /// number is needed, an output whose formula has another dimension, a label that is no unit.
     ///
-    /// Nothing is converted. A label that is no unit excludes what depends on it from the check.
+    /// A label that is no unit excludes what depends on it from the check.
     pub fn doubtful_units(&self) -> Vec<Finding> {
         let mut findings = Vec::new();
-        let mut names: Vec<String> = Vec::new();
-        let mut units: Vec<Unit> = Vec::new();
+        let Ok(compiled) = self.compiled() else {
+            return findings;
+        };
+        let convert = self.units == UnitRule::Convert;
         let mut labels: Vec<String> = Vec::new();
+        let mut stated = |text: &str, name: &str| {
+            let unit = unit_of(text, name, &mut labels);
+            if convert { coherent(unit) } else { unit }
+        };
+        let mut variables: Vec<Unit> = Vec::new();
+        let mut names: Vec<String> = Vec::new();
         for input in &self.input {
-            units.push(unit_of(&input.unit, &input.name, &mut labels));
-            names.push(input.name.clone());
+            let unit = stated(&input.unit, &input.name);
+            if matches!(unit, Unit::Degrees(_)) {
+                names.push(input.name.clone());
+            }
+            variables.extend(std::iter::repeat_n(unit, input.length().unwrap_or(1)));
         }
-        let parts = self
-            .intermediate
-            .iter()
-            .map(|i| (&i.name, &i.expression, None));
-        let outputs = self
-            .output
-            .iter()
-            .map(|o| (&o.name, &o.expression, Some(&o.unit)));
-        for (name, text, unit) in parts.chain(outputs) {
-            let Ok(expression) = Expression::parse(text, &names) else {
-                return findings;
-            };
-            let mut walk = Walk {
-                name,
-                names: &names,
-                units: &units,
-                findings: &mut findings,
-            };
-            let mut found = walk.through(&expression);
-            if let Some(unit) = unit {
-                let stated = unit_of(unit, name, &mut labels);
-                walk.compare(found, stated, unit);
-                if matches!(stated, Unit::Known(_) | Unit::Degrees(_)) {
-                    found = stated;
+        let ops = &compiled.program.ops;
+        let mut units: Vec<Unit> = Vec::with_capacity(ops.len());
+        let mut walk = Walk {
+            name: "",
+            degrees: names,
+            findings: &mut findings,
+        };
+        let first = compiled.formulas.first().map_or(ops.len(), |f| f.from);
+        for (k, op) in ops.iter().enumerate().take(first) {
+            units.push(match op {
+                Op::Input(i) => variables.get(*i).copied().unwrap_or(Unit::Unknown),
+                // The factor to the coherent unit, which the variable has already.
+                Op::Multiply(a, _) => units[*a as usize],
+                _ => walk.step(&compiled, k, &units, &variables, &mut stated),
+            });
+        }
+        let mut formulas = compiled.formulas.iter().peekable();
+        while let Some(formula) = formulas.next() {
+            walk.name = &formula.name;
+            // Between two formulas stand the results of a block and the factors of outputs.
+            let to = formulas.peek().map_or(ops.len(), |next| next.from);
+            for k in units.len()..to {
+                let unit = walk.step(&compiled, k, &units, &variables, &mut stated);
+                units.push(unit);
+            }
+            if let Some(label) = &formula.unit {
+                let said = stated(label, &formula.name);
+                for &k in &formula.results {
+                    walk.compare(units[k as usize], said, label);
+                    if matches!(said, Unit::Known(_) | Unit::Degrees(_)) {
+                        units[k as usize] = said;
+                    }
                 }
             }
-            units.push(found);
-            names.push(name.clone());
         }
         if !labels.is_empty() {
             findings.push(
@@ -75,6 +108,15 @@ impl UncertaintyModel {
             );
         }
         findings
+    }
+}
+
+/// The unit that the formulas compute in after conversion.
+fn coherent(unit: Unit) -> Unit {
+    match unit {
+        Unit::Known(dimension) => Unit::Known(dimension.coherent()),
+        Unit::Degrees(_) => Unit::Known(Dimension::one()),
+        other => other,
     }
 }
 
@@ -93,8 +135,8 @@ fn unit_of(text: &str, name: &str, labels: &mut Vec<String>) -> Unit {
 
 struct Walk<'a> {
     name: &'a str,
-    names: &'a [String],
-    units: &'a [Unit],
+    /// Inputs that are angles in degrees.
+    degrees: Vec<String>,
     findings: &'a mut Vec<Finding>,
 }
 
@@ -110,71 +152,69 @@ impl Walk<'_> {
         }
     }
 
-    fn through(&mut self, expression: &Expression) -> Unit {
-        let mut stack: Vec<Unit> = Vec::new();
-        for operation in expression.operations() {
-            let mut take = || stack.pop().unwrap_or(Unit::Unknown);
-            let result = match operation {
-                Operation::Number(x) => Unit::Number(x),
-                Operation::Variable(i) => self.units.get(i).copied().unwrap_or(Unit::Unknown),
-                Operation::Sum => {
-                    let (b, a) = (take(), take());
-                    self.alike(a, b)
+    /// The unit of one result, from those before it.
+    fn step(
+        &mut self,
+        compiled: &Compiled,
+        k: usize,
+        units: &[Unit],
+        variables: &[Unit],
+        stated: &mut dyn FnMut(&str, &str) -> Unit,
+    ) -> Unit {
+        let of = |k: u32| units[k as usize];
+        match compiled.program.ops[k] {
+            Op::Constant(x) => {
+                let labels = &compiled.program.labels;
+                match labels.iter().find(|(place, _)| *place as usize == k) {
+                    Some((_, label)) => stated(label, self.name),
+                    None => Unit::Number(x),
                 }
-                Operation::Keep => take(),
-                Operation::Product => {
-                    let (b, a) = (take(), take());
-                    product(a, b, 1)
+            }
+            Op::Input(i) => variables.get(i).copied().unwrap_or(Unit::Unknown),
+            Op::Negate(a) => of(a),
+            Op::Add(a, b)
+            | Op::Subtract(a, b)
+            | Op::Minimum(a, b)
+            | Op::Maximum(a, b)
+            | Op::Hypotenuse(a, b) => self.alike(of(a), of(b)),
+            Op::Multiply(a, b) => product(of(a), of(b), 1),
+            Op::Divide(a, b) => product(of(a), of(b), -1),
+            Op::Power(a, b) => power(of(a), of(b)),
+            Op::IntegerPower(a, n) => power(of(a), Unit::Number(f64::from(n))),
+            Op::Call(function, a) => self.call(function, of(a)),
+            Op::Atan2(a, b, _) => {
+                self.alike(of(a), of(b));
+                Unit::Known(Dimension::one())
+            }
+            Op::Compare(_, a, b) => {
+                self.alike(of(a), of(b));
+                Unit::Number(1.0)
+            }
+            Op::Select(_, a, b) => self.alike(of(a), of(b)),
+            Op::Block(number) => parameter(compiled, number, 0, units),
+            Op::Further => {
+                let ops = &compiled.program.ops[..k];
+                let back = ops.iter().rposition(|op| matches!(op, Op::Block(_)));
+                match back.map(|place| (place, ops[place])) {
+                    Some((place, Op::Block(number))) => {
+                        parameter(compiled, number, (k - place) as i8, units)
+                    }
+                    _ => Unit::Unknown,
                 }
-                Operation::Quotient => {
-                    let (b, a) = (take(), take());
-                    product(a, b, -1)
-                }
-                Operation::Power => {
-                    let (exponent, base) = (take(), take());
-                    power(base, exponent)
-                }
-                Operation::IntegerPower(n) => power(take(), Unit::Number(f64::from(n))),
-                Operation::Root => power(take(), Unit::Number(0.5)),
-                Operation::Other => {
-                    take();
-                    Unit::Unknown
-                }
-                Operation::Trigonometric => {
-                    let angle = take();
-                    self.angle(angle)
-                }
-                Operation::OfNumber => {
-                    let x = take();
-                    self.number(x)
-                }
-                Operation::Angle => {
-                    let (b, a) = (take(), take());
-                    self.alike(a, b);
-                    Unit::Known(Dimension::one())
-                }
-                Operation::ToDegrees => {
-                    take();
-                    Unit::Degrees(1.0)
-                }
-                Operation::ToRadians => {
-                    take();
-                    Unit::Known(Dimension::one())
-                }
-                Operation::Comparison => {
-                    let (b, a) = (take(), take());
-                    self.alike(a, b);
-                    Unit::Number(1.0)
-                }
-                Operation::Choice => {
-                    let (b, a) = (take(), take());
-                    take();
-                    self.alike(a, b)
-                }
-            };
-            stack.push(result);
+            }
         }
-        stack.pop().unwrap_or(Unit::Unknown)
+    }
+
+    fn call(&mut self, function: Function, x: Unit) -> Unit {
+        match function {
+            Function::Sin | Function::Cos | Function::Tan => self.angle(x),
+            Function::Sqrt => power(x, Unit::Number(0.5)),
+            Function::Abs => x,
+            Function::Cbrt => Unit::Unknown,
+            Function::Degrees => Unit::Degrees(1.0),
+            Function::Radians => Unit::Known(Dimension::one()),
+            _ => self.number(x),
+        }
     }
 
     /// The unit of a sum.
@@ -221,7 +261,7 @@ impl Walk<'_> {
                             "the formula of {} adds or compares quantities in units of different size",
                             self.name
                         ),
-                        "keep to one unit, or convert by a factor in the formula: units are not converted",
+                        "keep to one unit, or let the units be converted: units = \"convert\" at the head of the file",
                     );
                     return Unit::Unknown;
                 }
@@ -233,23 +273,17 @@ impl Walk<'_> {
     fn angle(&mut self, angle: Unit) -> Unit {
         match angle {
             Unit::Degrees(factor) if factor.abs() >= CONVERTED => {
-                let degrees: Vec<&str> = self
-                    .names
-                    .iter()
-                    .zip(self.units)
-                    .filter(|(_, u)| matches!(u, Unit::Degrees(_)))
-                    .map(|(name, _)| name.as_str())
-                    .collect();
                 let what = format!(
                     "the formula of {} takes the sine, cosine or tangent of degrees as if they were radians ({})",
                     self.name,
-                    degrees.join(", ")
+                    self.degrees.join(", ")
                 );
                 self.say(
                     Severity::Decision,
                     "degrees-in-trigonometry",
                     what,
-                    "write radians(…) about the angle, or state it in rad",
+                    "write radians(…) about the angle, state it in rad, or let the units be converted: units = \"convert\" at the head \
+                     of the file",
                 );
                 Unit::Known(Dimension::one())
             }
@@ -298,7 +332,8 @@ impl Walk<'_> {
                         self.name,
                         crate::scientific(factor, 6)
                     ),
-                    "write the factor into the formula, or state the unit it gives: units are not converted",
+                    "write the factor into the formula, state the unit it gives, or let the units be converted: units = \"convert\" \
+                     at the head of the file",
                 )
             }
             (Unit::Known(x), Unit::Degrees(_)) if !x.is_number() => (
@@ -322,6 +357,23 @@ impl Walk<'_> {
             _ => return,
         };
         self.say(Severity::Decision, "units-do-not-fit", what, advice);
+    }
+}
+
+/// The unit of a parameter of a fit, y/xᵏ; that of an unknown is not followed.
+fn parameter(compiled: &Compiled, block: usize, k: i8, units: &[Unit]) -> Unit {
+    let Some(Block::Fit(fit)) = compiled.blocks.get(block) else {
+        return Unit::Unknown;
+    };
+    let of = |places: &[u32]| {
+        places
+            .first()
+            .map_or(Unit::Unknown, |&place| units[place as usize])
+    };
+    match (of(&fit.y), of(&fit.x)) {
+        (Unit::Known(y), Unit::Known(x)) => y.times(&x, -k).map_or(Unit::Unknown, Unit::Known),
+        (y, _) if k == 0 => y,
+        _ => Unit::Unknown,
     }
 }
 

@@ -1,0 +1,484 @@
+//! From the tables of a model file to one list of operations.
+
+use super::entries::{FitEntry, FitScatter, FitWeights, OutputEntry, SolveEntry};
+use super::equations::{Block, Equations};
+use super::fit::Fit;
+use super::solve::Solve;
+use super::{InputEntry, UncertaintyModel, UnitRule};
+use crate::dimension::Dimension;
+use crate::expression::{Op, Program, Scalar, Scope, Value, compile, compile_equation};
+use crate::{Expression, Refusal};
+use std::collections::HashSet;
+
+/// A model as one list of operations, with what became of its formulas.
+pub(super) struct Compiled {
+    pub program: Program,
+    pub blocks: Vec<Block>,
+    pub formulas: Vec<Formula>,
+    /// Outputs, complex and vectors taken apart.
+    pub outputs: Vec<OutputEntry>,
+    pub places: Vec<u32>,
+    /// Fits whose residuals are a cause: block, number of points.
+    pub scatter: Vec<(usize, usize)>,
+}
+
+/// Where the operations of one formula stand.
+pub(super) struct Formula {
+    pub name: String,
+    /// Unit, for an output.
+    pub unit: Option<String>,
+    pub from: usize,
+    pub results: Vec<u32>,
+}
+
+/// A part of the equations that has no unit of its own.
+enum Part<'a> {
+    Intermediate(&'a super::IntermediateEntry),
+    Solve(&'a SolveEntry),
+    Fit(&'a FitEntry),
+}
+
+impl Part<'_> {
+    fn names(&self) -> &[String] {
+        match self {
+            Self::Intermediate(part) => std::slice::from_ref(&part.name),
+            Self::Solve(solve) => &solve.unknown,
+            Self::Fit(fit) => &fit.parameters,
+        }
+    }
+
+    fn speaks_of(&self, names: &HashSet<&str>) -> bool {
+        let texts: Vec<&String> = match self {
+            Self::Intermediate(part) => vec![&part.expression],
+            Self::Solve(solve) => solve.equations.iter().collect(),
+            Self::Fit(fit) => vec![&fit.x, &fit.y],
+        };
+        let own = self.names();
+        texts.iter().any(|text| {
+            words(text).any(|word| names.contains(word) && !own.iter().any(|name| name == word))
+        })
+    }
+}
+
+/// The names in a formula.
+fn words(text: &str) -> impl Iterator<Item = &str> {
+    text.split(|c: char| !(c.is_alphanumeric() || c == '_'))
+        .filter(|word| word.starts_with(|c: char| c.is_alphabetic() || c == '_'))
+}
+
+impl UncertaintyModel {
+    /// One entry per number: a vector becomes `x[1]`, `x[2]`, …
+    pub(super) fn scalar_inputs(&self) -> Result<Vec<InputEntry>, Refusal> {
+        let mut all = Vec::with_capacity(self.input.len());
+        for entry in &self.input {
+            all.extend(entry.members()?);
+        }
+        Ok(all)
+    }
+
+    /// All formulas as one list of operations.
+    pub(super) fn compiled(&self) -> Result<Compiled, Refusal> {
+        self.check_names()?;
+        let mut compiler = Compiler {
+            rule: self.units,
+            scope: Scope::new(),
+            compiled: Compiled {
+                program: Program::default(),
+                blocks: Vec::new(),
+                formulas: Vec::new(),
+                outputs: Vec::new(),
+                places: Vec::new(),
+                scatter: Vec::new(),
+            },
+            inputs: 0,
+        };
+        for entry in &self.input {
+            compiler.input(entry)?;
+        }
+        let mut parts: Vec<Part<'_>> = self
+            .intermediate
+            .iter()
+            .map(Part::Intermediate)
+            .chain(self.solve.iter().map(Part::Solve))
+            .chain(self.fit.iter().map(Part::Fit))
+            .collect();
+        // Each part as soon as all it speaks of is there; one that never is gives the refusal.
+        while !parts.is_empty() {
+            let open: HashSet<&str> = parts
+                .iter()
+                .flat_map(|part| part.names().iter().map(String::as_str))
+                .collect();
+            let next = parts.iter().position(|part| !part.speaks_of(&open));
+            compiler.part(&parts.remove(next.unwrap_or(0)))?;
+        }
+        for output in &self.output {
+            compiler.output(output)?;
+        }
+        Ok(compiler.compiled)
+    }
+
+    fn check_names(&self) -> Result<(), Refusal> {
+        let parts = self.intermediate.iter().map(|i| &i.name);
+        let parts = parts
+            .chain(self.solve.iter().flat_map(|s| &s.unknown))
+            .chain(self.fit.iter().flat_map(|f| &f.parameters));
+        let outputs = self
+            .output
+            .iter()
+            .map(|o| (&o.name, o.expression.is_empty()));
+        let mut known = HashSet::new();
+        let all = self.input.iter().map(|i| &i.name).chain(parts);
+        for (name, again) in all.map(|name| (name, false)).chain(outputs) {
+            Expression::check_name(name)?;
+            if !known.insert(name) && !again {
+                return Err(Refusal::Duplicate { name: name.clone() });
+            }
+        }
+        let mut stated = HashSet::new();
+        match self.output.iter().find(|o| !stated.insert(&o.name)) {
+            Some(twice) => Err(Refusal::Duplicate {
+                name: twice.name.clone(),
+            }),
+            None => Ok(()),
+        }
+    }
+}
+
+struct Compiler {
+    rule: UnitRule,
+    scope: Scope,
+    compiled: Compiled,
+    /// Variables so far.
+    inputs: usize,
+}
+
+impl Compiler {
+    fn program(&mut self) -> &mut Program {
+        &mut self.compiled.program
+    }
+
+    fn variable(&mut self) -> u32 {
+        self.inputs += 1;
+        let place = Op::Input(self.inputs - 1);
+        self.program().push(place)
+    }
+
+    fn input(&mut self, entry: &InputEntry) -> Result<(), Refusal> {
+        let factor = self.factor(&entry.unit, &entry.name)?;
+        let one = |compiler: &mut Self| {
+            let place = compiler.variable();
+            compiler.scaled(place, factor, false)
+        };
+        let value = match entry.length() {
+            None => Value::real(one(self)),
+            Some(n) => Value::Many((0..n).map(|_| Scalar::Real(one(self))).collect()),
+        };
+        self.scope.insert(entry.name.clone(), value);
+        Ok(())
+    }
+
+    /// Factor to the coherent unit of the SI, where the model asks for conversion.
+    fn factor(&self, unit: &str, name: &str) -> Result<f64, Refusal> {
+        if self.rule != UnitRule::Convert {
+            return Ok(1.0);
+        }
+        let known = Dimension::parse(unit).and_then(|d| d.factor);
+        known.ok_or_else(|| Refusal::Equation {
+            name: name.to_owned(),
+            what: format!(
+                "{unit:?} is no unit this program knows, so that it cannot be converted; state another, or leave out \
+                 units = \"convert\""
+            ),
+        })
+    }
+
+    fn scaled(&mut self, place: u32, factor: f64, back: bool) -> u32 {
+        if factor == 1.0 {
+            return place;
+        }
+        let by = self.program().push(Op::Constant(factor));
+        self.program().push(if back {
+            Op::Divide(place, by)
+        } else {
+            Op::Multiply(place, by)
+        })
+    }
+
+    /// Reads a formula; what it is called is for its units.
+    fn formula(&mut self, name: &str, text: &str, unit: Option<&str>) -> Result<Value, Refusal> {
+        let (from, labels) = (
+            self.compiled.program.ops.len(),
+            self.compiled.program.labels.len(),
+        );
+        let value = compile(text, &self.scope, &mut self.compiled.program)?;
+        for k in labels..self.compiled.program.labels.len() {
+            let (place, label) = self.compiled.program.labels[k].clone();
+            let factor = self.factor(&label, name)?;
+            if let Op::Constant(c) = &mut self.compiled.program.ops[place as usize] {
+                *c *= factor;
+            }
+        }
+        self.compiled.formulas.push(Formula {
+            name: name.to_owned(),
+            unit: unit.map(str::to_owned),
+            from,
+            results: value.scalars().into_iter().flat_map(parts).collect(),
+        });
+        Ok(value)
+    }
+
+    fn part(&mut self, part: &Part<'_>) -> Result<(), Refusal> {
+        match part {
+            Part::Intermediate(part) => {
+                let value = self.formula(&part.name, &part.expression, None)?;
+                self.scope.insert(part.name.clone(), value);
+                Ok(())
+            }
+            Part::Solve(solve) => self.solve(solve),
+            Part::Fit(fit) => self.fit(fit),
+        }
+    }
+
+    /// A block whose results have these names.
+    fn block(&mut self, block: Block, names: &[String]) {
+        self.compiled.blocks.push(block);
+        let number = self.compiled.blocks.len() - 1;
+        for (k, name) in names.iter().enumerate() {
+            let place = self.program().push(if k == 0 {
+                Op::Block(number)
+            } else {
+                Op::Further
+            });
+            self.scope.insert(name.clone(), Value::real(place));
+        }
+    }
+
+    fn solve(&mut self, entry: &SolveEntry) -> Result<(), Refusal> {
+        let m = entry.unknown.len();
+        let refuse = |what: String| Refusal::Equation {
+            name: entry.unknown.join(", "),
+            what,
+        };
+        if m == 0 {
+            return Err(Refusal::Equation {
+                name: "solve".to_owned(),
+                what: "at least one name is needed in `unknown`".to_owned(),
+            });
+        }
+        if entry.start.len() != m || entry.start.iter().any(|s| !s.is_finite()) {
+            return Err(refuse(format!(
+                "`start` needs one finite number per unknown, {m}"
+            )));
+        }
+        // Inside, every name stands for a variable of the equations: the unknowns first.
+        let mut inner = Program::default();
+        let mut scope = Scope::new();
+        let mut captured = Vec::new();
+        for (i, name) in entry.unknown.iter().enumerate() {
+            let place = inner.push(Op::Input(i));
+            scope.insert(name.clone(), Value::real(place));
+        }
+        let spoken: HashSet<&str> = entry.equations.iter().flat_map(|e| words(e)).collect();
+        let mut outer: Vec<(&String, &Value)> = self
+            .scope
+            .iter()
+            .filter(|(name, _)| spoken.contains(name.as_str()))
+            .collect();
+        outer.sort_by_key(|(name, _)| *name);
+        for (name, value) in outer {
+            if scope.contains_key(name) {
+                continue;
+            }
+            let mut inside = |k: u32| {
+                captured.push(k);
+                inner.push(Op::Input(m + captured.len() - 1))
+            };
+            let mut scalar = |s: &Scalar| match *s {
+                Scalar::Real(k) => Scalar::Real(inside(k)),
+                Scalar::Complex(re, im) => Scalar::Complex(inside(re), inside(im)),
+            };
+            let value = match value {
+                Value::One(one) => Value::One(scalar(one)),
+                Value::Many(many) => Value::Many(many.iter().map(scalar).collect()),
+            };
+            scope.insert(name.clone(), value);
+        }
+        let mut residuals = Vec::new();
+        for text in &entry.equations {
+            let labels = inner.labels.len();
+            let (left, right) = compile_equation(text, &scope, &mut inner)?;
+            for k in labels..inner.labels.len() {
+                let (place, label) = inner.labels[k].clone();
+                let factor = self.factor(&label, &entry.unknown.join(", "))?;
+                if let Op::Constant(c) = &mut inner.ops[place as usize] {
+                    *c *= factor;
+                }
+            }
+            let mut sides = left.scalars();
+            if let Some(right) = right {
+                let right = right.scalars();
+                if right.len() != sides.len() {
+                    return Err(refuse(format!(
+                        "the sides of `{text}` have different lengths"
+                    )));
+                }
+                for (left, right) in sides.iter_mut().zip(right) {
+                    *left = difference(&mut inner, *left, right);
+                }
+            }
+            residuals.extend(sides.into_iter().flat_map(parts));
+        }
+        if residuals.len() != m {
+            return Err(refuse(format!(
+                "there are {} equations for {m} unknowns (a complex one counts twice)",
+                residuals.len()
+            )));
+        }
+        let block = Block::Solve(Solve {
+            unknown: entry.unknown.clone(),
+            start: entry.start.clone(),
+            program: inner,
+            residuals,
+            captured,
+        });
+        self.block(block, &entry.unknown);
+        Ok(())
+    }
+
+    fn fit(&mut self, entry: &FitEntry) -> Result<(), Refusal> {
+        let refuse = |what: String| Refusal::Equation {
+            name: entry.name.clone(),
+            what,
+        };
+        let vector = |value: Value, which: &str| -> Result<Vec<u32>, Refusal> {
+            let Value::Many(members) = value else {
+                return Err(refuse(format!(
+                    "`{which}` is a vector, one member per point"
+                )));
+            };
+            let real = |s: &Scalar| match s {
+                Scalar::Real(k) => Ok(*k),
+                Scalar::Complex(..) => Err(refuse(format!("`{which}` is real"))),
+            };
+            members.iter().map(real).collect()
+        };
+        let parameters = entry.parameters.len();
+        if parameters == 0 || entry.degree.is_some_and(|d| d + 1 != parameters) || parameters > 12 {
+            return Err(refuse(
+                "`parameters` needs one name per parameter, the constant first: degree + 1 of them, 12 at most".to_owned(),
+            ));
+        }
+        let x = vector(self.formula(&entry.name, &entry.x, None)?, "x")?;
+        let mut y = vector(self.formula(&entry.name, &entry.y, None)?, "y")?;
+        if x.len() != y.len() {
+            return Err(refuse(format!(
+                "`x` has {} members and `y` {}",
+                x.len(),
+                y.len()
+            )));
+        }
+        if entry.weights == FitWeights::Both && parameters != 2 {
+            return Err(refuse(
+                "weights = \"both\" is for straight lines, with two parameters".to_owned(),
+            ));
+        }
+        if entry.scatter == FitScatter::Residuals {
+            if entry.weights != FitWeights::Equal {
+                return Err(refuse(
+                    "scatter = \"residuals\" goes with equal weights: other weights say what the scatter is".to_owned(),
+                ));
+            }
+            if y.len() <= parameters {
+                return Err(refuse(format!(
+                    "scatter = \"residuals\" needs more points than parameters, {} are there",
+                    y.len()
+                )));
+            }
+            self.compiled
+                .scatter
+                .push((self.compiled.blocks.len(), y.len()));
+            for y in &mut y {
+                let scatter = self.variable();
+                *y = self.program().push(Op::Add(*y, scatter));
+            }
+        } else if y.len() < parameters {
+            return Err(refuse(format!(
+                "{parameters} parameters need as many points, {} are there",
+                y.len()
+            )));
+        }
+        let block = Block::Fit(Fit::new(entry, x, y, parameters - 1));
+        self.block(block, &entry.parameters);
+        Ok(())
+    }
+
+    fn output(&mut self, entry: &OutputEntry) -> Result<(), Refusal> {
+        let text = if entry.expression.is_empty() {
+            &entry.name
+        } else {
+            &entry.expression
+        };
+        let value = self.formula(&entry.name, text, Some(&entry.unit))?;
+        let factor = self.factor(&entry.unit, &entry.name)?;
+        let named = |name: String| OutputEntry {
+            name,
+            unit: entry.unit.clone(),
+            expression: text.clone(),
+        };
+        let state = |compiler: &mut Self, name: &str, scalar: Scalar| {
+            let list = match scalar {
+                Scalar::Real(k) => vec![(name.to_owned(), k)],
+                Scalar::Complex(re, im) => {
+                    vec![(format!("re({name})"), re), (format!("im({name})"), im)]
+                }
+            };
+            for (name, k) in list {
+                let k = compiler.scaled(k, factor, true);
+                compiler.compiled.places.push(k);
+                compiler.compiled.outputs.push(named(name));
+            }
+        };
+        match &value {
+            Value::One(one) => state(self, &entry.name, *one),
+            Value::Many(many) => {
+                for (k, one) in many.iter().enumerate() {
+                    state(self, &format!("{}[{}]", entry.name, k + 1), *one);
+                }
+            }
+        }
+        self.scope.insert(entry.name.clone(), value);
+        Ok(())
+    }
+}
+
+fn parts(scalar: Scalar) -> Vec<u32> {
+    match scalar {
+        Scalar::Real(k) => vec![k],
+        Scalar::Complex(re, im) => vec![re, im],
+    }
+}
+
+fn difference(program: &mut Program, a: Scalar, b: Scalar) -> Scalar {
+    match (a, b) {
+        (Scalar::Real(a), Scalar::Real(b)) => Scalar::Real(program.push(Op::Subtract(a, b))),
+        (a, b) => {
+            let zero = program.push(Op::Constant(0.0));
+            let split = |s: Scalar| match s {
+                Scalar::Real(k) => (k, zero),
+                Scalar::Complex(re, im) => (re, im),
+            };
+            let ((ar, ai), (br, bi)) = (split(a), split(b));
+            Scalar::Complex(
+                program.push(Op::Subtract(ar, br)),
+                program.push(Op::Subtract(ai, bi)),
+            )
+        }
+    }
+}
+
+impl Compiled {
+    pub fn equations(self) -> Equations {
+        let outputs = self.outputs.into_iter().map(|o| (o.name, o.unit));
+        Equations::new(outputs.collect(), self.places, self.program, self.blocks)
+    }
+}

@@ -1,0 +1,365 @@
+//! Least squares of a model file: polynomials, and straight lines with errors in both variables.
+
+use super::entries::{FitEntry, FitWeights};
+use crate::{Covariance, Finding, LeastSquares, Model, NormalEquations, Number, Severity, Solved};
+
+/// A polynomial through points.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Fit {
+    pub entry: FitEntry,
+    /// Results that are the abscissae and the ordinates.
+    pub x: Vec<u32>,
+    pub y: Vec<u32>,
+    pub degree: usize,
+    pub weighing: Weighing,
+    /// Middle and half-width of the abscissae at the estimates: the powers are taken of (x − middle)/half.
+    middle: f64,
+    half: f64,
+}
+
+/// How residuals are made comparable.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Weighing {
+    Equal,
+    /// Lower triangular L⁻¹ by rows, with L Lᵀ the covariance of the ordinates.
+    Ordinates(Vec<f64>),
+    /// Errors in variables, and where the search begins.
+    Both(BothVariables, Vec<f64>),
+}
+
+/// Covariances among the abscissae, between ordinates and abscissae, among the ordinates.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct BothVariables {
+    n: usize,
+    xx: Vec<f64>,
+    yx: Vec<f64>,
+    yy: Vec<f64>,
+    /// No point is correlated with another.
+    separate: bool,
+}
+
+impl Fit {
+    pub fn new(entry: &FitEntry, x: Vec<u32>, y: Vec<u32>, degree: usize) -> Self {
+        Self {
+            entry: entry.clone(),
+            x,
+            y,
+            degree,
+            weighing: Weighing::Equal,
+            middle: 0.0,
+            half: 1.0,
+        }
+    }
+
+    /// The parameters.
+    pub fn evaluate<T: Number>(&self, before: &[T], parameters: &mut [T]) {
+        let pick =
+            |places: &[u32]| -> Vec<T> { places.iter().map(|&k| before[k as usize]).collect() };
+        let (x, y) = (pick(&self.x), pick(&self.y));
+        match &self.weighing {
+            Weighing::Equal => self.polynomial(&x, y, None, parameters),
+            Weighing::Ordinates(rows) => self.polynomial(&x, y, Some(rows), parameters),
+            Weighing::Both(line, start) => {
+                let all: Vec<T> = x.into_iter().chain(y).collect();
+                Solved::new(NormalEquations(line), start.clone()).evaluate(&all, parameters);
+            }
+        }
+    }
+
+    /// Weighted least squares by orthogonal columns, exactly as differentiable as the points are.
+    fn polynomial<T: Number>(
+        &self,
+        x: &[T],
+        y: Vec<T>,
+        rows: Option<&Vec<f64>>,
+        parameters: &mut [T],
+    ) {
+        let p = self.degree + 1;
+        let half = T::from(1.0 / self.half);
+        let t: Vec<T> = x
+            .iter()
+            .map(|&x| (x - T::from(self.middle)) * half)
+            .collect();
+        let mut z = whitened(rows, y);
+        let mut power = vec![T::from(1.0); t.len()];
+        let mut columns: Vec<Vec<T>> = Vec::new();
+        // R of the columns, and Qᵀz.
+        let mut upper = vec![T::from(0.0); p * p];
+        let mut right = Vec::new();
+        for j in 0..p {
+            let mut column = whitened(rows, power.clone());
+            for (i, known) in columns.iter().enumerate() {
+                let r = dot(known, &column);
+                subtract(&mut column, r, known);
+                upper[i * p + j] = r;
+            }
+            let size = dot(&column, &column).sqrt();
+            upper[j * p + j] = size;
+            column.iter_mut().for_each(|c| *c = *c / size);
+            let share = dot(&column, &z);
+            subtract(&mut z, share, &column);
+            right.push(share);
+            columns.push(column);
+            for (power, t) in power.iter_mut().zip(&t) {
+                *power = *power * *t;
+            }
+        }
+        for i in (0..p).rev() {
+            for j in i + 1..p {
+                right[i] = right[i] - upper[i * p + j] * right[j];
+            }
+            right[i] = right[i] / upper[i * p + i];
+        }
+        // From powers of (x − m)/h to powers of x, by Horner's rule on polynomials.
+        parameters.fill(T::from(0.0));
+        for &q in right.iter().rev() {
+            for k in (0..p).rev() {
+                let lower = if k > 0 {
+                    parameters[k - 1]
+                } else {
+                    T::from(0.0)
+                };
+                parameters[k] = (lower - T::from(self.middle) * parameters[k]) * half;
+            }
+            parameters[0] = parameters[0] + q;
+        }
+    }
+
+    /// Where the points lie, and how they are weighed: `covariance` is that of the abscissae, then the ordinates.
+    ///
+    /// What is wrong with the points or their covariance, in words.
+    pub fn prepare(
+        &mut self,
+        before: &[f64],
+        covariance: Option<&Covariance>,
+    ) -> Result<(), String> {
+        let n = self.x.len();
+        let x: Vec<f64> = self.x.iter().map(|&k| before[k as usize]).collect();
+        let (low, high) = x
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| {
+                (l.min(x), h.max(x))
+            });
+        if !(high - low).is_finite() {
+            return Err("the points are not finite numbers at the estimates".to_owned());
+        }
+        let mut distinct = x.clone();
+        distinct.sort_by(f64::total_cmp);
+        distinct.dedup();
+        if distinct.len() <= self.degree {
+            return Err(format!(
+                "{} parameters need as many different abscissae; there are {}",
+                self.degree + 1,
+                distinct.len()
+            ));
+        }
+        self.middle = 0.5 * (low + high);
+        self.half = if high > low { 0.5 * (high - low) } else { 1.0 };
+        let Some(covariance) = covariance else {
+            return Ok(());
+        };
+        let part = |first: usize, second: usize| -> Vec<f64> {
+            (0..n * n)
+                .map(|k| covariance[(first + k / n, second + k % n)])
+                .collect()
+        };
+        let yy = part(n, n);
+        let indefinite = "the covariance of the points is not positive definite: each point needs an uncertainty of its own, or \
+             weights = \"equal\"";
+        if self.entry.weights == FitWeights::Y {
+            self.weighing = Weighing::Ordinates(inverse_root(&yy, n).ok_or(indefinite)?);
+            return Ok(());
+        }
+        let (xx, yx) = (part(0, 0), part(n, 0));
+        let off = |c: &[f64]| (0..n * n).all(|k| k / n == k % n || c[k] == 0.0);
+        let separate = off(&xx) && off(&yx) && off(&yy);
+        let line = BothVariables {
+            n,
+            xx,
+            yx,
+            yy,
+            separate,
+        };
+        // The plain line is near enough to start from.
+        let mut start = vec![0.0; 2];
+        let y: Vec<f64> = self.y.iter().map(|&k| before[k as usize]).collect();
+        self.polynomial(&x, y.clone(), None, &mut start);
+        if inverse_root(&line.covariance(start[1]), n).is_none() {
+            return Err(indefinite.to_owned());
+        }
+        self.weighing = Weighing::Both(line, start);
+        let mut found = vec![0.0; 2];
+        self.evaluate(before, &mut found);
+        if found.iter().any(|p| !p.is_finite()) {
+            return Err(
+                "the line with errors in both variables was not found from the plain one"
+                    .to_owned(),
+            );
+        }
+        if let Weighing::Both(_, start) = &mut self.weighing {
+            *start = found;
+        }
+        Ok(())
+    }
+
+    /// Weighted sum of the squared residuals, and its degrees of freedom.
+    pub fn chi_squared(&self, before: &[f64], parameters: &[f64]) -> (f64, usize) {
+        let dof = self.x.len() - parameters.len();
+        let x = self.x.iter().map(|&k| before[k as usize]);
+        let residuals: Vec<f64> = x
+            .zip(&self.y)
+            .map(|(x, &y)| {
+                before[y as usize] - parameters.iter().rev().fold(0.0, |sum, p| sum * x + p)
+            })
+            .collect();
+        let whitened = match &self.weighing {
+            Weighing::Equal => residuals,
+            Weighing::Ordinates(rows) => whitened(Some(rows), residuals),
+            Weighing::Both(line, _) => {
+                let root = inverse_root(&line.covariance(parameters[1]), line.n);
+                whitened(root.as_ref(), residuals)
+            }
+        };
+        (whitened.iter().map(|r| r * r).sum(), dof)
+    }
+
+    /// Residuals that are larger than the uncertainties they were weighed with.
+    ///
+    /// χ² exceeds its quantile of 99.9 %: one healthy fit in a thousand.
+    pub fn doubt(&self, before: &[f64], parameters: &[f64]) -> Option<Finding> {
+        let (chi, dof) = self.chi_squared(before, parameters);
+        let limit = crate::chi_squared_quantile(0.999, dof as f64);
+        (self.weighing != Weighing::Equal && dof > 0 && chi > limit).then(|| {
+            Finding::new(
+                Severity::Warning,
+                "residuals-exceed-uncertainty",
+                format!("the residuals of {} are larger than the uncertainty of its points", self.entry.name),
+            )
+            .evidence(format!(
+                "χ²/ν = {} with ν = {dof}; 99.9 % of healthy fits stay below {}",
+                crate::scientific(chi / dof as f64, 2),
+                crate::scientific(limit / dof as f64, 2)
+            ))
+            .advice("add the cause that is missing to the points, or another degree; scatter = \"residuals\" with equal weights takes it from the residuals")
+        })
+    }
+}
+
+impl BothVariables {
+    /// Of the residuals y − a − b x, by rows.
+    fn covariance(&self, b: f64) -> Vec<f64> {
+        self.residual_covariance(b)
+    }
+
+    fn residual_covariance<T: Number>(&self, b: T) -> Vec<T> {
+        let n = self.n;
+        (0..n * n)
+            .map(|k| {
+                let turned = (k % n) * n + k / n;
+                T::from(self.yy[k]) - b * T::from(self.yx[k] + self.yx[turned])
+                    + b * b * T::from(self.xx[k])
+            })
+            .collect()
+    }
+}
+
+impl LeastSquares for BothVariables {
+    fn outputs(&self) -> Vec<(String, String)> {
+        ["intercept", "slope"]
+            .map(|name| (name.to_owned(), String::new()))
+            .to_vec()
+    }
+
+    fn residuals(&self) -> usize {
+        self.n
+    }
+
+    /// L⁻¹(y − a − b x) with L Lᵀ the covariance of that at b: least over the unknown true points.
+    fn residual<T: Number>(&self, parameters: &[T], points: &[T], r: &mut [T]) {
+        let (a, b) = (parameters[0], parameters[1]);
+        let (x, y) = points.split_at(self.n);
+        if self.separate {
+            for (i, r) in r.iter_mut().enumerate() {
+                let k = i * self.n + i;
+                let variance = T::from(self.yy[k]) - b * T::from(2.0 * self.yx[k])
+                    + b * b * T::from(self.xx[k]);
+                *r = (y[i] - a - b * x[i]) / variance.sqrt();
+            }
+            return;
+        }
+        let mut root = self.residual_covariance(b);
+        cholesky(&mut root, self.n);
+        for i in 0..self.n {
+            let mut rest = y[i] - a - b * x[i];
+            for k in 0..i {
+                rest = rest - root[i * self.n + k] * r[k];
+            }
+            r[i] = rest / root[i * self.n + i];
+        }
+    }
+}
+
+/// Lower triangular root of a covariance, in place of its lower half.
+fn cholesky<T: Number>(c: &mut [T], n: usize) {
+    for i in 0..n {
+        for j in 0..=i {
+            let mut sum = c[i * n + j];
+            for k in 0..j {
+                sum = sum - c[i * n + k] * c[j * n + k];
+            }
+            c[i * n + j] = if i == j {
+                sum.sqrt()
+            } else {
+                sum / c[j * n + j]
+            };
+        }
+    }
+}
+
+/// L⁻¹ with L Lᵀ = C; `None` where C is not positive definite to rounding.
+fn inverse_root(c: &[f64], n: usize) -> Option<Vec<f64>> {
+    let mut root = c.to_vec();
+    cholesky(&mut root, n);
+    let sound = |i: usize| {
+        let pivot = root[i * n + i];
+        pivot.is_finite() && pivot * pivot > 1e-13 * c[i * n + i]
+    };
+    if !(0..n).all(sound) {
+        return None;
+    }
+    let mut inverse = vec![0.0; n * n];
+    for j in 0..n {
+        for i in j..n {
+            let unit = if i == j { 1.0 } else { 0.0 };
+            let sum: f64 = (j..i).map(|k| root[i * n + k] * inverse[k * n + j]).sum();
+            inverse[i * n + j] = (unit - sum) / root[i * n + i];
+        }
+    }
+    Some(inverse)
+}
+
+fn whitened<T: Number>(rows: Option<&Vec<f64>>, v: Vec<T>) -> Vec<T> {
+    let Some(rows) = rows else { return v };
+    let n = v.len();
+    (0..n)
+        .map(|i| {
+            let row = &rows[i * n..i * n + i + 1];
+            row.iter()
+                .zip(&v)
+                .filter(|(w, _)| **w != 0.0)
+                .fold(T::from(0.0), |sum, (&w, &v)| sum + T::from(w) * v)
+        })
+        .collect()
+}
+
+fn dot<T: Number>(a: &[T], b: &[T]) -> T {
+    a.iter()
+        .zip(b)
+        .fold(T::from(0.0), |sum, (&a, &b)| sum + a * b)
+}
+
+fn subtract<T: Number>(from: &mut [T], factor: T, what: &[T]) {
+    for (from, &what) in from.iter_mut().zip(what) {
+        *from = *from - factor * what;
+    }
+}

@@ -1,0 +1,42 @@
+//! Equations of a model file that are solved for their unknowns.
+
+use crate::expression::Program;
+use crate::{Implicit, Model, Number, Solved};
+
+/// Equations h(y, x) = 0 with y the unknowns and x results of the formulas before.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Solve {
+    pub unknown: Vec<String>,
+    pub start: Vec<f64>,
+    /// Variables: the unknowns, then the captured results.
+    pub program: Program,
+    /// Results of the program that are to be 0.
+    pub residuals: Vec<u32>,
+    /// Results of the formulas before that the equations speak of.
+    pub captured: Vec<u32>,
+}
+
+impl Solve {
+    /// The unknowns, not numbers where the search does not settle.
+    pub fn evaluate<T: Number>(&self, before: &[T], unknowns: &mut [T]) {
+        let x: Vec<T> = self.captured.iter().map(|&k| before[k as usize]).collect();
+        Solved::new(self, self.start.clone()).evaluate(&x, unknowns);
+    }
+}
+
+impl Implicit for &Solve {
+    fn outputs(&self) -> Vec<(String, String)> {
+        let names = self.unknown.iter().cloned();
+        names.map(|name| (name, String::new())).collect()
+    }
+
+    fn residual<T: Number>(&self, y: &[T], x: &[T], h: &mut [T]) {
+        let variables: Vec<T> = y.iter().chain(x).copied().collect();
+        let mut results = vec![T::from(0.0); self.program.ops.len()];
+        self.program
+            .run(&variables, &mut results, |_, angle| angle, |_, _, _| ());
+        for (h, &place) in h.iter_mut().zip(&self.residuals) {
+            *h = results[place as usize];
+        }
+    }
+}
