@@ -57,6 +57,7 @@ impl Velocity {
                 })?;
                 let mut job = VelocityMapJob::new(turn);
                 job.search.orders = c.orders;
+                job.search.quarters = c.quarters;
                 job.search.false_alarm_rate = c.false_alarm_rate;
                 answer(&job, &c.sensors, None, &c.delivery)
             }
@@ -158,7 +159,7 @@ enum Offset {
 
 /// Errors of the encoder that repeat with its reading, such as an eccentric disc, found with the accelerometer's help.
 ///
-/// A few turns in either sense, or there and back, suffice. Lines that are told from nothing are subtracted by
+/// A few turns in either sense, or there and back, suffice; where the wheel slips, the stretches without slip are used. Lines that are told from nothing are subtracted by
 /// `--encoder-map RESULT` of the other commands. The map belongs to the zero of the readings: an incremental encoder is set
 /// to zero at its index. With -o, a folder gets result.json, report.html and lines.csv.
 #[derive(clap::Args)]
@@ -176,6 +177,9 @@ struct Map {
         default_value = "1,2,3,4"
     )]
     orders: Vec<f64>,
+    /// Also look for unequal quarters of the encoder's lines: an error that repeats every four counts
+    #[arg(long)]
+    quarters: bool,
     /// Probability at which lines that are not there are subtracted, all together
     #[arg(long, value_name = "P", default_value_t = 0.001)]
     false_alarm_rate: f64,

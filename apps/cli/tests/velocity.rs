@@ -321,15 +321,16 @@ fn time_stamped_edges_beat_samples() {
     let folder = tempfile::tempdir().unwrap();
     // A slow sine of 20 mm: 42 increments of 0.47 mm; edges at the times at which the position crosses them.
     let (delta, amplitude, w) = (4.7e-4f64, 0.02f64, 2.0f64);
-    let mut edges = "time_s,count\n".to_owned();
+    let mut places = "time_s,count\n".to_owned();
+    let mut counts = places.clone();
     let (mut last, fine) = (0i64, 200_000);
     for k in 1..fine {
         let t = 10.0 * f64::from(k) / f64::from(fine);
         let count = (amplitude * (w * t).sin() / delta).floor() as i64;
         if count != last {
             // The edge lies between two counts: at the upper of them going up, at the lower going down.
-            let edge = count.max(last);
-            writeln!(edges, "{t:.9},{edge}").unwrap();
+            writeln!(places, "{t:.9},{}", count.max(last)).unwrap();
+            writeln!(counts, "{t:.9},{count}").unwrap();
             last = count;
         }
     }
@@ -343,30 +344,55 @@ fn time_stamped_edges_beat_samples() {
         )
         .unwrap();
     }
-    let (first, second) = (folder.path().join("edges.csv"), folder.path().join("a.csv"));
-    std::fs::write(&first, edges).unwrap();
+    let second = folder.path().join("a.csv");
     std::fs::write(&second, accelerometer).unwrap();
-    let out = folder.path().join("out");
-    estimate(
-        &first,
-        &out,
-        &[
-            "--position",
-            "count",
-            "--edges",
-            "--counts-per-metre",
-            "2127.6595744680853",
-            "--acceleration",
-            "a",
-            "--acceleration-file",
-            text(&second),
-        ],
-    );
-    let table = out.join("velocity.csv");
-    let (t, v) = (column(&table, "time_s"), column(&table, "velocity_m/s"));
-    let truth: Vec<f64> = t.iter().map(|t| amplitude * w * (w * t).cos()).collect();
-    let error = rms(&v, &truth, 400);
-    assert!(error < 2e-5, "{error}"); // of 0.04 m/s; edges are known to 50 µs
+    let told = [
+        "--position",
+        "count",
+        "--edges",
+        "--counts-per-metre",
+        "2127.6595744680853",
+    ];
+    let both = ["--acceleration", "a", "--acceleration-file"];
+    let mut errors = Vec::new();
+    // The place of each edge, or the count after it: the same velocity.
+    for (name, edges) in [("places", &places), ("counts", &counts)] {
+        let first = folder.path().join(format!("{name}.csv"));
+        std::fs::write(&first, edges).unwrap();
+        let out = folder.path().join(name);
+        let arguments: Vec<&str> = told
+            .into_iter()
+            .chain(both)
+            .chain([text(&second)])
+            .collect();
+        estimate(&first, &out, &arguments);
+        let table = out.join("velocity.csv");
+        let (t, v) = (column(&table, "time_s"), column(&table, "velocity_m/s"));
+        let truth: Vec<f64> = t.iter().map(|t| amplitude * w * (w * t).cos()).collect();
+        errors.push(rms(&v, &truth, 400));
+    }
+    // Of 0.04 m/s; edges are known to 50 µs.
+    assert!(errors.iter().all(|e| *e < 2e-5), "{errors:?}");
+    assert!((errors[0] / errors[1] - 1.0).abs() < 1e-6, "{errors:?}");
+    // Without an accelerometer, and by the methods of drives.
+    let first = folder.path().join("counts.csv");
+    for (method, most) in [
+        (None, 5e-3),
+        (Some("mixed-time:0.5"), 5e-3),
+        (Some("fixed-position:4"), 2e-2),
+    ] {
+        let out = folder
+            .path()
+            .join(method.unwrap_or("alone").replace(':', "-"));
+        let mut arguments = told.to_vec();
+        arguments.extend(method.into_iter().flat_map(|m| ["--method", m]));
+        estimate(&first, &out, &arguments);
+        let table = out.join("velocity.csv");
+        let (t, v) = (column(&table, "time_s"), column(&table, "velocity_m/s"));
+        let truth: Vec<f64> = t.iter().map(|t| amplitude * w * (w * t).cos()).collect();
+        let error = rms(&v, &truth, 100);
+        assert!(error < most, "{method:?}: {error}");
+    }
 }
 
 /// A drive: wheel speed in km/h at 20 Hz, held in a log at 100 Hz, accelerometer with an offset, reference in m/s.
@@ -860,7 +886,10 @@ fn law_a_map_that_is_subtracted_is_not_found_again() {
         succeed(&words);
     };
     let (first, second) = (folder.join("first"), folder.join("second"));
-    run(ask("map", &["--orders", "1,2", "-o", text(&first)]));
+    run(ask(
+        "map",
+        &["--orders", "1,2", "--quarters", "-o", text(&first)],
+    ));
     let result = first.join("result.json");
     let (amplitude, u, _) = quantity(&json(&result), "amplitude.1");
     assert!((amplitude - 4e-4).abs() < 4.0 * u, "{amplitude} {u}");
@@ -877,6 +906,9 @@ fn law_a_map_that_is_subtracted_is_not_found_again() {
     ));
     let left = json(&second.join("result.json"));
     assert_eq!(left["quantities"].as_array().map(Vec::len), Some(0));
+    // Equal quarters are no line.
+    let orders = &json(&result)["extra"]["search"];
+    assert_eq!(orders["quarters"], true, "{orders}");
     // Another file is no map, and a map of lengths none of angles.
     let mut wrong = ask("estimate", &["--encoder-map", text(&recording)]);
     let words: Vec<&str> = wrong.iter().map(String::as_str).collect();

@@ -84,13 +84,18 @@ fn main() -> Result<(), Error> {
     let mut s = FixedTimeState::new(0);
     task.measure("fixed-time", |x, _| m.update(&mut s, (1e4 * x) as i32));
     let mt = MixedTime::<f64>::new(1e-4, 1e6, 0.1)?;
-    let mut s = MixedTimeState::new(Edge { count: 0, ticks: 0 });
+    let mut s = MixedTimeState::new(Edge {
+        count: 0,
+        ticks: 0,
+        upwards: true,
+    });
     let mut ticks = 0u32;
     task.measure("mixed-time", |x, _| {
         ticks = ticks.wrapping_add(1000);
         let edge = Edge {
             count: (1e4 * x) as i32,
             ticks: ticks.wrapping_sub(100),
+            upwards: true,
         };
         mt.update(&mut s, ticks, Some(edge)).velocity
     });
@@ -140,6 +145,42 @@ fn main() -> Result<(), Error> {
     task.measure("kalman-3", |x, a| {
         kalman3.step(&mut s, Some(x), a);
         s.x[1]
+    });
+    // The same through the face of all estimators, fed by a counter.
+    let counter = Counter::<f32>::new(1e-4, 16)?;
+    let mut word = CounterState::new(0);
+    let mut s = observer32.start(0.0);
+    task.measure("estimator-observer-f32", |x, a| {
+        let sample = counter.sample(&mut word, (1e4 * x) as i32 as u32, a as f32);
+        f64::from(observer32.estimate(&mut s, &sample))
+    });
+    let mut word = CounterState::new(0);
+    let mut s = Estimator::start(&kalman32, 0.0);
+    task.measure("estimator-kalman-2-f32", |x, a| {
+        let sample = counter.sample(&mut word, (1e4 * x) as i32 as u32, a as f32);
+        f64::from(kalman32.estimate(&mut s, &sample))
+    });
+    let resolver = ResolverLoop::<f32>::tracking(100.0, 1.0, dt)?;
+    let mut s = resolver.start(0.0);
+    task.measure("resolver-loop-f32", |x, _| {
+        let x = x as f32;
+        f64::from(resolver.update(&mut s, x, 1.0 - 0.5 * x * x, 0.0).velocity)
+    });
+    let counting = CountingKalman::<f32>::new(
+        1e-4,
+        dt,
+        &CountingNoise {
+            acceleration: 4e-4,
+            walk: 0.0,
+            edge: 0.005,
+            tick: None,
+        },
+    )?;
+    let mut word = CounterState::new(0);
+    let mut s = Estimator::start(&counting, 0.0);
+    task.measure("estimator-counting-f32", |x, a| {
+        let sample = counter.sample(&mut word, (1e4 * x) as i32 as u32, a as f32);
+        f64::from(counting.estimate(&mut s, &sample))
     });
     Ok(())
 }

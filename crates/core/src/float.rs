@@ -41,6 +41,10 @@ pub trait Float:
     fn from_f64(value: f64) -> Self;
     /// The number in double precision.
     fn to_f64(self) -> f64;
+    /// The nearest number of this type, without a detour over double precision.
+    fn from_i32(value: i32) -> Self;
+    /// The nearest number of this type, without a detour over double precision.
+    fn from_u32(value: u32) -> Self;
     /// Neither NaN nor infinite.
     fn is_finite(self) -> bool;
     /// Absolute value.
@@ -71,6 +75,12 @@ macro_rules! float {
             }
             fn to_f64(self) -> f64 {
                 f64::from(self)
+            }
+            fn from_i32(value: i32) -> Self {
+                value as $type
+            }
+            fn from_u32(value: u32) -> Self {
+                value as $type
             }
             fn is_finite(self) -> bool {
                 <$type>::is_finite(self)

@@ -20,8 +20,11 @@
 //! # Conventions
 //! - Position, velocity and acceleration share one length (or angle) unit and one sense.
 //! - Delay is that of the velocity of a slow motion: minus the slope of the phase at zero frequency.
-//! - In `f32` feed a position counted from nearby (subtract integer counts first): a position of 10⁷ increments
-//!   leaves no fraction.
+//! - [`Estimator`] is the one face of all of them: it takes the way since the last sample, which [`Counter`] and [`Circle`]
+//!   make of counters and angles that roll over, so that `f32` keeps its digits however far a motor turns. Fed with positions
+//!   themselves, `f32` wants them counted from nearby: a position of 10⁷ increments leaves no fraction.
+//! - Samples that come unevenly: `after(time)` of [`Observer`], [`TrackingLoop`], [`TwoChannel`] and [`Kalman`] with two states.
+//! - [`InputGuard`] takes out what no axis can have made; [`ResolverLoop`] runs on a resolver's voltages.
 //!
 //! # Not covered
 //! Sensors that share no axis (a rotating accelerometer feels the centripetal term), flexible couplings, and
@@ -29,17 +32,23 @@
 
 mod adaptive_observer;
 mod counting;
+mod estimator;
+mod input_guard;
 mod integrator;
 mod kalman;
 mod observer;
 mod position_difference;
 mod pulse;
+mod resolver_loop;
 mod two_channel;
+mod way;
 
 pub use adaptive_observer::{AdaptiveObserver, AdaptiveObserverState};
 pub use counting::{
     CountUpdate, CountUse, CountingKalman, CountingNoise, CountingState, PassedEdge,
 };
+pub use estimator::{AxisSample, Estimator, Last, MixedTimeMemory};
+pub use input_guard::{InputFault, InputGuard, InputGuardState};
 pub use integrator::{Integrator, IntegratorRule, IntegratorState, Newmark, NewmarkState};
 pub use kalman::{
     BiasModel, Hold, Innovation, Kalman, KalmanState, MotionNoise, ProcessNoise, SteadyKalman,
@@ -48,8 +57,10 @@ pub use observer::{Observer, ObserverState, TrackingLoop};
 pub use position_difference::{PositionDifference, PositionDifferenceState};
 pub use pulse::{
     Edge, FixedPosition, FixedTime, FixedTimeState, MixedTime, MixedTimeState, PulseReading,
-    ReadingKind,
+    ReadingKind, pulse_rate,
 };
+pub use resolver_loop::{ResolverLoop, ResolverReading};
 pub use two_channel::{TwoChannel, TwoChannelState};
+pub use way::{Circle, CircleState, Counter, CounterState};
 
 use crate::check::{not_negative, positive};

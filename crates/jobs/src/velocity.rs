@@ -1,5 +1,6 @@
 //! Velocity of an axis from its encoder (or wheel speed) and its accelerometer: estimate, comparison, tuning, encoder map.
 
+mod clock;
 mod map;
 mod outcome;
 mod reading;

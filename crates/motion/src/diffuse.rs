@@ -10,7 +10,7 @@
 
 mod regression;
 
-pub(crate) use regression::REGRESSORS;
+pub(crate) use regression::{REGRESSORS, Regression};
 
 use crate::filtering::{component, step_inputs};
 use crate::{KalmanModel, MotionRecord, ProcessNoise, ReadingSource};

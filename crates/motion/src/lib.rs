@@ -50,6 +50,7 @@ mod search;
 mod slip;
 mod smoother;
 mod stretch;
+mod timed;
 mod tuning;
 mod velocity;
 mod whiteness;
@@ -74,12 +75,16 @@ pub use method::{Family, Method, VelocityTrace, WINDOWS};
 pub use method_word::METHODS;
 pub use pairing::Pairing;
 pub use proofmass_core::velocity::{BiasModel, Hold, IntegratorRule, ProcessNoise};
-pub use record::{MotionRecord, ReadingSource, Stamped, Timing, align, even_clock, out_of_order};
+pub use record::{
+    MotionRecord, PassedAt, ReadingSource, Stamped, TimedEdges, Timing, align, even_clock,
+    out_of_order, stamp_digit,
+};
 pub use rest::moves_while_still;
 pub use ripple::{Ripple, RippleLine, ripple};
 pub use rollover::{continued, rollover, turns_anew};
 pub use slip::{Episode, SlipReport, SlipSearch};
 pub use stretch::{Ungapped, even_times, longest_stretch, mean_between, thin};
+pub use timed::{edge_counts, edge_places, time_edges};
 pub use tuning::{BiasChoice, NoiseNode, ReadingNoise, Tuned, TunedValue, Tuning};
 pub use velocity::{
     CompareResult, EstimateResult, TuneResult, TunedAtRate, compare, estimate, published_sweep,

@@ -1,13 +1,16 @@
 //! Every way to a velocity under one name, run over a record by the streaming estimators of `core`.
 
+mod label;
+
 use crate::counting::Counted;
+use crate::timed::{fixed_position, mixed_time};
 use crate::{
     CountingModel, KalmanModel, MotionRecord, OffLineIntegration, ReadingSource, integrate,
 };
 use proofmass_core::Error;
 use proofmass_core::velocity::{
-    AdaptiveObserver, AdaptiveObserverState, BiasModel, Integrator, IntegratorRule,
-    IntegratorState, Observer, ObserverState, PositionDifference, PositionDifferenceState,
+    AdaptiveObserver, AdaptiveObserverState, Integrator, IntegratorRule, IntegratorState, Newmark,
+    NewmarkState, Observer, ObserverState, PositionDifference, PositionDifferenceState,
     TrackingLoop, TwoChannel, TwoChannelState,
 };
 use serde::{Deserialize, Serialize};
@@ -27,6 +30,16 @@ pub enum Method {
     LongWindow {
         /// n
         samples: usize,
+    },
+    /// n δ over the time between the last edge and the n-th before it; of a recording of timed edges.
+    FixedPosition {
+        /// n, a whole number of line periods where quarters are unequal: 4 with fourfold decoding.
+        edges: usize,
+    },
+    /// ΔN δ/Δt between the last edges of two samples (M/T); of a recording of timed edges.
+    MixedTime {
+        /// Time without an edge after which the axis is said to stand, s.
+        timeout: f64,
     },
     /// Polynomial through the last order + 1 positions.
     BackwardDifference {
@@ -50,6 +63,15 @@ pub enum Method {
         /// Rule.
         rule: IntegratorRule,
         /// Offset to subtract before: from a still period, or zero.
+        offset: f64,
+    },
+    /// Newmark's method: v_n = v_{n−1} + T [(1−γ) a_{n−1} + γ a_n].
+    Newmark {
+        /// γ, ½ without delay.
+        gamma: f64,
+        /// β, of the position.
+        beta: f64,
+        /// Offset to subtract before.
         offset: f64,
     },
     /// Acceleration alone, and of its integral what lies above a corner (Butterworth); off line where it is zero-phase.
@@ -170,10 +192,14 @@ impl Method {
             Self::SpeedReading
             | Self::FixedTime
             | Self::LongWindow { .. }
+            | Self::FixedPosition { .. }
+            | Self::MixedTime { .. }
             | Self::BackwardDifference { .. }
             | Self::SavitzkyGolay { .. }
             | Self::TrackingLoop { .. } => Family::Position,
-            Self::Integration { .. } | Self::HighPass { .. } => Family::Acceleration,
+            Self::Integration { .. } | Self::Newmark { .. } | Self::HighPass { .. } => {
+                Family::Acceleration
+            }
             Self::Smoother { .. } | Self::CountingSmoother { .. } => Family::OffLine,
             _ => Family::Fused,
         }
@@ -193,69 +219,6 @@ impl Method {
         match self {
             Self::Kalman { .. } | Self::Smoother { .. } => false,
             _ => self.family() != Family::Acceleration,
-        }
-    }
-
-    /// Short text with the settings.
-    pub fn label(&self) -> String {
-        match self {
-            Self::SpeedReading => "speed as read".into(),
-            Self::FixedTime => "fixed time (M)".into(),
-            Self::LongWindow { samples } => format!("fixed time (M), {samples} samples"),
-            Self::BackwardDifference { order } => format!("backward difference, order {order}"),
-            Self::SavitzkyGolay { window, degree } => {
-                format!("Savitzky-Golay, {window} points, degree {degree}")
-            }
-            Self::TrackingLoop { bandwidth } => {
-                format!("tracking loop, b = {} rad/s", digits(*bandwidth))
-            }
-            Self::Integration { rule, offset } => {
-                let name = rule.name();
-                if *offset == 0.0 {
-                    format!("integration, {name}")
-                } else {
-                    format!("integration, {name}, offset {} removed", digits(*offset))
-                }
-            }
-            Self::HighPass {
-                order,
-                corner,
-                zero_phase,
-            } => format!(
-                "integration, high-pass of order {order} at {} Hz{}",
-                digits(*corner),
-                if *zero_phase { ", zero-phase" } else { "" }
-            ),
-            Self::TwoChannel { k1, k2 } => {
-                format!("two channels, k1 = {}, k2 = {}", digits(*k1), digits(*k2))
-            }
-            Self::Observer { k_x, k_v } => {
-                format!("observer, kx = {}, kv = {}", digits(*k_x), digits(*k_v))
-            }
-            Self::OffsetObserver { k_x, k_v, k_b } => format!(
-                "observer with offset, kx = {}, kv = {}, kb = {}",
-                digits(*k_x),
-                digits(*k_v),
-                digits(*k_b)
-            ),
-            Self::AdaptiveObserver { k_x, k_v, rate, .. } => format!(
-                "adaptive observer, kx = {}, kv = {}, rate {}",
-                digits(*k_x),
-                digits(*k_v),
-                digits(*rate)
-            ),
-            Self::Kalman { model } => format!("Kalman, {}", settings(model)),
-            Self::SteadyKalman { model } => format!("Kalman, steady gain, {}", settings(model)),
-            Self::Counting { model } => {
-                format!("Kalman on edges, q = {}", digits(model.acceleration_noise))
-            }
-            Self::CountingSmoother { model } => {
-                format!(
-                    "smoother on edges, q = {}",
-                    digits(model.acceleration_noise)
-                )
-            }
-            Self::Smoother { model } => format!("smoother, {}", settings(model)),
         }
     }
 
@@ -291,6 +254,8 @@ impl Method {
             }
             Self::FixedTime => window::<2>(record, 1, slow)?,
             Self::LongWindow { samples } => long_window(record, samples, slow)?,
+            Self::FixedPosition { edges } => fixed_position(record, edges)?,
+            Self::MixedTime { timeout } => mixed_time(record, timeout)?,
             Self::BackwardDifference { order } => match order {
                 1 => window::<2>(record, 1, slow)?,
                 2 => window::<3>(record, 2, slow)?,
@@ -331,6 +296,19 @@ impl Method {
                     .iter()
                     .map(|a| integrator.update(&mut state, a - offset));
                 (v.collect(), 0.0)
+            }
+            Self::Newmark {
+                gamma,
+                beta,
+                offset,
+            } => {
+                let newmark = Newmark::<f64>::new(gamma, beta, dt)?;
+                let mut state = NewmarkState::new(0.0, record.initial_velocity.unwrap_or(0.0));
+                let v = record
+                    .acceleration
+                    .iter()
+                    .map(|a| newmark.update(&mut state, a - offset));
+                (v.collect(), (0.5 - gamma) * dt)
             }
             Self::HighPass {
                 order,
@@ -422,30 +400,6 @@ impl Method {
             standard_uncertainty: uncertainty,
             stated_delay,
         })
-    }
-}
-
-fn settings(model: &KalmanModel) -> String {
-    let bias = match model.bias {
-        None => "",
-        Some(BiasModel::RandomWalk { density: 0.0, .. }) => ", offset constant",
-        Some(BiasModel::RandomWalk { .. }) => ", offset random walk",
-        Some(BiasModel::GaussMarkov { .. }) => ", offset Gauss-Markov",
-    };
-    format!(
-        "q = {}, R = {}{bias}",
-        digits(model.acceleration_noise),
-        digits(model.reading_noise)
-    )
-}
-
-/// Four digits, without the zeros that say nothing.
-fn digits(value: f64) -> String {
-    let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
-    if rounded == 0.0 || (1e-3..1e5).contains(&rounded.abs()) {
-        rounded.to_string()
-    } else {
-        format!("{rounded:e}")
     }
 }
 

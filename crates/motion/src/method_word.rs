@@ -4,8 +4,8 @@ use crate::{BiasModel, CountingModel, IntegratorRule, KalmanModel, Method};
 use std::str::FromStr;
 
 /// Every method as a word with its settings, for help and messages.
-pub const METHODS: &str = "fixed-time, fixed-time:SAMPLES, backward-difference:ORDER, savitzky-golay:WINDOW,DEGREE, \
-    tracking-loop:BANDWIDTH, speed, trapezoid, simpson, tick, adams-moulton-3 (each also as :OFFSET), high-pass:CORNER,ORDER, zero-phase:CORNER,ORDER, two-channel:K1,K2, \
+pub const METHODS: &str = "fixed-time, fixed-time:SAMPLES, fixed-position:EDGES, mixed-time:TIMEOUT, backward-difference:ORDER, savitzky-golay:WINDOW,DEGREE, \
+    tracking-loop:BANDWIDTH, speed, trapezoid, simpson, tick, adams-moulton-3 (each also as :OFFSET), newmark:GAMMA,BETA (also as :GAMMA,BETA,OFFSET), high-pass:CORNER,ORDER, zero-phase:CORNER,ORDER, two-channel:K1,K2, \
     observer:KX,KV, offset-observer:KX,KV,KB, adaptive-observer:KX,KV,RATE,FLOOR, kalman:Q,R, steady-kalman:Q,R, counting:Q,EDGE,OFFSET, counting-smoother:Q,EDGE,OFFSET, \
     smoother:Q,R (each also as :Q,R,WALK,START with an offset that walks), gauss-markov:Q,R,DEVIATION,TIME (Kalman with an offset that forgets)";
 
@@ -88,6 +88,20 @@ fn method(text: &str) -> Result<Method, String> {
         ("fixed-time", []) => Some(Method::FixedTime),
         ("fixed-time", &[samples]) => Some(Method::LongWindow {
             samples: whole(samples)?,
+        }),
+        ("fixed-position", &[edges]) => Some(Method::FixedPosition {
+            edges: whole(edges)?,
+        }),
+        ("mixed-time", &[timeout]) => Some(Method::MixedTime { timeout }),
+        ("newmark", &[gamma, beta]) => Some(Method::Newmark {
+            gamma,
+            beta,
+            offset: 0.0,
+        }),
+        ("newmark", &[gamma, beta, offset]) => Some(Method::Newmark {
+            gamma,
+            beta,
+            offset,
         }),
         ("high-pass" | "zero-phase", &[corner, order]) => Some(Method::HighPass {
             order: whole(order)?,
@@ -176,6 +190,9 @@ mod tests {
         assert_eq!(method(word).unwrap().word().unwrap(), word);
         for wrong in [
             "high-pass:1",
+            "newmark:1",
+            "fixed-position:1.5",
+            "mixed-time",
             "gauss-markov:1,2,3",
             "observer",
             "observer:5",

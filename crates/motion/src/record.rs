@@ -1,5 +1,9 @@
 //! One axis with its two sensors on one time base.
 
+mod alignment;
+
+pub use alignment::{Stamped, Timing, align, even_clock, out_of_order, stamp_digit};
+
 use proofmass_core::Error;
 use serde::{Deserialize, Serialize};
 
@@ -33,6 +37,64 @@ pub struct MotionRecord {
     pub increment: Option<f64>,
     /// Velocity at the first sample; `None` when unknown, zero for a start from rest.
     pub initial_velocity: Option<f64>,
+    /// Edges between the samples, where they were timed; `reading` then is the count at each sample.
+    #[serde(default)]
+    pub edges: Option<TimedEdges>,
+}
+
+/// Edges of a counted position with their times.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TimedEdges {
+    /// Tick of the clock that timed them, s.
+    pub tick: f64,
+    /// In order of time.
+    pub list: Vec<PassedAt>,
+}
+
+/// One edge as a filter at samples takes it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PassedAt {
+    /// The first sample at or after it.
+    pub sample: usize,
+    /// How long before that sample, s.
+    pub age: f64,
+    /// Whether the count rose.
+    pub upwards: bool,
+}
+
+impl TimedEdges {
+    /// Of a stretch of the samples.
+    fn within(&self, range: &std::ops::Range<usize>) -> Self {
+        let inside = self
+            .list
+            .iter()
+            .filter(|e| e.sample > range.start && e.sample < range.end);
+        Self {
+            tick: self.tick,
+            list: inside
+                .map(|e| PassedAt {
+                    sample: e.sample - range.start,
+                    ..*e
+                })
+                .collect(),
+        }
+    }
+
+    /// Of every n-th sample.
+    fn decimated(&self, n: usize, step: f64) -> Self {
+        let at = |e: &PassedAt| {
+            let sample = e.sample.div_ceil(n);
+            PassedAt {
+                sample,
+                age: e.age + (sample * n - e.sample) as f64 * step,
+                upwards: e.upwards,
+            }
+        };
+        Self {
+            tick: self.tick,
+            list: self.list.iter().map(at).collect(),
+        }
+    }
 }
 
 fn there_is_one() -> bool {
@@ -58,6 +120,7 @@ impl MotionRecord {
             accelerometer: true,
             increment: None,
             initial_velocity: None,
+            edges: None,
         };
         record.check()?;
         Ok(record)
@@ -166,6 +229,10 @@ impl MotionRecord {
             sample_time: self.sample_time * n as f64,
             reading: self.reading.iter().step_by(n).copied().collect(),
             acceleration: self.acceleration.iter().step_by(n).copied().collect(),
+            edges: self
+                .edges
+                .as_ref()
+                .map(|e| e.decimated(n, self.sample_time)),
             ..*self
         };
         record.check()?;
@@ -196,8 +263,21 @@ impl MotionRecord {
         Self {
             reading: self.reading.clone(),
             acceleration: (0..n).map(|k| at(k) / gain).collect(),
+            edges: self.edges.clone(),
             ..*self
         }
+    }
+
+    /// A stretch of the samples; the velocity at its start is unknown unless it is the beginning. `None` where the
+    /// samples are not there.
+    pub(crate) fn within(&self, range: std::ops::Range<usize>) -> Option<Self> {
+        Some(Self {
+            reading: self.reading.get(range.clone())?.to_vec(),
+            acceleration: self.acceleration.get(range.clone())?.to_vec(),
+            initial_velocity: self.initial_velocity.filter(|_| range.start == 0),
+            edges: self.edges.as_ref().map(|e| e.within(&range)),
+            ..*self
+        })
     }
 
     /// Largest n such that all readings stand at multiples of n samples after the first one.
@@ -246,258 +326,9 @@ fn gcd(a: usize, b: usize) -> usize {
     if b == 0 { a } else { gcd(b, a % b) }
 }
 
-/// Samples of one sensor with its own time stamps.
-#[derive(Clone, Copy, Debug)]
-pub struct Stamped<'a> {
-    /// Times, s, strictly increasing.
-    pub time: &'a [f64],
-    /// Values at them.
-    pub value: &'a [f64],
-}
-
-impl Stamped<'_> {
-    /// Equal lengths, finite, and in order of time.
-    ///
-    /// # Errors
-    /// [`Error::Length`], [`Error::NotFinite`]; [`Error::OutOfRange`] with the first time that is not later than
-    /// the one before. Its index is [`out_of_order`].
-    pub fn check(&self, name: &'static str) -> Result<(), Error> {
-        if self.time.len() != self.value.len() {
-            return Err(Error::Length {
-                name,
-                expected: self.time.len(),
-                got: self.value.len(),
-            });
-        }
-        for values in [self.time, self.value] {
-            if let Some(index) = values.iter().position(|v| !v.is_finite()) {
-                return Err(Error::NotFinite { name, index });
-            }
-        }
-        match out_of_order(self.time) {
-            Some(index) => Err(Error::NotIncreasing {
-                name: "time stamp",
-                index,
-            }),
-            None => Ok(()),
-        }
-    }
-
-    /// Straight line between the neighbours of a time; `None` outside or over a gap longer than `gap`.
-    ///
-    /// A sample within `slack` of the time is taken as it is: a line would smear its rounding.
-    fn at(&self, t: f64, gap: f64, slack: f64) -> Option<f64> {
-        let after = self.time.partition_point(|&s| s < t - slack);
-        if after < self.time.len() && self.time[after] <= t + slack {
-            return Some(self.value[after]);
-        }
-        if after == 0 || after == self.time.len() {
-            return None;
-        }
-        let (a, b) = (self.time[after - 1], self.time[after]);
-        let share = (t - a) / (b - a);
-        (b - a <= gap).then(|| self.value[after - 1] * (1.0 - share) + self.value[after] * share)
-    }
-}
-
-/// Index of the first time that is not later than the one before it.
-pub fn out_of_order(time: &[f64]) -> Option<usize> {
-    time.windows(2).position(|w| w[1] <= w[0]).map(|k| k + 1)
-}
-
-/// When the readings of a [`Stamped`] sensor were taken.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Timing {
-    /// By a clock, whatever the axis did.
-    #[default]
-    Sampled,
-    /// At the edges of the encoder: between two of them the axis is within one increment, however long it takes.
-    Edges,
-}
-
-/// Step of a clock whose stamps were rounded, or `None` when the stamps do not lie on one.
-///
-/// Stamps that are all multiples of a power of ten 10⁻ᵏ s and never further than three quarters of it from a
-/// straight line are the stamps of an even clock, rounded: the line is nearer to the truth than they are.
-pub fn even_clock(time: &[f64]) -> Option<f64> {
-    let n = time.len();
-    if n < 3 {
-        return None;
-    }
-    let dt = (time[n - 1] - time[0]) / (n - 1) as f64;
-    // Stamps of an absolute clock have no finer digits than the double they are held in.
-    let coarse = 4.0 * f64::EPSILON * time.iter().fold(0.0f64, |m, t| m.max(t.abs()));
-    let resolution = (0..10).map(|k| 10f64.powi(-k)).find(|r| {
-        let off = |t: &f64| (t / r - (t / r).round()).abs() * r > 1e-6 * r + coarse;
-        !time.iter().any(off)
-    });
-    let allowed = 0.75 * resolution.unwrap_or(0.0) + 1e-6 * dt + coarse;
-    // The ends are rounded as well: the line of least squares, not the one through them.
-    let middle = 0.5 * (n - 1) as f64;
-    let mean = time.iter().map(|t| t - time[0]).sum::<f64>() / n as f64;
-    let (mut top, mut bottom) = (0.0, 0.0);
-    for (k, t) in time.iter().enumerate() {
-        let k = k as f64 - middle;
-        top += k * (t - time[0] - mean);
-        bottom += k * k;
-    }
-    let step = top / bottom;
-    let on_line = |(k, t): (usize, &f64)| {
-        (t - time[0] - mean - step * (k as f64 - middle)).abs() <= allowed.min(0.5 * dt)
-    };
-    (step > 0.0 && time.iter().enumerate().all(on_line)).then_some(step)
-}
-
-/// Puts two sensors with their own time stamps on one time base.
-///
-/// The grid starts with the later sensor and steps by `sample_time`, or by the median interval of the
-/// accelerometer. Accelerations are interpolated over gaps up to three intervals; over longer ones the common
-/// span would hold invented data and is refused. A reading appears at the grid time nearest to its own,
-/// interpolated to it between its neighbours: the error of that, a Δ²/8 for readings Δ apart, is of the order
-/// of the sensors' own and stays out of every grid time that has no reading of its own. Where the neighbour is
-/// missing, a reading counts only within a hundredth of a step of its own time.
-///
-/// # Errors
-/// Time stamps out of order ([`Error::NotIncreasing`] with the index), unequal lengths, values that are not
-/// finite, no common span ([`Error::TooFew`]), a gap of the accelerometer ([`Error::OutOfRange`]).
-pub fn align(
-    source: ReadingSource,
-    reading: Stamped<'_>,
-    acceleration: Stamped<'_>,
-    sample_time: Option<f64>,
-    timing: Timing,
-) -> Result<MotionRecord, Error> {
-    reading.check("reading")?;
-    acceleration.check("acceleration")?;
-    let few = |got| Error::TooFew {
-        name: "samples common to both sensors",
-        needed: 4,
-        got,
-    };
-    if reading.time.len() < 2 || acceleration.time.len() < 4 {
-        return Err(few(reading.time.len().min(acceleration.time.len())));
-    }
-    let median = |time: &[f64]| {
-        let mut steps: Vec<f64> = time.windows(2).map(|w| w[1] - w[0]).collect();
-        steps.sort_by(f64::total_cmp);
-        steps[steps.len() / 2]
-    };
-    let own = median(acceleration.time);
-    let dt = sample_time.unwrap_or(own);
-    if !(dt.is_finite() && dt > 0.0) {
-        return Err(Error::OutOfRange {
-            name: "sample time",
-            value: dt,
-            min: f64::MIN_POSITIVE,
-            max: f64::MAX,
-        });
-    }
-    let start = reading.time[0].max(acceleration.time[0]);
-    let end =
-        reading.time[reading.time.len() - 1].min(acceleration.time[acceleration.time.len() - 1]);
-    if end - start < 3.0 * dt {
-        return Err(few(0));
-    }
-    // A rounding of the stamps must not cost the last sample.
-    let n = ((end - start) / dt + 1e-6).floor() as usize + 1;
-    let slack = 1e-6 * dt;
-    let gap = 3.0 * own.max(dt);
-    let reading_gap = match timing {
-        Timing::Sampled => 3.0 * median(reading.time),
-        Timing::Edges => f64::INFINITY,
-    };
-    let mut a = Vec::with_capacity(n);
-    let mut r = vec![None; n];
-    for (k, r) in r.iter_mut().enumerate() {
-        let t = (start + k as f64 * dt).min(end);
-        let Some(value) = acceleration.at(t, gap, slack) else {
-            let after = acceleration.time.partition_point(|&s| s < t).max(1);
-            return Err(Error::OutOfRange {
-                name: "gap of the accelerometer",
-                value: acceleration.time[after] - acceleration.time[after - 1],
-                min: 0.0,
-                max: gap,
-            });
-        };
-        a.push(value);
-        let near = reading.time.partition_point(|&s| s < t - 0.5 * dt);
-        let own = (near..reading.time.len())
-            .take_while(|&i| reading.time[i] < t + 0.5 * dt)
-            .min_by(|&i, &j| {
-                let off = |i: usize| (reading.time[i] - t).abs();
-                off(i).total_cmp(&off(j))
-            });
-        if let Some(own) = own {
-            let close = (reading.time[own] - t).abs() <= 0.01 * dt;
-            *r = reading
-                .at(t, reading_gap, slack)
-                .or_else(|| close.then(|| reading.value[own]));
-        }
-    }
-    MotionRecord::new(dt, source, r, a)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn law_alignment_puts_two_rates_on_one_base() {
-        let fast: Vec<f64> = (0..1000).map(|k| 0.0503 + 0.001 * k as f64).collect();
-        let slow: Vec<f64> = (0..200).map(|k| 0.007 * k as f64).collect();
-        let a: Vec<f64> = fast.iter().map(|t| 2.0 + 0.0 * t).collect();
-        let x: Vec<f64> = slow.iter().map(|t| t * t).collect();
-        let record = align(
-            ReadingSource::Position,
-            Stamped {
-                time: &slow,
-                value: &x,
-            },
-            Stamped {
-                time: &fast,
-                value: &a,
-            },
-            None,
-            Timing::Sampled,
-        )
-        .unwrap();
-        assert_eq!(record.reading.len(), 1000);
-        let own = record.reading.iter().flatten().count();
-        assert!((142..=143).contains(&own), "{own}");
-        for (k, r) in record.reading.iter().enumerate() {
-            if let Some(r) = r {
-                let t = 0.0503 + record.sample_time * k as f64;
-                assert!((r - t * t).abs() <= 2.0 * 0.007f64.powi(2) / 8.0 + 1e-12);
-            }
-        }
-    }
-
-    #[test]
-    fn refuses_time_that_runs_backward_with_its_index() {
-        let time = [0.0, 0.1, 0.3, 0.2, 0.4];
-        let value = [0.0; 5];
-        let good = [0.0, 0.1, 0.2, 0.3, 0.4];
-        let error = align(
-            ReadingSource::Position,
-            Stamped {
-                time: &time,
-                value: &value,
-            },
-            Stamped {
-                time: &good,
-                value: &value,
-            },
-            None,
-            Timing::Sampled,
-        );
-        assert!(
-            matches!(error, Err(Error::NotIncreasing { index: 3, .. })),
-            "{error:?}"
-        );
-        assert_eq!(out_of_order(&time), Some(3));
-        assert_eq!(out_of_order(&[0.0, 0.0]), Some(1));
-    }
 
     #[test]
     fn refuses_records_without_substance() {
@@ -517,22 +348,5 @@ mod tests {
             vec![0.0; 5],
         );
         assert!(matches!(bad, Err(Error::NotFinite { .. })));
-    }
-
-    #[test]
-    fn law_an_even_clock_is_known_behind_rounded_stamps() {
-        // 300 Hz stamped in whole milliseconds; and the same after 1.7e9 s.
-        for start in [0.0, 1.7e9] {
-            let stamps: Vec<f64> = (0..900)
-                .map(|k| start + (1000.0 * f64::from(k) / 300.0).round() / 1000.0)
-                .collect();
-            let step = even_clock(&stamps).expect("an even clock");
-            // 900 stamps, each rounded by 0.3 ms: the slope is good to 0.3 ms/(900 √(900/12)).
-            assert!((step - 1.0 / 300.0).abs() < 2e-7, "{step}");
-        }
-        let uneven: Vec<f64> = (0..900)
-            .map(|k| f64::from(k) / 300.0 + 1e-3 * (0.1 * f64::from(k)).sin())
-            .collect();
-        assert!(even_clock(&uneven).is_none());
     }
 }

@@ -1,7 +1,7 @@
 //! Three questions to a record, answered as plain data: estimate, compare, tune.
 
 mod compare;
-mod ground;
+pub(crate) mod ground;
 mod tune;
 
 pub use compare::{CompareResult, TunedAtRate, compare, published_sweep, single_sensor_methods};

@@ -1,6 +1,6 @@
 //! Logs of a small robot with two encoders and an accelerometer, 1 kHz, millimetres.
 
-use proofmass_motion::{EstimateResult, MotionRecord, ReadingSource, estimate};
+use proofmass_motion::{EstimateResult, MapSearch, MotionRecord, ReadingSource, estimate};
 use std::path::PathBuf;
 
 /// Rows of a log.
@@ -20,13 +20,18 @@ fn log(name: &str) -> Option<Vec<Vec<f64>>> {
 }
 
 /// Mean of both wheels in metres, acceleration in m/s².
-fn robot(name: &str) -> Option<EstimateResult> {
+fn record(name: &str) -> Option<MotionRecord> {
     let rows = log(name)?;
     let reading = rows.iter().map(|r| Some(0.5e-3 * (r[0] + r[1]))).collect();
     let acceleration = rows.iter().map(|r| 1e-3 * r[3]).collect();
     let mut record =
         MotionRecord::new(1e-3, ReadingSource::Position, reading, acceleration).unwrap();
     record.initial_velocity = Some(0.0);
+    Some(record)
+}
+
+fn robot(name: &str) -> Option<EstimateResult> {
+    let record = record(name)?;
     let result = estimate(&record, None, Some(0.04), &proofmass_core::Unwatched).unwrap();
     println!("{name}: {:?}", result.model);
     println!("  agreement {:?}", result.agreement);
@@ -82,5 +87,46 @@ fn crosscheck_once_per_turn_ripple_is_reported() {
         let ripple = result.ripple.expect("the robot moves");
         println!("{name}: {:?}", ripple.lines);
         assert!(!ripple.lines.is_empty());
+    }
+}
+
+/// Each wheel by itself: where one of them slips their phases part, and the mean of both has no map of its own.
+#[test]
+#[ignore = "needs PROOFMASS_REFERENCE_DATA, see docs/reference-data.md"]
+fn crosscheck_the_map_of_a_wheel_is_found_beside_slip() {
+    let mut search = MapSearch::default();
+    search.turn = 0.0397;
+    search.orders = vec![1.0];
+    for (wheel, others) in [
+        (0, vec!["20190427-v4-t0.3-2.csv"]),
+        (1, vec!["0.2-2.tab", "20190427-v4-t0.3-2.csv"]),
+    ] {
+        let map = |name: &str| {
+            let rows = log(name).unwrap();
+            let mut record = record(name).unwrap();
+            record.reading = rows.iter().map(|r| Some(1e-3 * r[wheel])).collect();
+            let found = search.run(&record, &proofmass_core::Unwatched).unwrap();
+            let line = found.lines[0];
+            println!(
+                "wheel {wheel}, {name}: {:?} {:.4} mm, u {:.4} mm, chance {:.1e}",
+                found.stretches,
+                1e3 * line.amplitude(),
+                1e3 * line.amplitude_uncertainty(),
+                line.chance
+            );
+            assert_eq!(found.map.lines.len(), 1, "{name}: {:?}", found.lines);
+            found
+        };
+        // The run without slip.
+        let clean = map("t0.2.tab");
+        assert_eq!(clean.stretches, [0..2000]);
+        for name in others {
+            let found = map(name);
+            assert!(!found.slip.unwrap().slip.is_empty());
+            let (a, b) = (found.lines[0], clean.lines[0]);
+            let u = a.amplitude_uncertainty().hypot(b.amplitude_uncertainty());
+            // Three comparisons at three standard uncertainties: one in a hundred by chance.
+            assert!((a.amplitude() - b.amplitude()).abs() < 3.0 * u, "{name}");
+        }
     }
 }

@@ -58,6 +58,13 @@ impl<T: Float> AdaptiveObserver<T> {
         })
     }
 
+    /// Velocity where no position came: on the acceleration times the learnt gain, which stays as it is.
+    pub fn coast(&self, state: &mut AdaptiveObserverState<T>, acceleration: T) -> T {
+        self.observer.coast(&mut state.sensitivity, acceleration);
+        self.observer
+            .coast(&mut state.motion, state.gain * acceleration)
+    }
+
     /// Velocity at the time of these readings.
     pub fn update(&self, state: &mut AdaptiveObserverState<T>, position: T, acceleration: T) -> T {
         self.observer

@@ -53,6 +53,8 @@ pub struct CountingKalman<T> {
     tick: T,
     timed: bool,
     per_second: T,
+    /// Tick of the clock, s.
+    clock: T,
 }
 
 /// Noise of a [`CountingKalman`].
@@ -71,7 +73,7 @@ pub struct CountingNoise {
 /// The last edge before a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PassedEdge<T> {
-    /// How long before the sample it was passed, s; half a tick less than a captured count of ticks says.
+    /// How long before the sample it was passed, s; half a tick more than the ticks since its capture say.
     pub age: T,
     /// Whether the count rose.
     pub upwards: bool,
@@ -124,8 +126,9 @@ impl<T: Float> CountingKalman<T> {
         let t = positive("sample time", sample_time)?;
         let q = not_negative("acceleration noise", noise.acceleration)?;
         let walk = not_negative("bias density", noise.walk)?;
-        // Below it single precision loses R beside P.
-        let edge = not_negative("variance of an edge", noise.edge)?.max(1e-6);
+        // Below it R is lost beside P: 1e-6 in single precision.
+        let least = 8.5 * T::EPSILON.to_f64();
+        let edge = not_negative("variance of an edge", noise.edge)?.max(least);
         let tick = match noise.tick {
             Some(tick) => positive("tick", tick)? / t,
             None => 1.0,
@@ -140,6 +143,7 @@ impl<T: Float> CountingKalman<T> {
             tick: T::from_f64(tick * tick),
             timed: noise.tick.is_some(),
             per_second: T::from_f64(1.0 / t),
+            clock: T::from_f64(tick * t),
         })
     }
 
@@ -307,6 +311,16 @@ impl<T: Float> CountingKalman<T> {
     /// m/s of one count per sample.
     pub fn velocity_unit(&self) -> T {
         self.to_velocity
+    }
+
+    /// m/s² of one count per sample².
+    pub(super) fn acceleration_unit(&self) -> T {
+        T::ONE / self.to_counts
+    }
+
+    /// Age of an edge that was captured so many ticks ago, s: a captured tick is on average half a tick late.
+    pub(super) fn age(&self, ticks: u32) -> T {
+        (T::from_u32(ticks) + T::from_f64(0.5)) * self.clock
     }
 }
 

@@ -231,6 +231,31 @@ impl<T: Float> Kalman<T, 2> {
     }
 }
 
+impl<T: Float> Kalman<T, 2> {
+    /// The same filter for the time that passed since the last sample, where samples do not come evenly; `form` is that of
+    /// its noise.
+    ///
+    /// Every element is a power of the time; the parabola through three accelerations is that of even samples.
+    #[must_use]
+    pub fn after(&self, time: T, form: ProcessNoise) -> Self {
+        let one = if time > T::ZERO { time } else { T::ZERO } / self.f[0][1];
+        let two = one * one;
+        let q = match form {
+            ProcessNoise::SampleConstant => [two * two, two * one, two],
+            ProcessNoise::Continuous => [two * one, two, one],
+        };
+        Self {
+            f: [[T::ONE, self.f[0][1] * one], [T::ZERO, T::ONE]],
+            g: self.g.map(|g| [g[0] * two, g[1] * one]),
+            q: [
+                [self.q[0][0] * q[0], self.q[0][1] * q[1]],
+                [self.q[1][0] * q[1], self.q[1][1] * q[2]],
+            ],
+            r: self.r,
+        }
+    }
+}
+
 impl<T: Float> Kalman<T, 3> {
     /// Position, velocity and offset: the accelerometer reads the acceleration plus the offset.
     ///
@@ -504,6 +529,25 @@ mod tests {
             acceleration: q,
             form,
             position: r,
+        }
+    }
+
+    #[test]
+    fn law_after_is_the_filter_of_that_sample_time() {
+        for form in [ProcessNoise::SampleConstant, ProcessNoise::Continuous] {
+            let of = |t| Kalman::<f64, 2>::new(&noise(0.3, 1e-6, form), Hold::First, t).unwrap();
+            let (ours, theirs) = (of(0.01).after(0.004, form), of(0.004));
+            for i in 0..2 {
+                for j in 0..2 {
+                    for (a, b) in [
+                        (ours.f[i][j], theirs.f[i][j]),
+                        (ours.q[i][j], theirs.q[i][j]),
+                    ] {
+                        assert!((a - b).abs() <= 1e-14 * b.abs(), "{a} {b}");
+                    }
+                    assert!((ours.g[i][j] - theirs.g[i][j]).abs() <= 1e-14 * theirs.g[i][j].abs());
+                }
+            }
         }
     }
 

@@ -102,6 +102,18 @@ impl<T: Float> Observer<T> {
 
     /// Velocity at the time of these readings.
     pub fn update(&self, state: &mut ObserverState<T>, position: T, acceleration: T) -> T {
+        self.update_by(state, acceleration, |predicted| position - predicted)
+    }
+
+    /// The same from a sensor that tells a difference: by how much the axis is beyond the position it is given.
+    ///
+    /// The phase detector of a resolver is one, or a difference of angles wrapped into half a turn.
+    pub fn update_by(
+        &self,
+        state: &mut ObserverState<T>,
+        acceleration: T,
+        beyond: impl FnOnce(T) -> T,
+    ) -> T {
         let Self {
             k_x,
             k_v,
@@ -115,17 +127,42 @@ impl<T: Float> Observer<T> {
         let b = state.offset - h * k_b * e;
         let v = state.velocity + h * (input - b - state.offset + k_v * e);
         let x = state.position + h * (v + state.velocity + k_x * e);
-        let error = inverse * (position - x);
+        let difference = beyond(x);
+        let error = inverse * difference;
         let offset = b - h * k_b * error;
         let velocity = v + h * (k_v * error + h * k_b * error);
         *state = ObserverState {
-            position: position - error,
+            position: x + (difference - error),
             velocity,
             offset,
             error,
             acceleration,
         };
         velocity
+    }
+
+    /// Velocity where no position came: on the acceleration alone.
+    pub fn coast(&self, state: &mut ObserverState<T>, acceleration: T) -> T {
+        let input = acceleration + state.acceleration - state.offset - state.offset;
+        let velocity = state.velocity + self.h * input;
+        state.position += self.h * (velocity + state.velocity);
+        state.velocity = velocity;
+        state.error = T::ZERO;
+        state.acceleration = acceleration;
+        velocity
+    }
+
+    /// The same observer for the time that passed since the last sample, where samples do not come evenly.
+    ///
+    /// One division; a time that is not positive gives an observer that stands still.
+    #[must_use]
+    pub fn after(&self, time: T) -> Self {
+        let h = T::from_f64(0.5) * if time > T::ZERO { time } else { T::ZERO };
+        Self {
+            h,
+            inverse: T::ONE / (T::ONE + h * (self.k_x + h * (self.k_v + h * self.k_b))),
+            ..*self
+        }
     }
 
     /// Position error p − x̂ after the last sample.
@@ -170,6 +207,20 @@ impl<T: Float> TrackingLoop<T> {
     /// Velocity at the time of this position.
     pub fn update(&self, state: &mut ObserverState<T>, position: T) -> T {
         self.observer.update(state, position, T::ZERO)
+    }
+
+    /// The observer it is.
+    pub fn observer(&self) -> &Observer<T> {
+        &self.observer
+    }
+
+    /// The same loop for the time that passed since the last sample, where samples do not come evenly.
+    #[must_use]
+    pub fn after(&self, time: T) -> Self {
+        Self {
+            observer: self.observer.after(time),
+            bandwidth: self.bandwidth,
+        }
     }
 
     /// Delay of a slow motion, 2/b, in seconds.
@@ -238,6 +289,27 @@ mod tests {
             let w = s.update(&mut ss, x as f32, a as f32);
             // Rounding of the position (6e-8) through the loop's gain at its crossover (10 1/s), with margin.
             assert!((v - f64::from(w)).abs() < 2e-5, "{n}");
+        }
+    }
+
+    #[test]
+    fn law_uneven_samples_of_a_parabola_are_exact() {
+        let observer = Observer::<f64>::new(10.0, 100.0, 0.01).unwrap();
+        let mut state = ObserverState::new(1.0, -2.0, 3.0);
+        let mut t = 0.0;
+        for n in 1..2000 {
+            let step = 0.004 + 0.001 * f64::from((n * 7) % 13);
+            t += step;
+            let v = observer
+                .after(step)
+                .update(&mut state, 1.0 - 2.0 * t + 1.5 * t * t, 3.0);
+            assert!((v - (3.0 * t - 2.0)).abs() < 1e-9, "{n}");
+        }
+        // And where positions are missing.
+        for _ in 0..50 {
+            t += 0.01;
+            let v = observer.coast(&mut state, 3.0);
+            assert!((v - (3.0 * t - 2.0)).abs() < 1e-9);
         }
     }
 

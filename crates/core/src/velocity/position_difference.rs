@@ -104,6 +104,13 @@ impl<T: Float, const N: usize> PositionDifference<T, N> {
         v
     }
 
+    /// Moves the zero of the positions.
+    pub(super) fn rebase(state: &mut PositionDifferenceState<T, N>, by: T) {
+        for x in &mut state.x {
+            *x -= by;
+        }
+    }
+
     /// Weights c_k in 1/s, newest first.
     pub fn weights(&self) -> &[T; N] {
         &self.c

@@ -71,6 +71,31 @@ impl<T: Float> TwoChannel<T> {
         })
     }
 
+    /// The same filter for the time that passed since the last sample, where samples do not come evenly.
+    #[must_use]
+    pub fn after(&self, time: T) -> Self {
+        let h = T::from_f64(0.5) * if time > T::ZERO { time } else { T::ZERO };
+        Self {
+            h,
+            inverse: T::ONE / (T::ONE + h * (self.alpha + h * self.beta)),
+            ..*self
+        }
+    }
+
+    /// Velocity where no position came: on the acceleration, as if the position had gone with it.
+    pub fn coast(&self, state: &mut TwoChannelState<T>, acceleration: T) -> T {
+        let velocity = state.velocity + self.h * (acceleration + state.acceleration);
+        state.position += self.h * (velocity + state.velocity);
+        state.velocity = velocity;
+        state.acceleration = acceleration;
+        velocity
+    }
+
+    /// Moves the zero of the positions.
+    pub(super) fn rebase(state: &mut TwoChannelState<T>, by: T) {
+        state.position -= by;
+    }
+
     /// Velocity at the time of these readings.
     pub fn update(&self, state: &mut TwoChannelState<T>, position: T, acceleration: T) -> T {
         let Self {

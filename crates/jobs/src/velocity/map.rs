@@ -58,6 +58,14 @@ impl Job for VelocityMapJob {
 
     fn evaluate(&self, data: &AxisData<'_>, watch: &dyn Watch) -> Result<VelocityMap> {
         lacking_two(data, "a map is found with both sensors")?;
+        if self.search.quarters && data.record.increment.is_none() {
+            return Err(Trouble::request(
+                "unequal quarters are those of counted lines, and no counts are read",
+            )
+            .with_hint(
+                "give --counts-per-turn N or --counts-per-metre N, or leave out --quarters",
+            ));
+        }
         let found = self.search.run(data.record, watch);
         let found = found.map_err(|e| explain(e, data.name))?;
         Ok(VelocityMap::new(data, self.search.clone(), found))

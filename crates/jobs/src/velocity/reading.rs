@@ -196,9 +196,7 @@ impl Reading {
 
     /// Length of one count, m, where counts are read.
     pub(super) fn increment(&self) -> Option<f64> {
-        // An edge is a place, not an interval.
-        let rounded = self.counts() && !self.edges;
-        rounded.then(|| self.count_length().ok()).flatten()
+        self.counts().then(|| self.count_length().ok()).flatten()
     }
 
     /// Length of one count, m.

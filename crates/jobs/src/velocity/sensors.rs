@@ -1,5 +1,6 @@
 //! The two sensors of an axis, from one file or two, on one time base.
 
+use super::clock::{clock, counted, nothing, timed};
 use super::reading::{Reading, Samples};
 use super::reference::Reference;
 use super::{AxisData, VelocityMap};
@@ -9,10 +10,10 @@ use crate::trouble::Trouble;
 use proofmass_core::{Matrix3, SensorModel, Watch};
 use proofmass_io::{
     Absent, CalibrationFile, ColumnRef, Input, Layout, LayoutOptions, RecordedColumn, Recording,
-    RecordingOptions, Source as Bytes, TimeSource, TimeUnit, Unit,
+    RecordingOptions, Source as Bytes, TimeUnit, Unit,
 };
 use proofmass_motion::{
-    MotionRecord, ReadingSource, Stamped, Timing, align, drop_glitches, even_clock, even_times,
+    MotionRecord, ReadingSource, Stamped, Timing, align, drop_glitches, edge_places, even_clock,
     longest_stretch, mean_between, moves_while_still, thin,
 };
 use proofmass_uncertainty::Finding;
@@ -249,6 +250,13 @@ impl AxisSensors {
             true => Samples::default(),
             false => told.decode(&main, &clock, &mut findings)?,
         };
+        // Edges as counts after each, in increments.
+        let increment = told
+            .increment()
+            .filter(|_| self.reading.edges() && !resting);
+        if let Some(increment) = increment {
+            reading = counted(&reading, increment, self.reading.quadrature.is_some());
+        }
         if let Some(map) = &self.encoder_map {
             if resting || self.reading.speed.is_some() {
                 return Err(Trouble::request(
@@ -258,6 +266,9 @@ impl AxisSensors {
             }
             let (map, input) = VelocityMap::read(store.open(map)?, angular)?;
             inputs.push(input);
+            if let Some(increment) = increment {
+                edge_places(&mut reading.value, increment);
+            }
             reading.value.iter_mut().for_each(|r| *r -= map.error(*r));
         }
         let mut acceleration = match &self.acceleration_file {
@@ -276,7 +287,7 @@ impl AxisSensors {
                 let other = Recording::from_source_sparse(source, &options, &absent)?;
                 findings.extend(other.findings().iter().cloned());
                 inputs.push(other.input());
-                let own = self::clock(&other, &main, origin, false);
+                let own = super::clock::clock(&other, &main, origin, false);
                 self.accelerations(store, &other, &own, 0)?
             }
         };
@@ -323,7 +334,11 @@ impl AxisSensors {
             record.check()?;
         }
         record.accelerometer = !alone;
-        record.increment = told.increment();
+        record.increment = told.increment().filter(|_| !self.reading.edges());
+        if let (Some(increment), None) = (increment, &self.encoder_map) {
+            record = timed(&record, &reading, increment, start)
+                .map_err(|e| Trouble::from(e).detail(self.recording.clone()))?;
+        }
         if self.at_rest {
             record.initial_velocity = Some(0.0);
         }
@@ -355,7 +370,7 @@ impl AxisSensors {
                     let absent = [Absent::EmptyOrNan];
                     let other = Recording::from_source_sparse(source, &options, &absent)?;
                     bench.inputs.push(other.input());
-                    let own = self::clock(&other, &main, origin, false);
+                    let own = super::clock::clock(&other, &main, origin, false);
                     reference.samples(&other, &own, 0, angular)?
                 }
             };
@@ -537,42 +552,5 @@ impl AxisSensors {
             .with_hint("both clocks must share their zero and overlap; see `proofmass inspect`")
         })?;
         Ok((record, start))
-    }
-}
-
-/// No acceleration at the rows of a recording: zeros on its clock, of edges on one of their median distance.
-fn nothing(clock: &[f64], edges: bool) -> Samples {
-    let mut time = clock.to_vec();
-    if let (true, Some(first), Some(last)) = (edges, clock.first(), clock.last()) {
-        let mut steps: Vec<f64> = clock.windows(2).map(|w| w[1] - w[0]).collect();
-        steps.sort_by(f64::total_cmp);
-        let step = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
-        let count = (last - first) / step;
-        // Edges bunched in a few bursts would ask for a clock without end.
-        if count.is_finite() && count < 100.0 * clock.len() as f64 {
-            time = (0..=count as usize)
-                .map(|k| first + step * k as f64)
-                .collect();
-        }
-    }
-    Samples {
-        value: vec![0.0; time.len()],
-        time,
-    }
-}
-
-/// Times of the rows after an origin: of an even clock behind rounded stamps, the clock.
-fn clock(recording: &Recording, main: &Recording, origin: f64, edges: bool) -> Vec<f64> {
-    // Recordings with stamps since 1970 count from their own first one.
-    let origin = origin - recording.time.offset_s(&main.time);
-    let own: Vec<f64> = (0..recording.samples())
-        .map(|k| recording.time.seconds(k) - origin)
-        .collect();
-    let TimeSource::Column(stamps) = recording.time.source() else {
-        return own;
-    };
-    match even_clock(stamps).filter(|_| !edges) {
-        Some(step) => even_times(&own, step),
-        None => own,
     }
 }

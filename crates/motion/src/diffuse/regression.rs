@@ -1,7 +1,8 @@
 //! Further regressors of the readings: what repeats with the position, beside the unknown constants.
 
 use super::{
-    COLUMNS, DATA, GAIN, Noise, Prepared, Seen, Solution, System, Unknowns, columns, solve, system,
+    COLUMNS, GAIN, LATENCY, Noise, Prepared, Seen, Solution, System, Unknowns, columns, solve,
+    system,
 };
 use std::array::from_fn;
 
@@ -19,32 +20,103 @@ pub(crate) struct Regressed {
     pub covariance: Vec<Vec<f64>>,
 }
 
-impl Prepared<'_> {
-    /// Generalised least squares of the readings on regressors, one value per sample each.
-    ///
-    /// Every regressor runs through the filter as the data do; the innovations of both are independent, so that
-    /// ordinary least squares of them is the best estimate. `None` where the readings do not tell them apart.
-    pub(crate) fn regress(
-        &self,
-        noise: &Noise,
-        unknowns: Unknowns,
-        regressors: &[Vec<f64>],
-    ) -> Option<Regressed> {
-        let source = self.record.source;
-        let time = self.record.sample_time;
-        match 2 + usize::from(noise.walk.is_some()) + usize::from(noise.colour.is_some()) {
-            2 => self.regress_in(&system::<2>(noise, source, time), unknowns, regressors),
-            3 => self.regress_in(&system::<3>(noise, source, time), unknowns, regressors),
-            _ => self.regress_in(&system::<4>(noise, source, time), unknowns, regressors),
+/// Normal equations of stretches of one record: gain, latency and regressors are common to them, start and offset are of
+/// each stretch alone.
+#[derive(Clone, Debug)]
+pub(crate) struct Regression {
+    g: [[f64; ALL]; ALL],
+    count: usize,
+}
+
+impl Regression {
+    /// Of no stretch yet, for so many regressors.
+    pub(crate) fn new(count: usize) -> Self {
+        Self {
+            g: [[0.0; ALL]; ALL],
+            count: count.min(REGRESSORS),
         }
     }
 
-    fn regress_in<const N: usize>(
+    /// Takes in a stretch; every regressor has one value for each of its samples.
+    ///
+    /// Every regressor runs through the filter as the data do; the innovations of both are independent, so that
+    /// ordinary least squares of them is the best estimate.
+    pub(crate) fn add(
+        &mut self,
+        stretch: &Prepared<'_>,
+        noise: &Noise,
+        unknowns: Unknowns,
+        regressors: &[&[f64]],
+    ) {
+        let source = stretch.record.source;
+        let time = stretch.record.sample_time;
+        let mut g =
+            match 2 + usize::from(noise.walk.is_some()) + usize::from(noise.colour.is_some()) {
+                2 => stretch.normal(&system::<2>(noise, source, time), unknowns, regressors),
+                3 => stretch.normal(&system::<3>(noise, source, time), unknowns, regressors),
+                _ => stretch.normal(&system::<4>(noise, source, time), unknowns, regressors),
+            };
+        let own = Unknowns {
+            gain: false,
+            latency: false,
+            ..unknowns
+        };
+        let before: [f64; ALL] = from_fn(|i| g[i][i]);
+        for c in columns(stretch.record, own) {
+            // Below it a column is a copy of those taken out before, to the last digits: it tells nothing more.
+            let told = g[c][c] > 1e-13 * before[c] && before[c].is_finite();
+            eliminate(&mut g, c, told);
+        }
+        for (sum, row) in self.g.iter_mut().zip(&g) {
+            for (s, x) in sum.iter_mut().zip(row) {
+                *s += x;
+            }
+        }
+    }
+
+    /// Coefficients of the regressors; `None` where the readings do not tell them apart.
+    pub(crate) fn solve(&self, unknowns: Unknowns) -> Option<Regressed> {
+        let common = [(GAIN, unknowns.gain), (LATENCY, unknowns.latency)];
+        let common = common.into_iter().filter(|c| c.1).map(|c| c.0);
+        let wanted: Vec<usize> = common.chain((0..self.count).map(|j| COLUMNS + j)).collect();
+        let from = wanted.len() - self.count;
+        let Solution {
+            beta, covariance, ..
+        } = solve(&self.g, wanted)?;
+        Some(Regressed {
+            coefficients: beta[from..].to_vec(),
+            covariance: covariance[from..]
+                .iter()
+                .map(|row| row[from..].to_vec())
+                .collect(),
+        })
+    }
+}
+
+/// Takes an unknown out of the normal equations: by least squares where they tell it.
+fn eliminate(g: &mut [[f64; ALL]; ALL], c: usize, told: bool) {
+    let row = g[c];
+    if told {
+        for other in g.iter_mut() {
+            let factor = other[c] / row[c];
+            for (x, r) in other.iter_mut().zip(&row) {
+                *x -= factor * r;
+            }
+        }
+    }
+    g[c] = [0.0; ALL];
+    for other in g.iter_mut() {
+        other[c] = 0.0;
+    }
+}
+
+impl Prepared<'_> {
+    fn normal<const N: usize>(
         &self,
         system: &System<N>,
         unknowns: Unknowns,
-        regressors: &[Vec<f64>],
-    ) -> Option<Regressed> {
+        regressors: &[&[f64]],
+    ) -> [[f64; ALL]; ALL] {
         let count = regressors.len().min(REGRESSORS);
         let active = match unknowns.gain || unknowns.latency {
             true => COLUMNS,
@@ -87,23 +159,7 @@ impl Prepared<'_> {
                 g[j][i] = g[i][j];
             }
         }
-        let constants = columns(self.record, unknowns);
-        let from = constants.len();
-        let wanted = constants
-            .into_iter()
-            .chain((0..count).map(|j| COLUMNS + j))
-            .collect();
-        let Solution {
-            beta, covariance, ..
-        } = solve(&g, wanted)?;
-        debug_assert_eq!(DATA, 0);
-        Some(Regressed {
-            coefficients: beta[from..].to_vec(),
-            covariance: covariance[from..]
-                .iter()
-                .map(|row| row[from..].to_vec())
-                .collect(),
-        })
+        g
     }
 }
 

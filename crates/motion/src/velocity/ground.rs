@@ -24,7 +24,7 @@ pub(super) fn check_sensors(record: &MotionRecord, methods: &[Method]) -> Result
 }
 
 /// Slip, and whether both sensors see one motion; nothing where there is one sensor.
-pub(super) fn sensors(record: &MotionRecord) -> (Option<SlipReport>, Option<Pairing>) {
+pub(crate) fn sensors(record: &MotionRecord) -> (Option<SlipReport>, Option<Pairing>) {
     if !record.accelerometer || record.rests_only() {
         return (None, None);
     }
@@ -34,7 +34,7 @@ pub(super) fn sensors(record: &MotionRecord) -> (Option<SlipReport>, Option<Pair
 }
 
 /// Tuning in which a latency of more than half a step is taken off first: the likelihood knows it only as a slope.
-pub(super) fn paired_tuning(
+pub(crate) fn paired_tuning(
     part: &MotionRecord,
     tuning: &Tuning,
     pairing: Option<&Pairing>,
@@ -134,7 +134,7 @@ fn slip_search(record: &MotionRecord) -> Result<SlipReport, Error> {
 }
 
 /// Samples before and after an episode that its windows still touch.
-pub(super) fn margin(record: &MotionRecord) -> usize {
+pub(crate) fn margin(record: &MotionRecord) -> usize {
     let step = record.sample_time;
     let between = record.reading_stride() as f64 * step;
     let window = SlipSearch::default()
@@ -164,7 +164,7 @@ fn pairing(record: &MotionRecord, slip: Option<&SlipReport>) -> Option<Pairing> 
 const ENOUGH: usize = 20_000;
 
 /// The longest stretch without slip, or the liveliest part of it.
-pub(super) fn tuning_part(
+pub(crate) fn tuning_part(
     record: &MotionRecord,
     slip: Option<&SlipReport>,
 ) -> (MotionRecord, Range<usize>) {
@@ -199,7 +199,7 @@ pub(super) fn tuning_part(
     }
 }
 
-pub(super) fn part_finding(record: &MotionRecord, samples: &Range<usize>) -> Option<Finding> {
+pub(crate) fn part_finding(record: &MotionRecord, samples: &Range<usize>) -> Option<Finding> {
     let n = record.reading.len();
     let dt = record.sample_time;
     (samples.len() < n).then(|| {
@@ -219,25 +219,31 @@ pub(super) fn part_finding(record: &MotionRecord, samples: &Range<usize>) -> Opt
 
 /// Longest run of samples for which `good` holds.
 pub(super) fn longest(n: usize, good: impl Fn(usize) -> bool) -> Range<usize> {
-    let (mut best, mut from) = (0..0, 0);
-    for k in 0..=n {
-        if k == n || !good(k) {
-            if k - from > best.len() {
-                best = from..k;
-            }
-            from = k + 1;
+    let mut best = 0..0;
+    for run in runs(n, good) {
+        if run.len() > best.len() {
+            best = run;
         }
     }
     best
 }
 
+/// Runs of samples for which `good` holds.
+pub(crate) fn runs(n: usize, good: impl Fn(usize) -> bool) -> Vec<Range<usize>> {
+    let (mut list, mut from) = (Vec::new(), 0);
+    for k in 0..=n {
+        if k == n || !good(k) {
+            if k > from {
+                list.push(from..k);
+            }
+            from = k + 1;
+        }
+    }
+    list
+}
+
 /// A stretch of a record; the velocity at its start is unknown unless it is the beginning.
-pub(super) fn part(record: &MotionRecord, range: Range<usize>) -> Option<MotionRecord> {
-    let part = MotionRecord {
-        reading: record.reading.get(range.clone())?.to_vec(),
-        acceleration: record.acceleration.get(range.clone())?.to_vec(),
-        initial_velocity: record.initial_velocity.filter(|_| range.start == 0),
-        ..*record
-    };
+pub(crate) fn part(record: &MotionRecord, range: Range<usize>) -> Option<MotionRecord> {
+    let part = record.within(range)?;
     (part.reading.iter().flatten().count() >= 100).then_some(part)
 }
