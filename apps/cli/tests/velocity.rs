@@ -886,10 +886,7 @@ fn law_a_map_that_is_subtracted_is_not_found_again() {
         succeed(&words);
     };
     let (first, second) = (folder.join("first"), folder.join("second"));
-    run(ask(
-        "map",
-        &["--orders", "1,2", "--quarters", "-o", text(&first)],
-    ));
+    run(ask("map", &["--orders", "1,2", "-o", text(&first)]));
     let result = first.join("result.json");
     let (amplitude, u, _) = quantity(&json(&result), "amplitude.1");
     assert!((amplitude - 4e-4).abs() < 4.0 * u, "{amplitude} {u}");
@@ -907,8 +904,18 @@ fn law_a_map_that_is_subtracted_is_not_found_again() {
     let left = json(&second.join("result.json"));
     assert_eq!(left["quantities"].as_array().map(Vec::len), Some(0));
     // Equal quarters are no line.
-    let orders = &json(&result)["extra"]["search"];
-    assert_eq!(orders["quarters"], true, "{orders}");
+    let third = folder.join("third");
+    run(ask(
+        "map",
+        &["--orders", "1", "--quarters", "-o", text(&third)],
+    ));
+    let quarters = json(&third.join("result.json"));
+    assert_eq!(quarters["quantities"].as_array().map(Vec::len), Some(1));
+    assert!(
+        std::fs::read_to_string(third.join("lines.csv"))
+            .unwrap()
+            .contains("\n500.0,")
+    );
     // Another file is no map, and a map of lengths none of angles.
     let mut wrong = ask("estimate", &["--encoder-map", text(&recording)]);
     let words: Vec<&str> = wrong.iter().map(String::as_str).collect();
@@ -917,4 +924,121 @@ fn law_a_map_that_is_subtracted_is_not_found_again() {
     wrong.extend([text(&result).to_owned(), "--angular".to_owned()]);
     let words: Vec<&str> = wrong.iter().map(String::as_str).collect();
     assert!(refuse(&words).contains("the map is in m"));
+}
+
+/// A minute of a car in curves: two wheels, an accelerometer along it and a gyroscope; the right wheel spins at 30 s.
+fn car(path: &Path, spin: f64) {
+    let mut lines = "time_s,left_m/s,right_m/s,along_m/s2,yaw_deg/s\n".to_owned();
+    let mut noise = 7u64;
+    let mut uniform = move || {
+        noise = noise
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (noise >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+    };
+    for k in 0..6000 {
+        let t = 0.01 * f64::from(k);
+        let v = 12.0 + 6.0 * (0.35 * t).sin();
+        let turn = 0.3 * (0.5 * t).sin();
+        let extra = spin * ((t - 30.0).clamp(0.0, 0.3) - (t - 31.0).clamp(0.0, 0.3)) / 0.3;
+        let read = |v: f64| (100.0 * v).round() / 100.0;
+        let (left, right) = (v - 0.75 * turn, v + 0.75 * turn + extra);
+        writeln!(
+            lines,
+            "{t:.2},{:.2},{:.2},{:.5},{:.4}",
+            read(left + 0.05 * uniform()),
+            read(right + 0.05 * uniform()),
+            2.1 * (0.35 * t).cos() + 0.1 * uniform(),
+            (turn + 0.01 * uniform() + 0.004).to_degrees()
+        )
+        .unwrap();
+    }
+    std::fs::write(path, lines).unwrap();
+}
+
+#[test]
+fn a_wheel_that_spins_is_told_by_the_gyroscope() {
+    let folder = tempfile::tempdir().unwrap();
+    let told = ["--speed", "left,right", "--acceleration", "along"];
+    let gyroscope = ["--yaw-rate", "yaw", "--track", "1.5"];
+    for (name, spin) in [("spinning", 1.5), ("healthy", 0.0)] {
+        let recording = folder.path().join(format!("{name}.csv"));
+        car(&recording, spin);
+        let arguments = [&told[..], &gyroscope].concat();
+        let result = estimate(&recording, &folder.path().join(name), &arguments);
+        let found = codes(&result).contains(&"wheel-slip".to_owned());
+        assert_eq!(found, spin > 0.0, "{name}: {:?}", codes(&result));
+    }
+    // A track of nothing, one wheel, a column that is no rate, an option without its fellow.
+    let recording = folder.path().join("healthy.csv");
+    for (wrong, word) in [
+        (
+            vec!["--speed", "left,right", "--yaw-rate", "yaw", "--track", "0"],
+            "track",
+        ),
+        (
+            vec!["--speed", "left", "--yaw-rate", "yaw", "--track", "1.5"],
+            "two wheels",
+        ),
+        (
+            vec![
+                "--speed",
+                "left,right",
+                "--yaw-rate",
+                "along",
+                "--track",
+                "1.5",
+            ],
+            "no rate of turning",
+        ),
+        (
+            vec!["--speed", "left,right", "--yaw-rate", "yaw"],
+            "--track",
+        ),
+    ] {
+        let words = run("estimate", &recording, &wrong);
+        let words: Vec<&str> = words.iter().map(String::as_str).collect();
+        let said = refuse(&words);
+        assert!(said.contains(word), "{wrong:?}: {said}");
+    }
+}
+
+#[test]
+fn refuses_edges_that_say_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("edges.csv");
+    let told = [
+        "--position",
+        "count",
+        "--edges",
+        "--counts-per-metre",
+        "1000",
+    ];
+    let said = |rows: &str, more: &[&str]| {
+        std::fs::write(&path, format!("time_s,count\n{rows}")).unwrap();
+        let arguments = [&told[..], more].concat();
+        let words = run("estimate", &path, &arguments);
+        let words: Vec<&str> = words.iter().map(String::as_str).collect();
+        refuse(&words)
+    };
+    // No motion, time that runs back, no edges, a method of edges on samples.
+    said("0.0,1\n0.1,1\n0.2,1\n", &[]);
+    said("0.0,1\n0.2,2\n0.1,3\n0.3,4\n", &[]);
+    said("0.0,1\n", &[]);
+    said("0.0,1\n0.1,2.5\n0.2,3\n", &[]);
+    let ramp: String = (0..200)
+        .map(|k| format!("{},{k}\n", 0.01 * f64::from(k)))
+        .collect();
+    said(&ramp, &["--method", "mixed-time:0"]);
+    said(&ramp, &["--method", "mixed-time:1e9"]);
+    said(&ramp, &["--method", "fixed-position:0"]);
+    std::fs::write(&path, format!("time_s,count\n{ramp}")).unwrap();
+    let samples = ["--position", "count", "--counts-per-metre", "1000"];
+    let words = run(
+        "estimate",
+        &path,
+        &[&samples[..], &["--method", "mixed-time:0.1"]].concat(),
+    );
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    assert!(refuse(&words).contains("edges"));
 }

@@ -6,12 +6,14 @@ mod outcome;
 mod reading;
 mod reference;
 mod sensors;
+mod turning;
 
 pub use map::{VelocityMap, VelocityMapJob};
 pub use outcome::{VelocityComparison, VelocityEstimate, VelocityTuning};
 pub use reading::Reading;
 pub use reference::Reference;
 pub use sensors::{AxisRecordings, AxisSensors, SensorAxis};
+pub use turning::Turning;
 
 use crate::outcome::Job;
 use crate::trouble::{Result, Trouble};
@@ -296,6 +298,13 @@ fn lacking(data: &AxisData<'_>, methods: &[Method]) -> Result<()> {
                 method,
                 "an accelerometer",
                 "add --acceleration COLUMN, or take fixed-time, savitzky-golay, tracking-loop or kalman",
+            );
+        }
+        if record.edges.is_none() && method.needs_edges() {
+            return refuse(
+                method,
+                "counts whose edges are timed",
+                "add --edges where each row is an edge of counts, or take fixed-time or tracking-loop",
             );
         }
         if record.rests_only() && method.needs_readings() {

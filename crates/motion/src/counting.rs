@@ -36,8 +36,8 @@ pub(crate) struct CountingRun {
     pub filtered: (Vec<f64>, Vec<f64>),
     /// From all counts.
     pub smoothed: (Vec<f64>, Vec<f64>),
-    /// Innovation over its standard deviation at every edge and new cell.
-    pub innovations: Vec<f64>,
+    /// Innovation over its standard deviation at every edge and new cell, with its sample.
+    pub innovations: Vec<(usize, f64)>,
 }
 
 /// A counted axis whose noise was found.
@@ -172,7 +172,7 @@ impl<'a> Counted<'a> {
         &self,
         model: &CountingModel,
         mut keep: impl FnMut(&Step, bool),
-        mut innovation: impl FnMut(f64),
+        mut innovation: impl FnMut(usize, f64),
     ) -> Result<f64, Error> {
         let dt = self.record.sample_time;
         let tick = self.record.edges.as_ref().map(|e| e.tick);
@@ -220,7 +220,7 @@ impl<'a> Counted<'a> {
                         let update = filter.observe(&mut state, at, Some(passed), self.steps[k].1);
                         let (nu, s) = (update.innovation, update.variance);
                         log_likelihood -= 0.5 * ((TAU * s).ln() + nu * nu / s);
-                        innovation(nu / s.sqrt());
+                        innovation(k, nu / s.sqrt());
                     }
                     (last, age) = (count, 0);
                     keep(
@@ -245,7 +245,7 @@ impl<'a> Counted<'a> {
                 };
                 if used && k > 0 {
                     log_likelihood -= 0.5 * ((TAU * s).ln() + nu * nu / s);
-                    innovation(nu / s.sqrt());
+                    innovation(k, nu / s.sqrt());
                 }
                 (last, age) = (count, 0);
             }
@@ -270,7 +270,7 @@ impl<'a> Counted<'a> {
     /// # Errors
     /// Of the model.
     pub fn log_likelihood(&self, model: &CountingModel) -> Result<f64, Error> {
-        self.pass(model, |_, _| {}, |_| {})
+        self.pass(model, |_, _| {}, |_, _| {})
     }
 
     /// Filter and smoother of one model.
@@ -291,7 +291,7 @@ impl<'a> Counted<'a> {
                 u.push(spread * unit);
                 steps.push(*step);
             },
-            |z| innovations.push(z),
+            |k, z| innovations.push((k, z)),
         )?;
         let smoothed = smooth(&steps, unit);
         if let Some(index) = (0..n).find(|&k| {

@@ -433,13 +433,13 @@ pub(crate) struct Trajectory {
 }
 
 impl Trajectory {
-    /// The smoother of one model, without its innovations.
+    /// The smoother of one model.
     pub fn of(run: crate::KalmanRun) -> Self {
         Self {
             velocity: run.velocity,
             uncertainty: run.velocity_uncertainty,
             offset: run.offset,
-            innovations: Vec::new(),
+            innovations: run.innovations,
         }
     }
 }

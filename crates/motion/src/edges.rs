@@ -66,7 +66,8 @@ pub(crate) fn on_edges(
             }
         }
     }
-    tuned.counted(&found, &run.innovations)?;
+    let innovations: Vec<f64> = run.innovations.iter().map(|i| i.1).collect();
+    tuned.counted(&found, &innovations)?;
     Ok(Some((found.model, run)))
 }
 

@@ -53,6 +53,7 @@ mod stretch;
 mod timed;
 mod tuning;
 mod velocity;
+mod wheel_slip;
 mod whiteness;
 
 pub use comparison::{Agreement, MethodRow, agreement, compare_methods};
@@ -90,4 +91,5 @@ pub use velocity::{
     CompareResult, EstimateResult, TuneResult, TunedAtRate, compare, estimate, published_sweep,
     single_sensor_methods, tune,
 };
+pub use wheel_slip::{Axle, WheelSlip};
 pub use whiteness::Whiteness;

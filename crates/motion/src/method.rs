@@ -214,6 +214,11 @@ impl Method {
         }
     }
 
+    /// Whether it lives on edges that were timed.
+    pub fn needs_edges(&self) -> bool {
+        matches!(self, Self::FixedPosition { .. } | Self::MixedTime { .. })
+    }
+
     /// Whether it says nothing without readings of position or speed. Kalman filters and smoothers then live on the rests.
     pub fn needs_readings(&self) -> bool {
         match self {

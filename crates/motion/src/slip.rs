@@ -235,7 +235,7 @@ impl SlipSearch {
 }
 
 /// Episodes that are told one by one: all of up to five, of more only the largest.
-fn largest(episodes: &[Episode]) -> Vec<Episode> {
+pub(crate) fn largest(episodes: &[Episode]) -> Vec<Episode> {
     if episodes.len() <= 5 {
         return episodes.to_vec();
     }
@@ -244,7 +244,7 @@ fn largest(episodes: &[Episode]) -> Vec<Episode> {
     most.into_iter().copied().collect()
 }
 
-fn others(episodes: &[Episode]) -> String {
+pub(crate) fn others(episodes: &[Episode]) -> String {
     match episodes.len() {
         0..=5 => String::new(),
         n => format!("; the largest of {n} episodes"),
@@ -291,7 +291,7 @@ pub(crate) fn held(positions: &[Option<f64>]) -> Vec<f64> {
 }
 
 /// Slope of the least-squares line.
-fn slope(x: &[f64], dt: f64) -> f64 {
+pub(crate) fn slope(x: &[f64], dt: f64) -> f64 {
     let n = x.len() as f64;
     let middle = 0.5 * (n - 1.0);
     let top: f64 = x
@@ -305,7 +305,7 @@ fn slope(x: &[f64], dt: f64) -> f64 {
 /// Centre and standard deviation from the shortest interval that holds 30 % of the values.
 ///
 /// The central 30 % of a normal distribution are 2 · 0.38532 σ wide.
-fn quiet(values: &[f64]) -> (f64, f64) {
+pub(crate) fn quiet(values: &[f64]) -> (f64, f64) {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     let h = (0.3 * sorted.len() as f64) as usize;
@@ -321,7 +321,7 @@ fn quiet(values: &[f64]) -> (f64, f64) {
 }
 
 /// Runs of values that are out; runs closer than `merge` are one. `shift` is the sample of value zero.
-fn episodes(
+pub(crate) fn episodes(
     values: &[f64],
     out: impl Fn(f64) -> bool,
     shift: usize,

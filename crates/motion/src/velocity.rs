@@ -35,6 +35,10 @@ pub struct EstimateResult {
     pub tuned: Option<Tuned>,
     /// Offset of the accelerometer by the smoother with its standard uncertainty, when it is a state.
     pub offset: Option<(Vec<f64>, Vec<f64>)>,
+    /// Innovation over its standard deviation at the samples of the readings (of edges the last one of a sample), with the
+    /// constants of the whole record; empty where there are none.
+    #[serde(default)]
+    pub innovations: Vec<Option<f64>>,
     /// Share of the samples away from slip where filter and smoother agree within two standard uncertainties of
     /// their difference, √(u_f² − u_s²); `None` when the method states no uncertainty.
     pub agreement: Option<f64>,
@@ -81,7 +85,7 @@ pub fn estimate(
         standard_uncertainty: Some(uncertainty),
         stated_delay: 0.0,
     };
-    let (model, tuned, mut trace, smoother, offset) = match given {
+    let (model, tuned, mut trace, smoother, (offset, innovations)) = match given {
         Some(model) => {
             let found = Method::Kalman { model };
             let run = model.smooth(record)?;
@@ -91,7 +95,7 @@ pub fn estimate(
                 run.velocity_uncertainty,
             );
             let trace = method.unwrap_or(found).run(record)?;
-            (model, None, trace, smoother, run.offset)
+            (model, None, trace, smoother, (run.offset, run.innovations))
         }
         None => {
             let (part, samples) = tuning_part(record, slip.as_ref());
@@ -116,7 +120,11 @@ pub fn estimate(
                     run.smoothed.0,
                     run.smoothed.1,
                 );
-                (model, Some(tuned), trace, smoother, None)
+                let mut innovations = vec![None; record.reading.len()];
+                for (k, z) in run.innovations {
+                    innovations[k] = Some(z);
+                }
+                (model, Some(tuned), trace, smoother, (None, innovations))
             } else {
                 let trace = match method {
                     Some(method) => method.run(record)?,
@@ -138,7 +146,8 @@ pub fn estimate(
                 };
                 let smoother =
                     smoother_trace(Method::Smoother { model }, run.velocity, run.uncertainty);
-                (model, Some(tuned), trace, smoother, run.offset)
+                let beside = (run.offset, run.innovations);
+                (model, Some(tuned), trace, smoother, beside)
             }
         }
     };
@@ -205,6 +214,7 @@ pub fn estimate(
         model,
         tuned,
         offset,
+        innovations,
         agreement,
         pairing,
         slip,

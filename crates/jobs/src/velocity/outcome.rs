@@ -198,6 +198,10 @@ impl VelocityEstimate {
             rounded(value, None);
             rounded(u, None);
         }
+        // Three decimals of a standard deviation.
+        for z in result.innovations.iter_mut().flatten() {
+            *z = (1e3 * *z).round() / 1e3;
+        }
         let MotionRecord {
             reading,
             acceleration,

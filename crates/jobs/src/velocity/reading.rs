@@ -315,6 +315,27 @@ impl Reading {
         Ok(Samples::present(clock, &mean, &missing))
     }
 
+    /// Left and right wheel in m or m/s, where two are named.
+    pub(super) fn wheels(&self, recording: &Recording) -> Result<[Vec<Option<f64>>; 2], Trouble> {
+        let named = self.position.as_ref().or(self.speed.as_ref());
+        if self.edges || self.angular || named.is_none_or(|n| n.len() != 2) {
+            return Err(Trouble::request(
+                "--yaw-rate is compared with two wheels in metres, sample by sample",
+            )
+            .with_hint("name them as --position LEFT,RIGHT or --speed LEFT,RIGHT, without --edges and --angular"));
+        }
+        let wheel = |i: usize| -> Result<Vec<Option<f64>>, Trouble> {
+            // What is to be said of the columns is said where they are read for the velocity.
+            let value = self.length(recording, &recording.columns[i], i, &mut Vec::new())?;
+            let mut wheel: Vec<Option<f64>> = value.into_iter().map(Some).collect();
+            for &k in recording.missing(i) {
+                wheel[k] = None;
+            }
+            Ok(wheel)
+        };
+        Ok([wheel(0)?, wheel(1)?])
+    }
+
     /// One column in m or m/s.
     fn length(
         &self,

@@ -3,6 +3,7 @@
 use super::clock::{clock, counted, nothing, timed};
 use super::reading::{Reading, Samples};
 use super::reference::Reference;
+use super::turning::Turning;
 use super::{AxisData, VelocityMap};
 use crate::record::Record;
 use crate::store::Store;
@@ -31,6 +32,9 @@ pub struct AxisSensors {
     /// Encoder or wheel speed
     #[cfg_attr(feature = "clap", command(flatten))]
     pub reading: Reading,
+    /// Gyroscope beside two wheels
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub turning: Turning,
     /// Column of the acceleration; with a calibration the three columns x,y,z; none for an encoder alone
     #[cfg_attr(
         feature = "clap",
@@ -221,6 +225,8 @@ impl AxisSensors {
         if together {
             columns.extend(of_acceleration.iter().cloned());
         }
+        let of_yaw = columns.len();
+        columns.extend(self.turning.column());
         let with_reference = reference.filter(|r| r.file.is_none());
         columns.extend(with_reference.map(|r| ColumnRef::from_word(&r.column)));
         let mut absent = vec![Absent::EmptyOrNan; columns.len()];
@@ -250,6 +256,10 @@ impl AxisSensors {
             true => Samples::default(),
             false => told.decode(&main, &clock, &mut findings)?,
         };
+        if self.turning.yaw_rate.is_some() {
+            let about = &self.turning;
+            findings.extend(about.findings(&self.reading, &main, &clock, of_yaw)?);
+        }
         // Edges as counts after each, in increments.
         let increment = told
             .increment()

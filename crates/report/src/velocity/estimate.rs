@@ -82,22 +82,7 @@ impl VelocityReport<'_> {
                 &result.smoother.velocity[part.clone()],
             ),
         );
-        // Slip lies below the curves.
-        if let Some(slip) = &result.slip {
-            let inside = |from: usize, to: usize| {
-                let (a, b) = (from.max(part.start), to.min(part.end));
-                (a < b).then(|| (self.time(a), self.time(b - 1)))
-            };
-            for (name, episodes) in [("slip", &slip.slip), ("collision", &slip.collisions)] {
-                let places: Vec<_> = episodes
-                    .iter()
-                    .filter_map(|e| inside(e.from, e.to))
-                    .collect();
-                if !places.is_empty() {
-                    plot = plot.shade(name, &places);
-                }
-            }
-        }
+        plot = self.shaded(plot, result, part.clone());
         for (trace, name) in [
             (&result.smoother, "smoother, off line"),
             (&result.trace, kind(&result.trace)),
@@ -112,6 +97,26 @@ impl VelocityReport<'_> {
                 series = series.band(&edge(-1.0), &edge(1.0));
             }
             plot = plot.series(series);
+        }
+        plot
+    }
+
+    /// Slip and collisions as a ground below the curves.
+    fn shaded(&self, mut plot: XyPlot, result: &EstimateResult, part: Range<usize>) -> XyPlot {
+        if let Some(slip) = &result.slip {
+            let inside = |from: usize, to: usize| {
+                let (a, b) = (from.max(part.start), to.min(part.end));
+                (a < b).then(|| (self.time(a), self.time(b - 1)))
+            };
+            for (name, episodes) in [("slip", &slip.slip), ("collision", &slip.collisions)] {
+                let places: Vec<_> = episodes
+                    .iter()
+                    .filter_map(|e| inside(e.from, e.to))
+                    .collect();
+                if !places.is_empty() {
+                    plot = plot.shade(name, &places);
+                }
+            }
         }
         plot
     }
@@ -159,12 +164,40 @@ impl VelocityReport<'_> {
         XyPlot::new(Axis::linear("time", "s"), axis).series(Series::markers("", &t, &x))
     }
 
+    /// Innovations in time, with slip and collisions below them.
+    fn innovations(&self, result: &EstimateResult) -> Option<XyPlot> {
+        let seen = result.innovations.iter().enumerate();
+        let (t, z): (Vec<f64>, Vec<f64>) = seen
+            .filter_map(|(k, z)| z.map(|z| (self.time(k), z)))
+            .unzip();
+        if z.len() < 2 {
+            return None;
+        }
+        let far = z.iter().fold(4.0f64, |m, z| m.max(1.05 * z.abs()));
+        let plot = XyPlot::new(
+            Axis::linear("time", "s"),
+            Axis::linear("innovation over its standard deviation", "1").range(-far, far),
+        );
+        let plot = self.shaded(plot, result, 0..result.trace.velocity.len());
+        Some(
+            plot.series(Series::line("", &t, &z))
+                .horizontal(1.96, "95 %")
+                .horizontal(-1.96, ""),
+        )
+    }
+
     /// Why the numbers may be believed, or not.
     fn trust(&self, result: &EstimateResult) -> Section {
         let mut section =
             Section::new("Model and its tests").table(facts("Model", self.model(result)));
         if let Some(found) = &result.pairing {
             section = section.table(pairing(found));
+        }
+        if let Some(plot) = self.innovations(result) {
+            section = section.figure(
+                "Innovations: readings less their predictions, over the standard deviation the model states; 95 % lie within the lines",
+                plot,
+            );
         }
         if let Some(tuned) = &result.tuned {
             section = section.figure(
