@@ -969,7 +969,7 @@ fn a_wheel_that_spins_is_told_by_the_gyroscope() {
         let found = codes(&result).contains(&"wheel-slip".to_owned());
         assert_eq!(found, spin > 0.0, "{name}: {:?}", codes(&result));
     }
-    // A track of nothing, one wheel, a column that is no rate, an option without its fellow.
+    // A track of nothing, one wheel, a column that is no rate.
     let recording = folder.path().join("healthy.csv");
     for (wrong, word) in [
         (
@@ -990,10 +990,6 @@ fn a_wheel_that_spins_is_told_by_the_gyroscope() {
                 "1.5",
             ],
             "no rate of turning",
-        ),
-        (
-            vec!["--speed", "left,right", "--yaw-rate", "yaw"],
-            "--track",
         ),
     ] {
         let words = run("estimate", &recording, &wrong);
