@@ -8,6 +8,7 @@ pub mod static_test;
 mod added_terms;
 mod adjustment;
 mod autocalibration;
+mod bias_tracking;
 mod direction_coverage;
 mod ellipsoid;
 mod mean_noise;
@@ -26,6 +27,10 @@ mod validation;
 pub use autocalibration::{
     AutoCalibration, AutoCalibrationFit, AutoCalibrationQuantities, StillWindow, StillWindows,
     Stop, WindowRule,
+};
+pub use bias_tracking::{
+    AxisTrack, BiasEstimate, BiasNoise, BiasObservations, BiasTrack, BiasTracking, Consistency,
+    DeviatingRest, RestMean,
 };
 pub use direction_coverage::{Direction, DirectionCoverage};
 pub use ellipsoid::Ellipsoid;

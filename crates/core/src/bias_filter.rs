@@ -49,6 +49,11 @@ pub struct BiasState<F> {
 }
 
 impl<F: Float> BiasState<F> {
+    /// A state that is known: a bias in m/s² and its variance in (m/s²)².
+    pub const fn known(bias: F, variance: F) -> Self {
+        Self { bias, variance }
+    }
+
     /// Estimate of the bias, m/s².
     pub fn bias(&self) -> F {
         self.bias
@@ -100,6 +105,20 @@ impl<F: Float> BiasFilter<F> {
                 variance: F::from_f64(initial * initial),
             },
         ))
+    }
+
+    /// From exported coefficients: φ, Q in (m/s²)² and R in (m/s²)² of one sampling period.
+    pub const fn constant(keep: F, process: F, noise: F) -> Self {
+        Self {
+            keep,
+            process,
+            noise,
+        }
+    }
+
+    /// φ, Q and R, as [`BiasFilter::constant`] takes them.
+    pub fn coefficients(&self) -> [F; 3] {
+        [self.keep, self.process, self.noise]
     }
 
     /// One sampling period passes.
