@@ -1,24 +1,31 @@
-//! `proofmass export`: a calibration for firmware and for other programs.
+//! `proofmass export` and `proofmass filter`: calibrations, filters and gains for firmware and for other programs.
 
+use crate::test::positive;
 use crate::{Failure, Outcome, console};
 use proofmass::io::{
-    AtomicFile, CalibrationFile, ExportForm, ExportNumber, ExportOptions, Source, export,
+    AtomicFile, CalibrationFile, ExportForm, ExportNumber, ExportOptions, FirmwareBlock,
+    LARGEST_DOCUMENT, Source, export, export_block,
 };
-use std::path::PathBuf;
+use proofmass::jobs::firmware::{GainsOf, firmware};
+use std::path::{Path, PathBuf};
 
-/// Write a calibration as a constant of Rust, a C header, a Python module, imu.yaml or plain JSON.
+/// Write a calibration as a constant of Rust, a C header, a Python module, imu.yaml or plain JSON; of results the filter
+/// of a bias, the gains of a velocity or the map of an encoder.
 ///
 /// K⁻¹ is in it, so that nothing is inverted at start-up, and so are temperature and curvature where the calibration has
 /// them. Each of Rust, C and Python checks itself: it holds outputs with the accelerations that were computed here.
 #[derive(clap::Args)]
 pub(crate) struct Export {
-    /// calibration.json written by `proofmass calibrate`
+    /// calibration.json written by `proofmass calibrate`, or result.json of `bias`, `velocity tune` or `velocity map`
     calibration: PathBuf,
     #[command(flatten)]
     form: Form,
     /// Numbers of Rust and C
     #[arg(long, value_enum, default_value_t = Number::Float)]
     number: Number,
+    /// Which gains of `velocity tune` [default: kalman]
+    #[arg(long, value_enum)]
+    method: Option<GainsOf>,
     /// Smallest and largest number out of the converter, for `--number fixed`
     #[arg(long, value_name = "LOW,HIGH", value_parser = range, allow_hyphen_values = true)]
     outputs: Option<[i32; 2]>,
@@ -70,35 +77,147 @@ fn range(text: &str) -> Result<[i32; 2], String> {
     }
 }
 
+impl Form {
+    fn chosen(&self) -> ExportForm {
+        match self {
+            Self { rust: true, .. } => ExportForm::Rust,
+            Self { c: true, .. } => ExportForm::C,
+            Self { python: true, .. } => ExportForm::Python,
+            Self { imu_yaml: true, .. } => ExportForm::ImuYaml,
+            _ => ExportForm::Json,
+        }
+    }
+}
+
+impl From<Number> for ExportNumber {
+    fn from(number: Number) -> Self {
+        match number {
+            Number::Float => Self::Float,
+            Number::Double => Self::Double,
+            Number::Fixed => Self::Fixed,
+        }
+    }
+}
+
+/// To the file that was named, or to standard output.
+fn write(text: &str, output: Option<&Path>, inputs: &[&Path]) -> Result<Outcome, Failure> {
+    match output {
+        None => console::print(text)?,
+        Some(path) => {
+            let mut output = AtomicFile::create(path, inputs)?;
+            output.write_all(text.as_bytes())?;
+            output.commit()?;
+            console::note(format!("written: {}", path.display()));
+        }
+    }
+    Ok(Outcome::Done)
+}
+
 impl Export {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
-        let (file, input) = CalibrationFile::from_source(Source::open(&self.calibration)?)?;
-        let form = match self.form {
-            Form { rust: true, .. } => ExportForm::Rust,
-            Form { c: true, .. } => ExportForm::C,
-            Form { python: true, .. } => ExportForm::Python,
-            Form { imu_yaml: true, .. } => ExportForm::ImuYaml,
-            _ => ExportForm::Json,
-        };
+        let name = self.calibration.display().to_string();
+        let (bytes, input) = Source::open(&self.calibration)?.into_bytes(LARGEST_DOCUMENT)?;
+        let form = self.form.chosen();
         let mut options = ExportOptions::default();
         options.name = self.name;
         options.outputs = self.outputs;
         options.source = Some(input);
-        options.number = match self.number {
-            Number::Float => ExportNumber::Float,
-            Number::Double => ExportNumber::Double,
-            Number::Fixed => ExportNumber::Fixed,
-        };
-        let text = export(&file, form, &options)?;
-        match self.output {
-            None => console::print(&text)?,
-            Some(path) => {
-                let mut output = AtomicFile::create(&path, &[self.calibration.as_path()])?;
-                output.write_all(text.as_bytes())?;
-                output.commit()?;
-                console::note(format!("written: {}", path.display()));
+        options.number = self.number.into();
+        let text = if proofmass::io::is_result(&bytes) {
+            let found = firmware(&bytes, self.method.unwrap_or_default());
+            let found = found.map_err(|e| e.detail(name))?;
+            options.notes = found.notes;
+            export_block(&found.block, form, &options)?
+        } else {
+            if self.method.is_some() {
+                return Err(Failure::new("a calibration has no gains to choose from")
+                    .hint("--method belongs to a result of `proofmass velocity tune`"));
             }
-        }
-        Ok(Outcome::Done)
+            let source = Source::from_bytes(&self.calibration, bytes)?;
+            let (file, _) = CalibrationFile::from_source(source)?;
+            export(&file, form, &options)?
+        };
+        write(&text, self.output.as_deref(), &[self.calibration.as_path()])
+    }
+}
+
+/// Design a low-pass filter against noise and write it as a constant of Rust, a C header or plain JSON, with its group
+/// delay.
+#[derive(clap::Args)]
+pub(crate) struct Filter {
+    #[command(flatten)]
+    kind: FilterKind,
+    /// Sampling rate in hertz
+    #[arg(long, value_name = "HZ", value_parser = positive)]
+    rate: f64,
+    #[command(flatten)]
+    form: FilterForm,
+    /// Numbers of Rust and C
+    #[arg(long, value_enum, default_value_t = Real::Float)]
+    number: Real,
+    /// Name of the constant or function [default: from the filter]
+    #[arg(long)]
+    name: Option<String>,
+    /// File to write, replaced if it is there [default: standard output]
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
+
+#[derive(clap::Args)]
+#[group(required = true, multiple = false)]
+struct FilterKind {
+    /// Butterworth of second order with this corner in hertz (−3.01 dB)
+    #[arg(long, value_name = "HZ", value_parser = positive)]
+    low_pass: Option<f64>,
+    /// Mean of this many samples
+    #[arg(long, value_name = "N")]
+    mean: Option<usize>,
+}
+
+#[derive(clap::Args)]
+#[group(required = true, multiple = false)]
+struct FilterForm {
+    /// Constant for the crate proofmass-core
+    #[arg(long)]
+    rust: bool,
+    /// C99 header without dependencies
+    #[arg(long)]
+    c: bool,
+    /// Coefficients, group delay and check vectors
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum Real {
+    /// Single precision
+    Float,
+    /// Double precision
+    Double,
+}
+
+impl Filter {
+    pub(crate) fn run(self) -> Result<Outcome, Failure> {
+        let rate = self.rate;
+        let block = match (self.kind.low_pass, self.kind.mean) {
+            (Some(corner), _) => FirmwareBlock::LowPass { corner, rate },
+            (None, samples) => FirmwareBlock::MovingAverage {
+                samples: samples.unwrap_or_default(),
+                rate,
+            },
+        };
+        let form = match self.form {
+            FilterForm { rust: true, .. } => ExportForm::Rust,
+            FilterForm { c: true, .. } => ExportForm::C,
+            _ => ExportForm::Json,
+        };
+        let mut options = ExportOptions::default();
+        options.name = self.name;
+        options.number = match self.number {
+            Real::Float => ExportNumber::Float,
+            Real::Double => ExportNumber::Double,
+        };
+        let text = export_block(&block, form, &options)?;
+        write(&text, self.output.as_deref(), &[])
     }
 }

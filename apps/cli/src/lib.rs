@@ -1,6 +1,7 @@
 //! `proofmass`: the open accelerometer laboratory on the command line, as a function of its arguments.
 
 mod apply;
+mod bias;
 mod calibrate;
 mod clock;
 mod compare;
@@ -49,11 +50,13 @@ enum Command {
     Plan(plan::Plan),
     Apply(apply::Apply),
     Export(export::Export),
+    Filter(export::Filter),
     Import(import::Import),
     Validate(validate::Validate),
     Compare(compare::Compare),
     Velocity(Box<velocity::Velocity>),
     Noise(Box<noise::Noise>),
+    Bias(Box<bias::Bias>),
     Modes(modes::Modes),
     Test(test::Test),
     Inspect(inspect::Inspect),
@@ -90,11 +93,13 @@ fn execute(arguments: Arguments) -> Result<Outcome, Failure> {
         Command::Plan(command) => command.run(),
         Command::Apply(command) => command.run(),
         Command::Export(command) => command.run(),
+        Command::Filter(command) => command.run(),
         Command::Import(command) => command.run(),
         Command::Validate(command) => command.run(),
         Command::Compare(command) => command.run(),
         Command::Velocity(command) => command.run(),
         Command::Noise(command) => command.run(),
+        Command::Bias(command) => command.run(),
         Command::Modes(command) => command.run(),
         Command::Test(command) => command.run(),
         Command::Inspect(command) => command.run(),

@@ -50,3 +50,121 @@ fn law_every_form_is_written_and_wrong_wishes_are_explained() {
         assert_eq!(proofmass(&words).status.code(), Some(2));
     }
 }
+
+#[test]
+fn law_filters_are_written_with_their_delay() {
+    let run = |words: &[&str]| String::from_utf8(succeed(words).stdout).unwrap();
+    let c = run(&["filter", "--low-pass", "50", "--rate", "1000", "--c"]);
+    assert!(c.contains("static inline float low_pass_step("), "{c}");
+    assert!(c.contains("Group delay at low frequency: 4.464497"), "{c}");
+    let rust = run(&[
+        "filter", "--mean", "5", "--rate", "100", "--rust", "--name", "smooth",
+    ]);
+    assert!(
+        rust.contains("pub type Smooth<T> = MovingAverage<T, 5>;"),
+        "{rust}"
+    );
+    assert!(rust.contains("2.000000 samples"), "{rust}");
+    let json: serde_json::Value = serde_json::from_str(&run(&[
+        "filter",
+        "--low-pass",
+        "50",
+        "--rate",
+        "1000",
+        "--json",
+    ]))
+    .unwrap();
+    let sum: f64 = json["block"]["numerator"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|v| v.as_f64().unwrap())
+        .sum();
+    let below: f64 = json["block"]["denominator"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|v| v.as_f64().unwrap())
+        .sum();
+    assert!((sum / below - 1.0).abs() < 1e-12);
+    for wrong in [
+        &["filter", "--low-pass", "600", "--rate", "1000", "--c"][..],
+        &["filter", "--mean", "0", "--rate", "1000", "--c"],
+    ] {
+        assert_eq!(proofmass(wrong).status.code(), Some(1), "{wrong:?}");
+    }
+    for wrong in [
+        &["filter", "--rate", "1000", "--c"][..],
+        &[
+            "filter",
+            "--low-pass",
+            "50",
+            "--mean",
+            "3",
+            "--rate",
+            "1000",
+            "--c",
+        ],
+        &["filter", "--low-pass", "-50", "--rate", "1000", "--c"],
+        &["filter", "--low-pass", "50", "--c"],
+    ] {
+        assert_eq!(proofmass(wrong).status.code(), Some(2), "{wrong:?}");
+    }
+}
+
+/// Gains of a velocity, the map of an encoder: from a recording to a header.
+#[test]
+fn law_results_of_an_axis_are_written_for_firmware() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let axis = path("axis");
+    succeed(&[
+        "simulate",
+        "axis",
+        "-o",
+        text(&axis),
+        "--radius",
+        "0.02",
+        "--eccentricity",
+        "0.02",
+    ]);
+    let recording = axis.join("recording.csv");
+    let (tuned, map) = (path("tuned"), path("map"));
+    let sensors = [
+        "--position",
+        "encoder",
+        "--counts-per-turn",
+        "2000",
+        "--radius",
+        "0.02",
+        "--acceleration",
+        "acceleration",
+    ];
+    let mut words = vec!["velocity", "tune", text(&recording), "-o", text(&tuned)];
+    words.extend(sensors);
+    succeed(&words);
+    let result = tuned.join("result.json");
+    for (method, word) in [
+        (
+            "kalman",
+            "_step(velocity_state *state, int has_reading, float reading, float acceleration)",
+        ),
+        ("observer", "k_x, k_v, k_b, half the sample time"),
+        ("two-channel", "k1 + k2, k1 k2, half the sample time"),
+    ] {
+        let said = succeed(&["export", text(&result), "--c", "--method", method]);
+        let said = String::from_utf8(said.stdout).unwrap();
+        assert!(said.contains(word), "{method}: {said}");
+        assert!(said.contains("result.json, SHA-256"), "{said}");
+    }
+    let mut words = vec!["velocity", "map", text(&recording), "-o", text(&map)];
+    words.extend(sensors);
+    succeed(&words);
+    let said = succeed(&["export", text(&map.join("result.json")), "--rust"]);
+    assert!(
+        String::from_utf8_lossy(&said.stdout).contains("pub const ENCODER_MAP: [ErrorLine<f32>;")
+    );
+    // Of a calibration there are no gains to choose, of a noise result nothing is for firmware.
+    let refused = refuse(&["export", text(&result), "--python"]);
+    assert!(refused.contains("--c, --rust or --json"), "{refused}");
+}

@@ -24,6 +24,23 @@ pub struct BiasNoise {
     pub offset: f64,
 }
 
+impl BiasNoise {
+    /// The same with a bias that moves by this factor more.
+    fn moving(&self, factor: f64) -> Self {
+        let model = match self.model {
+            BiasModel::RandomWalk { density, initial } => BiasModel::RandomWalk {
+                density: density * factor * factor,
+                initial,
+            },
+            BiasModel::GaussMarkov { deviation, time } => BiasModel::GaussMarkov {
+                deviation: deviation * factor,
+                time,
+            },
+        };
+        Self { model, ..*self }
+    }
+}
+
 /// Mean of a part of a rest.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RestMean {
@@ -87,7 +104,14 @@ pub struct BiasObservations {
 /// assert!((end.bias - 0.02).abs() < 2.0 * end.u && end.u < 2e-4);
 /// # Ok::<(), proofmass_core::Error>(())
 /// ```
-#[doc(alias("EKF", "Gauss-Markov", "random walk", "ZUPT", "zero-velocity update", "smoother"))]
+#[doc(alias(
+    "EKF",
+    "Gauss-Markov",
+    "random walk",
+    "ZUPT",
+    "zero-velocity update",
+    "smoother"
+))]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct BiasTracking {
@@ -95,6 +119,9 @@ pub struct BiasTracking {
     pub noise: [BiasNoise; 3],
     /// Standard uncertainty of the known accelerations, common to all rests, m/s²: gravity, levelling.
     pub known_uncertainty: Triple,
+    /// Relative standard uncertainty of how much the bias of x, y, z moves (of √density, or of the standard deviation): it
+    /// becomes the degrees of freedom of the result.
+    pub motion_uncertainty: Triple,
     /// Coverage probability.
     pub probability: f64,
 }
@@ -123,6 +150,7 @@ impl BiasTracking {
         Self {
             noise,
             known_uncertainty: [0.0; 3],
+            motion_uncertainty: [0.0; 3],
             probability: 0.95,
         }
     }
@@ -136,9 +164,9 @@ impl BiasTracking {
         let (time, mean) = times(observations);
         let means = &observations.means;
         let rest = mean.iter().map(|m| m.map(|m| means[m].rest)).collect();
-        let of = |axis: usize| {
+        let of = |axis: usize, noise: &BiasNoise| {
             AxisTrack::new(
-                &self.noise[axis],
+                noise,
                 self.known_uncertainty[axis],
                 &time,
                 &mean,
@@ -146,19 +174,29 @@ impl BiasTracking {
                 means,
             )
         };
-        let axes = [of(0)?, of(1)?, of(2)?];
+        let [x, y, z] = &self.noise;
+        let axes = [of(0, x)?, of(1, y)?, of(2, z)?];
         let findings = consistency::findings(&axes, means);
-        let quantities = ["bias.x", "bias.y", "bias.z"]
-            .into_iter()
-            .zip(&axes)
-            .map(|(name, axis)| Quantity {
+        let mut quantities = Vec::with_capacity(3);
+        for (k, name) in ["bias.x", "bias.y", "bias.z"].into_iter().enumerate() {
+            let end = axes[k].end();
+            let relative = self.motion_uncertainty[k];
+            let dof = if relative > 0.0 {
+                // What u becomes where the bias moves by one standard uncertainty more: ν = ½ (u/Δu)².
+                let more = of(k, &self.noise[k].moving(1.0 + relative))?.end().u / end.u - 1.0;
+                DegreesOfFreedom::new((0.5 / (more * more)).max(1.0))
+                    .unwrap_or(DegreesOfFreedom::INFINITE)
+            } else {
+                DegreesOfFreedom::INFINITE
+            };
+            quantities.push(Quantity {
                 name: name.to_owned(),
                 unit: "m/s²".to_owned(),
-                value: axis.end().bias,
-                standard_uncertainty: axis.end().u,
-                dof: DegreesOfFreedom::INFINITE,
-            })
-            .collect();
+                value: end.bias,
+                standard_uncertainty: end.u,
+                dof,
+            });
+        }
         Ok(BiasTrack {
             time,
             rest,
@@ -180,7 +218,14 @@ impl BiasTracking {
         for (axis, noise) in self.noise.iter().enumerate() {
             for (name, value) in [
                 ("constant part of the bias", noise.offset),
-                ("uncertainty of the known acceleration", self.known_uncertainty[axis]),
+                (
+                    "relative uncertainty of the motion of the bias",
+                    self.motion_uncertainty[axis],
+                ),
+                (
+                    "uncertainty of the known acceleration",
+                    self.known_uncertainty[axis],
+                ),
             ] {
                 if !(value >= 0.0 && value.is_finite()) {
                     return Err(Error::OutOfRange {
@@ -210,7 +255,10 @@ impl BiasTracking {
             check::finite("mean of a rest", &of(|m| &m.mean))?;
             check::finite("known acceleration", &of(|m| &m.known))?;
         }
-        if let Some(m) = means.iter().find(|m| !(m.duration > 0.0 && m.duration.is_finite())) {
+        if let Some(m) = means
+            .iter()
+            .find(|m| !(m.duration > 0.0 && m.duration.is_finite()))
+        {
             return Err(Error::OutOfRange {
                 name: "duration of a rest",
                 value: m.duration,

@@ -177,7 +177,12 @@ fn known_wrong_noise_is_found() {
 fn known_steps_and_turns_are_named() {
     let noise = walk();
     let mut stepped = simulate(&noise, 3, 1.0);
-    for m in stepped.observations.means.iter_mut().filter(|m| m.rest >= 25) {
+    for m in stepped
+        .observations
+        .means
+        .iter_mut()
+        .filter(|m| m.rest >= 25)
+    {
         m.mean[0] += 0.05;
     }
     let found = track(&noise, &stepped);
@@ -185,7 +190,12 @@ fn known_steps_and_turns_are_named() {
     assert_eq!(found.axes[0].consistency.deviating[0].rest, 25);
     assert!(found.axes[1].consistency.deviating.is_empty());
     let mut turned = simulate(&noise, 4, 1.0);
-    for m in turned.observations.means.iter_mut().filter(|m| m.rest >= 30) {
+    for m in turned
+        .observations
+        .means
+        .iter_mut()
+        .filter(|m| m.rest >= 30)
+    {
         m.mean.rotate_left(1);
     }
     assert!(codes(&track(&noise, &turned)).contains(&"rest-in-another-attitude"));
@@ -294,11 +304,23 @@ fn refuses_what_has_no_meaning() {
     outside.span = [0.0, 700.0];
     assert!(run(walk(), &outside).is_err());
     for noise in [
-        BiasNoise { white: 0.0, ..walk() },
-        BiasNoise { white: f64::NAN, ..walk() },
-        BiasNoise { offset: -1.0, ..markov() },
         BiasNoise {
-            model: BiasModel::GaussMarkov { deviation: 1e-3, time: 0.0 },
+            white: 0.0,
+            ..walk()
+        },
+        BiasNoise {
+            white: f64::NAN,
+            ..walk()
+        },
+        BiasNoise {
+            offset: -1.0,
+            ..markov()
+        },
+        BiasNoise {
+            model: BiasModel::GaussMarkov {
+                deviation: 1e-3,
+                time: 0.0,
+            },
             ..markov()
         },
     ] {

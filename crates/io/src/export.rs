@@ -5,6 +5,7 @@
 
 mod c;
 mod c_fixed;
+mod firmware;
 mod imu;
 mod json;
 mod python;
@@ -12,6 +13,7 @@ mod rust;
 mod vectors;
 
 use crate::{CalibrationFile, Error, ErrorKind, Input, Result, Unit};
+pub use firmware::{FirmwareBlock, LONGEST_AVERAGE, export_block};
 use proofmass_core::{Compensation, FixedRange};
 pub use vectors::SelfCheck;
 
@@ -56,6 +58,8 @@ pub struct ExportOptions {
     pub outputs: Option<[i32; 2]>,
     /// The file it comes from.
     pub source: Option<Input>,
+    /// Further lines of the heading of a [`FirmwareBlock`]: what is to be done beside it.
+    pub notes: Vec<String>,
 }
 
 /// Writes a calibration in another form.
@@ -141,19 +145,23 @@ impl Plan<'_> {
         if let Some(block) = &self.file.curvature {
             lines.push(format!("Curvature measured up to {:?} m/s^2.", block.reach));
         }
-        // Nothing of a file may end the comment it stands in, or begin another line.
-        lines
-            .iter()
-            .map(|line| {
-                let plain = line.replace("*/", "* /").replace("/*", "/ *");
-                plain.chars().filter(|c| !c.is_control()).collect()
-            })
-            .collect()
+        plain_lines(&lines)
     }
 
     fn needs_temperature(&self) -> bool {
         self.model.thermal().is_some()
     }
+}
+
+/// Nothing of a file may end the comment it stands in, or begin another line.
+fn plain_lines(lines: &[String]) -> Vec<String> {
+    lines
+        .iter()
+        .map(|line| {
+            let plain = line.replace("*/", "* /").replace("/*", "/ *");
+            plain.chars().filter(|c| !c.is_control()).collect()
+        })
+        .collect()
 }
 
 fn unable(what: &str, hint: &str) -> Error {
@@ -188,20 +196,25 @@ fn fixed_range(file: &CalibrationFile, options: &ExportOptions) -> Result<FixedR
     })
 }
 
+/// A name that programs can have.
+fn identifier(name: &str) -> Result<String> {
+    let mut letters = name.chars();
+    let begins = letters
+        .next()
+        .is_some_and(|c| c.is_ascii_alphabetic() || c == '_');
+    if begins && letters.all(|c| c.is_ascii_alphanumeric() || c == '_') && name.len() <= 60 {
+        return Ok(name.to_owned());
+    }
+    Err(unable(
+        &format!("{name:?} is no name in a program"),
+        "letters, digits and _ without a digit at the beginning, 60 at most",
+    ))
+}
+
 /// An identifier: the one asked for, or one from the device.
 fn name(file: &CalibrationFile, options: &ExportOptions) -> Result<String> {
     if let Some(name) = &options.name {
-        let mut letters = name.chars();
-        let begins = letters
-            .next()
-            .is_some_and(|c| c.is_ascii_alphabetic() || c == '_');
-        if begins && letters.all(|c| c.is_ascii_alphanumeric() || c == '_') && name.len() <= 60 {
-            return Ok(name.clone());
-        }
-        return Err(unable(
-            &format!("{name:?} is no name in a program"),
-            "letters, digits and _ without a digit at the beginning, 60 at most",
-        ));
+        return identifier(name);
     }
     let device = &file.device;
     let words: Vec<&str> = [&device.model, &device.serial]

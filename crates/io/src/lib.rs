@@ -67,7 +67,10 @@ pub use calibration_file::{CalibrationFile, CurvatureBlock, TRIAXIAL, ThermalBlo
 pub use clock::{Clock, Gap};
 pub use device::{Ambient, Device};
 pub use error::{Error, ErrorKind, Result};
-pub use export::{ExportForm, ExportNumber, ExportOptions, SelfCheck, export};
+pub use export::{
+    ExportForm, ExportNumber, ExportOptions, FirmwareBlock, LONGEST_AVERAGE, SelfCheck, export,
+    export_block,
+};
 pub use foreign_coefficients::{CoefficientForm, import_coefficients};
 pub use frequency_response_file::{FREQUENCY_RESPONSE, FrequencyResponseFile};
 pub use gmsh::GmshMesh;
@@ -84,7 +87,7 @@ pub use output::{
 pub use proofmass_uncertainty::DecimalMark;
 pub use recording::{Absent, Input, RecordedColumn, Recording, RecordingOptions, TimeUnit};
 pub use result_document::{
-    NamedCovariance, RESULT_SCHEMA, RESULT_VERSION, ResultDocument, StatedQuantity,
+    NamedCovariance, RESULT_SCHEMA, RESULT_VERSION, ResultDocument, StatedQuantity, is_result,
 };
 pub use rewriter::Rewriter;
 pub use rows::{BadRow, RowBlock, RowReader};

@@ -255,3 +255,12 @@ impl ResultDocument {
         Ok(document)
     }
 }
+
+/// Whether these bytes are a result of this program, of whatever version and kind.
+pub fn is_result(bytes: &[u8]) -> bool {
+    #[derive(Deserialize)]
+    struct Begin {
+        schema: Schema,
+    }
+    serde_json::from_slice::<Begin>(bytes).is_ok_and(|begin| begin.schema.name == RESULT_SCHEMA)
+}

@@ -2,6 +2,7 @@
 
 use crate::any_result::{Reader, reader};
 use crate::apply::{ApplyData, ApplyJob};
+use crate::bias::{BiasData, BiasJob};
 use crate::campaign::Campaign;
 use crate::comparison::{ComparisonData, ComparisonJob};
 use crate::deconvolution::{DeconvolutionData, DeconvolutionJob};
@@ -88,6 +89,8 @@ macro_rules! jobs {
             Inspect(InspectData),
             /// A sensor at rest over a sweep of temperature.
             Temperature(TemperatureData<'a>),
+            /// A recording with rests in known attitudes.
+            Bias(BiasData<'a>),
             /// Readings, a recording, a calibration or calibrations of a static test.
             StaticTest(StaticTestData<'a>),
             /// Where simulated files go.
@@ -209,6 +212,8 @@ jobs! {
     VelocityMap(VelocityMapJob, AxisData, "velocity-map", |d| only!(d, Axis)),
     /// Bias and scale over temperature.
     Temperature(TemperatureJob, TemperatureData, "temperature", |d| only!(d, Temperature)),
+    /// The bias over a recording.
+    Bias(BiasJob, BiasData, "bias", |d| only!(d, Bias)),
     /// Inclination, sensitivity, zero-g, orthogonality, linearity, centrifuge, stability.
     StaticTest(StaticTestJob, StaticTestData, "static-test", |d| only!(d, StaticTest)),
     /// Recordings whose truth is known.

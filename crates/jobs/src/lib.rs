@@ -12,11 +12,13 @@ pub mod apply;
 #[cfg(feature = "clap")]
 mod arguments;
 mod bench_runs;
+pub mod bias;
 mod block_clock;
 pub mod campaign;
 mod channels;
 pub mod comparison;
 pub mod deconvolution;
+pub mod firmware;
 pub mod free_living;
 pub mod frequency_response;
 pub mod inspect;

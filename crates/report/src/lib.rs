@@ -23,6 +23,7 @@
 //! Nothing is computed here and no clock is read: times, versions and digests are texts of the caller. The page
 //! needs no network, no font and no script.
 
+mod bias;
 mod comparison;
 mod compensation;
 mod deconvolution;
@@ -54,6 +55,7 @@ mod uncertainty;
 mod validation;
 mod velocity;
 
+pub use bias::{BiasLine, BiasReport};
 pub use comparison::ComparisonReport;
 pub use compensation::CompensationReport;
 pub use deconvolution::DeconvolutionReport;

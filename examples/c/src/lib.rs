@@ -5,6 +5,10 @@
 //! cc -std=c99 accelerometer.c -o accelerometer
 //! ```
 
+mod filters;
+
+pub use filters::filters;
+
 use proofmass_io::{CalibrationFile, CurvatureBlock, ThermalBlock, Unit};
 use proofmass_uncertainty::Estimate;
 

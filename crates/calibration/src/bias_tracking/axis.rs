@@ -71,7 +71,11 @@ struct Constant {
 
 impl Constant {
     fn new(offset: f64) -> Self {
-        let prior = if offset > 0.0 { 1.0 / (offset * offset) } else { f64::INFINITY };
+        let prior = if offset > 0.0 {
+            1.0 / (offset * offset)
+        } else {
+            f64::INFINITY
+        };
         Self {
             prior,
             information: prior,
@@ -113,7 +117,9 @@ impl Constant {
         let shared = common * (known.ones + rest * self.of_ones());
         BiasEstimate {
             bias: known.data + constant * rest,
-            u: (known.variance + rest * rest * variance + shared * shared).max(0.0).sqrt(),
+            u: (known.variance + rest * rest * variance + shared * shared)
+                .max(0.0)
+                .sqrt(),
         }
     }
 }

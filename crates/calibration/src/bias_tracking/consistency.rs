@@ -114,7 +114,10 @@ impl Consistency {
     /// The largest correlation, where innovations are not white.
     fn coloured(&self) -> Option<f64> {
         let [statistic, limit] = self.whiteness?;
-        let largest = self.correlation.iter().fold(0.0f64, |a, r| if r.abs() > a.abs() { *r } else { a });
+        let largest = self
+            .correlation
+            .iter()
+            .fold(0.0f64, |a, r| if r.abs() > a.abs() { *r } else { a });
         (statistic > limit && largest.abs() > CORRELATION).then_some(largest)
     }
 }
@@ -130,7 +133,10 @@ pub(super) fn findings(axes: &[AxisTrack; 3], means: &[RestMean]) -> Vec<Finding
             .max_by(|a, b| a.innovation.abs().total_cmp(&b.innovation.abs()))
         {
             let turned = worst.innovation.abs() > TURNED * STANDARD_GRAVITY;
-            let at = means.iter().find(|m| m.rest == worst.rest).map_or(0.0, |m| m.time);
+            let at = means
+                .iter()
+                .find(|m| m.rest == worst.rest)
+                .map_or(0.0, |m| m.time);
             findings.push(
                 Finding::new(
                     if turned { Severity::Decision } else { Severity::Warning },

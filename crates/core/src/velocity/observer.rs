@@ -100,6 +100,23 @@ impl<T: Float> Observer<T> {
         })
     }
 
+    /// From exported coefficients: k_x, k_v, k_b, half the sample time h, and 1/(1 + h (k_x + h (k_v + h k_b))).
+    pub const fn constant(coefficients: [T; 5]) -> Self {
+        let [k_x, k_v, k_b, h, inverse] = coefficients;
+        Self {
+            k_x,
+            k_v,
+            k_b,
+            h,
+            inverse,
+        }
+    }
+
+    /// The coefficients as [`Observer::constant`] takes them.
+    pub fn coefficients(&self) -> [T; 5] {
+        [self.k_x, self.k_v, self.k_b, self.h, self.inverse]
+    }
+
     /// Velocity at the time of these readings.
     pub fn update(&self, state: &mut ObserverState<T>, position: T, acceleration: T) -> T {
         self.update_by(state, acceleration, |predicted| position - predicted)

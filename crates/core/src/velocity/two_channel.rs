@@ -96,6 +96,22 @@ impl<T: Float> TwoChannel<T> {
         state.position -= by;
     }
 
+    /// From exported coefficients: k₁ + k₂, k₁ k₂, half the sample time h, and 1/(1 + h (k₁ + k₂) + h² k₁ k₂).
+    pub const fn constant(coefficients: [T; 4]) -> Self {
+        let [alpha, beta, h, inverse] = coefficients;
+        Self {
+            alpha,
+            beta,
+            h,
+            inverse,
+        }
+    }
+
+    /// The coefficients as [`TwoChannel::constant`] takes them.
+    pub fn coefficients(&self) -> [T; 4] {
+        [self.alpha, self.beta, self.h, self.inverse]
+    }
+
     /// Velocity at the time of these readings.
     pub fn update(&self, state: &mut TwoChannelState<T>, position: T, acceleration: T) -> T {
         let Self {

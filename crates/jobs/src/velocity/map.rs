@@ -2,6 +2,7 @@
 
 use super::outcome::{Head, quantity};
 use super::{AxisData, explain, lacking_two};
+use crate::firmware::{Firmware, encoder_map};
 use crate::outcome::{Filed, Job, Outcome, section};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
@@ -100,6 +101,11 @@ impl VelocityMap {
     /// The search's answer.
     pub fn found(&self) -> &FoundMap {
         &self.found
+    }
+
+    /// The map for firmware.
+    pub(crate) fn firmware(&self) -> Firmware {
+        encoder_map(&self.found.map, self.head.angular)
     }
 
     /// The map from a result.json.

@@ -1,6 +1,7 @@
 //! What the three questions to an axis found.
 
 use super::AxisData;
+use crate::firmware::{Firmware, GainsOf, of_method};
 use crate::outcome::{Outcome, section};
 use crate::record::Record;
 use crate::trouble::Result;
@@ -455,6 +456,39 @@ impl VelocityTuning {
             options,
             result,
         }
+    }
+
+    /// Gains for firmware at the rate of the recording, with what is done to the accelerometer before.
+    pub(crate) fn firmware(&self, gains: GainsOf) -> Result<Firmware> {
+        let method = match gains {
+            GainsOf::Kalman => &self.result.kalman.method,
+            GainsOf::Observer => &self.result.observer.method,
+            GainsOf::TwoChannel => &self.result.two_channel.method,
+        };
+        let tuned = &self.result.tuned;
+        let mut notes = Vec::new();
+        if let Some(offset) = tuned.offset {
+            notes.push(format!(
+                "Offset of the accelerometer at the start: {:e}(+-{:e}); subtract it before, unless the filter has it as a state.",
+                offset.value, offset.uncertainty
+            ));
+        }
+        if let Some(gain) = tuned.gain {
+            notes.push(format!(
+                "The accelerometer reads {:e} times the acceleration: divide by that before.",
+                gain.value
+            ));
+        }
+        if let Some(latency) = tuned.latency {
+            notes.push(format!(
+                "The accelerometer is {:e} s later than the readings: delay these by that.",
+                latency.value
+            ));
+        }
+        Ok(Firmware {
+            block: of_method(method, self.head.source, self.head.sample_time)?,
+            notes,
+        })
     }
 
     /// The tuning itself.

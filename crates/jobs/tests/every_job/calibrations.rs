@@ -7,8 +7,10 @@ use proofmass_calibration::shaker::recording::Quality;
 use proofmass_calibration::shaker::reference::{ReferencePoint, ReferenceTable};
 use proofmass_calibration::shaker::single_axis::{ComparisonBudget, ComparisonRow};
 use proofmass_calibration::{FrequencyResponse, StillWindow};
+use proofmass_core::Gravity;
 use proofmass_io::{AnyCalibration, Source, Unit};
 use proofmass_jobs::apply::{ApplyData, ApplyJob, CompensationMethod, Destination};
+use proofmass_jobs::bias::{AxisNoise, BiasData, BiasJob};
 use proofmass_jobs::campaign::Campaign;
 use proofmass_jobs::comparison::{ComparisonData, ComparisonJob};
 use proofmass_jobs::free_living::{FreeLivingJob, FreeLivingWindows};
@@ -230,6 +232,32 @@ pub fn temperature(kind: &str) {
             &AnyData::Temperature(data),
             watch,
         )
+    });
+}
+
+pub fn bias(kind: &str) {
+    // At rest with z up, x 5 mm/s² too much.
+    let column = |level: f64, k: f64| -> Vec<f64> {
+        let noise = |i: u32| 2e-3 * (k * f64::from(i)).sin();
+        (0..6000).map(|i| level + noise(i)).collect()
+    };
+    let outputs = [column(5e-3, 7.1), column(0.0, 3.3), column(9.80665, 5.7)];
+    let time: Vec<f64> = (0..6000).map(|i| f64::from(i) / 100.0).collect();
+    let noise = AxisNoise::walk(2e-4, 1e-6);
+    let mut job = BiasJob::new([noise.clone(), AxisNoise::markov(2e-4, 1e-3, 60.0), noise]);
+    job.gravity = Some(Gravity::given(9.80665, 1e-4).expect("gravity"));
+    job.up = Some([0.0, 0.0, 1.0]);
+    check(kind, &|watch| {
+        let data = BiasData {
+            outputs: outputs.each_ref().map(Vec::as_slice),
+            time: &time,
+            rate: 100.0,
+            breaks: &[],
+            segments: None,
+            findings: &[],
+            name: "memory",
+        };
+        ask(job.clone(), &AnyData::Bias(data), watch)
     });
 }
 

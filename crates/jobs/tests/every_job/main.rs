@@ -42,6 +42,7 @@ walk! {
     validation: "validation" => "validation" in calibrations;
     apply: "apply" => "apply" in calibrations;
     temperature: "temperature" => "temperature" in calibrations;
+    bias: "bias" => "bias" in calibrations;
     plan: "plan" => "plan" in models;
     inspect: "inspect" => "inspect" in models;
     noise: "noise" => "noise" in models;

@@ -1,0 +1,21 @@
+//! Writes the exported constants that `tests/filters.rs` compiles: `cargo run -p proofmass-example-c --example exported`.
+
+use proofmass_example_c::filters;
+use proofmass_io::{ExportForm, ExportNumber, ExportOptions, export_block};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let folder = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/exported"));
+    std::fs::create_dir_all(folder)?;
+    for (name, block) in filters()? {
+        let mut options = ExportOptions::default();
+        options.name = Some(name.to_owned());
+        options.number = if name == "mean" {
+            ExportNumber::Double
+        } else {
+            ExportNumber::Float
+        };
+        let text = export_block(&block, ExportForm::Rust, &options)?;
+        std::fs::write(folder.join(format!("{name}.rs")), text)?;
+    }
+    Ok(())
+}
