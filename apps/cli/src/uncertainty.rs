@@ -52,7 +52,7 @@ impl Uncertainty {
         let outcome = model.evaluate(self.options(), &Progress::new())?;
         let record = Record {
             date: Some(clock::today()),
-            inputs: vec![model.input()],
+            inputs: model.inputs(),
             ..Record::default()
         };
         self.delivery.deliver(folder, &Filed::new(record, outcome))

@@ -203,3 +203,67 @@ fn refuses_a_formula_that_is_not_finite() {
     let text = model("{ kind = \"normal\", mean = 0.1, u = 0.1 }", "ln(a - 9)");
     assert_says(&refuse_model(&text), &["model.toml", "output y", "finite"]);
 }
+
+#[test]
+fn law_an_earlier_result_keeps_its_causes() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        path
+    };
+    let input = |name: &str, value: f64, u: f64| {
+        format!("[[input]]\nname = \"{name}\"\nunit = \"V\"\nvalue = {value:?}\nu = {u:?}\n")
+    };
+    for (day, own) in [("monday", 0.01), ("tuesday", 0.02)] {
+        let model = input("reference", 5.0, 0.03)
+            + &input(day, 0.0, own)
+            + &format!(
+                "[[output]]\nname = \"gain\"\nunit = \"V\"\nexpression = \"reference + {day}\"\n"
+            );
+        let path = write(&format!("{day}.toml"), &model);
+        let output = folder.path().join(day);
+        succeed(&[
+            "uncertainty",
+            text(&path),
+            "-o",
+            text(&output),
+            "--trials",
+            "10000",
+        ]);
+    }
+    let later = "[[earlier]]\nfile = \"monday/result.json\"\nquantities = { g = \"gain\" }\n\
+                 [[earlier]]\nfile = \"tuesday/result.json\"\nquantities = { h = \"gain\" }\n\
+                 [[output]]\nname = \"d\"\nunit = \"V\"\nexpression = \"h - g\"\n";
+    let path = write("later.toml", later);
+    let output = folder.path().join("later");
+    succeed(&[
+        "uncertainty",
+        text(&path),
+        "-o",
+        text(&output),
+        "--trials",
+        "10000",
+    ]);
+    let result = json(&output.join("result.json"));
+    let (value, u, _) = quantity(&result, "d");
+    assert!(
+        value.abs() < 1e-12 && (u - 0.01f64.hypot(0.02)).abs() < 1e-12,
+        "{value} {u}"
+    );
+    // Every file it was made from is named with its digest.
+    let all = result.to_string();
+    assert!(all.contains("monday/result.json") && all.contains("tuesday/result.json"));
+    let said = refuse_model(
+        "[[earlier]]\nfile = \"absent.json\"\nquantities = { g = \"gain\" }\n[[output]]\nname = \"d\"\nunit = \"V\"\nexpression = \"g\"\n",
+    );
+    assert_says(&said, &["absent.json"]);
+    let wrong = write("wrong.toml", &later.replace("g = \"gain\"", "g = \"gian\""));
+    let said = refuse(&[
+        "uncertainty",
+        text(&wrong),
+        "-o",
+        text(&folder.path().join("w")),
+    ]);
+    assert_says(&said, &["wrong.toml:2", "no quantity gian; it has gain"]);
+}

@@ -79,7 +79,9 @@ pub use inspection::{
     BadEntry, ColumnSummary, Inspection, Statistics, TimeSummary, inspect, inspect_source,
 };
 pub use layout::{ColumnRef, Layout, LayoutOptions, Separator};
-pub use model_file::{explain as explain_model, read_budget, read_model};
+pub use model_file::{
+    check as check_model, explain as explain_model, parse as parse_model, read_budget, read_model,
+};
 pub use output::{
     AtomicFile, Listed, MANIFEST, MANIFEST_SCHEMA, MANIFEST_VERSION, Manifest, OutputFolder,
     discard_unfinished,

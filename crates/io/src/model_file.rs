@@ -32,7 +32,24 @@ pub fn read_budget(text: &str) -> Result<BudgetEntries, Refusal> {
 /// # Errors
 /// [`Refusal::File`] with line and field, also for an expression that cannot be read.
 pub fn read_model(text: &str) -> Result<UncertaintyModel, Refusal> {
-    let model: UncertaintyModel = read(text)?;
+    let model = parse(text)?;
+    check(&model, text)?;
+    Ok(model)
+}
+
+/// Reads a model file without looking at what it says: the estimates of its earlier results are still to be put in.
+///
+/// # Errors
+/// [`Refusal::File`] with line and field.
+pub fn parse(text: &str) -> Result<UncertaintyModel, Refusal> {
+    read(text)
+}
+
+/// Whether a model can be evaluated, as far as that can be told before it is.
+///
+/// # Errors
+/// [`Refusal::File`] with line and field, also for an expression that cannot be read.
+pub fn check(model: &UncertaintyModel, text: &str) -> Result<(), Refusal> {
     if model.output.is_empty() {
         return Err(Refusal::File {
             line: None,
@@ -43,8 +60,8 @@ pub fn read_model(text: &str) -> Result<UncertaintyModel, Refusal> {
         .inputs()
         .and_then(|inputs| inputs.single())
         .and_then(|_| model.prepared())
-        .map_err(|refusal| explain(&model, text, refusal))?;
-    Ok(model)
+        .map_err(|refusal| explain(model, text, refusal))?;
+    Ok(())
 }
 
 /// A refusal of this model with the line of its text that it speaks of.
@@ -73,6 +90,24 @@ pub fn explain(model: &UncertaintyModel, text: &str, refusal: Refusal) -> Refusa
         }
         for text in &solve.equations {
             formulas.push(place::Formula::new("solve", number, "", "equations", text));
+        }
+    }
+    for (number, earlier) in model.earlier.iter().enumerate() {
+        formulas.push(place::Formula::new(
+            "earlier",
+            number,
+            &earlier.file,
+            "file",
+            "",
+        ));
+        for name in earlier.quantities.keys() {
+            formulas.push(place::Formula::new(
+                "earlier",
+                number,
+                name,
+                "quantities",
+                "",
+            ));
         }
     }
     for (number, output) in model.output.iter().enumerate() {

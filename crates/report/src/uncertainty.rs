@@ -5,7 +5,8 @@ use crate::{
     Series, Table, scientific,
 };
 use proofmass_uncertainty::{
-    LinearOutput, ModelResult, OutputResult, Rounded, Statement, StatementMethod, Verdict,
+    BudgetLine, LinearOutput, ModelResult, OutputResult, Rounded, Statement, StatementMethod,
+    Verdict,
 };
 
 /// What the report tells beside the result itself.
@@ -364,7 +365,15 @@ fn budget(output: &LinearOutput) -> Table {
             Column::number("share", "%"),
         ],
     );
-    for line in &output.budget {
+    // Members of a vector that are constants say nothing; budget.csv has them.
+    let says = |line: &&BudgetLine| {
+        let constant = line
+            .input
+            .as_ref()
+            .is_some_and(|i| i.standard_uncertainty == 0.0);
+        !(constant && line.key.ends_with(']'))
+    };
+    for line in output.budget.iter().filter(says) {
         let [estimate, u, unit, sensitivity] = match &line.input {
             Some(input) => [
                 Cell::number(at_place(input.value, input.standard_uncertainty, 2)),

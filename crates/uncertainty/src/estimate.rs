@@ -1,5 +1,10 @@
 //! Named quantities with one joint covariance, and where every share of it comes from.
 
+mod combined;
+
+#[cfg(feature = "model")]
+pub(crate) use combined::same;
+
 use crate::{Covariance, DegreesOfFreedom, Evaluation, Quantity};
 use proofmass_core::Error;
 use serde::{Deserialize, Serialize};

@@ -171,9 +171,16 @@ impl UncertaintyModel {
                 numerical_tolerance(u, options.check_digits)
             })
             .collect();
+        let trials = match options.trials {
+            Trials::Adaptive { digits, max } => Trials::Adaptive {
+                digits,
+                max: equations.affordable(max),
+            },
+            fixed => fixed,
+        };
         let sampled = MonteCarlo::new(options.seed)
             .probability(options.probability)
-            .trials(options.trials)
+            .trials(trials)
             .run_resolving(&equations, &joint, &tolerances, progress);
         let sampled = match sampled {
             Ok(sampled) => Ok(sampled),
@@ -280,7 +287,7 @@ impl UncertaintyModel {
             })
             .collect();
         let per_trial = 2 + 2 * joint.draws().len();
-        let trials = EFFECT_TRIALS.min(EFFECT_EVALUATIONS / per_trial);
+        let trials = EFFECT_TRIALS.min(equations.affordable(EFFECT_EVALUATIONS) / per_trial);
         // Fewer would not tell one cause from another.
         if wanted.is_empty() || trials < 4096 {
             return Ok(());

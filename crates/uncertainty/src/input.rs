@@ -69,6 +69,11 @@ impl Input {
         self
     }
 
+    /// Its estimate.
+    pub fn estimate(&self) -> f64 {
+        self.distribution.estimate()
+    }
+
     /// Its name.
     pub fn name(&self) -> &str {
         &self.name

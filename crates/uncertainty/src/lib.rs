@@ -185,7 +185,7 @@ mod joint {
         Linear, Model, SecondOrder, jacobian, linear, propagate, propagate_second_order,
     };
     pub use crate::solved::{NormalEquations, Solved};
-    pub use crate::uncertain::Uncertain;
+    pub use crate::uncertain::{Uncertain, UncertainComplex, UncertainMatrix};
 }
 #[cfg(feature = "estimate")]
 mod covariance;
@@ -246,8 +246,8 @@ pub use evaluation::{
 };
 #[cfg(feature = "model")]
 pub use model::{
-    Accuracy, BudgetEntries, CorrelationEntry, Equations, FitEntry, FitScatter, FitWeights,
-    InputEntry, IntermediateEntry, OutputEntry, SolveEntry, UncertaintyModel, UnitRule,
+    Accuracy, BudgetEntries, CorrelationEntry, EarlierEntry, Equations, FitEntry, FitScatter,
+    FitWeights, InputEntry, IntermediateEntry, OutputEntry, SolveEntry, UncertaintyModel, UnitRule,
 };
 
 /// The example of the README, so that it stays true.

@@ -1,6 +1,7 @@
 //! A measurement model and a budget as plain data: inputs, what is known of them, and the equations.
 
 mod compile;
+mod earlier;
 mod entries;
 mod equations;
 mod fit;
@@ -9,6 +10,7 @@ mod prepared;
 mod solve;
 mod units;
 
+pub use earlier::EarlierEntry;
 pub use entries::{FitEntry, FitScatter, FitWeights, IntermediateEntry, OutputEntry, SolveEntry};
 pub use equations::Equations;
 pub use input_entry::{Accuracy, InputEntry};
@@ -117,6 +119,9 @@ pub struct UncertaintyModel {
     /// `[[correlation]]`
     #[serde(default, rename = "correlation")]
     pub correlation: Vec<CorrelationEntry>,
+    /// `[[earlier]]`: quantities of earlier results.
+    #[serde(default, rename = "earlier", skip_serializing_if = "Vec::is_empty")]
+    pub earlier: Vec<EarlierEntry>,
     /// `[[intermediate]]`, each may use the others as long as none needs itself.
     #[serde(
         default,
@@ -152,11 +157,16 @@ impl UncertaintyModel {
                        would be ignored",
             });
         }
-        inputs(
-            &self.scalar_inputs()?,
-            &self.correlation,
-            self.joint_readings,
-        )
+        let entries = self.scalar_inputs()?;
+        let earlier = earlier::Earlier::of(&self.earlier, &entries)?;
+        // Coefficients may also name the causes of earlier results.
+        let mut all = inputs(&entries, &[], self.joint_readings)?;
+        all = earlier.beside(all)?;
+        for entry in &self.correlation {
+            let [a, b] = &entry.between;
+            all = all.correlate(a, b, entry.coefficient);
+        }
+        Ok(all)
     }
 
     /// The equations as a [`Model`](crate::Model), inputs in the order of the model. Fits and equations to solve need

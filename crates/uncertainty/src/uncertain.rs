@@ -1,6 +1,11 @@
 //! Numbers that carry their uncertainty and its causes through arithmetic.
 
 mod arithmetic;
+mod complex;
+mod matrix;
+
+pub use complex::UncertainComplex;
+pub use matrix::UncertainMatrix;
 
 use crate::{
     BudgetLine, DegreesOfFreedom, Dual, Effect, Estimate, Evaluation, Quantity, welch_satterthwaite,

@@ -610,3 +610,175 @@ fn known_monte_carlo_budget_of_s1_9_3() {
     assert_eq!(effects.len(), 1, "inputs read together are one cause");
     close(effects[0].total, 1.0, 0.05);
 }
+
+/// A result of another day, as its file states it: one scale factor with a reference and a repeatability.
+fn filed(u_reference: f64, u_own: f64) -> Estimate {
+    let cause = |key: &str, u: f64| Influence {
+        key: key.into(),
+        description: key.into(),
+        evaluation: Evaluation::B,
+        distribution: "rectangular".into(),
+        dof: DegreesOfFreedom::INFINITE,
+        effect: Effect::Scalar {
+            value: 3.0,
+            unit: "V".into(),
+            standard_uncertainty: u,
+            sensitivity: vec![2.0, 0.0],
+        },
+    };
+    let joint = Influence {
+        key: "noise".into(),
+        description: "noise".into(),
+        evaluation: Evaluation::A,
+        distribution: "normal".into(),
+        dof: DegreesOfFreedom::INFINITE,
+        effect: Effect::Joint {
+            covariance: Covariance::try_from_rows(2, &[4e-4, 1e-4, 1e-4, 9e-4]).unwrap(),
+        },
+    };
+    let components = vec![
+        Component::new("gain", "V", 5.0),
+        Component::new("offset", "V", 0.1),
+    ];
+    let causes = vec![
+        cause("reference", u_reference),
+        cause("repeatability", u_own),
+        joint,
+    ];
+    Estimate::new(components, causes).unwrap()
+}
+
+#[test]
+fn law_earlier_results_keep_what_they_share() {
+    let evaluate = |independent: &str| {
+        let text = format!(
+            r#"
+            [[earlier]]
+            file = "monday/result.json"
+            quantities = {{ g = "gain", o = "offset" }}
+            [[earlier]]
+            file = "tuesday/result.json"
+            quantities = {{ h = "gain" }}
+            independent = [{independent}]
+            [[output]]
+            name = "d"
+            unit = "V"
+            expression = "h - g"
+            [[output]]
+            name = "s"
+            unit = "V"
+            expression = "g + o"
+        "#
+        );
+        let mut model = model(&text);
+        model.earlier[0].estimate = Some(filed(0.03, 0.01));
+        model.earlier[1].estimate = Some(filed(0.03, 0.02));
+        let options = Evaluate {
+            trials: Trials::Fixed(100_000),
+            ..Evaluate::default()
+        };
+        model
+            .evaluate(&options, &mut |_| ControlFlow::Continue(()))
+            .unwrap()
+    };
+    let shared = evaluate("");
+    // The reference cancels; both repeatabilities (different u) and both noises stay.
+    let expected = (0.02f64.powi(2) + 0.04f64.powi(2) + 2.0 * 4e-4).sqrt();
+    close(both(&shared, "d").standard_uncertainty, expected, 1e-12);
+    close(linear(&shared, "d").value, 0.0, 1e-12);
+    let finding = shared.findings.iter().find(|f| f.code() == "shared-causes");
+    assert!(format!("{finding:?}").contains("reference"), "{finding:?}");
+    assert!(
+        !format!("{finding:?}").contains("repeatability"),
+        "{finding:?}"
+    );
+    // Within one result the covariance is that of the file.
+    let sum = (0.06f64.powi(2) + 0.02f64.powi(2) + 4e-4 + 9e-4 + 2e-4).sqrt();
+    close(both(&shared, "s").standard_uncertainty, sum, 1e-12);
+    let apart = evaluate("\"reference\"");
+    let expected = (expected.powi(2) + 2.0 * 0.06f64.powi(2)).sqrt();
+    close(both(&apart, "d").standard_uncertainty, expected, 1e-12);
+    // The budget names the causes with their own estimates.
+    let budget = &shared.get("s").unwrap().linear.as_ref().unwrap().budget;
+    let line = budget.iter().find(|l| l.key == "reference").unwrap();
+    let input = line.input.as_ref().unwrap();
+    assert_eq!((input.value, input.sensitivity), (3.0, 2.0));
+    close(line.contribution, 0.06, 1e-15);
+    let mut unknown = model(
+        "[[earlier]]\nfile = \"m.json\"\nquantities = { g = \"gian\" }\n[[output]]\nname = \"y\"\nunit = \"1\"\nexpression = \"g\"\n",
+    );
+    unknown.earlier[0].estimate = Some(filed(0.03, 0.01));
+    let said = unknown.prepared().unwrap_err().to_string();
+    assert!(
+        said.contains("no quantity gian; it has gain, offset"),
+        "{said}"
+    );
+}
+
+#[test]
+fn law_estimates_beside_each_other() {
+    let (a, b) = (filed(0.03, 0.01), filed(0.03, 0.02));
+    // The noise acts as a whole and the repeatability has two values: not the same causes.
+    let named = b.renamed(|name| format!("{name} again"));
+    assert!(
+        matches!(a.beside(&named), Err(Refusal::Equation { name, .. }) if name == "repeatability")
+    );
+    assert!(matches!(a.beside(&b), Err(Refusal::Duplicate { .. })));
+    let apart = a.beside(&named.independent("tuesday")).unwrap();
+    assert_eq!(apart.covariance()[(0, 2)], 0.0);
+    close(apart.covariance()[(0, 1)], 1e-4, 1e-18);
+    close(
+        apart.get("gain again").unwrap().standard_uncertainty,
+        named.get("gain again").unwrap().standard_uncertainty,
+        1e-15,
+    );
+}
+
+#[test]
+fn refuses_what_no_machine_would_end() {
+    let input = "[[input]]\nname = \"x\"\nunit = \"1\"\nvalues = [1.0, 2.0, 3.0]\nu = 0.1\n";
+    let said = refuse(&format!(
+        "{input}[[fit]]\nx = \"x\"\ny = \"x\"\ndegree = 9223372036854775807\nparameters = [\"a\"]\n\
+         [[output]]\nname = \"a\"\nunit = \"1\"\n"
+    ));
+    assert!(said.contains("degree + 1"), "{said}");
+    let many = vec!["1.0"; 500].join(", ");
+    let said = refuse(&format!(
+        "[[input]]\nname = \"x\"\nunit = \"1\"\nvalues = [{many}]\nu = 0.1\n[[output]]\nname = \"y\"\nunit = \"1\"\n\
+         expression = \"2 * x\"\n"
+    ));
+    assert!(said.contains("more than 400 outputs"), "{said}");
+}
+
+#[test]
+fn law_a_perfect_fit_has_no_scatter() {
+    let text = LINE
+        .replace(
+            "b\"\nunit = \"°C\"\nvalues = [",
+            "b\"\nunit = \"°C\"\nvalues = [0.1, ",
+        )
+        .replace("x = \"t - 20\"", "x = \"[1, 2, 3]\"")
+        .replace("y = \"b\"", "y = \"[0.1, 0.2, 0.3]\"");
+    let result = evaluate(&text);
+    assert_eq!(linear(&result, "y2").standard_uncertainty, 0.0);
+    let codes: Vec<&str> = result.findings.iter().map(Finding::code).collect();
+    assert!(!codes.contains(&"no-standard-deviation"), "{codes:?}");
+}
+
+#[test]
+fn known_two_zeros_of_temperature_are_told() {
+    let text = |unit: &str| {
+        format!(
+            "units = \"convert\"\n[[input]]\nname = \"t\"\nunit = \"°C\"\nvalue = 20.0\nu = 0.1\n[[output]]\nname = \"y\"\n\
+             unit = \"{unit}\"\nexpression = \"t\"\n"
+        )
+    };
+    let told = |unit: &str| {
+        let result = evaluate(&text(unit));
+        result
+            .findings
+            .iter()
+            .any(|f| f.code() == "two-zeros-of-temperature")
+    };
+    assert!(told("K") && !told("°C"));
+}

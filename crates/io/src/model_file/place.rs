@@ -31,7 +31,7 @@ impl<'a> Formula<'a> {
     /// The key under which its name stands.
     fn named(&self) -> &'static str {
         match self.table {
-            "fit" | "solve" => self.key,
+            "fit" | "solve" | "earlier" => self.key,
             _ => "name",
         }
     }

@@ -3,8 +3,11 @@
 use super::{UncertaintyJob, UncertaintyOutcome, trouble};
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
-use proofmass_io::{Input, LARGEST_DOCUMENT, Source, explain_model, read_model};
+use proofmass_io::{
+    Input, LARGEST_DOCUMENT, ResultDocument, Source, check_model, explain_model, parse_model,
+};
 use proofmass_uncertainty::{Evaluate, Refusal, UncertaintyModel};
+use std::path::Path;
 
 /// The text of a model and what it says.
 #[derive(Clone, Debug)]
@@ -12,7 +15,7 @@ pub struct ModelText {
     model: UncertaintyModel,
     text: String,
     name: String,
-    input: Input,
+    inputs: Vec<Input>,
 }
 
 impl ModelText {
@@ -27,12 +30,23 @@ impl ModelText {
             Trouble::data(format!("{name}: the text is not UTF-8"))
                 .with_hint("a model is a TOML text in UTF-8")
         })?;
-        let model = read_model(&text).map_err(|refusal| at_its_line(&name, &refusal))?;
+        let at_line = |refusal: &Refusal| at_its_line(&name, refusal);
+        let mut model = parse_model(&text).map_err(|refusal| at_line(&refusal))?;
+        let mut inputs = vec![input];
+        for entry in &mut model.earlier {
+            let path = Path::new(&name).with_file_name(&entry.file);
+            let (bytes, input) = Source::open(&path)?.into_bytes(LARGEST_DOCUMENT)?;
+            entry.estimate = ResultDocument::from_json(&bytes)
+                .map_err(|trouble| Trouble::from(trouble).about(&entry.file))?
+                .estimate;
+            inputs.push(input);
+        }
+        check_model(&model, &text).map_err(|refusal| at_line(&refusal))?;
         Ok(Self {
             model,
             text,
             name,
-            input,
+            inputs,
         })
     }
 
@@ -50,9 +64,9 @@ impl ModelText {
         })
     }
 
-    /// The file with its digest.
-    pub fn input(&self) -> Input {
-        self.input.clone()
+    /// The model file and the earlier results it speaks of, with their digests.
+    pub fn inputs(&self) -> Vec<Input> {
+        self.inputs.clone()
     }
 }
 

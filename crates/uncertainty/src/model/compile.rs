@@ -1,5 +1,6 @@
 //! From the tables of a model file to one list of operations.
 
+use super::earlier::Earlier;
 use super::entries::{FitEntry, FitScatter, FitWeights, OutputEntry, SolveEntry};
 use super::equations::{Block, Equations};
 use super::fit::Fit;
@@ -18,6 +19,8 @@ pub(super) struct Compiled {
     /// Outputs, complex and vectors taken apart.
     pub outputs: Vec<OutputEntry>,
     pub places: Vec<u32>,
+    /// Units of results that are quantities of earlier results.
+    pub stated: Vec<(u32, String)>,
     /// Fits whose residuals are a cause: block, number of points.
     pub scatter: Vec<(usize, usize)>,
 }
@@ -88,6 +91,7 @@ impl UncertaintyModel {
                 formulas: Vec::new(),
                 outputs: Vec::new(),
                 places: Vec::new(),
+                stated: Vec::new(),
                 scatter: Vec::new(),
             },
             inputs: 0,
@@ -95,6 +99,7 @@ impl UncertaintyModel {
         for entry in &self.input {
             compiler.input(entry)?;
         }
+        compiler.earlier(&Earlier::of(&self.earlier, &self.scalar_inputs()?)?)?;
         let mut parts: Vec<Part<'_>> = self
             .intermediate
             .iter()
@@ -127,7 +132,13 @@ impl UncertaintyModel {
             .iter()
             .map(|o| (&o.name, o.expression.is_empty()));
         let mut known = HashSet::new();
-        let all = self.input.iter().map(|i| &i.name).chain(parts);
+        let earlier = self.earlier.iter().flat_map(|e| e.quantities.keys());
+        let all = self
+            .input
+            .iter()
+            .map(|i| &i.name)
+            .chain(earlier)
+            .chain(parts);
         for (name, again) in all.map(|name| (name, false)).chain(outputs) {
             Expression::check_name(name)?;
             if !known.insert(name) && !again {
@@ -143,6 +154,9 @@ impl UncertaintyModel {
         }
     }
 }
+
+/// Outputs at most, the members of vectors counted: each has its column of trials, its budget and its covariances.
+const MOST_OUTPUTS: usize = 400;
 
 struct Compiler {
     rule: UnitRule,
@@ -174,6 +188,27 @@ impl Compiler {
             Some(n) => Value::Many((0..n).map(|_| Scalar::Real(one(self))).collect()),
         };
         self.scope.insert(entry.name.clone(), value);
+        Ok(())
+    }
+
+    /// Value and causes of the quantities of earlier results.
+    fn earlier(&mut self, earlier: &Earlier) -> Result<(), Refusal> {
+        let variables: Vec<u32> = earlier.inputs.iter().map(|_| self.variable()).collect();
+        for quantity in &earlier.quantities {
+            let mut sum = self.program().push(Op::Constant(quantity.value));
+            for &(variable, factor, estimate) in &quantity.terms {
+                let estimate = self.program().push(Op::Constant(estimate));
+                let factor = self.program().push(Op::Constant(factor));
+                let from = Op::Subtract(variables[variable], estimate);
+                let from = self.program().push(from);
+                let term = self.program().push(Op::Multiply(from, factor));
+                sum = self.program().push(Op::Add(sum, term));
+            }
+            let factor = self.factor(&quantity.unit, &quantity.name)?;
+            let place = self.scaled(sum, factor, false);
+            self.compiled.stated.push((place, quantity.unit.clone()));
+            self.scope.insert(quantity.name.clone(), Value::real(place));
+        }
         Ok(())
     }
 
@@ -363,7 +398,12 @@ impl Compiler {
             members.iter().map(real).collect()
         };
         let parameters = entry.parameters.len();
-        if parameters == 0 || entry.degree.is_some_and(|d| d + 1 != parameters) || parameters > 12 {
+        if parameters == 0
+            || entry
+                .degree
+                .is_some_and(|d| d.checked_add(1) != Some(parameters))
+            || parameters > 12
+        {
             return Err(refuse(
                 "`parameters` needs one name per parameter, the constant first: degree + 1 of them, 12 at most".to_owned(),
             ));
@@ -438,6 +478,14 @@ impl Compiler {
                 compiler.compiled.outputs.push(named(name));
             }
         };
+        if self.compiled.outputs.len() + 2 * value.scalars().len() > MOST_OUTPUTS {
+            return Err(Refusal::Equation {
+                name: entry.name.clone(),
+                what: format!(
+                    "there would be more than {MOST_OUTPUTS} outputs; state fewer members, or a sum of them"
+                ),
+            });
+        }
         match &value {
             Value::One(one) => state(self, &entry.name, *one),
             Value::Many(many) => {

@@ -26,6 +26,9 @@ pub(super) enum Block {
     Fit(Fit),
 }
 
+/// Trials that are made in any case: one block of Monte Carlo.
+const FEWEST: usize = 10_000;
+
 /// Results up to this many live on the stack during an evaluation.
 const NEAR: usize = 48;
 
@@ -90,6 +93,22 @@ impl Equations {
         self.program.ops.iter().position(here).unwrap_or(0)
     }
 
+    /// Trials that a calculation may make of its own accord: what is solved anew in each of them costs.
+    pub(crate) fn affordable(&self, most: usize) -> usize {
+        let cost: f64 = self
+            .blocks
+            .iter()
+            .map(|block| match block {
+                Block::Fit(fit) => fit.cost(),
+                Block::Solve(solve) => {
+                    let m = solve.start.len() as f64;
+                    50.0 * (1.0 + m) * (solve.program.ops.len() as f64 + m * m)
+                }
+            })
+            .sum();
+        most.min(((2e10 / cost.max(1.0)) as usize).max(FEWEST))
+    }
+
     pub(super) fn blocks(&self) -> &[Block] {
         &self.blocks
     }
@@ -149,10 +168,8 @@ impl Equations {
                 let mut parameters = vec![0.0; fit.degree + 1];
                 fit.evaluate(&before, &mut parameters);
                 findings.extend(fit.doubt(&before, &parameters));
-                let scatter = (fit.entry.scatter == FitScatter::Residuals).then(|| {
-                    let (sum, dof) = fit.chi_squared(&before, &parameters);
-                    (sum / dof as f64).sqrt()
-                });
+                let scatter = (fit.entry.scatter == FitScatter::Residuals)
+                    .then(|| fit.scatter(&before, &parameters));
                 self.blocks[block] = Block::Fit(fit);
                 Ok(scatter)
             }

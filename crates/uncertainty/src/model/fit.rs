@@ -21,7 +21,8 @@ pub(super) struct Fit {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Weighing {
     Equal,
-    /// Lower triangular L⁻¹ by rows, with L Lᵀ the covariance of the ordinates.
+    /// L⁻¹ with L Lᵀ the covariance of the ordinates: its diagonal where nothing else is there, else lower triangular by
+    /// rows.
     Ordinates(Vec<f64>),
     /// Errors in variables, and where the search begins.
     Both(BothVariables, Vec<f64>),
@@ -167,7 +168,13 @@ impl Fit {
         let indefinite = "the covariance of the points is not positive definite: each point needs an uncertainty of its own, or \
              weights = \"equal\"";
         if self.entry.weights == FitWeights::Y {
-            self.weighing = Weighing::Ordinates(inverse_root(&yy, n).ok_or(indefinite)?);
+            let rows = inverse_root(&yy, n).ok_or(indefinite)?;
+            let alone = (0..n * n).all(|k| k / n == k % n || yy[k] == 0.0);
+            self.weighing = Weighing::Ordinates(if alone {
+                (0..n).map(|i| rows[i * n + i]).collect()
+            } else {
+                rows
+            });
             return Ok(());
         }
         let (xx, yx) = (part(0, 0), part(n, 0));
@@ -221,6 +228,29 @@ impl Fit {
             }
         };
         (whitened.iter().map(|r| r * r).sum(), dof)
+    }
+
+    /// Standard deviation of the residuals; what rounding leaves of a perfect fit is none.
+    pub fn scatter(&self, before: &[f64], parameters: &[f64]) -> f64 {
+        let (sum, dof) = self.chi_squared(before, parameters);
+        let s = (sum / dof as f64).sqrt();
+        let y = self.y.iter().map(|&k| before[k as usize].abs());
+        if s <= 1e-13 * y.fold(0.0, f64::max) {
+            0.0
+        } else {
+            s
+        }
+    }
+
+    /// Operations of one trial, roughly.
+    pub fn cost(&self) -> f64 {
+        let n = self.x.len() as f64;
+        match &self.weighing {
+            Weighing::Both(line, _) if line.separate => 2000.0 * n,
+            Weighing::Both(..) => 200.0 * n * n * n,
+            Weighing::Ordinates(rows) => rows.len() as f64 * (self.degree + 2) as f64,
+            Weighing::Equal => n * (self.degree + 2) as f64,
+        }
     }
 
     /// Residuals that are larger than the uncertainties they were weighed with.
@@ -341,6 +371,9 @@ fn inverse_root(c: &[f64], n: usize) -> Option<Vec<f64>> {
 fn whitened<T: Number>(rows: Option<&Vec<f64>>, v: Vec<T>) -> Vec<T> {
     let Some(rows) = rows else { return v };
     let n = v.len();
+    if rows.len() == n {
+        return v.iter().zip(rows).map(|(&v, &w)| T::from(w) * v).collect();
+    }
     (0..n)
         .map(|i| {
             let row = &rows[i * n..i * n + i + 1];

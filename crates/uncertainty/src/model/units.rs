@@ -71,11 +71,18 @@ impl UncertaintyModel {
         };
         let first = compiled.formulas.first().map_or(ops.len(), |f| f.from);
         for (k, op) in ops.iter().enumerate().take(first) {
+            let of_earlier = compiled
+                .stated
+                .iter()
+                .find(|(place, _)| *place as usize == k);
             units.push(match op {
+                _ if of_earlier.is_some() => of_earlier.map_or(Unit::Unknown, |(_, label)| {
+                    stated(label, "an earlier result")
+                }),
                 Op::Input(i) => variables.get(*i).copied().unwrap_or(Unit::Unknown),
                 // The factor to the coherent unit, which the variable has already.
                 Op::Multiply(a, _) => units[*a as usize],
-                _ => walk.step(&compiled, k, &units, &variables, &mut stated),
+                _ => Unit::Unknown,
             });
         }
         let mut formulas = compiled.formulas.iter().peekable();
@@ -97,6 +104,9 @@ impl UncertaintyModel {
                 }
             }
         }
+        if convert {
+            findings.extend(self.two_zeros(&compiled));
+        }
         if !labels.is_empty() {
             findings.push(
                 Finding::new(
@@ -108,6 +118,33 @@ impl UncertaintyModel {
             );
         }
         findings
+    }
+}
+
+impl UncertaintyModel {
+    /// Temperatures on two scales: °C is converted as a difference, so that its zero stays where it is.
+    fn two_zeros(&self, compiled: &Compiled) -> Option<Finding> {
+        let inputs = self.input.iter().map(|i| i.unit.as_str());
+        let labels = inputs
+            .chain(self.output.iter().map(|o| o.unit.as_str()))
+            .chain(
+                compiled
+                    .program
+                    .labels
+                    .iter()
+                    .map(|(_, label)| label.as_str()),
+            )
+            .chain(compiled.stated.iter().map(|(_, label)| label.as_str()));
+        let labels: Vec<&str> = labels.map(str::trim).collect();
+        let celsius = labels.iter().any(|l| ["°C", "℃", "degC"].contains(l));
+        (celsius && labels.contains(&"K")).then(|| {
+            Finding::new(
+                Severity::Decision,
+                "two-zeros-of-temperature",
+                "quantities in °C stand beside quantities in K: °C was converted as a difference, without 273.15",
+            )
+            .advice("keep to one scale, or write t + 273.15 where a temperature in °C is meant as a point of the scale")
+        })
     }
 }
 

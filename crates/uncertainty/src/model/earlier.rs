@@ -1,0 +1,274 @@
+//! Earlier results as inputs of a model, with the causes they share.
+
+use super::InputEntry;
+use crate::{
+    DegreesOfFreedom, Distribution, Effect, Estimate, Finding, Influence, Input, Inputs, Refusal,
+    Severity,
+};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// One `[[earlier]]`: quantities of a result that was filed before, as inputs.
+///
+/// A cause that two results name, and state with the same u, degrees of freedom and unit, is one cause: what they share
+/// correlates them. `independent` names the causes of this result that are its own although another has the same.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EarlierEntry {
+    /// The result.json, from the folder of the model file.
+    pub file: String,
+    /// Name in the formulas = name in the result.
+    pub quantities: BTreeMap<String, String>,
+    /// Causes that are not those of the same name in another result.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub independent: Vec<String>,
+    /// The estimate of that result: what a reader of the file puts here.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub estimate: Option<Estimate>,
+}
+
+/// One quantity: value + Σ factor (variable − its estimate).
+pub(super) struct EarlierQuantity {
+    pub name: String,
+    pub unit: String,
+    pub value: f64,
+    /// Variable (by its position among the earlier ones), factor, estimate of the variable.
+    pub terms: Vec<(usize, f64, f64)>,
+}
+
+/// All quantities of all earlier results, and the causes behind them as inputs.
+#[derive(Default)]
+pub(super) struct Earlier {
+    pub quantities: Vec<EarlierQuantity>,
+    pub inputs: Vec<Input>,
+    correlations: Vec<(usize, usize, f64)>,
+    ensembles: Vec<Vec<usize>>,
+    /// Statement of each scalar cause, to recognise it: key, u, dof, unit.
+    known: Vec<(String, f64, DegreesOfFreedom, String, usize)>,
+    /// Causes that two results share.
+    pub shared: Vec<String>,
+}
+
+impl Earlier {
+    pub fn of(entries: &[EarlierEntry], inputs: &[InputEntry]) -> Result<Self, Refusal> {
+        let mut all = Self::default();
+        for entry in entries {
+            all.add(entry, inputs)?;
+        }
+        Ok(all)
+    }
+
+    fn add(&mut self, entry: &EarlierEntry, inputs: &[InputEntry]) -> Result<(), Refusal> {
+        let refuse = |what: String| Refusal::Equation {
+            name: entry.file.clone(),
+            what,
+        };
+        let Some(estimate) = &entry.estimate else {
+            return Err(refuse(
+                "the result has no estimate with the causes of its uncertainty".to_owned(),
+            ));
+        };
+        let n = estimate.components().len();
+        let mut places = Vec::new();
+        for (name, quantity) in &entry.quantities {
+            let Some(place) = estimate.index_of(quantity) else {
+                let names: Vec<&str> = estimate
+                    .components()
+                    .iter()
+                    .map(|c| c.name.as_str())
+                    .collect();
+                return Err(refuse(format!(
+                    "it has no quantity {quantity}; it has {}",
+                    names.join(", ")
+                )));
+            };
+            let component = &estimate.components()[place];
+            self.quantities.push(EarlierQuantity {
+                name: name.clone(),
+                unit: component.unit.clone(),
+                value: component.value,
+                terms: Vec::new(),
+            });
+            places.push((self.quantities.len() - 1, place));
+        }
+        if let Some(unknown) = entry
+            .independent
+            .iter()
+            .find(|key| !estimate.influences().iter().any(|i| i.key == **key))
+        {
+            let keys: Vec<&str> = estimate
+                .influences()
+                .iter()
+                .map(|i| i.key.as_str())
+                .collect();
+            return Err(refuse(format!(
+                "it has no cause {unknown}; its causes are {}",
+                keys.join(", ")
+            )));
+        }
+        for influence in estimate.influences() {
+            match &influence.effect {
+                Effect::Scalar {
+                    value,
+                    unit,
+                    standard_uncertainty: u,
+                    sensitivity,
+                } => {
+                    if *u == 0.0 || places.iter().all(|(_, p)| sensitivity[*p] == 0.0) {
+                        continue;
+                    }
+                    let variable = self.scalar(entry, influence, inputs, *value, *u, unit);
+                    let estimate = self.inputs[variable].estimate();
+                    for &(quantity, place) in &places {
+                        if sensitivity[place] != 0.0 {
+                            let term = (variable, sensitivity[place], estimate);
+                            self.quantities[quantity].terms.push(term);
+                        }
+                    }
+                }
+                joint => {
+                    // As the quantities see it: one variable each, correlated.
+                    let covariance = joint.covariance(n)?;
+                    let mut set: Vec<(usize, usize)> = Vec::new();
+                    for &(quantity, place) in &places {
+                        let u = covariance.standard_uncertainty(place);
+                        if !(u > 0.0) {
+                            continue;
+                        }
+                        let component = &estimate.components()[place];
+                        let name = format!("{} on {}", influence.key, component.name);
+                        let input = Input::new(
+                            self.unused(name, entry, inputs),
+                            &component.unit,
+                            Distribution::Normal { mean: 0.0, u },
+                        );
+                        self.inputs.push(
+                            input
+                                .description(&influence.description)
+                                .evaluation(influence.evaluation)
+                                .dof(influence.dof),
+                        );
+                        let variable = self.inputs.len() - 1;
+                        self.quantities[quantity].terms.push((variable, 1.0, 0.0));
+                        for &(other, other_place) in &set {
+                            let r = covariance.correlation(place, other_place).unwrap_or(0.0);
+                            if r != 0.0 {
+                                self.correlations.push((other, variable, r));
+                            }
+                        }
+                        set.push((variable, place));
+                    }
+                    if set.len() > 1 {
+                        self.ensembles
+                            .push(set.into_iter().map(|(v, _)| v).collect());
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The variable of a scalar cause: one that is known, or a new one.
+    fn scalar(
+        &mut self,
+        entry: &EarlierEntry,
+        influence: &Influence,
+        inputs: &[InputEntry],
+        value: f64,
+        u: f64,
+        unit: &str,
+    ) -> usize {
+        let own = entry.independent.contains(&influence.key);
+        let known = self.known.iter().find(|(key, v, dof, label, _)| {
+            !own && *key == influence.key
+                && crate::estimate::same(u, *v)
+                && *dof == influence.dof
+                && label == unit
+        });
+        if let Some((key, .., variable)) = known {
+            if !self.shared.contains(key) {
+                self.shared.push(key.clone());
+            }
+            return *variable;
+        }
+        let half = |by: f64| (value - u * by.sqrt(), value + u * by.sqrt());
+        let distribution = match influence.distribution.as_str() {
+            "rectangular" => {
+                let (lower, upper) = half(3.0);
+                Distribution::Rectangular { lower, upper }
+            }
+            "triangular" => {
+                let (lower, upper) = half(6.0);
+                Distribution::Triangular { lower, upper }
+            }
+            "arcsine" => {
+                let (lower, upper) = half(2.0);
+                Distribution::Arcsine { lower, upper }
+            }
+            _ => Distribution::Normal { mean: value, u },
+        };
+        let name = self.unused(influence.key.clone(), entry, inputs);
+        let input = Input::new(name, unit, distribution);
+        self.inputs.push(
+            input
+                .description(&influence.description)
+                .evaluation(influence.evaluation)
+                .dof(influence.dof),
+        );
+        let variable = self.inputs.len() - 1;
+        if !own {
+            self.known.push((
+                influence.key.clone(),
+                u,
+                influence.dof,
+                unit.to_owned(),
+                variable,
+            ));
+        }
+        variable
+    }
+
+    /// A name that no other input has.
+    fn unused(&self, name: String, entry: &EarlierEntry, inputs: &[InputEntry]) -> String {
+        let taken = |name: &str| {
+            inputs.iter().any(|i| i.name == name) || self.inputs.iter().any(|i| i.name() == name)
+        };
+        if !taken(&name) {
+            return name;
+        }
+        let mut unused = format!("{name} ({})", entry.file);
+        while taken(&unused) {
+            unused.push('′');
+        }
+        unused
+    }
+
+    /// The causes beside the inputs of the model.
+    pub fn beside(&self, mut inputs: Inputs) -> Result<Inputs, Refusal> {
+        let name = |k: usize| self.inputs[k].name();
+        for input in &self.inputs {
+            inputs = inputs.add(input.clone());
+        }
+        for &(a, b, r) in &self.correlations {
+            inputs = inputs.correlate(name(a), name(b), r);
+        }
+        for set in &self.ensembles {
+            let names: Vec<&str> = set.iter().map(|&k| name(k)).collect();
+            inputs = inputs.ensemble(&names)?;
+        }
+        Ok(inputs)
+    }
+
+    /// What was taken as common.
+    pub fn finding(&self) -> Option<Finding> {
+        (!self.shared.is_empty()).then(|| {
+            Finding::new(
+                Severity::Note,
+                "shared-causes",
+                "causes that earlier results name alike, with the same u, were taken as the same: they correlate the results",
+            )
+            .evidence(self.shared.join(", "))
+            .advice("name those that are not under `independent` of one of the results")
+        })
+    }
+}
