@@ -1038,3 +1038,36 @@ fn refuses_edges_that_say_nothing() {
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
     assert!(refuse(&words).contains("edges"));
 }
+
+#[test]
+fn edges_that_are_missing_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("edges.csv");
+    let told = [
+        "--position",
+        "count",
+        "--edges",
+        "--counts-per-metre",
+        "1000",
+    ];
+    for (name, lost) in [("whole", None), ("one", Some(70)), ("reset", Some(100))] {
+        let rows: String = (0..200)
+            .filter(|k| Some(*k) != lost)
+            .map(|k| {
+                let count = if name == "reset" && k > 100 {
+                    k - 101
+                } else {
+                    k
+                };
+                format!(
+                    "{:.6},{count}\n",
+                    0.01 * f64::from(k) + 1e-3 * (0.1 * f64::from(k)).sin()
+                )
+            })
+            .collect();
+        std::fs::write(&path, format!("time_s,count\n{rows}")).unwrap();
+        let result = estimate(&path, &folder.path().join(name), &told);
+        let found = codes(&result).contains(&"edges-lost".to_owned());
+        assert_eq!(found, lost.is_some(), "{name}: {:?}", codes(&result));
+    }
+}

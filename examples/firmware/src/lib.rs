@@ -8,6 +8,8 @@
 //! ```
 #![cfg_attr(not(test), no_std)]
 
+pub mod drive;
+
 use proofmass_core::velocity::{BiasModel, Integrator, IntegratorRule, IntegratorState};
 use proofmass_core::{
     BiasFilter, BiasState, Butterworth, Compensation, Error, LowPassState, Matrix3, SensorModel,

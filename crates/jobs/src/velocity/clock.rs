@@ -6,6 +6,7 @@ use proofmass_io::{Recording, TimeSource};
 use proofmass_motion::{
     MotionRecord, edge_counts, even_clock, even_times, stamp_digit, time_edges,
 };
+use proofmass_uncertainty::{Finding, Severity};
 
 /// No acceleration at the rows of a recording: zeros on its clock, of edges on one of their median distance.
 pub(super) fn nothing(clock: &[f64], edges: bool) -> Samples {
@@ -44,14 +45,31 @@ pub(super) fn clock(recording: &Recording, main: &Recording, origin: f64, edges:
     }
 }
 
-/// Rows that are edges as the counts after them, in lengths; `decoded` from logic levels.
-pub(super) fn counted(rows: &Samples, increment: f64, decoded: bool) -> Samples {
+/// Rows that are edges as the counts after them, in lengths, and whether edges are missing; `decoded` from logic levels.
+pub(super) fn counted(rows: &Samples, increment: f64, decoded: bool) -> (Samples, Option<Finding>) {
     let counts: Vec<f64> = rows.value.iter().map(|x| (x / increment).round()).collect();
     let kept = edge_counts(&counts, decoded);
-    Samples {
+    let steps = kept.windows(2).map(|w| (w[1].1 - w[0].1).abs());
+    let (lost, largest) = steps
+        .filter(|s| *s > 1.5)
+        .fold((0usize, 0.0f64), |(n, most), s| (n + 1, most.max(s)));
+    let finding = (lost > 0).then(|| {
+        Finding::new(
+            Severity::Warning,
+            "edges-lost",
+            "rows jump by more than a count: edges between them are missing, and the samples around are worth less",
+        )
+        .evidence(format!(
+            "{lost} of {} rows, the largest by {largest} counts",
+            kept.len()
+        ))
+        .advice("a capture that is too slow, or a counter that rolls over or was reset: --bits tells its width")
+    });
+    let samples = Samples {
         time: kept.iter().map(|(k, _)| rows.time[*k]).collect(),
         value: kept.iter().map(|(_, count)| increment * count).collect(),
-    }
+    };
+    (samples, finding)
 }
 
 /// The counts at the samples of a record that begins at `start`, and the edges between them with their ages.

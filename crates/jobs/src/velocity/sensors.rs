@@ -265,7 +265,9 @@ impl AxisSensors {
             .increment()
             .filter(|_| self.reading.edges() && !resting);
         if let Some(increment) = increment {
-            reading = counted(&reading, increment, self.reading.quadrature.is_some());
+            let (edges, lost) = counted(&reading, increment, self.reading.quadrature.is_some());
+            reading = edges;
+            findings.extend(lost);
         }
         if let Some(map) = &self.encoder_map {
             if resting || self.reading.speed.is_some() {
@@ -332,7 +334,15 @@ impl AxisSensors {
             let Samples { time, value } = &mut acceleration;
             *time = time[gaps.used.clone()].to_vec();
             *value = value[gaps.used.clone()].to_vec();
-            findings.push(gaps.finding);
+            findings.push(match alone {
+                false => gaps.finding,
+                true => Finding::new(
+                    gaps.finding.severity(),
+                    "gaps-in-readings",
+                    "the recording has gaps: only the longest stretch without one is used",
+                )
+                .evidence(gaps.finding.evidence_text()),
+            });
         }
 
         let (mut record, start) = self.common(&reading, &acceleration, resting)?;

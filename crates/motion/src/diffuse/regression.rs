@@ -1,9 +1,8 @@
 //! Further regressors of the readings: what repeats with the position, beside the unknown constants.
 
-use super::{
-    COLUMNS, GAIN, LATENCY, Noise, Prepared, Seen, Solution, System, Unknowns, columns, solve,
-    system,
-};
+use super::constants::{Solution, columns, solve};
+use super::system::{Seen, System, system};
+use super::{COLUMNS, GAIN, LATENCY, Noise, Prepared, Unknowns};
 use std::array::from_fn;
 
 /// Most regressors of one pass.

@@ -1,0 +1,171 @@
+//! Unknown constants by least squares: start, offset, gain, latency.
+
+// Matrix algebra reads by its indices.
+#![allow(clippy::needless_range_loop)]
+
+use super::{COLUMNS, DATA, GAIN, LATENCY, OFFSET, START_POSITION, START_VELOCITY, Unknowns};
+use crate::{MotionRecord, ReadingSource};
+use std::f64::consts::TAU;
+
+/// Sums of a pass: everything the likelihood of any subset of the constants needs.
+pub(crate) struct Sums {
+    /// Number of readings.
+    pub n: usize,
+    /// Σ ln S.
+    pub logs: f64,
+    /// Σ e eᵀ/S over the columns.
+    pub(super) g: [[f64; COLUMNS]; COLUMNS],
+}
+
+/// The constants of a subset by least squares.
+#[derive(Clone, Debug)]
+pub(crate) struct Solution {
+    /// Columns that were solved for.
+    pub(super) columns: Vec<usize>,
+    /// Their values.
+    pub(super) beta: Vec<f64>,
+    /// Their covariance for the noise of the pass.
+    pub(super) covariance: Vec<Vec<f64>>,
+    /// Σ e²/S that is left.
+    pub rss: f64,
+}
+
+impl Solution {
+    pub(super) fn of(&self, column: usize) -> Option<(f64, f64)> {
+        let i = self.columns.iter().position(|c| *c == column)?;
+        Some((self.beta[i], self.covariance[i][i].sqrt()))
+    }
+
+    /// Offset of the accelerometer (at the start, where it walks) and its standard uncertainty.
+    pub fn offset(&self) -> Option<(f64, f64)> {
+        self.of(OFFSET)
+    }
+
+    /// γ in a = (1 − γ) · reading, and its standard uncertainty.
+    pub fn gain(&self) -> Option<(f64, f64)> {
+        self.of(GAIN)
+    }
+
+    /// Time by which the accelerometer is late, and its standard uncertainty.
+    pub fn latency(&self) -> Option<(f64, f64)> {
+        self.of(LATENCY)
+    }
+
+    /// Multiplies the covariance of gain and latency.
+    pub fn widen(&mut self, factor: f64) {
+        let root = factor.sqrt();
+        for (i, a) in self.columns.iter().enumerate() {
+            for (j, b) in self.columns.iter().enumerate() {
+                for c in [a, b] {
+                    if matches!(*c, GAIN | LATENCY) {
+                        self.covariance[i][j] *= root;
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl Sums {
+    /// Least squares for a subset; `None` when the readings do not determine it.
+    pub fn solve(&self, record: &MotionRecord, unknowns: Unknowns) -> Option<Solution> {
+        solve(&self.g, columns(record, unknowns))
+    }
+
+    /// ln L with every variance as it was in the pass.
+    pub fn log_likelihood(&self, solution: &Solution) -> f64 {
+        -0.5 * (self.logs + solution.rss + self.n as f64 * TAU.ln())
+    }
+
+    /// ln L at its maximum over a common factor of all variances of at least `least`, and that factor.
+    pub fn concentrated(&self, solution: &Solution, least: f64) -> (f64, f64) {
+        let n = self.n as f64;
+        let factor = (solution.rss / n).max(least);
+        let value = -0.5 * (self.logs + n * factor.ln() + solution.rss / factor + n * TAU.ln());
+        (value, factor)
+    }
+}
+
+/// The columns of a subset: always the start, as far as it is unknown.
+pub(super) fn columns(record: &MotionRecord, unknowns: Unknowns) -> Vec<usize> {
+    [
+        (START_VELOCITY, record.initial_velocity.is_none()),
+        (START_POSITION, record.source == ReadingSource::Position),
+        (OFFSET, unknowns.offset),
+        (GAIN, unknowns.gain),
+        (LATENCY, unknowns.latency),
+    ]
+    .into_iter()
+    .filter_map(|(column, wanted)| wanted.then_some(column))
+    .collect()
+}
+
+/// β = −A⁻¹ G_c0 with A = G_cc by Cholesky, after its diagonal was scaled to one.
+pub(super) fn solve<const C: usize>(g: &[[f64; C]; C], columns: Vec<usize>) -> Option<Solution> {
+    let m = columns.len();
+    let mut scale = Vec::with_capacity(m);
+    for &c in &columns {
+        let d = g[c][c];
+        if !(d > 0.0 && d.is_finite()) {
+            return None;
+        }
+        scale.push(1.0 / d.sqrt());
+    }
+    let mut l = [[0.0; C]; C];
+    for i in 0..m {
+        for j in 0..=i {
+            let mut sum = g[columns[i]][columns[j]] * scale[i] * scale[j];
+            for k in 0..j {
+                sum -= l[i][k] * l[j][k];
+            }
+            if i == j {
+                // Below it the columns are one another's copies to the last digits.
+                if !(sum > 1e-13) {
+                    return None;
+                }
+                l[i][i] = sum.sqrt();
+            } else {
+                l[i][j] = sum / l[j][j];
+            }
+        }
+    }
+    let forward = |mut x: Vec<f64>| {
+        for i in 0..m {
+            for k in 0..i {
+                x[i] -= l[i][k] * x[k];
+            }
+            x[i] /= l[i][i];
+        }
+        x
+    };
+    let backward = |mut x: Vec<f64>| {
+        for i in (0..m).rev() {
+            for k in i + 1..m {
+                x[i] -= l[k][i] * x[k];
+            }
+            x[i] /= l[i][i];
+        }
+        x
+    };
+    let right: Vec<f64> = (0..m).map(|i| g[columns[i]][DATA] * scale[i]).collect();
+    let half = forward(right);
+    let rss = (g[DATA][DATA] - half.iter().map(|x| x * x).sum::<f64>()).max(0.0);
+    let beta = backward(half)
+        .iter()
+        .zip(&scale)
+        .map(|(x, s)| -x * s)
+        .collect();
+    let covariance = (0..m)
+        .map(|j| {
+            let unit = (0..m).map(|i| f64::from(u8::from(i == j))).collect();
+            let column = backward(forward(unit));
+            (0..m).map(|i| column[i] * scale[i] * scale[j]).collect()
+        })
+        .collect();
+    Some(Solution {
+        columns,
+        beta,
+        covariance,
+        rss,
+    })
+}
