@@ -127,7 +127,7 @@ def complex_model(rng, count):
 
 def sound(y):
     numbers = [y.x, y.u] if hasattr(y, "x") else []
-    return bool(numbers) and all(math.isfinite(v) and abs(v) < 1e8 for v in numbers) and y.u > 1e-12
+    return bool(numbers) and all(math.isfinite(v) and abs(v) < 1e8 for v in numbers) and y.u > 1e-7 * abs(y.x) + 1e-12
 
 
 def main():
