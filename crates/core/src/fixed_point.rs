@@ -32,6 +32,21 @@ pub struct FixedThermal {
     pub scale: [[i32; THERMAL_ORDER]; 3],
 }
 
+/// Curvature in integers: ξ (1 + A ξ + B ξ²) = ξ_v with ξ of 29 fraction bits, |ξ| < 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct FixedCurvature {
+    /// A per axis, 30 fraction bits.
+    pub quadratic: [i32; 3],
+    /// B per axis, 30 fraction bits.
+    pub cubic: [i32; 3],
+}
+
+/// Fraction bits of ξ: the signal over the power of two above its largest value.
+const SHARE_BITS: u32 = 29;
+/// Curvature may make this share of a signal at the ends of the converter.
+const LARGEST_SHARE: f64 = 0.1;
+
 /// A [`Compensation`] in integers: outputs as counts, temperature in 1/256 °C, acceleration with
 /// [`FixedPoint::result_bits`] fraction bits.
 ///
@@ -39,7 +54,8 @@ pub struct FixedThermal {
 ///
 /// **Accuracy** each component differs from the compensation in exact arithmetic by at most
 /// [`FixedPoint::bound`]: rounding of bias and polynomials, of K⁻¹ (half a unit of its last bit at the largest
-/// signal), of division and result, summed in absolute value.
+/// signal), of division and result, summed in absolute value; with curvature what rounding and three steps of Newton's
+/// method leave of ξ, and the slope 1 − 3 S by which curvature of share S may enlarge the errors before it.
 ///
 /// ```
 /// use proofmass_core::*;
@@ -65,6 +81,8 @@ pub struct FixedPoint {
     pub bias: [i64; 3],
     /// Temperature polynomials.
     pub thermal: Option<FixedThermal>,
+    /// Curvature.
+    pub curvature: Option<FixedCurvature>,
     /// Fraction bits of K⁻¹.
     pub matrix_bits: u32,
     /// K⁻¹ by rows.
@@ -80,11 +98,8 @@ impl FixedPoint {
     ///
     /// # Errors
     /// [`Error::OutOfRange`] for a reversed range, outputs beyond 2²⁹ above the bias, a scale that temperature changes
-    /// by half, a model with curvature (which is not done in integers).
+    /// by half, curvature that makes more than a tenth of a signal at the ends of the converter.
     pub fn new(model: &Compensation<f64>, range: FixedRange) -> Result<Self, Error> {
-        if model.curvature().is_some() {
-            return Err(out_of_range("curvature in fixed point", 1.0, 0.0, 0.0));
-        }
         for [low, high] in range.outputs {
             if low >= high {
                 return Err(out_of_range(
@@ -163,6 +178,31 @@ impl FixedPoint {
             );
             largest[axis] = (reach + size(&polynomial[0][axis])) / (1.0 - change);
         }
+        // Curvature of the signal w before K⁻¹: w (1 + a w + b w²) = v. Its share at the largest w, and that.
+        let mut shares = [0.0; 3];
+        let mut curved = [[0.0; 2]; 3];
+        if let Some(terms) = model.curvature() {
+            for axis in 0..3 {
+                let unit = gain[axis] * model.sensor().k().0[axis][axis];
+                curved[axis] = [
+                    terms.quadratic[axis] / unit,
+                    terms.cubic[axis] / (unit * unit),
+                ];
+                let most = largest[axis] / (1.0 - LARGEST_SHARE);
+                let share =
+                    libm::fabs(curved[axis][0]) * most + libm::fabs(curved[axis][1]) * most * most;
+                if !(share <= LARGEST_SHARE) {
+                    return Err(out_of_range(
+                        "share of curvature at the ends of the converter",
+                        share,
+                        0.0,
+                        LARGEST_SHARE,
+                    ));
+                }
+                shares[axis] = share;
+                largest[axis] /= 1.0 - share;
+            }
+        }
         let most = largest.iter().fold(0.0, |a, b| libm::fmax(a, *b));
         let signal = 29.0 - libm::floor(libm::log2(most)) - 1.0;
         if !(signal >= 0.0) {
@@ -211,13 +251,56 @@ impl FixedPoint {
         });
         // In units of the last place of the signal: half for the bias; coefficients and products of the two
         // polynomials half each, three of both; less than one for the division, which is cut off.
-        let signal_error: [f64; 3] = core::array::from_fn(|axis| {
+        let before: [f64; 3] = core::array::from_fn(|axis| {
             if fixed_thermal.is_none() {
                 return 0.5 / unit;
             }
             let rest = 1.0 - size(&polynomial[1][axis]);
             let scale = 3.0 * libm::exp2(-f64::from(UNIT_BITS));
             (3.5 / rest + 1.0) / unit + largest[axis] * scale / (rest - scale)
+        });
+        let fixed_curvature = match model.curvature() {
+            None => None,
+            Some(_) => {
+                let most = libm::exp2(f64::from(SHARE_BITS) - f64::from(signal_bits));
+                let mut fixed = FixedCurvature {
+                    quadratic: [0; 3],
+                    cubic: [0; 3],
+                };
+                for axis in 0..3 {
+                    let [a, b] = curved[axis];
+                    for (v, to) in [
+                        (a * most, &mut fixed.quadratic[axis]),
+                        (b * most * most, &mut fixed.cubic[axis]),
+                    ] {
+                        if !(libm::fabs(v) < 1.999) {
+                            return Err(out_of_range(
+                                "curvature over the range of the widest axis",
+                                v,
+                                -1.999,
+                                1.999,
+                            ));
+                        }
+                        *to = scaled(v, UNIT_BITS) as i32;
+                    }
+                }
+                Some(fixed)
+            }
+        };
+        // ξ in units of 2⁻²⁹, which are those of the signal: a quarter each for the two coefficients and for the two
+        // inner products, half for the outer one, over the least slope; one for the division, which is cut off. What
+        // Newton leaves of a relative error S/(1 − S), three times squared and multiplied by 3 S/(1 − 3 S).
+        let signal_error: [f64; 3] = core::array::from_fn(|axis| {
+            let share = shares[axis];
+            if fixed_curvature.is_none() {
+                return before[axis];
+            }
+            let slope = 1.0 - 3.0 * share;
+            let mut left = share / (1.0 - share);
+            for _ in 0..3 {
+                left = 3.0 * share / slope * left * left;
+            }
+            before[axis] / slope + (1.5 / slope + 1.0) / unit + largest[axis] * left
         });
         let half = |bits: u32| libm::exp2(-f64::from(bits) - 1.0);
         let bound = core::array::from_fn(|i| {
@@ -235,6 +318,7 @@ impl FixedPoint {
             signal_bits,
             bias: offset.map(|v| scaled(v, signal_bits) as i64),
             thermal: fixed_thermal,
+            curvature: fixed_curvature,
             matrix_bits,
             matrix: matrix.map(|row| row.map(|v| scaled(v, matrix_bits) as i32)),
             result_bits,
@@ -263,6 +347,11 @@ impl FixedPoint {
                 v[axis] -= power_sum(&thermal.bias[axis], z);
                 let scale = (1i64 << UNIT_BITS) + power_sum(&thermal.scale[axis], z);
                 v[axis] = (v[axis] << UNIT_BITS) / scale;
+            }
+        }
+        if let Some(curvature) = &self.curvature {
+            for axis in 0..3 {
+                v[axis] = straightened(v[axis], curvature.quadratic[axis], curvature.cubic[axis]);
             }
         }
         let shift = self.signal_bits + self.matrix_bits - self.result_bits;
@@ -317,6 +406,20 @@ fn power_sum(c: &[i32; THERMAL_ORDER], z: i64) -> i64 {
         (i64::from(c[0]) + rounded(inner * z, UNIT_BITS)) * z,
         UNIT_BITS,
     )
+}
+
+/// ξ with ξ (1 + A ξ + B ξ²) = y: three steps of Newton's method from y. A and B of 30, ξ and y of 29 fraction bits.
+#[inline]
+fn straightened(y: i64, a: i32, b: i32) -> i64 {
+    let (a, b) = (i64::from(a), i64::from(b));
+    let mut x = y;
+    for _ in 0..3 {
+        let bend = rounded((a + rounded(b * x, SHARE_BITS)) * x, SHARE_BITS);
+        let slope =
+            (1i64 << UNIT_BITS) + rounded((2 * a + rounded(3 * b * x, SHARE_BITS)) * x, SHARE_BITS);
+        x -= ((x + rounded(x * bend, UNIT_BITS) - y) << UNIT_BITS) / slope;
+    }
+    x
 }
 
 #[cfg(test)]
@@ -376,11 +479,23 @@ mod tests {
                 outputs: [outputs; 3],
                 temperature: [-40.0, 85.0],
             };
+            // Up to three in a hundred at the ends, of both signs.
+            let reach = f64::from(outputs[1]).max(-f64::from(outputs[0])) / scale;
+            let curved = crate::Curvature {
+                quadratic: [0.02 / reach, -0.01 / reach, 0.0],
+                cubic: [
+                    -0.01 / (reach * reach),
+                    0.02 / (reach * reach),
+                    0.03 / (reach * reach),
+                ],
+            };
             for terms in [None, Some(thermal())] {
-                let model = Compensation::new(sensor, terms, None, 0.0).unwrap();
-                let worst = largest_against_bound(&model, range);
-                // Never beyond; a bound ten times too large would be none.
-                assert!((0.1..=1.0).contains(&worst), "{worst}");
+                for curvature in [None, Some(curved)] {
+                    let model = Compensation::new(sensor, terms, curvature, reach).unwrap();
+                    let worst = largest_against_bound(&model, range);
+                    // Never beyond; a bound ten times too large would be none.
+                    assert!((0.1..=1.0).contains(&worst), "{worst}");
+                }
             }
         }
     }
@@ -411,6 +526,18 @@ mod tests {
             cubic: [0.0; 3],
         };
         model = Compensation::new(sensor, None, Some(curved), 20.0).unwrap();
-        assert!(FixedPoint::new(&model, range).is_err());
+        assert!(FixedPoint::new(&model, range).is_ok());
+        // At ±20 m/s² four in a hundred, at the ends of a wider converter a quarter.
+        let strong = crate::Curvature {
+            quadratic: [2e-3; 3],
+            cubic: [0.0; 3],
+        };
+        model = Compensation::new(sensor, None, Some(strong), 20.0).unwrap();
+        assert!(FixedPoint::new(&model, range).is_ok());
+        let wider = FixedRange {
+            outputs: [[-12_000, 12_000]; 3],
+            ..range
+        };
+        assert!(FixedPoint::new(&model, wider).is_err());
     }
 }

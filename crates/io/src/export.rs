@@ -77,8 +77,7 @@ pub struct ExportOptions {
 /// ```
 ///
 /// # Errors
-/// A calibration that cannot be applied; a form that cannot hold it (integers for outputs that are no counts or for
-/// curvature, `imu.yaml` for raw outputs); a name that is no identifier.
+/// A calibration that cannot be applied; a form that cannot hold it (integers for outputs that are no counts, `imu.yaml` for raw outputs); a name that is no identifier.
 pub fn export(file: &CalibrationFile, form: ExportForm, options: &ExportOptions) -> Result<String> {
     let model = file.compensation()?;
     let plan = Plan {
@@ -176,12 +175,6 @@ fn fixed_range(file: &CalibrationFile, options: &ExportOptions) -> Result<FixedR
                 file.input_unit.ascii()
             ),
             "calibrate the numbers as they come out of the converter",
-        ));
-    }
-    if file.curvature.is_some() {
-        return Err(unable(
-            "curvature is not computed in integers",
-            "choose single precision",
         ));
     }
     let Some(outputs) = options.outputs else {

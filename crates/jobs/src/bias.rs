@@ -166,7 +166,7 @@ impl BiasJob {
                 )));
             }
         }
-        if !(self.levelling >= 0.0 && self.levelling.is_finite()) {
+        if !(0.0..=std::f64::consts::FRAC_PI_2).contains(&self.levelling) {
             return Err(Trouble::request(format!(
                 "the uncertainty of the attitude cannot be {}",
                 self.levelling

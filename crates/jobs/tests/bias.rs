@@ -195,6 +195,11 @@ fn refuses_noise_that_does_not_fit() {
         AxisNoise::walk(f64::NAN, 1e-4),
         AxisNoise::walk(1e-3, -1.0),
         AxisNoise::markov(1e-3, 1e-3, 0.0),
+        AxisNoise::markov(1e-3, 1e-200, 1e-200),
+        AxisNoise {
+            initial: 1e300,
+            ..good.clone()
+        },
         AxisNoise {
             initial: 0.0,
             ..good.clone()

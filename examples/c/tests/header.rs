@@ -154,8 +154,8 @@ fn crosscheck_floating_point_in_c_against_the_desk() {
 #[test]
 #[cfg_attr(not(c_compiler), ignore = "needs a C compiler named cc")]
 fn crosscheck_integers_in_c_against_the_desk() {
-    for thermal in [false, true] {
-        let file = calibration(thermal, false).unwrap();
+    for (thermal, curvature) in [(false, false), (true, false), (false, true), (true, true)] {
+        let file = calibration(thermal, curvature).unwrap();
         let header = export(&file, ExportForm::C, &options(ExportNumber::Fixed)).unwrap();
         let main = format!(
             r#"#include <stdio.h>

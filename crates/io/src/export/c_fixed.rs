@@ -87,6 +87,20 @@ pub(super) fn text(plan: &Plan<'_>, range: FixedRange) -> Result<String> {
              return {name}_rounded((c[0] + {name}_rounded(inner * z, 30)) * z, 30);\n}}"
         );
     }
+    if let Some(curvature) = &fixed.curvature {
+        let _ = writeln!(
+            c,
+            "/* x (1 + k2 x + k3 x^2) = y, x / 2^29. */\nstatic const int32_t {name}_k2[3] = {}; /* / 2^30 */\n\
+             static const int32_t {name}_k3[3] = {}; /* / 2^30 */\n\n\
+             static inline int64_t {name}_straightened(int64_t y, int64_t a, int64_t b)\n{{\n    \
+             int64_t x = y;\n    int step;\n    for (step = 0; step < 3; step++) {{\n        \
+             const int64_t bend = {name}_rounded((a + {name}_rounded(b * x, 29)) * x, 29);\n        \
+             const int64_t slope = (INT64_C(1) << 30) + {name}_rounded((2 * a + {name}_rounded(3 * b * x, 29)) * x, 29);\n        \
+             x -= (x + {name}_rounded(x * bend, 30) - y) * (INT64_C(1) << 30) / slope;\n    }}\n    return x;\n}}",
+            row(&curvature.quadratic),
+            row(&curvature.cubic)
+        );
+    }
     let temperature = if fixed.thermal.is_some() {
         "int32_t temperature, "
     } else {
@@ -116,6 +130,12 @@ pub(super) fn text(plan: &Plan<'_>, range: FixedRange) -> Result<String> {
              for (i = 0; i < 3; i++) {{\n        v[i] -= {name}_power_sum({name}_bias_t[i], z);\n        \
              v[i] = v[i] * (INT64_C(1) << 30) / ((INT64_C(1) << 30) + {name}_power_sum({name}_scale_t[i], z));\n    }}",
             thermal.range[0], thermal.range[1], thermal.reference, thermal.shift
+        );
+    }
+    if fixed.curvature.is_some() {
+        let _ = writeln!(
+            c,
+            "    for (i = 0; i < 3; i++)\n        v[i] = {name}_straightened(v[i], {name}_k2[i], {name}_k3[i]);"
         );
     }
     let shift = fixed.signal_bits + fixed.matrix_bits - fixed.result_bits;

@@ -41,6 +41,9 @@ fn default_initial() -> f64 {
 
 /// Euler's constant γ.
 const EULER_GAMMA: f64 = 0.577_215_664_901_532_9;
+/// Smallest and largest number that means something here, in units of m, s and Hz; squares of all between are numbers too.
+const SMALLEST: f64 = 1e-15;
+const LARGEST: f64 = 1e15;
 /// Allan variance of flicker noise over B².
 const FLOOR: f64 = 2.0 * LN_2 / PI;
 
@@ -129,7 +132,7 @@ impl AxisNoise {
             .model
             .gauss_markov
             .iter()
-            .filter(|m| m.standard_deviation > 0.0)
+            .filter(|m| m.standard_deviation * factor >= SMALLEST)
             .map(|m| GaussMarkov {
                 standard_deviation: m.standard_deviation * factor,
                 ..*m
@@ -180,10 +183,12 @@ impl AxisNoise {
             ));
         }
         for (name, value, positive) in named {
-            if !(value.is_finite() && (value > 0.0 || (!positive && value == 0.0))) {
+            let least = if positive { SMALLEST } else { 0.0 };
+            if !(least..=LARGEST).contains(&value) {
                 return Err(Trouble::request(format!(
-                    "the {name} of the bias filter cannot be {value}"
-                )));
+                    "the {name} of the bias filter cannot be {value:e}"
+                ))
+                .with_hint("units are those of m, s and Hz; from 1e-15 to 1e15"));
             }
         }
         Ok(())
