@@ -197,7 +197,7 @@ impl Sampler {
                     None => groups.push((key, vec![a])),
                 }
             }
-            if inputs.rows.iter().any(|set| *set == cluster.inputs) {
+            if inputs.rows.contains(&cluster.inputs) {
                 let columns = drawn.into_iter().filter_map(|(d, _)| match d {
                     Distribution::Samples { values } => Some(values),
                     _ => None,

@@ -201,7 +201,7 @@ impl UncertainMatrix {
                 b.swap(pivot, c);
                 determinant = -determinant;
             }
-            determinant = determinant * &a[c][c];
+            determinant *= &a[c][c];
             for r in (0..n).filter(|&r| r != c) {
                 let factor = &a[r][c] / &a[c][c];
                 for k in c..n {
