@@ -56,7 +56,10 @@ impl fmt::Display for Failure {
 
 impl From<io::Error> for Failure {
     fn from(error: io::Error) -> Self {
-        let failure = Self::new(error.to_string());
+        let failure = Self {
+            broken_pipe: error.kind() == io::ErrorKind::Closed,
+            ..Self::new(error.to_string())
+        };
         match error.hint() {
             Some(hint) => failure.hint(hint),
             None => failure,
@@ -69,6 +72,7 @@ impl From<proofmass::jobs::Trouble> for Failure {
         let mut failure = Self::new(trouble.to_string());
         failure.details = trouble.place().to_vec();
         failure.hint = trouble.hint().map(str::to_owned);
+        failure.broken_pipe = trouble.kind() == proofmass::jobs::TroubleKind::Closed;
         failure
     }
 }

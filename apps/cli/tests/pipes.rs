@@ -4,7 +4,7 @@ mod support;
 
 use std::fmt::Write as _;
 use std::fs;
-use std::io::Write as _;
+use std::io::{Read as _, Write as _};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use support::*;
@@ -87,6 +87,19 @@ fn regress_apply_reads_a_pipe_as_the_file() {
         &["apply", text(&calibration), "-", "-o", "-"],
     ));
     assert_eq!(from_file, from_pipe);
+    // `apply … -o - | head -1`: whoever has seen enough is told nothing.
+    let mut child = Command::new(env!("CARGO_BIN_EXE_proofmass"))
+        .args(["apply", text(&calibration), text(&raw), "-o", "-"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut first = [0; 16];
+    child.stdout.take().unwrap().read_exact(&mut first).unwrap();
+    assert!(from_file.as_bytes().starts_with(&first));
+    let output = child.wait_with_output().unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(!stderr(&output).contains("error"), "{}", stderr(&output));
 }
 
 /// Stamps of a true rate, rounded to so many decimals of a second.

@@ -26,6 +26,8 @@ pub enum ErrorKind {
     Configuration,
     /// The output place is taken, or a value to be written is not finite.
     Output,
+    /// Nobody reads what is written any more (`… -o - | head`).
+    Closed,
 }
 
 /// Result with [`Error`].
@@ -87,6 +89,11 @@ impl Error {
                 ErrorKind::Access,
                 format!("cannot {doing}: the disk is full"),
                 Some("free some space and run again; nothing half written was left"),
+            ),
+            std::io::ErrorKind::BrokenPipe => (
+                ErrorKind::Closed,
+                "nobody reads what is written any more".to_string(),
+                None,
             ),
             _ => (ErrorKind::Access, format!("cannot {doing}: {source}"), None),
         };

@@ -14,6 +14,8 @@ pub enum TroubleKind {
     Output,
     /// The onlooker stopped the job.
     Cancelled,
+    /// Nobody reads what is written any more.
+    Closed,
 }
 
 /// Why a job came to no result.
@@ -113,6 +115,7 @@ impl From<proofmass_io::Error> for Trouble {
         let kind = match error.kind() {
             proofmass_io::ErrorKind::Configuration => TroubleKind::Request,
             proofmass_io::ErrorKind::Output => TroubleKind::Output,
+            proofmass_io::ErrorKind::Closed => TroubleKind::Closed,
             _ => TroubleKind::Data,
         };
         let trouble = Self::new(kind, error.to_string());
