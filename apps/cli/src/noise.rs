@@ -83,7 +83,7 @@ pub(crate) struct Noise {
     /// Refuse a recording with gaps instead of analysing the stretches between them
     #[arg(long)]
     refuse_gaps: bool,
-    /// Read the recording as a stream, in memory that does not grow with it [default: above some 20 million samples]
+    /// Read the recording as a stream, in memory that does not grow with it [default: above some 20 million samples, or 48 MiB through a pipe]
     ///
     /// Gives OADEV at octaves of all samples; spectrum, coefficients and disturbances of its averages.
     #[arg(long)]
@@ -108,15 +108,14 @@ impl Noise {
         let folder = self.delivery.begin(NoiseOutcome::KIND, &inputs)?;
         let mut source = Source::open(&self.recording)?;
         let channels = self.reading.columns.as_ref().map_or(1, Vec::len) as u64;
-        let samples = source
-            .lines_expected()?
-            .unwrap_or(0)
-            .saturating_mul(channels);
-        let stream = self.stream || samples > MOST_IN_MEMORY;
+        let stream = self.stream || source.is_longer_than(MOST_IN_MEMORY / channels.max(1))?;
         if stream && !self.stream {
+            let how_long = match source.lines_expected()? {
+                Some(lines) => format!("has about {:.0} million rows", lines as f64 * 1e-6),
+                None => "goes on beyond what is kept of a pipe".to_owned(),
+            };
             console::note(format!(
-                "the recording has about {:.0} million samples: read as a stream (--stream)",
-                samples as f64 * 1e-6
+                "the recording {how_long}: read as a stream (--stream)"
             ));
         }
         let (job, watch) = (self.job(), Progress::new());

@@ -31,7 +31,7 @@ pub(crate) struct Validate {
     /// Largest windowed variance of a standstill in multiples of the noise floor
     #[arg(long, default_value_t = 6.0, allow_negative_numbers = true)]
     threshold: f64,
-    /// Read the recording as a stream, in memory that does not grow with it [default: above some 20 million rows]
+    /// Read the recording as a stream, in memory that does not grow with it [default: above some 20 million rows, or 48 MiB through a pipe]
     ///
     /// Of more than a million rows means stand for them, as long as these take no more than a quarter of a second.
     #[arg(long, conflicts_with = "segments")]
@@ -53,9 +53,9 @@ impl Validate {
         let watch = Progress::new();
         let calibration = Source::open(&self.calibration)?;
         let mut recorded = Source::open(&self.recording)?;
-        let long =
-            self.segments.is_none() && recorded.lines_expected()?.unwrap_or(0) > MOST_IN_MEMORY;
-        let recording = if self.stream || long {
+        let stream =
+            self.stream || self.segments.is_none() && recorded.is_longer_than(MOST_IN_MEMORY)?;
+        let recording = if stream {
             ValidationRecording::stream(calibration, recorded, &self.reading, &watch)?
         } else {
             let segments = self.segments.as_deref().map(Source::open);

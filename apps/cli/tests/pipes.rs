@@ -141,6 +141,38 @@ fn regress_rates_behind_rounded_stamps() {
     }
 }
 
+/// Nobody knows how long a pipe is: what goes on beyond 48 MiB is not held.
+#[test]
+fn regress_a_long_pipe_is_not_held_in_memory() {
+    let mut rows = String::from("acc_x_m/s2\n");
+    let mut state = 1_u64;
+    while rows.len() < 49 << 20 {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        let _ = writeln!(
+            rows,
+            "{}.{:09}",
+            (state >> 60) % 3,
+            (state >> 30) % 1_000_000_000
+        );
+    }
+    let arguments = ["noise", "-", "--rate", "100", "--json"];
+    let output = fed(rows.as_bytes(), &arguments);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(
+        stderr(&output).contains("read as a stream"),
+        "{}",
+        stderr(&output)
+    );
+    let result: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let digest = |bytes: &[u8]| {
+        let all = fed(bytes, &["inspect", "-", "--json"]);
+        serde_json::from_slice::<serde_json::Value>(&all.stdout).unwrap()["sha256"].clone()
+    };
+    assert_eq!(result["inputs"][0]["sha256"], digest(rows.as_bytes()));
+}
+
 #[test]
 fn law_a_streamed_validation_of_a_short_recording_is_the_plain_one() {
     let temporary = tempfile::tempdir().expect("a folder");

@@ -14,6 +14,9 @@ use zstd::ZstdReader;
 /// Most bytes of a document that has to be held whole: a campaign, a table, a calibration, a result.
 pub const LARGEST_DOCUMENT: u64 = 64 << 20;
 
+/// Most bytes of content that are held to learn whether a source of unknown size is a long one.
+const LONG: usize = 48 << 20;
+
 /// Bytes that are asked of the system at once.
 const PIECE: usize = 1 << 16;
 
@@ -208,6 +211,18 @@ impl Source {
             _ => self.bytes_read().max(1),
         };
         Ok(Some((seen as f64 * size as f64 / taken as f64) as u64))
+    }
+
+    /// Whether the recording is too long to be held: more than so many lines, by the size of the file. Nobody knows the
+    /// size of what comes through a pipe: it is long where its content goes on beyond 48 MiB. Nothing is consumed.
+    ///
+    /// # Errors
+    /// The system's own, damaged compression.
+    pub fn is_longer_than(&mut self, lines: u64) -> Result<bool> {
+        match self.lines_expected()? {
+            Some(expected) => Ok(expected > lines),
+            None => Ok(!self.ahead(LONG)?.1),
+        }
     }
 
     /// The whole content, where it has no more than `limit` bytes, and its digest.
