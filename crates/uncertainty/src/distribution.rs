@@ -2,6 +2,7 @@
 
 mod positive;
 
+#[cfg(feature = "monte-carlo")]
 pub(crate) use positive::weights as discrete_weights;
 
 use crate::{DegreesOfFreedom, student};
