@@ -2,7 +2,7 @@
 
 use crate::quantile::normal_quantile;
 use crate::{DegreesOfFreedom, Quantity};
-use proofmass_core::Error;
+use proofmass_core::{Error, check};
 use serde::{Deserialize, Serialize};
 use statrs::function::beta::beta_reg;
 use statrs::function::erf::erfc;
@@ -199,14 +199,7 @@ impl Limits {
             ("standard deviation of the items", sd),
             ("standard uncertainty", u),
         ] {
-            if !(value > 0.0 && value.is_finite()) {
-                return Err(Error::OutOfRange {
-                    name,
-                    value,
-                    min: f64::MIN_POSITIVE,
-                    max: f64::MAX,
-                });
-            }
+            check::positive(name, value)?;
         }
         let accepted = |x: f64| {
             let below = acceptance.lower.map_or(0.0, |l| normal_tail((x - l) / u));

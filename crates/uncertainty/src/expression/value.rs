@@ -88,7 +88,7 @@ pub(super) trait Complexes {
     fn magnitude(&mut self, a: Scalar) -> u32;
     fn argument(&mut self, a: Scalar) -> u32;
     fn polar(&mut self, magnitude: u32, angle: u32) -> Scalar;
-    fn complex_power(&mut self, a: Scalar, b: Scalar) -> Scalar;
+    fn complex_power(&mut self, a: Scalar, b: Scalar) -> Result<Scalar, Obstacle>;
     fn angle(&mut self, y: u32, x: u32) -> u32;
 }
 
@@ -104,7 +104,6 @@ impl Complexes for Program {
         use Scalar::{Complex, Real};
         Ok(match (operation, a, b) {
             (Binary::Add, Real(a), Real(b)) => Real(self.push(Op::Add(a, b))),
-            (Binary::Subtract, Real(a), Real(b)) => Real(self.push(Op::Subtract(a, b))),
             (Binary::Multiply, Real(a), Real(b)) => Real(self.push(Op::Multiply(a, b))),
             (Binary::Divide, Real(a), Real(b)) => Real(self.push(Op::Divide(a, b))),
             (Binary::Power, a, Real(b)) if self.constant(b).is_some_and(is_small_integer) => {
@@ -126,17 +125,11 @@ impl Complexes for Program {
                 }
             }
             (Binary::Power, Real(a), Real(b)) => Real(self.push(Op::Power(a, b))),
-            (Binary::Power, a, b) => self.complex_power(a, b),
-            (Binary::Add | Binary::Subtract, a, b) => {
+            (Binary::Power, a, b) => self.complex_power(a, b)?,
+            (Binary::Subtract, a, b) => self.difference(a, b),
+            (Binary::Add, a, b) => {
                 let ((ar, ai), (br, bi)) = (self.parts(a), self.parts(b));
-                if operation == Binary::Add {
-                    Complex(self.push(Op::Add(ar, br)), self.push(Op::Add(ai, bi)))
-                } else {
-                    Complex(
-                        self.push(Op::Subtract(ar, br)),
-                        self.push(Op::Subtract(ai, bi)),
-                    )
-                }
+                Complex(self.push(Op::Add(ar, br)), self.push(Op::Add(ai, bi)))
             }
             (Binary::Multiply, Real(k), Complex(re, im))
             | (Binary::Multiply, Complex(re, im), Real(k)) => Complex(
@@ -181,9 +174,9 @@ impl Complexes for Program {
     }
 
     fn call(&mut self, function: Function, a: Scalar) -> Result<Scalar, Obstacle> {
-        let Scalar::Complex(re, im) = a else {
-            let Scalar::Real(a) = a else { return Ok(a) };
-            return Ok(Scalar::Real(self.push(Op::Call(function, a))));
+        let (re, im) = match a {
+            Scalar::Real(a) => return Ok(Scalar::Real(self.push(Op::Call(function, a)))),
+            Scalar::Complex(re, im) => (re, im),
         };
         let of = |p: &mut Self, f, x| p.push(Op::Call(f, x));
         Ok(match function {
@@ -271,22 +264,33 @@ impl Complexes for Program {
     }
 
     /// exp(b ln a)
-    fn complex_power(&mut self, a: Scalar, b: Scalar) -> Scalar {
+    fn complex_power(&mut self, a: Scalar, b: Scalar) -> Result<Scalar, Obstacle> {
         let (size, arg) = (self.magnitude(a), self.argument(a));
         let ln = Scalar::Complex(self.push(Op::Call(Function::Ln, size)), arg);
-        let exponent = self.binary(Binary::Multiply, b, ln);
-        let (re, im) = match exponent {
-            Ok(exponent) => self.parts(exponent),
-            Err(_) => self.parts(ln),
-        };
+        let exponent = self.binary(Binary::Multiply, b, ln)?;
+        let (re, im) = self.parts(exponent);
         let size = self.push(Op::Call(Function::Exp, re));
-        self.polar(size, im)
+        Ok(self.polar(size, im))
     }
 
     fn angle(&mut self, y: u32, x: u32) -> u32 {
         let number = self.angles;
         self.angles += 1;
         self.push(Op::Atan2(y, x, number))
+    }
+}
+
+impl Program {
+    /// a − b
+    pub fn difference(&mut self, a: Scalar, b: Scalar) -> Scalar {
+        if let (Scalar::Real(a), Scalar::Real(b)) = (a, b) {
+            return Scalar::Real(self.push(Op::Subtract(a, b)));
+        }
+        let ((ar, ai), (br, bi)) = (self.parts(a), self.parts(b));
+        Scalar::Complex(
+            self.push(Op::Subtract(ar, br)),
+            self.push(Op::Subtract(ai, bi)),
+        )
     }
 }
 

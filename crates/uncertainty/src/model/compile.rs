@@ -8,7 +8,7 @@ use super::solve::Solve;
 use super::{InputEntry, UncertaintyModel, UnitRule};
 use crate::dimension::Dimension;
 use crate::expression::{Op, Program, Scalar, Scope, Value, compile, compile_equation};
-use crate::{Expression, Refusal};
+use crate::{Expression, Finding, Refusal};
 use std::collections::HashSet;
 
 /// A model as one list of operations, with what became of its formulas.
@@ -23,6 +23,8 @@ pub(super) struct Compiled {
     pub stated: Vec<(u32, String)>,
     /// Fits whose residuals are a cause: block, number of points.
     pub scatter: Vec<(usize, usize)>,
+    /// What earlier results were taken to share.
+    pub shared: Option<Finding>,
 }
 
 /// Where the operations of one formula stand.
@@ -93,6 +95,7 @@ impl UncertaintyModel {
                 places: Vec::new(),
                 stated: Vec::new(),
                 scatter: Vec::new(),
+                shared: None,
             },
             inputs: 0,
         };
@@ -193,6 +196,7 @@ impl Compiler {
 
     /// Value and causes of the quantities of earlier results.
     fn earlier(&mut self, earlier: &Earlier) -> Result<(), Refusal> {
+        self.compiled.shared = earlier.finding();
         let variables: Vec<u32> = earlier.inputs.iter().map(|_| self.variable()).collect();
         for quantity in &earlier.quantities {
             let mut sum = self.program().push(Op::Constant(quantity.value));
@@ -212,19 +216,8 @@ impl Compiler {
         Ok(())
     }
 
-    /// Factor to the coherent unit of the SI, where the model asks for conversion.
     fn factor(&self, unit: &str, name: &str) -> Result<f64, Refusal> {
-        if self.rule != UnitRule::Convert {
-            return Ok(1.0);
-        }
-        let known = Dimension::parse(unit).and_then(|d| d.factor);
-        known.ok_or_else(|| Refusal::Equation {
-            name: name.to_owned(),
-            what: format!(
-                "{unit:?} is no unit this program knows, so that it cannot be converted; state another, or leave out \
-                 units = \"convert\""
-            ),
-        })
+        factor(self.rule, unit, name)
     }
 
     fn scaled(&mut self, place: u32, factor: f64, back: bool) -> u32 {
@@ -246,13 +239,7 @@ impl Compiler {
             self.compiled.program.labels.len(),
         );
         let value = compile(text, &self.scope, &mut self.compiled.program)?;
-        for k in labels..self.compiled.program.labels.len() {
-            let (place, label) = self.compiled.program.labels[k].clone();
-            let factor = self.factor(&label, name)?;
-            if let Op::Constant(c) = &mut self.compiled.program.ops[place as usize] {
-                *c *= factor;
-            }
-        }
+        convert_labels(self.rule, &mut self.compiled.program, labels, name)?;
         self.compiled.formulas.push(Formula {
             name: name.to_owned(),
             unit: unit.map(str::to_owned),
@@ -342,13 +329,7 @@ impl Compiler {
         for text in &entry.equations {
             let labels = inner.labels.len();
             let (left, right) = compile_equation(text, &scope, &mut inner)?;
-            for k in labels..inner.labels.len() {
-                let (place, label) = inner.labels[k].clone();
-                let factor = self.factor(&label, &entry.unknown.join(", "))?;
-                if let Op::Constant(c) = &mut inner.ops[place as usize] {
-                    *c *= factor;
-                }
-            }
+            convert_labels(self.rule, &mut inner, labels, &entry.unknown.join(", "))?;
             let mut sides = left.scalars();
             if let Some(right) = right {
                 let right = right.scalars();
@@ -358,7 +339,7 @@ impl Compiler {
                     )));
                 }
                 for (left, right) in sides.iter_mut().zip(right) {
-                    *left = difference(&mut inner, *left, right);
+                    *left = inner.difference(*left, right);
                 }
             }
             residuals.extend(sides.into_iter().flat_map(parts));
@@ -499,28 +480,41 @@ impl Compiler {
     }
 }
 
+/// Factor to the coherent unit of the SI, where the model asks for conversion.
+fn factor(rule: UnitRule, unit: &str, name: &str) -> Result<f64, Refusal> {
+    if rule != UnitRule::Convert {
+        return Ok(1.0);
+    }
+    let known = Dimension::parse(unit).and_then(|d| d.factor);
+    known.ok_or_else(|| Refusal::Equation {
+        name: name.to_owned(),
+        what: format!(
+            "{unit:?} is no unit this program knows, so that it cannot be converted; state another, or leave out \
+             units = \"convert\""
+        ),
+    })
+}
+
+/// Converts the numbers with a unit that were read into a program since it had so many of them.
+fn convert_labels(
+    rule: UnitRule,
+    program: &mut Program,
+    since: usize,
+    name: &str,
+) -> Result<(), Refusal> {
+    for (place, label) in &program.labels[since..] {
+        let factor = factor(rule, label, name)?;
+        if let Op::Constant(c) = &mut program.ops[*place as usize] {
+            *c *= factor;
+        }
+    }
+    Ok(())
+}
+
 fn parts(scalar: Scalar) -> Vec<u32> {
     match scalar {
         Scalar::Real(k) => vec![k],
         Scalar::Complex(re, im) => vec![re, im],
-    }
-}
-
-fn difference(program: &mut Program, a: Scalar, b: Scalar) -> Scalar {
-    match (a, b) {
-        (Scalar::Real(a), Scalar::Real(b)) => Scalar::Real(program.push(Op::Subtract(a, b))),
-        (a, b) => {
-            let zero = program.push(Op::Constant(0.0));
-            let split = |s: Scalar| match s {
-                Scalar::Real(k) => (k, zero),
-                Scalar::Complex(re, im) => (re, im),
-            };
-            let ((ar, ai), (br, bi)) = (split(a), split(b));
-            Scalar::Complex(
-                program.push(Op::Subtract(ar, br)),
-                program.push(Op::Subtract(ai, bi)),
-            )
-        }
     }
 }
 

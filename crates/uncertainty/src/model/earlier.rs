@@ -142,13 +142,7 @@ impl Earlier {
                             &component.unit,
                             Distribution::Normal { mean: 0.0, u },
                         );
-                        self.inputs.push(
-                            input
-                                .description(&influence.description)
-                                .evaluation(influence.evaluation)
-                                .dof(influence.dof),
-                        );
-                        let variable = self.inputs.len() - 1;
+                        let variable = self.variable(input, influence);
                         self.quantities[quantity].terms.push((variable, 1.0, 0.0));
                         for &(other, other_place) in &set {
                             let r = covariance.correlation(place, other_place).unwrap_or(0.0);
@@ -209,13 +203,7 @@ impl Earlier {
         };
         let name = self.unused(influence.key.clone(), entry, inputs);
         let input = Input::new(name, unit, distribution);
-        self.inputs.push(
-            input
-                .description(&influence.description)
-                .evaluation(influence.evaluation)
-                .dof(influence.dof),
-        );
-        let variable = self.inputs.len() - 1;
+        let variable = self.variable(input, influence);
         if !own {
             self.known.push((
                 influence.key.clone(),
@@ -226,6 +214,17 @@ impl Earlier {
             ));
         }
         variable
+    }
+
+    /// A new variable, stated as its cause is.
+    fn variable(&mut self, input: Input, cause: &Influence) -> usize {
+        self.inputs.push(
+            input
+                .description(&cause.description)
+                .evaluation(cause.evaluation)
+                .dof(cause.dof),
+        );
+        self.inputs.len() - 1
     }
 
     /// A name that no other input has.

@@ -277,11 +277,7 @@ impl Fit {
 
 impl BothVariables {
     /// Of the residuals y − a − b x, by rows.
-    fn covariance(&self, b: f64) -> Vec<f64> {
-        self.residual_covariance(b)
-    }
-
-    fn residual_covariance<T: Number>(&self, b: T) -> Vec<T> {
+    fn covariance<T: Number>(&self, b: T) -> Vec<T> {
         let n = self.n;
         (0..n * n)
             .map(|k| {
@@ -317,7 +313,7 @@ impl LeastSquares for BothVariables {
             }
             return;
         }
-        let mut root = self.residual_covariance(b);
+        let mut root = self.covariance(b);
         cholesky(&mut root, self.n);
         for i in 0..self.n {
             let mut rest = y[i] - a - b * x[i];

@@ -56,9 +56,8 @@ impl UncertaintyModel {
             });
         }
         let outputs = compiled.outputs.clone();
+        let mut findings: Vec<Finding> = compiled.shared.iter().cloned().collect();
         let mut equations = compiled.equations();
-        let earlier = super::earlier::Earlier::of(&self.earlier, &self.scalar_inputs()?)?;
-        let mut findings: Vec<Finding> = earlier.finding().into_iter().collect();
         let mut joint = with_scatter(&inputs, &scatters)?;
         for block in 0..equations.blocks().len() {
             let found = equations.prepare(block, &joint, &mut findings)?;
