@@ -227,14 +227,7 @@ impl BiasTracking {
                     self.known_uncertainty[axis],
                 ),
             ] {
-                if !(value >= 0.0 && value.is_finite()) {
-                    return Err(Error::OutOfRange {
-                        name,
-                        value,
-                        min: 0.0,
-                        max: f64::MAX,
-                    });
-                }
+                check::not_negative(name, value)?;
             }
         }
         if !(self.probability > 0.0 && self.probability < 1.0) {

@@ -1,6 +1,6 @@
 //! Low-pass filters against noise: second-order Butterworth and moving average, designed once, run anywhere.
 
-use crate::{Error, Float};
+use crate::{Error, Float, check};
 
 /// Second-order Butterworth low-pass, by the bilinear transform with its corner where it is asked for.
 ///
@@ -53,14 +53,7 @@ impl<F: Float> Butterworth<F> {
     /// [`Error::OutOfRange`] unless the corner lies between a 10⁻⁴ and 0.49 of the rate: below, single precision has no
     /// digits left for it.
     pub fn new(corner: f64, rate: f64) -> Result<Self, Error> {
-        if !(rate > 0.0 && rate.is_finite()) {
-            return Err(Error::OutOfRange {
-                name: "sampling rate, Hz",
-                value: rate,
-                min: f64::MIN_POSITIVE,
-                max: f64::MAX,
-            });
-        }
+        check::positive("sampling rate, Hz", rate)?;
         if !(corner >= 1e-4 * rate && corner <= 0.49 * rate) {
             return Err(Error::OutOfRange {
                 name: "corner frequency, Hz",

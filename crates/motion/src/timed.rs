@@ -1,8 +1,8 @@
 //! Counts whose edges were timed: from the list of a capture to the samples of a record, and methods that live on edges.
 
 use crate::{MotionRecord, PassedAt, ReadingSource, TimedEdges};
-use proofmass_core::Error;
 use proofmass_core::velocity::{Edge, FixedPosition, MixedTime, MixedTimeState, ReadingKind};
+use proofmass_core::{Error, check};
 use std::collections::VecDeque;
 
 /// Puts every edge where it is: at the larger of the counts before and after it, in both senses.
@@ -104,16 +104,8 @@ pub fn time_edges(
             index: k + 1,
         });
     }
-    for (name, value) in [("increment", increment), ("tick", tick)] {
-        if !(value > 0.0 && value.is_finite()) {
-            return Err(Error::OutOfRange {
-                name,
-                value,
-                min: f64::MIN_POSITIVE,
-                max: f64::MAX,
-            });
-        }
-    }
+    check::positive("increment", increment)?;
+    check::positive("tick", tick)?;
     let origin = count.first().copied().unwrap_or(0.0);
     if let Some(far) = count.iter().find(|c| !((**c - origin).abs() < 2e9)) {
         return Err(Error::OutOfRange {

@@ -2,7 +2,7 @@
 
 use crate::slip::{episodes, held, largest, others, quiet, slope};
 use crate::{Episode, ReadingSource};
-use proofmass_core::Error;
+use proofmass_core::{Error, check};
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
 
@@ -71,14 +71,7 @@ impl Axle<'_> {
             }
         }
         for (name, value) in [("sample time", self.sample_time), ("track", self.track)] {
-            if !(value > 0.0 && value.is_finite()) {
-                return Err(Error::OutOfRange {
-                    name,
-                    value,
-                    min: f64::MIN_POSITIVE,
-                    max: f64::MAX,
-                });
-            }
+            check::positive(name, value)?;
         }
         let dt = self.sample_time;
         let read = self.wheels[0].iter().flatten().count().max(1);

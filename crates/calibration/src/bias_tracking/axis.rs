@@ -110,11 +110,16 @@ impl Constant {
         }
     }
 
-    /// Process and constant together; an error common to all known accelerations is an offset of all data.
+    /// What an error common to all known accelerations does: it is an offset of all data.
+    fn shared(&self, known: &Known, common: f64) -> f64 {
+        common * (known.ones + (1.0 - known.ones) * self.of_ones())
+    }
+
+    /// Process and constant together.
     fn total(&self, known: &Known, common: f64) -> BiasEstimate {
         let (constant, variance) = self.value();
         let rest = 1.0 - known.ones;
-        let shared = common * (known.ones + rest * self.of_ones());
+        let shared = self.shared(known, common);
         BiasEstimate {
             bias: known.data + constant * rest,
             u: (known.variance + rest * rest * variance + shared * shared)
@@ -173,16 +178,16 @@ impl AxisTrack {
             filtered.push(constant.total(&now, common));
         }
         let smoothed = smooth(&after, &before, &constant, common);
-        let known_part = after.last().map_or(0.0, |known| {
-            common * (known.ones + (1.0 - known.ones) * constant.of_ones()).abs()
-        });
-        let first_of_rest: Vec<usize> = means.iter().map(|m| m.rest).collect();
+        let known_part = after
+            .last()
+            .map_or(0.0, |known| constant.shared(known, common).abs());
+        let rests: Vec<usize> = means.iter().map(|m| m.rest).collect();
         Ok(Self {
             noise: *noise,
             filtered,
             smoothed,
             known_part,
-            consistency: Consistency::new(&innovations, &normalised, &first_of_rest),
+            consistency: Consistency::new(&innovations, &normalised, &rests),
             innovations,
             normalised,
         })

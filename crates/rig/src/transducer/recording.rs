@@ -2,7 +2,7 @@
 
 use super::Transducer;
 use num_complex::Complex64;
-use proofmass_core::Error;
+use proofmass_core::{Error, check};
 use proofmass_signal::{PulseShape, fourier, relative_displacement};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -104,14 +104,7 @@ impl TransducerBench {
             ("noise", self.noise),
             ("reference noise", self.reference_noise),
         ] {
-            if !(value >= 0.0 && value.is_finite()) {
-                return Err(Error::OutOfRange {
-                    name,
-                    value,
-                    min: 0.0,
-                    max: f64::MAX,
-                });
-            }
+            check::not_negative(name, value)?;
         }
         let n = (self.rate * self.duration) as usize;
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);

@@ -5,7 +5,7 @@ use proofmass_core::encoder::ErrorLine;
 use proofmass_core::velocity::{
     KalmanState, Observer, ObserverState, SteadyKalman, TwoChannel, TwoChannelState,
 };
-use proofmass_core::{BiasFilter, BiasState, Butterworth, Error, Float, LowPassState};
+use proofmass_core::{BiasFilter, BiasState, Butterworth, Error, Float, LowPassState, check};
 use serde::Serialize;
 use serde_json::json;
 
@@ -129,14 +129,7 @@ fn run<T: Float>(block: &FirmwareBlock, epsilon: f64) -> Result<Vectors, Error> 
                 .collect()
         }
         FirmwareBlock::EncoderMap { turn, lines, .. } => {
-            if !(*turn > 0.0 && turn.is_finite()) {
-                return Err(Error::OutOfRange {
-                    name: "turn of the encoder",
-                    value: *turn,
-                    min: f64::MIN_POSITIVE,
-                    max: f64::MAX,
-                });
-            }
+            check::positive("turn of the encoder", *turn)?;
             first.iter_mut().for_each(|v| *v = to(*v * turn));
             let sizes = lines.iter().map(|l| l.cosine.abs() + l.sine.abs());
             let turns = lines.iter().map(|l| l.order.abs()).fold(1.0, f64::max);
@@ -192,14 +185,7 @@ fn check_average(samples: usize, rate: f64) -> Result<(), Error> {
             max: LONGEST_AVERAGE as f64,
         });
     }
-    if !(rate > 0.0 && rate.is_finite()) {
-        return Err(Error::OutOfRange {
-            name: "sampling rate, Hz",
-            value: rate,
-            min: f64::MIN_POSITIVE,
-            max: f64::MAX,
-        });
-    }
+    check::positive("sampling rate, Hz", rate)?;
     Ok(())
 }
 
