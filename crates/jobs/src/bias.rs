@@ -9,9 +9,10 @@ pub use outcome::{BiasOutcome, BiasRest};
 pub use recording::BiasRecording;
 
 use crate::outcome::Job;
+use crate::standstills::found;
 use crate::trouble::{Result, Trouble};
 use proofmass_calibration::{
-    BiasObservations, BiasTracking, RestMean, Samples, Segment, Standstill, WindowedVariance,
+    BiasObservations, BiasTracking, RestMean, Samples, Segment, Standstill,
 };
 use proofmass_core::{Error, Gravity, Watch};
 use proofmass_uncertainty::{Finding, Severity};
@@ -103,18 +104,15 @@ impl BiasJob {
     fn rests(&self, data: &BiasData<'_>) -> Result<Vec<Segment>> {
         let samples = Samples::new(data.outputs[0], data.outputs[1], data.outputs[2])
             .map_err(|e| Trouble::from(e).detail(data.name))?;
-        if let Some(given) = data.segments {
-            return Ok(given.to_vec());
+        match data.segments {
+            Some(given) => Ok(given.to_vec()),
+            None => found(
+                &samples,
+                (data.rate, data.breaks),
+                (&self.search, self.threshold),
+                data.name,
+            ),
         }
-        if !(self.threshold > 1.0 && self.threshold.is_finite()) {
-            return Err(Trouble::request(format!(
-                "a threshold of {} times the noise floor must be larger than 1",
-                self.threshold
-            )));
-        }
-        let windowed = WindowedVariance::new(&samples, data.rate, data.breaks, &self.search)
-            .map_err(|e| Trouble::from(e).detail(data.name))?;
-        Ok(windowed.segments(self.threshold))
     }
 
     /// What a sensor without bias reads in a rest, and its common standard uncertainty.
@@ -286,7 +284,7 @@ impl Job for BiasJob {
         findings.extend(self.limits());
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
         watch.step("bias", 3, 3)?;
-        Ok(BiasOutcome::new(self, data, &rests, track, findings))
+        BiasOutcome::new(self, data, &rests, track, findings)
     }
 }
 

@@ -41,7 +41,7 @@ pub struct Firmware {
 pub fn firmware(bytes: &[u8], gains: GainsOf) -> Result<Firmware> {
     let kind = ResultDocument::from_json(bytes)?.kind;
     match kind.as_str() {
-        BiasOutcome::KIND => Filed::<BiasOutcome>::from_json(bytes)?.outcome.firmware(),
+        BiasOutcome::KIND => Ok(Filed::<BiasOutcome>::from_json(bytes)?.outcome.firmware()),
         VelocityTuning::KIND => Filed::<VelocityTuning>::from_json(bytes)?.outcome.firmware(gains),
         VelocityMap::KIND => Ok(Filed::<VelocityMap>::from_json(bytes)?.outcome.firmware()),
         other => Err(Trouble::data(format!(

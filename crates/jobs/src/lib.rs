@@ -39,6 +39,7 @@ pub mod shaker_triaxial;
 pub mod shock;
 pub mod simulate;
 pub mod spurious_motion;
+mod standstills;
 pub mod static_test;
 pub mod step;
 mod store;

@@ -7,10 +7,9 @@ pub use recording::ValidationRecording;
 
 use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
+use crate::standstills::found;
 use crate::trouble::{Result, Trouble};
-use proofmass_calibration::{
-    Calibrated, MeanNoise, Samples, Segment, Standstill, Validation, WindowedVariance,
-};
+use proofmass_calibration::{Calibrated, MeanNoise, Samples, Segment, Standstill, Validation};
 use proofmass_core::{Gravity, Matrix3, SensorModel, Watch};
 use proofmass_io::{CalibrationFile, StatedQuantity};
 use proofmass_report::{Report, ValidationReport};
@@ -98,18 +97,15 @@ impl ValidationJob {
         data: &ValidationData<'_>,
         samples: &Samples<'_>,
     ) -> Result<Vec<Segment>> {
-        if let Some(given) = data.segments {
-            return Ok(given.to_vec());
+        match data.segments {
+            Some(given) => Ok(given.to_vec()),
+            None => found(
+                samples,
+                (data.rate, data.breaks),
+                (&self.search, self.threshold),
+                data.name,
+            ),
         }
-        if !(self.threshold > 1.0 && self.threshold.is_finite()) {
-            return Err(Trouble::request(format!(
-                "a threshold of {} times the noise floor must be larger than 1",
-                self.threshold
-            )));
-        }
-        let windowed = WindowedVariance::new(samples, data.rate, data.breaks, &self.search)
-            .map_err(|e| Trouble::from(e).detail(data.name))?;
-        Ok(windowed.segments(self.threshold))
     }
 
     /// Gravity of the calibration, and that of the validation where it is another.

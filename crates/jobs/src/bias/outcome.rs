@@ -4,9 +4,9 @@ use super::{AxisNoise, BiasData, BiasJob};
 use crate::firmware::Firmware;
 use crate::outcome::{Outcome, section};
 use crate::record::Record;
-use crate::trouble::{Result, Trouble};
-use proofmass_calibration::{BiasTrack, Segment};
-use proofmass_core::BiasFilter;
+use crate::trouble::Result;
+use proofmass_calibration::{AxisTrack, BiasTrack, Segment};
+use proofmass_core::{BiasFilter, Error};
 use proofmass_io::{Cell, FirmwareBlock, StatedQuantity, Table};
 use proofmass_report::{BiasLine, BiasReport, Report};
 use proofmass_uncertainty::Finding;
@@ -30,9 +30,9 @@ struct OnChip {
     /// Samples per second.
     rate: f64,
     /// φ, Q in (m/s²)², R in (m/s²)² of x, y, z.
-    coefficients: Vec<[f64; 3]>,
+    coefficients: [[f64; 3]; 3],
     /// Bias and variance at the end of the recording.
-    state: Vec<[f64; 2]>,
+    state: [[f64; 2]; 3],
 }
 
 /// The bias over a recording.
@@ -55,25 +55,22 @@ impl BiasOutcome {
         rests: &[Segment],
         track: BiasTrack,
         findings: Vec<Finding>,
-    ) -> Self {
+    ) -> Result<Self> {
         let quantities = track.quantities.iter();
         let period = 1.0 / data.rate;
-        let coefficients = track.axes.iter().filter_map(|axis| {
+        let coefficients = |axis: &AxisTrack| {
             let noise = &axis.noise;
             let variance = noise.white * noise.white * data.rate;
-            let (filter, _) = BiasFilter::<f64>::new(noise.model, variance, period).ok()?;
-            Some(filter.coefficients())
-        });
+            let (filter, _) = BiasFilter::<f64>::new(noise.model, variance, period)?;
+            Ok::<_, Error>(filter.coefficients())
+        };
+        let [x, y, z] = &track.axes;
         let firmware = OnChip {
             rate: data.rate,
-            coefficients: coefficients.collect(),
-            state: track
-                .axes
-                .iter()
-                .map(|a| [a.end().bias, a.end().u * a.end().u])
-                .collect(),
+            coefficients: [coefficients(x)?, coefficients(y)?, coefficients(z)?],
+            state: [x, y, z].map(|a| [a.end().bias, a.end().u * a.end().u]),
         };
-        Self {
+        Ok(Self {
             quantities: quantities
                 .map(|q| StatedQuantity::new(q, job.probability))
                 .collect(),
@@ -89,24 +86,21 @@ impl BiasOutcome {
                 .collect(),
             firmware,
             track,
-        }
+        })
     }
 
     /// The filter of the chip, with the state at the end of the recording.
-    pub(crate) fn firmware(&self) -> Result<Firmware> {
-        let lost = || Trouble::data("the result has no filter of three axes");
-        let coefficients = self.firmware.coefficients.as_slice().try_into();
-        let state = self.firmware.state.as_slice().try_into();
-        Ok(Firmware {
+    pub(crate) fn firmware(&self) -> Firmware {
+        Firmware {
             block: FirmwareBlock::Bias {
                 rate: self.firmware.rate,
-                coefficients: coefficients.map_err(|_| lost())?,
-                state: state.map_err(|_| lost())?,
+                coefficients: self.firmware.coefficients,
+                state: self.firmware.state,
             },
             notes: vec![
                 "predict at every sample, update while the acceleration is known.".to_owned(),
             ],
-        })
+        }
     }
 
     /// The track itself.

@@ -12,9 +12,7 @@ use proofmass_uncertainty::{Finding, Severity};
 pub(super) fn nothing(clock: &[f64], edges: bool) -> Samples {
     let mut time = clock.to_vec();
     if let (true, Some(first), Some(last)) = (edges, clock.first(), clock.last()) {
-        let mut steps: Vec<f64> = clock.windows(2).map(|w| w[1] - w[0]).collect();
-        steps.sort_by(f64::total_cmp);
-        let step = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
+        let step = median_step(clock);
         let count = (last - first) / step;
         // Edges bunched in a few bursts would ask for a clock without end.
         if count.is_finite() && count < 100.0 * clock.len() as f64 {
@@ -27,6 +25,13 @@ pub(super) fn nothing(clock: &[f64], edges: bool) -> Samples {
         value: vec![0.0; time.len()],
         time,
     }
+}
+
+/// Median distance of the rows; 0 of a single one.
+pub(super) fn median_step(clock: &[f64]) -> f64 {
+    let mut steps: Vec<f64> = clock.windows(2).map(|w| w[1] - w[0]).collect();
+    steps.sort_by(f64::total_cmp);
+    steps.get(steps.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// Times of the rows after an origin: of an even clock behind rounded stamps, the clock.

@@ -1,5 +1,6 @@
 //! A gyroscope beside the two wheels of an axle.
 
+use super::clock::median_step;
 use super::reading::Reading;
 use super::sensors::{stated_unit, unknown_unit};
 use crate::trouble::Trouble;
@@ -70,10 +71,8 @@ impl Turning {
             yaw[k] = None;
         }
         // Rows come evenly, but for the jitter of a logger: the median is their distance.
-        let mut steps: Vec<f64> = clock.windows(2).map(|w| w[1] - w[0]).collect();
-        steps.sort_by(f64::total_cmp);
         let axle = Axle {
-            sample_time: steps.get(steps.len() / 2).copied().unwrap_or(0.0),
+            sample_time: median_step(clock),
             source: reading.source(),
             wheels: [&wheels[0], &wheels[1]],
             yaw_rate: &yaw,
