@@ -69,10 +69,10 @@ struct Turning {
     #[arg(long, value_name = "ELEMENTS", requires = "dynamic")]
     model: Option<ModelStructure>,
     /// Corner of the low-pass in hertz [default: where noise and bias together are least]
-    #[arg(long, value_name = "HZ", requires = "dynamic", value_parser = crate::test::positive)]
+    #[arg(long, value_name = "HZ", requires = "dynamic", value_parser = crate::number_arguments::positive)]
     corner: Option<f64>,
     /// Seconds at the beginning in which nothing happens [default: up to the pulse]
-    #[arg(long, value_name = "SECONDS", requires = "dynamic", value_parser = crate::test::not_negative)]
+    #[arg(long, value_name = "SECONDS", requires = "dynamic", value_parser = crate::number_arguments::not_negative)]
     quiet: Option<f64>,
 }
 

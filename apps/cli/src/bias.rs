@@ -2,9 +2,9 @@
 
 use crate::console::Progress;
 use crate::delivery::Delivery;
-use crate::test::{not_negative, positive};
+use crate::gravity_arguments::GravityArguments;
+use crate::number_arguments::{not_negative, positive};
 use crate::{Failure, Outcome, clock, console};
-use proofmass::core::{Gravity, STANDARD_GRAVITY};
 use proofmass::io::Source;
 use proofmass::jobs::bias::{AxisNoise, BiasJob, BiasOutcome, BiasRecording};
 use proofmass::jobs::{Filed, Job, Outcome as _, RecordingReading};
@@ -40,12 +40,8 @@ pub(crate) struct Bias {
     /// Standard uncertainty of that direction, in degrees
     #[arg(long, value_name = "DEG", value_parser = not_negative, default_value_t = 0.0)]
     levelling: f64,
-    /// Local gravity in m/s²
-    #[arg(long, value_name = "M_PER_S2", default_value_t = STANDARD_GRAVITY)]
-    gravity: f64,
-    /// Its standard uncertainty in m/s² [default: 0.03 without a stated gravity, which covers the ground]
-    #[arg(long, value_name = "M_PER_S2")]
-    gravity_uncertainty: Option<f64>,
+    #[command(flatten)]
+    gravity: GravityArguments,
     /// Table of rests (columns start, end; up_x, up_y, up_z or direction) instead of searching for them
     #[arg(long, value_name = "FILE")]
     segments: Option<PathBuf>,
@@ -106,23 +102,6 @@ fn pair(text: &str) -> Result<[f64; 2], String> {
 }
 
 impl Bias {
-    fn gravity(&self) -> Result<Option<Gravity>, Failure> {
-        if matches!(self.up, Some(Up::None)) {
-            return Ok(None);
-        }
-        let u = match self.gravity_uncertainty {
-            Some(u) => u,
-            None if self.gravity == STANDARD_GRAVITY => 0.03,
-            None => {
-                return Err(
-                    Failure::new("the uncertainty of the stated gravity is not known")
-                        .hint("add --gravity-uncertainty; from a map it is 0.0001 m/s² or so"),
-                );
-            }
-        };
-        Ok(Some(Gravity::given(self.gravity, u)?))
-    }
-
     fn stated_noise(&self) -> Result<[AxisNoise; 3], Failure> {
         let noise = match (self.white, self.markov, self.walk) {
             (Some(white), Some([deviation, time]), _) => AxisNoise::markov(white, deviation, time),
@@ -140,7 +119,10 @@ impl Bias {
         inputs.extend(self.segments.as_deref());
         inputs.extend(self.noise.as_deref());
         let folder = self.delivery.begin(BiasOutcome::KIND, &inputs)?;
-        let gravity = self.gravity()?;
+        let gravity = match self.up {
+            Some(Up::None) => None,
+            _ => Some(self.gravity.value()?),
+        };
         let watch = Progress::new();
         let recording = BiasRecording::read(
             Source::open(&self.recording)?,

@@ -1,6 +1,6 @@
 //! `proofmass export` and `proofmass filter`: calibrations, filters and gains for firmware and for other programs.
 
-use crate::test::positive;
+use crate::number_arguments::positive;
 use crate::{Failure, Outcome, console};
 use proofmass::io::{
     AtomicFile, CalibrationFile, ExportForm, ExportNumber, ExportOptions, FirmwareBlock,

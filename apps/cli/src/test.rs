@@ -12,7 +12,6 @@ mod step;
 mod temperature;
 
 use crate::{Failure, Outcome};
-pub(crate) use channel_arguments::{not_negative, positive};
 
 /// Test a device: how it answers a shock, a vibration, a step, an inclination, a temperature.
 #[derive(clap::Args)]

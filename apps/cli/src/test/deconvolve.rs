@@ -1,9 +1,10 @@
 //! `proofmass test deconvolve`.
 
-use super::channel_arguments::{ChannelArguments, not_negative, positive};
+use super::channel_arguments::ChannelArguments;
 use crate::clock::record;
 use crate::console::Progress;
 use crate::delivery::Delivery;
+use crate::number_arguments::{not_negative, positive};
 use crate::{Failure, Outcome};
 use proofmass::calibration::dynamic::model::ModelStructure;
 use proofmass::io::Source;

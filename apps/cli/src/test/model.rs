@@ -1,9 +1,9 @@
 //! `proofmass test model`.
 
-use super::channel_arguments::{band, not_negative, positive};
 use crate::clock::record;
 use crate::console::Progress;
 use crate::delivery::Delivery;
+use crate::number_arguments::{band, not_negative, positive};
 use crate::{Failure, Outcome};
 use proofmass::calibration::dynamic::model::ModelStructure;
 use proofmass::io::{ColumnRef, Source};

@@ -1,9 +1,10 @@
 //! `proofmass test motion`.
 
-use super::channel_arguments::{ChannelArguments, band, not_negative, positive};
+use super::channel_arguments::ChannelArguments;
 use crate::clock::record;
 use crate::console::Progress;
 use crate::delivery::Delivery;
+use crate::number_arguments::{band, not_negative, positive};
 use crate::{Failure, Outcome};
 use proofmass::jobs::motion::{MotionData, MotionJob, MotionOutcome};
 use proofmass::jobs::{Filed, Job, Outcome as _};

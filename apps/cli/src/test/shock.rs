@@ -1,9 +1,10 @@
 //! `proofmass test shock`.
 
-use super::channel_arguments::{StandardArguments, band, not_negative, positive, wanted};
+use super::channel_arguments::{StandardArguments, wanted};
 use crate::clock::record;
 use crate::console::Progress;
 use crate::delivery::Delivery;
+use crate::number_arguments::{band, not_negative, positive};
 use crate::{Failure, Outcome};
 use proofmass::calibration::dynamic::shock::Tolerance;
 use proofmass::io::{ColumnRef, Source, Unit};

@@ -2,11 +2,11 @@
 
 use crate::console::Progress;
 use crate::delivery::Delivery;
+use crate::gravity_arguments::GravityArguments;
 use crate::{Failure, Outcome, clock};
 use proofmass::calibration::static_test::{
     Centrifuge, Linearity, Orthogonality, Sensitivity, Stability, Tilt, ZeroG,
 };
-use proofmass::core::{Gravity, STANDARD_GRAVITY};
 use proofmass::io::{ColumnRef, Source};
 use proofmass::jobs::static_test::{
     ReadingColumns, StaticTest, StaticTestFiles, StaticTestJob, StaticTestOutcome,
@@ -14,33 +14,6 @@ use proofmass::jobs::static_test::{
 use proofmass::jobs::velocity::SensorAxis;
 use proofmass::jobs::{Filed, Job, Outcome as _, RecordingReading};
 use std::path::{Path, PathBuf};
-
-/// Local gravity.
-#[derive(clap::Args)]
-struct GravityArguments {
-    /// Local gravity in m/s²
-    #[arg(long, value_name = "M_PER_S2", default_value_t = STANDARD_GRAVITY)]
-    gravity: f64,
-    /// Its standard uncertainty in m/s² [default: 0.03 without a stated gravity, which covers the ground]
-    #[arg(long, value_name = "M_PER_S2")]
-    gravity_uncertainty: Option<f64>,
-}
-
-impl GravityArguments {
-    fn value(&self) -> Result<Gravity, Failure> {
-        let u = match self.gravity_uncertainty {
-            Some(u) => u,
-            None if self.gravity == STANDARD_GRAVITY => 0.03,
-            None => {
-                return Err(
-                    Failure::new("the uncertainty of the stated gravity is not known")
-                        .hint("add --gravity-uncertainty; from a map it is 0.0001 m/s² or so"),
-                );
-            }
-        };
-        Ok(Gravity::given(self.gravity, u)?)
-    }
-}
 
 /// A table of readings of one axis.
 #[derive(clap::Args)]
