@@ -148,9 +148,17 @@ fn constants(
         for (p, &i) in free.iter().enumerate() {
             at[i] += shorter * step[p] * scale[i];
         }
-        // Within a tenth of a standard uncertainty.
-        let done = (0..d).all(|p| step[p].abs() < 0.1 * covariance[p][p].sqrt());
+        // Within a tenth of a standard uncertainty, by differences that span about one: the likelihood of edges is not
+        // smooth over much less.
+        let done = (0..d).all(|p| {
+            let u = covariance[p][p].sqrt();
+            step[p].abs() < 0.1 * u && (0.5..2.0).contains(&u)
+        });
         if done {
+            // Edges that repeat with the motion tell the same again.
+            let readings = part.reading.iter().flatten().count() as f64;
+            let repeated = (readings / tuned.effective_readings).max(1.0);
+            let covariance = covariance.map(|row| row.map(|c| c * repeated));
             let first = covariance[0][0].sqrt();
             let lower = covariance[0][1] / first;
             let second = (covariance[1][1] - lower * lower).max(0.0).sqrt();

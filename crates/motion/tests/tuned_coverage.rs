@@ -4,6 +4,9 @@
 use proofmass_core::Unwatched;
 use proofmass_motion::{EstimateResult, MotionRecord, ReadingSource, estimate};
 use proofmass_rig::{AxisMotion, AxisRecording, DrivenAxis};
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use rand_xoshiro::Xoshiro256PlusPlus;
 
 /// The record as a user has it, and the true velocity.
 fn record(recording: &AxisRecording) -> (MotionRecord, Vec<f64>) {
@@ -30,7 +33,11 @@ struct Outcome {
 
 fn outcome(axis: &DrivenAxis, seed: u64) -> Outcome {
     let (record, truth) = record(&axis.simulate(seed).unwrap());
-    let result = estimate(&record, None, None, &Unwatched).unwrap();
+    judged(&record, &truth)
+}
+
+fn judged(record: &MotionRecord, truth: &[f64]) -> Outcome {
+    let result = estimate(record, None, None, &Unwatched).unwrap();
     let skip = (1.0 / record.sample_time) as usize;
     let of = |v: &[f64], u: &[f64]| {
         let n = truth.len() - skip;
@@ -181,6 +188,49 @@ fn coverage_with_a_gain_error_and_a_latency() {
             assert!(o.filter_rms < 8e-4, "{}", o.filter_rms);
         }
     }
+}
+
+/// Readings with noise of their own and no increment, as of an interpolated encoder: scale of the noise, gain and latency
+/// are found together.
+#[test]
+fn coverage_of_gain_and_latency_without_an_increment() {
+    let mut axis = DrivenAxis::new(AxisMotion::servo(5.0));
+    axis.accelerometer.gain_error = 0.02;
+    axis.accelerometer.latency = 0.002;
+    let (mut held, mut all) = (0, 0);
+    for deviation in [1e-5, 1e-4, 1e-3] {
+        let mut filter = Vec::new();
+        for seed in 1..13 {
+            let recording = axis.simulate(seed).unwrap();
+            let mut rng = Xoshiro256PlusPlus::seed_from_u64(1000 + seed);
+            let noisy = recording.truth.iter().map(|p| {
+                let error: f64 = StandardNormal.sample(&mut rng);
+                Some(p.position + deviation * error)
+            });
+            let record = MotionRecord::new(
+                recording.sample_time,
+                ReadingSource::Position,
+                noisy.collect(),
+                recording.acceleration.clone(),
+            )
+            .unwrap();
+            let truth: Vec<f64> = recording.truth.iter().map(|p| p.velocity).collect();
+            let outcome = judged(&record, &truth);
+            let tuned = outcome.result.tuned.as_ref().unwrap();
+            for (found, truth) in [(tuned.gain, 1.02), (tuned.latency, 0.002)] {
+                let found = found.unwrap();
+                all += 1;
+                held += usize::from((found.value - truth).abs() < 1.959_964 * found.uncertainty);
+            }
+            filter.push(outcome.filter);
+        }
+        // An error of the gain is in every sample: seeds scatter more than judge() allows, their mean by 0.14/√12.
+        let mean = mean(filter.iter().copied());
+        println!("readings of {deviation:e} m: filter {mean:.3}, {held} of {all} constants");
+        assert!((0.87..0.985).contains(&mean), "{mean}");
+    }
+    // Binomial: fewer than 62 of 72 once in a thousand.
+    assert!(held >= 62 && all == 72, "{held} of {all}");
 }
 
 #[test]

@@ -51,6 +51,14 @@ impl Solution {
         self.of(LATENCY)
     }
 
+    /// The covariance for noise of a common factor times that of the pass.
+    pub fn scale(&mut self, factor: f64) {
+        self.covariance
+            .iter_mut()
+            .flatten()
+            .for_each(|c| *c *= factor);
+    }
+
     /// Multiplies the covariance of gain and latency.
     pub fn widen(&mut self, factor: f64) {
         let root = factor.sqrt();

@@ -138,13 +138,14 @@ impl<'a> Search<'a> {
         let sums = self.sums(noise)?;
         let mut best: Option<Point> = None;
         for &unknowns in subsets {
-            let Some(solution) = sums.solve(self.record, unknowns) else {
+            let Some(mut solution) = sums.solve(self.record, unknowns) else {
                 continue;
             };
             let (log_likelihood, noise) = if self.known.is_some() {
                 (sums.log_likelihood(&solution), *noise)
             } else {
                 let (value, factor) = sums.concentrated(&solution, self.least / noise.r);
+                solution.scale(factor);
                 (value, noise.scaled(factor))
             };
             let mut point = Point {

@@ -75,7 +75,11 @@ pub(super) fn doubts(pairing: Option<&Pairing>, tuned: Option<&Tuned>) -> Vec<Fi
         })
         .cloned()
         .collect();
-    if let Some(gain) = gain {
+    // A constant that paid for itself in one model may be told less well in the one that was chosen.
+    let beyond = |found: &crate::tuning::TunedValue, expected: f64| {
+        (found.value - expected).abs() > 3.0 * found.uncertainty
+    };
+    if let Some(gain) = gain.filter(|g| beyond(g, 1.0)) {
         findings.push(
             Finding::new(
                 Severity::Warning,
@@ -89,7 +93,7 @@ pub(super) fn doubts(pairing: Option<&Pairing>, tuned: Option<&Tuned>) -> Vec<Fi
             .advice("calibrate the accelerometer, or check the increment or the radius of the wheel: one of them is wrong by this factor"),
         );
     }
-    if let Some(latency) = latency {
+    if let Some(latency) = latency.filter(|t| beyond(t, 0.0)) {
         let late = if latency.value > 0.0 {
             "later"
         } else {
