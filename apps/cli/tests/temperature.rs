@@ -116,6 +116,76 @@ fn refuses_a_turned_sensor_and_says_what_to_do() {
     assert!(said.contains("hint"), "{said}");
 }
 
+/// Tilted by two degrees while nobody recorded: no coefficient with a confident interval, and somebody has to decide.
+#[test]
+fn refuses_to_be_sure_of_a_sensor_that_was_tilted_between_two_temperatures() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("tilted.csv");
+    let mut noise = Noise(11);
+    let mut rows = String::from("acc_x_mg,acc_y_mg,acc_z_mg,temp_degC\n");
+    for i in 0..6000 {
+        let (t, tilt): (f64, f64) = if i < 3000 { (-18.0, 0.0) } else { (74.0, 2.0) };
+        let (y, z) = tilt.to_radians().sin_cos();
+        let mut n = || 2.0 * noise.next();
+        let (x, y, z) = (12.0 + n(), 1000.0 * y - 7.0 + n(), 1000.0 * z + n());
+        let _ = writeln!(rows, "{x:.3},{y:.3},{z:.3},{:.3}", t + 0.02 * n());
+    }
+    std::fs::write(&recording, rows).unwrap();
+    let out = folder.path().join("result");
+    let mut words = vec!["test", "temperature", text(&recording), "-o", text(&out)];
+    words.extend(COLUMNS);
+    let said = succeed(&words);
+    let said = String::from_utf8_lossy(&said.stdout).into_owned();
+    assert!(
+        said.contains("decision needed: the temperature jumps"),
+        "{said}"
+    );
+    let result = json(&out.join("result.json"));
+    let (y, u, _) = quantity(&result, "slope.y");
+    // 34.9 mg over 92 K are none of the sensor's: its coefficient is zero.
+    assert!((y / 9.80665e-3 - 0.379).abs() < 0.01, "{y}");
+    assert!(2.0 * u > y, "{y} {u}");
+    // Declared as kept, it is taken at its word.
+    words.extend(["--tilt", "0.02", "--force"]);
+    succeed(&words);
+    let (_, u, _) = quantity(&json(&out.join("result.json")), "slope.y");
+    assert!((u / 9.80665e-3 - 0.0038).abs() < 0.001, "{u}");
+}
+
+/// Switched on with the recording: 8 mg that decay within a minute are told apart from the temperature.
+#[test]
+fn known_self_heating() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("warm.csv");
+    write_recording(&recording, 0.0, false);
+    let written = std::fs::read_to_string(&recording).unwrap();
+    let mut rows = String::new();
+    for (i, line) in written.lines().enumerate() {
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if let Ok(z) = cells[2].parse::<f64>() {
+            cells[2] = format!("{:.3}", z + 8.0 * (-(i as f64) / 200.0).exp());
+        }
+        let _ = writeln!(rows, "{}", cells.join(","));
+    }
+    std::fs::write(&recording, rows).unwrap();
+    let out = folder.path().join("result");
+    let mut words = vec!["test", "temperature", text(&recording), "-o", text(&out)];
+    words.extend(COLUMNS);
+    words.extend(["--warm-up", "60"]);
+    let said = succeed(&words);
+    let said = String::from_utf8_lossy(&said.stdout).into_owned();
+    assert!(said.contains("self-heating of z"), "{said}");
+    let result = json(&out.join("result.json"));
+    let found = &result["extra"]["axes"][2]["self_heating"];
+    let value = |name: &str| found[name].as_f64().unwrap();
+    let off = value("amplitude") / 9.80665e-3 - 8.0;
+    let u = value("standard_uncertainty") / 9.80665e-3;
+    assert!(off.abs() < 3.0 * u && u < 3.0, "{off} {u}");
+    assert!(
+        refuse(&["test", "temperature", text(&recording), "--warm-up", "-1"]).contains("--warm-up")
+    );
+}
+
 /// A calibration at 25 °C and a sweep make one calibration, which is exported with its temperature.
 #[test]
 fn law_a_calibration_is_completed_and_exported() {

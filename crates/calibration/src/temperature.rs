@@ -6,10 +6,15 @@ mod branches;
 mod correlated_noise;
 mod findings;
 mod fit;
+mod joint_estimate;
+mod steps;
+mod warm_up;
 
 pub use blocks::{Attitude, Blocks};
 pub use branches::Hysteresis;
 pub use fit::{AxisFit, OrderFit, TemperatureFit};
+pub use steps::OutputStep;
+pub use warm_up::SelfHeating;
 
 use crate::Triple;
 use proofmass_core::Error;
@@ -20,10 +25,11 @@ use serde::{Deserialize, Serialize};
 /// The recording is reduced to block means. Each axis is fitted with the intercepts of the attitudes it was found in and
 /// powers of d = T − T₀; where the sensor was both heated and cooled, half the difference of the branches is part of the
 /// model, so that hysteresis is neither averaged away nor taken for a coefficient; where the rate of the temperature varies
-/// enough besides, the lag of the thermometer is.
+/// enough besides, the lag of the thermometer is. Self-heating after switching on is part of it where it is asked for, at every
+/// time constant of a grid.
 ///
 /// ```text
-/// y(t) = a_s + Σ c_k dᵏ ± ½ h(d) − λ Ṫ + noise,   noise: white + first-order Gauss–Markov
+/// y(t) = a_s + Σ c_k dᵏ ± ½ h(d) + λ Ṫ + A e^{−t/τ} + noise,   noise: white + first-order Gauss–Markov
 /// ```
 ///
 /// Neither the order nor the noise is chosen. What is stated is the largest order, with the evidence for each order beside it
@@ -47,6 +53,14 @@ pub struct TemperatureSweep {
     pub probability: f64,
     /// Number of blocks that is aimed at.
     pub blocks: usize,
+    /// Longest time constant, s, of the sensor's own warming, where it was switched on when the recording began: part of the
+    /// model then. A decay as slow as the sweep cannot be told from temperature.
+    #[serde(default)]
+    pub warm_up: Option<f64>,
+    /// Standard uncertainty of the attitude across each jump of the temperature, rad, where the recording was interrupted and
+    /// somebody knows how well the sensor was kept in place; without it whatever the outputs leave possible.
+    #[serde(default)]
+    pub tilt: Option<f64>,
 }
 
 impl Default for TemperatureSweep {
@@ -56,6 +70,8 @@ impl Default for TemperatureSweep {
             reference: None,
             probability: 0.95,
             blocks: 200,
+            warm_up: None,
+            tilt: None,
         }
     }
 }
@@ -99,6 +115,22 @@ impl TemperatureSweep {
                     max,
                 });
             }
+        }
+        if let Some(longest) = self.warm_up.filter(|t| !(*t > 0.0 && t.is_finite())) {
+            return Err(Error::OutOfRange {
+                name: "longest time constant of self-heating, s",
+                value: longest,
+                min: f64::MIN_POSITIVE,
+                max: f64::MAX,
+            });
+        }
+        if let Some(tilt) = self.tilt.filter(|t| !(0.0..=0.5).contains(t)) {
+            return Err(Error::OutOfRange {
+                name: "standard uncertainty of the attitude, rad",
+                value: tilt,
+                min: 0.0,
+                max: 0.5,
+            });
         }
         let blocks = Blocks::of(data, self.blocks)?;
         fit::fit(self, &blocks)

@@ -320,7 +320,10 @@ impl Outcome for TemperatureOutcome {
     }
 
     fn sections(&self) -> Result<Vec<(&'static str, serde_json::Value)>> {
-        Ok(vec![section("axes", &self.fit.axes)?])
+        Ok(vec![
+            section("axes", &self.fit.axes)?,
+            section("thermometer_lag_s", &self.fit.thermometer_lag())?,
+        ])
     }
 
     fn tables(&self) -> Result<Vec<(String, Table)>> {

@@ -1,6 +1,7 @@
 //! The document: sections of blocks, without a word about how they look.
 
 use crate::Plot;
+use crate::number::minus_signs;
 use proofmass_uncertainty::{Finding, Quantity};
 
 /// A report as data.
@@ -149,7 +150,7 @@ impl Report {
     /// Sets the line under the title.
     #[must_use]
     pub fn subtitle(mut self, text: impl Into<String>) -> Self {
-        self.subtitle = text.into();
+        self.subtitle = minus_signs(text);
         self
     }
 
@@ -278,7 +279,7 @@ impl KeyFigure {
     /// Sets the small line below.
     #[must_use]
     pub fn note(mut self, note: impl Into<String>) -> Self {
-        self.note = note.into();
+        self.note = minus_signs(note);
         self
     }
 }

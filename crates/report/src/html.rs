@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::document::{Alignment, Block, Cell, Column, KeyFigure, Report, Table};
-use crate::number::{cell_text, minus, split_at_point};
+use crate::number::{cell_text, minus, minus_signs, split_at_point};
 use crate::plot::{escape, text_width};
 use crate::terminal::check_shape;
 use proofmass_uncertainty::{Finding, Severity};
@@ -182,14 +182,14 @@ impl Page {
                 escape(finding.code())
             );
             for (word, text) in [
-                ("evidence", finding.evidence_text()),
-                ("advice", finding.advice_text()),
+                ("evidence", minus_signs(finding.evidence_text())),
+                ("advice", finding.advice_text().to_owned()),
             ] {
                 if !text.is_empty() {
                     let _ = write!(
                         self.out,
                         "<p class=\"{word}\">{}</p>",
-                        marked(&sentence(text))
+                        marked(&sentence(&text))
                     );
                 }
             }

@@ -86,6 +86,28 @@ pub(crate) fn minus(text: &str) -> String {
     format!("{sign}{digits}{}", power.unwrap_or_else(|| rest.into()))
 }
 
+/// A sentence whose numbers have true minus signs: a hyphen before a digit, at the beginning or behind a space or bracket.
+pub(crate) fn minus_signs(text: impl Into<String>) -> String {
+    let text = text.into();
+    if !text.contains('-') {
+        return text;
+    }
+    let mut out = String::with_capacity(text.len() + 4);
+    let mut before = ' ';
+    let mut rest = text.chars().peekable();
+    while let Some(c) = rest.next() {
+        let number = rest.peek().is_some_and(char::is_ascii_digit);
+        let begins = before.is_whitespace() || matches!(before, '(' | '±');
+        out.push(if c == '-' && number && begins {
+            '−'
+        } else {
+            c
+        });
+        before = c;
+    }
+    out
+}
+
 /// Quantity over unit, as headings and axes state it: brackets around a compound unit, square ones around round
 /// ones, nothing over an empty unit. **Source** `[SIBrochure] 5.4.1`.
 pub(crate) fn quotient(quantity: &str, unit: &str) -> String {
@@ -149,6 +171,26 @@ pub(crate) fn split_at_point(text: &str) -> (&str, &str) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn known_minus_signs_of_sentences() {
+        for (text, printed) in [
+            (
+                "-0.004 mg since the beginning",
+                "−0.004 mg since the beginning",
+            ),
+            (
+                "from -18.0 to 74.0 °C (-3 K)",
+                "from −18.0 to 74.0 °C (−3 K)",
+            ),
+            (
+                "on 2026-11-22, run-2, 3-5, --columns x, a - 1",
+                "on 2026-11-22, run-2, 3-5, --columns x, a - 1",
+            ),
+        ] {
+            assert_eq!(minus_signs(text), printed);
+        }
+    }
 
     #[test]
     fn law_decimal_split_is_lossless_and_cuts_at_the_point() {

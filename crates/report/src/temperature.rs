@@ -1,5 +1,6 @@
 //! The report of temperature coefficients.
 
+use crate::number::two_digits;
 use crate::{Axis, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot, concise};
 use proofmass_calibration::{AxisFit, TemperatureFit};
 use proofmass_core::STANDARD_GRAVITY;
@@ -39,8 +40,8 @@ impl TemperatureReport<'_> {
                         "mg/K",
                     )
                     .note(format!(
-                        "± {:.2} µg/K at {:.0} %",
-                        q.expanded(self.probability) * MG * 1e3,
+                        "± {} µg/K at {:.0} %",
+                        two_digits(q.expanded(self.probability) * MG * 1e3),
                         1e2 * self.probability
                     )),
                 );
@@ -58,6 +59,24 @@ impl TemperatureReport<'_> {
                     )),
                 );
             }
+        }
+        for (axis, name) in fit.axes.iter().zip(AXES) {
+            if let Some(h) = axis.self_heating.filter(|h| h.determined) {
+                figures.push(
+                    KeyFigure::new(
+                        format!("self-heating of {name}"),
+                        concise(h.amplitude * MG, h.standard_uncertainty * MG),
+                        "mg",
+                    )
+                    .note(format!("at switching on, {:.0} s", h.time_constant)),
+                );
+            }
+        }
+        if let Some([lag, u]) = fit.thermometer_lag() {
+            figures.push(
+                KeyFigure::new("lag of the thermometer", concise(lag, u), "s")
+                    .note("behind what the outputs follow"),
+            );
         }
         let what = if fit.scale {
             "Bias and scale were told apart by the attitudes."

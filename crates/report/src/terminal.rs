@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::document::{Alignment, Block, Cell, KeyFigure, Report, Table};
-use crate::number::{cell_text, minus, quotient, split_at_point};
+use crate::number::{cell_text, minus, minus_signs, quotient, split_at_point};
 use proofmass_core::Visible;
 use proofmass_uncertainty::{Finding, Severity};
 
@@ -165,7 +165,8 @@ impl Text {
             // Coloured after wrapping: an escape has no width.
             let coloured = self.styled(&name, code);
             self.out.replace_range(start..start + name.len(), &coloured);
-            for text in [finding.evidence_text(), finding.advice_text()] {
+            let evidence = minus_signs(finding.evidence_text());
+            for text in [evidence.as_str(), finding.advice_text()] {
                 if !text.is_empty() {
                     self.wrapped(text, "    ");
                 }

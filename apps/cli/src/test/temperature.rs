@@ -1,5 +1,6 @@
 //! `proofmass test temperature`.
 
+use super::positive;
 use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::{Failure, Outcome, clock};
@@ -29,6 +30,14 @@ pub(super) struct Temperature {
     /// Largest power of the temperature
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..=3))]
     order: u8,
+    /// The sensor was switched on when the recording began: its own warming, with a time constant of at most this many
+    /// seconds, is part of the model
+    #[arg(long, value_name = "S", value_parser = positive)]
+    warm_up: Option<f64>,
+    /// Where the recording was interrupted while the temperature changed: standard uncertainty, in degrees, of how the
+    /// sensor was kept in its attitude [default: any tilt that the outputs leave possible]
+    #[arg(long, value_name = "DEG", value_parser = positive)]
+    tilt: Option<f64>,
     #[command(flatten)]
     reading: RecordingReading,
     #[command(flatten)]
@@ -50,6 +59,8 @@ impl Temperature {
         let mut job = TemperatureJob::default();
         job.sweep.largest_order = usize::from(self.order);
         job.sweep.reference = self.reference;
+        job.sweep.warm_up = self.warm_up;
+        job.sweep.tilt = self.tilt.map(f64::to_radians);
         let outcome = job.evaluate(&recording.data(), &Progress::new())?;
         let record = recording.record(Some(clock::today()));
         self.delivery.deliver(folder, &Filed::new(record, outcome))

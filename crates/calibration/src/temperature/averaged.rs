@@ -1,4 +1,4 @@
-//! A linear model fitted under every noise of a grid and averaged by evidence.
+//! A linear model, or alternatives of one, fitted under every noise of a grid and averaged by evidence.
 
 use super::correlated_noise::Noise;
 use crate::adjustment::{cholesky, solve};
@@ -14,11 +14,29 @@ pub(super) struct Averaged {
     pub dof: f64,
     /// Log-likelihood (not restricted) of the best noise: what orders are compared by.
     pub log_likelihood: f64,
+    /// Weight of each alternative, over all noises.
+    pub alternatives: Vec<f64>,
+    /// The noise with the largest weight.
+    pub noise: usize,
 }
 
-/// `columns`: p columns of n values each.
-pub(super) fn fit(columns: &[Vec<f64>], y: &[f64], noises: &[Noise]) -> Result<Averaged, Error> {
-    let (n, p) = (y.len(), columns.len());
+impl Averaged {
+    /// The alternative with the largest weight.
+    pub fn best(&self) -> usize {
+        let weights = self.alternatives.iter().enumerate();
+        weights
+            .max_by(|a, b| a.1.total_cmp(b.1))
+            .map_or(0, |(index, _)| index)
+    }
+}
+
+/// `designs`: alternatives of p columns of n values each, the coefficients of which mean the same.
+pub(super) fn fit(
+    designs: &[Vec<Vec<f64>>],
+    y: &[f64],
+    noises: &[Noise],
+) -> Result<Averaged, Error> {
+    let (n, p) = (y.len(), designs.first().map_or(0, Vec::len));
     if n < p + 3 {
         return Err(Error::TooFew {
             name: "blocks of a temperature sweep",
@@ -26,8 +44,11 @@ pub(super) fn fit(columns: &[Vec<f64>], y: &[f64], noises: &[Noise]) -> Result<A
             got: n,
         });
     }
-    let mut runs = Vec::with_capacity(noises.len());
-    for noise in noises {
+    let mut runs = Vec::with_capacity(noises.len() * designs.len());
+    let pairs = designs.iter().enumerate();
+    for ((design, columns), (index, noise)) in
+        pairs.flat_map(|d| noises.iter().enumerate().map(move |noise| (d, noise)))
+    {
         let x: Vec<Vec<f64>> = columns.iter().map(|c| noise.whiten(c)).collect();
         let y = noise.whiten(y);
         let mut normal = vec![0.0; p * p];
@@ -64,7 +85,7 @@ pub(super) fn fit(columns: &[Vec<f64>], y: &[f64], noises: &[Noise]) -> Result<A
             covariance[a * p..(a + 1) * p].copy_from_slice(&unit);
         }
         let own = (noise.effective - p as f64).max(2.0);
-        runs.push((right, covariance, restricted, full, own));
+        runs.push((right, covariance, restricted, full, own, design, index));
     }
     let best = runs.iter().map(|r| r.2).fold(f64::NEG_INFINITY, f64::max);
     if !best.is_finite() {
@@ -82,7 +103,16 @@ pub(super) fn fit(columns: &[Vec<f64>], y: &[f64], noises: &[Noise]) -> Result<A
         .zip(&weights)
         .map(|(r, w)| w / total * r.4)
         .sum();
+    let mut alternatives = vec![0.0; designs.len()];
+    for (run, w) in runs.iter().zip(&weights) {
+        alternatives[run.5] += w / total;
+    }
     Ok(Averaged {
+        alternatives,
+        noise: runs
+            .iter()
+            .max_by(|a, b| a.2.total_cmp(&b.2))
+            .map_or(0, |r| r.6),
         estimate,
         covariance,
         dof,

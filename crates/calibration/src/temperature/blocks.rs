@@ -16,6 +16,10 @@ const MEDIANS: f64 = 12.0;
 const FEWEST: usize = 4;
 /// Shares of the whole temperature range that a turned sensor must have gone through in one attitude.
 const SPAN: f64 = 0.1;
+/// A change of the temperature from one sample to the next by more than this share of the range, four times as large as
+/// those beside it, is no warming: the recording was interrupted there.
+const JUMP: f64 = 0.04;
+const ABRUPT: f64 = 4.0;
 
 /// Block means in order of time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -28,6 +32,9 @@ pub struct Blocks {
     pub output: Vec<Triple>,
     /// Attitude of each block, its number in `attitudes`.
     pub attitude: Vec<usize>,
+    /// Number of jumps of the temperature before each block: between them nobody saw whether the sensor lay still.
+    #[serde(default)]
+    pub stretch: Vec<usize>,
     /// The attitudes.
     pub attitudes: Vec<Attitude>,
     /// Samples in a block.
@@ -72,14 +79,21 @@ impl Blocks {
             temperature: Vec::with_capacity(count),
             output: Vec::with_capacity(count),
             attitude: Vec::new(),
+            stretch: Vec::with_capacity(count),
             attitudes: Vec::new(),
             samples,
             duration: samples as f64 / data.rate,
             temperature_noise: 0.0,
         };
+        let jumps = jumps(data.temperature);
         let mut differences = 0.0;
         for b in 0..count {
             let (start, end) = (b * samples, (b + 1) * samples);
+            let before = jumps.partition_point(|j| *j <= start);
+            if jumps.get(before).is_some_and(|j| *j < end) {
+                continue; // half of it before a jump, half behind
+            }
+            blocks.stretch.push(before);
             blocks
                 .time
                 .push((start as f64 + 0.5 * samples as f64) / data.rate);
@@ -95,7 +109,7 @@ impl Blocks {
             blocks.output.push(means(data.outputs, start, end));
         }
         if samples > 1 {
-            let pairs = (count * (samples - 1)) as f64;
+            let pairs = (blocks.len() * (samples - 1)).max(1) as f64;
             blocks.temperature_noise = 0.5 * differences / pairs / samples as f64;
         }
         let [low, high] = blocks.range();
@@ -126,16 +140,42 @@ impl Blocks {
         self.time.is_empty()
     }
 
-    /// Largest change of the temperature between two neighbouring blocks as a share of the range, with the change of
-    /// direction of the specific force there, rad.
-    pub fn largest_jump(&self) -> (f64, f64) {
-        let [low, high] = self.range();
-        let steps = self.temperature.windows(2).map(|w| (w[1] - w[0]).abs());
-        let largest = steps.enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
-        largest.map_or((0.0, 0.0), |(i, step)| {
-            let angle = angle(self.output[i], self.output[i + 1]);
-            (step / (high - low), angle)
-        })
+    /// Jumps of the temperature within an attitude: the first block behind each, the change of the temperature in K, and that
+    /// of the output, m/s².
+    pub fn jumps(&self) -> Vec<(usize, f64, Triple)> {
+        (1..self.len())
+            .filter(|i| {
+                self.stretch.get(*i) != self.stretch.get(i - 1)
+                    && self.attitude[*i] == self.attitude[i - 1]
+            })
+            .map(|i| {
+                let (before, after) = (self.side(i, false), self.side(i, true));
+                let change = std::array::from_fn(|axis| after.1[axis] - before.1[axis]);
+                (i, after.0 - before.0, change)
+            })
+            .collect()
+    }
+
+    /// Mean temperature and output of up to five blocks before or behind a place, of the same stretch.
+    fn side(&self, at: usize, behind: bool) -> (f64, Triple) {
+        let here = if behind { at } else { at - 1 };
+        let same = |i: &usize| {
+            self.stretch[*i] == self.stretch[here] && self.attitude[*i] == self.attitude[here]
+        };
+        let members: Vec<usize> = if behind {
+            (at..self.len()).take_while(same).take(5).collect()
+        } else {
+            (0..at).rev().take_while(same).take(5).collect()
+        };
+        let count = members.len().max(1) as f64;
+        let mut mean = (0.0, [0.0; 3]);
+        for i in members {
+            mean.0 += self.temperature[i] / count;
+            for axis in 0..3 {
+                mean.1[axis] += self.output[i][axis] / count;
+            }
+        }
+        mean
     }
 
     fn find_attitudes(&mut self) {
@@ -188,6 +228,7 @@ impl Blocks {
         let pick = |v: &[f64]| kept.iter().map(|i| v[*i]).collect::<Vec<f64>>();
         self.time = pick(&self.time);
         self.temperature = pick(&self.temperature);
+        self.stretch = kept.iter().map(|i| self.stretch[*i]).collect();
         self.output = kept.iter().map(|i| self.output[*i]).collect();
         self.attitude = kept
             .iter()
@@ -229,12 +270,24 @@ fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
     })
 }
 
-/// Angle between two vectors, rad.
-pub(super) fn angle(a: Triple, b: Triple) -> f64 {
-    let cross = [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ];
-    norm(cross).atan2(proofmass_core::dot(a, b))
+/// Samples before which the temperature jumps.
+fn jumps(temperature: &[f64]) -> Vec<usize> {
+    let [low, high] = range(temperature.iter().copied());
+    let steps: Vec<f64> = temperature
+        .windows(2)
+        .map(|w| (w[1] - w[0]).abs())
+        .collect();
+    let typical = crate::multi_position::median(steps.clone());
+    let moved = steps.iter().copied().filter(|s| *s > 0.0);
+    // A thermometer of few digits goes in steps of its own.
+    let digit = moved.fold(f64::INFINITY, f64::min);
+    let least = (JUMP * (high - low)).max(12.0 * typical).max(3.0 * digit);
+    let beside = |i: usize| steps.get(i).copied().unwrap_or(0.0);
+    (0..steps.len())
+        .filter(|&i| {
+            let neighbours = beside(i + 1).max(if i > 0 { beside(i - 1) } else { 0.0 });
+            steps[i] > least && steps[i] > ABRUPT * neighbours
+        })
+        .map(|i| i + 1)
+        .collect()
 }

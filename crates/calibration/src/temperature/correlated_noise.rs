@@ -20,12 +20,7 @@ const WHITE: [f64; 4] = [0.0, 0.5, 0.8, 0.95];
 pub(super) fn grid(time: &[f64], block: f64) -> Vec<Noise> {
     let n = time.len();
     let length = (time[n - 1] - time[0]).max(block) / block;
-    let mut noises = vec![Noise {
-        factor: Vec::new(),
-        n,
-        log_determinant: 0.0,
-        effective: n as f64,
-    }];
+    let mut noises = vec![Noise::white(n)];
     let mut tau = 1.0;
     while tau < 0.5 * length {
         noises.extend(
@@ -39,6 +34,16 @@ pub(super) fn grid(time: &[f64], block: f64) -> Vec<Noise> {
 }
 
 impl Noise {
+    /// White noise over n values.
+    pub fn white(n: usize) -> Self {
+        Self {
+            factor: Vec::new(),
+            n,
+            log_determinant: 0.0,
+            effective: n as f64,
+        }
+    }
+
     fn new(time: &[f64], tau: f64, white: f64) -> Option<Self> {
         let n = time.len();
         let mut factor = vec![0.0; n * n];

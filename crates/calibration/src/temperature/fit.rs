@@ -3,15 +3,14 @@
 use super::averaged::{self, Averaged};
 use super::branches::Branches;
 use super::correlated_noise::{Noise, grid};
+use super::steps::{self, OutputStep};
+use super::warm_up::{LEAST, SelfHeating, WarmUp, own_part};
 use super::{Attitude, Blocks, Hysteresis, TemperatureSweep, findings};
 use proofmass_core::{Error, THERMAL_ORDER, norm};
-use proofmass_uncertainty::{
-    Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence,
-    f_quantile,
-};
+use proofmass_uncertainty::{Estimate, Finding, f_quantile};
 use serde::{Deserialize, Serialize};
 
-const AXES: [&str; 3] = ["x", "y", "z"];
+pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// One order of the polynomial on one axis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -45,8 +44,15 @@ pub struct AxisFit {
     pub scale: Option<[f64; THERMAL_ORDER]>,
     /// What heating and cooling do differently, where both are there.
     pub hysteresis: Option<Hysteresis>,
-    /// λ: output per rate of the temperature, m/s² per K/s, and its standard uncertainty, where it can be told.
+    /// λ: output per rate of the temperature (the mean slope times the time by which the thermometer lags), m/s² per K/s,
+    /// and its standard uncertainty, where it can be told.
     pub lag: Option<[f64; 2]>,
+    /// Self-heating after switching on, where it is part of the model.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub self_heating: Option<SelfHeating>,
+    /// The loudest step that no temperature makes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step: Option<OutputStep>,
     /// Mean of the fitted change over the blocks, m/s².
     pub mean_change: f64,
     /// Residuals of the blocks, m/s².
@@ -85,6 +91,21 @@ pub struct TemperatureFit {
 }
 
 impl TemperatureFit {
+    /// Time by which the thermometer lags behind what the outputs follow, s, with its standard uncertainty: the lag of the
+    /// outputs over their mean slopes, all axes together; `None` where the recording does not tell it.
+    pub fn thermometer_lag(&self) -> Option<[f64; 2]> {
+        let (mut product, mut square) = (0.0, 0.0);
+        for (axis, name) in self.axes.iter().zip(AXES) {
+            let [lag, u] = axis.lag?;
+            let slope = self.estimate.get(&format!("slope.{name}"))?.value;
+            if u > 0.0 {
+                product += slope * lag / (u * u);
+                square += slope * slope / (u * u);
+            }
+        }
+        (square > 0.0).then(|| [product / square, 1.0 / square.sqrt()])
+    }
+
     /// The attitudes the sensor was found in.
     pub fn attitudes(&self) -> &[Attitude] {
         &self.blocks.attitudes
@@ -92,11 +113,13 @@ impl TemperatureFit {
 }
 
 /// Columns of one model: nuisance first, then powers of z for the bias, then those for the scale.
-struct Design {
+pub(super) struct Design {
     nuisance: Vec<Vec<f64>>,
     z: Vec<f64>,
     /// Specific force along each axis at every block, m/s², where scale is told from bias.
     force: Option<[Vec<f64>; 3]>,
+    /// Self-heating: its place among the columns, and what may stand there.
+    warm_up: Option<(usize, WarmUp)>,
 }
 
 impl Design {
@@ -113,6 +136,20 @@ impl Design {
             columns.extend((1..=order).map(|k| power(k, Some(&force[axis]))));
         }
         columns
+    }
+
+    /// The columns with every time constant that self-heating may have.
+    fn alternatives(&self, order: usize, axis: usize) -> Vec<Vec<Vec<f64>>> {
+        let columns = self.columns(order, axis);
+        let Some((at, warm_up)) = &self.warm_up else {
+            return vec![columns];
+        };
+        let with = |decay: &Vec<f64>| {
+            let mut columns = columns.clone();
+            columns[*at].clone_from(decay);
+            columns
+        };
+        warm_up.decays.iter().map(with).collect()
     }
 }
 
@@ -133,7 +170,7 @@ pub(super) fn fit(settings: &TemperatureSweep, blocks: &Blocks) -> Result<Temper
         .iter()
         .map(|t| (t - reference) / half)
         .collect();
-    let branches = Branches::of(blocks);
+    let mut branches = Branches::of(blocks);
     let force = separable(blocks);
     let mut nuisance: Vec<Vec<f64>> = (0..blocks.attitudes.len())
         .map(|s| {
@@ -146,9 +183,21 @@ pub(super) fn fit(settings: &TemperatureSweep, blocks: &Blocks) -> Result<Temper
         .collect();
     let gap_at = nuisance.len();
     if branches.common.is_some() {
-        for k in 0..3 {
+        let gap = (0..3).map(|k| {
             let signed = branches.sign.iter().zip(&z);
-            nuisance.push(signed.map(|(s, z)| 0.5 * s * z.powi(k)).collect());
+            signed
+                .map(|(s, z)| 0.5 * s * z.powi(k))
+                .collect::<Vec<f64>>()
+        });
+        nuisance.extend(gap);
+        // A few plateaus, each reached from one side alone, do not tell the branches from the temperature.
+        let powers =
+            (1..=settings.largest_order as i32).map(|k| z.iter().map(|z| z.powi(k)).collect());
+        let all: Vec<Vec<f64>> = nuisance.iter().cloned().chain(powers).collect();
+        if (gap_at..gap_at + 3).any(|at| own_part(&all, at) < LEAST) {
+            nuisance.truncate(gap_at);
+            branches.common = None;
+            branches.lag = false;
         }
     }
     let lag_at = nuisance.len();
@@ -156,8 +205,18 @@ pub(super) fn fit(settings: &TemperatureSweep, blocks: &Blocks) -> Result<Temper
         let fastest = branches.rate.iter().fold(0.0f64, |m, r| m.max(r.abs()));
         nuisance.push(branches.rate.iter().map(|r| r / fastest).collect());
     }
+    let warm_up = settings.warm_up.map(|longest| {
+        let warm_up = WarmUp::of(blocks, longest);
+        nuisance.extend(warm_up.decays.first().cloned());
+        (nuisance.len() - 1, warm_up)
+    });
     let fixed = nuisance.len();
-    let design = Design { nuisance, z, force };
+    let design = Design {
+        nuisance,
+        z,
+        force,
+        warm_up,
+    };
     let noises = grid(&blocks.time, blocks.duration);
     let context = Context {
         settings,
@@ -185,7 +244,7 @@ pub(super) fn fit(settings: &TemperatureSweep, blocks: &Blocks) -> Result<Temper
         findings: Vec::new(),
         direction: branches.sign,
     };
-    fit.findings = findings::of(&fit, branches.common.is_some(), settings.probability);
+    fit.findings = findings::of(&fit, branches.common.is_some(), settings);
     Ok(fit)
 }
 
@@ -214,33 +273,35 @@ fn separable(blocks: &Blocks) -> Option<[Vec<f64>; 3]> {
     })
 }
 
-struct Context<'a> {
-    settings: &'a TemperatureSweep,
-    blocks: &'a Blocks,
-    branches: &'a Branches,
-    design: &'a Design,
-    noises: &'a [Noise],
-    half: f64,
-    reference: f64,
-    gap_at: usize,
-    lag_at: usize,
-    fixed: usize,
+pub(super) struct Context<'a> {
+    pub(super) settings: &'a TemperatureSweep,
+    pub(super) blocks: &'a Blocks,
+    pub(super) branches: &'a Branches,
+    pub(super) design: &'a Design,
+    pub(super) noises: &'a [Noise],
+    pub(super) half: f64,
+    pub(super) reference: f64,
+    pub(super) gap_at: usize,
+    pub(super) lag_at: usize,
+    pub(super) fixed: usize,
 }
 
 /// One axis with what the joint estimate needs.
-struct Axis {
-    fit: AxisFit,
+pub(super) struct Axis {
+    pub(super) fit: AxisFit,
     /// Coefficients in powers of z: bias, then scale, each up to the largest order.
-    coefficients: Vec<f64>,
-    covariance: Vec<f64>,
+    pub(super) coefficients: Vec<f64>,
+    pub(super) covariance: Vec<f64>,
     /// Half the difference of the branches in the same coefficients.
-    branch: Vec<f64>,
+    pub(super) branch: Vec<f64>,
+    /// What a tilt across the jumps of the temperature would do to the same coefficients: one for each cause.
+    pub(super) tilt: Vec<Vec<f64>>,
     /// Degrees of freedom of the covariance.
-    dof: f64,
+    pub(super) dof: f64,
 }
 
 impl Context<'_> {
-    fn kinds(&self) -> usize {
+    pub(super) fn kinds(&self) -> usize {
         if self.design.force.is_some() { 2 } else { 1 }
     }
 
@@ -252,7 +313,7 @@ impl Context<'_> {
         let mut runs: Vec<Averaged> = Vec::with_capacity(top);
         for order in 1..=top {
             runs.push(averaged::fit(
-                &self.design.columns(order, axis),
+                &self.design.alternatives(order, axis),
                 &y,
                 self.noises,
             )?);
@@ -346,7 +407,27 @@ impl Context<'_> {
             let at = self.lag_at;
             [x[at] / fastest, c[at * size + at].sqrt() / fastest]
         });
-        let columns = self.design.columns(top, axis);
+        let best = runs[top - 1].best();
+        let mut designs = self.design.alternatives(top, axis);
+        let self_heating = self.design.warm_up.as_ref().map(|(at, warm_up)| {
+            let [amplitude, standard_uncertainty] = [x[*at], c[at * size + at].max(0.0).sqrt()];
+            warm_up.found(
+                amplitude,
+                standard_uncertainty,
+                &runs[top - 1].alternatives,
+                &designs,
+                *at,
+            )
+        });
+        let columns = designs.swap_remove(best);
+        let step = steps::largest(
+            self.blocks,
+            &columns,
+            &y,
+            &self.noises[runs[top - 1].noise],
+            (fixed, &slope_weights),
+        );
+        let tilt = self.tilt(axis, &columns)?;
         let residuals = (0..n)
             .map(|i| y[i] - (0..size).map(|a| columns[a][i] * x[a]).sum::<f64>())
             .collect();
@@ -374,18 +455,69 @@ impl Context<'_> {
                 scale: (kinds == 2).then(|| powers(top)),
                 hysteresis,
                 lag,
+                self_heating,
+                step,
                 mean_change,
                 residuals,
             },
             coefficients,
             covariance,
             branch,
+            tilt,
             dof: runs[top - 1].dof,
         })
     }
 
+    /// Coefficients that a tilt at the jumps of the temperature would be taken for, one set for each cause.
+    ///
+    /// Where nobody says how well the attitude was kept, everything that changed across the specific force may be tilt, at
+    /// all jumps together, and the biases may have hidden as much of it again, or as much as they changed along the force: on
+    /// each axis the whole size; and what these angles, one after the other, take off along the force. Declared, each jump is a
+    /// cause of its own.
+    fn tilt(&self, axis: usize, columns: &[Vec<f64>]) -> Result<Vec<Vec<f64>>, Error> {
+        let n = self.blocks.len();
+        let jumps = self.blocks.jumps();
+        let mut causes = vec![vec![0.0; n]; if jumps.is_empty() { 0 } else { 2 }];
+        let mut turned = [0.0; 3];
+        for (at, _, change) in jumps {
+            let attitude = self.blocks.attitude[at];
+            let force = self.blocks.attitudes[attitude].output;
+            let size = norm(force).max(f64::MIN_POSITIVE);
+            let along = proofmass_core::dot(force, change) / size;
+            let across: [f64; 3] = std::array::from_fn(|i| change[i] - along * force[i] / size);
+            let cosine = (force[axis] / size).clamp(-1.0, 1.0);
+            let sine = (1.0 - cosine * cosine).sqrt();
+            let behind = (at..n).filter(|i| self.blocks.attitude[*i] == attitude);
+            if let Some(angle) = self.settings.tilt {
+                let width = size * (angle * sine + 0.5 * angle * angle * cosine.abs());
+                let mut step = vec![0.0; n];
+                behind.for_each(|i| step[i] = width);
+                causes.push(step);
+                continue;
+            }
+            let seen = norm(across);
+            let hidden = seen.max(along.abs());
+            let whole = (seen + hidden) / seen.max(f64::MIN_POSITIVE);
+            let before = norm(turned);
+            turned = std::array::from_fn(|i| turned[i] + whole * across[i]);
+            let first = ((seen + hidden) * sine).copysign(across[axis]);
+            let second = 0.5 * cosine * (norm(turned).powi(2) - before.powi(2)) / size;
+            for i in behind {
+                causes[0][i] += first;
+                causes[1][i] += second;
+            }
+        }
+        causes.retain(|c| c.iter().any(|v| *v != 0.0));
+        let design = [columns.to_vec()];
+        let coefficients = |step: &Vec<f64>| {
+            let run = averaged::fit(&design, step, &self.noises[..1])?;
+            Ok(run.estimate[self.fixed..].to_vec())
+        };
+        causes.iter().map(coefficients).collect()
+    }
+
     /// Weights of z, z², z³ in the mean slope over the range, per K.
-    fn slope_weights(&self, top: usize) -> Vec<f64> {
+    pub(super) fn slope_weights(&self, top: usize) -> Vec<f64> {
         let [low, high] = self
             .blocks
             .range()
@@ -397,7 +529,7 @@ impl Context<'_> {
 
     /// Ten stretches of time left out in turn; what is left fits them, intercepts and branches included.
     fn cross_validation(&self, order: usize, axis: usize, y: &[f64]) -> f64 {
-        let columns = self.design.columns(order, axis);
+        let designs = self.design.alternatives(order, axis);
         let n = y.len();
         let mut sum = 0.0;
         let mut count = 0usize;
@@ -405,12 +537,16 @@ impl Context<'_> {
             let out = |i: usize| i * 10 / n == fold;
             let keep: Vec<usize> = (0..n).filter(|i| !out(*i)).collect();
             let pick = |c: &Vec<f64>| keep.iter().map(|i| c[*i]).collect::<Vec<f64>>();
-            let x: Vec<Vec<f64>> = columns.iter().map(pick).collect();
+            let x: Vec<Vec<Vec<f64>>> = designs
+                .iter()
+                .map(|columns| columns.iter().map(pick).collect())
+                .collect();
             let white = &self.noises[..1];
             // A stretch that alone holds an attitude or a branch cannot be predicted by the others.
             let Ok(run) = averaged::fit(&x, &pick(&y.to_vec()), white) else {
                 continue;
             };
+            let columns = &designs[run.best()];
             for i in (0..n).filter(|i| out(*i)) {
                 let model: f64 = columns
                     .iter()
@@ -452,117 +588,6 @@ impl Context<'_> {
             curve,
         }
     }
-
-    /// Mean slopes, then coefficients in powers of d, of all axes.
-    fn estimate(&self, axes: &[Axis]) -> Result<Estimate, Error> {
-        let top = self.settings.largest_order;
-        let kinds = self.kinds();
-        let count = kinds * top;
-        let all = 3 * count;
-        // One covariance in powers of z: within an axis its own, between axes by the correlation of the residuals.
-        let correlation = residual_correlation(axes);
-        let factors: Vec<Vec<f64>> = axes
-            .iter()
-            .map(|a| square_root(&a.covariance, count))
-            .collect();
-        let mut noise = vec![0.0; all * all];
-        for a in 0..3 {
-            for b in 0..3 {
-                for i in 0..count {
-                    for j in 0..count {
-                        let sum: f64 = (0..count)
-                            .map(|k| factors[a][i * count + k] * factors[b][j * count + k])
-                            .sum();
-                        noise[(a * count + i) * all + b * count + j] = correlation[a][b] * sum;
-                    }
-                }
-            }
-        }
-        let weights = self.slope_weights(top);
-        let mut components = Vec::new();
-        let mut jacobian: Vec<f64> = Vec::new();
-        let mut push = |component: Component, row: Vec<(usize, f64)>| {
-            let mut dense = vec![0.0; all];
-            for (i, v) in row {
-                dense[i] = v;
-            }
-            jacobian.extend(dense);
-            components.push(component);
-        };
-        for (a, axis) in axes.iter().enumerate() {
-            let row = weights.iter().enumerate().map(|(k, w)| (a * count + k, *w));
-            let value = weights
-                .iter()
-                .zip(&axis.coefficients)
-                .map(|(w, c)| w * c)
-                .sum();
-            push(
-                Component::new(format!("slope.{}", AXES[a]), "m/s²/K", value),
-                row.collect(),
-            );
-        }
-        let kind = if kinds == 2 { "bias" } else { "output" };
-        for (a, axis) in axes.iter().enumerate() {
-            for k in 0..count {
-                let power = k % top + 1;
-                let unit = self.half.powi(power as i32);
-                let exponent = ["", "²", "³"][power - 1];
-                let (name, unit_name) = if k < top {
-                    (kind, format!("m/s²/K{exponent}"))
-                } else {
-                    ("scale", format!("1/K{exponent}"))
-                };
-                push(
-                    Component::new(
-                        format!("{name}.{}.T{power}", AXES[a]),
-                        unit_name,
-                        axis.coefficients[k] / unit,
-                    ),
-                    vec![(a * count + k, 1.0 / unit)],
-                );
-            }
-        }
-        // The least of the three axes: on the safe side for the others.
-        let dof = axes.iter().map(|a| a.dof).fold(f64::INFINITY, f64::min);
-        let mut influences = vec![Influence {
-            key: "noise".to_owned(),
-            description: "noise and wander of the outputs, over orders and noises by evidence"
-                .to_owned(),
-            evaluation: Evaluation::A,
-            distribution: "t".to_owned(),
-            dof: DegreesOfFreedom::new(dof).unwrap_or(DegreesOfFreedom::INFINITE),
-            effect: Effect::Joint {
-                covariance: Covariance::try_from_rows(all, &noise)?.propagate(&jacobian)?,
-            },
-        }];
-        for (a, axis) in axes.iter().enumerate() {
-            if axis.fit.hysteresis.is_none() {
-                continue;
-            }
-            let sensitivity: Vec<f64> = jacobian
-                .chunks(all)
-                .map(|row| {
-                    (0..count)
-                        .map(|k| row[a * count + k] * axis.branch[k])
-                        .sum()
-                })
-                .collect();
-            influences.push(Influence {
-                key: format!("hysteresis.{}", AXES[a]),
-                description: format!("heating and cooling differ ({})", AXES[a]),
-                evaluation: Evaluation::B,
-                distribution: "rectangular".to_owned(),
-                dof: DegreesOfFreedom::INFINITE,
-                effect: Effect::Scalar {
-                    value: 0.0,
-                    unit: "1".to_owned(),
-                    standard_uncertainty: 1.0 / 3f64.sqrt(),
-                    sensitivity,
-                },
-            });
-        }
-        Estimate::new(components, influences)
-    }
 }
 
 /// Σ w_k x_k and its standard uncertainty; `x` and the covariance begin at `offset`.
@@ -575,46 +600,4 @@ fn linear(w: &[f64], x: &[f64], c: &[f64], size: usize, offset: usize) -> (f64, 
         }
     }
     (value, variance.max(0.0).sqrt())
-}
-
-fn residual_correlation(axes: &[Axis]) -> [[f64; 3]; 3] {
-    let product = |a: usize, b: usize| -> f64 {
-        axes[a]
-            .fit
-            .residuals
-            .iter()
-            .zip(&axes[b].fit.residuals)
-            .map(|(x, y)| x * y)
-            .sum()
-    };
-    std::array::from_fn(|a| {
-        std::array::from_fn(|b| {
-            let size = (product(a, a) * product(b, b)).sqrt();
-            if a == b {
-                1.0
-            } else if size > 0.0 {
-                // Shrunk by a hair, so that three axes with one disturbance stay positive definite.
-                0.999 * product(a, b) / size
-            } else {
-                0.0
-            }
-        })
-    })
-}
-
-/// L with L Lᵀ = C of a covariance that may be singular, by rows.
-fn square_root(covariance: &[f64], n: usize) -> Vec<f64> {
-    let mut l = vec![0.0; n * n];
-    for i in 0..n {
-        for j in 0..=i {
-            let sum: f64 = (0..j).map(|k| l[i * n + k] * l[j * n + k]).sum();
-            let rest = covariance[i * n + j] - sum;
-            if i == j {
-                l[i * n + i] = rest.max(0.0).sqrt();
-            } else if l[j * n + j] > 0.0 {
-                l[i * n + j] = rest / l[j * n + j];
-            }
-        }
-    }
-    l
 }
