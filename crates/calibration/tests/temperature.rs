@@ -350,9 +350,7 @@ fn switched_on(amplitude: [f64; 3], tau: f64, lag: usize, cycle: bool, seed: u64
         }
     }
     let t = recording.temperature.clone();
-    for i in lag..t.len() {
-        recording.temperature[i] = t[i - lag];
-    }
+    recording.temperature[lag..].copy_from_slice(&t[..t.len() - lag]);
     recording
 }
 

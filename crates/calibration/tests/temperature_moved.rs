@@ -71,7 +71,8 @@ fn cycle(s: f64) -> f64 {
 fn plateaus(count: f64, tilt: f64, seed: u64) -> Recording {
     let level = |s: f64| -18.0 + 92.0 * (s * count).floor() / (count - 1.0);
     let mut recording = Recording::at(level, 0.0, seed);
-    let angle = Xoshiro256PlusPlus::seed_from_u64(9000 + seed).random_range(0.0..6.28);
+    let angle =
+        Xoshiro256PlusPlus::seed_from_u64(9000 + seed).random_range(0.0..std::f64::consts::TAU);
     for i in 0..N {
         let turned = tilt * (i as f64 / N as f64 * count).floor();
         let moved = [
