@@ -1,8 +1,8 @@
 //! `proofmass test temperature`.
 
-use super::positive;
 use crate::console::Progress;
 use crate::delivery::Delivery;
+use crate::number_arguments::positive;
 use crate::{Failure, Outcome, clock};
 use proofmass::io::{ColumnRef, Source};
 use proofmass::jobs::temperature::{TemperatureJob, TemperatureOutcome, TemperatureRecording};
