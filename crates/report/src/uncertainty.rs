@@ -229,28 +229,35 @@ fn road(method: StatementMethod) -> &'static str {
 
 /// Each output as it is stated.
 fn results(result: &ModelResult) -> Table {
+    // A stated factor has another probability at each number of degrees of freedom.
+    let fixed = result.options.coverage_factor;
+    let road = "by the law of propagation where Monte Carlo does not contradict it";
+    let mut columns = vec![
+        Column::text("quantity"),
+        Column::number("value", ""),
+        Column::number("u", ""),
+        Column::number("U", ""),
+        Column::number("lower end", ""),
+        Column::number("upper end", ""),
+        Column::text("unit"),
+        Column::number("k", ""),
+        Column::number("ν_eff", ""),
+    ];
+    if fixed.is_some() {
+        columns.push(Column::number("p", "%"));
+    }
+    columns.push(Column::text("linear result"));
     let mut table = Table::new(
-        format!(
-            "Results with intervals at {} %, by the law of propagation where Monte Carlo does not contradict it",
-            percent(
-                result
-                    .outputs
-                    .first()
-                    .map_or(result.options.probability, |o| o.stated.probability)
-            )
-        ),
-        [
-            Column::text("quantity"),
-            Column::number("value", ""),
-            Column::number("u", ""),
-            Column::number("U", ""),
-            Column::number("lower end", ""),
-            Column::number("upper end", ""),
-            Column::text("unit"),
-            Column::number("k", ""),
-            Column::number("ν_eff", ""),
-            Column::text("linear result"),
-        ],
+        match fixed {
+            Some(k) => {
+                format!("Results with k = {k}, {road}; p is the probability of the interval")
+            }
+            None => format!(
+                "Results with intervals at {} %, {road}",
+                percent(result.options.probability)
+            ),
+        },
+        columns,
     );
     for output in &result.outputs {
         let stated = &output.stated;
@@ -274,7 +281,7 @@ fn results(result: &ModelResult) -> Table {
                 Cell::number(degrees(dof.get())),
             ],
         };
-        table = table.row([
+        let mut row = vec![
             Cell::text(stated.name.clone()),
             number(stated.value),
             stated.standard_uncertainty.map_or(Cell::Empty, number),
@@ -284,8 +291,12 @@ fn results(result: &ModelResult) -> Table {
             Cell::text(shown(&stated.unit)),
             k,
             nu,
-            Cell::text(verdict(output)),
-        ]);
+        ];
+        if fixed.is_some() {
+            row.push(Cell::number(format!("{:.1}", 100.0 * stated.probability)));
+        }
+        row.push(Cell::text(verdict(output)));
+        table = table.row(row);
     }
     table
 }
@@ -388,7 +399,10 @@ fn budget(output: &LinearOutput) -> Table {
             estimate,
             u,
             unit,
-            Cell::text(line.distribution.clone()),
+            Cell::text(match &line.input {
+                Some(input) if input.standard_uncertainty == 0.0 => "constant",
+                _ => line.distribution.as_ref(),
+            }),
             Cell::number(degrees(line.dof.get())),
             sensitivity,
             Cell::number(scientific(line.contribution.abs(), 2)),
@@ -654,7 +668,7 @@ fn at_place(value: f64, u: f64, digits: u32) -> String {
 fn degrees(nu: f64) -> String {
     if nu.is_infinite() || nu > 1e6 {
         "∞".to_owned()
-    } else if nu < 100.0 && nu.fract().abs() > 1e-9 {
+    } else if nu < 100.0 && (nu - nu.round()).abs() > 1e-9 {
         format!("{nu:.2}")
     } else {
         format!("{nu:.0}")

@@ -1,7 +1,7 @@
 //! What each cause does to a result, by Monte Carlo: a budget for models that are not linear within the uncertainties.
 
 use crate::monte_carlo::{circles, nearest_turn};
-use crate::sampler::{STRIP, Sampler};
+use crate::sampler::{STRIP, Sampler, Strips};
 use crate::{JointInputs, MonteCarlo, Refusal, Trial};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -58,6 +58,35 @@ struct Whole {
     squares: f64,
 }
 
+impl Sums {
+    /// One trial: f(A), f(B), f(C).
+    fn add(&mut self, a: f64, b: f64, c: f64) {
+        if a.is_finite() && b.is_finite() && c.is_finite() {
+            self.count += 1.0;
+            self.parted += (a - c).powi(2);
+            self.kept += b * (c - a);
+        }
+    }
+
+    fn add_alone(&mut self, f: f64) {
+        if f.is_finite() {
+            self.alone[0] += 1.0;
+            self.alone[1] += f;
+            self.alone[2] += f * f;
+        }
+    }
+}
+
+impl Whole {
+    fn add(&mut self, f: f64) {
+        if f.is_finite() {
+            self.count += 1.0;
+            self.sum += f;
+            self.squares += f * f;
+        }
+    }
+}
+
 impl MonteCarlo {
     /// The share of every cause in the variance of every output, from `trials` pairs of trials.
     ///
@@ -104,12 +133,16 @@ impl MonteCarlo {
             .iter_mut()
             .filter(|c| !c.is_finite())
             .for_each(|c| *c = 0.0);
-        let evaluate = |x: &[f64], y: &mut [f64]| {
-            model.trial(x, y);
-            for ((y, circle), centre) in y.iter_mut().zip(&circles).zip(&centre) {
-                *y = nearest_turn(*y, *circle) - centre;
+        let evaluate = |x: &[&[f64]], y: &mut [Vec<f64>]| {
+            let mut columns: Vec<&mut [f64]> = y.iter_mut().map(Vec::as_mut_slice).collect();
+            model.trials(x, &mut columns);
+            for ((column, circle), centre) in y.iter_mut().zip(&circles).zip(&centre) {
+                for y in column {
+                    *y = nearest_turn(*y, *circle) - centre;
+                }
             }
         };
+        let constant: Vec<Vec<f64>> = estimates.iter().map(|x| vec![*x; STRIP]).collect();
         let blocks = trials.div_ceil(BLOCK).max(1);
         let parts: Vec<(Vec<Whole>, Vec<Sums>)> = (0..blocks)
             .into_par_iter()
@@ -122,46 +155,31 @@ impl MonteCarlo {
                     Xoshiro256PlusPlus::seed_from_u64(word)
                 };
                 let mut streams = [stream(0), stream(1)];
-                let width = n.max(1);
-                let (mut a, mut b) = (vec![0.0; width * STRIP], vec![0.0; width * STRIP]);
-                let (mut fa, mut fb, mut f) = (vec![0.0; m], vec![0.0; m], vec![0.0; m]);
-                let mut mixed = vec![0.0; n];
-                for start in (0..BLOCK).step_by(STRIP) {
+                let (mut a, mut b) = (Strips::new(n), Strips::new(n));
+                let room = || vec![vec![0.0; STRIP]; m];
+                let (mut fa, mut fb, mut f) = (room(), room(), room());
+                for _ in 0..BLOCK / STRIP {
                     sampler.fill(&mut a, &mut streams[0]);
                     sampler.fill(&mut b, &mut streams[1]);
-                    let count = STRIP.min(BLOCK - start);
-                    let rows = a.chunks_exact(width).zip(b.chunks_exact(width)).take(count);
-                    for (a, b) in rows {
-                        evaluate(&a[..n], &mut fa);
-                        evaluate(&b[..n], &mut fb);
-                        for (whole, v) in wholes.iter_mut().zip(&fa) {
-                            if v.is_finite() {
-                                whole.count += 1.0;
-                                whole.sum += v;
-                                whole.squares += v * v;
-                            }
+                    let (a, b) = (a.columns(STRIP), b.columns(STRIP));
+                    evaluate(&a, &mut fa);
+                    evaluate(&b, &mut fb);
+                    for (whole, column) in wholes.iter_mut().zip(&fa) {
+                        column.iter().for_each(|v| whole.add(*v));
+                    }
+                    for (cause, sums) in causes.iter().zip(sums.chunks_exact_mut(m.max(1))) {
+                        let mut mixed = a.clone();
+                        cause.iter().for_each(|&d| mixed[d] = b[d]);
+                        evaluate(&mixed, &mut f);
+                        for (k, sums) in sums.iter_mut().enumerate() {
+                            let trials = fa[k].iter().zip(&fb[k]).zip(&f[k]);
+                            trials.for_each(|((a, b), c)| sums.add(*a, *b, *c));
                         }
-                        for (cause, sums) in causes.iter().zip(sums.chunks_exact_mut(m.max(1))) {
-                            mixed.copy_from_slice(&a[..n]);
-                            cause.iter().for_each(|&d| mixed[d] = b[d]);
-                            evaluate(&mixed, &mut f);
-                            for (k, sums) in sums.iter_mut().enumerate() {
-                                if fa[k].is_finite() && fb[k].is_finite() && f[k].is_finite() {
-                                    sums.count += 1.0;
-                                    sums.parted += (fa[k] - f[k]).powi(2);
-                                    sums.kept += fb[k] * (f[k] - fa[k]);
-                                }
-                            }
-                            mixed.copy_from_slice(&estimates);
-                            cause.iter().for_each(|&d| mixed[d] = a[d]);
-                            evaluate(&mixed, &mut f);
-                            for (k, sums) in sums.iter_mut().enumerate() {
-                                if f[k].is_finite() {
-                                    sums.alone[0] += 1.0;
-                                    sums.alone[1] += f[k];
-                                    sums.alone[2] += f[k] * f[k];
-                                }
-                            }
+                        let mut mixed: Vec<&[f64]> = constant.iter().map(Vec::as_slice).collect();
+                        cause.iter().for_each(|&d| mixed[d] = a[d]);
+                        evaluate(&mixed, &mut f);
+                        for (k, sums) in sums.iter_mut().enumerate() {
+                            f[k].iter().for_each(|v| sums.add_alone(*v));
                         }
                     }
                 }

@@ -174,7 +174,7 @@ impl UncertaintyModel {
         let trials = match options.trials {
             Trials::Adaptive { digits, max } => Trials::Adaptive {
                 digits,
-                max: equations.affordable(max),
+                max: equations.affordable(max, joint.draws_per_trial()),
             },
             fixed => fixed,
         };
@@ -287,7 +287,9 @@ impl UncertaintyModel {
             })
             .collect();
         let per_trial = 2 + 2 * joint.draws().len();
-        let trials = EFFECT_TRIALS.min(equations.affordable(EFFECT_EVALUATIONS) / per_trial);
+        // A set of draws serves all evaluations of its trial.
+        let evaluations = equations.affordable(EFFECT_EVALUATIONS, 0);
+        let trials = EFFECT_TRIALS.min(evaluations / per_trial);
         // Fewer would not tell one cause from another.
         if wanted.is_empty() || trials < 4096 {
             return Ok(());

@@ -1,5 +1,7 @@
 //! Measurement equations as text: `V / I * cos(phi)`.
 
+#[cfg(feature = "model")]
+mod columns;
 mod function;
 mod parser;
 mod program;

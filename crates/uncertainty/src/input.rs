@@ -764,6 +764,16 @@ impl JointInputs {
         set.and_then(|set| set.first().copied()).unwrap_or(input)
     }
 
+    /// Draws that one trial takes; correlated ones count as the sums they are made of.
+    #[cfg(feature = "model")]
+    pub(crate) fn draws_per_trial(&self) -> usize {
+        let of = |cluster: &Cluster| match (&cluster.correlation, cluster.draws.len()) {
+            (None, n) => n,
+            (Some(_), n) => n * (2 + n / 8),
+        };
+        self.clusters.iter().map(of).sum()
+    }
+
     /// Name of an input by its position.
     #[cfg(feature = "monte-carlo")]
     pub(crate) fn input_name(&self, input: usize) -> &str {

@@ -22,10 +22,32 @@ pub trait Model {
     fn outputs(&self) -> Vec<(String, String)>;
     /// Computes the outputs: one input per draw, in the order of [`JointInputs::draws`].
     fn evaluate<T: Number>(&self, x: &[T], y: &mut [T]);
+    /// Computes the outputs of several trials: a column of equal length per draw and per output. One after the other,
+    /// unless the model knows a faster way to the same numbers.
+    fn evaluate_columns(&self, x: &[&[f64]], y: &mut [&mut [f64]]) {
+        one_by_one(x, y, |x, y| self.evaluate(x, y));
+    }
     /// Period of each output that lives on a circle: a phase has 2π. Trials of it are counted from the estimate, half a
     /// period to either side, so that no cut divides the distribution. None by default.
     fn periods(&self) -> Vec<Option<f64>> {
         Vec::new()
+    }
+}
+
+/// Columns of trials, each trial by itself.
+pub(crate) fn one_by_one(x: &[&[f64]], y: &mut [&mut [f64]], f: impl Fn(&[f64], &mut [f64])) {
+    let lengths = x.iter().map(|column| column.len());
+    let lengths = lengths.chain(y.iter().map(|column| column.len()));
+    let mut row = vec![0.0; x.len()];
+    let mut out = vec![0.0; y.len()];
+    for trial in 0..lengths.min().unwrap_or(0) {
+        for (value, column) in row.iter_mut().zip(x) {
+            *value = column[trial];
+        }
+        f(&row, &mut out);
+        for (column, value) in y.iter_mut().zip(&out) {
+            column[trial] = *value;
+        }
     }
 }
 

@@ -172,10 +172,15 @@ pub(super) fn check_discrete(values: &[f64], weights: &[f64]) -> Result<(), Erro
     let least = weights.iter().copied().fold(0.0, f64::min);
     let impossible = !(total > 0.0 && total.is_finite());
     if least < 0.0 || (impossible && !weights.is_empty()) {
+        let (name, value, min) = if least < 0.0 {
+            ("weights", least, 0.0)
+        } else {
+            ("sum of the weights", total, f64::MIN_POSITIVE)
+        };
         return Err(Error::OutOfRange {
-            name: "weights",
-            value: if least < 0.0 { least } else { total },
-            min: 0.0,
+            name,
+            value,
+            min,
             max: f64::MAX,
         });
     }

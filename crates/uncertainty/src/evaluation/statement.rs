@@ -59,9 +59,14 @@ impl Statement {
             lost <= VISIBLE * (1.0 - options.probability)
         };
         let contradicted = validation.is_some_and(|v| v.verdict == Verdict::NotValidated);
+        // Events so rare that no trial had one: what does not vary is no distribution of what does.
+        let silent = |s: &&SampledOutput| s.standard_uncertainty == Some(0.0);
+        let varies = linear.is_some_and(|l| l.quantity.standard_uncertainty > 0.0);
         match (linear, sampled) {
             // Trials that lost a visible share are no distribution of the measurand: they contradict nothing.
-            (Some(_), Some(sampled)) if contradicted && whole(&sampled) => {
+            (Some(_), Some(sampled))
+                if contradicted && whole(&sampled) && !(varies && silent(&sampled)) =>
+            {
                 Some(Self::of_trials(entry, sampled, options))
             }
             (Some(linear), _) => Some(Self::of_law(entry, linear, options)),

@@ -93,8 +93,9 @@ impl Equations {
         self.program.ops.iter().position(here).unwrap_or(0)
     }
 
-    /// Trials that a calculation may make of its own accord: what is solved anew in each of them costs.
-    pub(crate) fn affordable(&self, most: usize) -> usize {
+    /// Trials that a calculation may make of its own accord: what is solved anew in each of them costs, and so do draws
+    /// and operations by the thousand.
+    pub(crate) fn affordable(&self, most: usize, draws: usize) -> usize {
         let cost: f64 = self
             .blocks
             .iter()
@@ -106,6 +107,7 @@ impl Equations {
                 }
             })
             .sum();
+        let cost = cost + 20.0 * draws as f64 + 2.0 * self.program.ops.len() as f64;
         most.min(((2e10 / cost.max(1.0)) as usize).max(FEWEST))
     }
 
@@ -204,6 +206,31 @@ impl Model for Equations {
         self.run(x, results);
         for (y, &place) in y.iter_mut().zip(&self.places) {
             *y = results[place as usize];
+        }
+    }
+
+    fn evaluate_columns(&self, x: &[&[f64]], y: &mut [&mut [f64]]) {
+        let lengths = x.iter().map(|column| column.len());
+        let lengths = lengths.chain(y.iter().map(|column| column.len()));
+        let trials = lengths.min().unwrap_or(0);
+        let most = self.program.columns_width(trials);
+        let mut results = vec![0.0; self.program.ops.len() * most];
+        let mut part: Vec<&[f64]> = Vec::with_capacity(x.len());
+        for start in (0..trials).step_by(most) {
+            let width = most.min(trials - start);
+            part.clear();
+            part.extend(x.iter().map(|column| &column[start..start + width]));
+            self.program.run_columns(
+                &part,
+                &mut results,
+                width,
+                |number, angle| unwrapped(angle, self.angles.get(number).copied()),
+                |number, before, out| self.blocks[number].evaluate(before, out),
+            );
+            for (column, &place) in y.iter_mut().zip(&self.places) {
+                let from = place as usize * width;
+                column[start..start + width].copy_from_slice(&results[from..from + width]);
+            }
         }
     }
 }

@@ -1,6 +1,7 @@
 //! One input of a model or budget, in the words of a laboratory.
 
 use crate::{DegreesOfFreedom, Distribution, Evaluation, Input, Refusal};
+use proofmass_core::Error;
 use serde::{Deserialize, Serialize};
 
 /// One `[[input]]`: a name, a unit, and one statement of what is known:
@@ -103,6 +104,13 @@ impl Accuracy {
     pub fn half_width(&self, reading: f64) -> f64 {
         (self.reading_percent * reading.abs() + self.range_percent * self.range.abs()) / 100.0
             + self.constant
+    }
+
+    /// The smallest of its parts.
+    fn least(&self) -> f64 {
+        self.reading_percent
+            .min(self.range_percent)
+            .min(self.constant)
     }
 }
 
@@ -241,6 +249,23 @@ impl InputEntry {
     }
 
     fn about(&self, value: f64) -> Result<Distribution, Refusal> {
+        let spreads = [
+            ("U", self.expanded),
+            ("half_width", self.half_width),
+            ("resolution", self.resolution),
+            ("accuracy", self.accuracy.as_ref().map(Accuracy::least)),
+        ];
+        if let Some((name, spread)) = spreads.iter().find(|(_, s)| s.is_some_and(|s| s < 0.0)) {
+            return Err(Refusal::Input {
+                name: self.name.clone(),
+                source: Error::OutOfRange {
+                    name,
+                    value: spread.unwrap_or(0.0),
+                    min: 0.0,
+                    max: f64::MAX,
+                },
+            });
+        }
         let limits = |half: f64| (value - half, value + half);
         if let Some(expanded) = self.expanded {
             let k = match (self.k, self.probability) {
