@@ -403,6 +403,7 @@ pub fn split_heading(heading: &str) -> (&str, Option<Unit>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::ops::ControlFlow;
 
     #[test]
     fn law_every_spelling_reads_back() {
@@ -412,6 +413,58 @@ mod tests {
             }
             assert_eq!(unit.to_string().parse::<Unit>().ok(), Some(*unit));
         }
+    }
+
+    /// The units of a model file (crate uncertainty) are composed of symbols, these are labels of columns: two tables. Where
+    /// both know a label, either the factor is the same or the model file says that the dimensions do not fit: `g` is the
+    /// gram there.
+    #[test]
+    fn crosscheck_units_of_model_files() {
+        use proofmass_uncertainty::{Evaluate, Trials, UncertaintyModel};
+        let mut same = 0;
+        let mut said = Vec::new();
+        for (unit, printed, ascii, others) in SPELLINGS {
+            let (si, factor) = unit.si();
+            for label in [printed, ascii].into_iter().chain(others.iter()) {
+                let text = format!(
+                    "units = \"convert\"\n[[input]]\nname = \"x\"\nunit = \"{label}\"\nvalue = 1\nu = 0.1\n\
+                     [[output]]\nname = \"y\"\nunit = \"{si}\"\nexpression = \"x\"\n"
+                );
+                let model: UncertaintyModel = toml::from_str(&text).unwrap();
+                let options = Evaluate {
+                    trials: Trials::Fixed(10_000),
+                    ..Evaluate::default()
+                };
+                // A label that is no unit there is refused.
+                let Ok(result) = model.evaluate(&options, &mut |_| ControlFlow::Continue(()))
+                else {
+                    continue;
+                };
+                if result
+                    .findings
+                    .iter()
+                    .any(|f| f.code() == "units-do-not-fit")
+                {
+                    said.push(*label);
+                    continue;
+                }
+                let value = result.outputs[0].linear.as_ref().unwrap().quantity.value;
+                // Per minute is a speed of rotation only in a recording.
+                if *label == "1/min" {
+                    assert!((value * 60.0 - 1.0).abs() < 1e-12);
+                    continue;
+                }
+                assert!(
+                    (value / factor - 1.0).abs() < 1e-12,
+                    "{label}: {value} there, {factor} here"
+                );
+                same += 1;
+            }
+        }
+        assert!(same >= 60, "{same}");
+        let grams = ["g", "g", "g0", "mg", "mg", "mg0", "µg", "ug", "ug0"];
+        assert_eq!(said[1..said.len() - 1], grams);
+        assert_eq!((said[0], said[said.len() - 1]), ("ms-2", "C"));
     }
 
     #[test]

@@ -31,7 +31,7 @@ const MOL: [i8; BASES] = [0, 0, 0, 0, 0, 1, 0];
 const CD: [i8; BASES] = [0, 0, 0, 0, 0, 0, 1];
 
 /// Symbol, powers, factor, whether it takes prefixes.
-const UNITS: [(&str, [i8; BASES], f64, bool); 52] = [
+const UNITS: [(&str, [i8; BASES], f64, bool); 58] = [
     ("m", of(1, 0, 0, 0, 0), 1.0, true),
     ("g", of(0, 1, 0, 0, 0), 1e-3, true),
     ("t", of(0, 1, 0, 0, 0), 1e3, false),
@@ -103,7 +103,18 @@ const UNITS: [(&str, [i8; BASES], f64, bool); 52] = [
     ("Sv", of(2, 0, -2, 0, 0), 1.0, true),
     ("gn", of(1, 0, -2, 0, 0), 9.80665, true),
     ("gₙ", of(1, 0, -2, 0, 0), 9.80665, true),
+    ("Gal", of(1, 0, -2, 0, 0), 1e-2, true),
     ("lx", [-2, 0, 0, 0, 0, 0, 1], 1.0, true),
+    ("turn", of(0, 0, 0, 0, 0), std::f64::consts::TAU, false),
+    ("rev", of(0, 0, 0, 0, 0), std::f64::consts::TAU, false),
+    (
+        "rpm",
+        of(0, 0, -1, 0, 0),
+        std::f64::consts::TAU / 60.0,
+        false,
+    ),
+    ("count", of(0, 0, 0, 0, 0), 1.0, false),
+    ("mi", of(1, 0, 0, 0, 0), 1609.344, false),
 ];
 
 const PREFIXES: [(&str, f64); 20] = [

@@ -525,7 +525,7 @@ fn refuses_what_means_nothing() {
         ),
         (
             "[[intermediate]]\nname = \"p\"\nexpression = \"q + 1\"\n[[intermediate]]\nname = \"q\"\nexpression = \"p\"\n",
-            "no variable is called q",
+            "p: its formula needs itself, by way of q",
         ),
         (
             "[[intermediate]]\nname = \"p\"\nexpression = \"x[3]\"\n",

@@ -116,8 +116,10 @@ impl UncertaintyModel {
                 .iter()
                 .flat_map(|part| part.names().iter().map(String::as_str))
                 .collect();
-            let next = parts.iter().position(|part| !part.speaks_of(&open));
-            compiler.part(&parts.remove(next.unwrap_or(0)))?;
+            match parts.iter().position(|part| !part.speaks_of(&open)) {
+                Some(next) => compiler.part(&parts.remove(next))?,
+                None => return Err(circle(&parts)),
+            }
         }
         for output in &self.output {
             compiler.output(output)?;
@@ -155,6 +157,37 @@ impl UncertaintyModel {
             }),
             None => Ok(()),
         }
+    }
+}
+
+/// Says which of these parts need each other: every one of them needs another.
+fn circle(parts: &[Part<'_>]) -> Refusal {
+    let needed = |place: usize| {
+        parts.iter().position(|other| {
+            let names: HashSet<&str> = other.names().iter().map(String::as_str).collect();
+            parts[place].speaks_of(&names)
+        })
+    };
+    let mut way = vec![0];
+    let around = loop {
+        let Some(next) = needed(way[way.len() - 1]) else {
+            break 0;
+        };
+        if let Some(from) = way.iter().position(|place| *place == next) {
+            break from;
+        }
+        way.push(next);
+    };
+    let names: Vec<&str> = way[around..]
+        .iter()
+        .filter_map(|&place| parts[place].names().first().map(String::as_str))
+        .collect();
+    Refusal::Equation {
+        name: names[0].to_owned(),
+        what: format!(
+            "its formula needs itself, by way of {}; equations that hold together are stated in [[solve]]",
+            names[1..].join(", ")
+        ),
     }
 }
 

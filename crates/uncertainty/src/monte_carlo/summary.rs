@@ -119,7 +119,11 @@ fn output(
         lower: lower(r),
         upper: upper(r + q),
     };
-    let settles = u.is_finite() && !heavy_tails(&low, &high, median, trials, heavy);
+    let (least, most) = (lower(0), upper(trials - 1));
+    // One trial that holds half of the variance: the next run has another, or none.
+    let farthest = (mean - least).max(most - mean);
+    let one_trial = farthest > u * (0.5 * (trials as f64 - 1.0)).sqrt();
+    let settles = u.is_finite() && !one_trial && !heavy_tails(&low, &high, median, trials, heavy);
     // Bins about the middle that exists.
     let (centre, spread) = if settles {
         (mean, u)
