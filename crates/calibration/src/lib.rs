@@ -37,8 +37,9 @@ pub use ellipsoid::Ellipsoid;
 pub use frequency_response::FrequencyResponse;
 pub use mean_noise::MeanNoise;
 pub use multi_position::{
-    AttitudeUncertainty, CompensatedReading, Limiting, Misfit, MisfitCause, Model, MultiPosition,
-    MultiPositionFit, NextAttitude, PoseResidual, ScatterParts, Suspect, WithoutSuspects,
+    AttitudeUncertainty, BeyondMatrix, CompensatedReading, Limiting, Misfit, MisfitCause, Model,
+    ModelEvidence, MultiPosition, MultiPositionFit, NextAttitude, PoseResidual, ScatterParts,
+    Suspect, Terms, WithoutSuspects,
 };
 pub use pose::{Pose, Samples, Segment};
 pub use recording_quality::{clipping, frozen, suspected_clipping, temperature_drift};

@@ -186,9 +186,7 @@ impl MeanNoise {
                     time: samples
                         .time()
                         .map(|t| 0.5 * (t[segment.start] + t[segment.end - 1])),
-                    temperature: samples.temperature().map(|t| {
-                        t[segment.start..segment.end].iter().sum::<f64>() / segment.len() as f64
-                    }),
+                    temperature: samples.mean_temperature(segment.start, segment.end),
                     segment: segment.clone(),
                 }
             })

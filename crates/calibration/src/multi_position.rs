@@ -1,6 +1,8 @@
 //! Multi-position calibration: bias, scale factors and misalignments from standstills in many attitudes.
 
+mod causes;
 mod compensated;
+mod evidence;
 mod findings;
 mod fit;
 mod misfit;
@@ -9,10 +11,12 @@ mod next_attitude;
 mod problem;
 mod solved;
 mod suspects;
+mod terms;
 mod wiring;
 
 pub use compensated::CompensatedReading;
-pub use fit::{MultiPositionFit, PoseResidual, ScatterParts, WithoutSuspects};
+pub use evidence::ModelEvidence;
+pub use fit::{BeyondMatrix, MultiPositionFit, PoseResidual, ScatterParts, WithoutSuspects};
 pub use misfit::{Misfit, MisfitCause};
 pub use model::Model;
 pub(crate) use model::{BIAS, ELEMENT};
@@ -20,6 +24,7 @@ pub use next_attitude::{Limiting, NextAttitude};
 pub(crate) use problem::{Problem, median, quadratic_form};
 pub(crate) use solved::Solved;
 pub use suspects::Suspect;
+pub use terms::Terms;
 
 use crate::Pose;
 use proofmass_core::{Error, Gravity};
@@ -67,6 +72,7 @@ pub struct AttitudeUncertainty {
 pub struct MultiPosition {
     gravity: Gravity,
     model: Model,
+    terms: Terms,
     nominal_sensitivity: Option<f64>,
     attitude: AttitudeUncertainty,
     output_unit: String,
@@ -89,6 +95,7 @@ impl MultiPosition {
         Self {
             gravity,
             model: Model::Triangular,
+            terms: Terms::default(),
             nominal_sensitivity: None,
             attitude: AttitudeUncertainty::default(),
             output_unit: "count".to_owned(),
@@ -104,6 +111,13 @@ impl MultiPosition {
     #[must_use]
     pub fn model(mut self, model: Model) -> Self {
         self.model = model;
+        self
+    }
+
+    /// Adds terms that follow the temperature, and curvature.
+    #[must_use]
+    pub fn terms(mut self, terms: Terms) -> Self {
+        self.terms = terms;
         self
     }
 
@@ -196,7 +210,7 @@ impl MultiPosition {
 
     /// Number of free parameters of the chosen model.
     pub(crate) fn parameters(&self) -> usize {
-        self.model.parameters()
+        self.model.parameters() + self.terms.list().len()
     }
 
     /// Sum of squared residuals of a fit weighted by the number of samples, and the mean variance of its

@@ -77,6 +77,12 @@ impl<'a> Samples<'a> {
         self.columns
     }
 
+    /// Mean temperature over a half-open range of samples, °C, where it is known.
+    pub fn mean_temperature(&self, start: usize, end: usize) -> Option<f64> {
+        let segment = &self.temperature?[start..end];
+        Some(segment.iter().sum::<f64>() / segment.len().max(1) as f64)
+    }
+
     /// Mean output over a half-open range of samples.
     pub fn mean(&self, start: usize, end: usize) -> Triple {
         // Against the first sample, so that counts on a large pedestal lose no digits.

@@ -186,7 +186,10 @@ fn try_threshold(
     let segments = windowed.segments(threshold);
     let poses: Vec<Pose> = segments
         .iter()
-        .map(|segment| Pose::reading(segment.clone(), samples.mean(segment.start, segment.end)))
+        .map(|segment| Pose {
+            temperature: samples.mean_temperature(segment.start, segment.end),
+            ..Pose::reading(segment.clone(), samples.mean(segment.start, segment.end))
+        })
         .collect();
     let mut candidate = Candidate {
         threshold,

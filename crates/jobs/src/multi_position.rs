@@ -13,8 +13,8 @@ use crate::outcome::Job;
 use crate::trouble::{Result, Trouble};
 use proofmass_calibration::{
     AttitudeUncertainty, Model, MultiPosition, Samples, Segment, Standstill, StandstillCalibration,
-    StandstillEstimator, ThresholdSweep, WindowedVariance, clipping, frozen, suspected_clipping,
-    temperature_drift,
+    StandstillEstimator, Terms, ThresholdSweep, WindowedVariance, clipping, frozen,
+    suspected_clipping, temperature_drift,
 };
 use proofmass_core::{Gravity, Watch};
 use proofmass_io::{ColumnRef, Unit};
@@ -45,6 +45,9 @@ pub struct MultiPositionJob {
     /// Model and estimator.
     #[serde(default)]
     pub method: MethodModel,
+    /// What is fitted beside the matrix: terms that follow the temperature, curvature.
+    #[serde(default, skip_serializing_if = "Terms::is_none")]
+    pub terms: Terms,
     /// Probability of the intervals.
     pub probability: f64,
     /// Local gravity.
@@ -74,6 +77,7 @@ impl MultiPositionJob {
     pub fn new(gravity: Gravity) -> Self {
         Self {
             method: MethodModel::default(),
+            terms: Terms::default(),
             probability: 0.95,
             gravity,
             search: Standstill::default(),
@@ -93,8 +97,31 @@ impl MultiPositionJob {
             MethodModel::Symmetric | MethodModel::Ellipsoid => Model::Symmetric,
             MethodModel::Full | MethodModel::SixPosition | MethodModel::Ferraris => Model::Full,
         };
+        let closed = matches!(
+            self.method,
+            MethodModel::SixPosition | MethodModel::Ferraris
+        );
+        if !self.terms.is_none() && (closed || data.tumble) {
+            let what = if closed {
+                "the closed form of six positions"
+            } else {
+                "a tumble"
+            };
+            return Err(
+                Trouble::request(format!("{what} has no terms beyond the matrix"))
+                    .with_hint("remove `[terms]`, or fit `full` or `triangular` to standstills"),
+            );
+        }
+        if self.terms.follow_temperature() && data.temperature.is_none() {
+            return Err(Trouble::request(
+                "terms that follow the temperature need a recording with a temperature",
+            )
+            .detail(data.name)
+            .with_hint("add `temperature = \"COLUMN\"` to [recording]"));
+        }
         let mut settings = MultiPosition::new(self.gravity)
             .model(model)
+            .terms(self.terms)
             .probability(self.probability)
             .output_unit(data.unit.to_string());
         if data.unit.is_acceleration() {
@@ -191,7 +218,10 @@ impl MultiPositionJob {
     ) -> Vec<Finding> {
         let segments = &calibration.sweep.segments;
         let mut findings = self.doubts_of_the_samples(data, samples, segments);
-        if let Some(temperature) = data.temperature {
+        if let Some(temperature) = data
+            .temperature
+            .filter(|_| !self.terms.follow_temperature())
+        {
             let residuals = calibration.fit.residuals();
             findings.extend(temperature_drift(temperature, segments, residuals));
         }
@@ -295,12 +325,14 @@ impl Job for MultiPositionJob {
             .flatten();
         let figures = Figures::new(data, windowed.as_ref(), &calibration);
         watch.step("standstills and fit", 2, 2)?;
+        let models = calibration.fit.models(&settings);
         Ok(MultiPositionOutcome::new(
             self,
             data,
             calibration,
             findings,
             figures,
+            models,
         ))
     }
 }

@@ -1,14 +1,15 @@
 //! The report of a multi-position calibration.
 
+mod models;
 mod practice;
 
-use crate::number::{rounded, two_digits};
+use crate::number::{freedom, rounded, two_digits};
 use crate::{
     Axis, BarPlot, Cell, Column, Head, KeyFigure, MatrixPlot, Report, Section, Series, SpherePlot,
     Table, XyPlot,
 };
 use proofmass_calibration::{
-    CompensatedReading, Ferraris, MultiPositionFit, NextAttitude, PoseResidual,
+    CompensatedReading, ModelEvidence, MultiPositionFit, NextAttitude, PoseResidual,
     StandstillCalibration,
 };
 use proofmass_signal::Trace;
@@ -33,6 +34,8 @@ pub struct MultiPositionReport<'a> {
     pub reading: Option<&'a CompensatedReading>,
     /// The next best attitudes, each given those before it.
     pub next: &'a [NextAttitude],
+    /// Other models of the same standstills.
+    pub models: &'a [ModelEvidence],
 }
 
 impl MultiPositionReport<'_> {
@@ -45,6 +48,9 @@ impl MultiPositionReport<'_> {
             .section(practice::section(fit, self.reading, self.next))
             .section(self.agreement(fit))
             .section(self.budget(fit));
+        if let Some(section) = models::section(fit, self.models) {
+            report = report.section(section);
+        }
         if self.outputs.is_some() {
             report = report.section(self.standstills(calibration));
         }
@@ -60,7 +66,13 @@ impl MultiPositionReport<'_> {
             .key_figures(key_figures(fit))
             .table(self.parameters(fit));
         section = practice::next(section, fit, self.next);
-        self.head(fit).section(section)
+        let mut report = self.head(fit).section(section);
+        if fit.beyond().is_some()
+            && let Some(section) = models::section(fit, self.models)
+        {
+            report = report.section(section);
+        }
+        report
     }
 
     fn head(&self, fit: &MultiPositionFit) -> Report {
@@ -84,8 +96,11 @@ impl MultiPositionReport<'_> {
             .key_figures(key_figures(fit))
             .table(self.parameters(fit))
             .table(matrix(fit));
+        if let Some(text) = models::beyond(fit) {
+            section = section.paragraph(text);
+        }
         if self.method == "ferraris" {
-            section = section.table(ferraris(fit));
+            section = section.table(practice::ferraris(fit));
         }
         section
     }
@@ -350,7 +365,7 @@ impl MultiPositionReport<'_> {
                  coverage factors from Student's t at the effective degrees of freedom (JCGM 100:2008). Standstill \
                  search and ‖a‖ = g fit after Tedaldi, Pretto and Menegatti (ICRA 2014).",
                 fit.form(),
-                fit.form().parameters(),
+                fit.parameters(),
                 fit.iterations(),
             ))
     }
@@ -458,34 +473,6 @@ fn matrix(fit: &MultiPositionFit) -> Table {
     table
 }
 
-fn ferraris(fit: &MultiPositionFit) -> Table {
-    let ferraris = Ferraris::of(&fit.model().k().0);
-    let unit = format!("{}/(m/s²)", fit.output_unit());
-    let mut table = Table::new(
-        "Ferraris' form K = diag(K_a) R_a",
-        [
-            Column::text("output"),
-            Column::number("K_a", unit),
-            Column::number("R_a x", ""),
-            Column::number("R_a y", ""),
-            Column::number("R_a z", ""),
-        ],
-    );
-    for (i, axis) in ["x", "y", "z"].iter().enumerate() {
-        let mut cells = vec![
-            Cell::text(*axis),
-            Cell::number(format!("{:.5}", ferraris.scale[i])),
-        ];
-        cells.extend(
-            ferraris.directions[i]
-                .iter()
-                .map(|v| Cell::number(format!("{v:.7}"))),
-        );
-        table = table.row(cells);
-    }
-    table
-}
-
 fn standstill_table(fit: &MultiPositionFit) -> Table {
     let name = noun(fit);
     let mut title = format!("{}{}s", name[..1].to_uppercase(), &name[1..]);
@@ -549,17 +536,6 @@ fn contribution(value: f64, share: f64) -> String {
         "0".to_owned()
     } else {
         two_digits(value)
-    }
-}
-
-/// Degrees of freedom; above a hundred thousand Student's t is the normal distribution.
-fn freedom(nu: f64) -> String {
-    if nu > 1e5 {
-        "∞".to_owned()
-    } else if nu < 100.0 {
-        format!("{nu:.1}")
-    } else {
-        format!("{nu:.0}")
     }
 }
 

@@ -86,6 +86,17 @@ pub(crate) fn minus(text: &str) -> String {
     format!("{sign}{digits}{}", power.unwrap_or_else(|| rest.into()))
 }
 
+/// Degrees of freedom; above a hundred thousand Student's t is the normal distribution.
+pub(crate) fn freedom(nu: f64) -> String {
+    if nu > 1e5 {
+        "∞".to_owned()
+    } else if nu < 100.0 {
+        format!("{nu:.1}")
+    } else {
+        format!("{nu:.0}")
+    }
+}
+
 /// A sentence whose numbers have true minus signs: a hyphen before a digit, at the beginning or behind a space or bracket.
 pub(crate) fn minus_signs(text: impl Into<String>) -> String {
     let text = text.into();

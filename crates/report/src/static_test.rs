@@ -1,5 +1,6 @@
 //! The report of a static test.
 
+use crate::number::freedom;
 use crate::{
     Axis, BarPlot, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot, concise,
 };
@@ -42,7 +43,7 @@ impl StaticTestReport<'_> {
                 Cell::number(concise(q.value, q.standard_uncertainty)),
                 Cell::number(format!("{:.2e}", q.expanded(self.probability))),
                 Cell::text(q.unit.clone()),
-                Cell::number(q.dof.to_string()),
+                Cell::number(freedom(q.dof.get())),
             ]);
         }
         table.note("In parentheses: the standard uncertainty in the last digits.")

@@ -132,12 +132,12 @@ fn redundancy(fit: &MultiPositionFit) -> Option<Finding> {
 
 fn few_attitudes(fit: &MultiPositionFit) -> Option<Finding> {
     let n = fit.poses().len();
-    let large = fit.form().parameters() > Model::BiasScale.parameters();
+    let large = fit.parameters() > Model::BiasScale.parameters();
     (n < FEW && large && !fit.attitudes_given()).then(|| {
         Finding::new(Severity::Warning, "few-attitudes", "few attitudes")
             .evidence(format!(
                 "{n} standstills for {} parameters",
-                fit.form().parameters()
+                fit.parameters()
             ))
             .advice(format!(
                 "record at least {FEW} well-spread attitudes: of 10 the intervals are 3 to 4 times as wide as of 12, and the residuals tell nothing of what the model leaves out"

@@ -1,15 +1,14 @@
 //! What a multi-position fit gives: the model, the joint estimate, the residuals, the doubts.
 
+use super::causes::{STANDSTILLS, causes, check_determined};
 use super::misfit::{self, Misfit};
 use super::suspects::{self, Suspect};
+use super::terms::TermsAt;
 use super::{BIAS, ELEMENT, Model, MultiPosition, Problem, Solved, findings};
 use crate::{DirectionCoverage, Pose, Triple};
 use faer::Mat;
-use proofmass_core::{Error, Gravity, Matrix3, SensorModel};
-use proofmass_uncertainty::{
-    BetweenScatter, CommonErrors, Component, Covariance, DegreesOfFreedom, Effect, Estimate,
-    Evaluation, Finding, Influence, Quantity,
-};
+use proofmass_core::{Compensation, Curvature, Error, Gravity, Matrix3, SensorModel, ThermalTerms};
+use proofmass_uncertainty::{BetweenScatter, CommonErrors, Component, Estimate, Finding, Quantity};
 use serde::{Deserialize, Serialize};
 
 /// How one standstill agrees with the fit.
@@ -56,11 +55,28 @@ pub struct WithoutSuspects {
     pub quantities: Option<Vec<Quantity>>,
 }
 
+/// Terms beyond ã = K a + b as they were fitted ([`Terms`](super::Terms)).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BeyondMatrix {
+    /// What follows the temperature.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub thermal: Option<ThermalTerms<f64>>,
+    /// Lowest and highest temperature of the standstills, °C, where it does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub range: Option<[f64; 2]>,
+    /// What is not linear.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub curvature: Option<Curvature<f64>>,
+}
+
 /// Result of a [`MultiPosition`] fit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MultiPositionFit {
     pub(crate) model: Model,
     pub(crate) sensor: SensorModel<f64>,
+    /// What goes beyond the matrix, where that was fitted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) beyond: Option<BeyondMatrix>,
     pub(crate) estimate: Estimate,
     pub(crate) quantities: Vec<Quantity>,
     pub(crate) parts: Vec<ScatterParts>,
@@ -94,6 +110,28 @@ impl MultiPositionFit {
     /// Which elements were free.
     pub fn form(&self) -> Model {
         self.model
+    }
+
+    /// What goes beyond it, where that was fitted.
+    pub fn beyond(&self) -> Option<&BeyondMatrix> {
+        self.beyond.as_ref()
+    }
+
+    /// The whole compensation, temperature and curvature included.
+    pub fn compensation(&self) -> Compensation<f64> {
+        let beyond = self.beyond.as_ref();
+        Compensation::constant(
+            self.sensor,
+            beyond.and_then(|b| b.thermal),
+            beyond.and_then(|b| b.curvature),
+        )
+    }
+
+    /// Number of free parameters.
+    pub fn parameters(&self) -> usize {
+        let components = self.estimate.components().len();
+        // A symmetric matrix has nine elements of six parameters.
+        components - (self.model.reported_elements().len() - self.model.free_elements().len())
     }
 
     /// All quantities with their joint covariance: `bias.x … z`, `scale.x … z`, `misalignment.xy …`.
@@ -247,17 +285,18 @@ impl MultiPositionFit {
         let sensor = SensorModel::new(Matrix3(k), bias)?;
 
         let causes = causes(settings, problem, &solved)?;
-        check_determined(model, settings.limit, &causes)?;
+        check_determined(problem, settings.limit, &causes)?;
         let unit = &settings.output_unit;
-        let (components, jacobian) = quantities(model, &k, bias, scale, problem.radius, unit);
-        let natural: Vec<Component> = (0..model.parameters())
-            .map(|i| Component::new(model.parameter_name(i), "1", parameters[i]))
+        let beyond = beyond(problem, parameters, sensor)?;
+        let (components, jacobian) = quantities(problem, parameters, &k, bias, scale, unit);
+        let natural: Vec<Component> = (0..problem.parameters())
+            .map(|i| Component::new(problem.parameter_name(i), "1", parameters[i]))
             .collect();
         let estimate = Estimate::new(natural, causes)?.propagate(components, &jacobian)?;
         let quantities = stated(&estimate, &solved, settings.probability);
         let parts = parts(&estimate, &solved, &jacobian);
 
-        let residuals = residuals(problem, &sensor, &solved, g);
+        let residuals = residuals(problem, &sensor, &solved, g)?;
         let directions: Vec<Triple> = residuals.iter().map(|r| r.acceleration).collect();
         let mut terms = solved.terms();
         let suspects = suspects::accept(problem, &solved, &mut terms);
@@ -265,6 +304,7 @@ impl MultiPositionFit {
         let mut fit = Self {
             model,
             sensor,
+            beyond,
             estimate,
             quantities,
             parts,
@@ -306,7 +346,7 @@ fn without(
     let solved = Solved::of(settings, &problem).ok()?;
     // Suspects of the rest are not chased any further.
     let causes = causes(settings, &problem, &solved).ok()?;
-    check_determined(settings.model, settings.limit, &causes).ok()?;
+    check_determined(&problem, settings.limit, &causes).ok()?;
     let (g, parameters) = (settings.gravity.value(), &solved.solution.parameters);
     let scale = problem.radius / g;
     let k = settings
@@ -315,72 +355,15 @@ fn without(
         .map(|row| row.map(|v| v * scale));
     let bias = std::array::from_fn(|i| problem.centre[i] + problem.radius * parameters[i]);
     let unit = &settings.output_unit;
-    let (components, jacobian) = quantities(settings.model, &k, bias, scale, problem.radius, unit);
-    let natural = (0..settings.model.parameters())
-        .map(|i| Component::new(settings.model.parameter_name(i), "1", parameters[i]))
+    let (components, jacobian) = quantities(&problem, parameters, &k, bias, scale, unit);
+    let natural = (0..problem.parameters())
+        .map(|i| Component::new(problem.parameter_name(i), "1", parameters[i]))
         .collect();
     let estimate = Estimate::new(natural, causes)
         .ok()?
         .propagate(components, &jacobian)
         .ok()?;
     Some(stated(&estimate, &solved, settings.probability))
-}
-
-/// Key of the influence that holds everything the residuals show.
-pub(super) const STANDSTILLS: &str = "standstills";
-
-/// The independent causes of uncertainty as seen in the natural parameters.
-fn causes(
-    settings: &MultiPosition,
-    problem: &Problem<'_>,
-    solved: &Solved,
-) -> Result<Vec<Influence>, Error> {
-    let kappa = Matrix3(problem.model.matrix(&solved.solution.parameters));
-    let mut causes = vec![
-        Influence {
-            key: STANDSTILLS.to_owned(),
-            description: "standstills: noise of their means and what varies between them"
-                .to_owned(),
-            evaluation: Evaluation::A,
-            distribution: "normal".to_owned(),
-            dof: solved.dof,
-            effect: Effect::Joint {
-                covariance: covariance_of(&solved.covariance())?,
-            },
-        },
-        gravity(settings, problem, solved, &kappa),
-    ];
-    if settings.lengthening > 0.0 {
-        // As a larger gravity, that nobody measured.
-        let mut motion = gravity(settings, problem, solved, &kappa);
-        motion.key = "motion".to_owned();
-        motion.description = "accelerations across gravity, which lengthen a reading".to_owned();
-        if let Effect::Scalar {
-            value,
-            standard_uncertainty,
-            ..
-        } = &mut motion.effect
-        {
-            (*value, *standard_uncertainty) = (0.0, settings.lengthening);
-        }
-        causes.push(motion);
-    }
-    if let Some(attitudes) = &problem.attitudes
-        && settings.attitude.common > 0.0
-    {
-        let turned = frame_rotation(problem, solved, &kappa, attitudes, settings.attitude.common);
-        causes.push(Influence {
-            key: "attitude-common".to_owned(),
-            description: "orientation of the frame of all attitudes".to_owned(),
-            evaluation: Evaluation::B,
-            distribution: "normal".to_owned(),
-            dof: DegreesOfFreedom::INFINITE,
-            effect: Effect::Joint {
-                covariance: covariance_of(&turned)?,
-            },
-        });
-    }
-    Ok(causes)
 }
 
 /// The quantities with the degrees of freedom of their expanded uncertainties.
@@ -440,115 +423,17 @@ fn parts(estimate: &Estimate, solved: &Solved, jacobian: &[f64]) -> Vec<ScatterP
         .collect()
 }
 
-/// Gravity: ∂r/∂g = −1/g per equation (unknown attitudes), −κu/g (known), carried through the gain.
-fn gravity(
-    settings: &MultiPosition,
-    problem: &Problem<'_>,
-    solved: &Solved,
-    kappa: &Matrix3<f64>,
-) -> Influence {
-    let g = settings.gravity.value();
-    let by_gravity: Vec<f64> = match &problem.attitudes {
-        None => vec![-1.0 / g; problem.rows()],
-        Some(attitudes) => along_rotations(solved, attitudes, |u| kappa.times(u).map(|v| -v / g)),
-    };
-    Influence {
-        key: "gravity".to_owned(),
-        description: "local gravity".to_owned(),
-        evaluation: Evaluation::B,
-        distribution: "normal".to_owned(),
-        dof: DegreesOfFreedom::INFINITE,
-        effect: Effect::Scalar {
-            value: g,
-            unit: "m/s²".to_owned(),
-            standard_uncertainty: settings.gravity.standard_uncertainty(),
-            sensitivity: solved.through(&by_gravity),
-        },
-    }
-}
-
-/// What f makes of each given attitude, along the directions in which the equations are taken.
-fn along_rotations(
-    solved: &Solved,
-    attitudes: &[Triple],
-    f: impl Fn(Triple) -> Triple,
-) -> Vec<f64> {
-    let pairs = attitudes.iter().zip(&solved.weighting.rotations);
-    pairs
-        .flat_map(|(u, rotation)| {
-            let d = f(*u);
-            rotation.map(|axis| proofmass_core::dot(axis, d))
-        })
-        .collect()
-}
-
-/// Covariance of the parameters from one rotation of all attitudes, `u` rad about each axis.
-fn frame_rotation(
-    problem: &Problem<'_>,
-    solved: &Solved,
-    kappa: &Matrix3<f64>,
-    attitudes: &[Triple],
-    u: f64,
-) -> Mat<f64> {
-    let p = problem.model.parameters();
-    let mut sum = Mat::zeros(p, p);
-    for axis in 0..3 {
-        let by_angle = along_rotations(solved, attitudes, |a| {
-            // e_axis × a
-            let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
-            let mut turned = [0.0; 3];
-            turned[i] = -a[j];
-            turned[j] = a[i];
-            kappa.times(turned).map(|v| -v)
-        });
-        let s = solved.through(&by_angle);
-        sum += Mat::from_fn(p, p, |i, j| s[i] * s[j] * u * u);
-    }
-    sum
-}
-
-fn covariance_of(m: &Mat<f64>) -> Result<Covariance, Error> {
-    let n = m.nrows();
-    let rows: Vec<f64> = (0..n)
-        .flat_map(|i| (0..n).map(move |j| 0.5 * (m[(i, j)] + m[(j, i)])))
-        .collect();
-    Covariance::try_from_rows(n, &rows)
-}
-
-/// A parameter so uncertain that the linear model itself fails is not a result.
-fn check_determined(model: Model, limit: f64, causes: &[Influence]) -> Result<(), Error> {
-    let p = model.parameters();
-    let mut variance = vec![0.0; p];
-    for cause in causes {
-        let covariance = cause.effect.covariance(p)?;
-        for (i, v) in variance.iter_mut().enumerate() {
-            *v += covariance[(i, i)];
-        }
-    }
-    let worst = (0..p)
-        .max_by(|&a, &b| variance[a].total_cmp(&variance[b]))
-        .unwrap_or(0);
-    let u = variance[worst].sqrt();
-    if !(u <= limit) {
-        return Err(Error::TooUncertain {
-            parameter: model.parameter_name(worst),
-            uncertainty: u,
-            limit,
-        });
-    }
-    Ok(())
-}
-
 /// Reported quantities and their derivatives with respect to the natural parameters.
 fn quantities(
-    model: Model,
+    problem: &Problem<'_>,
+    parameters: &[f64],
     k: &[Triple; 3],
     bias: Triple,
     scale: f64,
-    radius: f64,
     unit: &str,
 ) -> (Vec<Component>, Vec<f64>) {
-    let p = model.parameters();
+    let (model, radius) = (problem.model, problem.radius);
+    let p = problem.parameters();
     let scale_unit = if unit == "m/s²" {
         "1".to_owned()
     } else {
@@ -587,7 +472,53 @@ fn quantities(
             );
         }
     }
+    let first = model.parameters();
+    for (number, term) in problem.terms.list.iter().enumerate() {
+        let size = problem.terms.unit(*term, radius, problem.gravity);
+        components.push(Component::new(
+            term.name(),
+            term.unit_name(unit),
+            parameters[first + number] * size,
+        ));
+        let mut row = vec![0.0; p];
+        row[first + number] = size;
+        jacobian.extend(row);
+    }
     (components, jacobian)
+}
+
+/// The terms in the units of the outputs; curvature that would make too much of a reading is refused.
+fn beyond(
+    problem: &Problem<'_>,
+    parameters: &[f64],
+    sensor: SensorModel<f64>,
+) -> Result<Option<BeyondMatrix>, Error> {
+    let TermsAt {
+        list,
+        curvature,
+        reference,
+        range,
+        ..
+    } = &problem.terms;
+    if list.is_empty() {
+        return Ok(None);
+    }
+    let extra = &parameters[problem.model.parameters()..];
+    let in_units: Vec<f64> = list
+        .iter()
+        .zip(extra)
+        .map(|(t, v)| v * problem.terms.unit(*t, problem.radius, problem.gravity))
+        .collect();
+    let (mut thermal, curved) = problem.terms.coefficients(&in_units);
+    thermal.reference = *reference;
+    let follows = range[1] > range[0];
+    let beyond = BeyondMatrix {
+        thermal: follows.then_some(thermal),
+        range: follows.then_some(*range),
+        curvature: curvature.then_some(curved),
+    };
+    Compensation::new(sensor, beyond.thermal, beyond.curvature, problem.gravity)?;
+    Ok(Some(beyond))
 }
 
 fn residuals(
@@ -595,9 +526,10 @@ fn residuals(
     sensor: &SensorModel<f64>,
     solved: &Solved,
     g: f64,
-) -> Vec<PoseResidual> {
+) -> Result<Vec<PoseResidual>, Error> {
     let d = problem.each();
-    let p = problem.model.parameters();
+    let p = problem.parameters();
+    let accelerations = problem.accelerations(&solved.solution.parameters)?;
     let n = problem.rows();
     let equations = &solved.solution.equations;
     // 1 − leverage of each equation, and its residual in units of its own standard deviation.
@@ -617,12 +549,15 @@ fn residuals(
             t
         }
     };
-    problem
+    let all = problem
         .poses
         .iter()
         .enumerate()
         .map(|(index, pose)| {
-            let a = sensor.apply(pose.mean);
+            let a = match problem.terms.list.is_empty() {
+                true => sensor.apply(pose.mean),
+                false => accelerations[index].map(|v| v * g),
+            };
             let direction = crate::direction_coverage::unit(a).unwrap_or([0.0; 3]);
             let w = sensor.k_inverse().transpose().times(direction);
             let noise = pose
@@ -644,5 +579,6 @@ fn residuals(
                     .max_by(|a, b| a.abs().total_cmp(&b.abs())),
             }
         })
-        .collect()
+        .collect();
+    Ok(all)
 }

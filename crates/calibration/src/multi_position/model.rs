@@ -147,8 +147,13 @@ impl Model {
     }
 
     /// Refuses fewer equations than parameters.
-    pub(crate) fn check_count(self, equations: usize, each: usize) -> Result<(), Error> {
-        let needed = self.parameters().div_ceil(each);
+    pub(crate) fn check_count(
+        self,
+        equations: usize,
+        each: usize,
+        more: usize,
+    ) -> Result<(), Error> {
+        let needed = (self.parameters() + more).div_ceil(each);
         if equations < needed {
             return Err(Error::TooFew {
                 name: "standstills",

@@ -79,12 +79,12 @@ impl MultiPositionFit {
         let lines = self.estimate.budget(name).unwrap_or_default();
         let common = lines
             .iter()
-            .filter(|line| line.key != super::fit::STANDSTILLS);
+            .filter(|line| line.key != super::causes::STANDSTILLS);
         common.map(|line| line.contribution.powi(2)).sum()
     }
 
     fn best_attitudes(&self, count: usize) -> Option<Vec<NextAttitude>> {
-        if self.attitudes_given || self.effective.is_some() {
+        if self.attitudes_given || self.effective.is_some() || self.beyond.is_some() {
             return None;
         }
         let p = self.model.parameters();

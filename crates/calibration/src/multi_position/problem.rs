@@ -1,5 +1,6 @@
 //! The equations of a multi-position fit in natural units.
 
+use super::terms::TermsAt;
 use super::{AttitudeUncertainty, Model, MultiPosition};
 use crate::adjustment::{Equations, Solution, adjust, observability};
 use crate::direction_coverage::unit;
@@ -11,6 +12,8 @@ use proofmass_core::{Error, Matrix3};
 pub(crate) struct Problem<'a> {
     pub(crate) poses: &'a [Pose],
     pub(crate) model: Model,
+    /// What is fitted beside the matrix.
+    pub(crate) terms: TermsAt,
     /// Given attitudes, when every pose has one.
     pub(crate) attitudes: Option<Vec<Triple>>,
     attitude: AttitudeUncertainty,
@@ -43,7 +46,9 @@ impl<'a> Problem<'a> {
             .iter()
             .map(|pose| pose.segment.attitude.and_then(unit))
             .collect();
-        model.check_count(poses.len(), if attitudes.is_some() { 3 } else { 1 })?;
+        let each = if attitudes.is_some() { 3 } else { 1 };
+        let terms = TermsAt::new(&settings.terms, poses)?;
+        model.check_count(poses.len(), each, terms.list.len())?;
         if model == Model::Full && attitudes.is_none() {
             // Any rotation of the sensor leaves ‖a‖ as it is.
             return Err(Error::Unobservable {
@@ -89,6 +94,7 @@ impl<'a> Problem<'a> {
         Ok(Self {
             poses,
             model,
+            terms,
             attitudes,
             attitude: settings.attitude,
             gravity: g,
@@ -97,6 +103,19 @@ impl<'a> Problem<'a> {
             points,
             covariances,
         })
+    }
+
+    /// Number of free parameters: of the matrix, then of the terms.
+    pub(crate) fn parameters(&self) -> usize {
+        self.model.parameters() + self.terms.list.len()
+    }
+
+    /// Name of one of them.
+    pub(crate) fn parameter_name(&self, index: usize) -> &'static str {
+        match index.checked_sub(self.model.parameters()) {
+            Some(term) => self.terms.list.get(term).map_or("", |t| t.name()),
+            None => self.model.parameter_name(index),
+        }
     }
 
     /// Equations per standstill.
@@ -146,8 +165,8 @@ impl<'a> Problem<'a> {
     pub(crate) fn first(&self) -> Result<(Solution, Weighting), Error> {
         let start = self.start();
         let weighting = self.weighting(&start)?;
-        let name = |i| self.model.parameter_name(i);
-        let p = self.model.parameters();
+        let name = |i| self.parameter_name(i);
+        let p = self.parameters();
         observability(&self.equations(&start, &weighting)?, p, name)?;
         let weights: Vec<f64> = weighting.variances.iter().map(|v| 1.0 / v).collect();
         let solution = self.adjust(&start, &weighting, &weights)?;
@@ -169,6 +188,7 @@ impl<'a> Problem<'a> {
                 *value = ellipsoid.shape[i][j];
             }
         }
+        start.extend(std::iter::repeat_n(0.0, self.terms.list.len()));
         start
     }
 
@@ -182,9 +202,9 @@ impl<'a> Problem<'a> {
             (None, Some(covariances)) => {
                 let inverse = k.inverse()?;
                 let transpose = inverse.transpose();
-                for (index, (y, covariance)) in self.points.iter().zip(covariances).enumerate() {
-                    let a = inverse.times(std::array::from_fn(|i| y[i] - parameters[i]));
-                    let variance = match unit(a) {
+                let accelerations = self.accelerations(parameters)?;
+                for (index, (a, covariance)) in accelerations.iter().zip(covariances).enumerate() {
+                    let variance = match unit(*a) {
                         Some(n) => quadratic_form(covariance, transpose.times(n)),
                         None => 0.0,
                     };
@@ -228,6 +248,9 @@ impl<'a> Problem<'a> {
         parameters: &[f64],
         weighting: &Weighting,
     ) -> Result<Equations, Error> {
+        if !self.terms.list.is_empty() {
+            return self.equations_of_terms(parameters, &weighting.rotations);
+        }
         let k = Matrix3(self.model.matrix(parameters));
         let beta = [parameters[0], parameters[1], parameters[2]];
         let p = self.model.parameters();
@@ -285,10 +308,10 @@ impl<'a> Problem<'a> {
         }
         let inverse = Matrix3(self.model.matrix(parameters)).inverse().ok()?;
         let transpose = inverse.transpose();
+        let accelerations = self.accelerations(parameters).ok()?;
         (0..n)
             .map(|index| {
-                let y = self.points[index];
-                let direction = unit(inverse.times(std::array::from_fn(|i| y[i] - parameters[i])))?;
+                let direction = unit(accelerations[index])?;
                 Some(proofmass_core::dot(
                     transpose.times(direction),
                     error(index),
@@ -302,11 +325,8 @@ impl<'a> Problem<'a> {
         if let Some(attitudes) = &self.attitudes {
             return Some(attitudes.clone());
         }
-        let inverse = Matrix3(self.model.matrix(parameters)).inverse().ok()?;
-        self.points
-            .iter()
-            .map(|y| unit(inverse.times(std::array::from_fn(|i| y[i] - parameters[i]))))
-            .collect()
+        let accelerations = self.accelerations(parameters).ok()?;
+        accelerations.into_iter().map(unit).collect()
     }
 
     /// Covariance of κ u from the independent uncertainty of u: u_θ² κ (I − u uᵀ) κᵀ.

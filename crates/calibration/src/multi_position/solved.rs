@@ -33,9 +33,9 @@ pub(crate) struct Solved {
 impl Solved {
     pub(crate) fn of(settings: &MultiPosition, problem: &Problem<'_>) -> Result<Self, Error> {
         let (mut solution, mut weighting) = problem.first()?;
-        let p = problem.model.parameters();
+        let p = problem.parameters();
         let n = problem.rows();
-        let condition = observability(&solution.equations, p, |i| problem.model.parameter_name(i))?;
+        let condition = observability(&solution.equations, p, |i| problem.parameter_name(i))?;
         let mut solved = Self {
             freedom: n - p,
             chi_square: None,
@@ -180,7 +180,7 @@ impl Problem<'_> {
     /// χ² of a fit at the variances of the problem, and the mean variance of its parameters.
     pub(crate) fn quality(&self) -> Result<(f64, f64), Error> {
         let (solution, weighting) = self.first()?;
-        let p = self.model.parameters();
+        let p = self.parameters();
         let weights: Vec<f64> = weighting.variances.iter().map(|v| 1.0 / v).collect();
         let gain = gain(&solution, &weights, p)?;
         let residuals = solution.equations.residual.iter().zip(&weights);

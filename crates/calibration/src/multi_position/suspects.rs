@@ -4,7 +4,7 @@ use super::{Problem, Solved};
 use crate::added_terms::AddedTerms;
 use crate::direction_coverage::unit;
 use crate::{Direction, Pose, Triple};
-use proofmass_core::{Matrix3, dot, norm};
+use proofmass_core::{dot, norm};
 use serde::{Deserialize, Serialize};
 
 /// A standstill that the others contradict.
@@ -79,12 +79,11 @@ fn label(problem: &Problem<'_>, solved: &Solved, suspects: &mut [Suspect]) {
     else {
         return;
     };
-    let Ok(inverse) = Matrix3(problem.model.matrix(&others.parameters)).inverse() else {
+    let Ok(accelerations) = problem.accelerations(&others.parameters) else {
         return;
     };
     for suspect in suspects {
-        let y = problem.point(suspect.index);
-        let a = inverse.times(std::array::from_fn(|i| y[i] - others.parameters[i]));
+        let a = accelerations[suspect.index];
         let given = attitudes[suspect.index];
         suspect.deviation = norm(std::array::from_fn(|i| a[i] - given[i]));
         suspect.seen =

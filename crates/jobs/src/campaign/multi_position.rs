@@ -2,6 +2,7 @@
 
 use super::CampaignFile;
 use super::single_axis::twice;
+use proofmass_calibration::Terms;
 use proofmass_io::SegmentRow;
 use proofmass_io::{Ambient, Device};
 use proofmass_io::{ColumnRef, DecimalMark, LayoutOptions, Separator};
@@ -46,6 +47,8 @@ pub struct MultiPositionCampaign {
     pub standstill: StandstillTable,
     /// What is fitted.
     pub method: MethodTable,
+    /// What is fitted beside the matrix.
+    pub terms: Terms,
     /// Uncertainty of given attitudes.
     pub attitude: AttitudeTable,
     /// Conditions.
@@ -66,6 +69,8 @@ struct File {
     standstill: StandstillTable,
     #[serde(default)]
     method: MethodTable,
+    #[serde(default)]
+    terms: Terms,
     #[serde(default)]
     attitude: AttitudeTable,
     #[serde(default)]
@@ -330,6 +335,7 @@ impl MultiPositionCampaign {
             gravity,
             standstill: file.standstill,
             method: file.method,
+            terms: file.terms,
             attitude: file.attitude,
             ambient: file.ambient,
             source,
@@ -449,6 +455,25 @@ impl MultiPositionCampaign {
             "standard_uncertainty_deg",
             self.attitude.standard_uncertainty_deg,
         )?;
+        let orders = [
+            ("bias", self.terms.bias),
+            ("scale", self.terms.scale),
+            ("curvature", self.terms.curvature),
+        ];
+        for (key, order) in orders {
+            if order > 3 || (key == "curvature" && order == 1) {
+                let what = match key {
+                    "curvature" => "the largest power of the acceleration is 2 or 3",
+                    _ => "the largest power of the temperature is 0 to 3",
+                };
+                return refuse("terms", key, format!("{order}: {what}"));
+            }
+        }
+        if let Some(t) = self.terms.reference
+            && !(-273.15..=10_000.0).contains(&t)
+        {
+            return refuse("terms", "reference_degC", format!("{t} °C is impossible"));
+        }
         if let Some(t) = self.ambient.temperature_deg_c
             && !(-273.15..=10_000.0).contains(&t)
         {

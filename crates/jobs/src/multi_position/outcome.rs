@@ -6,11 +6,14 @@ use crate::outcome::{Outcome, section};
 use crate::record::Record;
 use crate::trouble::Result;
 use proofmass_calibration::{
-    CompensatedReading, DirectionCoverage, Ferraris, Misfit, Model, NextAttitude,
+    CompensatedReading, DirectionCoverage, Ferraris, Misfit, Model, ModelEvidence, NextAttitude,
     StandstillCalibration, WindowedVariance,
 };
 use proofmass_core::Gravity;
-use proofmass_io::{AnyCalibration, CalibrationFile, Cell, ColumnRef, StatedQuantity, Table, Unit};
+use proofmass_io::{
+    AnyCalibration, CalibrationFile, Cell, ColumnRef, CurvatureBlock, StatedQuantity, Table,
+    ThermalBlock, Unit,
+};
 use proofmass_report::{MultiPositionReport, Report};
 use proofmass_signal::Trace;
 use proofmass_uncertainty::{DegreesOfFreedom, Estimate, Finding, Quantity};
@@ -35,6 +38,9 @@ pub struct MultiPositionOutcome {
     /// Where to hold the sensor next.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     next_attitudes: Vec<NextAttitude>,
+    /// Other models of the same standstills, with the evidence for each.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    models: Vec<ModelEvidence>,
 }
 
 /// Attitudes told in advance.
@@ -102,6 +108,7 @@ impl MultiPositionOutcome {
         calibration: StandstillCalibration,
         findings: Vec<Finding>,
         figures: Figures,
+        models: Vec<ModelEvidence>,
     ) -> Self {
         let fit = &calibration.fit;
         let gravity = gravity_quantity(fit.gravity());
@@ -123,7 +130,13 @@ impl MultiPositionOutcome {
             reading: fit.compensated_reading(),
             next_attitudes: fit.next_attitudes(NEXT),
             calibration,
+            models,
         }
+    }
+
+    /// The models that could be fitted, with the evidence for each.
+    pub fn models(&self) -> &[ModelEvidence] {
+        &self.models
     }
 
     /// The calibration with everything it went through.
@@ -141,6 +154,7 @@ impl MultiPositionOutcome {
             standstills: &self.figures.standstills,
             reading: Some(&self.reading),
             next: &self.next_attitudes,
+            models: &self.models,
         }
     }
 
@@ -301,6 +315,7 @@ impl Outcome for MultiPositionOutcome {
         Ok(vec![
             section("fit", &summary)?,
             section("standstills", &fit.residuals())?,
+            section("models", &self.models)?,
             section("threshold", &sweep.threshold)?,
             section("threshold_sweep", &sweep.candidates)?,
         ])
@@ -334,6 +349,23 @@ impl Outcome for MultiPositionOutcome {
         let low = reached.clone().fold(f64::INFINITY, f64::min);
         let high = reached.fold(f64::NEG_INFINITY, f64::max);
         file.acceleration_range = Some([low, high]);
+        if let Some(beyond) = fit.beyond() {
+            if let (Some(thermal), Some(range)) = (beyond.thermal, beyond.range) {
+                file.temperature = Some(ThermalBlock {
+                    reference: thermal.reference,
+                    bias: thermal.bias,
+                    scale: thermal.scale,
+                    range,
+                    hysteresis: None,
+                });
+                file.temperature_range = Some(range);
+            }
+            file.curvature = beyond.curvature.map(|c| CurvatureBlock {
+                quadratic: c.quadratic,
+                cubic: c.cubic,
+                reach: low.abs().max(high.abs()),
+            });
+        }
         file.inputs = record.inputs.clone();
         Ok(Some(file.into()))
     }

@@ -134,6 +134,7 @@ impl MultiPositionCampaign {
         let default = Standstill::default();
         let mut job = MultiPositionJob::new(gravity(&self.gravity)?);
         job.method = self.method.model;
+        job.terms = self.terms;
         job.probability = self.method.confidence;
         job.search = Standstill {
             window: table.window_s.unwrap_or(default.window),

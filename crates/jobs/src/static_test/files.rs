@@ -88,7 +88,13 @@ impl StaticTestFiles {
             return Err(Trouble::data("two columns are needed").detail(name));
         };
         let factor = to_si(inputs, usual).map_err(|e| e.detail(name.clone()))?;
-        let unit = outputs.unit.or(columns.output_unit).unwrap_or(Unit::Count);
+        // A column that is called V is in volts.
+        let named = || outputs.name.parse().ok();
+        let unit = outputs
+            .unit
+            .or(columns.output_unit)
+            .or_else(named)
+            .unwrap_or(Unit::Count);
         Ok(Self {
             held: Held::Readings {
                 input: inputs.data.iter().map(|v| v * factor).collect(),
@@ -247,6 +253,21 @@ mod tests {
                 return Err(Trouble::data("no readings"));
             };
             assert_eq!((input[0], unit), (radians, "mV"));
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn known_column_that_is_called_by_its_unit() -> Result<()> {
+        for (heading, expected) in [("V", "V"), ("mV", "mV"), ("output", "count")] {
+            let text = format!("angle_deg,{heading}\n90,1.5\n270,1.6\n");
+            let source = Source::from_bytes("t.csv", text.into_bytes())?;
+            let columns = ReadingColumns::new(heading);
+            let files = StaticTestFiles::readings(source, &tilt()?, &"angle_deg".into(), &columns)?;
+            let StaticTestInput::Readings { unit, .. } = files.data().input else {
+                return Err(Trouble::data("no readings"));
+            };
+            assert_eq!(unit, expected);
         }
         Ok(())
     }

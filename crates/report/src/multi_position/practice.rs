@@ -3,7 +3,7 @@
 use crate::number::{rounded, two_digits};
 use crate::{Cell, Column, Section, Table};
 use proofmass_calibration::{
-    CompensatedReading, Limiting, Misfit, MultiPositionFit, NextAttitude, WithoutSuspects,
+    CompensatedReading, Ferraris, Limiting, Misfit, MultiPositionFit, NextAttitude, WithoutSuspects,
 };
 use proofmass_core::STANDARD_GRAVITY;
 
@@ -126,8 +126,12 @@ fn values(fit: &MultiPositionFit) -> Table {
         ],
     );
     for q in fit.quantities() {
+        // Bias of an axis, scale of an axis; coefficients of the temperature and curvature have three parts to their name.
+        let terms = q.name.matches('.').count() > 1;
         let (name, offset, factor, unit) = if q.unit == "rad" {
             (q.name.clone(), 0.0, 180.0 / std::f64::consts::PI, "°")
+        } else if terms {
+            continue;
         } else if !fit.are_accelerations() {
             continue;
         } else if q.name.starts_with("bias") {
@@ -243,6 +247,35 @@ fn checked(misfits: &[Misfit]) -> Table {
             Cell::text(p),
             Cell::text(if misfit.found { "yes" } else { "no" }),
         ]);
+    }
+    table
+}
+
+/// K as a scale factor and a direction of each sensitive axis.
+pub(super) fn ferraris(fit: &MultiPositionFit) -> Table {
+    let ferraris = Ferraris::of(&fit.model().k().0);
+    let unit = format!("{}/(m/s²)", fit.output_unit());
+    let mut table = Table::new(
+        "Ferraris' form K = diag(K_a) R_a",
+        [
+            Column::text("output"),
+            Column::number("K_a", unit),
+            Column::number("R_a x", ""),
+            Column::number("R_a y", ""),
+            Column::number("R_a z", ""),
+        ],
+    );
+    for (i, axis) in ["x", "y", "z"].iter().enumerate() {
+        let mut cells = vec![
+            Cell::text(*axis),
+            Cell::number(format!("{:.5}", ferraris.scale[i])),
+        ];
+        cells.extend(
+            ferraris.directions[i]
+                .iter()
+                .map(|v| Cell::number(format!("{v:.7}"))),
+        );
+        table = table.row(cells);
     }
     table
 }
