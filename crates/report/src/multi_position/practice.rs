@@ -130,9 +130,7 @@ fn values(fit: &MultiPositionFit) -> Table {
         let terms = q.name.matches('.').count() > 1;
         let (name, offset, factor, unit) = if q.unit == "rad" {
             (q.name.clone(), 0.0, 180.0 / std::f64::consts::PI, "°")
-        } else if terms {
-            continue;
-        } else if !fit.are_accelerations() {
+        } else if terms || !fit.are_accelerations() {
             continue;
         } else if q.name.starts_with("bias") {
             (q.name.clone(), 0.0, 1e3 / STANDARD_GRAVITY, "mg")
