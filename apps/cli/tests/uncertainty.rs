@@ -267,3 +267,26 @@ fn law_an_earlier_result_keeps_its_causes() {
     ]);
     assert_says(&said, &["wrong.toml:2", "no quantity gian; it has gain"]);
 }
+
+/// A factor that is asked for has another probability at each number of degrees of freedom, and each is said.
+#[test]
+fn known_probability_of_a_fixed_factor() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("model.toml");
+    std::fs::write(
+        &path,
+        "input = [\n\
+         { name = \"a\", unit = \"V\", observations = [1.0, 1.1, 0.9] },\n\
+         { name = \"b\", unit = \"V\", value = 2, u = 0.01 },\n\
+         { name = \"n\", unit = \"1\", value = 3 },\n]\n\
+         output = [{ name = \"y\", unit = \"V\", expression = \"a\" }, { name = \"z\", unit = \"V\", expression = \"n * b\" }]\n",
+    )
+    .unwrap();
+    let run = succeed(&["uncertainty", text(&path), "--coverage-factor", "2"]);
+    let said = String::from_utf8_lossy(&run.stdout);
+    // Two-sided probabilities of 2 u at ν = 2 and of the normal distribution.
+    assert_says(
+        &said,
+        &["Results with k = 2", "p / %", "81.6", "95.4", "constant"],
+    );
+}
