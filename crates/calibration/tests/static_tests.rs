@@ -3,7 +3,7 @@
 use proofmass_calibration::static_test::*;
 use proofmass_core::{Error, Gravity};
 use proofmass_uncertainty::{
-    Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Influence,
+    Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Influence, Severity,
 };
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
@@ -152,6 +152,25 @@ fn coverage_zero_g() {
         }),
         0.97,
     );
+}
+
+/// Columns in another order, or mg taken as m/s²: somebody has to decide; a bias of 0.1 g is one.
+#[test]
+fn known_gravity_elsewhere() {
+    let told = |level: [f64; 3]| {
+        let mut n = Normal::new(3);
+        let outputs: [Vec<f64>; 3] =
+            level.map(|l| (0..200).map(|_| l + 1e-3 * n.draw()).collect::<Vec<f64>>());
+        let [x, y, z] = &outputs;
+        let fit = ZeroG::new(gravity()).fit([x, y, z]).unwrap();
+        let mut findings = fit.findings.into_iter();
+        findings.any(|f| f.code() == "gravity-elsewhere" && f.severity() == Severity::Decision)
+    };
+    assert!(told([0.01, G, 0.0]));
+    assert!(told([0.0, 0.0, -G]));
+    assert!(told([0.0, 0.0, 1e-3 * G]));
+    assert!(told([0.0, 0.0, 1e3 * G]));
+    assert!(!told([0.1 * G, -0.1 * G, 1.1 * G]));
 }
 
 /// Straight, curved, and curved just enough to be doubtful.

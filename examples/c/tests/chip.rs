@@ -21,7 +21,14 @@ fn succeed(command: &mut Command) -> String {
     ignore = "needs arm-none-eabi-gcc and qemu-system-arm"
 )]
 fn crosscheck_headers_on_a_cortex_m4_against_the_desk() {
-    let file = calibration(true, false).unwrap();
+    for curvature in [false, true] {
+        compare(curvature);
+    }
+}
+
+/// A calibration with temperature, with curvature or without.
+fn compare(curvature: bool) {
+    let file = calibration(true, curvature).unwrap();
     let folder = tempfile::tempdir().unwrap();
     for (name, number) in [
         ("single", ExportNumber::Float),

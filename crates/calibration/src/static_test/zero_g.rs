@@ -124,6 +124,7 @@ impl ZeroG {
         }
         let estimate = Estimate::new(components.collect(), influences)?;
         let mut findings = drift(&samples, &noise);
+        findings.extend(self.elsewhere(mean));
         if self.levelling == 0.0 {
             findings.push(
                 Finding::new(
@@ -145,6 +146,40 @@ impl ZeroG {
             orders: Vec::new(),
             findings,
         })
+    }
+}
+
+/// Share of g beyond which a bias is none of a sensor: parts of the cheapest kind have a tenth.
+const IMPLAUSIBLE: f64 = 0.3;
+
+impl ZeroG {
+    /// Gravity lies along another axis, or in another unit.
+    fn elsewhere(&self, mean: [f64; 3]) -> Option<Finding> {
+        const AXES: [&str; 3] = ["x", "y", "z"];
+        let g = self.gravity.value();
+        let mut bias = mean;
+        bias[self.up] -= g;
+        let largest = bias.iter().fold(0.0f64, |m, b| m.max(b.abs()));
+        if !(largest > IMPLAUSIBLE * g) {
+            return None;
+        }
+        let read = mean
+            .iter()
+            .zip(AXES)
+            .map(|(m, axis)| format!("{axis} {:.4} g", m / g))
+            .collect::<Vec<_>>();
+        Some(
+            Finding::new(
+                Severity::Decision,
+                "gravity-elsewhere",
+                format!(
+                    "the sensor does not read gravity along {}: another axis points up, or the unit is another",
+                    AXES[self.up]
+                ),
+            )
+            .evidence(format!("mean outputs: {}", read.join(", ")))
+            .advice("name the axis that points up, the order of the columns and their unit"),
+        )
     }
 }
 
