@@ -120,6 +120,17 @@ fn coverage_across_jumps_of_the_temperature() {
     }
 }
 
+/// Two plateaus tell a straight line, six a cubic.
+#[test]
+fn known_order_of_plateaus() {
+    assert_eq!(plateaus(2.0, 0.0, 1).fit(&settings()).largest_order, 1);
+    assert_eq!(plateaus(6.0, 0.0, 1).fit(&settings()).largest_order, 3);
+    assert_eq!(
+        Recording::at(sweep, 0.0, 1).fit(&settings()).largest_order,
+        3
+    );
+}
+
 /// Declared as well kept, the intervals are narrow again, and no narrower than the declaration.
 #[test]
 fn known_tilt_that_is_declared() {

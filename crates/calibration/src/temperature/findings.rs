@@ -149,7 +149,7 @@ fn jump(fit: &TemperatureFit, tilt: Option<f64>, findings: &mut Vec<Finding>) {
         return;
     };
     let evidence = format!(
-        "{} jumps, the largest by {kelvin:.1} K in no time, where the output changed by {:.2} mg",
+        "{} of them, the largest by {kelvin:.1} K, where the output changed by {:.2} mg",
         jumps.len(),
         proofmass_core::norm(change) * MG
     );

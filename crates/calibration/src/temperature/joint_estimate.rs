@@ -1,12 +1,61 @@
 //! All axes in one joint estimate, with every cause of their uncertainty.
 
+use super::averaged;
 use super::fit::{AXES, Axis, Context};
-use proofmass_core::Error;
+use proofmass_core::{Error, norm};
 use proofmass_uncertainty::{
     Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Influence,
 };
 
 impl Context<'_> {
+    /// Coefficients that a tilt at the jumps of the temperature would be taken for, one set for each cause.
+    ///
+    /// Where nobody says how well the attitude was kept, everything that changed across the specific force may be tilt, at
+    /// all jumps together, and the biases may have hidden as much of it again, or as much as they changed along the force: on
+    /// each axis the whole size; and what these angles, one after the other, take off along the force. Declared, each jump is a
+    /// cause of its own.
+    pub(super) fn tilt(&self, axis: usize, columns: &[Vec<f64>]) -> Result<Vec<Vec<f64>>, Error> {
+        let n = self.blocks.len();
+        let jumps = self.blocks.jumps();
+        let mut causes = vec![vec![0.0; n]; if jumps.is_empty() { 0 } else { 2 }];
+        let mut turned = [0.0; 3];
+        for (at, _, change) in jumps {
+            let attitude = self.blocks.attitude[at];
+            let force = self.blocks.attitudes[attitude].output;
+            let size = norm(force).max(f64::MIN_POSITIVE);
+            let along = proofmass_core::dot(force, change) / size;
+            let across: [f64; 3] = std::array::from_fn(|i| change[i] - along * force[i] / size);
+            let cosine = (force[axis] / size).clamp(-1.0, 1.0);
+            let sine = (1.0 - cosine * cosine).sqrt();
+            let behind = (at..n).filter(|i| self.blocks.attitude[*i] == attitude);
+            if let Some(angle) = self.settings.tilt {
+                let width = size * (angle * sine + 0.5 * angle * angle * cosine.abs());
+                let mut step = vec![0.0; n];
+                behind.for_each(|i| step[i] = width);
+                causes.push(step);
+                continue;
+            }
+            let seen = norm(across);
+            let hidden = seen.max(along.abs());
+            let whole = (seen + hidden) / seen.max(f64::MIN_POSITIVE);
+            let before = norm(turned);
+            turned = std::array::from_fn(|i| turned[i] + whole * across[i]);
+            let first = ((seen + hidden) * sine).copysign(across[axis]);
+            let second = 0.5 * cosine * (norm(turned).powi(2) - before.powi(2)) / size;
+            for i in behind {
+                causes[0][i] += first;
+                causes[1][i] += second;
+            }
+        }
+        causes.retain(|c| c.iter().any(|v| *v != 0.0));
+        let design = [columns.to_vec()];
+        let coefficients = |step: &Vec<f64>| {
+            let run = averaged::fit(&design, step, &self.noises[..1])?;
+            Ok(run.estimate[self.fixed..].to_vec())
+        };
+        causes.iter().map(coefficients).collect()
+    }
+
     /// Mean slopes, then coefficients in powers of d, of all axes.
     pub(super) fn estimate(&self, axes: &[Axis]) -> Result<Estimate, Error> {
         let top = self.settings.largest_order;

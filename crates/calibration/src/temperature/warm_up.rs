@@ -83,19 +83,29 @@ impl WarmUp {
 /// Root of the share of the sum of squares of a column, about its mean, that the others leave.
 pub(super) fn own_part(columns: &[Vec<f64>], at: usize) -> f64 {
     let column = &columns[at];
+    let mean = column.iter().sum::<f64>() / column.len().max(1) as f64;
+    let about: f64 = column.iter().map(|v| (v - mean).powi(2)).sum();
+    if about > 0.0 {
+        (unexplained(columns, at) / about).sqrt()
+    } else {
+        0.0
+    }
+}
+
+/// Sum of squares of a column that the others leave.
+pub(super) fn unexplained(columns: &[Vec<f64>], at: usize) -> f64 {
+    let column = &columns[at];
     let others: Vec<Vec<f64>> = columns
         .iter()
         .enumerate()
         .filter(|(i, _)| *i != at)
         .map(|(_, c)| c.clone())
         .collect();
-    let mean = column.iter().sum::<f64>() / column.len().max(1) as f64;
-    let about: f64 = column.iter().map(|v| (v - mean).powi(2)).sum();
     let white = [Noise::white(column.len())];
     let Ok(fit) = averaged::fit(std::slice::from_ref(&others), column, &white) else {
         return 0.0;
     };
-    let left: f64 = (0..column.len())
+    (0..column.len())
         .map(|i| {
             let model: f64 = others
                 .iter()
@@ -104,10 +114,5 @@ pub(super) fn own_part(columns: &[Vec<f64>], at: usize) -> f64 {
                 .sum();
             (column[i] - model).powi(2)
         })
-        .sum();
-    if about > 0.0 {
-        (left / about).sqrt()
-    } else {
-        0.0
-    }
+        .sum()
 }

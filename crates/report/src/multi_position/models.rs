@@ -17,7 +17,7 @@ pub(super) fn beyond(fit: &MultiPositionFit) -> Option<String> {
     }
     if beyond.curvature.is_some() {
         text.push_str(
-            "; with x = (K a)_i/K_ii each output has K_ii (x + k₂ x² + k₃ x³) in place of K_ii x, its k as `curvature`",
+            "; where an output would be b + s x, it is b + s (x + k₂ x² + k₃ x³), with s its diagonal element of K, x = (K a)/s, and k its curvature",
         );
     }
     text.push('.');
