@@ -152,6 +152,31 @@ fn refuses_to_be_sure_of_a_sensor_that_was_tilted_between_two_temperatures() {
     assert!((u / 9.80665e-3 - 0.0038).abs() < 0.001, "{u}");
 }
 
+/// A file without a header: columns by their number, as in docs/temperature.md.
+#[test]
+fn regress_columns_by_number() {
+    let folder = tempfile::tempdir().unwrap();
+    let named = folder.path().join("named.csv");
+    write_recording(&named, 0.0, false);
+    let rows = std::fs::read_to_string(&named).unwrap();
+    let recording = folder.path().join("numbers.csv");
+    std::fs::write(&recording, rows.split_once('\n').unwrap().1).unwrap();
+    let out = folder.path().join("result");
+    let words = [
+        "test",
+        "temperature",
+        text(&recording),
+        "-o",
+        text(&out),
+        "--rate",
+        "10",
+    ];
+    let numbers = ["--columns", "1,2,3", "--unit", "mg", "--temperature", "4"];
+    succeed(&[&words[..], &numbers].concat());
+    let (z, u, _) = quantity(&json(&out.join("result.json")), "slope.z");
+    assert!((z / 9.80665e-3 - 1.2).abs() < 4.0 * u / 9.80665e-3);
+}
+
 /// Switched on with the recording: 8 mg that decay within a minute are told apart from the temperature.
 #[test]
 fn known_self_heating() {

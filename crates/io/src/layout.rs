@@ -344,8 +344,9 @@ impl From<usize> for ColumnRef {
 }
 
 impl From<&str> for ColumnRef {
-    fn from(name: &str) -> Self {
-        Self::Name(name.to_string())
+    /// As [`ColumnRef::from_word`], without the blanks around it: readers of command lines take this before `FromStr`.
+    fn from(word: &str) -> Self {
+        Self::from_word(word.trim())
     }
 }
 
