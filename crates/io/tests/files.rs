@@ -53,6 +53,30 @@ fn regress_version_1_is_read() {
     assert_eq!(any.to_json().unwrap(), bytes);
 }
 
+/// Written by the second version, with temperature and curvature: it stays readable and, copied, what it is.
+#[test]
+fn regress_version_2_is_read() {
+    let bytes = include_bytes!("data/calibration-version-2.json");
+    let old = CalibrationFile::from_json(bytes).unwrap();
+    assert_eq!((old.schema.version, old.model.as_str()), (2, "triangular"));
+    let thermal = old.temperature.as_ref().unwrap();
+    assert_eq!(thermal.reference.to_bits(), 25.0f64.to_bits());
+    let slope = old.estimate.get("bias.x.T1").unwrap();
+    assert_eq!(slope.value.to_bits(), thermal.bias[0][0].to_bits());
+    assert!((slope.value - 0.4).abs() < slope.expanded(0.999));
+    let curvature = old.curvature.as_ref().unwrap();
+    let quadratic = old.estimate.get("curvature.z.2").unwrap();
+    assert_eq!(quadratic.value.to_bits(), curvature.quadratic[2].to_bits());
+    // What it compensates stays what it was: an output at 50 °C, back and forth.
+    let model = old.compensation().unwrap();
+    let a = model.apply(model.invert([1.0, -2.0, 9.0], 50.0), 50.0);
+    assert!((a[0] - 1.0).abs() < 1e-12);
+    assert_eq!(
+        AnyCalibration::from_json(bytes).unwrap().to_json().unwrap(),
+        bytes
+    );
+}
+
 /// One output, two frequencies.
 fn response() -> FrequencyResponseFile {
     let point = |at: f64, re: f64| SeriesPoint {
