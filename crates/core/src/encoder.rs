@@ -1,4 +1,8 @@
-//! Position sensors read sample by sample: quadrature, Gray code, rolling counters, resolver.
+//! Position sensors read sample by sample: quadrature, Hall sensors, Gray code, rolling counters, resolver.
+
+mod hall;
+
+pub use hall::{Hall, HallSectors, HallSpacing};
 
 use crate::Float;
 
@@ -237,13 +241,15 @@ impl<T: Float> ErrorLine<T> {
     /// What it adds to the reading after so many turns from zero; single precision keeps its digits within the first few.
     pub fn at(&self, turns: T) -> T {
         let angle = T::from_f64(core::f64::consts::TAU) * (self.order * turns);
-        self.cosine * angle.cos() + self.sine * angle.sin()
+        let (sine, cosine) = angle.sin_cos();
+        self.cosine * cosine + self.sine * sine
     }
 }
 
 /// sin(θ − θ̂) times the amplitude: the phase detector of a resolver tracking loop.
 pub fn resolver_error<T: Float>(sine: T, cosine: T, estimate: T) -> T {
-    sine * estimate.cos() - cosine * estimate.sin()
+    let (s, c) = estimate.sin_cos();
+    sine * c - cosine * s
 }
 
 /// Demodulates a resolver voltage sampled synchronously with its carrier: 2/n Σ u sin(ω_e t).

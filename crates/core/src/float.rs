@@ -55,6 +55,12 @@ pub trait Float:
     fn sin(self) -> Self;
     /// Cosine of an angle in radians.
     fn cos(self) -> Self;
+    /// Sine and cosine of an angle in radians.
+    ///
+    /// In single precision without a detour over double precision, which a chip's single-precision unit does not have.
+    ///
+    /// **Accuracy** of `f32` 1.2e-7 up to 8192 rad, beyond as [`Float::sin`]. **Source** `[Moshier89]`.
+    fn sin_cos(self) -> (Self, Self);
     /// Tangent of an angle in radians.
     fn tan(self) -> Self;
     /// Angle of the point (`x`, `self`) in radians.
@@ -64,7 +70,7 @@ pub trait Float:
 }
 
 macro_rules! float {
-    ($type:ty, $sqrt:path, $fabs:path, $sin:path, $cos:path, $tan:path, $atan2:path, $exp:path) => {
+    ($type:ty, $sqrt:path, $fabs:path, $sin:path, $cos:path, $both:path, $tan:path, $atan2:path, $exp:path) => {
         impl Float for $type {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -97,6 +103,9 @@ macro_rules! float {
             fn cos(self) -> Self {
                 $cos(self)
             }
+            fn sin_cos(self) -> (Self, Self) {
+                $both(self)
+            }
             fn tan(self) -> Self {
                 $tan(self)
             }
@@ -116,6 +125,7 @@ float!(
     libm::fabsf,
     libm::sinf,
     libm::cosf,
+    sin_cos_single,
     libm::tanf,
     libm::atan2f,
     libm::expf
@@ -126,7 +136,56 @@ float!(
     libm::fabs,
     libm::sin,
     libm::cos,
+    libm::sincos,
     libm::tan,
     libm::atan2,
     libm::exp
 );
+
+/// Sine and cosine by polynomials within an eighth of a turn, the angle reduced by quarter turns in three parts.
+fn sin_cos_single(x: f32) -> (f32, f32) {
+    const PARTS: [f32; 3] = [1.570_312_5, 4.837_513e-4, 7.549_79e-8];
+    // Beyond it the first two products are not exact.
+    if !(x.abs() <= 8192.0) {
+        return (libm::sinf(x), libm::cosf(x));
+    }
+    let half = if x < 0.0 { -0.5 } else { 0.5 };
+    let quarters = (x * core::f32::consts::FRAC_2_PI + half) as i32;
+    let n = quarters as f32;
+    let r = ((x - n * PARTS[0]) - n * PARTS[1]) - n * PARTS[2];
+    let z = r * r;
+    let sine = r + r * z * (-1.666_665_5e-1 + z * (8.332_161e-3 - z * 1.951_529_6e-4));
+    let cosine =
+        1.0 - 0.5 * z + z * z * (4.166_664_6e-2 + z * (-1.388_731_6e-3 + z * 2.443_315_7e-5));
+    match quarters & 3 {
+        0 => (sine, cosine),
+        1 => (cosine, -sine),
+        2 => (-sine, -cosine),
+        _ => (-cosine, sine),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn crosscheck_single_sine_and_cosine() {
+        let mut worst = 0.0f64;
+        for k in -400_000i32..=400_000 {
+            for x in [k as f32 * 1e-5, k as f32 * 0.020_48] {
+                let (s, c) = Float::sin_cos(x);
+                let angle = f64::from(x);
+                worst = worst
+                    .max((f64::from(s) - angle.sin()).abs())
+                    .max((f64::from(c) - angle.cos()).abs());
+            }
+        }
+        assert!(worst < 1.2e-7, "{worst:e}");
+        assert_eq!(Float::sin_cos(0.0f32), (0.0, 1.0));
+        for x in [9000.0f32, -1e30] {
+            assert_eq!(Float::sin_cos(x), (libm::sinf(x), libm::cosf(x)));
+        }
+        assert!(Float::sin_cos(f32::NAN).0.is_nan() && Float::sin_cos(f32::INFINITY).1.is_nan());
+    }
+}
