@@ -7,6 +7,8 @@
 #![no_std]
 #![no_main]
 
+mod velocity;
+
 use core::hint::black_box;
 use core::panic::PanicInfo;
 use cortex_m::peripheral::syst::SystClkSource;
@@ -100,6 +102,12 @@ fn main() -> ! {
         ("temperature, integers", fixed_thermal),
         ("compensation, bias filter, Butterworth, velocity", whole),
     ] {
+        hprintln!("instructions {}: {}", per_sample(ticks, idle), name);
+    }
+    let Ok(costs) = velocity::costs() else {
+        panic!();
+    };
+    for (name, ticks) in costs {
         hprintln!("instructions {}: {}", per_sample(ticks, idle), name);
     }
     hprintln!(
