@@ -163,7 +163,8 @@ pub use format::{Alphabet, DecimalMark, Format, Formatted, Notation, Rounded, Sh
 pub use notation::{scientific, superscript};
 pub use number::{Complex, Dual, Number};
 pub use quantile::{
-    chi_squared_quantile, dof_of_coverage_factor, f_quantile, normal_quantile, student_quantile,
+    chi_squared_chance, chi_squared_quantile, dof_of_coverage_factor, f_quantile, normal_quantile,
+    student_quantile,
 };
 pub use quantity::{Evaluation, Quantity};
 pub use refusal::Refusal;
@@ -214,6 +215,7 @@ mod trials {
     pub use crate::monte_carlo::{
         Interval, MonteCarlo, Progress, Sampled, SampledOutput, Trial, Trials,
     };
+    pub use crate::reference_value::{Deviation, MedianDeviation, MedianValue, WeightedMean};
     pub use crate::region::Region;
     pub use crate::validation::{Validation, Verdict, numerical_tolerance};
 }
@@ -223,6 +225,8 @@ mod effects;
 mod histogram;
 #[cfg(feature = "monte-carlo")]
 mod monte_carlo;
+#[cfg(feature = "monte-carlo")]
+mod reference_value;
 #[cfg(feature = "monte-carlo")]
 mod region;
 #[cfg(feature = "monte-carlo")]

@@ -2,7 +2,7 @@
 
 use crate::student;
 use statrs::function::beta::beta_reg;
-use statrs::function::gamma::{gamma_lr, ln_gamma};
+use statrs::function::gamma::{gamma_lr, gamma_ur, ln_gamma};
 
 /// z with Φ(z) = `p`; −∞ at 0 and ∞ at 1.
 ///
@@ -55,6 +55,20 @@ pub fn chi_squared_quantile(p: f64, nu: f64) -> f64 {
         let y = 0.5 * x;
         (gamma_lr(a, y) - p, (a * y.ln() - y - norm).exp())
     })
+}
+
+/// P(χ²_ν > x): the chance of a χ² as large or larger.
+///
+/// **Source** `[AS] 26.4`.
+///
+/// ```
+/// assert!((proofmass_uncertainty::chi_squared_chance(7.814_727_903, 3.0) - 0.05).abs() < 1e-9);
+/// ```
+pub fn chi_squared_chance(x: f64, nu: f64) -> f64 {
+    match x > 0.0 && nu > 0.0 {
+        true => gamma_ur(0.5 * nu, 0.5 * x),
+        false => 1.0,
+    }
 }
 
 /// x with P(F ≤ x) = `p` for the ratio of mean squares with ν₁ and ν₂ degrees of freedom; ν₂ may be infinite.
