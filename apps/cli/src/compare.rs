@@ -1,4 +1,4 @@
-//! `proofmass compare`: two calibrations over frequency, held against each other.
+//! `proofmass compare`: calibrations over frequency, held against each other.
 
 use crate::console::Progress;
 use crate::delivery::Delivery;
@@ -8,16 +8,17 @@ use proofmass::jobs::comparison::{ComparisonData, ComparisonJob, ComparisonOutco
 use proofmass::jobs::{Filed, Job, Outcome as _, Record, frequency_response};
 use std::path::{Path, PathBuf};
 
-/// Compare two calibrations of one device over frequency: E_n point by point, χ² of the whole.
+/// Compare calibrations of one device over frequency: of two E_n point by point and χ² of the whole, of more their reference value.
 ///
-/// Each is a calibration.json of kind frequency-response, the result.json of a test or calibration that gives one, or the table of a
-/// laboratory (.csv: frequency, sensitivity, phase, uncertainties).
+/// Of three or more, the reference is the weighted mean of all, with the median beside it, and every laboratory's deviation from
+/// both. Each is a calibration.json of kind frequency-response, the result.json of a test or calibration that gives one, or the table of a
+/// laboratory (.csv: frequency_Hz, sensitivity_V/(m/s2) or another unit, phase_deg, u_relative_% or U_relative_% with --coverage,
+/// u_phase_deg).
 #[derive(clap::Args)]
 pub(crate) struct Compare {
-    /// The one
-    first: PathBuf,
-    /// The other; differences are the first less the second
-    second: PathBuf,
+    /// Two calibrations or more; of two, differences are the first less the second
+    #[arg(required = true, num_args = 2.., value_name = "CALIBRATION")]
+    calibrations: Vec<PathBuf>,
     /// Probability of the expanded uncertainties
     #[arg(long, default_value_t = 0.95)]
     probability: f64,
@@ -30,32 +31,29 @@ pub(crate) struct Compare {
 
 impl Compare {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
-        let paths: [&Path; 2] = [&self.first, &self.second];
+        let paths: Vec<&Path> = self.calibrations.iter().map(PathBuf::as_path).collect();
         let folder = self.delivery.begin(ComparisonOutcome::KIND, &paths)?;
-        let read = |path: &Path| -> Result<_, Failure> {
-            Ok(frequency_response::read_document(
+        let mut documents = Vec::with_capacity(paths.len());
+        for path in &paths {
+            documents.push(frequency_response::read_document(
                 Source::open(path)?,
                 self.coverage,
-            )?)
-        };
-        let (first, second) = (read(&self.first)?, read(&self.second)?);
-        let findings = [&first.findings[..], &second.findings].concat();
-        let names = paths.map(|p| p.display().to_string());
+            )?);
+        }
+        let findings: Vec<_> = documents.iter().flat_map(|d| d.findings.clone()).collect();
+        let names: Vec<String> = paths.iter().map(|p| p.display().to_string()).collect();
         let data = ComparisonData {
-            responses: [&first.response, &second.response],
-            names: [&names[0], &names[1]],
+            responses: &documents.iter().map(|d| &d.response).collect::<Vec<_>>(),
+            names: &names.iter().map(String::as_str).collect::<Vec<_>>(),
             findings: &findings,
         };
         let mut job = ComparisonJob::default();
         job.probability = self.probability;
         let outcome = job.evaluate(&data, &Progress::new())?;
-        console::note(format!(
-            "{} points compared",
-            outcome.comparison().points.len()
-        ));
+        console::note(format!("{} points compared", outcome.points()));
         let record = Record {
             date: Some(clock::today()),
-            inputs: vec![first.input, second.input],
+            inputs: documents.into_iter().map(|d| d.input).collect(),
             ..Record::default()
         };
         self.delivery.deliver(folder, &Filed::new(record, outcome))

@@ -12,15 +12,18 @@ mod compensation_error;
 mod compensation_filter;
 mod complex_matrix;
 mod interpolation;
+mod reference;
 
 pub use band::BandMatrix;
 pub use comparison::{ComparedPoint, ComparedWhole, ResponseComparison};
 pub use compensation_error::CompensationError;
 pub use compensation_filter::{Beyond, CompensationFilter, FilterDesign, FilterStream};
 pub use interpolation::Interpolated;
+pub use reference::{Equivalence, ReferenceComparison, ReferenceElement};
 
 use num_complex::Complex64;
 use proofmass_core::Error;
+use proofmass_core::check::positive;
 use proofmass_uncertainty::{Component, Estimate, EstimateSeries, SeriesPoint, SharedEffect};
 use serde::{Deserialize, Serialize};
 
@@ -281,6 +284,40 @@ impl FrequencyResponse {
     /// Unit of the elements, such as `V/(m/s²)`.
     pub fn unit(&self) -> &str {
         &self.series.points()[0].estimate.components()[0].unit
+    }
+
+    /// The same response in another unit, one of the old being `factor` of the new.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] for a factor that is not positive.
+    pub fn in_unit(&self, unit: &str, factor: f64) -> Result<Self, Error> {
+        positive("factor between units", factor)?;
+        let n = self.series.dimension();
+        let jacobian: Vec<f64> = (0..n * n)
+            .map(|at| if at % (n + 1) == 0 { factor } else { 0.0 })
+            .collect();
+        let points = self.series.points().iter().map(|point| {
+            let components = point.estimate.components().iter();
+            let components =
+                components.map(|c| Component::new(c.name.clone(), unit, factor * c.value));
+            Ok(SeriesPoint {
+                at: point.at,
+                estimate: point.estimate.propagate(components.collect(), &jacobian)?,
+            })
+        });
+        let shared = self.series.shared().map(|effects| {
+            let scaled = |effect: &SharedEffect| SharedEffect {
+                key: effect.key.clone(),
+                effects: effect
+                    .effects
+                    .iter()
+                    .map(|row| row.iter().map(|e| factor * e).collect())
+                    .collect(),
+            };
+            effects.iter().map(scaled).collect()
+        });
+        let series = EstimateSeries::new(points.collect::<Result<_, Error>>()?, shared)?;
+        Self::new(self.outputs.clone(), self.axes.clone(), series)
     }
 
     /// K at the frequency of this index, row by row.

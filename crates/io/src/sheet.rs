@@ -30,6 +30,23 @@ pub const SENSITIVITY: Endings = &[
     ("V/g", 1.0 / G),
     ("mV/g", 1e-3 / G),
 ];
+/// Sensitivities of sensors that give an acceleration.
+pub const ACCELERATION_RATIO: Endings = &[
+    ("(m/s2)/(m/s2)", 1.0),
+    ("m/s2/(m/s2)", 1.0),
+    ("g/g", 1.0),
+    ("1", 1.0),
+    ("mg/g", 1e-3),
+    ("g/(m/s2)", G),
+    ("(m/s2)/g", 1.0 / G),
+];
+/// Sensitivities of sensors that give counts.
+pub const COUNT_SENSITIVITY: Endings = &[
+    ("count/(m/s2)", 1.0),
+    ("LSB/(m/s2)", 1.0),
+    ("count/g", 1.0 / G),
+    ("LSB/g", 1.0 / G),
+];
 /// A pure number; the heading may stand without an ending.
 pub const RATIO: Endings = &[("", 1.0), ("%", 0.01)];
 /// A pure number whose heading must say whether it is in percent.
@@ -219,6 +236,35 @@ impl Sheet {
                 return Err(self
                     .header_error(heading, "the heading does not say the unit")
                     .with_hint(format!("write {}", list.join(" or "))));
+            }
+        }
+        Ok(found)
+    }
+
+    /// The column of a quantity that may be of one of several kinds, and which it is.
+    ///
+    /// # Errors
+    /// As [`Sheet::quantity`]; two kinds at once.
+    pub fn one_of(&mut self, name: &str, kinds: &[Endings]) -> Result<Option<(usize, Place)>> {
+        let bare = self.header.iter().find(|h| plain(h) == name).cloned();
+        let unlike = |kind: &Endings| kind.iter().all(|(ending, _)| !ending.is_empty());
+        if let Some(heading) = bare.filter(|_| kinds.iter().all(unlike)) {
+            let endings = kinds.iter().flat_map(|kind| kind.iter());
+            let list: Vec<String> = endings.map(|(e, _)| format!("{name}_{e}")).collect();
+            return Err(self
+                .header_error(&heading, "the heading does not say the unit")
+                .with_hint(format!("write {}", list.join(" or "))));
+        }
+        let mut found: Option<(usize, Place)> = None;
+        for (kind, endings) in kinds.iter().enumerate() {
+            let Some(place) = self.quantity(name, endings)? else {
+                continue;
+            };
+            if found.replace((kind, place)).is_some() {
+                let heading = self.header[place.column].clone();
+                return Err(self
+                    .header_error(&heading, "the quantity stands in two columns")
+                    .with_hint("keep one of the two"));
             }
         }
         Ok(found)

@@ -1,17 +1,17 @@
-//! Two calibrations of one device over frequency, held against each other.
+//! Calibrations of one device over frequency, held against each other: two, or several and their reference value.
 
 use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_calibration::FrequencyResponse;
-use proofmass_calibration::frequency_response::ResponseComparison;
+use proofmass_calibration::frequency_response::{ReferenceComparison, ResponseComparison};
 use proofmass_core::Watch;
-use proofmass_io::{Cell, StatedQuantity, Table};
+use proofmass_io::{Cell, StatedQuantity, Table, Unit};
 use proofmass_report::{ComparisonReport, Report};
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 
-/// How two calibrations are compared.
+/// How calibrations are compared.
 ///
 /// ```
 /// use proofmass_calibration::FrequencyResponse;
@@ -27,10 +27,10 @@ use serde::{Deserialize, Serialize};
 ///     FrequencyResponse::try_from(&table)
 /// };
 /// let (ours, theirs) = (certificate(0.01002)?, certificate(0.01)?);
-/// let data = ComparisonData { responses: [&ours, &theirs], names: ["ours", "theirs"], findings: &[] };
+/// let data = ComparisonData { responses: &[&ours, &theirs], names: &["ours", "theirs"], findings: &[] };
 /// let outcome = ComparisonJob::default().evaluate(&data, &Unwatched)?;
 /// // 0.2 % with U = 1.96 · 0.5 % · √2.
-/// assert!((outcome.comparison().points[0].modulus_en - 0.144).abs() < 1e-3);
+/// assert!((outcome.pair().unwrap().points[0].modulus_en - 0.144).abs() < 1e-3);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -47,13 +47,13 @@ impl Default for ComparisonJob {
     }
 }
 
-/// Two calibrations.
+/// Two calibrations or more.
 #[derive(Clone, Copy, Debug)]
 pub struct ComparisonData<'a> {
-    /// Both; differences are the first less the second.
-    pub responses: [&'a FrequencyResponse; 2],
+    /// All; of two, differences are the first less the second.
+    pub responses: &'a [&'a FrequencyResponse],
     /// What they are called.
-    pub names: [&'a str; 2],
+    pub names: &'a [&'a str],
     /// What reading them found.
     pub findings: &'a [Finding],
 }
@@ -64,52 +64,101 @@ impl Job for ComparisonJob {
 
     fn evaluate(&self, data: &ComparisonData<'_>, watch: &dyn Watch) -> Result<ComparisonOutcome> {
         watch.step("comparison", 0, 1)?;
-        let [first, second] = data.responses;
-        let [a, b] = data.names;
-        if first.unit() != second.unit() {
-            return Err(Trouble::data(format!(
-                "{a} is in {}, {b} in {}",
-                first.unit(),
-                second.unit()
-            ))
-            .with_hint("calibrations of one device have one unit: bring both to the same"));
+        let (Some(first), true) = (
+            data.responses.first(),
+            data.responses.len() >= 2 && data.names.len() == data.responses.len(),
+        ) else {
+            return Err(
+                Trouble::request("a comparison needs two calibrations or more")
+                    .with_hint("give each of them with its name"),
+            );
+        };
+        let mut converted = Vec::with_capacity(data.responses.len());
+        for (response, name) in data.responses.iter().zip(data.names) {
+            let (own, other) = (first.unit(), response.unit());
+            let factor = between(other, own).ok_or_else(|| {
+                Trouble::data(format!("{} is in {own}, {name} in {other}", data.names[0]))
+                    .with_hint("calibrations of one device have one unit: bring all to the same")
+            })?;
+            converted.push(response.in_unit(own, factor)?);
         }
-        let comparison = ResponseComparison::of(first, second, self.probability).map_err(|e| {
-            Trouble::from(e).detail(format!("{a} and {b}")).with_hint(
+        let about = |e: proofmass_core::Error| {
+            Trouble::from(e).detail(data.names.join(", ")).with_hint(
                 "the same outputs and axes, ranges that meet and stated uncertainties are needed",
             )
-        })?;
-        watch.step("comparison", 1, 1)?;
+        };
         let mut findings = data.findings.to_vec();
-        findings.extend(comparison.findings.iter().cloned());
+        let (mut comparison, mut reference) = (None, None);
+        if let [one, other] = &converted[..] {
+            let pair = ResponseComparison::of(one, other, self.probability).map_err(about)?;
+            findings.extend(pair.findings.iter().cloned());
+            comparison = Some(pair);
+        } else {
+            let all: Vec<&FrequencyResponse> = converted.iter().collect();
+            let several = ReferenceComparison::of(&all, self.probability).map_err(about)?;
+            let several = several.judged(data.names);
+            findings.extend(several.findings.iter().cloned());
+            reference = Some(several);
+        }
+        watch.step("comparison", 1, 1)?;
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
         Ok(ComparisonOutcome {
-            names: data.names.map(str::to_owned),
+            names: data.names.iter().map(|&n| n.to_owned()).collect(),
             comparison,
+            reference,
             findings,
         })
     }
 }
 
+/// How many of the unit `to` one of `from` is: outputs in volts, counts, or accelerations, per m/s².
+fn between(from: &str, to: &str) -> Option<f64> {
+    if from == to {
+        return Some(1.0);
+    }
+    let output = |unit: &str| -> Option<(Unit, f64)> {
+        let label = unit.strip_suffix("/(m/s²)")?;
+        let label = label.trim_start_matches('(').trim_end_matches(')');
+        Some(label.parse::<Unit>().ok()?.si())
+    };
+    let ((a, x), (b, y)) = (output(from)?, output(to)?);
+    (a == b).then(|| x / y)
+}
+
 /// The answer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ComparisonOutcome {
-    names: [String; 2],
-    comparison: ResponseComparison,
+    names: Vec<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    comparison: Option<ResponseComparison>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    reference: Option<ReferenceComparison>,
     findings: Vec<Finding>,
 }
 
 impl ComparisonOutcome {
-    /// Point by point and as a whole.
-    pub fn comparison(&self) -> &ResponseComparison {
-        &self.comparison
+    /// Of two: point by point and as a whole.
+    pub fn pair(&self) -> Option<&ResponseComparison> {
+        self.comparison.as_ref()
+    }
+
+    /// Of three and more: against their reference value.
+    pub fn reference(&self) -> Option<&ReferenceComparison> {
+        self.reference.as_ref()
+    }
+
+    /// Number of elements and frequencies that were compared.
+    pub fn points(&self) -> usize {
+        let pair = self.pair().map_or(0, |p| p.points.len());
+        pair + self.reference().map_or(0, |r| r.points.len())
     }
 
     fn page(&self, record: &Record) -> ComparisonReport<'_> {
         ComparisonReport {
             head: record.head(self.title(record), &self.findings),
             names: &self.names,
-            comparison: &self.comparison,
+            comparison: self.pair(),
+            reference: self.reference(),
         }
     }
 }
@@ -118,9 +167,11 @@ impl Outcome for ComparisonOutcome {
     const KIND: &'static str = "comparison";
 
     fn title(&self, record: &Record) -> String {
-        let [a, b] = &self.names;
         let title = record.title.clone();
-        title.unwrap_or_else(|| format!("Comparison of {a} and {b}"))
+        title.unwrap_or_else(|| match &self.names[..] {
+            [all @ .., last] => format!("Comparison of {} and {last}", all.join(", ")),
+            [] => "Comparison".to_owned(),
+        })
     }
 
     fn quantities(&self) -> Vec<StatedQuantity> {
@@ -132,44 +183,24 @@ impl Outcome for ComparisonOutcome {
     }
 
     fn sections(&self) -> Result<Vec<(&'static str, serde_json::Value)>> {
-        Ok(vec![section("whole", &self.comparison.whole)?])
+        Ok(match (self.pair(), self.reference()) {
+            (Some(pair), _) => vec![section("whole", &pair.whole)?],
+            (None, Some(several)) => vec![section("furthest", &several.furthest)?],
+            (None, None) => Vec::new(),
+        })
     }
 
     fn tables(&self) -> Result<Vec<(String, Table)>> {
-        let unit = &self.comparison.unit;
-        let mut table = Table::new([
-            "frequency_Hz".to_owned(),
-            "element".to_owned(),
-            format!("modulus_first_{unit}"),
-            format!("modulus_second_{unit}"),
-            "difference_percent".to_owned(),
-            "U_percent".to_owned(),
-            "E_n".to_owned(),
-            "phase_first_deg".to_owned(),
-            "phase_second_deg".to_owned(),
-            "phase_difference_deg".to_owned(),
-            "phase_U_deg".to_owned(),
-            "phase_E_n".to_owned(),
-            "chi_squared".to_owned(),
-        ]);
-        for p in &self.comparison.points {
-            table.push([
-                Cell::Number(p.frequency),
-                Cell::Text(p.element.clone()),
-                Cell::Number(p.value[0].norm()),
-                Cell::Number(p.value[1].norm()),
-                Cell::Number(100.0 * p.modulus_difference),
-                Cell::Number(100.0 * p.modulus_expanded),
-                Cell::Number(p.modulus_en),
-                Cell::Number(p.value[0].arg().to_degrees()),
-                Cell::Number(p.value[1].arg().to_degrees()),
-                Cell::Number(p.phase_difference.to_degrees()),
-                Cell::Number(p.phase_expanded.to_degrees()),
-                Cell::Number(p.phase_en),
-                Cell::Number(p.chi_square),
-            ])?;
+        let mut list = Vec::new();
+        if let Some(pair) = self.pair() {
+            list.push(("comparison.csv".to_owned(), pair_table(pair)?));
         }
-        Ok(vec![("comparison.csv".to_owned(), table)])
+        if let Some(several) = self.reference() {
+            let (values, equivalences) = reference_tables(several, &self.names)?;
+            list.push(("reference.csv".to_owned(), values));
+            list.push(("equivalence.csv".to_owned(), equivalences));
+        }
+        Ok(list)
     }
 
     fn summary(&self, record: &Record) -> Report {
@@ -179,4 +210,114 @@ impl Outcome for ComparisonOutcome {
     fn report(&self, record: &Record) -> Report {
         self.page(record).full()
     }
+}
+
+fn pair_table(pair: &ResponseComparison) -> Result<Table> {
+    let unit = &pair.unit;
+    let mut table = Table::new([
+        "frequency_Hz".to_owned(),
+        "element".to_owned(),
+        format!("modulus_first_{unit}"),
+        format!("modulus_second_{unit}"),
+        "difference_percent".to_owned(),
+        "U_percent".to_owned(),
+        "E_n".to_owned(),
+        "phase_first_deg".to_owned(),
+        "phase_second_deg".to_owned(),
+        "phase_difference_deg".to_owned(),
+        "phase_U_deg".to_owned(),
+        "phase_E_n".to_owned(),
+        "chi_squared".to_owned(),
+    ]);
+    for p in &pair.points {
+        table.push([
+            Cell::Number(p.frequency),
+            Cell::Text(p.element.clone()),
+            Cell::Number(p.value[0].norm()),
+            Cell::Number(p.value[1].norm()),
+            Cell::Number(100.0 * p.modulus_difference),
+            Cell::Number(100.0 * p.modulus_expanded),
+            Cell::Number(p.modulus_en),
+            Cell::Number(p.value[0].arg().to_degrees()),
+            Cell::Number(p.value[1].arg().to_degrees()),
+            Cell::Number(p.phase_difference.to_degrees()),
+            Cell::Number(p.phase_expanded.to_degrees()),
+            Cell::Number(p.phase_en),
+            Cell::Number(p.chi_square),
+        ])?;
+    }
+    Ok(table)
+}
+
+/// The reference values, and how far every laboratory is from them.
+fn reference_tables(several: &ReferenceComparison, names: &[String]) -> Result<(Table, Table)> {
+    let unit = &several.unit;
+    let mut values = Table::new([
+        "frequency_Hz".to_owned(),
+        "element".to_owned(),
+        format!("mean_modulus_{unit}"),
+        "u_mean_modulus_percent".to_owned(),
+        "mean_phase_deg".to_owned(),
+        "u_mean_phase_deg".to_owned(),
+        format!("median_modulus_{unit}"),
+        "u_median_modulus_percent".to_owned(),
+        "median_phase_deg".to_owned(),
+        "u_median_phase_deg".to_owned(),
+        "chance".to_owned(),
+    ]);
+    let mut equivalences = Table::new([
+        "frequency_Hz".to_owned(),
+        "element".to_owned(),
+        "laboratory".to_owned(),
+        format!("modulus_{unit}"),
+        "phase_deg".to_owned(),
+        "modulus_difference_percent".to_owned(),
+        "modulus_U_percent".to_owned(),
+        "modulus_E_n".to_owned(),
+        "phase_difference_deg".to_owned(),
+        "phase_U_deg".to_owned(),
+        "phase_E_n".to_owned(),
+        "modulus_from_median_percent".to_owned(),
+        "modulus_from_median_low_percent".to_owned(),
+        "modulus_from_median_high_percent".to_owned(),
+        "phase_from_median_deg".to_owned(),
+        "phase_from_median_low_deg".to_owned(),
+        "phase_from_median_high_deg".to_owned(),
+    ]);
+    for p in &several.points {
+        let [modulus, phase] = p.mean_uncertainty;
+        let [median_modulus, median_phase] = p.median_uncertainty;
+        values.push([
+            Cell::Number(p.frequency),
+            Cell::Text(p.element.clone()),
+            Cell::Number(p.mean.norm()),
+            Cell::Number(100.0 * modulus),
+            Cell::Number(p.mean.arg().to_degrees()),
+            Cell::Number(phase.to_degrees()),
+            Cell::Number(p.median.norm()),
+            Cell::Number(100.0 * median_modulus),
+            Cell::Number(p.median.arg().to_degrees()),
+            Cell::Number(median_phase.to_degrees()),
+            Cell::Number(p.chance),
+        ])?;
+        for (l, name) in p.laboratories.iter().zip(names) {
+            let mut row = vec![
+                Cell::Number(p.frequency),
+                Cell::Text(p.element.clone()),
+                Cell::Text(name.clone()),
+                Cell::Number(l.value.norm()),
+                Cell::Number(l.value.arg().to_degrees()),
+                Cell::Number(100.0 * l.modulus_difference),
+                Cell::Number(100.0 * l.modulus_expanded),
+                Cell::Number(l.modulus_en),
+                Cell::Number(l.phase_difference.to_degrees()),
+                Cell::Number(l.phase_expanded.to_degrees()),
+                Cell::Number(l.phase_en),
+            ];
+            row.extend(l.median_modulus.map(|v| Cell::Number(100.0 * v)));
+            row.extend(l.median_phase.map(|v| Cell::Number(v.to_degrees())));
+            equivalences.push(row)?;
+        }
+    }
+    Ok((values, equivalences))
 }

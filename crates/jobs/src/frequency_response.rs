@@ -1,7 +1,7 @@
 //! Frequency responses between the mathematics and their files.
 
 use crate::any_result::read_result;
-use crate::campaign::Certificate;
+use crate::laboratory_table::LaboratoryTable;
 use crate::outcome::{CALIBRATION, RESULT};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
@@ -87,7 +87,8 @@ pub fn to_file(
 /// `coverage` is the factor k of expanded uncertainties in such a table, where it has no column of it.
 ///
 /// # Errors
-/// As [`AnyCalibration::from_source`] and [`Certificate::from_source`].
+/// As [`AnyCalibration::from_source`]; of a table a missing column, an expanded uncertainty without its coverage factor, a row that
+/// cannot be.
 pub fn read_calibration(
     source: Source,
     coverage: Option<f64>,
@@ -100,14 +101,18 @@ pub fn read_calibration(
         let (calibration, input) = AnyCalibration::from_source(source)?;
         return Ok((calibration, input, Vec::new()));
     }
-    let certificate = Certificate::from_source(source, coverage, None)?;
-    let response = FrequencyResponse::try_from(&certificate.table)?;
+    let table = LaboratoryTable::from_source(source, coverage)?;
     let record = Record {
-        inputs: vec![certificate.input.clone()],
+        inputs: vec![table.input.clone()],
         ..Record::default()
     };
-    let file = to_file(&response, "certificate", Unit::Volt, &record);
-    Ok((file.into(), certificate.input, certificate.findings))
+    let file = to_file(
+        &table.response()?,
+        "certificate",
+        table.output.of_device(),
+        &record,
+    );
+    Ok((file.into(), table.input, table.findings))
 }
 
 /// The response of a file.

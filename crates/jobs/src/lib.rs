@@ -22,6 +22,7 @@ pub mod firmware;
 pub mod free_living;
 pub mod frequency_response;
 pub mod inspect;
+mod laboratory_table;
 pub mod linearity;
 pub mod modes;
 pub mod motion;

@@ -79,12 +79,12 @@ pub struct ResponseComparison {
 const CHANCE: f64 = 1e-3;
 
 /// Elements and what is common to the frequencies, at one of them.
-struct Seen {
-    matrix: Vec<Complex64>,
-    covariance: Vec<f64>,
+pub(super) struct Seen {
+    pub(super) matrix: Vec<Complex64>,
+    pub(super) covariance: Vec<f64>,
     /// One per shared effect.
     shared: Vec<Vec<f64>>,
-    dof: f64,
+    pub(super) dof: f64,
 }
 
 impl ResponseComparison {
@@ -115,7 +115,7 @@ impl ResponseComparison {
                 got: others,
             });
         }
-        let frequencies = common_frequencies(first, second)?;
+        let frequencies = common_frequencies(&[first, second])?;
         let names = element_names(first);
         let pair = [Side::new(first), Side::new(second)];
         let (mut points, mut blocks) = (Vec::new(), Vec::new());
@@ -154,37 +154,27 @@ impl ResponseComparison {
     }
 }
 
-/// Frequencies of the sparser response within the range of both.
-fn common_frequencies(
-    first: &FrequencyResponse,
-    second: &FrequencyResponse,
-) -> Result<Vec<f64>, Error> {
-    let ([a, b], [c, d]) = (first.range(), second.range());
-    let (low, high) = (a.max(c) * (1.0 - 1e-9), b.min(d) * (1.0 + 1e-9));
-    let within = |r: &FrequencyResponse| -> Vec<f64> {
-        r.frequencies()
-            .filter(|f| (low..=high).contains(f))
-            .collect()
-    };
-    let (one, other) = (within(first), within(second));
-    let chosen = match (one.len(), other.len()) {
-        (0, _) => other,
-        (_, 0) => one,
-        (n, m) if m < n => other,
-        _ => one,
-    };
-    if chosen.is_empty() {
-        return Err(Error::OutOfRange {
-            name: "first frequency of the second calibration",
-            value: c,
-            min: a,
-            max: b,
-        });
+/// Frequencies of the sparsest response within the range of all.
+pub(super) fn common_frequencies(responses: &[&FrequencyResponse]) -> Result<Vec<f64>, Error> {
+    let (mut low, mut high) = (0.0f64, f64::INFINITY);
+    for response in responses {
+        let [a, b] = response.range();
+        (low, high) = (low.max(a), high.min(b));
     }
-    Ok(chosen)
+    let within = low * (1.0 - 1e-9)..=high * (1.0 + 1e-9);
+    let each = responses
+        .iter()
+        .map(|r| -> Vec<f64> { r.frequencies().filter(|f| within.contains(f)).collect() });
+    let sparsest = each.filter(|list| !list.is_empty()).min_by_key(Vec::len);
+    sparsest.ok_or(Error::OutOfRange {
+        name: "highest frequency that all calibrations have",
+        value: high,
+        min: low,
+        max: f64::MAX,
+    })
 }
 
-fn element_names(response: &FrequencyResponse) -> Vec<String> {
+pub(super) fn element_names(response: &FrequencyResponse) -> Vec<String> {
     FrequencyResponse::names(response.outputs(), response.axes())
         .into_iter()
         .step_by(2)
@@ -192,8 +182,8 @@ fn element_names(response: &FrequencyResponse) -> Vec<String> {
         .collect()
 }
 
-/// One of the two.
-struct Side<'a> {
+/// One of the calibrations.
+pub(super) struct Side<'a> {
     response: &'a FrequencyResponse,
     interpolation: Interpolation<'a>,
     /// Bound of the relative error in every interval.
@@ -201,7 +191,7 @@ struct Side<'a> {
 }
 
 impl<'a> Side<'a> {
-    fn new(response: &'a FrequencyResponse) -> Self {
+    pub(super) fn new(response: &'a FrequencyResponse) -> Self {
         Self {
             response,
             interpolation: Interpolation::new(response),
@@ -209,7 +199,7 @@ impl<'a> Side<'a> {
         }
     }
 
-    fn look(&self, f: f64) -> Result<Seen, Error> {
+    pub(super) fn look(&self, f: f64) -> Result<Seen, Error> {
         let points = self.response.series().points();
         let (before, after) = self.interpolation.neighbours(f);
         let matrix = self.interpolation.matrix(f);

@@ -269,12 +269,23 @@ pub fn comparison(kind: &str) {
     let theirs = FrequencyResponse::try_from(&theirs).expect("a response");
     let result = check(kind, &|watch| {
         let data = ComparisonData {
-            responses: [&ours, &theirs],
-            names: ["a", "b"],
+            responses: &[&ours, &theirs],
+            names: &["a", "b"],
             findings: &[],
         };
         ask(ComparisonJob::default(), &AnyData::Comparison(data), watch)
     });
     let first = "/outcome/comparison/points/0/modulus_difference";
     assert!(figure(result.as_ref(), first) < 0.0);
+    let several = check(kind, &|watch| {
+        let data = ComparisonData {
+            responses: &[&ours, &theirs, &ours],
+            names: &["a", "b", "c"],
+            findings: &[],
+        };
+        ask(ComparisonJob::default(), &AnyData::Comparison(data), watch)
+    });
+    // Two thirds of 1.23 % less than b, one third more than a and c, near enough.
+    let second = "/outcome/reference/points/0/laboratories/1/modulus_difference";
+    assert!((figure(several.as_ref(), second) - 0.0082).abs() < 2e-4);
 }

@@ -2,10 +2,10 @@
 
 use crate::campaign::CampaignFile;
 use crate::frequency_response::{ResponseDocument, read_document};
+use crate::laboratory_table::{LaboratoryTable, Output};
 use crate::trouble::{Result as JobResult, Trouble};
 use proofmass_calibration::dynamic::model::{FitProblem, ModelStructure, ResponsePoints};
-use proofmass_calibration::shaker::reference::{ReferencePoint, ReferenceTable};
-use proofmass_io::sheet::{ANGLE, FREQUENCY, PERCENT, Place, SENSITIVITY, Sheet, SheetRow};
+use proofmass_calibration::shaker::reference::ReferenceTable;
 use proofmass_io::{Error, ErrorKind, Input, Result, Source};
 use proofmass_uncertainty::{Finding, Severity};
 use serde::Deserialize;
@@ -168,59 +168,23 @@ impl Certificate {
         description: Option<String>,
     ) -> Result<Self> {
         let path = source.name().to_path_buf();
-        let mut sheet = Sheet::from_source(source, "certificate of the reference")?;
-        let frequency = sheet.quantity("frequency", FREQUENCY)?;
-        let sensitivity = sheet.quantity("sensitivity", SENSITIVITY)?;
-        let phase = sheet.quantity("phase", ANGLE)?;
-        let modulus = Stated {
-            standard: sheet.quantity("u_relative", PERCENT)?,
-            expanded: sheet.quantity("U_relative", PERCENT)?,
-        };
-        let angle = Stated {
-            standard: sheet.quantity("u_phase", ANGLE)?,
-            expanded: sheet.quantity("U_phase", ANGLE)?,
-        };
-        let k = sheet.text("k");
-        sheet.finish()?;
-        let frequency = sheet.required(frequency, "frequency_Hz")?;
-        let sensitivity = sheet.required(sensitivity, "sensitivity_V/(m/s2)")?;
-        modulus.complete(&sheet, "relative_%", coverage, k)?;
-        if phase.is_some() {
-            angle.complete(&sheet, "phase_deg", coverage, k)?;
+        let LaboratoryTable {
+            input,
+            output,
+            table,
+            phase_stated,
+            findings: mut list,
+        } = LaboratoryTable::from_source(source, coverage)?;
+        if output != Output::Volt {
+            return Err(Error::new(
+                ErrorKind::Format,
+                format!("the certificate is in {}", output.unit()),
+            )
+            .at(&path)
+            .with_hint("the reference is a channel in volts: a column `sensitivity_V/(m/s2)` or `sensitivity_mV/g`"));
         }
-        let mut points: Vec<(u64, ReferencePoint)> = Vec::new();
-        for row in sheet.rows() {
-            let factor = match k {
-                Some(place) => Some(row.positive(place)?),
-                None => coverage,
-            };
-            let point = ReferencePoint {
-                frequency: row.positive(frequency)?,
-                sensitivity: row.positive(sensitivity)?,
-                phase: row.optional(phase)?.unwrap_or(0.0),
-                modulus_uncertainty: modulus.read(&row, factor)?,
-                phase_uncertainty: angle.read(&row, factor)?,
-            };
-            if point.modulus_uncertainty > 0.5 {
-                return Err(row
-                    .refuse_row(
-                        "the uncertainty of the reference is more than half of its sensitivity",
-                    )
-                    .with_hint("write it in per cent, relative to the sensitivity"));
-            }
-            if let Some((line, _)) = points.iter().find(|(_, p)| p.frequency == point.frequency) {
-                return Err(row
-                    .refuse(
-                        frequency,
-                        format!("{} Hz stands in line {line} already", point.frequency),
-                    )
-                    .with_hint("keep one of the two lines"));
-            }
-            points.push((row.line, point));
-        }
-        let mut findings = Vec::new();
-        if phase.is_none() {
-            findings.push(
+        if !phase_stated {
+            list.push(
                 Finding::new(
                     Severity::Note,
                     "reference-phase-unknown",
@@ -231,11 +195,10 @@ impl Certificate {
             );
         }
         Ok(Self {
-            input: sheet.input.clone(),
+            input,
             description,
-            table: ReferenceTable::new(points.into_iter().map(|(_, p)| p).collect())
-                .map_err(|e| Error::new(ErrorKind::Format, e.to_string()).at(&path))?,
-            findings,
+            table,
+            findings: list,
         })
     }
 }
@@ -286,48 +249,4 @@ fn correlation_unknown(name: &str) -> Finding {
     )
     .evidence(name)
     .advice("at each frequency nothing changes; between frequencies nothing of it is averaged away")
-}
-
-/// An uncertainty as the certificate states it: standard or expanded.
-struct Stated {
-    standard: Option<Place>,
-    expanded: Option<Place>,
-}
-
-impl Stated {
-    fn complete(
-        &self,
-        sheet: &Sheet,
-        ending: &str,
-        common: Option<f64>,
-        column: Option<Place>,
-    ) -> Result<()> {
-        match (self.standard, self.expanded) {
-            (Some(_), Some(_)) => Err(sheet
-                .header_error(
-                    &format!("U_{ending}"),
-                    "standard and expanded uncertainty exclude each other",
-                )
-                .with_hint("keep one of the two columns")),
-            (None, Some(_)) if common.is_none() && column.is_none() => Err(sheet
-                .header_error(
-                    &format!("U_{ending}"),
-                    "an expanded uncertainty needs its coverage factor",
-                )
-                .with_hint("add `k = 2` to [reference], or a column `k`")),
-            (None, None) => Err(sheet
-                .header_error(&format!("u_{ending}"), "the certificate has no such column")
-                .with_hint(format!(
-                    "add u_{ending} (standard uncertainty), or U_{ending} (expanded) with k"
-                ))),
-            _ => Ok(()),
-        }
-    }
-
-    fn read(&self, row: &SheetRow, k: Option<f64>) -> Result<f64> {
-        match (self.standard, self.expanded, k) {
-            (None, Some(expanded), Some(k)) => Ok(row.uncertainty(Some(expanded))? / k),
-            (standard, ..) => row.uncertainty(standard),
-        }
-    }
 }

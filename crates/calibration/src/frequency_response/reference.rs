@@ -1,0 +1,427 @@
+//! Calibrations of one device by several laboratories: their reference value, and how far each is from it.
+
+use super::FrequencyResponse;
+use super::comparison::{Side, common_frequencies, element_names};
+use num_complex::Complex64;
+use proofmass_core::Error;
+use proofmass_uncertainty::{
+    Covariance, DegreesOfFreedom, Finding, MedianValue, Severity, WeightedMean,
+};
+use serde::{Deserialize, Serialize};
+
+/// One element of one laboratory, against a reference value.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Equivalence {
+    /// Its value.
+    pub value: Complex64,
+    /// Part of the deviation in phase with the reference, relative to its modulus: that of the modulus.
+    pub modulus_difference: f64,
+    /// Expanded uncertainty of that.
+    pub modulus_expanded: f64,
+    /// Deviation over its expanded uncertainty.
+    pub modulus_en: f64,
+    /// Part in quadrature, relative to the modulus of the reference: the deviation of the phase, rad.
+    pub phase_difference: f64,
+    /// Expanded uncertainty of that.
+    pub phase_expanded: f64,
+    /// Deviation over its expanded uncertainty.
+    pub phase_en: f64,
+    /// The same two parts against the median of the laboratories: value, lower, upper limit.
+    pub median_modulus: [f64; 3],
+    /// As `median_modulus`, of the phase in rad.
+    pub median_phase: [f64; 3],
+}
+
+/// One element at one frequency, as all laboratories have it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ReferenceElement {
+    /// Hz.
+    pub frequency: f64,
+    /// Name of the element.
+    pub element: String,
+    /// Weighted mean.
+    pub mean: Complex64,
+    /// Its relative standard uncertainty in phase (of the modulus) and in quadrature (of the phase, rad).
+    pub mean_uncertainty: [f64; 2],
+    /// Median of the laboratories.
+    pub median: Complex64,
+    /// Its relative standard uncertainty in phase and in quadrature.
+    pub median_uncertainty: [f64; 2],
+    /// Chance of deviations from the mean as large as these, of all elements at this frequency together.
+    pub chance: f64,
+    /// One for each laboratory.
+    pub laboratories: Vec<Equivalence>,
+}
+
+/// Calibrations of one device by three laboratories or more.
+///
+/// At every frequency the reference value is the weighted mean of the whole matrices with their covariances (procedure A); the
+/// median of each element by Monte Carlo stands beside it (procedure B), which one laboratory that is off does not draw along. Parts are
+/// taken in phase with the mean and in quadrature to it, so that an element near zero has them too.
+///
+/// **Assumes** laboratories that have nothing in common. **Accuracy** at most 1 % of agreeing laboratories raise `laboratories-differ`
+/// (`known_laboratories_that_agree_and_one_that_does_not`). **Source** `[Cox02]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ReferenceComparison {
+    /// Frequency by frequency, element by element.
+    pub points: Vec<ReferenceElement>,
+    /// Whether the laboratories differ by more than chance.
+    pub differ: bool,
+    /// Share of the frequencies at which they agree well enough for their mean (a chance of 5 % or more).
+    pub consistent: f64,
+    /// Laboratories by how far they are from the others: index, and the chance of its deviations.
+    pub furthest: Vec<(usize, f64)>,
+    /// Probability of the expanded uncertainties.
+    pub probability: f64,
+    /// Unit of all.
+    pub unit: String,
+    /// What to doubt.
+    pub findings: Vec<Finding>,
+}
+
+/// Chance of the finding where nothing differs.
+const CHANCE: f64 = 1e-3;
+/// Trials of the median at a frequency.
+const TRIALS: usize = 10_000;
+
+impl ReferenceComparison {
+    /// Compares.
+    ///
+    /// # Errors
+    /// [`Error::TooFew`] below three responses, [`Error::Length`] for other outputs and axes, [`Error::OutOfRange`] for a probability
+    /// outside (0, 1) or ranges that do not meet, [`Error::NotPositiveDefinite`] where one states no uncertainty.
+    pub fn of(responses: &[&FrequencyResponse], probability: f64) -> Result<Self, Error> {
+        if responses.len() < 3 {
+            return Err(Error::TooFew {
+                name: "laboratories",
+                needed: 3,
+                got: responses.len(),
+            });
+        }
+        let first = responses[0];
+        let elements = first.outputs().len() * first.axes().len();
+        for other in responses {
+            let got = other.outputs().len() * other.axes().len();
+            if got != elements || other.outputs().len() != first.outputs().len() {
+                return Err(Error::Length {
+                    name: "elements of the responses",
+                    expected: elements,
+                    got,
+                });
+            }
+        }
+        let names = element_names(first);
+        let sides: Vec<Side<'_>> = responses.iter().map(|r| Side::new(r)).collect();
+        let frequencies = common_frequencies(responses)?;
+        let mut points = Vec::with_capacity(frequencies.len() * elements);
+        let mut least = vec![1.0f64; responses.len()];
+        let mut consistent = 0usize;
+        for (index, &f) in frequencies.iter().enumerate() {
+            let at = Frequency::of(&sides, f, probability, index as u64)?;
+            consistent += usize::from(at.mean.is_consistent());
+            for (i, least) in least.iter_mut().enumerate() {
+                *least = least.min(at.alone(i)?);
+            }
+            for (e, name) in names.iter().enumerate() {
+                points.push(at.element(e, name));
+            }
+        }
+        let tests = frequencies.len() as f64;
+        let smallest = points.iter().map(|p| p.chance).fold(1.0, f64::min);
+        // Of all frequencies at most their number times the smallest chance.
+        let differ = tests * smallest < CHANCE;
+        let mut furthest: Vec<(usize, f64)> = least
+            .into_iter()
+            .map(|chance| (tests * chance).min(1.0))
+            .enumerate()
+            .collect();
+        furthest.sort_by(|a, b| a.1.total_cmp(&b.1));
+        Ok(Self {
+            findings: Vec::new(),
+            consistent: consistent as f64 / tests,
+            differ,
+            furthest,
+            points,
+            probability,
+            unit: first.unit().to_owned(),
+        })
+    }
+
+    /// Adds what to doubt, the laboratories called by their names.
+    pub fn judged(mut self, names: &[&str]) -> Self {
+        if !self.differ {
+            return self;
+        }
+        let name = |i: usize| names.get(i).copied().unwrap_or("a laboratory");
+        let (first, chance) = self.furthest.first().copied().unwrap_or((0, 1.0));
+        // The next furthest has to be at least a thousand times as probable: one that is off draws the mean, and the others with it.
+        let alone = self
+            .furthest
+            .get(1)
+            .is_none_or(|next| next.1 > 1e3 * chance.max(1e-300));
+        let worst = self
+            .points
+            .iter()
+            .filter_map(|p| p.laboratories.get(first).map(|l| (p, l)))
+            .max_by(|a, b| {
+                let size = |l: &Equivalence| l.modulus_en.hypot(l.phase_en);
+                size(a.1).total_cmp(&size(b.1))
+            });
+        let evidence = worst.map_or(String::new(), |(p, l)| {
+            format!(
+                "{} is furthest from the others: at {:.4} Hz, {}, {:+.2} % in modulus and {:+.2}° in phase (E_n {:.1} and {:.1}){}; the mean is fit to be a reference at {:.0} % of the frequencies",
+                name(first),
+                p.frequency,
+                p.element,
+                100.0 * l.modulus_difference,
+                l.phase_difference.to_degrees(),
+                l.modulus_en,
+                l.phase_en,
+                if alone { "" } else { ", but not it alone" },
+                100.0 * self.consistent,
+            )
+        });
+        self.findings.push(
+            Finding::new(
+                Severity::Decision,
+                "laboratories-differ",
+                "the laboratories differ by more than their uncertainties allow",
+            )
+            .evidence(evidence)
+            .advice("take the median as the reference where the mean does not fit; ask the one that is off for its uncertainty, or whether the device has changed"),
+        );
+        self
+    }
+}
+
+/// All laboratories at one frequency.
+struct Frequency {
+    frequency: f64,
+    values: Vec<Vec<f64>>,
+    covariances: Vec<Covariance>,
+    mean: WeightedMean,
+    median: MedianValue,
+    /// Unit vector of the mean of every element.
+    turn: Vec<Complex64>,
+    factor: f64,
+}
+
+impl Frequency {
+    fn of(sides: &[Side<'_>], f: f64, probability: f64, seed: u64) -> Result<Self, Error> {
+        let seen = sides
+            .iter()
+            .map(|side| side.look(f))
+            .collect::<Result<Vec<_>, Error>>()?;
+        let n = 2 * seen[0].matrix.len();
+        let values: Vec<Vec<f64>> = seen
+            .iter()
+            .map(|s| s.matrix.iter().flat_map(|z| [z.re, z.im]).collect())
+            .collect();
+        let covariances = seen
+            .iter()
+            .map(|s| Covariance::try_from_rows(n, &s.covariance))
+            .collect::<Result<Vec<_>, Error>>()?;
+        let mean = WeightedMean::of(&values, &covariances)?;
+        let turn: Vec<Complex64> = mean
+            .value
+            .chunks_exact(2)
+            .map(|c| {
+                let z = Complex64::new(c[0], c[1]);
+                let size = z.norm();
+                if size > 0.0 { z / size } else { Complex64::ONE }
+            })
+            .collect();
+        // In phase and in quadrature: the median of each part.
+        let mut jacobian = vec![0.0; n * n];
+        for (e, t) in turn.iter().enumerate() {
+            let (a, b) = (2 * e, 2 * e + 1);
+            (jacobian[n * a + a], jacobian[n * a + b]) = (t.re, t.im);
+            (jacobian[n * b + a], jacobian[n * b + b]) = (-t.im, t.re);
+        }
+        let turned = values.iter().map(|x| {
+            x.chunks_exact(2).zip(&turn).flat_map(|(c, t)| {
+                let z = Complex64::new(c[0], c[1]) * t.conj();
+                [z.re, z.im]
+            })
+        });
+        let turned: Vec<Vec<f64>> = turned.map(Iterator::collect).collect();
+        let parts = covariances
+            .iter()
+            .map(|c| c.propagate(&jacobian))
+            .collect::<Result<Vec<_>, Error>>()?;
+        let median = MedianValue::of(&turned, &parts, probability, TRIALS, seed)?;
+        let dof = seen.iter().map(|s| s.dof).fold(f64::INFINITY, f64::min);
+        let factor = DegreesOfFreedom::new(dof)
+            .unwrap_or(DegreesOfFreedom::INFINITE)
+            .coverage_factor(probability);
+        Ok(Self {
+            frequency: f,
+            values,
+            covariances,
+            mean,
+            median,
+            turn,
+            factor,
+        })
+    }
+
+    /// Chance of the deviation of one laboratory from all others.
+    fn alone(&self, i: usize) -> Result<f64, Error> {
+        let without = |k: &usize| *k != i;
+        let others: Vec<usize> = (0..self.values.len()).filter(without).collect();
+        let values: Vec<Vec<f64>> = others.iter().map(|&k| self.values[k].clone()).collect();
+        let covariances: Vec<Covariance> = others
+            .iter()
+            .map(|&k| self.covariances[k].clone())
+            .collect();
+        let rest = WeightedMean::of(&values, &covariances)?;
+        let pair = WeightedMean::of(
+            &[self.values[i].clone(), rest.value],
+            &[self.covariances[i].clone(), rest.covariance],
+        )?;
+        Ok(pair.chance)
+    }
+
+    fn element(&self, e: usize, name: &str) -> ReferenceElement {
+        let (r, i) = (2 * e, 2 * e + 1);
+        let turn = self.turn[e];
+        let mean = Complex64::new(self.mean.value[r], self.mean.value[i]);
+        let size = mean.norm().max(f64::MIN_POSITIVE);
+        // Standard uncertainties in phase and in quadrature.
+        let parts = |c: &Covariance| -> [f64; 2] {
+            let (rr, ri, ii) = (c[(r, r)], c[(r, i)], c[(i, i)]);
+            let along = |a: f64, b: f64| {
+                (a * a * rr + 2.0 * a * b * ri + b * b * ii).max(0.0).sqrt() / size
+            };
+            [along(turn.re, turn.im), along(-turn.im, turn.re)]
+        };
+        let ratio = |d: f64, u: f64| if u > 0.0 { d / u } else { 0.0 };
+        let laboratories = self.values.iter().enumerate().map(|(k, x)| {
+            let value = Complex64::new(x[r], x[i]);
+            let d = (value - mean) * turn.conj() / size;
+            let u = parts(&self.mean.deviations[k].covariance).map(|u| self.factor * u);
+            let beside = |part: usize| {
+                let m = self.median.deviations[k][part];
+                [m.value, m.lower, m.upper].map(|v| v / size)
+            };
+            Equivalence {
+                value,
+                modulus_difference: d.re,
+                modulus_expanded: u[0],
+                modulus_en: ratio(d.re, u[0]),
+                phase_difference: d.im,
+                phase_expanded: u[1],
+                phase_en: ratio(d.im, u[1]),
+                median_modulus: beside(r),
+                median_phase: beside(i),
+            }
+        });
+        ReferenceElement {
+            frequency: self.frequency,
+            element: name.to_owned(),
+            mean,
+            mean_uncertainty: parts(&self.mean.covariance),
+            median: Complex64::new(self.median.value[r], self.median.value[i]) * turn,
+            median_uncertainty: [r, i].map(|part| self.median.uncertainty[part] / size),
+            chance: self.mean.chance,
+            laboratories: laboratories.collect(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shaker::reference::{ReferencePoint, ReferenceTable};
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    /// Laboratories with these relative uncertainties, the first off by a factor.
+    fn laboratories(uncertainties: &[f64], shift: f64, seed: u64) -> Vec<FrequencyResponse> {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+        let each = uncertainties.iter().enumerate().map(|(i, &u)| {
+            let line = |k: i32| {
+                let frequency = 10.0 * 1.5f64.powi(k);
+                let off = if i == 0 { shift } else { 0.0 };
+                ReferencePoint {
+                    frequency,
+                    sensitivity: 0.01 * (1.0 + off + u * normal()),
+                    phase: -1e-4 * frequency + u * normal(),
+                    modulus_uncertainty: u,
+                    phase_uncertainty: u,
+                }
+            };
+            let table = ReferenceTable::new((0..17).map(line).collect()).unwrap();
+            FrequencyResponse::try_from(&table).unwrap()
+        });
+        each.collect()
+    }
+
+    #[test]
+    fn known_laboratories_that_agree_and_one_that_does_not() {
+        let (mut false_alarms, mut inside, mut all) = (0, 0, 0);
+        let rounds = 60;
+        for seed in 0..rounds {
+            let list = laboratories(&[0.002, 0.004, 0.003, 0.005], 0.0, 500 + seed);
+            let list: Vec<&FrequencyResponse> = list.iter().collect();
+            let healthy = ReferenceComparison::of(&list, 0.95).unwrap();
+            false_alarms += usize::from(healthy.differ);
+            for p in &healthy.points {
+                let truth = Complex64::from_polar(0.01, -1e-4 * p.frequency);
+                let off = (p.mean / truth - 1.0) / Complex64::ONE;
+                for (d, u) in [off.re, off.im].into_iter().zip(p.mean_uncertainty) {
+                    all += 1;
+                    inside += usize::from(d.abs() < 1.959_964 * u);
+                }
+            }
+        }
+        println!("mean {inside} of {all}, {false_alarms} false alarms of {rounds}");
+        // Binomial: 1938 of 2040, three deviations.
+        assert!(
+            (1908..1968).contains(&inside) && all == 2040,
+            "{inside} of {all}"
+        );
+        assert!(false_alarms <= 1, "{false_alarms}");
+        for seed in 0..10 {
+            let list = laboratories(&[0.002, 0.004, 0.003, 0.005], 0.03, seed);
+            let list: Vec<&FrequencyResponse> = list.iter().collect();
+            let names = ["one", "two", "three", "four"];
+            let off = ReferenceComparison::of(&list, 0.95).unwrap().judged(&names);
+            assert!(off.differ && off.furthest[0].0 == 0, "{:?}", off.furthest);
+            assert!(off.findings[0].to_string().contains("one is furthest"));
+            // The median stays with the three that agree.
+            for p in &off.points {
+                let drawn = (p.median.norm() / 0.01 - 1.0) / p.median_uncertainty[0];
+                assert!(drawn.abs() < 5.0, "{drawn}");
+            }
+        }
+    }
+
+    /// χ² of the mean by hand: three equal laboratories at one frequency.
+    #[test]
+    fn known_mean_of_equal_laboratories() {
+        let of = |s: f64| {
+            let line = ReferencePoint {
+                frequency: 100.0,
+                sensitivity: s,
+                phase: 0.0,
+                modulus_uncertainty: 1e-3 / s,
+                phase_uncertainty: 1e-3 / s,
+            };
+            FrequencyResponse::try_from(&ReferenceTable::new(vec![line]).unwrap()).unwrap()
+        };
+        let list = [of(1.0), of(1.001), of(1.002)];
+        let list: Vec<&FrequencyResponse> = list.iter().collect();
+        let found = ReferenceComparison::of(&list, 0.95).unwrap();
+        let p = &found.points[0];
+        assert!((p.mean.norm() - 1.001).abs() < 1e-12);
+        assert!((p.mean_uncertainty[0] - 1e-3 / 3f64.sqrt() / 1.001).abs() < 1e-9);
+        // χ² = 2 of four degrees of freedom.
+        assert!((p.chance - 0.735_758_882).abs() < 1e-6, "{}", p.chance);
+        // u²(d) = u² (1 − 1/3).
+        let expected = 1.959_964 * 1e-3 * (2.0f64 / 3.0).sqrt() / 1.001;
+        assert!((p.laboratories[0].modulus_expanded - expected).abs() < 1e-8);
+    }
+}

@@ -1,0 +1,245 @@
+//! The table of a laboratory: sensitivity of one axis over frequency, as certificates print it.
+
+use proofmass_calibration::FrequencyResponse;
+use proofmass_calibration::shaker::reference::{ReferencePoint, ReferenceTable};
+use proofmass_io::sheet::{
+    ACCELERATION_RATIO, ANGLE, COUNT_SENSITIVITY, Endings, FREQUENCY, PERCENT, Place, SENSITIVITY,
+    Sheet, SheetRow,
+};
+use proofmass_io::{Error, ErrorKind, Input, Result, Source, Unit};
+use proofmass_uncertainty::{Finding, Severity};
+
+/// What the device gives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Output {
+    Volt,
+    Acceleration,
+    Count,
+}
+
+/// Headings of the sensitivity, in the order of [`Output`].
+const KINDS: [Endings; 3] = [SENSITIVITY, ACCELERATION_RATIO, COUNT_SENSITIVITY];
+
+impl Output {
+    const ALL: [Self; 3] = [Self::Volt, Self::Acceleration, Self::Count];
+
+    /// Unit of the sensitivity.
+    pub(crate) fn unit(self) -> &'static str {
+        match self {
+            Self::Volt => "V/(m/s²)",
+            Self::Acceleration => "(m/s²)/(m/s²)",
+            Self::Count => "count/(m/s²)",
+        }
+    }
+
+    pub(crate) fn of_device(self) -> Unit {
+        match self {
+            Self::Volt => Unit::Volt,
+            Self::Acceleration => Unit::MetrePerSecondSquared,
+            Self::Count => Unit::Count,
+        }
+    }
+}
+
+/// A table that was read.
+pub(crate) struct LaboratoryTable {
+    pub(crate) input: Input,
+    pub(crate) output: Output,
+    /// Sensitivities in the unit of the output.
+    pub(crate) table: ReferenceTable,
+    pub(crate) phase_stated: bool,
+    pub(crate) findings: Vec<Finding>,
+}
+
+impl LaboratoryTable {
+    /// `frequency_Hz`, `sensitivity_V/(m/s2)` (or another unit), `phase_deg` where it is known, and standard (`u_relative_%` or
+    /// `u_sensitivity_…`, `u_phase_deg`) or expanded uncertainties (`U_…`, with `k` or a column of it).
+    ///
+    /// Rows of one frequency are repeats of one measurement: their mean, whose variance is the mean of the stated ones and
+    /// that of the mean by their scatter.
+    ///
+    /// # Errors
+    /// A missing column, an expanded uncertainty without its coverage factor, a row that cannot be.
+    pub(crate) fn from_source(source: Source, coverage: Option<f64>) -> Result<Self> {
+        let path = source.name().to_path_buf();
+        let mut sheet = Sheet::from_source(source, "table of the laboratory")?;
+        let frequency = sheet.quantity("frequency", FREQUENCY)?;
+        let sensitivity = sheet.one_of("sensitivity", &KINDS)?;
+        let kind = sensitivity.map_or(0, |(kind, _)| kind);
+        let phase = sheet.quantity("phase", ANGLE)?;
+        let relative = Stated {
+            standard: sheet.quantity("u_relative", PERCENT)?,
+            expanded: sheet.quantity("U_relative", PERCENT)?,
+        };
+        let absolute = Stated {
+            standard: sheet.quantity("u_sensitivity", KINDS[kind])?,
+            expanded: sheet.quantity("U_sensitivity", KINDS[kind])?,
+        };
+        let angle = Stated {
+            standard: sheet.quantity("u_phase", ANGLE)?,
+            expanded: sheet.quantity("U_phase", ANGLE)?,
+        };
+        let k = sheet.text("k");
+        sheet.finish()?;
+        let frequency = sheet.required(frequency, "frequency_Hz")?;
+        let sensitivity = sheet.required(sensitivity.map(|s| s.1), "sensitivity_V/(m/s2)")?;
+        if relative.is_there() && absolute.is_there() {
+            return Err(sheet
+                .header_error(
+                    "u_sensitivity",
+                    "the uncertainty of the sensitivity stands twice, relative and in its unit",
+                )
+                .with_hint("keep one of the two columns"));
+        }
+        if absolute.is_there() {
+            absolute.complete(&sheet, "sensitivity", coverage, k)?;
+        } else {
+            relative.complete(&sheet, "relative_%", coverage, k)?;
+        }
+        if phase.is_some() {
+            angle.complete(&sheet, "phase_deg", coverage, k)?;
+        }
+        let mut groups: Vec<Vec<ReferencePoint>> = Vec::new();
+        for row in sheet.rows() {
+            let factor = match k {
+                Some(place) => Some(row.positive(place)?),
+                None => coverage,
+            };
+            let value = row.positive(sensitivity)?;
+            let point = ReferencePoint {
+                frequency: row.positive(frequency)?,
+                sensitivity: value,
+                phase: row.optional(phase)?.unwrap_or(0.0),
+                modulus_uncertainty: if absolute.is_there() {
+                    absolute.read(&row, factor)? / value
+                } else {
+                    relative.read(&row, factor)?
+                },
+                phase_uncertainty: angle.read(&row, factor)?,
+            };
+            if point.modulus_uncertainty > 0.5 {
+                return Err(row
+                    .refuse_row("the uncertainty is more than half of the sensitivity")
+                    .with_hint(
+                        "u_relative_% is in per cent of the sensitivity, u_sensitivity in its unit",
+                    ));
+            }
+            match groups
+                .iter_mut()
+                .find(|g| g[0].frequency == point.frequency)
+            {
+                Some(group) => group.push(point),
+                None => groups.push(vec![point]),
+            }
+        }
+        let mut findings = Vec::new();
+        let most = groups.iter().map(Vec::len).max().unwrap_or(0);
+        if most > 1 {
+            findings.push(
+                Finding::new(
+                    Severity::Note,
+                    "rows-averaged",
+                    "rows of one frequency were taken as repeats and averaged",
+                )
+                .evidence(format!(
+                    "{}: up to {most} rows at each of {} frequencies",
+                    path.display(),
+                    groups.len()
+                ))
+                .advice("the mean keeps the stated uncertainty of a row, and that of the mean by their scatter beside it"),
+            );
+        }
+        let table = ReferenceTable::new(groups.iter().map(|g| averaged(g)).collect())
+            .map_err(|e| Error::new(ErrorKind::Format, e.to_string()).at(&path))?;
+        Ok(Self {
+            input: sheet.input.clone(),
+            output: Output::ALL[kind],
+            table,
+            phase_stated: phase.is_some(),
+            findings,
+        })
+    }
+
+    /// The table as a frequency response.
+    pub(crate) fn response(&self) -> Result<FrequencyResponse, proofmass_core::Error> {
+        FrequencyResponse::try_from(&self.table)?.in_unit(self.output.unit(), 1.0)
+    }
+}
+
+/// Mean of repeats.
+fn averaged(group: &[ReferencePoint]) -> ReferencePoint {
+    let n = group.len() as f64;
+    let first = group[0];
+    if group.len() == 1 {
+        return first;
+    }
+    let mean = |of: &dyn Fn(&ReferencePoint) -> f64| group.iter().map(of).sum::<f64>() / n;
+    let scatter = |of: &dyn Fn(&ReferencePoint) -> f64, mean: f64| {
+        group.iter().map(|p| (of(p) - mean).powi(2)).sum::<f64>() / (n - 1.0) / n
+    };
+    // Turns are counted from the first row's phase.
+    let turned = |p: &ReferencePoint| {
+        let turn = std::f64::consts::TAU;
+        p.phase - turn * ((p.phase - first.phase) / turn).round()
+    };
+    let sensitivity = mean(&|p| p.sensitivity);
+    let phase = mean(&turned);
+    let stated = mean(&|p| p.modulus_uncertainty.powi(2));
+    let apart = scatter(&|p| p.sensitivity, sensitivity) / (sensitivity * sensitivity);
+    let angle = mean(&|p| p.phase_uncertainty.powi(2));
+    ReferencePoint {
+        frequency: first.frequency,
+        sensitivity,
+        phase,
+        modulus_uncertainty: (stated + apart).sqrt(),
+        phase_uncertainty: (angle + scatter(&turned, phase)).sqrt(),
+    }
+}
+
+/// An uncertainty as the table states it: standard or expanded.
+struct Stated {
+    standard: Option<Place>,
+    expanded: Option<Place>,
+}
+
+impl Stated {
+    fn is_there(&self) -> bool {
+        self.standard.is_some() || self.expanded.is_some()
+    }
+
+    fn complete(
+        &self,
+        sheet: &Sheet,
+        ending: &str,
+        common: Option<f64>,
+        column: Option<Place>,
+    ) -> Result<()> {
+        match (self.standard, self.expanded) {
+            (Some(_), Some(_)) => Err(sheet
+                .header_error(
+                    &format!("U_{ending}"),
+                    "standard and expanded uncertainty exclude each other",
+                )
+                .with_hint("keep one of the two columns")),
+            (None, Some(_)) if common.is_none() && column.is_none() => Err(sheet
+                .header_error(
+                    &format!("U_{ending}"),
+                    "an expanded uncertainty needs its coverage factor",
+                )
+                .with_hint("say it (`k = 2` in [reference], `--coverage 2`), or add a column `k`")),
+            (None, None) => Err(sheet
+                .header_error(&format!("u_{ending}"), "the table has no such column")
+                .with_hint(format!(
+                    "add u_{ending} (standard uncertainty), or U_{ending} (expanded) with k"
+                ))),
+            _ => Ok(()),
+        }
+    }
+
+    fn read(&self, row: &SheetRow, k: Option<f64>) -> Result<f64> {
+        match (self.standard, self.expanded, k) {
+            (None, Some(expanded), Some(k)) => Ok(row.uncertainty(Some(expanded))? / k),
+            (standard, ..) => row.uncertainty(standard),
+        }
+    }
+}
