@@ -175,6 +175,9 @@ fn jump(fit: &TemperatureFit, tilt: Option<f64>, findings: &mut Vec<Finding>) {
 /// Probability of a step on any axis where there is none, were the noise exactly the most likely one.
 const STEP: f64 = 1e-2;
 
+/// Below this it is a step whatever the noise: a real output wanders in other ways than those that are weighed.
+const SURE_STEP: f64 = 1e-4;
+
 /// A small turn while the temperature goes on is a step; so is whatever else a polynomial does not follow.
 fn steps(fit: &TemperatureFit, probability: f64, findings: &mut Vec<Finding>) {
     let mut gravest = Severity::Warning;
@@ -184,7 +187,8 @@ fn steps(fit: &TemperatureFit, probability: f64, findings: &mut Vec<Finding>) {
             continue;
         };
         let slope = fit.estimate.get(&format!("slope.{name}"));
-        if slope.is_some_and(|q| step.slope.abs() > q.expanded(probability)) {
+        let sure = step.p_value < SURE_STEP;
+        if sure && slope.is_some_and(|q| step.slope.abs() > q.expanded(probability)) {
             gravest = Severity::Decision;
         }
         seen.push(format!(
