@@ -276,7 +276,7 @@ impl Several<'_> {
         Section::new("Result")
             .paragraph(format!(
                 "The reference is the weighted mean of {} laboratories; deviations are those of each from it, and their uncertainty \
-                 knows that the laboratory is part of the mean. The median stands beside it: a laboratory that is off does not draw \
+                 knows that the laboratory is part of the mean. The median stands beside it: a laboratory that is off hardly draws \
                  it along.",
                 self.names.len()
             ))
@@ -330,7 +330,7 @@ impl Several<'_> {
     fn values(&self) -> Section {
         let unit = self.reference.unit.as_str();
         let mut table = Table::new(
-            "Weighted mean and median; standard uncertainties",
+            "Weighted mean and median, standard uncertainties, and the chance of deviations as large",
             [
                 Column::number("f", "Hz"),
                 Column::text("element"),
@@ -342,7 +342,7 @@ impl Several<'_> {
                 Column::number("u", "%"),
                 Column::number("phase", "°"),
                 Column::number("u", "°"),
-                Column::number("chance of the deviations", ""),
+                Column::number("chance", ""),
             ],
         );
         for p in &self.reference.points {
@@ -357,7 +357,11 @@ impl Several<'_> {
                 Cell::number(two_digits(100.0 * p.median_uncertainty[0])),
                 Cell::number(minus(&format!("{:.3}", p.median.arg().to_degrees()))),
                 Cell::number(two_digits(p.median_uncertainty[1].to_degrees())),
-                Cell::number(two_digits(p.chance)),
+                Cell::number(if p.chance < 1e-3 {
+                    crate::scientific(p.chance, 2)
+                } else {
+                    two_digits(p.chance)
+                }),
             ]);
         }
         let rows = self.reference.points.len();

@@ -169,7 +169,7 @@ impl ReferenceComparison {
             });
         let evidence = worst.map_or(String::new(), |(p, l)| {
             format!(
-                "{} is furthest from the others: at {:.4} Hz, {}, {:+.2} % in modulus and {:+.2}° in phase (E_n {:.1} and {:.1}){}; the mean is fit to be a reference at {:.0} % of the frequencies",
+                "furthest from the others is {}: at {:.4} Hz, {}, {:+.2} % in modulus and {:+.2}° in phase (E_n {:.1} and {:.1}){}; the mean is fit to be a reference at {:.0} % of the frequencies",
                 name(first),
                 p.frequency,
                 p.element,
@@ -390,7 +390,11 @@ mod tests {
             let names = ["one", "two", "three", "four"];
             let off = ReferenceComparison::of(&list, 0.95).unwrap().judged(&names);
             assert!(off.differ && off.furthest[0].0 == 0, "{:?}", off.furthest);
-            assert!(off.findings[0].to_string().contains("one is furthest"));
+            assert!(
+                off.findings[0]
+                    .to_string()
+                    .contains("furthest from the others is one:")
+            );
             // The median stays with the three that agree.
             for p in &off.points {
                 let drawn = (p.median.norm() / 0.01 - 1.0) / p.median_uncertainty[0];
