@@ -40,6 +40,17 @@ impl Compare {
                 self.coverage,
             )?);
         }
+        for (i, document) in documents.iter().enumerate() {
+            let digest = &document.input.sha256;
+            if let Some(first) = documents[..i]
+                .iter()
+                .position(|d| d.input.sha256 == *digest)
+            {
+                let [one, other] = [first, i].map(|k| paths[k].display());
+                return Err(Failure::new(format!("{one} and {other} are the same file"))
+                    .hint("give each calibration once: one that counts twice makes the others look worse"));
+            }
+        }
         let findings: Vec<_> = documents.iter().flat_map(|d| d.findings.clone()).collect();
         let names: Vec<String> = paths.iter().map(|p| p.display().to_string()).collect();
         let data = ComparisonData {

@@ -68,6 +68,7 @@ fn known_table_of_a_device_that_gives_acceleration() {
 fn refuses_tables_that_cannot_be_compared() {
     let folder = tempfile::tempdir().unwrap();
     let one = table(folder.path(), "one.csv", "m/s2/(m/s2)", 1.0);
+    let three = table(folder.path(), "three.csv", "m/s2/(m/s2)", 1.001);
     let volts = table(folder.path(), "volts.csv", "mV/g", 100.0);
     let said = refuse(&["compare", text(&one), text(&volts)]);
     assert!(said.contains("volts.csv in V/(m/s²)"), "{said}");
@@ -120,14 +121,23 @@ fn refuses_tables_that_cannot_be_compared() {
         ),
         (
             "exact.csv",
-            "frequency_Hz,sensitivity_g/g,u_relative_%\n10,1,0\n",
-            "stated uncertainties",
+            "frequency_Hz,sensitivity_g/g,phase_deg,u_relative_%,u_phase_deg\n10,1,0,0,0.1\n",
+            "states no uncertainty of modulus or phase at 10 Hz",
+        ),
+        (
+            "without.csv",
+            "frequency_Hz,sensitivity_g/g,u_relative_%\n10,1,1\n100,1,1\n",
+            "states no phase",
         ),
     ] {
         let bad = write(name, content);
-        let said = refuse(&["compare", text(&one), text(&bad), text(&one)]);
+        let said = refuse(&["compare", text(&one), text(&bad), text(&three)]);
         assert!(said.contains(expected), "{name}: {said}");
     }
+    let copy = folder.path().join("copy.csv");
+    std::fs::copy(&one, &copy).unwrap();
+    let said = refuse(&["compare", text(&one), text(&three), text(&copy)]);
+    assert!(said.contains("the same file"), "{said}");
     let alone = proofmass(&["compare", text(&one)]);
     assert_eq!(alone.status.code(), Some(2));
     assert!(stderr(&alone).contains("2 values required"));

@@ -207,3 +207,43 @@ fn refuses_terms_without_temperature_or_meaning() {
     let said = succeed(&["calibrate", text(folder.path())]);
     assert!(String::from_utf8_lossy(&said.stdout).contains("decision needed"));
 }
+
+/// The curvature of a calibration is part of what is validated.
+#[test]
+fn known_validation_of_a_calibration_with_curvature() {
+    let folder = tempfile::tempdir().unwrap();
+    // 1e-3 of the square of the output: 0.1 m/s² at 1 g.
+    let curved = |name: &str, seed: u64| {
+        let path = folder.path().join(name);
+        hand_held(&path, 25.0, seed);
+        let straight = std::fs::read_to_string(&path).unwrap();
+        let mut lines = straight.lines();
+        let mut rows = format!("{}\n", lines.next().unwrap());
+        for line in lines {
+            let f: Vec<f64> = line.split(',').map(|f| f.parse().unwrap()).collect();
+            let [x, y, z] = [1, 2, 3].map(|i| f[i] + 1e-3 * f[i] * f[i]);
+            writeln!(rows, "{:.2},{x:.5},{y:.5},{z:.5},{:.3}", f[0], f[4]).unwrap();
+        }
+        std::fs::write(&path, rows).unwrap();
+        path
+    };
+    curved("room.csv", 5);
+    let one = campaign("[terms]\ncurvature = 2\n").replace(
+        "files = [\"cold.csv\", \"room.csv\", \"hot.csv\"]",
+        "file = \"room.csv\"",
+    );
+    std::fs::write(folder.path().join("campaign.toml"), one).unwrap();
+    succeed(&["calibrate", text(folder.path())]);
+    let other = curved("other.csv", 21);
+    let calibration = folder.path().join("result/calibration.json");
+    succeed(&[
+        "validate",
+        text(&calibration),
+        text(&other),
+        "--columns",
+        "x_m/s2,y_m/s2,z_m/s2",
+        "--time",
+        "t_s",
+        "--strict",
+    ]);
+}

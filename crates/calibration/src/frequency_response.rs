@@ -19,7 +19,7 @@ pub use comparison::{ComparedPoint, ComparedWhole, ResponseComparison};
 pub use compensation_error::CompensationError;
 pub use compensation_filter::{Beyond, CompensationFilter, FilterDesign, FilterStream};
 pub use interpolation::Interpolated;
-pub use reference::{Equivalence, ReferenceComparison, ReferenceElement};
+pub use reference::{Apart, Equivalence, ReferenceComparison, ReferenceElement};
 
 use num_complex::Complex64;
 use proofmass_core::Error;

@@ -1,5 +1,6 @@
 //! Calibrations of one device over frequency, held against each other: two, or several and their reference value.
 
+use crate::frequency_response::PHASE_NOT_STATED;
 use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
@@ -73,6 +74,17 @@ impl Job for ComparisonJob {
                     .with_hint("give each of them with its name"),
             );
         };
+        let unknown = data.findings.iter().find(|f| f.code() == PHASE_NOT_STATED);
+        if let Some(finding) = unknown {
+            return Err(Trouble::data(
+                "a table states no phase, which is part of what is compared",
+            )
+            .detail(finding.evidence_text())
+            .with_hint("add phase_deg and u_phase_deg to it"));
+        }
+        for (response, name) in data.responses.iter().zip(data.names) {
+            stated(response, name)?;
+        }
         let mut converted = Vec::with_capacity(data.responses.len());
         for (response, name) in data.responses.iter().zip(data.names) {
             let (own, other) = (first.unit(), response.unit());
@@ -109,6 +121,24 @@ impl Job for ComparisonJob {
             findings,
         })
     }
+}
+
+/// Every point of a response has an uncertainty of modulus and phase.
+fn stated(response: &FrequencyResponse, name: &str) -> Result<()> {
+    for point in response.series().points() {
+        let c = point.estimate.covariance();
+        for i in (0..c.dimension()).step_by(2) {
+            let (a, b, both) = (c[(i, i)], c[(i + 1, i + 1)], c[(i, i + 1)]);
+            if !(a * b - both * both > 1e-14 * a.max(b).powi(2)) {
+                return Err(Trouble::data(format!(
+                    "{name} states no uncertainty of modulus or phase at {} Hz",
+                    point.at
+                ))
+                .with_hint("a value without uncertainty cannot be compared: give that of both"));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// How many of the unit `to` one of `from` is: outputs in volts, counts, or accelerations, per m/s².

@@ -9,7 +9,10 @@ use proofmass_calibration::FrequencyResponse;
 use proofmass_io::{
     AnyCalibration, Device, FrequencyResponseFile, Input, LARGEST_DOCUMENT, Source, Unit,
 };
-use proofmass_uncertainty::Finding;
+use proofmass_uncertainty::{Finding, Severity};
+
+/// Finding on a table without phases.
+pub(crate) const PHASE_NOT_STATED: &str = "phase-not-stated";
 
 /// A frequency response as a file has it.
 #[derive(Clone, Debug)]
@@ -112,7 +115,19 @@ pub fn read_calibration(
         table.output.of_device(),
         &record,
     );
-    Ok((file.into(), table.input, table.findings))
+    let mut findings = table.findings;
+    if !table.phase_stated {
+        findings.push(
+            Finding::new(
+                Severity::Warning,
+                PHASE_NOT_STATED,
+                "the table states no phase: it is taken as zero, and delays are unknown",
+            )
+            .evidence(table.input.path.clone())
+            .advice("add phase_deg and u_phase_deg where phases or delays count"),
+        );
+    }
+    Ok((file.into(), table.input, findings))
 }
 
 /// The response of a file.

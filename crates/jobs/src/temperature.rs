@@ -85,6 +85,13 @@ impl Job for TemperatureJob {
         let accelerations = match data.calibration {
             Some(file) => {
                 sweep.reference = Some(self.reference(file)?);
+                if file.temperature.is_some() {
+                    return Err(Trouble::request(
+                        "the calibration follows the temperature already",
+                    )
+                    .detail(data.name)
+                    .with_hint("give the one it was made from, without terms of the temperature"));
+                }
                 compensated(file, data)?
             }
             None => {

@@ -152,7 +152,16 @@ impl Job for ValidationJob {
             repeatability: file.repeatability.unwrap_or(0.0),
             nominal_sensitivity: file.input_unit.is_acceleration().then_some(1.0),
         };
-        let validation = Validation::run(&calibrated, here, &noise.poses(&samples, &segments))?;
+        let mut poses = noise.poses(&samples, &segments);
+        if file.curvature.is_some() {
+            let compensation = file.compensation()?;
+            let reference = file.temperature.as_ref().map_or(0.0, |t| t.reference);
+            // As a sensor without curvature would have read it.
+            for pose in &mut poses {
+                pose.mean = sensor.invert(compensation.apply(pose.mean, reference));
+            }
+        }
+        let validation = Validation::run(&calibrated, here, &poses)?;
         let mut findings = data.findings.to_vec();
         findings.extend(validation.findings.iter().cloned());
         if file.inputs.iter().any(|i| data.sha256 == Some(&i.sha256)) {

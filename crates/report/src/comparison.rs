@@ -255,12 +255,12 @@ impl Several<'_> {
             .map(|(i, name)| {
                 let beside = two_digits(largest(i, |l| l.phase_en));
                 KeyFigure::new(
-                    format!("largest |E_n| of {name}"),
+                    format!("largest |E_n|, modulus, {name}"),
                     two_digits(largest(i, |l| l.modulus_en)),
                     "",
                 )
                 .note(format!(
-                    "of the modulus (up to {} %); of the phase {beside}",
+                    "deviation up to {} %; of the phase |E_n| up to {beside}",
                     two_digits(100.0 * largest(i, |l| l.modulus_difference))
                 ))
             })

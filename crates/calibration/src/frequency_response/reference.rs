@@ -14,19 +14,19 @@ use serde::{Deserialize, Serialize};
 pub struct Equivalence {
     /// Its value.
     pub value: Complex64,
-    /// Part of the deviation in phase with the reference, relative to its modulus: that of the modulus.
+    /// (|K_i| − |K_ref|)/|K_ref|.
     pub modulus_difference: f64,
     /// Expanded uncertainty of that.
     pub modulus_expanded: f64,
     /// Deviation over its expanded uncertainty.
     pub modulus_en: f64,
-    /// Part in quadrature, relative to the modulus of the reference: the deviation of the phase, rad.
+    /// Phase against that of the reference, rad.
     pub phase_difference: f64,
     /// Expanded uncertainty of that.
     pub phase_expanded: f64,
     /// Deviation over its expanded uncertainty.
     pub phase_en: f64,
-    /// The same two parts against the median of the laboratories: value, lower, upper limit.
+    /// The same two against the median of the laboratories: value, lower, upper limit.
     pub median_modulus: [f64; 3],
     /// As `median_modulus`, of the phase in rad.
     pub median_phase: [f64; 3],
@@ -41,11 +41,11 @@ pub struct ReferenceElement {
     pub element: String,
     /// Weighted mean.
     pub mean: Complex64,
-    /// Its relative standard uncertainty in phase (of the modulus) and in quadrature (of the phase, rad).
+    /// Standard uncertainty of its modulus, relative, and of its phase, rad.
     pub mean_uncertainty: [f64; 2],
     /// Median of the laboratories.
     pub median: Complex64,
-    /// Its relative standard uncertainty in phase and in quadrature.
+    /// Standard uncertainty of its modulus, relative, and of its phase, rad.
     pub median_uncertainty: [f64; 2],
     /// Chance of deviations from the mean as large as these, of all elements at this frequency together.
     pub chance: f64,
@@ -56,8 +56,9 @@ pub struct ReferenceElement {
 /// Calibrations of one device by three laboratories or more.
 ///
 /// At every frequency the reference value is the weighted mean of the whole matrices with their covariances (procedure A); the
-/// median of each element by Monte Carlo stands beside it (procedure B), which one laboratory that is off does not draw along. Parts are
-/// taken in phase with the mean and in quadrature to it, so that an element near zero has them too.
+/// median of modulus and phase of each element by Monte Carlo stands beside it (procedure B), which one laboratory that is off hardly
+/// draws along. Of an element that one laboratory has within five standard uncertainties of zero, the parts in phase with the mean and in
+/// quadrature to it, relative to its modulus, stand for modulus and phase, which do not hold there.
 ///
 /// **Assumes** laboratories that have nothing in common. **Accuracy** at most 1 % of agreeing laboratories raise `laboratories-differ`
 /// (`known_laboratories_that_agree_and_one_that_does_not`). **Source** `[Cox02]`.
@@ -69,14 +70,25 @@ pub struct ReferenceComparison {
     pub differ: bool,
     /// Share of the frequencies at which they agree well enough for their mean (a chance of 5 % or more).
     pub consistent: f64,
-    /// Laboratories by how far they are from the others: index, and the chance of its deviations.
-    pub furthest: Vec<(usize, f64)>,
+    /// Laboratories, the one that is furthest from the others first.
+    pub furthest: Vec<Apart>,
     /// Probability of the expanded uncertainties.
     pub probability: f64,
     /// Unit of all.
     pub unit: String,
     /// What to doubt.
     pub findings: Vec<Finding>,
+}
+
+/// How far one laboratory is from the mean of the others.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Apart {
+    /// Its place among the laboratories.
+    pub laboratory: usize,
+    /// Largest χ² of a frequency.
+    pub chi_square: f64,
+    /// Chance of one as large at any of the frequencies.
+    pub chance: f64,
 }
 
 /// Chance of the finding where nothing differs.
@@ -114,13 +126,21 @@ impl ReferenceComparison {
         let sides: Vec<Side<'_>> = responses.iter().map(|r| Side::new(r)).collect();
         let frequencies = common_frequencies(responses)?;
         let mut points = Vec::with_capacity(frequencies.len() * elements);
-        let mut least = vec![1.0f64; responses.len()];
+        let mut furthest: Vec<Apart> = (0..responses.len())
+            .map(|laboratory| Apart {
+                laboratory,
+                chi_square: 0.0,
+                chance: 1.0,
+            })
+            .collect();
         let mut consistent = 0usize;
         for (index, &f) in frequencies.iter().enumerate() {
             let at = Frequency::of(&sides, f, probability, index as u64)?;
             consistent += usize::from(at.mean.is_consistent());
-            for (i, least) in least.iter_mut().enumerate() {
-                *least = least.min(at.alone(i)?);
+            for apart in &mut furthest {
+                let alone = at.alone(apart.laboratory)?;
+                apart.chi_square = apart.chi_square.max(alone.chi_square);
+                apart.chance = apart.chance.min(alone.chance);
             }
             for (e, name) in names.iter().enumerate() {
                 points.push(at.element(e, name));
@@ -130,12 +150,11 @@ impl ReferenceComparison {
         let smallest = points.iter().map(|p| p.chance).fold(1.0, f64::min);
         // Of all frequencies at most their number times the smallest chance.
         let differ = tests * smallest < CHANCE;
-        let mut furthest: Vec<(usize, f64)> = least
-            .into_iter()
-            .map(|chance| (tests * chance).min(1.0))
-            .enumerate()
-            .collect();
-        furthest.sort_by(|a, b| a.1.total_cmp(&b.1));
+        for apart in &mut furthest {
+            apart.chance = (tests * apart.chance).min(1.0);
+        }
+        // Chances of those that are far off all vanish.
+        furthest.sort_by(|a, b| b.chi_square.total_cmp(&a.chi_square));
         Ok(Self {
             findings: Vec::new(),
             consistent: consistent as f64 / tests,
@@ -153,12 +172,12 @@ impl ReferenceComparison {
             return self;
         }
         let name = |i: usize| names.get(i).copied().unwrap_or("a laboratory");
-        let (first, chance) = self.furthest.first().copied().unwrap_or((0, 1.0));
-        // The next furthest has to be at least a thousand times as probable: one that is off draws the mean, and the others with it.
-        let alone = self
-            .furthest
-            .get(1)
-            .is_none_or(|next| next.1 > 1e3 * chance.max(1e-300));
+        let first = self.furthest.first().map_or(0, |f| f.laboratory);
+        // One that is off draws the mean of the others' others with it: the next has to be a thousand times as probable.
+        let alone = match &self.furthest[..] {
+            [one, next, ..] => one.chi_square - next.chi_square > 2.0 * 1e3f64.ln(),
+            _ => true,
+        };
         let worst = self
             .points
             .iter()
@@ -200,11 +219,69 @@ struct Frequency {
     values: Vec<Vec<f64>>,
     covariances: Vec<Covariance>,
     mean: WeightedMean,
+    /// Of the deviations of every element in modulus and phase from the mean.
     median: MedianValue,
-    /// Unit vector of the mean of every element.
-    turn: Vec<Complex64>,
+    elements: Vec<Deviations>,
     factor: f64,
 }
+
+/// How deviations of one element from the mean are taken.
+#[derive(Clone, Copy)]
+struct Deviations {
+    mean: Complex64,
+    /// As modulus and phase, or in phase with the mean and in quadrature to it.
+    polar: bool,
+}
+
+impl Deviations {
+    fn size(self) -> f64 {
+        self.mean.norm().max(f64::MIN_POSITIVE)
+    }
+
+    /// Both parts: of the modulus, relative to that of the mean, and of the phase, rad.
+    fn of(self, value: Complex64) -> [f64; 2] {
+        let ratio = value * self.turn().conj() / self.size();
+        match self.polar {
+            true => [ratio.norm() - 1.0, ratio.arg()],
+            false => [ratio.re - 1.0, ratio.im],
+        }
+    }
+
+    /// Derivatives of both parts by real and imaginary part of a value.
+    fn slope(self, value: Complex64) -> [[f64; 2]; 2] {
+        let along = match self.polar {
+            true => value / value.norm(),
+            false => self.turn(),
+        };
+        let across = match self.polar {
+            true => value.norm(),
+            false => self.size(),
+        };
+        [
+            [along.re / self.size(), along.im / self.size()],
+            [-along.im / across, along.re / across],
+        ]
+    }
+
+    fn back(self, [modulus, phase]: [f64; 2]) -> Complex64 {
+        match self.polar {
+            true => self.mean * (1.0 + modulus) * Complex64::cis(phase),
+            false => self.turn() * self.size() * Complex64::new(1.0 + modulus, phase),
+        }
+    }
+
+    fn turn(self) -> Complex64 {
+        let size = self.mean.norm();
+        if size > 0.0 {
+            self.mean / size
+        } else {
+            Complex64::ONE
+        }
+    }
+}
+
+/// An element further than this from zero, in standard uncertainties, has a modulus and a phase.
+const CLEAR: f64 = 5.0;
 
 impl Frequency {
     fn of(sides: &[Side<'_>], f: f64, probability: f64, seed: u64) -> Result<Self, Error> {
@@ -212,7 +289,8 @@ impl Frequency {
             .iter()
             .map(|side| side.look(f))
             .collect::<Result<Vec<_>, Error>>()?;
-        let n = 2 * seen[0].matrix.len();
+        let count = seen[0].matrix.len();
+        let n = 2 * count;
         let values: Vec<Vec<f64>> = seen
             .iter()
             .map(|s| s.matrix.iter().flat_map(|z| [z.re, z.im]).collect())
@@ -222,34 +300,35 @@ impl Frequency {
             .map(|s| Covariance::try_from_rows(n, &s.covariance))
             .collect::<Result<Vec<_>, Error>>()?;
         let mean = WeightedMean::of(&values, &covariances)?;
-        let turn: Vec<Complex64> = mean
-            .value
-            .chunks_exact(2)
-            .map(|c| {
-                let z = Complex64::new(c[0], c[1]);
-                let size = z.norm();
-                if size > 0.0 { z / size } else { Complex64::ONE }
+        let clear = |z: Complex64, c: &Covariance, e: usize| {
+            let u = c[(2 * e, 2 * e)].max(c[(2 * e + 1, 2 * e + 1)]).sqrt();
+            z.norm() > CLEAR * u
+        };
+        let elements: Vec<Deviations> = (0..count)
+            .map(|e| {
+                let reference = Complex64::new(mean.value[2 * e], mean.value[2 * e + 1]);
+                let all = seen.iter().zip(&covariances);
+                Deviations {
+                    mean: reference,
+                    polar: clear(reference, &mean.covariance, e)
+                        && all.into_iter().all(|(s, c)| clear(s.matrix[e], c, e)),
+                }
             })
             .collect();
-        // In phase and in quadrature: the median of each part.
-        let mut jacobian = vec![0.0; n * n];
-        for (e, t) in turn.iter().enumerate() {
-            let (a, b) = (2 * e, 2 * e + 1);
-            (jacobian[n * a + a], jacobian[n * a + b]) = (t.re, t.im);
-            (jacobian[n * b + a], jacobian[n * b + b]) = (-t.im, t.re);
+        let (mut parts, mut spreads) = (Vec::new(), Vec::new());
+        for (s, c) in seen.iter().zip(&covariances) {
+            let mut jacobian = vec![0.0; n * n];
+            for (e, (element, z)) in elements.iter().zip(&s.matrix).enumerate() {
+                for (i, row) in element.slope(*z).iter().enumerate() {
+                    let at = n * (2 * e + i) + 2 * e;
+                    jacobian[at..at + 2].copy_from_slice(row);
+                }
+            }
+            let both = elements.iter().zip(&s.matrix).flat_map(|(d, z)| d.of(*z));
+            parts.push(both.collect::<Vec<f64>>());
+            spreads.push(c.propagate(&jacobian)?);
         }
-        let turned = values.iter().map(|x| {
-            x.chunks_exact(2).zip(&turn).flat_map(|(c, t)| {
-                let z = Complex64::new(c[0], c[1]) * t.conj();
-                [z.re, z.im]
-            })
-        });
-        let turned: Vec<Vec<f64>> = turned.map(Iterator::collect).collect();
-        let parts = covariances
-            .iter()
-            .map(|c| c.propagate(&jacobian))
-            .collect::<Result<Vec<_>, Error>>()?;
-        let median = MedianValue::of(&turned, &parts, probability, TRIALS, seed)?;
+        let median = MedianValue::of(&parts, &spreads, probability, TRIALS, seed)?;
         let dof = seen.iter().map(|s| s.dof).fold(f64::INFINITY, f64::min);
         let factor = DegreesOfFreedom::new(dof)
             .unwrap_or(DegreesOfFreedom::INFINITE)
@@ -260,13 +339,13 @@ impl Frequency {
             covariances,
             mean,
             median,
-            turn,
+            elements,
             factor,
         })
     }
 
-    /// Chance of the deviation of one laboratory from all others.
-    fn alone(&self, i: usize) -> Result<f64, Error> {
+    /// One laboratory against the mean of all others.
+    fn alone(&self, i: usize) -> Result<WeightedMean, Error> {
         let without = |k: &usize| *k != i;
         let others: Vec<usize> = (0..self.values.len()).filter(without).collect();
         let values: Vec<Vec<f64>> = others.iter().map(|&k| self.values[k].clone()).collect();
@@ -275,43 +354,46 @@ impl Frequency {
             .map(|&k| self.covariances[k].clone())
             .collect();
         let rest = WeightedMean::of(&values, &covariances)?;
-        let pair = WeightedMean::of(
+        WeightedMean::of(
             &[self.values[i].clone(), rest.value],
             &[self.covariances[i].clone(), rest.covariance],
-        )?;
-        Ok(pair.chance)
+        )
     }
 
     fn element(&self, e: usize, name: &str) -> ReferenceElement {
         let (r, i) = (2 * e, 2 * e + 1);
-        let turn = self.turn[e];
-        let mean = Complex64::new(self.mean.value[r], self.mean.value[i]);
-        let size = mean.norm().max(f64::MIN_POSITIVE);
-        // Standard uncertainties in phase and in quadrature.
-        let parts = |c: &Covariance| -> [f64; 2] {
-            let (rr, ri, ii) = (c[(r, r)], c[(r, i)], c[(i, i)]);
-            let along = |a: f64, b: f64| {
-                (a * a * rr + 2.0 * a * b * ri + b * b * ii).max(0.0).sqrt() / size
-            };
-            [along(turn.re, turn.im), along(-turn.im, turn.re)]
+        let element = self.elements[e];
+        let block = |c: &Covariance| [[c[(r, r)], c[(r, i)]], [c[(i, r)], c[(i, i)]]];
+        let form = |a: [f64; 2], c: [[f64; 2]; 2], b: [f64; 2]| -> f64 {
+            (0..2)
+                .map(|k| (0..2).map(|l| a[k] * c[k][l] * b[l]).sum::<f64>())
+                .sum()
         };
+        let c = block(&self.mean.covariance);
+        let own = element.slope(element.mean);
         let ratio = |d: f64, u: f64| if u > 0.0 { d / u } else { 0.0 };
         let laboratories = self.values.iter().enumerate().map(|(k, x)| {
             let value = Complex64::new(x[r], x[i]);
-            let d = (value - mean) * turn.conj() / size;
-            let u = parts(&self.mean.deviations[k].covariance).map(|u| self.factor * u);
+            let d = element.of(value);
+            let (v, slope) = (block(&self.covariances[k]), element.slope(value));
+            // The laboratory is part of the mean: their covariance is that of the mean.
+            let expanded: [f64; 2] = std::array::from_fn(|part| {
+                let (a, b) = (slope[part], own[part]);
+                let variance = form(a, v, a) + form(b, c, b) - 2.0 * form(a, c, b);
+                self.factor * variance.max(0.0).sqrt()
+            });
             let beside = |part: usize| {
                 let m = self.median.deviations[k][part];
-                [m.value, m.lower, m.upper].map(|v| v / size)
+                [m.value, m.lower, m.upper]
             };
             Equivalence {
                 value,
-                modulus_difference: d.re,
-                modulus_expanded: u[0],
-                modulus_en: ratio(d.re, u[0]),
-                phase_difference: d.im,
-                phase_expanded: u[1],
-                phase_en: ratio(d.im, u[1]),
+                modulus_difference: d[0],
+                modulus_expanded: expanded[0],
+                modulus_en: ratio(d[0], expanded[0]),
+                phase_difference: d[1],
+                phase_expanded: expanded[1],
+                phase_en: ratio(d[1], expanded[1]),
                 median_modulus: beside(r),
                 median_phase: beside(i),
             }
@@ -319,10 +401,10 @@ impl Frequency {
         ReferenceElement {
             frequency: self.frequency,
             element: name.to_owned(),
-            mean,
-            mean_uncertainty: parts(&self.mean.covariance),
-            median: Complex64::new(self.median.value[r], self.median.value[i]) * turn,
-            median_uncertainty: [r, i].map(|part| self.median.uncertainty[part] / size),
+            mean: element.mean,
+            mean_uncertainty: own.map(|a| form(a, c, a).max(0.0).sqrt()),
+            median: element.back([self.median.value[r], self.median.value[i]]),
+            median_uncertainty: [r, i].map(|part| self.median.uncertainty[part]),
             chance: self.mean.chance,
             laboratories: laboratories.collect(),
         }
@@ -389,7 +471,11 @@ mod tests {
             let list: Vec<&FrequencyResponse> = list.iter().collect();
             let names = ["one", "two", "three", "four"];
             let off = ReferenceComparison::of(&list, 0.95).unwrap().judged(&names);
-            assert!(off.differ && off.furthest[0].0 == 0, "{:?}", off.furthest);
+            assert!(
+                off.differ && off.furthest[0].laboratory == 0,
+                "{:?}",
+                off.furthest
+            );
             assert!(
                 off.findings[0]
                     .to_string()
@@ -399,6 +485,44 @@ mod tests {
             for p in &off.points {
                 let drawn = (p.median.norm() / 0.01 - 1.0) / p.median_uncertainty[0];
                 assert!(drawn.abs() < 5.0, "{drawn}");
+            }
+        }
+    }
+
+    /// Phases of one laboratory with the wrong sign: named whatever the order, and its modulus is right.
+    #[test]
+    fn known_laboratory_far_off_in_phase() {
+        let of = |s: f64, phase: f64| {
+            let line = |frequency: f64| ReferencePoint {
+                frequency,
+                sensitivity: s,
+                phase: phase * frequency / 100.0,
+                modulus_uncertainty: 0.002,
+                phase_uncertainty: 0.0035,
+            };
+            let lines = vec![line(50.0), line(100.0), line(200.0)];
+            FrequencyResponse::try_from(&ReferenceTable::new(lines).unwrap()).unwrap()
+        };
+        let mut list = vec![
+            of(1.0, -0.5),
+            of(1.001, -0.5),
+            of(0.999, -0.5),
+            of(1.0, 0.5),
+        ];
+        for place in (0..4).rev() {
+            let all: Vec<&FrequencyResponse> = list.iter().collect();
+            let found = ReferenceComparison::of(&all, 0.95).unwrap();
+            assert!(found.differ);
+            assert_eq!(found.furthest[0].laboratory, place, "{:?}", found.furthest);
+            for p in &found.points {
+                let l = &p.laboratories[place];
+                // Against the median, which stays with the others.
+                assert!(l.median_modulus[0].abs() < 0.01, "{:?}", l.median_modulus);
+                let turned = l.median_phase[0];
+                assert!((turned - 0.01 * p.frequency).abs() < 0.02, "{turned}");
+            }
+            if place > 0 {
+                list.swap(place, place - 1);
             }
         }
     }

@@ -163,6 +163,15 @@ impl TermsAt {
             parameter: "a temperature coefficient: no temperatures were recorded",
             condition: f64::INFINITY,
         })?;
+        const POSSIBLE: std::ops::RangeInclusive<f64> = -273.15..=1e3;
+        if let Some(wrong) = temperatures.iter().find(|t| !POSSIBLE.contains(t)) {
+            return Err(Error::OutOfRange {
+                name: "temperature of a standstill, °C",
+                value: *wrong,
+                min: *POSSIBLE.start(),
+                max: *POSSIBLE.end(),
+            });
+        }
         let low = temperatures.iter().copied().fold(f64::INFINITY, f64::min);
         let high = temperatures
             .iter()
