@@ -503,7 +503,7 @@ mod tests {
             let lines = vec![line(50.0), line(100.0), line(200.0)];
             FrequencyResponse::try_from(&ReferenceTable::new(lines).unwrap()).unwrap()
         };
-        let mut list = vec![
+        let mut list = [
             of(1.0, -0.5),
             of(1.001, -0.5),
             of(0.999, -0.5),
