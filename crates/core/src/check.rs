@@ -93,3 +93,37 @@ pub fn positive(name: &'static str, value: f64) -> Result<f64, Error> {
         })
     }
 }
+
+/// A number between two limits, these included.
+///
+/// # Errors
+/// [`Error::OutOfRange`].
+pub fn within(name: &'static str, value: f64, min: f64, max: f64) -> Result<(), Error> {
+    if (min..=max).contains(&value) {
+        Ok(())
+    } else {
+        Err(Error::OutOfRange {
+            name,
+            value,
+            min,
+            max,
+        })
+    }
+}
+
+/// A probability between zero and one, these excluded.
+///
+/// # Errors
+/// [`Error::OutOfRange`].
+pub fn probability(value: f64) -> Result<(), Error> {
+    if value > 0.0 && value < 1.0 {
+        Ok(())
+    } else {
+        Err(Error::OutOfRange {
+            name: "probability",
+            value,
+            min: 0.0,
+            max: 1.0,
+        })
+    }
+}

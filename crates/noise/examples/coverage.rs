@@ -5,7 +5,9 @@
 //! truth lies in the 95 % interval (or below the limit), how often the term is called identified, and how often zero is
 //! excluded.
 
-use proofmass_noise::{FitOptions, GaussMarkov, NoiseModel, Term, Verdict, simulate, whittle};
+use proofmass_noise::{
+    FitOptions, GaussMarkov, LowPass, NoiseModel, SimulatedSensor, Term, Verdict, simulate, whittle,
+};
 use rand::SeedableRng;
 use rayon::prelude::*;
 
@@ -27,6 +29,8 @@ struct Cell {
     ramp: f64,
     quantisation: f64,
     markov: bool,
+    /// Order of the filter and its corner as a part of the rate.
+    filter: Option<(i32, f64)>,
 }
 
 impl Cell {
@@ -38,6 +42,7 @@ impl Cell {
             ramp: 0.0,
             quantisation: 0.0,
             markov: false,
+            filter: None,
         }
     }
 
@@ -99,6 +104,30 @@ fn cells() -> Vec<Cell> {
             markov: true,
             ..Cell::new("N+GM", 0.0, 0.0)
         },
+        Cell {
+            filter: Some((1, 0.25)),
+            ..Cell::new("N+K80:1st/4", 80.0, 0.0)
+        },
+        Cell {
+            filter: Some((1, 0.1)),
+            ..Cell::new("N+K80:1st/10", 80.0, 0.0)
+        },
+        Cell {
+            filter: Some((2, 0.25)),
+            ..Cell::new("N+K80:2nd/4", 80.0, 0.0)
+        },
+        Cell {
+            filter: Some((2, 0.1)),
+            ..Cell::new("N+K80:2nd/10", 80.0, 0.0)
+        },
+        Cell {
+            filter: Some((2, 0.1)),
+            ..Cell::new("N+B100:2nd/10", 0.0, 100.0)
+        },
+        Cell {
+            filter: Some((1, 0.1)),
+            ..Cell::new("N+B100:1st/10", 0.0, 100.0)
+        },
     ]
 }
 
@@ -121,7 +150,18 @@ fn examine(cell: &Cell, seed: u64) -> Counts {
         model.ramp,
     ];
     let mut rng = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(seed);
-    let rate = simulate(&model, SAMPLES, RATE, &mut rng).expect("a legal model");
+    let rate = match cell.filter {
+        None => simulate(&model, SAMPLES, RATE, &mut rng).expect("a legal model"),
+        Some((order, corner)) => {
+            let mut sensor = SimulatedSensor::new(model.clone());
+            sensor.low_pass = Some(LowPass {
+                order,
+                corner: corner * RATE,
+            });
+            let axes = sensor.record(1, SAMPLES, RATE, seed);
+            axes.expect("a legal sensor").remove(0)
+        }
+    };
     let fit = whittle(&rate, RATE, &options).expect("a long record");
     let mut row = [0; 17];
     for (k, term) in TERMS.into_iter().enumerate() {

@@ -4,8 +4,9 @@ use crate::channel_analysis::{Steps, analyse_channel};
 use crate::record::check_count;
 use crate::{
     CoefficientFit, ConsistencyPoint, ConverterTrace, DeviationCurve, DeviationOptions,
-    Disturbance, FitOptions, FittedPoint, Gaps, InUnit, JointInfluence, KalmanNoise, RecordGap,
-    Sensor, Statistic, Term, clock_line, gaps,
+    Disturbance, DynamicWindow, FitOptions, FittedPoint, Gaps, InUnit, JointInfluence, KalmanNoise,
+    RecordGap, Sensor, SeparatedPoint, StateSpace, Statistic, Term, clock_line, gaps,
+    separated_deviations,
 };
 use proofmass_core::{Error, Unwatched, Watch};
 use proofmass_signal::{Density, Detrend, Trend};
@@ -49,6 +50,10 @@ pub struct AnalysisOptions {
     pub disturbance_false_alarm_rate: f64,
     /// Samples per segment of the Welch density; chosen from the record when `None` (at most 4096).
     pub segment: Option<usize>,
+    /// Windows of the dynamic Allan deviation; none when 0.
+    pub windows: usize,
+    /// Separate the noise of three channels that see the same (two: clocks measured against a third).
+    pub separate: bool,
 }
 
 impl Default for AnalysisOptions {
@@ -62,6 +67,8 @@ impl Default for AnalysisOptions {
             detrend: Detrend::None,
             disturbance_false_alarm_rate: 1e-4,
             segment: None,
+            windows: 0,
+            separate: false,
         }
     }
 }
@@ -107,6 +114,12 @@ pub struct ChannelAnalysis {
     pub curve: Option<DeviationCurve>,
     /// The curves of further statistics, in the order asked for.
     pub further: Vec<DeviationCurve>,
+    /// The curve over time, where windows were asked for.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub windows: Vec<DynamicWindow>,
+    /// The fitted noise as states of a filter.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub states: Option<StateSpace>,
     /// Welch density with its confidence.
     pub density: Option<Density>,
     /// Spectrum of the whole record in few bins, for the plot over all frequencies.
@@ -147,6 +160,9 @@ pub struct Analysis {
     pub gaps: Vec<RecordGap>,
     /// One entry per channel.
     pub channels: Vec<ChannelAnalysis>,
+    /// The noise of three sensors by themselves, where that was asked for.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub separated: Vec<SeparatedPoint>,
     /// What concerns all channels.
     pub findings: Vec<Finding>,
 }
@@ -212,7 +228,7 @@ pub fn analyse_watched(
             .taus
             .factors(statistic, longest + 1, sample_rate)?;
     }
-    crate::deviation::check_probability(options.deviation.probability)?;
+    proofmass_core::check::probability(options.deviation.probability)?;
     options.fit.check(sample_rate)?;
 
     let mut findings = Vec::new();
@@ -233,6 +249,7 @@ pub fn analyse_watched(
             run.0 - rows.0 + lost
         })
         .collect();
+    let separated = separate(&rates, &chosen, sample_rate, options)?;
     let steps = Steps::new(watch, channels.len());
     steps.none()?;
     let channels = channels
@@ -253,8 +270,37 @@ pub fn analyse_watched(
         stretches: chosen,
         gaps,
         channels,
+        separated,
         findings,
     })
+}
+
+/// Three channels by themselves, over the longest stretch.
+fn separate(
+    rates: &[&[f64]],
+    chosen: &[(usize, usize)],
+    sample_rate: f64,
+    options: &AnalysisOptions,
+) -> Result<Vec<SeparatedPoint>, Error> {
+    if !options.separate {
+        return Ok(Vec::new());
+    }
+    let Some((from, to)) = chosen.iter().copied().max_by_key(|r| r.1 - r.0) else {
+        return Ok(Vec::new());
+    };
+    let none = vec![0.0; to - from];
+    let three = match *rates {
+        [a, b, c] => [&a[from..to], &b[from..to], &c[from..to]],
+        [a, b] => [&a[from..to], &b[from..to], &none[..]],
+        _ => {
+            return Err(Error::Length {
+                name: "channels to be separated",
+                expected: 3,
+                got: rates.len(),
+            });
+        }
+    };
+    separated_deviations(three, sample_rate, &options.deviation)
 }
 
 fn gap_finding(gaps: &[RecordGap], used: &[(usize, usize)], total: usize, policy: Gaps) -> Finding {

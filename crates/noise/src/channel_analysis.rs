@@ -4,11 +4,12 @@ use crate::coefficients::figure;
 use crate::cosine_spectrum::CosineSpectrum;
 use crate::curve_model::CurveModel;
 use crate::deviation::curve_of;
+use crate::dynamic::windows_of;
 use crate::{
     AnalysisOptions, ChannelAnalysis, CoefficientFit, Disturbance, DisturbanceKind, JointInfluence,
     NoiseChannel, NoiseModel, NoiseRecord, SpectrumPoint, TermUnits, chi_square_interval,
     consistency, converter, converter_traces, disturbances, in_units, joint_influence,
-    kalman_noise, whittle_stretches,
+    kalman_noise, state_space, whittle_stretches,
 };
 use proofmass_core::{Error, Watch};
 use proofmass_signal::{Detrend, Trend, Welch};
@@ -65,6 +66,8 @@ pub(crate) fn analyse_channel(
         trend,
         curve: None,
         further: Vec::new(),
+        windows: Vec::new(),
+        states: None,
         density: None,
         spectrum: Vec::new(),
         whittle: None,
@@ -120,6 +123,15 @@ pub(crate) fn analyse_channel(
     );
     steps.one()?;
     curves(&prepared, sample_rate, options, &mut result)?;
+    if options.windows > 0 {
+        result.windows = windows_of(
+            &prepared,
+            starts,
+            sample_rate,
+            options.windows,
+            &options.deviation,
+        )?;
+    }
     steps.one()?;
     let spectrum = CosineSpectrum::new(stretches, sample_rate, &[]);
     result.spectrum = points(
@@ -139,6 +151,7 @@ pub(crate) fn analyse_channel(
         .extend(converter::findings(&result.converter, channel.unit));
     if let Some(fit) = &result.whittle {
         result.kalman = Some(kalman_noise(fit, sample_rate)?);
+        result.states = Some(state_space(fit, sample_rate, samples as f64 / sample_rate)?);
         if let Some(sensor) = channel.sensor {
             result.units = fit
                 .coefficients

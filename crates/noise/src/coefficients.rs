@@ -344,6 +344,19 @@ impl Default for FitOptions {
     }
 }
 
+/// Refuses a false-alarm rate outside (0, 1), under its own name.
+pub(crate) fn check_false_alarm_rate(value: f64) -> Result<(), Error> {
+    if value > 0.0 && value < 1.0 {
+        return Ok(());
+    }
+    Err(Error::OutOfRange {
+        name: "false-alarm rate",
+        value,
+        min: 0.0,
+        max: 1.0,
+    })
+}
+
 impl FitOptions {
     pub(crate) fn seeks(&self, term: Term) -> bool {
         self.terms.contains(&term)
@@ -356,8 +369,8 @@ impl FitOptions {
 
     /// Refuses what no fit can follow.
     pub(crate) fn check(&self, sample_rate: f64) -> Result<(), Error> {
-        crate::deviation::check_probability(self.probability)?;
-        crate::deviation::check_probability(self.false_alarm_rate)?;
+        proofmass_core::check::probability(self.probability)?;
+        check_false_alarm_rate(self.false_alarm_rate)?;
         let nyquist = 0.5 * sample_rate;
         match self.highest_frequency {
             Some(f) if !(f > 0.0 && f <= nyquist * (1.0 + 1e-12)) => Err(Error::OutOfRange {

@@ -138,7 +138,7 @@ pub(crate) fn curve_of(
     options: &DeviationOptions,
     known: Option<&CurveModel>,
 ) -> Result<DeviationCurve, Error> {
-    check_probability(options.probability)?;
+    proofmass_core::check::probability(options.probability)?;
     let several = records.len() > 1;
     let phases = records
         .iter()
@@ -159,6 +159,9 @@ pub(crate) fn curve_of(
     })?;
     let n = longest.len();
     let factors = options.taus.factors(statistic, n, sample_rate)?;
+    if statistic == Statistic::TheoHybrid {
+        return hybrid(records, sample_rate, &factors, n, options, known);
+    }
     let parts: Vec<Squares> = phases
         .iter()
         .map(|phase| Squares::of(phase, statistic, &factors, options.bias))
@@ -235,6 +238,48 @@ pub(crate) fn curve_of(
     })
 }
 
+/// THEOH: OADEV up to a fifth of the record, beyond it THEO1 at 0.75 of an even factor, scaled to the Allan variance of the record.
+///
+/// **Source** `[SP1065] eq. 34`.
+fn hybrid(
+    records: &[NoiseRecord<'_>],
+    sample_rate: f64,
+    factors: &[usize],
+    phase_points: usize,
+    options: &DeviationOptions,
+    known: Option<&CurveModel>,
+) -> Result<DeviationCurve, Error> {
+    let last = (phase_points - 1) / 5;
+    let short: Vec<usize> = factors.iter().copied().filter(|m| *m <= last).collect();
+    let mut long: Vec<usize> = factors
+        .iter()
+        .filter(|m| **m > last)
+        .map(|m| 2 * (2 * m).div_ceil(3))
+        .filter(|m| (10..phase_points).contains(m))
+        .collect();
+    long.dedup();
+    let of = |statistic, factors: Vec<usize>, bias| {
+        if factors.is_empty() {
+            return Ok(Vec::new());
+        }
+        let options = DeviationOptions {
+            taus: crate::Taus::Factors(factors),
+            bias,
+            ..options.clone()
+        };
+        curve_of(records, sample_rate, statistic, &options, known).map(|c| c.points)
+    };
+    let mut points = of(Statistic::OverlappingAllan, short, options.bias)?;
+    points.extend(of(Statistic::Theo1, long, Bias::FromRecord)?);
+    Ok(DeviationCurve {
+        statistic: Statistic::TheoHybrid,
+        sample_rate,
+        phase_points,
+        probability: options.probability,
+        points,
+    })
+}
+
 /// Mean squares of one stretch at each factor, with their number of terms; `None` where it is too short.
 struct Squares {
     squares: Vec<Option<allan::MeanSquare>>,
@@ -272,23 +317,10 @@ impl Squares {
     }
 }
 
-pub(crate) fn check_probability(probability: f64) -> Result<(), Error> {
-    if probability > 0.0 && probability < 1.0 {
-        Ok(())
-    } else {
-        Err(Error::OutOfRange {
-            name: "probability",
-            value: probability,
-            min: 0.0,
-            max: 1.0,
-        })
-    }
-}
-
 fn mean_square(phase: &[f64], statistic: Statistic, m: usize) -> allan::MeanSquare {
     match statistic {
         Statistic::Allan => allan::allan(phase, m),
-        Statistic::OverlappingAllan => overlapping(phase, m),
+        Statistic::OverlappingAllan | Statistic::TheoHybrid => overlapping(phase, m),
         Statistic::ModifiedAllan | Statistic::Time => allan::modified(phase, m),
         Statistic::Hadamard => hadamard::hadamard(phase, m),
         Statistic::OverlappingHadamard => hadamard::overlapping(phase, m),

@@ -69,7 +69,7 @@ pub fn disturbances(
     check_sample_rate(sample_rate)?;
     check_finite("rate", rate)?;
     check_count("rate samples", rate.len(), 16 * FEWEST_BLOCKS)?;
-    crate::deviation::check_probability(false_alarm_rate)?;
+    proofmass_core::check::probability(false_alarm_rate)?;
     refuse_constant(rate)?;
     let lengths: Vec<usize> = (2..16)
         .map(|k| 1_usize << (2 * k))

@@ -36,7 +36,8 @@ pub fn equivalent_dof(
     let ratio = (n as f64 - 1.0) / m as f64;
     let edf = match statistic {
         Statistic::Allan => greenhall_riley(alpha, 2, m, n, Stride::Tau, Filter::Plain),
-        Statistic::OverlappingAllan => {
+        // Of THEOH what lies beyond a fifth of the record has those of THEO1.
+        Statistic::OverlappingAllan | Statistic::TheoHybrid => {
             greenhall_riley(alpha, 2, m, n, Stride::Sample, Filter::Plain)
         }
         Statistic::ModifiedAllan | Statistic::Time => {

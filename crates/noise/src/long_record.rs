@@ -5,6 +5,7 @@ use crate::averages::Averages;
 use crate::{
     Analysis, AnalysisOptions, DeviationCurve, NoiseBasis, NoiseChannel, NoiseModel, Sensor,
     Statistic, StreamingAllan, Taus, analyse, chi_square_interval, in_units, kalman_noise,
+    state_space,
 };
 use proofmass_core::Error;
 use proofmass_uncertainty::{Finding, Severity};
@@ -190,6 +191,7 @@ impl LongRecord {
             // What belongs to one sample belongs to one of the recording, not to one average.
             if let Some(fit) = &channel.whittle {
                 channel.kalman = Some(kalman_noise(fit, sample_rate)?);
+                channel.states = Some(state_space(fit, sample_rate, n / sample_rate)?);
             }
             if let Some(sensor) = name.sensor {
                 for term in &mut channel.units {

@@ -1,5 +1,9 @@
 //! Noise with known coefficients.
 
+mod sensor;
+
+pub use sensor::{SimulatedSensor, simulated_stamps};
+
 use crate::NoiseModel;
 use crate::record::check_sample_rate;
 use proofmass_core::Error;

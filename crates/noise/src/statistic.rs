@@ -31,6 +31,8 @@ pub enum Statistic {
     HadamardTotal,
     /// THEO1: reaches τ = 3T/4; even m of at least 10 only, effective τ = 0.75 m τ0.
     Theo1,
+    /// THEOH: the overlapping Allan deviation up to a fifth of the record, beyond THEO1 scaled to it.
+    TheoHybrid,
     /// PDEV, the parabolic deviation: as MDEV tells white from flicker phase noise, with less scatter.
     Parabolic,
     /// TIE rms, the root mean square change of the phase over τ, in U·s.
@@ -41,7 +43,7 @@ pub enum Statistic {
 
 impl Statistic {
     /// Every statistic, in the order of the documentation.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::Allan,
         Self::OverlappingAllan,
         Self::ModifiedAllan,
@@ -53,6 +55,7 @@ impl Statistic {
         Self::TimeTotal,
         Self::HadamardTotal,
         Self::Theo1,
+        Self::TheoHybrid,
         Self::Parabolic,
         Self::TimeIntervalError,
         Self::MaximumTimeIntervalError,
@@ -72,6 +75,7 @@ impl Statistic {
             Self::TimeTotal => "TTOTDEV",
             Self::HadamardTotal => "HTOTDEV",
             Self::Theo1 => "THEO1",
+            Self::TheoHybrid => "THEOH",
             Self::Parabolic => "PDEV",
             Self::TimeIntervalError => "TIERMS",
             Self::MaximumTimeIntervalError => "MTIE",
@@ -110,6 +114,7 @@ impl Statistic {
             // The extension has N − 2 points on either side.
             Self::Total => (1, n.saturating_sub(1)),
             Self::Theo1 => (10, n),
+            Self::TheoHybrid => (1, 3 * n / 4),
         }
     }
 
@@ -123,6 +128,7 @@ impl Statistic {
             Self::Hadamard | Self::OverlappingHadamard | Self::HadamardTotal => 3 * m + 1,
             Self::Total => m + 2,
             Self::Theo1 => m + 1,
+            Self::TheoHybrid => 4 * m / 3 + 1,
         }
     }
 }

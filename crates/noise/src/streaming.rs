@@ -1,6 +1,5 @@
 //! Allan deviation at octave averaging times of a stream, with memory for the logarithm of its length.
 
-use crate::deviation::check_probability;
 use crate::edf::partly_overlapping;
 use crate::record::check_sample_rate;
 use crate::{
@@ -142,7 +141,7 @@ impl StreamingAllan {
         probability: f64,
     ) -> Result<DeviationCurve, Error> {
         check_sample_rate(sample_rate)?;
-        check_probability(probability)?;
+        proofmass_core::check::probability(probability)?;
         let mut values: Vec<(usize, f64, u64)> = Vec::new();
         for (j, level) in self.levels.iter().enumerate() {
             for (k, &(sum, terms)) in level.sums.iter().enumerate() {

@@ -3,6 +3,7 @@
 use crate::cosine_spectrum::{CosineSpectrum, Node};
 use crate::model::markov_density;
 use crate::{Term, model};
+use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 /// A process of unit square.
@@ -14,15 +15,18 @@ pub(crate) enum Process {
     Markov(f64),
 }
 
-/// Low-pass filter in front of the converter: |H|² = 1/(1 + (tan(πf/f_s)/tan(πf_c/f_s))^{2p}).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct LowPass {
-    pub(crate) order: i32,
-    pub(crate) corner: f64,
+/// Butterworth low-pass filter in front of the converter: |H|² = 1/(1 + (tan(πf/f_s)/tan(πf_c/f_s))^{2p}).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LowPass {
+    /// Order p.
+    pub order: i32,
+    /// Corner frequency f_c in Hz, where |H|² = ½.
+    pub corner: f64,
 }
 
 impl LowPass {
-    pub(crate) fn response(self, frequency: f64, sample_rate: f64) -> f64 {
+    /// |H|² at a frequency in Hz.
+    pub fn response(self, frequency: f64, sample_rate: f64) -> f64 {
         let warp = |f: f64| (PI * (f / sample_rate).min(0.499_999)).tan();
         let ratio = warp(frequency) / warp(self.corner);
         1.0 / (1.0 + ratio.powi(2 * self.order))

@@ -1,6 +1,6 @@
 //! The whole analysis: simulators against theory, streams against records, disturbances, refusals.
 
-use proofmass_core::Error;
+use proofmass_core::{Error, OctaveAllan};
 use proofmass_noise::{
     AnalysisOptions, DeviationOptions, Gaps, GaussMarkov, NoiseChannel, NoiseModel, NoiseRecord,
     Sensor, Sinusoid, Statistic, StreamingAllan, Taus, Term, Verdict, analyse, consistency,
@@ -155,6 +155,57 @@ fn law_stream_is_the_record() {
             );
         }
     }
+}
+
+/// The chip takes the differences of the desk: the same numbers to rounding in both precisions and for counts, gaps included.
+#[test]
+fn crosscheck_chip_and_desk() {
+    let model = NoiseModel {
+        white: 20.0,
+        random_walk: 0.5,
+        ..Default::default()
+    };
+    let counts: Vec<i32> = record(&model, 70_000, 1.0, 11)
+        .iter()
+        .map(|v| (v + 16_384.0).round() as i32)
+        .collect();
+    let mut desk = StreamingAllan::new(1.0).unwrap();
+    let mut double = OctaveAllan::<f64, 11>::new();
+    let mut single = OctaveAllan::<f32, 11>::new();
+    let mut exact = OctaveAllan::<i64, 11>::new();
+    for (i, run) in counts.chunks(23_457).enumerate() {
+        if i > 0 {
+            desk.gap();
+            double.gap();
+            single.gap();
+            exact.gap();
+        }
+        let piece: Vec<f64> = run.iter().map(|c| f64::from(*c)).collect();
+        desk.push(&piece).unwrap();
+        for c in run {
+            double.push(f64::from(*c)).unwrap();
+            single.push(*c as f32).unwrap();
+            exact.push(*c).unwrap();
+        }
+    }
+    let curve = desk.curve(0.95).unwrap();
+    assert_eq!(curve.points.len(), 14);
+    for (octave, p) in curve.points.iter().enumerate() {
+        let d = double.deviation(octave).unwrap();
+        assert_eq!((d.factor, d.terms), (p.factor as u64, p.terms as u64));
+        let near = |v: f64, limit: f64| (v / p.deviation - 1.0).abs() < limit;
+        assert!(near(d.deviation, 1e-12), "m = {}", p.factor);
+        let s = single.deviation(octave).unwrap().deviation;
+        assert!(near(f64::from(s), 1e-5), "m = {}", p.factor);
+        let e = exact.deviation(octave).unwrap().deviation;
+        assert!(near(f64::from(e), 1e-6), "m = {}", p.factor);
+    }
+    assert!(double.deviation(14).is_none());
+    // What the guide to firmware states for ten levels.
+    let size = size_of::<OctaveAllan<f32, 10>>();
+    assert!((1000..1150).contains(&size), "{size}");
+    let size = size_of::<OctaveAllan<i64, 10>>();
+    assert!((1700..1850).contains(&size), "{size}");
 }
 
 /// Nothing reaches across a gap: two halves at different levels look like one noise.
