@@ -26,10 +26,13 @@ mod adjustment;
 pub mod budget;
 pub mod campaign;
 pub mod check;
+pub mod check_standard;
 pub mod derived;
 pub mod diagnosis;
 pub mod fit;
+mod flat_top;
 pub mod geometry;
+mod hum;
 pub mod matrix;
 pub mod monte_carlo;
 mod near_zero;
@@ -42,15 +45,19 @@ mod robust;
 pub mod screening;
 pub mod single_axis;
 pub mod spurious;
+pub mod transverse;
 
 pub use budget::{Acts, Budget, Key, ShakerInput};
 pub use campaign::{
-    AngleResult, Correction, FrequencyResult, MethodResult, PublishedResult, RunResult,
+    AngleResult, Contested, Correction, FrequencyResult, MethodResult, PublishedResult, RunResult,
     ShakerCalibration, ShakerCampaign, ShakerMethod, TermDifference, calibrate,
 };
 pub use check::{adopt, check};
 pub use diagnosis::{SuspectRun, Suspicion, diagnose};
-pub use fit::{Fit, FrequencyFit, complex, joint};
+pub use fit::{
+    AngleInformation, Fit, FrameTurn, FrequencyFit, Identifiability, RaisedInput, complex, joint,
+    supported, unsupported,
+};
 pub use geometry::Configuration;
 pub use monte_carlo::{ComponentCheck, FrequencyCheck};
 pub use observation::{PhasorRow, Spurious, SpuriousTable};

@@ -4,10 +4,13 @@ mod basis;
 mod noise;
 mod pass;
 mod residue;
+mod short;
 mod spectrum;
 mod tables;
+mod tones;
 
 pub use spectrum::dominant_frequency;
+pub use tones::Tone;
 
 use basis::{Basis, Term};
 use faer::{Mat, Side, linalg::solvers::Solve};
@@ -47,7 +50,8 @@ pub enum Residuals {
 ///
 /// **Units** frequencies in Hz; amplitudes in the unit of the samples, peak.
 ///
-/// **Assumes** several periods in the record and no tone but the harmonics within a few bins of the drive.
+/// **Assumes** a period and a half in the record at least, and no tone but the harmonics within a few bins of the drive:
+/// with [`SineApproximation::tones`] those that stand out are fitted too.
 ///
 /// **Accuracy** phasors of a noise-free record are exact to 1e-12 of the amplitude
 /// (`law_noise_free_records_return_the_truth`).
@@ -70,6 +74,7 @@ pub struct SineApproximation {
     drift: bool,
     harmonics: usize,
     residuals: Residuals,
+    tones: bool,
 }
 
 /// One channel of a [`SineFit`].
@@ -77,7 +82,8 @@ pub struct SineApproximation {
 pub struct ChannelSine {
     /// Complex peak amplitude X of x(t) = Re(X e^{jΩt}), t = 0 at the first sample.
     pub amplitude: Complex64,
-    /// Covariance of (Re X, Im X), given the frequency: `[rr, ri, ii]`.
+    /// Covariance of (Re X, Im X), given the frequency: `[rr, ri, ii]`. Below 13 periods what the frequency is not known
+    /// by is in it.
     pub covariance: [f64; 3],
     /// Degrees of freedom of that covariance.
     pub dof: f64,
@@ -129,6 +135,8 @@ pub struct SineFit {
     pub frequency_uncertainty: Option<f64>,
     /// Channels in the order given.
     pub channels: Vec<ChannelSine>,
+    /// Tones beside the drive that were fitted with it, with [`SineApproximation::tones`].
+    pub tones: Vec<Tone>,
 }
 
 const ITERATIONS: usize = 30;
@@ -145,6 +153,7 @@ impl SineApproximation {
             drift: false,
             harmonics: 1,
             residuals: Residuals::Coloured,
+            tones: false,
         }
     }
 
@@ -185,16 +194,36 @@ impl SineApproximation {
         self
     }
 
+    /// Looks for tones beside the drive, such as hum of the mains, and fits those that stand out with it.
+    #[must_use]
+    pub fn tones(mut self, tones: bool) -> Self {
+        self.tones = tones;
+        self
+    }
+
     /// Fits all channels, which were sampled together at `sampling_frequency` (Hz).
     ///
     /// **Shapes** every channel has the same length.
     ///
     /// # Errors
     /// [`Error::Length`] for channels of different length, [`Error::TooFew`] for less than four samples per
-    /// parameter or none at all (256 for [`Residuals::Coloured`]), [`Error::OutOfRange`] for a harmonic at or
+    /// parameter or none at all (128 for [`Residuals::Coloured`]), [`Error::OutOfRange`] for a harmonic at or
     /// above the Nyquist frequency or less than one period in the record, [`Error::NotFinite`] for a channel
     /// with a NaN, [`Error::NotConverged`] when there is no line within a bin of the start.
     pub fn fit(&self, sampling_frequency: f64, channels: &[&[f64]]) -> Result<SineFit, Error> {
+        let first = self.plain(sampling_frequency, channels)?;
+        if self.tones {
+            return self.with_tones(sampling_frequency, channels, first);
+        }
+        Ok(first.0)
+    }
+
+    /// The drive and its harmonics alone.
+    fn plain(
+        &self,
+        sampling_frequency: f64,
+        channels: &[&[f64]],
+    ) -> Result<(SineFit, State), Error> {
         let n = self.check(sampling_frequency, channels)?;
         let first = match (self.frequency, self.start) {
             (Frequency::Common, Some(start)) => start,
@@ -249,12 +278,17 @@ impl SineApproximation {
             }
         }
         let hertz = sampling_frequency / TAU;
-        Ok(SineFit {
+        let fit = SineFit {
             frequency: omega * hertz,
             frequency_uncertainty: (self.frequency == Frequency::Common)
                 .then(|| hertz / information.sqrt()),
-            channels: state.channels(sampling_frequency),
-        })
+            channels: state.channels(
+                sampling_frequency,
+                (self.frequency == Frequency::Common).then_some(information),
+            ),
+            tones: vec![],
+        };
+        Ok((fit, state))
     }
 
     fn check(&self, sampling_frequency: f64, channels: &[&[f64]]) -> Result<usize, Error> {
@@ -271,7 +305,7 @@ impl SineApproximation {
         let parameters = 1 + usize::from(self.drift) + 2 * self.harmonics.max(1);
         let needed = match self.residuals {
             Residuals::White => 4 * parameters,
-            Residuals::Coloured => 256.max(4 * parameters),
+            Residuals::Coloured => 128.max(4 * parameters),
         };
         if n < needed {
             return Err(Error::TooFew {
@@ -387,6 +421,53 @@ impl State {
         (self.residues[channel].power / (n - self.basis.terms().len() as f64)).max(floor)
     }
 
+    /// Whether the bins beside the drive are those of offset and mirror too.
+    fn is_short(&self) -> bool {
+        self.tables.omega * (self.tables.samples as f64) < short::FEW * TAU
+    }
+
+    /// Covariance of the amplitude from the noise beside it, about the middle of the record.
+    fn coloured(&self, channel: usize) -> ([f64; 3], f64) {
+        let residue = &self.residues[channel];
+        if self.is_short() {
+            short::covariance(residue, &self.tables, &self.basis, &self.inverse)
+        } else {
+            noise::local(residue, &self.tables)
+        }
+    }
+
+    /// In a short record an error of the frequency changes amplitudes even about the middle: its part of the covariance.
+    fn with_frequency(&self, channel: usize, [rr, ri, ii]: [f64; 3], information: f64) -> [f64; 3] {
+        let cross = self.cross(channel);
+        let step = &self.inverse * &cross;
+        let (c, s) = self.basis.fundamental();
+        let (a, b) = (step[(c, 0)], -step[(s, 0)]);
+        let v = 1.0 / information;
+        [rr + v * a * a, ri + v * a * b, ii + v * b * b]
+    }
+
+    /// ∂x/∂ω = Re Σ h (N/2) τ j X_h e^{jhωn} of a channel.
+    fn slope(&self, channel: usize) -> Vec<Term> {
+        let half = 0.5 * self.tables.samples as f64;
+        self.fitted[channel]
+            .amplitudes
+            .iter()
+            .enumerate()
+            .map(|(i, &a)| Term::new(Complex64::new(0.0, (i + 1) as f64 * half) * a, i + 1, 1))
+            .collect()
+    }
+
+    /// ⟨basis, ∂x/∂ω⟩ of a channel.
+    fn cross(&self, channel: usize) -> Mat<f64> {
+        let slope = self.slope(channel);
+        Mat::from_fn(self.basis.terms().len(), 1, |i, _| {
+            slope
+                .iter()
+                .map(|s| self.basis.inner(&self.basis.terms()[i], s))
+                .sum::<f64>()
+        })
+    }
+
     /// Weight of each channel in the search for the frequency. Colour changes the noise near the drive by a factor; it
     /// weighs channels and scales the answer.
     fn weights(&self) -> Vec<f64> {
@@ -394,7 +475,7 @@ impl State {
             .map(|channel| match self.residuals {
                 Residuals::White => 1.0 / self.variance(channel),
                 Residuals::Coloured => {
-                    let (covariance, _) = noise::local(&self.residues[channel], &self.tables);
+                    let (covariance, _) = self.coloured(channel);
                     let density =
                         0.25 * self.tables.samples as f64 * (covariance[0] + covariance[2]);
                     1.0 / density
@@ -414,23 +495,10 @@ impl State {
     /// Gauss–Newton step of the angular frequency (rad per sample) and the information about it, with the
     /// linear parameters projected out.
     fn frequency_step(&self, weights: &[f64]) -> (f64, f64) {
-        let half = 0.5 * self.tables.samples as f64;
         let (mut gradient, mut information) = (0.0, 0.0);
-        for ((channel, fit), &weight) in self.fitted.iter().enumerate().zip(weights) {
-            // ∂x/∂ω = Re Σ h (N/2) τ j X_h e^{jhωn}
-            let slope: Vec<Term> = fit
-                .amplitudes
-                .iter()
-                .enumerate()
-                .map(|(i, &a)| Term::new(Complex64::new(0.0, (i + 1) as f64 * half) * a, i + 1, 1))
-                .collect();
-            let p = self.basis.terms().len();
-            let cross = Mat::from_fn(p, 1, |i, _| {
-                slope
-                    .iter()
-                    .map(|s| self.basis.inner(&self.basis.terms()[i], s))
-                    .sum::<f64>()
-            });
+        for (channel, &weight) in weights.iter().enumerate() {
+            let slope = self.slope(channel);
+            let cross = self.cross(channel);
             let square: f64 = slope
                 .iter()
                 .flat_map(|s| slope.iter().map(|t| self.basis.inner(s, t)))
@@ -447,7 +515,7 @@ impl State {
         (gradient / information, information)
     }
 
-    fn channels(&self, sampling_frequency: f64) -> Vec<ChannelSine> {
+    fn channels(&self, sampling_frequency: f64, information: Option<f64>) -> Vec<ChannelSine> {
         let n = self.tables.samples as f64;
         let middle = 0.5 * (n - 1.0);
         let (c, s) = self.basis.fundamental();
@@ -462,7 +530,13 @@ impl State {
                         let covariance = [v * q[(c, c)], -v * q[(c, s)], v * q[(s, s)]];
                         (covariance, n - self.basis.terms().len() as f64)
                     }
-                    Residuals::Coloured => noise::local(&self.residues[channel], &self.tables),
+                    Residuals::Coloured => self.coloured(channel),
+                };
+                let centred = match information {
+                    Some(information) if self.is_short() => {
+                        self.with_frequency(channel, centred, information)
+                    }
+                    _ => centred,
                 };
                 let turn = |h: usize| {
                     let phase = -(h as f64) * self.tables.omega * middle;

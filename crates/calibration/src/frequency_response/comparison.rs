@@ -4,7 +4,7 @@ use super::FrequencyResponse;
 use super::interpolation::Interpolation;
 use crate::adjustment::{cholesky, solve};
 use num_complex::Complex64;
-use proofmass_core::Error;
+use proofmass_core::{Error, check};
 use proofmass_signal::transfer::polar;
 use proofmass_uncertainty::{
     DegreesOfFreedom, En, Finding, Quantity, Severity, chi_squared_quantile,
@@ -98,14 +98,7 @@ impl ResponseComparison {
         second: &FrequencyResponse,
         probability: f64,
     ) -> Result<Self, Error> {
-        if !(probability > 0.0 && probability < 1.0) {
-            return Err(Error::OutOfRange {
-                name: "probability",
-                value: probability,
-                min: 0.0,
-                max: 1.0,
-            });
-        }
+        check::probability(probability)?;
         let elements = first.outputs().len() * first.axes().len();
         let others = second.outputs().len() * second.axes().len();
         if elements != others || first.outputs().len() != second.outputs().len() {

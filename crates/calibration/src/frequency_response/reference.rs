@@ -173,7 +173,7 @@ impl ReferenceComparison {
         }
         let name = |i: usize| names.get(i).copied().unwrap_or("a laboratory");
         let first = self.furthest.first().map_or(0, |f| f.laboratory);
-        // One that is off draws the mean of the others' others with it: the next has to be a thousand times as probable.
+        // One that is off is in the mean that the others are held against: the next has to be some thousand times as probable.
         let alone = match &self.furthest[..] {
             [one, next, ..] => one.chi_square - next.chi_square > 2.0 * 1e3f64.ln(),
             _ => true,

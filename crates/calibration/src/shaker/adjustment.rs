@@ -8,8 +8,10 @@
 //! where they are (errors in variables) and not where the drawing has them.
 
 pub(crate) mod model;
+mod parts;
 
 use super::budget::{Acts, Budget};
+use super::fit::missing::Group;
 use super::matrix::{Matrix, from_real};
 use super::observation::{PhasorRow, SpuriousTable};
 use crate::adjustment::descend;
@@ -340,7 +342,7 @@ impl Adjustment {
         sums
     }
 
-    /// Score test of an angle that the budget does not have, as one draw per configuration (two for a tilt) of
+    /// Score test of an angle that the budget does not have, as one draw per member of a group (two for a tilt) of
     /// standard uncertainty `u`, without another fit.
     ///
     /// q = ‖GᵀN⁻¹r̂‖², P = GᵀN⁻¹G − GᵀN⁻¹X C XᵀN⁻¹G; under no such error q is about (tr P/ν) χ²_ν with
@@ -351,6 +353,7 @@ impl Adjustment {
         &self,
         acts: Acts,
         u: f64,
+        by: Group,
         rows: &[PhasorRow],
         spurious: &SpuriousTable,
         budget: &Budget,
@@ -367,7 +370,12 @@ impl Adjustment {
         let group: Vec<usize> = rows
             .iter()
             .map(|r| {
-                let same = |c: &super::Configuration| c.same_as(&r.configuration);
+                let same = |c: &super::Configuration| match by {
+                    Group::Configuration => c.same_as(&r.configuration),
+                    Group::Inclination => {
+                        (c.inclination - r.configuration.inclination).abs() < 1e-6
+                    }
+                };
                 places.iter().position(same).unwrap_or_else(|| {
                     places.push(r.configuration);
                     places.len() - 1

@@ -1,12 +1,20 @@
 //! The whole job: runs, certificate, corrections and budget in; results side by side with their doubts out.
 
+mod doubts;
+mod undecided;
+
+pub use undecided::Contested;
+
 use super::budget::Budget;
 use super::derived::{
     DatasheetDeviation, Expanded, SensitivityTerm, against_datasheet, expanded, intrinsic,
     misalignment, normalised, terms, transverse,
 };
 use super::diagnosis::{SuspectRun, diagnose};
-use super::fit::{AngleEstimate, Fit, FrequencyFit, complex, joint};
+use super::fit::{
+    AngleEstimate, Fit, FrequencyFit, Identifiability, RaisedInput, complex, joint,
+    raised_findings, supported, unsupported,
+};
 use super::geometry::Configuration;
 use super::observation::{PhasorRow, SpuriousTable};
 use super::published::{self, MagnitudeBudget, MagnitudeRow, PublishedFit, SpuriousMagnitude};
@@ -179,6 +187,9 @@ pub struct MethodResult {
     /// What the frequencies have in common, where the method knows it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shared: Option<Vec<SharedEffect>>,
+    /// What the runs tell of the mounting and what no run can, for the joint method.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub identifiability: Option<Identifiability>,
 }
 
 impl MethodResult {
@@ -224,9 +235,15 @@ pub struct ShakerCalibration {
     pub differences: Vec<TermDifference>,
     /// Runs that contradict the others.
     pub suspects: Vec<SuspectRun>,
-    /// Those of them that nothing reconciles with the others: the results are without these runs.
+    /// Those of them that the results are without.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub set_aside: Vec<String>,
+    /// The results with them beside those without, at their frequencies.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub contested: Vec<Contested>,
+    /// Mounting angles that scatter more than declared, and the uncertainties that were used for them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub raised: Vec<RaisedInput>,
     /// Doubts about the campaign.
     pub findings: Vec<Finding>,
 }
@@ -234,7 +251,9 @@ pub struct ShakerCalibration {
 /// Calibrates a triaxial accelerometer from a campaign on the shaker.
 ///
 /// Frequencies that the certificate does not reach, or that have too few directions, are left out with a finding
-/// that names their runs; runs that look wrong are named and kept, unless they are in `excluded`.
+/// that names their runs. Runs that contradict the others are named; the result is without them, and at their frequencies
+/// its intervals reach the result with them until they are in `excluded`. Mounting angles that scatter more than declared
+/// get the uncertainty that the runs support.
 ///
 /// # Errors
 /// As [`complex`], when no frequency is left.
@@ -260,120 +279,72 @@ pub fn calibrate(campaign: &ShakerCampaign) -> Result<ShakerCalibration, Error> 
         .unwrap_or(&corrections[0]);
     let (suspects, doubts) = diagnose(&rows, &best.table, &budget, campaign.plan.as_deref())?;
     findings.extend(doubts);
-    findings.extend(corrections.iter().filter_map(|c| gaps(c, &rows)));
-    let (mut rows, mut set_aside) = (rows, vec![]);
-    if !suspects.is_empty() && !reconciled(&rows, corrections, campaign, &budget)? {
-        set_aside = suspects.iter().map(|s| s.run.clone()).collect();
-        rows.retain(|r| !set_aside.contains(&r.run));
-        findings.push(without(&set_aside));
-    }
-    let mut results = vec![];
-    for &method in &campaign.methods {
-        for correction in corrections {
-            results.push(match method {
-                ShakerMethod::PublishedMagnitude => by_magnitudes(campaign, &rows, correction)?,
-                ShakerMethod::Complex => rigorous(
-                    method,
-                    correction,
-                    complex(&rows, &correction.table, &budget)?,
-                    campaign,
-                )?,
-                ShakerMethod::Joint => rigorous(
-                    method,
-                    correction,
-                    joint(&rows, &correction.table, &budget)?,
-                    campaign,
-                )?,
-            });
+    findings.extend(corrections.iter().filter_map(|c| doubts::gaps(c, &rows)));
+    let (kept, set_aside) = undecided::parted(&rows, &suspects);
+    let mut results = methods(campaign, corrections, &kept, &budget)?;
+    let (mut used, mut raised) = (budget.clone(), vec![]);
+    let scatter = |r: &MethodResult| {
+        let mut findings = r.findings.iter();
+        findings.any(|f| f.code() == "angle-prior-too-small")
+    };
+    if results.iter().any(scatter) {
+        raised = unsupported(&kept, &best.table, &budget)?;
+        if !raised.is_empty() {
+            used = supported(&budget, &raised);
+            results = methods(campaign, corrections, &kept, &used)?;
+            findings.extend(raised_findings(&raised));
         }
     }
-    findings.extend(high_frequencies(&results));
+    let mut contested = vec![];
+    if !set_aside.is_empty() {
+        for correction in corrections {
+            contested.extend(undecided::contested(
+                correction,
+                &rows,
+                &set_aside,
+                &mut results,
+                &used,
+                campaign,
+            )?);
+        }
+        findings.push(undecided::finding(&set_aside, &contested));
+    }
+    findings.extend(doubts::high_frequencies(&results));
+    findings.extend(doubts::off_datasheet(&results));
     Ok(ShakerCalibration {
         differences: differences(&results),
         results,
         suspects,
         set_aside,
+        contested,
+        raised,
         findings,
     })
 }
 
-/// Whether every fit that was asked for comes to an end with these runs.
-fn reconciled(
-    rows: &[PhasorRow],
-    corrections: &[Correction],
+/// Every method with every correction.
+fn methods(
     campaign: &ShakerCampaign,
+    corrections: &[Correction],
+    rows: &[PhasorRow],
     budget: &Budget,
-) -> Result<bool, Error> {
-    let asked = |method| campaign.methods.contains(&method);
-    for correction in corrections {
-        // Either may come to an end where the other does not.
-        let together = match asked(ShakerMethod::Joint) {
-            true => joint(rows, &correction.table, budget).map(|_| ()),
-            false => Ok(()),
-        };
-        let tried = together.and_then(|()| {
-            match asked(ShakerMethod::Complex) || !asked(ShakerMethod::Joint) {
-                true => complex(rows, &correction.table, budget).map(|_| ()),
-                false => Ok(()),
-            }
-        });
-        match tried {
-            Err(Error::NotConverged { .. }) => return Ok(false),
-            other => other?,
+) -> Result<Vec<MethodResult>, Error> {
+    let mut results = vec![];
+    for &method in &campaign.methods {
+        for correction in corrections {
+            let table = &correction.table;
+            results.push(match method {
+                ShakerMethod::PublishedMagnitude => by_magnitudes(campaign, rows, correction)?,
+                ShakerMethod::Complex => {
+                    rigorous(method, correction, complex(rows, table, budget)?, campaign)?
+                }
+                ShakerMethod::Joint => {
+                    rigorous(method, correction, joint(rows, table, budget)?, campaign)?
+                }
+            });
         }
     }
-    Ok(true)
-}
-
-/// One wild run does not stop a campaign.
-fn without(runs: &[String]) -> Finding {
-    Finding::new(
-        Severity::Decision,
-        "runs-set-aside",
-        format!(
-            "{} set aside: no angles reconcile {} with the others",
-            match runs.len() {
-                1 => "one run was".to_owned(),
-                n => format!("{n} runs were"),
-            },
-            if runs.len() == 1 { "it" } else { "them" }
-        ),
-    )
-    .evidence(format!("run {}", runs.join(", ")))
-    .advice("the result is that of the other runs; measure these again, or leave them out by name")
-}
-
-/// Places of the campaign that a correction says nothing about.
-fn gaps(correction: &Correction, rows: &[PhasorRow]) -> Option<Finding> {
-    if correction.table.entries.is_empty() {
-        return None;
-    }
-    let mut missing: Vec<String> = vec![];
-    for row in rows {
-        let inclination = row.configuration.inclination;
-        if correction.table.get(inclination, row.frequency).is_none() {
-            let place = format!("{:.4}° at {} Hz", inclination.to_degrees(), row.frequency);
-            if !missing.contains(&place) {
-                missing.push(place);
-            }
-        }
-    }
-    let first = missing.first()?;
-    Some(
-        Finding::new(
-            Severity::Warning,
-            "correction-incomplete",
-            format!(
-                "the correction \"{}\" does not cover the whole campaign",
-                correction.label
-            ),
-        )
-        .evidence(format!(
-            "{} inclinations and frequencies have no entry and were not corrected, the first is {first}",
-            missing.len()
-        ))
-        .advice("measure the spurious motion there too, or check the angles and frequencies of its table"),
-    )
+    Ok(results)
 }
 
 fn rigorous(
@@ -411,6 +382,7 @@ fn rigorous(
         angles: fit.angles.iter().map(angle_result).collect(),
         findings: fit.findings,
         shared: fit.shared,
+        identifiability: fit.identifiability,
     })
 }
 
@@ -506,6 +478,7 @@ fn by_magnitudes(
             .advice("use the complex or the joint result"),
         ],
         shared: None,
+        identifiability: None,
     })
 }
 
@@ -546,56 +519,4 @@ fn differences(results: &[MethodResult]) -> Vec<TermDifference> {
 fn from_spurious_motion(term: &SensitivityTerm) -> f64 {
     let line = term.budget.iter().find(|l| l.key == "spurious.motion");
     line.map_or(0.0, |l| l.contribution)
-}
-
-/// A rise that announces a resonance, and adhesive where it begins to count.
-fn high_frequencies(results: &[MethodResult]) -> Vec<Finding> {
-    let mut findings = vec![];
-    let Some(result) = results.iter().find(|r| r.frequencies.len() > 2) else {
-        return findings;
-    };
-    let Some(highest) = result.frequencies.last() else {
-        return findings;
-    };
-    for k in [0, 4, 8] {
-        let mut low: Vec<f64> = result.frequencies[..result.frequencies.len() - 1]
-            .iter()
-            .map(|f| f.sensitivity[k].modulus.value)
-            .collect();
-        low.sort_by(f64::total_cmp);
-        let (median, term) = (low[low.len() / 2], &highest.sensitivity[k]);
-        let rise = term.modulus.value / median - 1.0;
-        if rise > 0.03 && rise * median > term.modulus.expanded {
-            // |S|/S₀ = 1/(1 − (f/f₀)²) below resonance.
-            let resonance = highest.frequency / (1.0 - 1.0 / (1.0 + rise)).sqrt();
-            findings.push(
-                Finding::new(
-                    Severity::Note,
-                    "resonance-onset",
-                    format!("S_{} rises towards a resonance", term.name),
-                )
-                .evidence(format!(
-                    "{:.1} % above its median at {} Hz; an undamped resonance near {resonance:.0} Hz would do that",
-                    100.0 * rise,
-                    highest.frequency
-                ))
-                .advice("do not use the sensitivity of lower frequencies there"),
-            );
-        }
-    }
-    if highest.frequency > 1000.0 {
-        findings.push(
-            Finding::new(
-                Severity::Warning,
-                "adhesive-mounting",
-                "above 1 kHz an adhesive mounting changes the sensitivity",
-            )
-            .evidence(format!(
-                "highest frequency {} Hz; published: −0.9 % at 2 kHz and −1.9 % at 3 kHz against a stud",
-                highest.frequency
-            ))
-            .advice("mount by a stud, or state the mounting with the result"),
-        );
-    }
-    findings
 }

@@ -32,6 +32,7 @@ pub fn check(
         mut rows, budget, ..
     } = observations(campaign)?;
     rows.retain(|r| !calibration.set_aside.contains(&r.run));
+    let budget = super::fit::supported(&budget, &calibration.raised);
     let none = SpuriousTable::default();
     let table = campaign.corrections.first().map_or(&none, |c| &c.table);
     validate(method, &rows, table, &budget, options, progress)

@@ -228,6 +228,28 @@ pub fn normalised(symbol: &str, estimate: &Estimate) -> Result<Estimate, Error> 
     propagate(estimate, &Normalised(symbol))
 }
 
+/// max_θ |z cos θ + w sin θ|, the root of the larger eigenvalue of Re(v vᴴ) with v = (z, w), and the angle θ where it is
+/// reached, modulo π.
+pub(super) fn largest_response<T: Number>(z: Complex<T>, w: Complex<T>) -> (T, T) {
+    let (half, zero) = (T::from(0.5), T::from(0.0));
+    let (a, b, c) = (z.norm_squared(), w.norm_squared(), (z * w.conj()).re);
+    let (sum, difference) = (half * (a + b), half * (a - b));
+    let square = difference * difference + c * c;
+    // Without a direction the two eigenvalues are one, and without a response there is nothing to differentiate.
+    let (root, angle) = if square.value() > 0.0 {
+        (square.sqrt(), half * c.atan2(difference))
+    } else {
+        (zero, zero)
+    };
+    let largest = sum + root;
+    let response = if largest.value() > 0.0 {
+        largest.sqrt()
+    } else {
+        zero
+    };
+    (response, angle)
+}
+
 /// Transverse sensitivity of the three outputs: `transverse.x` relative to the main sensitivity, and
 /// `transverse.x.angle`, the direction of the largest response in the plane of the other two axes, which is left out
 /// where the transverse sensitivity does not exceed its expanded uncertainty.
@@ -254,25 +276,10 @@ pub fn transverse(estimate: &Estimate) -> Result<Vec<Expanded>, Error> {
             AXES.into_iter().flat_map(of).collect()
         }
         fn evaluate<T: Number>(&self, x: &[T], y: &mut [T]) {
-            let (half, zero) = (T::from(0.5), T::from(0.0));
             for j in 0..3 {
                 let (z, w) = (element(x, (j + 1) % 3, j), element(x, (j + 2) % 3, j));
-                let (a, b, c) = (z.norm_squared(), w.norm_squared(), (z * w.conj()).re);
-                let (sum, difference) = (half * (a + b), half * (a - b));
-                let square = difference * difference + c * c;
-                // Without a direction the two eigenvalues are one, and without cross terms there is nothing to
-                // differentiate.
-                let (root, angle) = if square.value() > 0.0 {
-                    (square.sqrt(), half * c.atan2(difference))
-                } else {
-                    (zero, zero)
-                };
-                let largest = sum + root;
-                y[2 * j] = if largest.value() > 0.0 {
-                    largest.sqrt() / element(x, j, j).abs()
-                } else {
-                    zero
-                };
+                let (largest, angle) = largest_response(z, w);
+                y[2 * j] = largest / element(x, j, j).abs();
                 y[2 * j + 1] = angle;
             }
         }

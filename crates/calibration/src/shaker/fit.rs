@@ -1,15 +1,26 @@
 //! The two rigorous methods and what they give.
 
+mod angles;
+mod drift;
+mod excess;
+mod identifiability;
+pub(crate) mod missing;
+
+pub(crate) use angles::raised_findings;
+pub use angles::{RaisedInput, supported, unsupported};
+pub use identifiability::{AngleInformation, FrameTurn, Identifiability};
+
 use super::adjustment::{Adjustment, Deletion};
-use super::budget::{Acts, Budget};
+use super::budget::Budget;
 use super::matrix::{AXES, Matrix, inverse, inverse_jacobian, to_real};
 use super::observation::{PhasorRow, SpuriousTable};
+use excess::Excess;
 use faer::{Mat, Side};
 use num_complex::Complex64;
 use proofmass_core::Error;
 use proofmass_uncertainty::{
     Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence,
-    Severity, SharedEffect,
+    SharedEffect,
 };
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -87,6 +98,8 @@ pub struct Fit {
     /// What the sensitivities of the frequencies have in common, in the order of the 18 reals; `None` where every
     /// frequency was fitted by itself and nobody knows.
     pub shared: Option<Vec<SharedEffect>>,
+    /// What the runs tell of the mounting angles; `None` without such angles, or where every frequency has its own.
+    pub identifiability: Option<Identifiability>,
     pub(crate) scale: f64,
 }
 
@@ -149,6 +162,7 @@ pub fn complex(
     })?;
     for fit in fits {
         total.shared = None;
+        total.identifiability = None;
         total.frequencies.extend(fit.frequencies);
         total.chi_squared += fit.chi_squared;
         total.dof += fit.dof;
@@ -170,20 +184,33 @@ pub fn complex(
 /// # Errors
 /// As [`complex`].
 pub fn joint(rows: &[PhasorRow], spurious: &SpuriousTable, budget: &Budget) -> Result<Fit, Error> {
-    adjust(rows, spurious, budget)
+    let adjustment = Adjustment::new(rows, spurious, budget)?;
+    let drift = drift::finding(&adjustment);
+    let mut fit = reported(adjustment, rows, spurious, budget)?;
+    fit.findings.extend(drift);
+    Ok(fit)
 }
 
 fn adjust(rows: &[PhasorRow], spurious: &SpuriousTable, budget: &Budget) -> Result<Fit, Error> {
-    let adjustment = Adjustment::new(rows, spurious, budget)?;
+    reported(
+        Adjustment::new(rows, spurious, budget)?,
+        rows,
+        spurious,
+        budget,
+    )
+}
+
+/// Everything that is told of an adjustment.
+fn reported(
+    adjustment: Adjustment,
+    rows: &[PhasorRow],
+    spurious: &SpuriousTable,
+    budget: &Budget,
+) -> Result<Fit, Error> {
     let (chi_squared, dof) = (adjustment.chi_squared, adjustment.dof());
-    // By how much the variance of the residuals exceeds what the budget allows; zero within one case in a thousand.
-    let excess = if upper_tail(chi_squared, dof as f64) < 1e-3 {
-        (chi_squared / dof as f64 - 1.0).max(0.0)
-    } else {
-        0.0
-    };
+    let excess = Excess::new(&adjustment);
     let frequencies = (0..adjustment.frequencies.len())
-        .map(|f| frequency_fit(&adjustment, f, rows, (spurious, budget), excess))
+        .map(|f| frequency_fit(&adjustment, f, rows, (spurious, budget), &excess))
         .collect::<Result<Vec<_>, _>>()?;
     let deletions = match adjustment.deletions() {
         // Runs of which none can be spared have nothing to be compared with.
@@ -225,30 +252,10 @@ fn adjust(rows: &[PhasorRow], spurious: &SpuriousTable, budget: &Budget) -> Resu
             }
         })
         .collect();
-    let (angles, mut findings) = angles(&adjustment, rows, budget)?;
-    findings.extend(missing_angles(&adjustment, rows, spurious, budget));
-    if excess > 0.0 {
-        let place = if frequencies.len() == 1 {
-            format!("at {} Hz", adjustment.frequencies[0])
-        } else {
-            "over all frequencies".to_owned()
-        };
-        findings.push(
-            Finding::new(
-                Severity::Warning,
-                "excess-residuals",
-                format!("the residuals {place} are larger than the budget allows"),
-            )
-            .evidence(format!(
-                "χ² = {chi_squared:.1} with {dof} degrees of freedom, a factor of {:.2} in u",
-                (chi_squared / dof as f64).sqrt()
-            ))
-            .advice(
-                "the uncertainties are enlarged by that factor; look at the runs with the largest statistic, then at the \
-                 repeatability in the budget",
-            ),
-        );
-    }
+    let (angles, mut findings) = angles::angles(&adjustment, rows, budget)?;
+    findings.extend(missing::missing_angles(&adjustment, rows, spurious, budget));
+    findings.extend(excess.finding());
+    let identifiability = Identifiability::new(&adjustment, &frequencies, budget);
     Ok(Fit {
         frequencies,
         chi_squared,
@@ -256,7 +263,8 @@ fn adjust(rows: &[PhasorRow], spurious: &SpuriousTable, budget: &Budget) -> Resu
         runs,
         angles,
         findings,
-        shared: Some(shared_effects(&adjustment, excess)?),
+        shared: Some(shared_effects(&adjustment, &excess)?),
+        identifiability,
         scale: adjustment.scale,
     })
 }
@@ -264,7 +272,7 @@ fn adjust(rows: &[PhasorRow], spurious: &SpuriousTable, budget: &Budget) -> Resu
 /// How the sensitivities of different frequencies depend on each other through the draws g that all share:
 /// C_fg = B_f B_gᵀ with B = C_sg C_gg^{−1/2}, exact because the normal equations have no other term between two
 /// frequencies. An excess of the residuals enlarges it as it enlarges the rest.
-fn shared_effects(adjustment: &Adjustment, excess: f64) -> Result<Vec<SharedEffect>, Error> {
+fn shared_effects(adjustment: &Adjustment, excess: &Excess) -> Result<Vec<SharedEffect>, Error> {
     let offset = adjustment.first_draw();
     let common: Vec<usize> = (0..adjustment.draws.len())
         .filter(|&d| adjustment.draws[d].frequency.is_none())
@@ -284,23 +292,22 @@ fn shared_effects(adjustment: &Adjustment, excess: f64) -> Result<Vec<SharedEffe
             step: f64::INFINITY,
         })?;
     let largest = eigen.S()[common.len() - 1];
-    let size = adjustment.scale * (1.0 + excess).sqrt();
     Ok((0..common.len())
         .filter(|&e| eigen.S()[e] > 1e-14 * largest)
         .map(|e| {
             let root = eigen.S()[e].sqrt();
-            let along = |p: usize| -> f64 {
+            let along = |f: usize, p: usize| -> f64 {
                 let sum: f64 = common
                     .iter()
                     .enumerate()
                     .map(|(i, &g)| adjustment.covariance(p, g) * eigen.U()[(i, e)])
                     .sum();
-                size * sum / root
+                adjustment.scale * (1.0 + excess.of[f]).sqrt() * sum / root
             };
             SharedEffect {
                 key: format!("adjustment.{}", e + 1),
                 effects: (0..adjustment.frequencies.len())
-                    .map(|f| (18 * f..18 * f + 18).map(along).collect())
+                    .map(|f| (18 * f..18 * f + 18).map(|p| along(f, p)).collect())
                     .collect(),
             }
         })
@@ -312,7 +319,7 @@ fn frequency_fit(
     f: usize,
     rows: &[PhasorRow],
     (spurious, budget): (&SpuriousTable, &Budget),
-    excess: f64,
+    excess: &Excess,
 ) -> Result<FrequencyFit, Error> {
     let sensitivity = adjustment.sensitivity(f);
     let exploitation = inverse(&sensitivity)?;
@@ -361,15 +368,14 @@ fn frequency_fit(
         });
     }
     // What contradicts the budget by this much is no part of it: the residuals say how large it is, not where.
-    if excess > 0.0 {
-        total.iter_mut().for_each(|v| *v *= excess);
+    if excess.of[f] > 0.0 {
+        total.iter_mut().for_each(|v| *v *= excess.of[f]);
         influences.push(Influence {
             key: "excess.residuals".to_owned(),
             description: "residuals beyond the budget".to_owned(),
             evaluation: Evaluation::A,
             distribution: "normal".to_owned(),
-            dof: DegreesOfFreedom::new(adjustment.dof() as f64)
-                .unwrap_or(DegreesOfFreedom::INFINITE),
+            dof: DegreesOfFreedom::new(excess.dof[f]).unwrap_or(DegreesOfFreedom::INFINITE),
             effect: Effect::Joint {
                 covariance: Covariance::try_from_rows(18, &symmetric(total))?,
             },
@@ -400,6 +406,41 @@ fn symmetric(mut v: Vec<f64>) -> Vec<f64> {
     v
 }
 
+impl FrequencyFit {
+    /// The same S with an uncertainty whose interval reaches another one: U² = (k u)² + ΔS², component by component.
+    ///
+    /// For runs about which it is not decided whether they belong.
+    ///
+    /// # Errors
+    /// As [`Estimate::new`].
+    pub fn reaching(&self, other: &Matrix, description: &str) -> Result<Self, Error> {
+        let (here, there) = (to_real(&self.sensitivity), to_real(other));
+        let d: Vec<f64> = (0..18).map(|p| (there[p] - here[p]) / 1.959_964).collect();
+        let elements = (0..18 * 18).map(|k| d[k / 18] * d[k % 18]).collect();
+        let mut influences = self.estimate.influences().to_vec();
+        influences.push(Influence {
+            key: "undecided.runs".to_owned(),
+            description: description.to_owned(),
+            evaluation: Evaluation::B,
+            distribution: "two values".to_owned(),
+            dof: DegreesOfFreedom::INFINITE,
+            effect: Effect::Joint {
+                covariance: Covariance::try_from_rows(18, &symmetric(elements))?,
+            },
+        });
+        let estimate = Estimate::new(self.estimate.components().to_vec(), influences)?;
+        let inverse_estimate = estimate.propagate(
+            self.inverse_estimate.components().to_vec(),
+            &inverse_jacobian(&self.exploitation),
+        )?;
+        Ok(Self {
+            estimate,
+            inverse_estimate,
+            ..self.clone()
+        })
+    }
+}
+
 fn components(symbol: &str, unit: &str, m: &Matrix) -> Vec<Component> {
     let values = to_real(m);
     (0..18)
@@ -410,150 +451,6 @@ fn components(symbol: &str, unit: &str, m: &Matrix) -> Vec<Component> {
             Component::new(name, unit, values[p])
         })
         .collect()
-}
-
-/// Standard uncertainty that a missing angle is tried with: ±0.1° rectangular.
-const TRIAL: f64 = 0.1 * std::f64::consts::PI / 180.0 / 1.732_050_807_568_877_2;
-
-/// Angles that a glued device on wedges has and the budget does not: what the runs say of them.
-fn missing_angles(
-    adjustment: &Adjustment,
-    rows: &[PhasorRow],
-    spurious: &SpuriousTable,
-    budget: &Budget,
-) -> Vec<Finding> {
-    let declared = |acts: Acts| {
-        let of = |i: &&super::ShakerInput| i.acts == acts && i.standard_uncertainty() > 0.0;
-        budget.inputs.iter().find(of)
-    };
-    // A budget without a gluing is not one of a glued device.
-    if declared(Acts::Rotation).is_none() || declared(Acts::Tilt).is_some() {
-        return vec![];
-    }
-    let Some(score) = adjustment.score(Acts::Tilt, TRIAL, rows, spurious, budget) else {
-        return vec![];
-    };
-    let p = upper_tail(score.statistic, score.dof);
-    let size = score.variance.max(0.0).sqrt().to_degrees();
-    let seen = p < 1e-4;
-    vec![
-        Finding::new(
-            if seen {
-                Severity::Decision
-            } else {
-                Severity::Note
-            },
-            "missing-gluing-tilt",
-            if seen {
-                "the budget has no tilt of the glued device, and the runs want one".to_owned()
-            } else {
-                "the budget has no tilt of the glued device".to_owned()
-            },
-        )
-        .evidence(format!(
-            "the device may turn on the wedge face but not tilt in its adhesive; the runs want u = {size:.3}° per gluing \
-             (score χ² = {:.1}, ν = {:.1}, p = {p:.1e})",
-            score.statistic, score.dof
-        ))
-        .advice(
-            "declare `gluing.tilt` (acts = \"tilt\") with inclination and rotation, and `device.tilt.mean` with no key for \
-             what all gluings have in common: no data can show that, and S_xz, S_yz, S_zx, S_zy carry it undiminished",
-        ),
-    ]
-}
-
-/// Angles after the data, and whether the data agree with their priors.
-fn angles(
-    adjustment: &Adjustment,
-    rows: &[PhasorRow],
-    budget: &Budget,
-) -> Result<(Vec<AngleEstimate>, Vec<Finding>), Error> {
-    let offset = 18 * adjustment.frequencies.len();
-    let (mut estimates, mut findings) = (vec![], vec![]);
-    for (index, input) in budget.inputs.iter().enumerate() {
-        if !input.acts.is_angle() {
-            continue;
-        }
-        let draws: Vec<usize> = (0..adjustment.draws.len())
-            .filter(|&d| adjustment.draws[d].input == Some(index))
-            .collect();
-        let prior = input.standard_uncertainty();
-        for &d in &draws {
-            let p = offset + d;
-            let about = ["x", "y"][adjustment.draws[d].part % 2];
-            estimates.push(AngleEstimate {
-                key: match input.acts {
-                    Acts::Tilt => format!("{}.{about}", input.key),
-                    _ => input.key.clone(),
-                },
-                configuration: rows[adjustment.draws[d].row].configuration,
-                value: adjustment.parameters[p] * prior,
-                standard_uncertainty: adjustment.covariance(p, p).sqrt() * prior,
-                prior,
-            });
-        }
-        // Under the prior the estimates have covariance 1 − C; the directions the data see well are tested.
-        let m = draws.len();
-        if m == 0 {
-            continue;
-        }
-        let spread = Mat::from_fn(m, m, |a, b| {
-            let c = adjustment.covariance(offset + draws[a], offset + draws[b]);
-            f64::from(a == b) - c
-        });
-        let eigen = spread
-            .self_adjoint_eigen(Side::Lower)
-            .map_err(|_| Error::NotConverged {
-                name: "eigenvalues of the angles",
-                iterations: 0,
-                step: f64::INFINITY,
-            })?;
-        let (mut statistic, mut seen) = (0.0, 0usize);
-        for e in 0..m {
-            let lambda = eigen.S()[e];
-            if lambda > 0.05 {
-                let along: f64 = (0..m)
-                    .map(|a| eigen.U()[(a, e)] * adjustment.parameters[offset + draws[a]])
-                    .sum();
-                statistic += along * along / lambda;
-                seen += 1;
-            }
-        }
-        if seen == 0 {
-            continue;
-        }
-        let nu = seen as f64;
-        let ratio = (statistic / nu).sqrt();
-        let evidence = format!(
-            "the data want {ratio:.2} times the declared {:.3}°: χ² = {statistic:.1} with {seen} degrees of freedom",
-            prior.to_degrees()
-        );
-        if upper_tail(statistic, nu) < 1e-4 {
-            findings.push(
-                Finding::new(
-                    Severity::Decision,
-                    "angle-prior-too-small",
-                    format!("the mounting angles of {} scatter more than declared", input.key),
-                )
-                .evidence(evidence)
-                .advice("declare a larger uncertainty, or look for a configuration that was mounted wrongly"),
-            );
-        } else if 1.0 - upper_tail(statistic, nu) < 1e-4 {
-            findings.push(
-                Finding::new(
-                    Severity::Note,
-                    "angle-prior-too-large",
-                    format!(
-                        "the mounting angles of {} scatter less than declared",
-                        input.key
-                    ),
-                )
-                .evidence(evidence)
-                .advice("a smaller declared uncertainty would be defensible"),
-            );
-        }
-    }
-    Ok((estimates, findings))
 }
 
 /// P(χ²_ν ≥ x).

@@ -140,6 +140,7 @@ pub fn validate(
                     angles: vec![],
                     findings: vec![],
                     shared: None,
+                    identifiability: None,
                     scale: fit.scale,
                 };
                 checks.extend(together(

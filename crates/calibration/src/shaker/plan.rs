@@ -5,6 +5,7 @@ use super::fit::complex;
 use super::geometry::Configuration;
 use super::matrix::{AXES, Matrix, row_times};
 use super::observation::{PhasorRow, SpuriousTable};
+use super::robust::directions;
 use faer::{Mat, Side};
 use num_complex::Complex64;
 use proofmass_core::Error;
@@ -93,36 +94,44 @@ pub struct Predicted {
     pub relative_imaginary: f64,
 }
 
-/// Uncertainties a plan will give with a budget, for a device of about this S, at one frequency.
+/// What a plan is reckoned with: the budget, the spurious motion as it will be known, a device of about this S.
+#[derive(Clone, Copy, Debug)]
+pub struct Expected<'a> {
+    /// What will be uncertain.
+    pub budget: &'a Budget,
+    /// Spurious motion at the inclinations and the frequency, with its uncertainty; empty for none.
+    pub spurious: &'a SpuriousTable,
+    /// S in V/(m/s²).
+    pub sensitivity: &'a Matrix,
+    /// Acceleration in m/s².
+    pub amplitude: f64,
+    /// Frequency in Hz.
+    pub frequency: f64,
+}
+
+/// Uncertainties a plan will give, at one frequency.
 ///
 /// A noise-free campaign is adjusted by [`complex`]: its covariance does not depend on the noise.
 ///
 /// # Errors
 /// As [`complex`].
-pub fn predict(
-    plan: &[Configuration],
-    budget: &Budget,
-    sensitivity: &Matrix,
-    amplitude: f64,
-) -> Result<Vec<Predicted>, Error> {
-    let rows: Vec<PhasorRow> = plan
+pub fn predict(plan: &[Configuration], expected: &Expected<'_>) -> Result<Vec<Predicted>, Error> {
+    let amplitude = Complex64::new(expected.amplitude, 0.0);
+    let mut rows: Vec<PhasorRow> = plan
         .iter()
         .map(|&configuration| {
-            let a = configuration
-                .direction()
-                .map(|d| Complex64::new(amplitude * d, 0.0));
-            PhasorRow::new(
-                "",
-                1.0,
-                configuration,
-                Complex64::new(amplitude, 0.0),
-                row_times(a, sensitivity),
-            )
+            let nothing = [Complex64::new(0.0, 0.0); 3];
+            PhasorRow::new("", expected.frequency, configuration, amplitude, nothing)
         })
         .collect();
-    let fit = complex(&rows, &SpuriousTable::default(), budget)?;
+    let seen = directions(&rows, expected.spurious);
+    for (row, d) in rows.iter_mut().zip(seen) {
+        row.outputs = row_times(d.map(|d| d * amplitude), expected.sensitivity);
+    }
+    let fit = complex(&rows, expected.spurious, expected.budget)?;
     let covariance = fit.frequencies[0].estimate.covariance();
-    let main = (0..3).map(|i| sensitivity[i][i].norm()).sum::<f64>() / 3.0;
+    let s = expected.sensitivity;
+    let main = (0..3).map(|i| s[i][i].norm()).sum::<f64>() / 3.0;
     Ok((0..9)
         .map(|k| Predicted {
             term: format!("{}{}", AXES[k / 3], AXES[k % 3]),
@@ -309,16 +318,14 @@ pub struct PlanCost {
 pub fn costs(
     candidates: &[Configuration],
     sizes: &[usize],
-    budget: &Budget,
-    sensitivity: &Matrix,
-    amplitude: f64,
+    expected: &Expected<'_>,
 ) -> Result<Vec<PlanCost>, Error> {
     sizes
         .iter()
         .map(|&size| {
             let chosen = best(candidates, size)?;
             let plan: Vec<Configuration> = chosen.iter().map(|&k| candidates[k]).collect();
-            let predicted = predict(&plan, budget, sensitivity, amplitude)?;
+            let predicted = predict(&plan, expected)?;
             let largest = |main: bool| {
                 predicted
                     .iter()
@@ -418,7 +425,14 @@ mod tests {
             5e-5,
             &[super::super::Key::Run, super::super::Key::Channel],
         ));
-        let costs = costs(&published_plan(), &[6, 12, 20, 44], &budget, &s, 10.0).unwrap();
+        let expected = Expected {
+            budget: &budget,
+            spurious: &SpuriousTable::default(),
+            sensitivity: &s,
+            amplitude: 10.0,
+            frequency: 160.0,
+        };
+        let costs = costs(&published_plan(), &[6, 12, 20, 44], &expected).unwrap();
         for pair in costs.windows(2) {
             assert!(pair[1].main < pair[0].main && pair[1].cross < pair[0].cross);
         }

@@ -1,5 +1,6 @@
 //! From the samples of a run to its phasors, and whether the run is fit to be used.
 
+use super::flat_top::lost;
 use super::geometry::Configuration;
 use num_complex::Complex64;
 use proofmass_core::Error;
@@ -20,6 +21,27 @@ pub struct Quality {
     pub clipped: Vec<usize>,
     /// Transverse motion relative to the excitation.
     pub transverse: Option<f64>,
+    /// Standard uncertainty of the measured frequency, Hz.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frequency_uncertainty: Option<f64>,
+    /// One over the duration of the record, Hz: lines nearer than that cannot be told apart.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub resolution: Option<f64>,
+    /// Tones beside the drive, such as hum, that were fitted with it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub tones: Vec<RecordedTone>,
+    /// Channels with a flat top below full scale, and the part of the fundamental that each has lost.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub flattened: Vec<(usize, f64)>,
+}
+
+/// A tone beside the drive.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RecordedTone {
+    /// Frequency in Hz.
+    pub frequency: f64,
+    /// Peak amplitude in each channel, in the unit of its samples.
+    pub amplitudes: Vec<f64>,
 }
 
 /// One run as it comes from the bench: phasors in volts, or the reference already in m/s².
@@ -73,7 +95,7 @@ impl PhasorReading {
 
     /// Phasors of all channels of one run; the first is the reference.
     ///
-    /// A strongest line of the reference elsewhere than at the nominal frequency is reported and the fit is made
+    /// Tones that stand out beside the drive are fitted with it. A strongest line of the reference elsewhere than at the nominal frequency is reported and the fit is made
     /// at the nominal frequency all the same, for nothing is repaired in silence.
     ///
     /// # Errors
@@ -105,6 +127,7 @@ impl PhasorReading {
             })
             .harmonics(self.harmonics.min(below_nyquist))
             .drift(self.drift)
+            .tones(true)
             .fit(self.sampling_frequency, channels)?;
         let clipped = self.full_scale.map_or(vec![], |full| {
             // The last code on either side: a sample there may be any larger value.
@@ -121,7 +144,21 @@ impl PhasorReading {
             distortion: c[0].thd(),
             // A signal without any noise has the ratio that double precision can hold.
             signal_to_noise: c.iter().map(|c| c.snr_db().min(300.0)).collect(),
+            frequency_uncertainty: fit.frequency_uncertainty.filter(|_| !elsewhere),
+            resolution,
+            flattened: (1..c.len())
+                .filter(|k| !clipped.contains(k))
+                .filter_map(|k| Some((k, lost(&c[k], &c[0], reference.len())?)))
+                .collect(),
             clipped,
+            tones: fit
+                .tones
+                .iter()
+                .map(|t| RecordedTone {
+                    frequency: t.frequency,
+                    amplitudes: t.amplitudes.iter().map(|a| a.norm()).collect(),
+                })
+                .collect(),
         })
     }
 
@@ -165,6 +202,14 @@ pub struct Phasors {
     pub signal_to_noise: Vec<f64>,
     /// Channels with samples at full scale.
     pub clipped: Vec<usize>,
+    /// Standard uncertainty of the measured frequency, Hz.
+    pub frequency_uncertainty: Option<f64>,
+    /// One over the duration, Hz.
+    pub resolution: f64,
+    /// Tones beside the drive that were fitted with it.
+    pub tones: Vec<RecordedTone>,
+    /// Channels with a flat top, and the part of the fundamental that each has lost.
+    pub flattened: Vec<(usize, f64)>,
 }
 
 impl Phasors {
@@ -176,6 +221,10 @@ impl Phasors {
             signal_to_noise: self.signal_to_noise.clone(),
             clipped: self.clipped.clone(),
             transverse,
+            frequency_uncertainty: self.frequency_uncertainty,
+            resolution: Some(self.resolution),
+            tones: self.tones.clone(),
+            flattened: self.flattened.clone(),
         }
     }
 }
@@ -232,6 +281,8 @@ pub fn assess(run: &Assessed<'_>, limits: &QualityLimits) -> Vec<Finding> {
     let (amplitude, target) = (run.amplitude, run.target);
     if let Some(found) = q.measured_frequency
         && (found / f - 1.0).abs() > limits.frequency
+        // In a record of few periods the frequency is not known as well as the limit.
+        && (found - f).abs() > 5.0 * q.frequency_uncertainty.unwrap_or(0.0)
     {
         findings.push(
             Finding::new(
@@ -262,6 +313,37 @@ pub fn assess(run: &Assessed<'_>, limits: &QualityLimits) -> Vec<Finding> {
                 channels.join(", ")
             ))
             .advice("lower the gain and measure it again"),
+        );
+    }
+    if let Some((k, part)) = q.flattened.first() {
+        let channel = run.channels.get(*k).copied().unwrap_or("output");
+        findings.push(
+            Finding::new(
+                Severity::Decision,
+                "flat-topped",
+                format!("channel {channel} of run {name} has a flat top"),
+            )
+            .evidence(format!(
+                "third and fifth harmonic are those of a sine that is cut off; {:.2} % of the fundamental is lost, at {f} Hz",
+                100.0 * part
+            ))
+            .advice("an amplifier gives out before the converter does: lower its gain or the drive, and measure it again"),
+        );
+    }
+    if let Some(tone) = q.tones.first() {
+        let largest = tone.amplitudes.iter().copied().fold(0.0, f64::max);
+        findings.push(
+            Finding::new(
+                Severity::Note,
+                "tone-beside-drive",
+                format!("a tone beside the drive of run {name} was fitted with it"),
+            )
+            .evidence(format!(
+                "{:.3} Hz beside {f} Hz, {largest:.2e} V at most; {} in all",
+                tone.frequency,
+                q.tones.len()
+            ))
+            .advice("near 50 or 60 Hz and their multiples it is hum: look for loops of the ground"),
         );
     }
     if let Some(d) = q.distortion.filter(|&d| d > limits.distortion) {

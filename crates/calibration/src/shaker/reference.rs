@@ -307,7 +307,18 @@ pub struct ReferenceShares {
 impl TryFrom<&ReferenceTable> for FrequencyResponse {
     type Error = Error;
 
+    /// In volts.
     fn try_from(table: &ReferenceTable) -> Result<Self, Error> {
+        Self::of_table(table, "V/(m/s²)")
+    }
+}
+
+impl FrequencyResponse {
+    /// A table of modulus and phase, the sensitivities of which are in `unit`.
+    ///
+    /// # Errors
+    /// As [`FrequencyResponse::from_polar`].
+    pub fn of_table(table: &ReferenceTable, unit: &str) -> Result<Self, Error> {
         let polar = |p: &ReferencePoint| {
             let u = [p.sensitivity * p.modulus_uncertainty, p.phase_uncertainty];
             let influence = Influence {
@@ -321,7 +332,7 @@ impl TryFrom<&ReferenceTable> for FrequencyResponse {
                 },
             };
             let components = vec![
-                Component::new("modulus", "V/(m/s²)", p.sensitivity),
+                Component::new("modulus", unit, p.sensitivity),
                 Component::new("phase", "rad", p.phase),
             ];
             Ok((p.frequency, Estimate::new(components, vec![influence])?))

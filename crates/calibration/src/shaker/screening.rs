@@ -3,6 +3,7 @@
 use super::budget::{Acts, Budget, Key, ShakerInput};
 use super::campaign::ShakerCampaign;
 use super::geometry::Configuration;
+use super::hum::hidden;
 use super::observation::PhasorRow;
 use super::plan::conditioning;
 use super::recording::{Assessed, CHANNELS, RunInput, assess};
@@ -46,6 +47,8 @@ fn rows(campaign: &ShakerCampaign, findings: &mut Vec<Finding>) -> Vec<PhasorRow
     let mut rows = vec![];
     let mut beyond: Vec<&RunInput> = vec![];
     let mut doubts: Vec<(&str, Finding)> = vec![];
+    let (hum, about) = hidden(&campaign.runs);
+    findings.extend(about);
     for run in &campaign.runs {
         if campaign.excluded.contains(&run.run) {
             findings.push(
@@ -69,6 +72,12 @@ fn rows(campaign: &ShakerCampaign, findings: &mut Vec<Finding>) -> Vec<PhasorRow
             None => num_complex::Complex64::new(1.0, 0.0),
         };
         let mut covariance = run.covariance;
+        for (_, loud) in hum.iter().filter(|(name, _)| *name == run.run) {
+            for (c, a) in covariance.iter_mut().zip(loud) {
+                c[0] += 0.5 * a * a;
+                c[2] += 0.5 * a * a;
+            }
+        }
         // A turn by the certificate's phase would mix the parts; the noise of a sine is round enough for its
         // mean to be turned instead.
         let mean = 0.5 * (covariance[0][0] + covariance[0][2]) * scale.norm_sqr();

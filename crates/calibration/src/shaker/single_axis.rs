@@ -8,16 +8,16 @@ use proofmass_uncertainty::{
 };
 use serde::{Deserialize, Serialize};
 
-/// One run of a comparison, phasors in volts.
+/// One run of a comparison.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ComparisonRow {
     /// Name of the run.
     pub run: String,
     /// Frequency in Hz.
     pub frequency: f64,
-    /// Output of the reference, V.
+    /// Output of the reference in volts, or the acceleration itself in m/s².
     pub reference: Complex64,
-    /// Output of the device, V.
+    /// Output of the device, in its own unit.
     pub output: Complex64,
     /// Transverse motion relative to the motion along the axis, where it was measured.
     pub transverse: Option<f64>,
@@ -32,6 +32,35 @@ pub struct ComparisonBudget {
     pub phase: f64,
     /// Degrees of freedom of these two.
     pub dof: DegreesOfFreedom,
+    /// The transverse sensitivity of the device and the transverse motion of the table.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub transverse: Option<TransverseMotion>,
+}
+
+/// What a motion of the table across its axis does to a device that is sensitive across its own.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TransverseMotion {
+    /// Transverse sensitivity of the device relative to that along its axis.
+    pub sensitivity: f64,
+    /// Largest transverse motion relative to that along the axis, where a run does not tell its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub largest: Option<f64>,
+}
+
+impl TransverseMotion {
+    /// Standard uncertainty of modulus (relative) and phase (rad) of a sensitivity: T q cos β with the angle β between the
+    /// motion and the direction of the largest transverse sensitivity anywhere, which is T q/√2 for a motion q that was
+    /// measured, and T q/√6 for one that is only known not to exceed q. The motion may be in phase or in quadrature, so that it
+    /// stands in full for each. `None` where nothing is known of the motion.
+    ///
+    /// **Source** `[ISO16063-21]` annex A.
+    pub fn uncertainty(&self, measured: Option<f64>) -> Option<f64> {
+        match (measured, self.largest) {
+            (Some(q), _) => Some(self.sensitivity * q * std::f64::consts::FRAC_1_SQRT_2),
+            (None, Some(q)) => Some(self.sensitivity * q / 6f64.sqrt()),
+            (None, None) => None,
+        }
+    }
 }
 
 /// Sensitivity at one frequency.
@@ -39,10 +68,10 @@ pub struct ComparisonBudget {
 pub struct SingleAxis {
     /// Frequency in Hz.
     pub frequency: f64,
-    /// Complex sensitivity, V/(m/s²).
+    /// Complex sensitivity, output per m/s².
     pub sensitivity: Complex64,
-    /// Components `modulus` (V/(m/s²)) and `phase` (rad) with the influences `reference.calibration` and
-    /// `reading`.
+    /// Components `modulus` (output per m/s²) and `phase` (rad) with the influences `reference.calibration`, `reading` and,
+    /// where it was stated, `transverse`.
     pub estimate: Estimate,
 }
 
@@ -55,26 +84,33 @@ pub fn transverse_limit(frequency: f64) -> f64 {
 
 /// S₂ = (X₂/X₁) S₁, φ₂ = φ₂,₁ + φ₁, run by run, with the limits of the standard checked.
 ///
+/// Without a certificate the reference is an acceleration, and what it is worth is all in the reading. `unit` is that of the
+/// sensitivity.
+///
 /// **Source** `[ISO16063-21]` 3.
 ///
 /// # Errors
 /// [`Error::OutOfRange`] for a frequency the certificate does not reach or a reference without signal.
 pub fn compare(
     rows: &[ComparisonRow],
-    table: &ReferenceTable,
+    table: Option<&ReferenceTable>,
+    unit: &str,
     budget: &ComparisonBudget,
 ) -> Result<(Vec<SingleAxis>, Vec<Finding>), Error> {
     let mut results = vec![];
     let mut findings = vec![];
+    let mut unknown = 0;
     for (index, row) in rows.iter().enumerate() {
-        let certificate = table.at(row.frequency)?;
+        let certificate = table.map(|t| t.at(row.frequency)).transpose()?;
         if !(row.reference.norm() > 0.0) {
             return Err(Error::NotFinite {
                 name: "output over reference",
                 index,
             });
         }
-        let reference = Complex64::from_polar(certificate.sensitivity, certificate.phase);
+        let reference = certificate.map_or(Complex64::ONE, |c| {
+            Complex64::from_polar(c.sensitivity, c.phase)
+        });
         let sensitivity = row.output / row.reference * reference;
         let modulus = sensitivity.norm();
         let influence = |key: &str,
@@ -94,30 +130,41 @@ pub fn compare(
                 },
             })
         };
+        let mut influences = Vec::with_capacity(3);
+        if let Some(c) = certificate {
+            influences.push(influence(
+                "reference.calibration",
+                "calibration of the reference standard",
+                Evaluation::B,
+                DegreesOfFreedom::INFINITE,
+                [modulus * c.modulus_uncertainty, c.phase_uncertainty],
+            )?);
+        }
+        influences.push(influence(
+            "reading",
+            "ratio of the two outputs",
+            Evaluation::A,
+            budget.dof,
+            [modulus * budget.ratio, budget.phase],
+        )?);
+        let across = budget
+            .transverse
+            .and_then(|t| t.uncertainty(row.transverse));
+        if let Some(u) = across {
+            influences.push(influence(
+                "transverse",
+                "transverse sensitivity of the device, with the transverse motion of the table",
+                Evaluation::B,
+                DegreesOfFreedom::INFINITE,
+                [modulus * u, u],
+            )?);
+        }
         let estimate = Estimate::new(
             vec![
-                Component::new("modulus", "V/(m/s²)", modulus),
+                Component::new("modulus", unit, modulus),
                 Component::new("phase", "rad", sensitivity.arg()),
             ],
-            vec![
-                influence(
-                    "reference.calibration",
-                    "calibration of the reference standard",
-                    Evaluation::B,
-                    DegreesOfFreedom::INFINITE,
-                    [
-                        modulus * certificate.modulus_uncertainty,
-                        certificate.phase_uncertainty,
-                    ],
-                )?,
-                influence(
-                    "reading",
-                    "ratio of the two outputs",
-                    Evaluation::A,
-                    budget.dof,
-                    [modulus * budget.ratio, budget.phase],
-                )?,
-            ],
+            influences,
         )?;
         let limit = transverse_limit(row.frequency);
         match row.transverse {
@@ -139,21 +186,25 @@ pub fn compare(
                 .advice("balance the load, change the fixture, or leave the frequency out"),
             ),
             Some(_) => {}
-            None => findings.push(
-                Finding::new(
-                    Severity::Note,
-                    "transverse-motion-unknown",
-                    format!("run {}: the transverse motion was not measured", row.run),
-                )
-                .evidence(format!("{} Hz", row.frequency))
-                .advice("ISO 16063-21 asks for it to be known"),
-            ),
+            None if across.is_some() => {}
+            None => unknown += 1,
         }
         results.push(SingleAxis {
             frequency: row.frequency,
             sensitivity,
             estimate,
         });
+    }
+    if unknown > 0 {
+        findings.push(
+            Finding::new(
+                Severity::Note,
+                "transverse-motion-unknown",
+                "the transverse motion of the table was not measured",
+            )
+            .evidence(format!("{unknown} of {} runs", rows.len()))
+            .advice("ISO 16063-21 asks for it to be known"),
+        );
     }
     Ok((results, findings))
 }
@@ -202,6 +253,7 @@ pub fn combine(
         let moment = |p: usize, q: usize| turned.iter().map(|d| d[p] * d[q]).sum::<f64>();
         let scale = 1.0 / (n * (n - 1.0));
         let m = mean.norm();
+        let unit = first.estimate.components()[0].unit.clone();
         let covariance = [
             scale * moment(0, 0) * m * m,
             scale * moment(0, 1) * m,
@@ -209,7 +261,7 @@ pub fn combine(
             scale * moment(1, 1),
         ];
         let components = vec![
-            Component::new("modulus", "V/(m/s²)", m),
+            Component::new("modulus", unit, m),
             Component::new("phase", "rad", mean.arg()),
         ];
         // Certificate and reading are relative: those of one run, scaled to the mean.
@@ -289,14 +341,47 @@ mod tests {
             ratio: 0.0015,
             phase: 0.002,
             dof: DegreesOfFreedom::new(20.0).unwrap(),
+            transverse: None,
         };
-        let (results, findings) = compare(&[row], &table, &budget).unwrap();
+        let (results, findings) = compare(&[row], Some(&table), "V/(m/s²)", &budget).unwrap();
         let e = &results[0].estimate;
         assert!((e.get("modulus").unwrap().value - 0.02).abs() < 1e-15);
         assert!((e.get("phase").unwrap().value - 0.32).abs() < 1e-12);
         // √(0.2² + 0.15²) % = 0.25 %.
         assert!((e.get("modulus").unwrap().standard_uncertainty / 0.02 - 0.0025).abs() < 1e-12);
         assert_eq!(findings[0].code(), "transverse-motion");
+    }
+
+    #[test]
+    fn known_share_of_the_transverse_motion() {
+        let row = |transverse: Option<f64>| ComparisonRow {
+            run: "a".into(),
+            frequency: 160.0,
+            reference: Complex64::new(10.0, 0.0),
+            output: Complex64::new(10.2, 0.0),
+            transverse,
+        };
+        let budget = ComparisonBudget {
+            ratio: 0.003,
+            phase: 0.003,
+            dof: DegreesOfFreedom::INFINITE,
+            transverse: Some(TransverseMotion {
+                sensitivity: 0.05,
+                largest: Some(0.1),
+            }),
+        };
+        // An acceleration for reference, an acceleration from the device: no certificate, no volts.
+        let u = |transverse| -> f64 {
+            let (results, findings) =
+                compare(&[row(transverse)], None, "(m/s²)/(m/s²)", &budget).unwrap();
+            assert!(findings.is_empty());
+            let q = results[0].estimate.get("modulus").unwrap();
+            assert!((q.value - 1.02).abs() < 1e-15 && q.unit == "(m/s²)/(m/s²)");
+            q.standard_uncertainty / q.value
+        };
+        // Measured, 8 %: 0.05 · 0.08/√2; not measured: 0.05 · 0.1/√6.
+        assert!((u(Some(0.08)) - (9e-6 + 8e-6_f64).sqrt()).abs() < 1e-12);
+        assert!((u(None) - (9e-6 + 25e-6 / 6.0_f64).sqrt()).abs() < 1e-12);
     }
 
     #[test]
@@ -325,8 +410,9 @@ mod tests {
             ratio: 0.001,
             phase: 0.001,
             dof: DegreesOfFreedom::INFINITE,
+            transverse: None,
         };
-        let (results, _) = compare(&rows, &table, &budget).unwrap();
+        let (results, _) = compare(&rows, Some(&table), "V/(m/s²)", &budget).unwrap();
         let (means, findings) = combine(&rows, &results, &budget).unwrap();
         assert!(means.len() == 1 && findings.is_empty());
         let q = means[0].estimate.get("modulus").unwrap();
@@ -339,7 +425,7 @@ mod tests {
             row("b", 1.0, 0.0),
             row("turned", 1.0, 0.035),
         ];
-        let (results, _) = compare(&rows, &table, &budget).unwrap();
+        let (results, _) = compare(&rows, Some(&table), "V/(m/s²)", &budget).unwrap();
         let (_, findings) = combine(&rows, &results, &budget).unwrap();
         assert!(findings[0].evidence_text().contains("run turned"));
     }

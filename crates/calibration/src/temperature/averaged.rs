@@ -30,6 +30,19 @@ impl Averaged {
     }
 }
 
+/// One alternative under one noise.
+struct Run {
+    estimate: Vec<f64>,
+    covariance: Vec<f64>,
+    /// ln of the restricted likelihood, and of the full one.
+    restricted: f64,
+    full: f64,
+    dof: f64,
+    /// Which alternative, and which noise.
+    design: usize,
+    noise: usize,
+}
+
 /// `designs`: alternatives of p columns of n values each, the coefficients of which mean the same.
 pub(super) fn fit(
     designs: &[Vec<Vec<f64>>],
@@ -45,16 +58,17 @@ pub(super) fn fit(
         });
     }
     let mut runs = Vec::with_capacity(noises.len() * designs.len());
+    let seen: Vec<Vec<f64>> = noises.iter().map(|noise| noise.whiten(y)).collect();
     let pairs = designs.iter().enumerate();
     for ((design, columns), (index, noise)) in
         pairs.flat_map(|d| noises.iter().enumerate().map(move |noise| (d, noise)))
     {
         let x: Vec<Vec<f64>> = columns.iter().map(|c| noise.whiten(c)).collect();
-        let y = noise.whiten(y);
+        let y = &seen[index];
         let mut normal = vec![0.0; p * p];
         let mut right = vec![0.0; p];
         for a in 0..p {
-            right[a] = x[a].iter().zip(&y).map(|(u, v)| u * v).sum();
+            right[a] = x[a].iter().zip(y).map(|(u, v)| u * v).sum();
             for b in 0..=a {
                 normal[a * p + b] = x[a].iter().zip(&x[b]).map(|(u, v)| u * v).sum();
             }
@@ -85,38 +99,54 @@ pub(super) fn fit(
             covariance[a * p..(a + 1) * p].copy_from_slice(&unit);
         }
         let own = (noise.effective - p as f64).max(2.0);
-        runs.push((right, covariance, restricted, full, own, design, index));
+        runs.push(Run {
+            estimate: right,
+            covariance,
+            restricted,
+            full,
+            dof: own,
+            design,
+            noise: index,
+        });
     }
-    let best = runs.iter().map(|r| r.2).fold(f64::NEG_INFINITY, f64::max);
+    let best = runs
+        .iter()
+        .map(|r| r.restricted)
+        .fold(f64::NEG_INFINITY, f64::max);
     if !best.is_finite() {
         return Err(Error::Unobservable {
             parameter: "temperature coefficient",
             condition: f64::INFINITY,
         });
     }
-    let weights: Vec<f64> = runs.iter().map(|r| (r.2 - best).exp()).collect();
-    let parts = runs.iter().map(|r| (r.0.as_slice(), r.1.as_slice()));
+    let weights: Vec<f64> = runs.iter().map(|r| (r.restricted - best).exp()).collect();
+    let parts = runs
+        .iter()
+        .map(|r| (r.estimate.as_slice(), r.covariance.as_slice()));
     let (estimate, covariance) = mixture(parts, &weights, p);
     let total: f64 = weights.iter().sum();
     let dof = runs
         .iter()
         .zip(&weights)
-        .map(|(r, w)| w / total * r.4)
+        .map(|(r, w)| w / total * r.dof)
         .sum();
     let mut alternatives = vec![0.0; designs.len()];
     for (run, w) in runs.iter().zip(&weights) {
-        alternatives[run.5] += w / total;
+        alternatives[run.design] += w / total;
     }
     Ok(Averaged {
         alternatives,
         noise: runs
             .iter()
-            .max_by(|a, b| a.2.total_cmp(&b.2))
-            .map_or(0, |r| r.6),
+            .max_by(|a, b| a.restricted.total_cmp(&b.restricted))
+            .map_or(0, |r| r.noise),
         estimate,
         covariance,
         dof,
-        log_likelihood: runs.iter().map(|r| r.3).fold(f64::NEG_INFINITY, f64::max),
+        log_likelihood: runs
+            .iter()
+            .map(|r| r.full)
+            .fold(f64::NEG_INFINITY, f64::max),
     })
 }
 

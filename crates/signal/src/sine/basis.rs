@@ -22,6 +22,17 @@ impl Term {
             power,
         }
     }
+
+    /// Σ Re(u τᵖ e^{jkωn}) e^{−jωn} over one block = ½ (u E_p(k − 1) + ū Ē_p(k + 1)).
+    pub(crate) fn demodulated(&self, tables: &Tables, block: usize) -> Complex64 {
+        let sums = |k: usize| tables.block_sums(k, block)[self.power];
+        let below = match self.multiple {
+            0 => sums(1).conj(),
+            k => sums(k - 1),
+        };
+        let above = sums(self.multiple + 1).conj();
+        (self.coefficient * below + self.coefficient.conj() * above) * 0.5
+    }
 }
 
 /// Offset, drift where asked, cosine and sine of every harmonic.

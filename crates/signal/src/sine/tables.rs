@@ -25,8 +25,9 @@ pub(crate) struct Tables {
 
 impl Tables {
     pub(crate) fn new(omega: f64, samples: usize, harmonics: usize) -> Self {
-        // At least sixteen blocks, so that the demodulated series has bins beside the drive.
-        let block = (samples / 16).clamp(8, BLOCK);
+        // At least sixty-four blocks, so that the demodulated series has bins beside the drive, and what is farther away
+        // does not fold onto them.
+        let block = (samples / 64).clamp(8, BLOCK);
         let middle = 0.5 * (samples - 1) as f64;
         let scale = 2.0 / samples as f64;
         let unit = |angle: f64| {

@@ -1,0 +1,137 @@
+//! Runs that are missing, there twice, or copies of another.
+
+use super::super::geometry::Configuration;
+use super::super::observation::PhasorRow;
+use super::words::degrees;
+use super::{SuspectRun, Suspicion};
+use proofmass_uncertainty::{Finding, Severity};
+
+/// Runs that are missing or there twice.
+pub(super) fn completeness(rows: &[PhasorRow], plan: Option<&[Configuration]>) -> Vec<Finding> {
+    let mut findings = vec![];
+    let plan: Vec<Configuration> = plan.map_or_else(
+        || {
+            let mut all: Vec<Configuration> = vec![];
+            for row in rows {
+                if !all.iter().any(|c| c.same_as(&row.configuration)) {
+                    all.push(row.configuration);
+                }
+            }
+            all
+        },
+        <[_]>::to_vec,
+    );
+    let mut frequencies: Vec<f64> = rows.iter().map(|r| r.frequency).collect();
+    frequencies.sort_by(f64::total_cmp);
+    frequencies.dedup();
+    for &f in &frequencies {
+        let here: Vec<&PhasorRow> = rows.iter().filter(|r| r.frequency == f).collect();
+        for c in &plan {
+            let same: Vec<&str> = here
+                .iter()
+                .filter(|r| r.configuration.same_as(c))
+                .map(|r| r.run.as_str())
+                .collect();
+            if same.is_empty() {
+                findings.push(
+                    Finding::new(
+                        Severity::Warning,
+                        "missing-configuration",
+                        format!("there is no run at {}, {f} Hz", degrees(c)),
+                    )
+                    .evidence(format!(
+                        "{} runs at {f} Hz, {} in the plan",
+                        here.len(),
+                        plan.len()
+                    ))
+                    .advice("the uncertainty already tells what it costs; measure it if it can be"),
+                );
+            } else if same.len() > 1 {
+                findings.push(
+                    Finding::new(
+                        Severity::Warning,
+                        "duplicate-configuration",
+                        format!("{} at {f} Hz was measured {} times", degrees(c), same.len()),
+                    )
+                    .evidence(format!("runs {}", same.join(", ")))
+                    .advice("if it is one run entered twice, take one out; true repeats share their mounting error"),
+                );
+            }
+        }
+        for r in &here {
+            if !plan.iter().any(|c| c.same_as(&r.configuration)) {
+                findings.push(
+                    Finding::new(
+                        Severity::Note,
+                        "unplanned-configuration",
+                        format!("run {} is not in the plan", r.run),
+                    )
+                    .evidence(degrees(&r.configuration))
+                    .advice("it was used"),
+                );
+            }
+        }
+    }
+    findings
+}
+
+/// Relative difference below which two phasors are one and the same: two readings never agree so far.
+const SAME: f64 = 1e-6;
+
+/// Another row with the same phasors.
+pub(super) fn twin(rows: &[PhasorRow], index: usize) -> Option<usize> {
+    let row = &rows[index];
+    // A calculated table may hold the same number twice; phases that were read do not.
+    let phases = row.outputs.iter().chain([&row.reference]);
+    if phases.filter(|z| z.im != 0.0).count() < 3 {
+        return None;
+    }
+    (0..rows.len()).find(|&k| k != index && same(row, &rows[k]))
+}
+
+fn same(a: &PhasorRow, b: &PhasorRow) -> bool {
+    let close = |a: num_complex::Complex64, b: num_complex::Complex64| {
+        (a - b).norm() <= SAME * a.norm().max(b.norm())
+    };
+    close(a.reference, b.reference) && (0..3).all(|j| close(a.outputs[j], b.outputs[j]))
+}
+
+/// Pairs of runs with the same phasors of which neither contradicts the others.
+pub(super) fn copies(rows: &[PhasorRow], suspects: &[SuspectRun]) -> Vec<Finding> {
+    let named = |name: &str| {
+        let mut suspects = suspects.iter();
+        suspects.any(|s| s.run == name && matches!(s.suspicion, Suspicion::Copied { .. }))
+    };
+    // Sorted by the reference, copies are neighbours.
+    let mut order: Vec<usize> = (0..rows.len()).collect();
+    order.sort_by(|&a, &b| rows[a].reference.re.total_cmp(&rows[b].reference.re));
+    let pairs = order.windows(2).filter(|w| same(&rows[w[0]], &rows[w[1]]));
+    pairs
+        .filter_map(|w| {
+            let (a, b) = (&rows[w[0].min(w[1])], &rows[w[0].max(w[1])]);
+            // The same configuration twice is told by itself.
+            let double = a.frequency == b.frequency && a.configuration.same_as(&b.configuration);
+            if double || named(&a.run) || named(&b.run) || twin(rows, w[0]).is_none() {
+                return None;
+            }
+            Some(
+                Finding::new(
+                    Severity::Decision,
+                    "copied-run",
+                    format!(
+                        "run {} has the phasors of run {}, digit by digit",
+                        b.run, a.run
+                    ),
+                )
+                .evidence(format!(
+                    "{} at {} Hz and {} at {} Hz, all four within 1e-6",
+                    degrees(&a.configuration),
+                    a.frequency,
+                    degrees(&b.configuration),
+                    b.frequency
+                ))
+                .advice("one of the two was copied; measure it again or leave it out"),
+            )
+        })
+        .collect()
+}

@@ -1,0 +1,159 @@
+//! What is said of a suspect run.
+
+use super::super::geometry::Configuration;
+use super::super::matrix::AXES;
+use super::super::observation::PhasorRow;
+use super::{SuspectRun, Suspicion};
+use proofmass_uncertainty::{Finding, Severity};
+
+pub(super) fn degrees(c: &Configuration) -> String {
+    let (a, w) = (c.inclination.to_degrees(), c.rotation.to_degrees());
+    format!("inclination {a:.0}°, rotation {w:.0}°")
+}
+
+impl Suspicion {
+    /// Code of the finding and what the run looks like, after "run … looks as if".
+    fn words(&self) -> (&'static str, String) {
+        match self {
+            Self::Channels { channel, sign } => {
+                let swapped: Vec<&str> = (0..3)
+                    .filter(|&j| channel[j] != j)
+                    .map(|j| AXES[j])
+                    .collect();
+                let inverted: Vec<&str> =
+                    (0..3).filter(|&j| sign[j] < 0).map(|j| AXES[j]).collect();
+                match (swapped.is_empty(), inverted.len()) {
+                    (true, 3) => ("inverted-channel", "the reference were inverted".to_owned()),
+                    (true, _) => (
+                        "inverted-channel",
+                        format!("channel {} were inverted", inverted.join(" and ")),
+                    ),
+                    (false, 0) => (
+                        "swapped-channels",
+                        format!("the cables of {} were swapped", swapped.join(" and ")),
+                    ),
+                    (false, _) => (
+                        "swapped-channels",
+                        format!(
+                            "the cables of {} were swapped, and {} inverted",
+                            swapped.join(" and "),
+                            inverted.join(" and ")
+                        ),
+                    ),
+                }
+            }
+            Self::Mounting { configuration } => (
+                "wrong-configuration",
+                format!("it were mounted at {}", degrees(configuration)),
+            ),
+            Self::Gain { channel, factor } => (
+                "wrong-gain",
+                match channel {
+                    Some(j) => format!(
+                        "output {} were read with {factor:.3} times its gain",
+                        AXES[*j]
+                    ),
+                    None => format!(
+                        "all outputs were read with {factor:.3} times their gain, or the reference with {:.3}",
+                        1.0 / factor
+                    ),
+                },
+            ),
+            Self::Frequency { frequency } => (
+                "wrong-frequency",
+                format!("it were taken at {frequency} Hz"),
+            ),
+            Self::Copied { run } => (
+                "copied-run",
+                format!("its phasors were copied from run {run}"),
+            ),
+            Self::Clipped { level } => (
+                "clipped",
+                format!("its outputs were cut off at {level:.4} V"),
+            ),
+            Self::Dead { channel } => (
+                "dead-channel",
+                format!("output {} carried no signal", AXES[*channel]),
+            ),
+            Self::UpsideDown => (
+                "wrong-configuration",
+                "the device lay upside down".to_owned(),
+            ),
+            Self::Either(a, b) => {
+                let ((code, a), (_, b)) = (a.words(), b.words());
+                (code, format!("{a}, or {b}"))
+            }
+            Self::Unexplained => ("outlier-configuration", String::new()),
+        }
+    }
+}
+
+/// Runs with the same cause in more than this number are told once.
+const MANY: usize = 3;
+
+/// One finding for each suspect, or for all that look alike when there are many of them.
+pub(super) fn describe(suspects: &[SuspectRun], rows: &[PhasorRow]) -> Vec<Finding> {
+    let mut groups: Vec<(&Suspicion, Vec<&SuspectRun>)> = vec![];
+    for suspect in suspects {
+        let alike = groups.iter_mut().find(|(s, _)| **s == suspect.suspicion);
+        match alike {
+            Some((_, runs)) => runs.push(suspect),
+            None => groups.push((&suspect.suspicion, vec![suspect])),
+        }
+    }
+    let mut findings = vec![];
+    for (suspicion, runs) in groups {
+        if runs.len() <= MANY {
+            findings.extend(runs.iter().map(|s| one(s, &rows[s.row])));
+            continue;
+        }
+        let (code, words) = suspicion.words();
+        let names: Vec<&str> = runs.iter().map(|s| s.run.as_str()).collect();
+        let what = match suspicion {
+            Suspicion::Unexplained => {
+                format!(
+                    "{} runs contradict all others of their frequency",
+                    runs.len()
+                )
+            }
+            _ => format!("{} runs look as if {words}", runs.len()),
+        };
+        let least = runs.iter().map(|s| s.statistic).fold(f64::MAX, f64::min);
+        findings.push(
+            Finding::new(Severity::Decision, code, what)
+                .evidence(format!(
+                    "run {}: χ² = {least:.0} at least against the other runs with 6 degrees of freedom each",
+                    names.join(", ")
+                ))
+                .advice("check the records of these runs; measure them again or leave them out"),
+        );
+    }
+    findings
+}
+
+fn one(s: &SuspectRun, row: &PhasorRow) -> Finding {
+    let place = format!("{}, {} Hz", degrees(&row.configuration), row.frequency);
+    let (code, words) = s.suspicion.words();
+    if s.suspicion == Suspicion::Unexplained {
+        return Finding::new(
+            Severity::Decision,
+            code,
+            format!("run {} contradicts all other runs of its frequency", s.run),
+        )
+        .evidence(format!(
+            "{place}: χ² = {:.0} against the other runs with 6 degrees of freedom; no single cause explains it",
+            s.statistic
+        ))
+        .advice("measure it again or leave it out; the result is without it and its interval reaches the one with it");
+    }
+    Finding::new(
+        Severity::Decision,
+        code,
+        format!("run {} looks as if {words}", s.run),
+    )
+    .evidence(format!(
+        "{place}: χ² = {:.0} against the other runs with 6 degrees of freedom; {:.0} under this explanation",
+        s.statistic, s.explained
+    ))
+    .advice("check the record of the run; measure it again or leave it out")
+}
