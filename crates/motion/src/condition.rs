@@ -7,7 +7,7 @@ use proofmass_uncertainty::{Finding, Severity};
 /// Findings on the record itself.
 pub fn conditions(record: &MotionRecord) -> Vec<Finding> {
     if record.rests_only() {
-        return dead(record).into_iter().collect();
+        return dead(record).into_iter().chain(unmoved(record)).collect();
     }
     [
         dead(record),
@@ -38,6 +38,57 @@ fn dead(record: &MotionRecord) -> Option<Finding> {
             record.acceleration.len()
         ))
         .advice("check column, cable and range: a working sensor shows at least its noise")
+    })
+}
+
+/// Seconds over which an acceleration is averaged where it is asked whether the axis moves.
+const AVERAGE: f64 = 1.0;
+/// Scatter of such means, m/s², that no standing axis has: people who get in and out, and settling, stay below.
+const MOVES: f64 = 0.02;
+/// Share of a record above which its rests are no stretch that somebody stated.
+const STATED: f64 = 0.9;
+
+/// A speed of zero in all its readings while the accelerometer moves: a slower sensor that is dead.
+///
+/// Means over a second, each against the next, so that a drift of the offset does not count: beyond ten times what noise
+/// from sample to sample makes of them (in variance), and beyond 0.02 m/s².
+fn unmoved(record: &MotionRecord) -> Option<Finding> {
+    let known = || (0..record.reading.len()).filter(|&k| record.reading[k].is_some());
+    let (first, count) = (known().next()?, known().count());
+    let last = known().next_back()?;
+    let stated = count == last - first + 1;
+    if stated && (count as f64) < STATED * record.reading.len() as f64 {
+        return None;
+    }
+    let a = &record.acceleration[first..=last];
+    let length = ((AVERAGE / record.sample_time) as usize)
+        .min(a.len() / 10)
+        .max(4);
+    let means: Vec<f64> = a
+        .chunks_exact(length)
+        .map(|b| b.iter().sum::<f64>() / length as f64)
+        .collect();
+    if means.len() < 8 {
+        return None;
+    }
+    // Half the mean square of the differences is the variance of white noise, whatever the mean does.
+    let variance = |x: &[f64]| {
+        let squares: f64 = x.windows(2).map(|w| (w[1] - w[0]).powi(2)).sum();
+        0.5 * squares / (x.len() - 1) as f64
+    };
+    let (among, white) = (variance(&means), variance(a) / length as f64);
+    (among > 10.0 * white && among.sqrt() > MOVES).then(|| {
+        Finding::new(
+            Severity::Decision,
+            "readings-never-change",
+            "the speed reads zero throughout while the accelerometer moves: the channel is dead",
+        )
+        .evidence(format!(
+            "0 in all {count} readings; means of the acceleration over {:.2} s scatter by {:.3} m/s²",
+            length as f64 * record.sample_time,
+            among.sqrt()
+        ))
+        .advice("check column and cable of the speed: the velocity and its uncertainty rest on a standstill that is none")
     })
 }
 
@@ -75,7 +126,7 @@ fn missing(record: &MotionRecord) -> Option<Finding> {
 /// A slower sensor that was logged with the faster one repeats each value: n − 1 of n readings are no readings.
 fn repeated(record: &MotionRecord) -> Option<Finding> {
     // A count stands as long as the axis stays in its increment.
-    if record.increment.is_some() {
+    if record.increment.is_some() && record.source == ReadingSource::Position {
         return None;
     }
     let n = repetition(record)?;
@@ -197,6 +248,13 @@ mod tests {
             codes(&record(|_| Some(1.0), noise)),
             ["readings-never-change"]
         );
+        // A slower wheel that is dead, beside a drive and beside a standstill; a rest that was stated is none.
+        let tenth = |k: usize| k.is_multiple_of(10).then_some(0.0);
+        let drive = |k: usize| 2.0 * (0.005 * k as f64).sin() + 0.001 * noise(k);
+        assert_eq!(codes(&record(tenth, drive)), ["readings-never-change"]);
+        assert!(codes(&record(tenth, noise)).is_empty());
+        assert!(codes(&record(tenth, |k| 0.001 * noise(k) + 1e-5 * k as f64)).is_empty());
+        assert!(codes(&record(|k| (k < 500).then_some(0.0), drive)).is_empty());
         let gaps = record(|k| wave(k).filter(|_| k % 7 != 3), noise);
         assert_eq!(codes(&gaps), ["missing-readings"]);
         let mut moving = record(|k| Some(5.0 + wave(k).unwrap_or(0.0)), |k| 0.01 * noise(k));

@@ -305,13 +305,25 @@ pub fn kalman_by_smoother(
     skip: usize,
 ) -> Result<Crossover, Error> {
     let reference = model.smooth(record)?;
+    let reference = (&*reference.velocity, &*reference.velocity_uncertainty);
+    kalman_beside(model, record, reference, skip, 0.3)
+}
+
+/// The same beside any smoother's velocity and standard uncertainty; the variances are multiplied by `least` and more.
+pub(crate) fn kalman_beside(
+    model: &KalmanModel,
+    record: &MotionRecord,
+    (reference, uncertainty): (&[f64], &[f64]),
+    skip: usize,
+    least: f64,
+) -> Result<Crossover, Error> {
     let with = |log: f64| KalmanModel {
         acceleration_noise: model.acceleration_noise * 10f64.powf(log),
         ..*model
     };
     let score = |log: f64| -> Result<f64, Error> {
         match with(log).filter(record) {
-            Ok(run) => Ok(rms(&run.velocity, &reference.velocity, skip)),
+            Ok(run) => Ok(rms(&run.velocity, reference, skip)),
             Err(Error::NotFinite { .. } | Error::NotPositiveDefinite { .. }) => Ok(f64::INFINITY),
             Err(error) => Err(error),
         }
@@ -348,15 +360,12 @@ pub fn kalman_by_smoother(
     let run = found.filter(record)?;
     let skip = skip.min(run.velocity.len() - 1);
     let mean = |u: &[f64]| u[skip..].iter().map(|u| u * u).sum::<f64>() / (u.len() - skip) as f64;
-    let (stated, own) = (
-        mean(&run.velocity_uncertainty),
-        mean(&reference.velocity_uncertainty),
-    );
+    let (stated, own) = (mean(&run.velocity_uncertainty), mean(uncertainty));
     let factor = (best * best + own) / stated;
     Ok(Crossover {
         method: Method::Kalman {
             model: found.scaled(if factor.is_finite() {
-                factor.clamp(0.3, 1e6)
+                factor.clamp(least, 1e6)
             } else {
                 1.0
             }),

@@ -30,6 +30,7 @@ mod comparison;
 mod condition;
 mod counting;
 mod crossover;
+mod dead_wheels;
 mod decode;
 mod diffuse;
 mod edges;
@@ -47,9 +48,11 @@ mod rest;
 mod ripple;
 mod rollover;
 mod search;
+mod several_wheels;
 mod slip;
 mod smoother;
 mod stretch;
+mod threshold;
 mod timed;
 mod tuning;
 mod velocity;
@@ -63,6 +66,7 @@ pub use crossover::{
     ChannelGain, Criterion, Crossover, Filter, SensorNoise, channels, crossover,
     crossover_by_smoother, kalman_by_smoother, noise_of, predicted_error, spectrum_error,
 };
+pub use dead_wheels::dead_wheels;
 pub use decode::{
     AbsoluteCode, Decoded, TimedEdge, absolute, quadrature, quadrature_edges, resolver,
 };
@@ -77,19 +81,21 @@ pub use method_word::METHODS;
 pub use pairing::Pairing;
 pub use proofmass_core::velocity::{BiasModel, Hold, IntegratorRule, ProcessNoise};
 pub use record::{
-    MotionRecord, PassedAt, ReadingSource, Stamped, TimedEdges, Timing, align, even_clock,
-    out_of_order, stamp_digit,
+    MotionRecord, PassedAt, ReadingSource, Stamped, TimedEdges, Timing, align, common_start,
+    even_clock, out_of_order, stamp_digit,
 };
 pub use rest::moves_while_still;
 pub use ripple::{Ripple, RippleLine, ripple};
 pub use rollover::{continued, rollover, turns_anew};
+pub use several_wheels::{Departure, Departures, Wheels};
 pub use slip::{Episode, SlipReport, SlipSearch};
 pub use stretch::{Ungapped, even_times, longest_stretch, mean_between, thin};
+pub use threshold::{leave_out_threshold, speed_increment};
 pub use timed::{edge_counts, edge_places, time_edges};
 pub use tuning::{BiasChoice, NoiseNode, ReadingNoise, Tuned, TunedValue, Tuning};
 pub use velocity::{
-    CompareResult, EstimateResult, TuneResult, TunedAtRate, compare, estimate, published_sweep,
-    single_sensor_methods, tune,
+    BesideReference, CompareResult, EstimateResult, TuneResult, TunedAtRate, compare, estimate,
+    published_sweep, single_sensor_methods, tune,
 };
 pub use wheel_slip::{Axle, WheelSlip};
 pub use whiteness::Whiteness;

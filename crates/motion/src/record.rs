@@ -2,7 +2,7 @@
 
 mod alignment;
 
-pub use alignment::{Stamped, Timing, align, even_clock, out_of_order, stamp_digit};
+pub use alignment::{Stamped, Timing, align, common_start, even_clock, out_of_order, stamp_digit};
 
 use proofmass_core::Error;
 use serde::{Deserialize, Serialize};

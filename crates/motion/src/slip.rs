@@ -104,12 +104,27 @@ impl SlipSearch {
         let difference: Vec<f64> = (0..slopes.len() - w)
             .map(|k| slopes[k + w] - slopes[k])
             .collect();
-        let (centre, deviation) = quiet(&difference);
+        let judged = judged(record, w, difference.len());
+        let known: Vec<f64> = (0..difference.len())
+            .filter(|&k| judged[k])
+            .map(|k| difference[k])
+            .collect();
+        let (centre, deviation) = match (record.source, known.is_empty()) {
+            (_, true) => quiet(&difference),
+            (ReadingSource::Position, _) => quiet(&known),
+            // Vibration grows with the speed of a vehicle: the quietest third is not what its drive is like.
+            (ReadingSource::Speed, _) => shortest(&known, 0.6, 0.841_621_234),
+        };
+        let difference: Vec<f64> = difference
+            .into_iter()
+            .zip(&judged)
+            .map(|(d, judged)| if *judged { d } else { centre })
+            .collect();
         let z = |d: f64| (d - centre) / deviation;
         // Two lines through counts that are each wrong by half an increment at most cannot differ by more.
         let rounding = match record.source {
             ReadingSource::Position => 3.0 * record.increment.unwrap_or(0.0) / (w as f64 * dt),
-            ReadingSource::Speed => 0.0,
+            ReadingSource::Speed => record.increment.unwrap_or(0.0),
         };
         let slip = episodes(
             &difference,
@@ -251,6 +266,41 @@ pub(crate) fn others(episodes: &[Episode]) -> String {
     }
 }
 
+/// Whether there are readings on either side of the windows at each place; of speeds whether they hold readings that change. Where there are none for longer than a window
+/// nothing is compared, and a wheel at rest shows no noise.
+fn judged(record: &MotionRecord, w: usize, count: usize) -> Vec<bool> {
+    let n = record.reading.len();
+    let places: Vec<usize> = (0..n).filter(|&k| record.reading[k].is_some()).collect();
+    let (first, last) = (places.first().copied(), places.last().copied());
+    // Beyond them a reading is held, which is no motion.
+    let covered =
+        |k: usize| first.is_some_and(|f| f <= k) && last.is_some_and(|l| k + 2 * w <= l + 1);
+    if record.source == ReadingSource::Position {
+        return (0..count).map(covered).collect();
+    }
+    // Samples up to each that lie in a gap, and changes of the reading.
+    let (mut gaps, mut changes) = (vec![0usize; n + 1], vec![0usize; n + 1]);
+    for pair in places.windows(2) {
+        if pair[1] - pair[0] > w {
+            gaps[pair[0] + 1..pair[1] + 1].fill(1);
+        }
+        changes[pair[1]] = usize::from(record.reading[pair[0]] != record.reading[pair[1]]);
+    }
+    for list in [&mut gaps, &mut changes] {
+        let mut sum = 0;
+        for value in list.iter_mut() {
+            sum += *value;
+            *value = sum;
+        }
+    }
+    (0..count)
+        .map(|k| {
+            let within = |list: &[usize]| list[k + 2 * w - 1] - list[k];
+            covered(k) && within(&gaps) == 0 && within(&changes) > 0
+        })
+        .collect()
+}
+
 /// Reading minus doubly integrated acceleration; missing readings on a line between their neighbours.
 fn residual(record: &MotionRecord) -> Vec<f64> {
     let dt = record.sample_time;
@@ -306,9 +356,14 @@ pub(crate) fn slope(x: &[f64], dt: f64) -> f64 {
 ///
 /// The central 30 % of a normal distribution are 2 · 0.38532 σ wide.
 pub(crate) fn quiet(values: &[f64]) -> (f64, f64) {
+    shortest(values, 0.3, 0.385_320_466)
+}
+
+/// The same from another share, of which the normal distribution has this half width.
+fn shortest(values: &[f64], share: f64, half: f64) -> (f64, f64) {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
-    let h = (0.3 * sorted.len() as f64) as usize;
+    let h = (share * sorted.len() as f64) as usize;
     let best = (0..sorted.len() - h)
         .min_by(|&i, &j| (sorted[i + h] - sorted[i]).total_cmp(&(sorted[j + h] - sorted[j])))
         .unwrap_or(0);
@@ -316,7 +371,7 @@ pub(crate) fn quiet(values: &[f64]) -> (f64, f64) {
     // Identical values (a simulated standstill) have no width: then anything else stands out.
     (
         0.5 * (a + b),
-        ((b - a) / (2.0 * 0.385_320_466)).max(f64::MIN_POSITIVE),
+        ((b - a) / (2.0 * half)).max(f64::MIN_POSITIVE),
     )
 }
 

@@ -248,8 +248,10 @@ impl Tuning {
             point = search.base(Unknowns::default())?;
         }
         // Whether gain and latency pay is judged by residuals that know neither.
-        let whitened = search.prepared.innovations(&point.noise, &point.solution);
-        search.effective = effective_readings(&whitened);
+        if record.source == ReadingSource::Position {
+            let whitened = search.prepared.innovations(&point.noise, &point.solution);
+            search.effective = effective_readings(&whitened);
+        }
         search.late = late;
         if late || (self.pairing && search.moves()) {
             point = search.base(Unknowns {
@@ -266,11 +268,19 @@ impl Tuning {
         {
             point = walk;
         }
-        if record.source == ReadingSource::Speed
-            && let Some(coloured) = search.coloured(&point)?
-            && coloured.value > point.value
-        {
-            point = coloured;
+        if record.source == ReadingSource::Speed {
+            let coloured = search.coloured(&point)?;
+            let joint = match self.bias {
+                BiasChoice::Automatic | BiasChoice::RandomWalk => {
+                    search.joint(&point, coloured.as_ref())?
+                }
+                BiasChoice::None | BiasChoice::Constant => None,
+            };
+            match (joint, coloured) {
+                (Some(joint), _) => point = joint,
+                (None, Some(coloured)) if coloured.value > point.value => point = coloured,
+                _ => {}
+            }
         }
         search.tuned(point, repeats, readings)
     }
@@ -284,6 +294,8 @@ struct Point {
     solution: Solution,
     log_likelihood: f64,
     value: f64,
+    /// Other maxima that are as likely.
+    alike: Vec<Noise>,
 }
 
 struct Search<'a> {

@@ -1,9 +1,11 @@
 //! Three questions to a record, answered as plain data: estimate, compare, tune.
 
+mod beside_reference;
 mod compare;
 pub(crate) mod ground;
 mod tune;
 
+pub use beside_reference::BesideReference;
 pub use compare::{CompareResult, TunedAtRate, compare, published_sweep, single_sensor_methods};
 pub use tune::{TuneResult, tune};
 
@@ -13,10 +15,11 @@ use crate::rest::model_at_rest;
 use crate::tuning::Constants;
 use crate::{
     KalmanModel, Method, MotionRecord, Pairing, ReadingSource, Ripple, SlipReport, Tuned,
-    TunedValue, Tuning, VelocityTrace, conditions, kalman_by_smoother, ripple,
+    TunedValue, Tuning, VelocityTrace, conditions, ripple,
 };
 use ground::{
-    check_sensors, doubts, margin, paired_tuning, part_finding, sensors, settle, tuning_part,
+    check_sensors, doubts, margin, on_line_kalman, paired_tuning, part_finding, sensors,
+    tuning_part,
 };
 use proofmass_core::{Error, Watch};
 use proofmass_uncertainty::{Finding, Severity};
@@ -129,8 +132,7 @@ pub fn estimate(
                 let trace = match method {
                     Some(method) => method.run(record)?,
                     None => {
-                        let right = tuned.corrected(&part);
-                        let kalman = kalman_by_smoother(&model, &right, settle(&part))?;
+                        let kalman = on_line_kalman(&tuned, &part)?;
                         on_line(&tuned, kalman.method, record)?
                     }
                 };
@@ -165,7 +167,8 @@ pub fn estimate(
     watch.step("velocity", 2, 2)?;
     // Filter and smoother of one model on one record: what is found beside it is in both.
     let own = match (&tuned, &smoother.method) {
-        (Some(tuned), Method::Smoother { .. }) => {
+        // Noise that is correlated in time is no state of a filter on line.
+        (Some(tuned), Method::Smoother { .. }) if tuned.coloured.is_none() => {
             let run = model.smooth(&tuned.corrected(record))?;
             (run.velocity, run.velocity_uncertainty)
         }

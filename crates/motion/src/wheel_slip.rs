@@ -1,5 +1,6 @@
 //! Two wheels of an axle beside a gyroscope: where they turn the vehicle otherwise than it turns, one of them slips.
 
+use crate::several_wheels::smallest_step;
 use crate::slip::{episodes, held, largest, others, quiet, slope};
 use crate::{Episode, ReadingSource};
 use proofmass_core::{Error, check};
@@ -145,14 +146,6 @@ impl Axle<'_> {
             quiet_deviation: deviation,
         })
     }
-}
-
-/// Smallest change of a reading; zero where it never changes.
-fn smallest_step(readings: &[Option<f64>]) -> f64 {
-    let known: Vec<f64> = readings.iter().flatten().copied().collect();
-    let steps = known.windows(2).map(|w| (w[1] - w[0]).abs());
-    let least = steps.filter(|s| *s > 0.0).fold(f64::INFINITY, f64::min);
-    if least.is_finite() { least } else { 0.0 }
 }
 
 #[cfg(test)]

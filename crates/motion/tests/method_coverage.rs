@@ -4,12 +4,16 @@ use proofmass_core::Unwatched;
 use proofmass_motion::{Method, MotionRecord, ReadingSource, estimate};
 use proofmass_rig::{AxisMotion, DrivenAxis};
 
-const METHODS: [&str; 9] = [
+const METHODS: [&str; 13] = [
     "fixed-time",
+    "backward-difference:1",
     "backward-difference:3",
     "savitzky-golay:9,2",
     "tracking-loop:100",
     "trapezoid",
+    "simpson",
+    "newmark:0.5,0.25",
+    "zero-phase:0.1,2",
     "two-channel:0,10",
     "observer:10,100",
     "offset-observer:15,75,125",

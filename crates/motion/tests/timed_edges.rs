@@ -184,6 +184,26 @@ fn law_edges_give_the_methods_that_live_on_them() {
     }
 }
 
+/// M/T and T have intervals, too: their distance from the smoother, which their delay makes longer than noise would.
+#[test]
+fn coverage_of_the_methods_that_live_on_edges() {
+    for (name, motion) in [
+        ("one sense", one_sense as Motion),
+        ("reversals", reversing as Motion),
+    ] {
+        for method in [
+            Method::MixedTime { timeout: 0.5 },
+            Method::FixedPosition { edges: 4 },
+        ] {
+            let (_, timed, truth) = axis(motion, 1, EQUAL);
+            let result = estimate(&timed, Some(method), None, &Unwatched).unwrap();
+            let share = worth(&result, &truth)[0].1;
+            println!("{name}, {}: {share:.3}", method.label());
+            assert!(share > 0.93, "{name}, {method:?}: {share}");
+        }
+    }
+}
+
 #[test]
 fn refuses_edges_that_cannot_be() {
     let (sampled, ..) = axis(one_sense, 1, EQUAL);

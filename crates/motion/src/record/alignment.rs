@@ -58,6 +58,33 @@ impl Stamped<'_> {
     }
 }
 
+/// A reading of speed moved from its own time to a near one, along the line of least squares through it and up to three
+/// neighbours on either side. A line between two readings would take the highest frequencies from their noise.
+fn moved(reading: &Stamped<'_>, own: usize, t: f64, gap: f64) -> f64 {
+    const SIDE: usize = 3;
+    let (mut from, mut to) = (own, own);
+    while from > 0 && own - from < SIDE && reading.time[from] - reading.time[from - 1] <= gap {
+        from -= 1;
+    }
+    while to + 1 < reading.time.len()
+        && to - own < SIDE
+        && reading.time[to + 1] - reading.time[to] <= gap
+    {
+        to += 1;
+    }
+    let count = (to - from + 1) as f64;
+    let mean = |x: &[f64]| x[from..=to].iter().sum::<f64>() / count;
+    let (middle, level) = (mean(reading.time), mean(reading.value));
+    let (mut top, mut bottom) = (0.0, 0.0);
+    for k in from..=to {
+        let off = reading.time[k] - middle;
+        top += off * (reading.value[k] - level);
+        bottom += off * off;
+    }
+    let slope = if bottom > 0.0 { top / bottom } else { 0.0 };
+    reading.value[own] + slope * (t - reading.time[own])
+}
+
 /// Index of the first time that is not later than the one before it.
 pub fn out_of_order(time: &[f64]) -> Option<usize> {
     time.windows(2).position(|w| w[1] <= w[0]).map(|k| k + 1)
@@ -114,14 +141,31 @@ pub fn even_clock(time: &[f64]) -> Option<f64> {
     (step > 0.0 && time.iter().enumerate().all(on_line)).then_some(step)
 }
 
+/// Where the time base of two sensors begins: with the later of them, beside a speed at a sample of the accelerometer.
+///
+/// A line between two samples would take the highest frequencies from the accelerometer, by which its noise is known. A
+/// speed bends less within a step; counts keep their own times.
+pub fn common_start(source: ReadingSource, reading: &[f64], acceleration: &[f64]) -> f64 {
+    let first = |time: &[f64]| time.first().copied().unwrap_or(0.0);
+    let later = first(reading).max(first(acceleration));
+    match source {
+        ReadingSource::Position => later,
+        ReadingSource::Speed => {
+            let at = acceleration.partition_point(|t| *t < later);
+            acceleration.get(at).copied().unwrap_or(later)
+        }
+    }
+}
+
 /// Puts two sensors with their own time stamps on one time base.
 ///
-/// The grid starts with the later sensor and steps by `sample_time`, or by the median interval of the
+/// The grid starts with the later sensor ([`common_start`]) and steps by `sample_time`, or by the median interval of the
 /// accelerometer. Accelerations are interpolated over gaps up to three intervals; over longer ones the common
 /// span would hold invented data and is refused. A reading appears at the grid time nearest to its own,
 /// interpolated to it between its neighbours: the error of that, a Δ²/8 for readings Δ apart, is of the order
 /// of the sensors' own and stays out of every grid time that has no reading of its own. Where the neighbour is
-/// missing, a reading counts only within a hundredth of a step of its own time.
+/// missing, a reading counts only within a hundredth of a step of its own time. A reading of speed is moved to the grid
+/// time along the slope of its neighbours.
 ///
 /// # Errors
 /// Time stamps out of order ([`Error::NotIncreasing`] with the index), unequal lengths, values that are not
@@ -158,7 +202,7 @@ pub fn align(
             max: f64::MAX,
         });
     }
-    let start = reading.time[0].max(acceleration.time[0]);
+    let start = common_start(source, reading.time, acceleration.time);
     let end =
         reading.time[reading.time.len() - 1].min(acceleration.time[acceleration.time.len() - 1]);
     if end - start < 3.0 * dt {
@@ -194,10 +238,15 @@ pub fn align(
                 off(i).total_cmp(&off(j))
             });
         if let Some(own) = own {
-            let close = (reading.time[own] - t).abs() <= 0.01 * dt;
-            *r = reading
-                .at(t, reading_gap, slack)
-                .or_else(|| close.then(|| reading.value[own]));
+            *r = match source {
+                ReadingSource::Speed => Some(moved(&reading, own, t, reading_gap)),
+                ReadingSource::Position => {
+                    let close = (reading.time[own] - t).abs() <= 0.01 * dt;
+                    reading
+                        .at(t, reading_gap, slack)
+                        .or_else(|| close.then(|| reading.value[own]))
+                }
+            };
         }
     }
     MotionRecord::new(dt, source, r, a)

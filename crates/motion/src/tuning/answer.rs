@@ -52,6 +52,11 @@ impl Search<'_> {
         if nodes.is_empty() {
             nodes.push(NoiseNode::of(&point.noise));
         }
+        // Another maximum counts as much as the one with all its surroundings.
+        let own = nodes.len();
+        for other in &point.alike {
+            nodes.extend(std::iter::repeat_n(NoiseNode::of(other), own));
+        }
         let innovations = self.prepared.innovations(&point.noise, &point.solution);
         let whiteness = Whiteness::test(&innovations)?;
         let correlation = autocorrelation(&innovations, whiteness.lags);

@@ -5,6 +5,7 @@ use crate::diffuse::{Noise, Prepared, Sums, Unknowns};
 use crate::filtering::steps;
 use crate::floor::{noise_floor, variance};
 use crate::search::line;
+use crate::threshold::speed_increment;
 use crate::{KalmanModel, MotionRecord, ProcessNoise, ReadingSource};
 use proofmass_core::{Error, Watch};
 
@@ -99,9 +100,8 @@ impl<'a> Search<'a> {
         self.passes += 1;
         // The total is not known before the end.
         self.watch.step("likelihood", self.passes as u64, 0)?;
-        Ok(self
-            .prepared
-            .sums(noise, self.tuning.pairing && self.moves()))
+        let motion = self.late || (self.tuning.pairing && self.moves());
+        Ok(self.prepared.sums(noise, motion))
     }
 
     pub(super) fn subsets(&self, allowed: Unknowns) -> Vec<Unknowns> {
@@ -154,6 +154,7 @@ impl<'a> Search<'a> {
                 solution,
                 log_likelihood,
                 value: 0.0,
+                alike: Vec::new(),
             };
             point.value = self.rated(&point);
             if point.value.is_finite() && best.as_ref().is_none_or(|b| point.value > b.value) {
@@ -276,23 +277,13 @@ impl<'a> Search<'a> {
     }
 }
 
-/// Step of the digits in which a speed was logged, where its values lie on such steps.
+/// Step of the digits of a speed.
 fn resolution(record: &MotionRecord) -> Option<f64> {
     if record.source != ReadingSource::Speed {
         return None;
     }
     let values: Vec<f64> = record.reading.iter().flatten().copied().collect();
-    let largest = values.iter().fold(0.0f64, |m, v| m.max(v.abs()));
-    let steps = || {
-        values
-            .windows(2)
-            .map(|w| (w[1] - w[0]).abs())
-            .filter(|d| *d > 1e-12 * largest)
-    };
-    let least = steps().fold(f64::INFINITY, f64::min);
-    let off = |d: f64| (d / least - (d / least).round()).abs() > 1e-3 * (d / least).max(1.0).sqrt();
-    // Steps of a ten-thousandth of the range are digits of a number, not of a sensor.
-    (least.is_finite() && least > 1e-6 * largest && !steps().any(off)).then_some(least)
+    speed_increment(&values)
 }
 
 /// Variance of the best reading that is believed. Readings of a simulation have no noise at all, and those of a sensor

@@ -43,6 +43,37 @@ impl Tuned {
         }
     }
 
+    /// The time by which the accelerometer is late at which the readings are most probable with this noise, within 0.3 s:
+    /// a correlation of motions of seconds tells it less well.
+    pub(crate) fn likely_latency(&self, part: &MotionRecord) -> Option<f64> {
+        const FARTHEST: f64 = 0.3;
+        let step = part.sample_time * (0.02 / part.sample_time).ceil();
+        let noise = self.noise();
+        let unknowns = Unknowns {
+            offset: true,
+            latency: true,
+            ..self.unknowns
+        };
+        let reach = (FARTHEST / step) as i32;
+        let mut best: Option<(f64, f64)> = None;
+        for k in -reach..=reach {
+            let shift = step * f64::from(k);
+            let moved = part.corrected(1.0, shift);
+            let sums = Prepared::new(&moved, &self.model).sums(&noise, true);
+            let Some(solution) = sums.solve(&moved, unknowns) else {
+                continue;
+            };
+            let value = sums.log_likelihood(&solution);
+            let latency = solution.latency().map_or(0.0, |(t, _)| t);
+            // The slope is good for about a step.
+            let at = shift + latency.clamp(-step, step);
+            if best.is_none_or(|(_, v)| value > v) {
+                best = Some((at, value));
+            }
+        }
+        best.map(|(at, _)| at).filter(|at| at.abs() < FARTHEST)
+    }
+
     /// The record with gain and latency of the accelerometer put right as found.
     pub fn corrected(&self, record: &MotionRecord) -> MotionRecord {
         record.corrected(

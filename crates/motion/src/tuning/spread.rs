@@ -110,14 +110,17 @@ pub(super) fn parameters(noise: &Noise) -> usize {
     1 + usize::from(noise.walk.is_some()) + 2 * usize::from(noise.colour.is_some())
 }
 
-/// Noise with q, then the walk or the coloured variance and time, moved by decades.
+/// Noise with q, then the walk, then the coloured variance and time, as far as there are such, moved by decades.
 pub(super) fn shifted(noise: &Noise, by: &[f64]) -> Noise {
     let factor = |i: usize| 10f64.powf(by.get(i).copied().unwrap_or(0.0));
+    let colour = 1 + usize::from(noise.walk.is_some());
     Noise {
         q: noise.q * factor(0),
         // The walk keeps its place when q moves.
         walk: noise.walk.map(|s| s * factor(1)),
-        colour: noise.colour.map(|(v, t)| (v * factor(1), t * factor(2))),
+        colour: noise
+            .colour
+            .map(|(v, t)| (v * factor(colour), t * factor(colour + 1))),
         ..*noise
     }
 }

@@ -1,5 +1,6 @@
 //! Methods side by side at several rates.
 
+use super::beside_reference::BesideReference;
 use super::ground::{check_sensors, paired_tuning, sensors, tuning_part};
 use super::tune::{TuneResult, tune};
 use crate::edges::on_edges;
@@ -7,7 +8,7 @@ use crate::rest::model_at_rest;
 use crate::tuning::Constants;
 use crate::{
     Family, IntegratorRule, Method, MethodRow, MotionRecord, Pairing, ReadingSource, Tuning,
-    compare_methods, conditions,
+    agreement, compare_methods, conditions,
 };
 use proofmass_core::{Error, Watch};
 use proofmass_uncertainty::{Finding, Severity};
@@ -42,6 +43,20 @@ fn reference_delay(rows: &[MethodRow]) -> Option<Finding> {
     })
 }
 
+/// The row whose scale is that of the readings and whose noise is least: of the highest rate the smoother.
+fn closest(rows: &[MethodRow]) -> Option<&MethodRow> {
+    let highest = rows.iter().fold(0.0f64, |m, r| m.max(r.rate));
+    let rank = |r: &&MethodRow| match r.family {
+        Family::Acceleration => None,
+        Family::Position => Some(0),
+        Family::Fused => Some(1),
+        Family::OffLine => Some(2),
+    };
+    rows.iter()
+        .filter(|r| r.rate == highest && rank(r).is_some())
+        .max_by_key(rank)
+}
+
 /// Tuning at one rate of a comparison.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TunedAtRate {
@@ -60,6 +75,9 @@ pub struct CompareResult {
     pub skip: f64,
     /// Whether the reference is a truth that was given, or the smoother at the full rate.
     pub reference_is_truth: bool,
+    /// Scale and delay of the smoother, or of the last method that uses readings, beside a truth that was given.
+    #[serde(default)]
+    pub beside_reference: Option<BesideReference>,
     /// The reference at the full rate.
     pub reference: Vec<f64>,
     /// Tuning at each rate at which it was possible: noise, whiteness, gains.
@@ -193,13 +211,19 @@ pub fn compare(
         let named = (1e4 * rate).round() / 1e4;
         match tune(&slow, &Tuning::default(), watch) {
             Ok(result) => {
-                rows.extend(compare_methods(
-                    &result.tuned.corrected(record),
-                    &reference,
-                    &result.methods(),
-                    &[n],
-                    skip,
-                )?);
+                let right = result.tuned.corrected(record);
+                let mut own = compare_methods(&right, &reference, &result.methods(), &[n], skip)?;
+                if result.tuned.coloured.is_some() {
+                    // The smoother knows the part of the noise that is correlated in time, a filter on line does not.
+                    let run = result.tuned.smooth(&slow, Constants::Fitted)?;
+                    let truth: Vec<f64> = reference.iter().step_by(n).copied().collect();
+                    let first = (skip / slow.sample_time).ceil().max(0.0) as usize;
+                    for row in own.iter_mut().filter(|r| r.family == Family::OffLine) {
+                        row.agreement = agreement(&run.velocity, &truth, slow.sample_time, first)?;
+                        row.velocity.clone_from(&run.velocity);
+                    }
+                }
+                rows.extend(own);
                 let at_rate = result.tuned.findings.iter().map(|f| {
                     Finding::new(f.severity(), f.code(), format!("{named} Hz: {}", f.what()))
                         .evidence(f.evidence_text())
@@ -219,8 +243,17 @@ pub fn compare(
             ),
         }
     }
+    let mut beside = None;
     if truth.is_some() {
         findings.extend(reference_delay(&rows));
+        beside = closest(&rows).and_then(|row| {
+            let n = (1.0 / (row.rate * record.sample_time)).round().max(1.0) as usize;
+            let slow: Vec<f64> = reference.iter().step_by(n).copied().collect();
+            let first = (skip * row.rate).ceil().max(0.0) as usize;
+            let first = first.min(slow.len());
+            BesideReference::of(&row.velocity[first..], &slow[first..], 1.0 / row.rate)
+        });
+        findings.extend(beside.and_then(|b| b.finding()));
     }
     let rank = |f: Family| match f {
         Family::Position => 0,
@@ -237,6 +270,7 @@ pub fn compare(
         rows,
         skip,
         reference_is_truth: truth.is_some(),
+        beside_reference: beside,
         reference,
         tuned,
         pairing,

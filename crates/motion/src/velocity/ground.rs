@@ -1,6 +1,11 @@
 //! What every question begins with: slip, pairing of the sensors, the part that is tuned on.
 
-use crate::{Method, MotionRecord, Pairing, SlipReport, SlipSearch, Tuned, Tuning};
+use crate::crossover::kalman_beside;
+use crate::tuning::Constants;
+use crate::{
+    Crossover, Method, MotionRecord, Pairing, ReadingSource, SlipReport, SlipSearch, Tuned, Tuning,
+    kalman_by_smoother,
+};
 use proofmass_core::{Error, Watch};
 use proofmass_uncertainty::{Finding, Severity};
 use std::ops::Range;
@@ -41,17 +46,40 @@ pub(crate) fn paired_tuning(
     watch: &dyn Watch,
 ) -> Result<Tuned, Error> {
     let half = 0.5 * part.sample_time;
+    // Slope and pitch take from the correlation of a vehicle's sensors, and leave the time of its maximum.
+    let clear = |p: &Pairing| match part.source {
+        ReadingSource::Position => p.is_clear(),
+        ReadingSource::Speed => p.correlation.abs() > 0.4,
+    };
     let told = pairing.filter(|p| {
-        tuning.pairing && p.is_clear() && p.latency.abs() > (4.0 * p.latency_uncertainty).max(half)
+        tuning.pairing && clear(p) && p.latency.abs() > (4.0 * p.latency_uncertainty).max(half)
     });
-    let mut before = told.map_or(0.0, |p| p.latency);
+    // Between its samples the noise of the accelerometer is not what it is at them; a speed leaves the rest to a slope.
+    let step = part.sample_time;
+    let taken = |latency: f64| match part.source {
+        ReadingSource::Position => latency,
+        ReadingSource::Speed => (latency / step).round() * step,
+    };
+    let mut before = told.map_or(0.0, |p| taken(p.latency));
     // Once there is a latency, its rest is unknown, however small.
     let run = |shift: f64, late: bool| tuning.search(&part.corrected(1.0, shift), late, watch);
     let mut tuned = run(before, told.is_some())?;
+    if part.source == ReadingSource::Speed && tuning.pairing && part.accelerometer {
+        for _ in 0..2 {
+            let Some(latency) = tuned.likely_latency(part).map(taken) else {
+                break;
+            };
+            if (latency - before).abs() < 0.5 * step {
+                break;
+            }
+            before = latency;
+            tuned = run(before, true)?;
+        }
+    }
     for _ in 0..2 {
         match tuned.latency {
             Some(rest) if rest.value.abs() > half => {
-                before += rest.value;
+                before += taken(rest.value);
                 tuned = run(before, true)?;
             }
             _ => break,
@@ -116,6 +144,31 @@ pub(super) fn doubts(pairing: Option<&Pairing>, tuned: Option<&Tuned>) -> Vec<Fi
         );
     }
     findings
+}
+
+/// The Kalman filter closest to the smoother of a tuned model on the part it was tuned on.
+///
+/// On line a part of the readings' noise that is correlated in time counts as white noise of its density at low
+/// frequencies; the smoother knows it as it is.
+pub(crate) fn on_line_kalman(tuned: &Tuned, part: &MotionRecord) -> Result<Crossover, Error> {
+    let right = tuned.corrected(part);
+    let Some(coloured) = tuned.coloured else {
+        return kalman_by_smoother(&tuned.model, &right, settle(part));
+    };
+    let reference = tuned.smooth(part, Constants::Fitted)?;
+    let variance = coloured.deviation * coloured.deviation;
+    let readings = part.reading.iter().flatten().count().max(1) as f64;
+    let between = part.sample_time * part.reading.len() as f64 / readings;
+    let alike = (-between / coloured.time).exp();
+    let mut model = tuned.model;
+    model.reading_noise += variance * ((1.0 + alike) / (1.0 - alike) - 1.0);
+    kalman_beside(
+        &model,
+        &right,
+        (&reference.velocity, &reference.uncertainty),
+        settle(part),
+        0.01,
+    )
 }
 
 /// A tenth of the record, at most a second: filters that start with a wrong velocity settle there.

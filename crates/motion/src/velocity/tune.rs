@@ -1,9 +1,10 @@
 //! The model and the gains of every fused method, found without a truth.
 
-use super::ground::{doubts, paired_tuning, part_finding, sensors, settle, tuning_part};
+use super::ground::{
+    doubts, on_line_kalman, paired_tuning, part_finding, sensors, settle, tuning_part,
+};
 use crate::{
     Crossover, Filter, Method, MotionRecord, Tuned, Tuning, conditions, crossover_by_smoother,
-    kalman_by_smoother,
 };
 use proofmass_core::{Error, Watch};
 use proofmass_uncertainty::Finding;
@@ -66,8 +67,8 @@ pub fn tune(
     let (part, samples) = tuning_part(record, slip.as_ref());
     let tuned = paired_tuning(&part, tuning, pairing.as_ref(), watch)?;
     let skip = settle(&part);
+    let kalman = on_line_kalman(&tuned, &part)?;
     let part = tuned.corrected(&part);
-    let kalman = kalman_by_smoother(&tuned.model, &part, skip)?;
     watch.step("gains", 1, 3)?;
     let two_channel = crossover_by_smoother(Filter::TwoChannel, &tuned.model, &part, skip)?;
     watch.step("gains", 2, 3)?;
