@@ -52,13 +52,23 @@ impl Calibrate {
                 false => Campaign::open(&self.campaign)?,
             }
         };
-        let source = campaign.source();
         let place = self.delivery.output.clone();
-        let place = place.unwrap_or_else(|| source.resolve("result"));
-        let folder = self
-            .delivery
-            .begin_at(place, campaign.result_kind(), &[&source.path])?;
-        let result = campaign.evaluate(Some(clock::today()), &Progress::new())?;
-        self.delivery.deliver(Some(folder), result.as_ref())
+        let place = place.unwrap_or_else(|| campaign.source().resolve("result"));
+        let mut outcome = Outcome::Done;
+        let mut each = Vec::new();
+        // Every folder is begun before the work: a place that is taken is told before, not after it.
+        for (name, campaign) in campaign.of_each_device() {
+            let place = name.map_or_else(|| place.clone(), |name| place.join(name));
+            let source = campaign.source();
+            let folder = self
+                .delivery
+                .begin_at(place, campaign.result_kind(), &[&source.path])?;
+            each.push((folder, campaign));
+        }
+        for (folder, campaign) in each {
+            let result = campaign.evaluate(Some(clock::today()), &Progress::new())?;
+            outcome = outcome.or(self.delivery.deliver(Some(folder), result.as_ref())?);
+        }
+        Ok(outcome)
     }
 }

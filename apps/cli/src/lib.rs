@@ -78,6 +78,14 @@ pub(crate) enum Outcome {
 }
 
 impl Outcome {
+    /// The more doubtful of two.
+    pub(crate) fn or(self, other: Self) -> Self {
+        match self {
+            Self::Done => other,
+            Self::Doubtful => self,
+        }
+    }
+
     /// What findings mean for the shell: with `strict`, one that needs a decision is not simply done.
     pub(crate) fn of(strict: bool, findings: &[proofmass::uncertainty::Finding]) -> Self {
         if strict && console::needs_decision(findings) {

@@ -1,8 +1,11 @@
 //! `proofmass noise`: stability and noise of a sensor at rest.
 
+mod compare;
+
 use crate::clock::record;
 use crate::console::Progress;
 use crate::delivery::Delivery;
+use crate::number_arguments::false_alarm_rate;
 use crate::{Failure, Outcome, console};
 use proofmass::io::{AtomicFile, Source};
 use proofmass::jobs::noise::{NoiseJob, NoiseOutcome, NoiseReading};
@@ -20,12 +23,16 @@ use std::path::{Path, PathBuf};
 /// that allows for all others, or, where that reaches zero, a limit. Steps, bursts and spikes are found and named. With
 /// -o, a folder gets result.json (everything), report.html, tables, and imu.yaml where the sensors are inertial.
 #[derive(clap::Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub(crate) struct Noise {
+    #[command(subcommand)]
+    question: Option<Question>,
     /// Recording of a sensor at rest: delimited text of any common shape
-    recording: PathBuf,
+    #[arg(required = true)]
+    recording: Option<PathBuf>,
     #[command(flatten)]
     reading: NoiseReading,
-    /// Statistics, the one plotted first: adev, oadev, mdev, tdev, hdev, ohdev, totdev, mtotdev, ttotdev, htotdev, theo1, pdev, tierms, mtie
+    /// Statistics, the one plotted first: adev, oadev, mdev, tdev, hdev, ohdev, totdev, mtotdev, ttotdev, htotdev, theo1, theoh, pdev, tierms, mtie
     #[arg(
         long,
         value_name = "A,B,…",
@@ -66,7 +73,7 @@ pub(crate) struct Noise {
     #[arg(long, value_name = "HZ")]
     highest_frequency: Option<f64>,
     /// Probability at which a term that is not there may be called identified
-    #[arg(long, value_name = "P", default_value_t = 0.002)]
+    #[arg(long, value_name = "P", default_value_t = 0.002, value_parser = false_alarm_rate, allow_negative_numbers = true)]
     false_alarm_rate: f64,
     /// Correction of the biases of TOTDEV, MTOTDEV, HTOTDEV and THEO1: by-noise-type, from-record, as-defined
     #[arg(long, default_value = "by-noise-type")]
@@ -80,6 +87,14 @@ pub(crate) struct Noise {
     /// Samples per segment of the Welch density [default: an eighth of the record, at most 4096]
     #[arg(long, value_name = "SAMPLES")]
     segment: Option<usize>,
+    /// Dynamic Allan deviation: OADEV of so many equal windows, one after the other
+    #[arg(long, value_name = "NUMBER", default_value_t = 0)]
+    windows: usize,
+    /// Separate the noise of three channels side by side, what they share left out; with --phase of two clocks measured against a third
+    ///
+    /// Groslambert covariance, which from one recording is the three-cornered hat.
+    #[arg(long, conflicts_with = "stream")]
+    separate: bool,
     /// Refuse a recording with gaps instead of analysing the stretches between them
     #[arg(long)]
     refuse_gaps: bool,
@@ -98,15 +113,31 @@ pub(crate) struct Noise {
     delivery: Delivery,
 }
 
+#[derive(clap::Subcommand)]
+enum Question {
+    Compare(compare::Compare),
+}
+
 /// Samples, all channels together, above which a recording is not held in memory: the analysis takes some eighty bytes of
 /// each, and minutes.
 const MOST_IN_MEMORY: u64 = 20_000_000;
 
 impl Noise {
-    pub(crate) fn run(self) -> Result<Outcome, Failure> {
-        let inputs: [&Path; 1] = [&self.recording];
-        let folder = self.delivery.begin(NoiseOutcome::KIND, &inputs)?;
-        let mut source = Source::open(&self.recording)?;
+    pub(crate) fn run(mut self) -> Result<Outcome, Failure> {
+        if let Some(Question::Compare(compare)) = self.question.take() {
+            return compare.run();
+        }
+        let Some(path) = self.recording.take() else {
+            return Err(
+                Failure::new("there is no recording").hint("name one: proofmass noise RECORDING")
+            );
+        };
+        self.analyse(&path)
+    }
+
+    fn analyse(&self, path: &Path) -> Result<Outcome, Failure> {
+        let folder = self.delivery.begin(NoiseOutcome::KIND, &[path])?;
+        let mut source = Source::open(path)?;
         let channels = self.reading.columns.as_ref().map_or(1, Vec::len) as u64;
         let stream = self.stream || source.is_longer_than(MOST_IN_MEMORY / channels.max(1))?;
         if stream && !self.stream {
@@ -129,19 +160,16 @@ impl Noise {
             (outcome, recording.input())
         };
         drop(watch);
-        if let Some(path) = &self.imu_yaml {
+        if let Some(yaml) = &self.imu_yaml {
             let Some(imu) = outcome.imu_yaml() else {
                 return Err(Failure::new(
                     "imu.yaml needs coefficients of accelerations or angular rates; there are none",
                 )
                 .hint("state the unit with --unit, and --scale for raw outputs"));
             };
-            self.write_imu_yaml(path, &imu.to_text())?;
+            write_imu_yaml(yaml, path, &imu.to_text())?;
         }
-        let record = record(
-            format!("Noise of {}", self.recording.display()),
-            vec![input],
-        );
+        let record = record(format!("Noise of {}", path.display()), vec![input]);
         self.delivery.deliver(folder, &Filed::new(record, outcome))
     }
 
@@ -178,19 +206,23 @@ impl Noise {
             },
             detrend: self.detrend,
             segment: self.segment,
+            windows: self.windows,
+            separate: self.separate,
             ..AnalysisOptions::default()
         });
+        job.clocks = self.reading.phase;
         job.rostopic.clone_from(&self.rostopic);
         job
     }
+}
 
-    fn write_imu_yaml(&self, path: &Path, text: &str) -> Result<(), Failure> {
-        let mut file = AtomicFile::create(path, &[&self.recording])?;
-        file.write_all(text.as_bytes())?;
-        file.commit()?;
-        console::note(format!("written: {}", path.display()));
-        Ok(())
-    }
+/// Never over the recording.
+fn write_imu_yaml(path: &Path, recording: &Path, text: &str) -> Result<(), Failure> {
+    let mut file = AtomicFile::create(path, &[recording])?;
+    file.write_all(text.as_bytes())?;
+    file.commit()?;
+    console::note(format!("written: {}", path.display()));
+    Ok(())
 }
 
 fn fixed(text: &str) -> Result<(Term, f64), String> {

@@ -6,7 +6,7 @@ use proofmass::io::OutputFolder;
 use proofmass::jobs::campaign::SpuriousFile;
 use proofmass::jobs::simulate::{
     SimulateJob, SimulateOutcome, SimulatedAxis, SimulatedExcitation, SimulatedMultiPosition,
-    SimulatedShaker, SimulatedSpuriousMotion, SimulatedTransducer,
+    SimulatedNoise, SimulatedShaker, SimulatedSpuriousMotion, SimulatedTransducer,
 };
 use proofmass::jobs::{Job, Sink};
 use std::path::{Path, PathBuf};
@@ -25,6 +25,7 @@ enum Scenario {
     SpuriousMotion(SpuriousMotion),
     Axis(Simulated<SimulatedAxis>),
     Transducer(Simulated<SimulatedTransducer>),
+    Noise(Simulated<SimulatedNoise>),
 }
 
 // Without a comment of its own: the help of a scenario is that of its request.
@@ -79,6 +80,7 @@ impl Simulate {
             }
             Scenario::Axis(s) => axis(s.job, s.output),
             Scenario::Transducer(s) => transducer(s.job, s.output),
+            Scenario::Noise(s) => noise(s.job, s.output),
         }
     }
 }
@@ -114,6 +116,17 @@ fn axis(job: SimulatedAxis, place: PathBuf) -> Result<Outcome, Failure> {
          --acceleration acceleration --reference velocity --reference-file {0}/truth.csv",
         place.display()
     );
+    Ok(next(&place, &command))
+}
+
+fn noise(job: SimulatedNoise, place: PathBuf) -> Result<Outcome, Failure> {
+    let sought = [
+        (!job.gauss_markov.is_empty(), " --gauss-markov"),
+        (!job.sinusoid.is_empty(), " --sinusoids"),
+    ];
+    let sought: String = sought.iter().filter(|s| s.0).map(|s| s.1).collect();
+    let (place, _) = into_folder(&SimulateJob::Noise(job), place)?;
+    let command = format!("noise {}/recording.csv{sought}", place.display());
     Ok(next(&place, &command))
 }
 

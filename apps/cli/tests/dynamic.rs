@@ -7,26 +7,8 @@ use std::fmt::Write as _;
 use std::path::Path;
 use support::*;
 
-/// Reproducible noise of unit variance: the sum of twelve uniform numbers less six.
-struct Noise(u64);
-
-impl Noise {
-    fn next(&mut self) -> f64 {
-        (0..12)
-            .map(|_| {
-                self.0 = self
-                    .0
-                    .wrapping_mul(6_364_136_223_846_793_005)
-                    .wrapping_add(1_442_695_040_888_963_407);
-                (self.0 >> 11) as f64 / (1u64 << 53) as f64
-            })
-            .sum::<f64>()
-            - 6.0
-    }
-}
-
 fn write_shock(path: &Path, header: &str, sensitivity: f64, end: usize) {
-    let mut noise = Noise(7);
+    let mut noise = Chance(7);
     let mut text = format!("{header}\n");
     for k in 0..end {
         let t = f64::from(k as u32) / 50e3;
@@ -36,7 +18,7 @@ fn write_shock(path: &Path, header: &str, sensitivity: f64, end: usize) {
         } else {
             0.0
         };
-        let (n, m) = (noise.next(), noise.next());
+        let (n, m) = (noise.normal(), noise.normal());
         writeln!(
             text,
             "{t:.6},{:.6},{:.8}",
@@ -46,14 +28,6 @@ fn write_shock(path: &Path, header: &str, sensitivity: f64, end: usize) {
         .unwrap();
     }
     std::fs::write(path, text).unwrap();
-}
-
-fn codes(result: &serde_json::Value) -> Vec<String> {
-    let findings = result["findings"].as_array().unwrap();
-    findings
-        .iter()
-        .map(|f| f["code"].as_str().unwrap().to_owned())
-        .collect()
 }
 
 #[test]
@@ -206,18 +180,18 @@ fn refuses_and_names_what_is_wrong_with_a_shock() {
 fn known_random_response_from_a_file() {
     let folder = tempfile::tempdir().unwrap();
     let recording = folder.path().join("noise.csv");
-    let mut noise = Noise(3);
+    let mut noise = Chance(3);
     let mut lines = "time_s,in_m/s2,out_V\n".to_owned();
     let (mut a, mut b) = (0.0, 0.0);
     for k in 0..40_000 {
-        let x = noise.next();
+        let x = noise.normal();
         let y = 0.01 * x + 1.2 * a - 0.6 * b;
         (b, a) = (a, y);
         writeln!(
             lines,
             "{:.4},{x:.6},{:.8}",
             f64::from(k) / 1e3,
-            y + 1e-3 * noise.next()
+            y + 1e-3 * noise.normal()
         )
         .unwrap();
     }

@@ -182,43 +182,19 @@ fn published_table_of_an_mpu9250_and_a_second_laboratory() {
         text(&out),
     ]);
     let result = json(&out.join("result.json"));
-    let codes: Vec<&str> = result["findings"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .filter_map(|f| f["code"].as_str())
-        .collect();
-    assert!(codes.contains(&"calibrations-differ"), "{codes:?}");
-    assert!(codes.contains(&"rows-averaged"), "{codes:?}");
-    // Published means.
-    let mut reader = csv_rows(&out.join("comparison.csv"));
-    for (frequency, expected) in [
-        (10.0, 1.01917),
-        (20.0, 1.01680),
-        (40.0, 1.00884),
-        (80.0, 0.97718),
-        (100.0, 0.95351),
-        (160.0, 0.85382),
-        (250.0, 0.64397),
-    ] {
-        let row = reader
-            .iter_mut()
-            .find(|row| row[0] == frequency)
-            .expect("the frequency");
-        assert!((row[1] - expected).abs() < 6e-6, "{frequency}: {}", row[1]);
+    let codes = codes(&result);
+    assert!(
+        codes.iter().any(|c| c == "calibrations-differ"),
+        "{codes:?}"
+    );
+    assert!(codes.iter().any(|c| c == "rows-averaged"), "{codes:?}");
+    let table = rows(&out.join("comparison.csv"));
+    for (frequency, expected) in MPU9250_MEANS {
+        let found = table
+            .iter()
+            .find(|r| number(r, "frequency_Hz") == frequency);
+        let row = found.expect("the frequency");
+        let value = number(row, "modulus_first_(m/s²)/(m/s²)");
+        assert!((value - expected).abs() < 6e-6, "{frequency}: {value}");
     }
-}
-
-/// Frequency and first modulus of every row.
-fn csv_rows(path: &Path) -> Vec<[f64; 2]> {
-    let content = std::fs::read_to_string(path).unwrap();
-    content
-        .lines()
-        .filter(|l| !l.starts_with('#'))
-        .skip(1)
-        .map(|line| {
-            let fields: Vec<&str> = line.split(',').collect();
-            [fields[0].parse().unwrap(), fields[2].parse().unwrap()]
-        })
-        .collect()
 }

@@ -4,7 +4,7 @@ mod support;
 
 use std::fmt::Write;
 use std::path::Path;
-use support::{json, quantity, refuse, succeed, text};
+use support::{codes, json, quantity, refuse, succeed, text};
 
 const WEDGE: &str = "
 [wedge]
@@ -31,12 +31,6 @@ fn modes(folder: &Path, toml: &str) -> serde_json::Value {
     let out = folder.join("result");
     succeed(&["modes", text(&file), "--output", text(&out)]);
     json(&out.join("result.json"))
-}
-
-fn codes(result: &serde_json::Value) -> Vec<String> {
-    let list = result["findings"].as_array().expect("findings").iter();
-    list.map(|f| f["code"].as_str().expect("a code").to_owned())
-        .collect()
 }
 
 fn column(path: &Path, heading: &str) -> Vec<f64> {

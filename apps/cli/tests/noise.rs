@@ -103,7 +103,8 @@ fn known_coefficients_lie_in_their_intervals() {
             "manifest.json",
             "report.html",
             "result.json",
-            "spectrum.csv"
+            "spectrum.csv",
+            "state_space.json"
         ]
     ));
     let result = json(&out.join("result.json"));

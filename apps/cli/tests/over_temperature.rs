@@ -8,27 +8,10 @@ use support::*;
 
 const G: f64 = 9.80665;
 
-/// Numbers by chance that need no library.
-struct Chance(u64);
-
-impl Chance {
-    fn uniform(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn normal(&mut self) -> f64 {
-        (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
-    }
-
-    fn direction(&mut self) -> [f64; 3] {
-        let v = [self.normal(), self.normal(), self.normal()];
-        let size = v.iter().map(|c| c * c).sum::<f64>().sqrt();
-        v.map(|c| c / size)
-    }
+fn direction(chance: &mut Chance) -> [f64; 3] {
+    let v = [chance.normal(), chance.normal(), chance.normal()];
+    let size = v.iter().map(|c| c * c).sum::<f64>().sqrt();
+    v.map(|c| c / size)
 }
 
 /// Scale 1.01, 0.99, 1.004; biases 0.1, −0.2, 0.05 m/s² at 25 °C with 1, −0.5 and 0.4 mg/K; scales with 200, −100 and 50 ppm/K.
@@ -46,9 +29,9 @@ fn hand_held(path: &Path, temperature: f64, seed: u64) {
     let mut chance = Chance(seed);
     let mut rows = String::from("t_s,x_m/s2,y_m/s2,z_m/s2,temp_degC\n");
     let mut sample = 0;
-    let mut before = chance.direction();
+    let mut before = direction(&mut chance);
     for _ in 0..18 {
-        let next = chance.direction();
+        let next = direction(&mut chance);
         for i in 0..400 {
             let share = (f64::from(i) / 100.0).min(1.0);
             let moving = share < 1.0;

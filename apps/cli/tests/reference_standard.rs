@@ -14,13 +14,8 @@ const DEVICE: f64 = 0.05;
 
 /// Forty periods at each frequency in two channels that follow at once, with a trace of noise.
 fn stepped(path: &Path, header: &str, gains: [f64; 2]) {
-    let mut seed = 1u64;
-    let mut noise = || {
-        seed = seed
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (seed >> 11) as f64 / (1u64 << 53) as f64 - 0.5
-    };
+    let mut chance = Chance(1);
+    let mut noise = || chance.uniform() - 0.5;
     let mut text = format!("{header}\n");
     let (mut k, mut phase) = (0u32, 0.0f64);
     for f in [40.0, 80.0, 160.0, 320.0, 640.0] {
@@ -57,12 +52,6 @@ fn standard(folder: &Path) -> PathBuf {
     ];
     succeed(&[&asked[..], &columns, &output].concat());
     place
-}
-
-fn codes(result: &serde_json::Value) -> Vec<String> {
-    let findings = result["findings"].as_array().unwrap();
-    let code = |f: &serde_json::Value| f["code"].as_str().unwrap().to_owned();
-    findings.iter().map(code).collect()
 }
 
 fn table(path: &Path) -> Vec<Vec<f64>> {

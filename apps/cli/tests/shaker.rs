@@ -11,33 +11,10 @@ use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use support::{json, quantity, reference_data, refuse, succeed, text};
+use support::*;
 
 fn example() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/published-triaxial")
-}
-
-/// Rows of a CSV file as (heading, field) pairs.
-fn rows(path: &Path) -> Vec<Vec<(String, String)>> {
-    let text = std::fs::read_to_string(path).expect("a table");
-    let mut lines = text.lines();
-    let header: Vec<&str> = lines.next().expect("a header").split(',').collect();
-    lines
-        .map(|l| {
-            let fields = l.split(',').map(str::to_owned);
-            header.iter().map(|h| (*h).to_owned()).zip(fields).collect()
-        })
-        .collect()
-}
-
-fn field<'a>(row: &'a [(String, String)], heading: &str) -> &'a str {
-    row.iter()
-        .find(|(h, _)| h == heading)
-        .map_or_else(|| panic!("no {heading}"), |(_, f)| f.as_str())
-}
-
-fn number(row: &[(String, String)], heading: &str) -> f64 {
-    field(row, heading).parse().expect("a number")
 }
 
 /// Rows of the uncorrected case of the printed matrices.
@@ -416,15 +393,7 @@ fn crosscheck_interferometric_calibration_of_a_digital_accelerometer() {
     succeed(&["calibrate", text(folder.path())]);
     let table = rows(&folder.path().join("result/sensitivity.csv"));
     assert_eq!(table.len(), 17);
-    for (f, mean) in [
-        (10.0, 1.01917),
-        (20.0, 1.01680),
-        (40.0, 1.00884),
-        (80.0, 0.97718),
-        (100.0, 0.95351),
-        (160.0, 0.85382),
-        (250.0, 0.64397),
-    ] {
+    for (f, mean) in MPU9250_MEANS {
         let row = table
             .iter()
             .find(|r| number(r, "frequency_Hz") == f)

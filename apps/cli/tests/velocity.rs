@@ -69,12 +69,6 @@ fn estimate(recording: &Path, out: &Path, arguments: &[&str]) -> serde_json::Val
     json(&out.join("result.json"))
 }
 
-fn codes(result: &serde_json::Value) -> Vec<String> {
-    let findings = result["findings"].as_array().expect("findings");
-    let code = |f: &serde_json::Value| f["code"].as_str().expect("code").to_owned();
-    findings.iter().map(code).collect()
-}
-
 fn rms(a: &[f64], b: &[f64], skip: usize) -> f64 {
     let sum: f64 = a
         .iter()

@@ -21,6 +21,8 @@ pub const ANGLE: Endings = &[("deg", DEGREE), ("rad", 1.0)];
 pub const VOLTAGE: Endings = &[("V", 1.0), ("mV", 1e-3), ("uV", 1e-6)];
 /// Accelerations.
 pub const ACCELERATION: Endings = &[("m/s2", 1.0), ("g", G)];
+/// Counts of a converter.
+pub const COUNT: Endings = &[("count", 1.0), ("counts", 1.0), ("LSB", 1.0)];
 /// Velocities.
 pub const VELOCITY: Endings = &[("m/s", 1.0), ("mm/s", 1e-3), ("um/s", 1e-6)];
 /// Sensitivities of transducers with voltage output.

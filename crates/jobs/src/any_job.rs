@@ -13,6 +13,7 @@ use crate::modes::{ModesData, ModesJob};
 use crate::motion::{MotionData, MotionJob};
 use crate::multi_position::{MultiPositionData, MultiPositionJob};
 use crate::noise::{NoiseData, NoiseJob};
+use crate::noise_comparison::{NoiseComparisonData, NoiseComparisonJob};
 use crate::outcome::{Filed, Job};
 use crate::plan::PlanJob;
 use crate::response::{ModelData, ModelJob, ResponseData, ResponseJob};
@@ -25,6 +26,7 @@ use crate::static_test::{StaticTestData, StaticTestJob};
 use crate::step::{StepData, StepJob};
 use crate::store::Sink;
 use crate::temperature::{TemperatureData, TemperatureJob};
+use crate::transverse::{TransverseData, TransverseJob};
 use crate::trouble::{Result, Trouble};
 use crate::uncertainty::UncertaintyJob;
 use crate::validation::{ValidationData, ValidationJob};
@@ -75,6 +77,8 @@ macro_rules! jobs {
             ShakerTriaxial(ShakerTriaxialData<'a>),
             /// Runs of a comparison.
             ShakerSingle(ShakerSingleData<'a>),
+            /// Runs of a transverse test.
+            Transverse(TransverseData<'a>),
             /// Runs of a vibrometer.
             SpuriousMotion(SpuriousMotionData<'a>),
             /// Outputs of an accelerometer in many positions.
@@ -97,6 +101,8 @@ macro_rules! jobs {
             Sink(&'a dyn Sink),
             /// A sensor at rest.
             Noise(NoiseData<'a>),
+            /// Noise results of several units.
+            NoiseComparison(NoiseComparisonData<'a>),
             /// A mesh, or nothing for a wedge by its dimensions.
             Modes(ModesData<'a>),
             /// A recorded shock.
@@ -190,6 +196,8 @@ jobs! {
     ShakerTriaxial(ShakerTriaxialJob, ShakerTriaxialData, "shaker-triaxial", |d| only!(d, ShakerTriaxial)),
     /// A single-axis accelerometer against a reference.
     ShakerSingle(ShakerSingleJob, ShakerSingleData, "shaker-single", |d| only!(d, ShakerSingle)),
+    /// The transverse sensitivity of a single-axis accelerometer.
+    Transverse(TransverseJob, TransverseData, "transverse-sensitivity", |d| only!(d, Transverse)),
     /// Motion of table and wedges beside the excitation.
     SpuriousMotion(SpuriousMotionJob, SpuriousMotionData, "spurious-motion", |d| only!(d, SpuriousMotion)),
     /// A plan of configurations.
@@ -202,6 +210,8 @@ jobs! {
     Inspect(InspectJob, InspectData, "inspect", |d| only!(d, Inspect)),
     /// Noise of sensors at rest.
     Noise(NoiseJob, NoiseData, "noise", |d| only!(d, Noise)),
+    /// Noise of several units, held against each other and against limits.
+    NoiseComparison(NoiseComparisonJob, NoiseComparisonData, "noise-comparison", |d| only!(d, NoiseComparison)),
     /// Velocity of an axis.
     VelocityEstimate(VelocityEstimateJob, AxisData, "velocity-estimate", |d| only!(d, Axis)),
     /// Methods of velocity estimation side by side.
@@ -313,6 +323,12 @@ impl Campaign {
                 let data = AnyData::ShakerSingle(files.data());
                 AnyJob::from(files.job.clone()).evaluate(&data, record, watch)
             }
+            Self::Transverse(campaign) => {
+                let files = campaign.load(watch)?;
+                let record = campaign.record(&files, date);
+                let data = AnyData::Transverse(files.data());
+                AnyJob::from(files.job.clone()).evaluate(&data, record, watch)
+            }
             Self::SpuriousMotion(campaign) => {
                 let files = campaign.load(watch)?;
                 let record = campaign.record(&files, date);
@@ -330,6 +346,7 @@ impl Campaign {
             Self::SingleAxis(campaign) => &campaign.source,
             Self::ShakerTriaxial(campaign) => &campaign.source,
             Self::ShakerSingle(campaign) => &campaign.source,
+            Self::Transverse(campaign) => &campaign.source,
             Self::SpuriousMotion(campaign) => &campaign.source,
         }
     }

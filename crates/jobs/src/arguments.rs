@@ -22,8 +22,8 @@ pub(crate) fn positive(text: &str) -> Result<f64, String> {
 #[cfg(test)]
 mod tests {
     use crate::simulate::{
-        SimulatedAxis, SimulatedMultiPosition, SimulatedShaker, SimulatedSpuriousMotion,
-        SimulatedTransducer,
+        SimulatedAxis, SimulatedMultiPosition, SimulatedNoise, SimulatedShaker,
+        SimulatedSpuriousMotion, SimulatedTransducer,
     };
     use crate::{ChannelReading, RecordingReading, noise::NoiseReading};
     use clap::{Args, Command};
@@ -39,6 +39,7 @@ mod tests {
     fn law_without_options_a_request_is_its_default() {
         same::<SimulatedAxis>();
         same::<SimulatedMultiPosition>();
+        same::<SimulatedNoise>();
         same::<SimulatedShaker>();
         same::<SimulatedSpuriousMotion>();
         same::<SimulatedTransducer>();

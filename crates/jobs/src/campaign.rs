@@ -8,6 +8,7 @@ mod shaker_single;
 mod shaker_triaxial;
 mod single_axis;
 mod spurious_motion;
+mod transverse;
 
 pub use draft::Draft;
 pub use free_living::{FreeLivingCampaign, FreeLivingMethod, StreamFormat, StreamTable};
@@ -18,14 +19,19 @@ pub use multi_position::{
 pub use shaker::{
     Certificate, CertificateOptions, CertificateTable, DriveFrequency, Mounting, PhasorQuantity,
     RunData, RunPhasor, RunTable, RunsTable, ShakerBudget, ShakerRecording, ShakerRun,
-    SingleAxisSeat, SpuriousFile, SpuriousSeat,
+    SingleAxisSeat, SpuriousFile, SpuriousSeat, TransverseSeat,
 };
-pub use shaker_single::{ReadingTable, ShakerSingleCampaign};
+pub use shaker_single::{
+    CheckStandardTable, DeviceChannel, ReadingTable, ShakerSingleCampaign, TransverseTable,
+};
 pub use shaker_triaxial::{
     CorrectionTable, PlanTable, PublishedInputs, ShakerMethods, ShakerTriaxialCampaign,
 };
 pub use single_axis::{PositionTable, SingleAxisCampaign, SingleAxisMethod, SingleAxisTable};
 pub use spurious_motion::{SpuriousMotionCampaign, VibrometerTable};
+pub use transverse::{
+    TransverseCampaign, TransverseDatasheet, TransverseMounting, TransverseReading,
+};
 
 use crate::outcome::Outcome as _;
 use crate::static_test::StaticTestOutcome;
@@ -43,6 +49,7 @@ pub const KINDS: &[&str] = &[
     "single-axis",
     "shaker-triaxial",
     "shaker-single",
+    "transverse-sensitivity",
     "spurious-motion",
 ];
 
@@ -60,6 +67,8 @@ pub enum Campaign {
     ShakerTriaxial(Box<ShakerTriaxialCampaign>),
     /// A single-axis accelerometer against a reference.
     ShakerSingle(Box<ShakerSingleCampaign>),
+    /// A single-axis accelerometer shaken across its axis.
+    Transverse(Box<TransverseCampaign>),
     /// Motion of table and wedges beside the excitation.
     SpuriousMotion(Box<SpuriousMotionCampaign>),
 }
@@ -148,6 +157,9 @@ impl Campaign {
             "shaker-single" => {
                 ShakerSingleCampaign::from_file(file).map(|c| Self::ShakerSingle(Box::new(c)))
             }
+            "transverse-sensitivity" => {
+                TransverseCampaign::from_file(file).map(|c| Self::Transverse(Box::new(c)))
+            }
             "spurious-motion" => {
                 SpuriousMotionCampaign::from_file(file).map(|c| Self::SpuriousMotion(Box::new(c)))
             }
@@ -174,12 +186,25 @@ impl Campaign {
             Self::SingleAxis(_) => "single-axis",
             Self::ShakerTriaxial(_) => "shaker-triaxial",
             Self::ShakerSingle(_) => "shaker-single",
+            Self::Transverse(_) => "transverse-sensitivity",
             Self::SpuriousMotion(_) => "spurious-motion",
         }
     }
 }
 
 impl Campaign {
+    /// One campaign for each device, with its name where they are several: each has a result of its own.
+    pub fn of_each_device(self) -> Vec<(Option<String>, Self)> {
+        match self {
+            Self::ShakerSingle(campaign) if campaign.devices.len() > 1 => {
+                let each = campaign.of_each_device().into_iter();
+                each.map(|c| (Some(c.channel.clone()), Self::ShakerSingle(Box::new(c))))
+                    .collect()
+            }
+            other => vec![(None, other)],
+        }
+    }
+
     /// Kind of the result, as `kind` in result.json.
     pub fn result_kind(&self) -> &'static str {
         match self {

@@ -11,6 +11,7 @@ use proofmass_io::{Cell, StatedQuantity, Table, Unit};
 use proofmass_report::{ComparisonReport, Report};
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 /// How calibrations are compared.
 ///
@@ -92,7 +93,10 @@ impl Job for ComparisonJob {
                 Trouble::data(format!("{} is in {own}, {name} in {other}", data.names[0]))
                     .with_hint("calibrations of one device have one unit: bring all to the same")
             })?;
-            converted.push(response.in_unit(own, factor)?);
+            converted.push(match other == own {
+                true => Cow::Borrowed(*response),
+                false => Cow::Owned(response.in_unit(own, factor)?),
+            });
         }
         let about = |e: proofmass_core::Error| {
             Trouble::from(e).detail(data.names.join(", ")).with_hint(
@@ -106,7 +110,7 @@ impl Job for ComparisonJob {
             findings.extend(pair.findings.iter().cloned());
             comparison = Some(pair);
         } else {
-            let all: Vec<&FrequencyResponse> = converted.iter().collect();
+            let all: Vec<&FrequencyResponse> = converted.iter().map(Cow::as_ref).collect();
             let several = ReferenceComparison::of(&all, self.probability).map_err(about)?;
             let several = several.judged(data.names);
             findings.extend(several.findings.iter().cloned());

@@ -1,50 +1,29 @@
 //! The table of a laboratory: sensitivity of one axis over frequency, as certificates print it.
 
+use crate::device_output::DeviceOutput;
 use proofmass_calibration::FrequencyResponse;
 use proofmass_calibration::shaker::reference::{ReferencePoint, ReferenceTable};
 use proofmass_io::sheet::{
     ACCELERATION_RATIO, ANGLE, COUNT_SENSITIVITY, Endings, FREQUENCY, PERCENT, Place, SENSITIVITY,
     Sheet, SheetRow,
 };
-use proofmass_io::{Error, ErrorKind, Input, Result, Source, Unit};
+use proofmass_io::{Error, ErrorKind, Input, Result, Source};
 use proofmass_uncertainty::{Finding, Severity};
 
-/// What the device gives.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Output {
-    Volt,
-    Acceleration,
-    Count,
-}
-
-/// Headings of the sensitivity, in the order of [`Output`].
+/// Headings of the sensitivity, in the order of `OUTPUTS`.
 const KINDS: [Endings; 3] = [SENSITIVITY, ACCELERATION_RATIO, COUNT_SENSITIVITY];
 
-impl Output {
-    const ALL: [Self; 3] = [Self::Volt, Self::Acceleration, Self::Count];
-
-    /// Unit of the sensitivity.
-    pub(crate) fn unit(self) -> &'static str {
-        match self {
-            Self::Volt => "V/(m/s²)",
-            Self::Acceleration => "(m/s²)/(m/s²)",
-            Self::Count => "count/(m/s²)",
-        }
-    }
-
-    pub(crate) fn of_device(self) -> Unit {
-        match self {
-            Self::Volt => Unit::Volt,
-            Self::Acceleration => Unit::MetrePerSecondSquared,
-            Self::Count => Unit::Count,
-        }
-    }
-}
+/// What the headings are those of.
+const OUTPUTS: [DeviceOutput; 3] = [
+    DeviceOutput::Volt,
+    DeviceOutput::Acceleration,
+    DeviceOutput::Count,
+];
 
 /// A table that was read.
 pub(crate) struct LaboratoryTable {
     pub(crate) input: Input,
-    pub(crate) output: Output,
+    pub(crate) output: DeviceOutput,
     /// Sensitivities in the unit of the output.
     pub(crate) table: ReferenceTable,
     pub(crate) phase_stated: bool,
@@ -153,7 +132,7 @@ impl LaboratoryTable {
             .map_err(|e| Error::new(ErrorKind::Format, e.to_string()).at(&path))?;
         Ok(Self {
             input: sheet.input.clone(),
-            output: Output::ALL[kind],
+            output: OUTPUTS[kind],
             table,
             phase_stated: phase.is_some(),
             findings,
@@ -162,7 +141,7 @@ impl LaboratoryTable {
 
     /// The table as a frequency response.
     pub(crate) fn response(&self) -> Result<FrequencyResponse, proofmass_core::Error> {
-        FrequencyResponse::try_from(&self.table)?.in_unit(self.output.unit(), 1.0)
+        FrequencyResponse::of_table(&self.table, self.output.unit())
     }
 }
 

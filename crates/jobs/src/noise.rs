@@ -44,6 +44,8 @@ pub struct NoiseJob {
     pub options: AnalysisOptions,
     /// Topic written into imu.yaml.
     pub rostopic: String,
+    /// The channels are clocks, from their phases: two to be separated were measured against a third.
+    pub clocks: bool,
 }
 
 impl Default for NoiseJob {
@@ -51,6 +53,7 @@ impl Default for NoiseJob {
         Self {
             options: AnalysisOptions::default(),
             rostopic: "/imu0".to_owned(),
+            clocks: false,
         }
     }
 }
@@ -169,6 +172,9 @@ impl NoiseJob {
                 .with_hint("give the rate in hertz, or a time column"));
             }
         };
+        if self.options.separate {
+            self.separable(channels)?;
+        }
         let analysis = analyse_watched(channels, stamps, rate, &self.options, watch)
             .map_err(|e| self.explain(e, data.name))?;
         let steady: Vec<f64> = match stamps {
@@ -193,6 +199,36 @@ impl NoiseJob {
         ))
     }
 
+    /// Refuses channels whose differences say nothing of each by itself.
+    fn separable(&self, channels: &[NoiseChannel<'_>]) -> Result<()> {
+        if channels.len() == 2 && !self.clocks {
+            return Err(Trouble::request(format!(
+                "two channels, {} and {}, cannot be separated: their difference does not say which of them is the noisier",
+                channels[0].name, channels[1].name
+            ))
+            .with_hint("three channels side by side are needed; two suffice only of clocks measured against a third (phases, --phase)"));
+        }
+        for (k, b) in channels.iter().enumerate() {
+            for a in &channels[..k] {
+                if a.unit != b.unit {
+                    return Err(Trouble::request(format!(
+                        "channels of different units cannot be separated: {} is in {}, {} in {}",
+                        a.name, a.unit, b.name, b.unit
+                    ))
+                    .with_hint("choose three of the same unit with --columns"));
+                }
+                if constant_difference(a.rate, b.rate) {
+                    return Err(Trouble::data(format!(
+                        "{} and {} cannot be separated: their difference never changes",
+                        a.name, b.name
+                    ))
+                    .with_hint("the same column is given twice, or two channels stand still: choose others with --columns"));
+                }
+            }
+        }
+        Ok(())
+    }
+
     fn streamed(
         &self,
         data: &NoiseData<'_>,
@@ -200,6 +236,12 @@ impl NoiseJob {
         blocks: &mut dyn NoiseBlocks,
         watch: &dyn Watch,
     ) -> Result<NoiseOutcome> {
+        if self.options.separate {
+            return Err(Trouble::request(
+                "channels of a recording that is read as a stream cannot be separated",
+            )
+            .with_hint("give a shorter recording: a separation needs all samples in memory"));
+        }
         let mut record = LongRecord::new(channels.to_vec());
         while let Some(block) = blocks.next_block()? {
             if block.behind_gap {
@@ -263,6 +305,10 @@ impl NoiseJob {
             Error::TooFew { .. } => {
                 "record longer: coefficients need thousands of samples, a curve at least ten"
             }
+            Error::Length {
+                name: "channels to be separated",
+                ..
+            } => "three channels side by side are needed: choose them with --columns",
             Error::OutOfRange { name: "tau", .. } => {
                 "an averaging time is a whole number of sample intervals, at most a half or a third of the record by statistic"
             }
@@ -272,6 +318,15 @@ impl NoiseJob {
             _ => "see `proofmass inspect` for what the file holds",
         };
         Trouble::from(error).detail(name).with_hint(hint)
+    }
+}
+
+/// Whether two channels have one and the same difference wherever both have a value.
+fn constant_difference(a: &[f64], b: &[f64]) -> bool {
+    let mut differences = a.iter().zip(b).map(|(a, b)| a - b).filter(|d| !d.is_nan());
+    match differences.next() {
+        Some(first) => differences.all(|d| d == first),
+        None => false,
     }
 }
 

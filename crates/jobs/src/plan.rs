@@ -8,10 +8,12 @@ use num_complex::Complex64;
 use proofmass_calibration::shaker::geometry::published_plan;
 use proofmass_calibration::shaker::matrix::Matrix;
 use proofmass_calibration::shaker::plan::{
-    Conditioning, PlanCost, Predicted, best, conditioning, costs, predict,
+    Conditioning, Expected, PlanCost, Predicted, best, conditioning, costs, predict,
 };
 use proofmass_calibration::shaker::reference::ReferenceTable;
-use proofmass_calibration::shaker::{Budget, Configuration, with_certificate};
+use proofmass_calibration::shaker::{
+    Budget, Configuration, Correction, Spurious, SpuriousTable, with_certificate,
+};
 use proofmass_core::{Error, Watch};
 use proofmass_io::{Cell, Input, StatedQuantity, Table};
 use proofmass_report::{PlanReport, Report};
@@ -58,6 +60,9 @@ pub struct PlanJob {
     pub sensitivity: Option<f64>,
     /// Acceleration, m/s².
     pub amplitude: f64,
+    /// Spurious motion as it will be known: the correction that the campaign will be made with.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub correction: Option<Correction>,
     /// What is doubtful about the bench beforehand, such as a resonance of a wedge.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub findings: Vec<Finding>,
@@ -76,8 +81,67 @@ impl PlanJob {
             sizes: Vec::new(),
             sensitivity: None,
             amplitude: 10.0,
+            correction: None,
             findings: Vec::new(),
         }
+    }
+
+    /// What the correction says of the spurious motion at the frequency of the plan: of its nearest frequency, and of an
+    /// inclination that it does not have as little as of the one it knows least.
+    fn spurious(&self) -> (SpuriousTable, Option<Finding>) {
+        let Some(correction) = &self.correction else {
+            return (SpuriousTable::default(), None);
+        };
+        let entries = &correction.table.entries;
+        let far = |e: &Spurious| (e.frequency / self.frequency).ln().abs();
+        let Some(nearest) = entries.iter().min_by(|a, b| far(a).total_cmp(&far(b))) else {
+            return (SpuriousTable::default(), None);
+        };
+        let at = nearest.frequency;
+        let mut table = SpuriousTable {
+            entries: entries
+                .iter()
+                .filter(|e| e.frequency == at)
+                .cloned()
+                .collect(),
+        };
+        for e in &mut table.entries {
+            e.frequency = self.frequency;
+        }
+        let size = |e: &Spurious| e.covariance.iter().map(|c| c[0] + c[2]).sum::<f64>();
+        let worst = table
+            .entries
+            .iter()
+            .max_by(|a, b| size(a).total_cmp(&size(b)))
+            .cloned();
+        let mut missing = 0;
+        for c in &self.candidates {
+            if table.get(c.inclination, self.frequency).is_none()
+                && let Some(worst) = &worst
+            {
+                missing += 1;
+                table.entries.push(Spurious {
+                    inclination: c.inclination,
+                    ratio: [Complex64::new(0.0, 0.0); 3],
+                    ..worst.clone()
+                });
+            }
+        }
+        let root = (worst.as_ref().map_or(0.0, size) / 6.0).sqrt();
+        let told = Finding::new(
+            Severity::Note,
+            "spurious-motion-expected",
+            format!(
+                "the uncertainty of the spurious motion is that of the correction \"{}\" at {at} Hz",
+                correction.label
+            ),
+        )
+        .evidence(format!(
+            "u = {root:.1e} of the excitation in each part of a ratio where it is known least; {missing} inclinations are not \
+             in the table and were reckoned with that"
+        ))
+        .advice("more repeats of the measurement of the spurious motion bring the cross terms down");
+        (table, Some(told))
     }
 
     /// Equal main terms and cross terms of 1 %: what a sound device has.
@@ -250,17 +314,24 @@ impl Job for PlanJob {
         };
         let s = self.matrix();
         let quality = conditioning(&plan).map_err(hopeless)?;
-        let predicted = predict(&plan, &budget, &s, self.amplitude).map_err(hopeless)?;
+        let (spurious, told) = self.spurious();
+        let expected = Expected {
+            budget: &budget,
+            spurious: &spurious,
+            sensitivity: &s,
+            amplitude: self.amplitude,
+            frequency: self.frequency,
+        };
+        let predicted = predict(&plan, &expected).map_err(hopeless)?;
         let sizes = self.sizes()?;
         let mut list = Vec::with_capacity(sizes.len());
         for (k, size) in sizes.iter().enumerate() {
             watch.step("plans", k as u64, sizes.len() as u64)?;
-            list.extend(
-                costs(&self.candidates, &[*size], &budget, &s, self.amplitude).map_err(hopeless)?,
-            );
+            list.extend(costs(&self.candidates, &[*size], &expected).map_err(hopeless)?);
         }
         watch.step("plans", sizes.len() as u64, sizes.len() as u64)?;
         let mut findings = self.findings.clone();
+        findings.extend(told);
         if self.sensitivity.is_none() {
             findings.push(
                 Finding::new(
@@ -327,6 +398,13 @@ impl ShakerTriaxialCampaign {
         if let Some(certificate) = certificate {
             inputs.push(certificate.input);
             job.reference = Some(certificate.table);
+        }
+        // Of several corrections the last is the best known; one without a file corrects nothing.
+        for file in self.read_corrections()? {
+            inputs.extend(file.input);
+            if !file.correction.table.entries.is_empty() {
+                job.correction = Some(file.correction);
+            }
         }
         job.sensitivity = self.datasheet.map(|d| d.0);
         if let Some(amplitude) = self.plan.as_ref().and_then(|p| p.amplitude) {

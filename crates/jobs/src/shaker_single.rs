@@ -2,20 +2,23 @@
 
 use crate::bench_runs::{BenchFiles, BenchRuns};
 use crate::campaign::ShakerSingleCampaign;
+use crate::device_output::DeviceOutput;
 use crate::frequency_response;
 use crate::observed::observe;
 use crate::outcome::{Job, Outcome};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
+use num_complex::Complex64;
 use proofmass_calibration::FrequencyResponse;
+use proofmass_calibration::shaker::check_standard::{CheckPoint, against_known};
 use proofmass_calibration::shaker::derived::PROBABILITY;
 use proofmass_calibration::shaker::recording::{Assessed, Quality, QualityLimits, assess};
 use proofmass_calibration::shaker::reference::ReferenceTable;
 use proofmass_calibration::shaker::single_axis::{
-    ComparisonBudget, ComparisonRow, SingleAxis, combine, compare,
+    ComparisonBudget, ComparisonRow, SingleAxis, TransverseMotion, combine, compare,
 };
 use proofmass_core::Watch;
-use proofmass_io::{AnyCalibration, Cell, StatedQuantity, Table, Unit};
+use proofmass_io::{AnyCalibration, Cell, StatedQuantity, Table};
 use proofmass_report::{Report, SingleAxisReport};
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity, Severity};
 use serde::{Deserialize, Serialize};
@@ -34,15 +37,17 @@ use serde::{Deserialize, Serialize};
 /// let certificate = ReferenceTable::new(vec![ReferencePoint {
 ///     frequency: 160.0, sensitivity: 0.01, phase: 0.0, modulus_uncertainty: 0.002, phase_uncertainty: 0.001,
 /// }])?;
-/// let reading = ComparisonBudget { ratio: 0.001, phase: 0.002, dof: DegreesOfFreedom::INFINITE };
+/// let reading = ComparisonBudget {
+///     ratio: 0.001, phase: 0.002, dof: DegreesOfFreedom::INFINITE, transverse: None,
+/// };
 /// let runs = [ShakerSingleRun {
 ///     row: ComparisonRow {
 ///         run: "a".into(), frequency: 160.0, transverse: Some(0.02),
 ///         reference: Complex64::new(0.1, 0.0), output: Complex64::new(0.2, 0.0),
 ///     },
-///     target: None, quality: Quality::default(), place: "line 1".into(),
+///     check: None, target: None, quality: Quality::default(), place: "line 1".into(),
 /// }];
-/// let outcome = ShakerSingleJob::new(certificate, reading).evaluate(&ShakerSingleData::new(&runs), &Unwatched)?;
+/// let outcome = ShakerSingleJob::new(Some(certificate), reading).evaluate(&ShakerSingleData::new(&runs), &Unwatched)?;
 /// let modulus = &outcome.quantities()[0];
 /// assert!((modulus.value - 0.02).abs() < 1e-12 && modulus.expanded > 8e-5);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -50,11 +55,21 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ShakerSingleJob {
-    /// Certificate of the reference.
-    pub reference: ReferenceTable,
+    /// Certificate of the reference; `None` when the runs carry accelerations.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference: Option<ReferenceTable>,
     /// Which standard it is and who calibrated it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference_description: Option<String>,
+    /// What the device gives.
+    #[serde(default)]
+    pub output: DeviceOutput,
+    /// Calibration of a check standard on the same table.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub check_standard: Option<ReferenceTable>,
+    /// Unit of what the check standard gives.
+    #[serde(default)]
+    pub check_output: DeviceOutput,
     /// Uncertainty of a reading.
     pub budget: ComparisonBudget,
     /// Rules of a sound run.
@@ -68,11 +83,14 @@ pub struct ShakerSingleJob {
 }
 
 impl ShakerSingleJob {
-    /// A comparison with this reference.
-    pub fn new(reference: ReferenceTable, budget: ComparisonBudget) -> Self {
+    /// A comparison with this reference, or with runs that carry accelerations, of a device in volts.
+    pub fn new(reference: Option<ReferenceTable>, budget: ComparisonBudget) -> Self {
         Self {
             reference,
             reference_description: None,
+            output: DeviceOutput::default(),
+            check_standard: None,
+            check_output: DeviceOutput::default(),
             budget,
             limits: QualityLimits::default(),
             datasheet: None,
@@ -84,8 +102,10 @@ impl ShakerSingleJob {
 /// One run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShakerSingleRun {
-    /// Name, frequency and the two phasors in volts.
+    /// Name, frequency and the two phasors.
     pub row: ComparisonRow,
+    /// Output of the check standard, where there is one.
+    pub check: Option<Complex64>,
     /// Acceleration wanted, m/s².
     pub target: Option<f64>,
     /// What the samples said.
@@ -106,6 +126,10 @@ pub struct ShakerSingleOutcome {
     /// Run by run, before the mean of repeats.
     single: Vec<SingleAxis>,
     runs: Vec<ComparisonRow>,
+    #[serde(default)]
+    output: DeviceOutput,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    check_standard: Vec<CheckPoint>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     reference: Option<String>,
 }
@@ -116,6 +140,11 @@ impl ShakerSingleOutcome {
         &self.results
     }
 
+    /// The check standard against what is known of it, where there is one.
+    pub fn check_standard(&self) -> &[CheckPoint] {
+        &self.check_standard
+    }
+
     fn page(&self, record: &Record) -> SingleAxisReport<'_> {
         let mut head = record.head(self.title(record), &self.findings);
         if let Some(reference) = &self.reference {
@@ -124,6 +153,7 @@ impl ShakerSingleOutcome {
         SingleAxisReport {
             head,
             runs: &self.runs,
+            check_standard: &self.check_standard,
         }
     }
 }
@@ -148,16 +178,23 @@ impl Outcome for ShakerSingleOutcome {
     }
 
     fn tables(&self) -> Result<Vec<(String, Table)>> {
-        Ok(vec![
+        let mut tables = vec![
             (
                 "sensitivity.csv".to_owned(),
-                sensitivity(None, &self.results)?,
+                sensitivity(None, self.output, &self.results)?,
             ),
             (
                 "repeats.csv".to_owned(),
-                sensitivity(Some(&self.runs), &self.single)?,
+                sensitivity(Some(&self.runs), self.output, &self.single)?,
             ),
-        ])
+        ];
+        if !self.check_standard.is_empty() {
+            tables.push((
+                "check_standard.csv".to_owned(),
+                check_table(&self.check_standard)?,
+            ));
+        }
+        Ok(tables)
     }
 
     fn calibration(&self, record: &Record) -> Result<Option<AnyCalibration>> {
@@ -171,7 +208,8 @@ impl Outcome for ShakerSingleOutcome {
         }
         // The certificate behind them says nothing of the correlation of its lines.
         let response = FrequencyResponse::from_polar("axis", &points, None)?;
-        let file = frequency_response::to_file(&response, "comparison", Unit::Volt, record);
+        let file =
+            frequency_response::to_file(&response, "comparison", self.output.of_device(), record);
         Ok(Some(file.into()))
     }
 
@@ -196,11 +234,17 @@ impl Job for ShakerSingleJob {
         watch.step("comparison", 0, 1)?;
         let mut findings = data.findings.to_vec();
         let runs = self.rows(data, &mut findings)?;
-        let (single, doubts) = compare(&runs, &self.reference, &self.budget)?;
+        let (single, doubts) = compare(
+            &runs,
+            self.reference.as_ref(),
+            self.output.unit(),
+            &self.budget,
+        )?;
         findings.extend(doubts);
         let (results, doubts) = combine(&runs, &single, &self.budget)?;
         findings.extend(doubts);
         findings.extend(against_datasheet(self.datasheet, &results));
+        let check_standard = self.check(data, &runs, &mut findings)?;
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
         watch.step("comparison", 1, 1)?;
         let quantities = results.iter().flat_map(|result| {
@@ -215,12 +259,48 @@ impl Job for ShakerSingleJob {
             results,
             single,
             runs,
+            output: self.output,
+            check_standard,
             reference: self.reference_description.clone(),
         })
     }
 }
 
 impl ShakerSingleJob {
+    /// The check standard in the runs that were used.
+    fn check(
+        &self,
+        data: &ShakerSingleData<'_>,
+        used: &[ComparisonRow],
+        findings: &mut Vec<Finding>,
+    ) -> Result<Vec<CheckPoint>> {
+        let Some(known) = &self.check_standard else {
+            return Ok(Vec::new());
+        };
+        let rows: Vec<ComparisonRow> = used
+            .iter()
+            .filter_map(|row| {
+                let run = data.runs.iter().find(|r| r.row.run == row.run)?;
+                Some(ComparisonRow {
+                    output: run.check?,
+                    ..row.clone()
+                })
+            })
+            .collect();
+        let unit = self.check_output.unit();
+        let (single, _) = compare(&rows, self.reference.as_ref(), unit, &self.budget)?;
+        let (means, _) = combine(&rows, &single, &self.budget)?;
+        let (points, doubts) = against_known(&means, known).map_err(|e| {
+            Trouble::from(e)
+                .detail("the calibration of the check standard reaches no run")
+                .with_hint(
+                    "name the calibration of [check_standard] at these frequencies, or take it out",
+                )
+        })?;
+        findings.extend(doubts);
+        Ok(points)
+    }
+
     /// Runs that the certificate reaches and nobody excluded, with what is doubtful about each.
     fn rows(
         &self,
@@ -242,30 +322,41 @@ impl ShakerSingleJob {
                 );
                 continue;
             }
-            let Ok(point) = self.reference.at(row.frequency) else {
+            let Ok(point) = self
+                .reference
+                .as_ref()
+                .map(|t| t.at(row.frequency))
+                .transpose()
+            else {
                 beyond.push(format!("{} ({} Hz, {})", row.run, row.frequency, run.place));
                 continue;
             };
-            if row.reference.norm() == 0.0 {
-                return Err(Trouble::data(format!(
-                    "{}: run {} has no signal of the reference",
-                    run.place, row.run
-                ))
-                .with_hint("measure the run again, or take its row out"));
+            for (channel, amplitude) in [
+                ("reference", Some(row.reference.norm())),
+                ("device", Some(row.output.norm())),
+                ("check standard", run.check.map(|c| c.norm())),
+            ] {
+                if amplitude == Some(0.0) {
+                    return Err(Trouble::data(format!(
+                        "{}: run {} has no signal of the {channel}",
+                        run.place, row.run
+                    ))
+                    .with_hint("measure the run again, or take its row out"));
+                }
             }
             let assessed = Assessed {
                 run: &row.run,
                 frequency: row.frequency,
                 quality: &run.quality,
-                channels: &ShakerSingleCampaign::CHANNELS,
-                amplitude: row.reference.norm() / point.sensitivity,
+                channels: &CHANNELS,
+                amplitude: row.reference.norm() / point.map_or(1.0, |p| p.sensitivity),
                 target: run.target,
             };
             findings.extend(assess(&assessed, &self.limits));
             rows.push(row.clone());
         }
-        if !beyond.is_empty() {
-            let points = self.reference.points();
+        if let (false, Some(table)) = (beyond.is_empty(), &self.reference) {
+            let points = table.points();
             let covers = format!(
                 "it covers {} Hz to {} Hz",
                 points[0].frequency,
@@ -342,6 +433,13 @@ impl ShakerSingleCampaign {
             watch,
         )?;
         let name = table.path.display().to_string();
+        // Of several devices and a check standard this result is about one.
+        let names = self.channels();
+        let own = names.iter().position(|n| *n == self.channel).unwrap_or(1);
+        let check = self
+            .check_standard
+            .as_ref()
+            .and_then(|c| names.iter().position(|n| *n == c.channel));
         let runs = table
             .runs
             .iter()
@@ -351,11 +449,12 @@ impl ShakerSingleCampaign {
                     run: run.run.clone(),
                     frequency: run.frequency_hz,
                     reference: seen.phasors[0],
-                    output: seen.phasors[1],
+                    output: seen.phasors[own],
                     transverse: run.seat.transverse,
                 },
+                check: check.map(|k| seen.phasors[k]),
                 target: run.seat.target,
-                quality: seen.quality(None),
+                quality: of_channel(&seen.quality(None), own),
                 place: format!("{name}:{}", run.line),
             })
             .collect();
@@ -367,15 +466,44 @@ impl ShakerSingleCampaign {
                 .dof
                 .and_then(DegreesOfFreedom::new)
                 .unwrap_or(DegreesOfFreedom::INFINITE),
+            transverse: self.transverse.map(|t| TransverseMotion {
+                sensitivity: t.sensitivity / 100.0,
+                largest: t.motion.map(|m| m / 100.0),
+            }),
         };
-        let mut findings = certificate.findings;
+        let mut findings = Vec::new();
+        let mut inputs = vec![self.source.input.clone()];
+        let mut job = ShakerSingleJob::new(None, budget);
+        if let Some(certificate) = certificate {
+            findings.extend(certificate.findings);
+            inputs.push(certificate.input);
+            job.reference = Some(certificate.table);
+            job.reference_description = certificate.description;
+        }
         findings.extend(observed.findings);
-        let mut inputs = vec![self.source.input.clone(), certificate.input];
         let recordings = observed.inputs.len() - 1;
         inputs.extend(observed.inputs);
-        let mut job = ShakerSingleJob::new(certificate.table, budget);
-        job.reference_description = certificate.description;
-        job.datasheet = self.datasheet;
+        job.output = DeviceOutput::of(table.quantities.get(own).copied());
+        if let Some(k) = check {
+            job.check_output = DeviceOutput::of(table.quantities.get(k).copied());
+            if let Some(certificate) = self.read_check_standard(job.check_output)? {
+                findings.extend(certificate.findings);
+                inputs.push(certificate.input);
+                job.check_standard = Some(certificate.table);
+            }
+        }
+        if let Some((output, datasheet)) = self.datasheet {
+            if output != job.output {
+                return Err(Trouble::data(format!(
+                    "[datasheet] is in {}, and the device gives {}",
+                    output.unit(),
+                    job.output.unit()
+                ))
+                .detail(self.source.path.display().to_string())
+                .with_hint("state unit in [datasheet] in what the device gives per m/s² or g"));
+            }
+            job.datasheet = Some(datasheet);
+        }
         job.excluded = self.runs.exclude.clone();
         Ok(ShakerSingleFiles {
             job,
@@ -393,23 +521,64 @@ impl ShakerSingleCampaign {
     }
 }
 
-/// Sensitivities, run by run where the runs are given.
-fn sensitivity(runs: Option<&[ComparisonRow]>, results: &[SingleAxis]) -> Result<Table> {
-    let mut header = vec![
+/// Names of the channels that the quality of a run is about.
+const CHANNELS: [&str; 2] = ["reference", "output"];
+
+/// What the samples of the reference and of one device say.
+fn of_channel(quality: &Quality, own: usize) -> Quality {
+    let noise = &quality.signal_to_noise;
+    let both = [noise.first(), noise.get(own)];
+    let mut clipped: Vec<usize> = Vec::new();
+    for (place, channel) in [(0, 0), (1, own)] {
+        if quality.clipped.contains(&channel) {
+            clipped.push(place);
+        }
+    }
+    Quality {
+        signal_to_noise: both.into_iter().flatten().copied().collect(),
+        clipped,
+        ..quality.clone()
+    }
+}
+
+fn check_table(points: &[CheckPoint]) -> Result<Table> {
+    let mut table = Table::new([
         "frequency_Hz",
-        "real_V/(m/s2)",
-        "imaginary_V/(m/s2)",
-        "modulus_V/(m/s2)",
-        "u_modulus_V/(m/s2)",
-        "U_modulus_V/(m/s2)",
-        "k",
-        "nu_eff",
-        "phase_deg",
-        "u_phase_deg",
-        "U_phase_deg",
-    ];
+        "known",
+        "measured",
+        "departure_%",
+        "u_departure_%",
+        "E_n",
+        "phase_departure_deg",
+        "u_phase_departure_deg",
+        "E_n_phase",
+    ]);
+    for p in points {
+        let [modulus, phase] = p.e_n();
+        let mut cells: Vec<Cell> = [p.frequency, p.known, p.measured].map(Cell::from).to_vec();
+        cells.extend([p.modulus, p.modulus_uncertainty].map(|v| Cell::from(100.0 * v)));
+        cells.push(modulus.into());
+        cells.extend([p.phase, p.phase_uncertainty].map(|v| Cell::from(v.to_degrees())));
+        cells.push(phase.into());
+        table.push(cells)?;
+    }
+    Ok(table)
+}
+
+/// Sensitivities, run by run where the runs are given.
+fn sensitivity(
+    runs: Option<&[ComparisonRow]>,
+    output: DeviceOutput,
+    results: &[SingleAxis],
+) -> Result<Table> {
+    let unit = output.unit().replace('²', "2");
+    let mut header = vec!["frequency_Hz".to_owned()];
+    header.extend(
+        ["real", "imaginary", "modulus", "u_modulus", "U_modulus"].map(|n| format!("{n}_{unit}")),
+    );
+    header.extend(["k", "nu_eff", "phase_deg", "u_phase_deg", "U_phase_deg"].map(str::to_owned));
     if runs.is_some() {
-        header.insert(0, "run");
+        header.insert(0, "run".to_owned());
     }
     let mut table = Table::new(header);
     for (i, result) in results.iter().enumerate() {

@@ -5,6 +5,7 @@ mod outcome;
 mod tables;
 
 pub use outcome::ShakerTriaxialOutcome;
+pub(crate) use tables::stated;
 
 use crate::bench_runs::{BenchFiles, BenchRuns};
 use crate::campaign::{ShakerBudget, ShakerTriaxialCampaign};

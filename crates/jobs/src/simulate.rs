@@ -3,6 +3,7 @@
 mod axis;
 mod fault;
 mod multi_position;
+mod noise;
 mod shaker;
 mod spurious_motion;
 mod transducer;
@@ -11,6 +12,7 @@ mod wedge_motion;
 pub use axis::{SimulatedAxis, SimulatedMotion};
 pub use fault::{Practice, PracticeFault};
 pub use multi_position::SimulatedMultiPosition;
+pub use noise::{SimulatedKind, SimulatedNoise};
 pub use shaker::SimulatedShaker;
 pub use spurious_motion::SimulatedSpuriousMotion;
 pub use transducer::{SimulatedExcitation, SimulatedPrinciple, SimulatedTransducer};
@@ -60,6 +62,8 @@ pub enum SimulateJob {
     Axis(SimulatedAxis),
     /// A transducer under a shock, noise, a sweep or a step.
     Transducer(SimulatedTransducer),
+    /// A sensor at rest with known noise.
+    Noise(SimulatedNoise),
 }
 
 /// What was simulated: the files with their digests, and the truth.
@@ -137,6 +141,7 @@ impl Job for SimulateJob {
             Self::SpuriousMotion(s) => ("spurious-motion", s.simulate(&desk)?),
             Self::Axis(s) => ("axis", s.simulate(&desk)?),
             Self::Transducer(s) => ("transducer", s.simulate(&desk)?),
+            Self::Noise(s) => ("noise", s.simulate(&desk)?),
         };
         watch.step("simulation", 1, 1)?;
         let mut files = desk.written.into_inner().unwrap_or_default();

@@ -6,6 +6,7 @@ mod outcome;
 mod reading;
 mod reference;
 mod sensors;
+mod speed;
 mod turning;
 
 pub use map::{VelocityMap, VelocityMapJob};

@@ -110,11 +110,12 @@ fn law_a_comparison_is_read_again() {
     }])
     .expect("a certificate");
     let job = ShakerSingleJob::new(
-        reference,
+        Some(reference),
         ComparisonBudget {
             ratio: 0.001,
             phase: 0.002,
             dof: DegreesOfFreedom::INFINITE,
+            transverse: None,
         },
     );
     let run = |name: &str, output: f64| ShakerSingleRun {
@@ -125,6 +126,7 @@ fn law_a_comparison_is_read_again() {
             output: Complex64::new(output, 0.0),
             transverse: Some(0.02),
         },
+        check: None,
         target: None,
         quality: Quality::default(),
         place: "here".into(),

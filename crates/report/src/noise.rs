@@ -20,6 +20,12 @@ impl NoiseReport<'_> {
     /// The whole report.
     pub fn full(&self, analysis: &Analysis) -> Report {
         let mut report = self.summary(analysis);
+        if let Some(section) = together(analysis) {
+            report = report.section(section);
+        }
+        if let Some(section) = separated(analysis) {
+            report = report.section(section);
+        }
         for (i, channel) in analysis.channels.iter().enumerate() {
             report = report.section(channel_section(channel, self.traces.get(i)));
         }
@@ -39,6 +45,128 @@ impl NoiseReport<'_> {
             .section(Section::new("Coefficients").table(coefficients(analysis)))
             .findings(self.head.findings.iter().cloned())
     }
+}
+
+/// The curves of all channels of one unit in one figure.
+fn together(analysis: &Analysis) -> Option<Section> {
+    let mut section = Section::new("All channels");
+    let mut drawn = false;
+    let mut seen: Vec<(&str, &str)> = Vec::new();
+    for channel in &analysis.channels {
+        let Some(curve) = &channel.curve else {
+            continue;
+        };
+        let kind = (channel.unit.as_str(), curve.statistic.abbreviation());
+        if seen.contains(&kind) {
+            continue;
+        }
+        seen.push(kind);
+        let same: Vec<(&ChannelAnalysis, &DeviationCurve)> = analysis
+            .channels
+            .iter()
+            .filter(|c| c.unit == channel.unit)
+            .filter_map(|c| Some((c, c.curve.as_ref()?)))
+            .collect();
+        if same.len() < 2 {
+            continue;
+        }
+        let mut plot = XyPlot::new(
+            Axis::log("averaging time τ", "s"),
+            Axis::log(kind.1, deviation_unit(channel, curve)),
+        )
+        .height(380.0);
+        for (channel, curve) in same {
+            let points: Vec<_> = curve.points.iter().filter(|p| p.deviation > 0.0).collect();
+            let tau: Vec<f64> = points.iter().map(|p| p.tau).collect();
+            let value: Vec<f64> = points.iter().map(|p| p.deviation).collect();
+            let side = |pick: fn((f64, f64)) -> f64| -> Vec<f64> {
+                let of =
+                    |p: &&proofmass_noise::DeviationPoint| p.interval.map_or(p.deviation, pick);
+                points.iter().map(of).collect()
+            };
+            plot = plot.series(
+                Series::line(channel.name.clone(), &tau, &value)
+                    .bars(&side(|i| i.0), &side(|i| i.1)),
+            );
+        }
+        section = section.figure(format!("{} of all channels in {}", kind.1, kind.0), plot);
+        drawn = true;
+    }
+    drawn.then_some(section)
+}
+
+/// Three sensors by themselves.
+fn separated(analysis: &Analysis) -> Option<Section> {
+    let points = &analysis.separated;
+    points.first()?;
+    let unit = analysis.channels.first()?.unit.clone();
+    let mut plot = XyPlot::new(
+        Axis::log("averaging time τ", "s"),
+        Axis::log("OADEV by itself", unit.clone()),
+    );
+    let mut table = Table::new(
+        "Allan variance of each sensor by itself, with its standard uncertainty",
+        [
+            Column::text("sensor"),
+            Column::number("τ", "s"),
+            Column::number("variance", format!("({unit})²")),
+            Column::number("u", format!("({unit})²")),
+        ],
+    );
+    for k in 0..3 {
+        let channel = analysis.channels.get(k);
+        let name = channel.map_or_else(|| "reference".to_owned(), |c| c.name.clone());
+        let positive: Vec<(f64, f64)> = points
+            .iter()
+            .filter_map(|p| Some((p.tau, p.deviation(k)?)))
+            .collect();
+        let (tau, value): (Vec<f64>, Vec<f64>) = positive.into_iter().unzip();
+        plot = plot.series(Series::markers(name.clone(), &tau, &value));
+        for p in points {
+            table = table.row([
+                Cell::text(name.clone()),
+                Cell::number(scientific(p.tau, 4)),
+                Cell::number(scientific(p.variances[k], 4)),
+                Cell::number(scientific(p.uncertainties[k], 2)),
+            ]);
+        }
+    }
+    Some(
+        Section::new("Sensors by themselves")
+            .paragraph(
+                "What all three share is left out: the covariance of the differences of one sensor to the two others. A variance below zero \
+                 says that the sensor is quieter than its uncertainty.",
+            )
+            .figure("Allan deviations of the sensors by themselves", plot)
+            .table(table),
+    )
+}
+
+/// The curve over time: one line for every averaging time that all windows have, at most eight.
+fn over_time(channel: &ChannelAnalysis) -> Option<XyPlot> {
+    let windows = &channel.windows;
+    let fewest = windows.iter().map(|w| w.curve.points.len()).min()?;
+    let first = windows.first()?;
+    let step = fewest.div_ceil(8).max(1);
+    let mut plot = XyPlot::new(
+        Axis::linear("middle of the window", "s"),
+        Axis::log("OADEV", channel.unit.clone()),
+    );
+    let middle: Vec<f64> = windows.iter().map(|w| 0.5 * (w.from + w.to)).collect();
+    for i in (0..fewest).step_by(step) {
+        let at = |f: &dyn Fn(&proofmass_noise::DeviationPoint) -> f64| -> Vec<f64> {
+            windows.iter().map(|w| f(&w.curve.points[i])).collect()
+        };
+        if at(&|p| p.deviation).iter().any(|v| *v <= 0.0) {
+            continue;
+        }
+        let name = format!("τ = {} s", scientific(first.curve.points[i].tau, 3));
+        plot = plot.series(Series::line(name, &middle, &at(&|p| p.deviation)).bars(
+            &at(&|p| p.interval.map_or(p.deviation, |v| v.0)),
+            &at(&|p| p.interval.map_or(p.deviation, |v| v.1)),
+        ));
+    }
+    Some(plot)
 }
 
 /// Every coefficient of every channel: a number with its interval, or why there is none.
@@ -193,12 +321,19 @@ fn channel_section(channel: &ChannelAnalysis, trace: Option<&Trace>) -> Section 
             plot,
         );
     }
+    if let Some(plot) = over_time(channel) {
+        section = section.figure(
+            "Dynamic Allan deviation: the curve of every window, with its intervals",
+            plot,
+        );
+    }
     for curve in channel.curve.iter().chain(&channel.further) {
         section = section.table(deviations(channel, curve));
     }
     if let Some(plot) = spectrum(channel) {
         section = section.figure(
-            "One-sided amplitude density of the whole record with its confidence band; shaded, what the fit leaves out",
+            "One-sided amplitude density of the whole record with its confidence band; below, its ratio to the fitted model; shaded, what the fit \
+             leaves out",
             plot,
         );
     }
@@ -350,10 +485,24 @@ fn spectrum(channel: &ChannelAnalysis) -> Option<XyPlot> {
         plot = plot.series(Series::line("fitted model", &x, &modelled));
     }
     let band = channel.whittle.as_ref().map(|f| f.band.highest_frequency);
-    if let (Some(highest), Some(last)) = (band, x.last())
-        && highest < *last
-    {
-        plot = plot.shade("not fitted", &[(highest, *last)]);
+    let left = match (band, x.last()) {
+        (Some(highest), Some(last)) if highest < *last => vec![(highest, *last)],
+        _ => Vec::new(),
+    };
+    if !left.is_empty() {
+        plot = plot.shade("not fitted", &left);
+    }
+    if modelled.len() == x.len() {
+        let over =
+            |v: &[f64]| -> Vec<f64> { v.iter().zip(&modelled).map(|(a, m)| a / m).collect() };
+        plot = plot
+            .below(Axis::log("record over model", ""))
+            .series(Series::line("", &x, &over(&y)).band(&over(&low), &over(&high)))
+            .horizontal(1.0, "");
+        if !left.is_empty() {
+            plot = plot.shade("", &left);
+        }
+        plot.panels[0].height = 260.0;
     }
     Some(plot)
 }

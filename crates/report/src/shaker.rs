@@ -3,9 +3,11 @@
 mod agreement;
 mod budget;
 mod comparison;
+mod contested;
 mod curves;
 mod digits;
 mod matrices;
+mod mounting;
 mod transverse;
 
 use crate::number::plain;
@@ -69,9 +71,10 @@ impl ShakerReport<'_> {
             add(agreement::monte_carlo(self.checks));
             add(Some(transverse::section(result)));
             add(Some(transverse::axes(result, unit)));
+            add(contested::section(calibration, unit));
             add(Some(agreement::residuals(calibration, result)));
             if result.method == ShakerMethod::Joint {
-                add(agreement::angles(result));
+                add(mounting::angles(result));
             }
         }
         report

@@ -2,6 +2,7 @@
 
 use crate::number::{minus, plain, rounded};
 use crate::{Axis, BarPlot, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot};
+use proofmass_calibration::shaker::check_standard::CheckPoint;
 use proofmass_calibration::shaker::single_axis::{ComparisonRow, SingleAxis, transverse_limit};
 use proofmass_uncertainty::Quantity;
 
@@ -15,6 +16,8 @@ pub struct SingleAxisReport<'a> {
     pub head: Head<'a>,
     /// The runs, for the transverse motion; in the order of the results.
     pub runs: &'a [ComparisonRow],
+    /// A check standard against what is known of it.
+    pub check_standard: &'a [CheckPoint],
 }
 
 impl SingleAxisReport<'_> {
@@ -26,6 +29,9 @@ impl SingleAxisReport<'_> {
             .section(budget(results));
         if self.runs.iter().any(|r| r.transverse.is_some()) {
             report = report.section(self.transverse());
+        }
+        if !self.check_standard.is_empty() {
+            report = report.section(self.check_standard());
         }
         let section = Section::new("Inputs and method").inputs(&self.head.inputs);
         report
@@ -45,6 +51,49 @@ impl SingleAxisReport<'_> {
         report
             .findings(self.head.findings.iter().cloned())
             .section(result(results))
+    }
+
+    fn check_standard(&self) -> Section {
+        let points = |of: fn(&CheckPoint) -> (f64, f64), factor: f64| -> Vec<(f64, f64, f64)> {
+            let list = self.check_standard.iter();
+            list.map(|p| {
+                let (d, u) = of(p);
+                (p.frequency, factor * d, 2.0 * factor * u)
+            })
+            .collect()
+        };
+        let modulus = points(|p| (p.modulus, p.modulus_uncertainty), 100.0);
+        let phase = points(
+            |p| (p.phase, p.phase_uncertainty),
+            180.0 / std::f64::consts::PI,
+        );
+        let mut plot = XyPlot::new(
+            Axis::log("frequency", "Hz"),
+            Axis::linear("departure of the modulus", "%"),
+        )
+        .series(Series::intervals("", &modulus))
+        .horizontal(0.0, "")
+        .below(Axis::linear("departure of the phase", "°"))
+        .series(Series::intervals("", &phase).look(0))
+        .horizontal(0.0, "");
+        for panel in &mut plot.panels {
+            panel.height = 160.0;
+        }
+        let worst = |k: usize| -> String {
+            let list = self.check_standard.iter();
+            list.filter_map(|p| p.e_n()[k])
+                .max_by(|a, b| a.abs().total_cmp(&b.abs()))
+                .map_or("–".to_owned(), |e| minus(&format!("{e:.2}")))
+        };
+        Section::new("Check standard")
+            .key_figures([
+                KeyFigure::new("largest E_n of the modulus", worst(0), ""),
+                KeyFigure::new("largest E_n of the phase", worst(1), ""),
+            ])
+            .figure(
+                "Departure of the check standard from its known sensitivity, with twice the standard uncertainty of both",
+                plot,
+            )
     }
 
     fn transverse(&self) -> Section {
@@ -88,8 +137,16 @@ fn quantity(result: &SingleAxis, name: &str, factor: f64) -> Option<(f64, f64, Q
     Some((factor * q.value, factor * q.expanded(PROBABILITY), q))
 }
 
-/// The prefix that suits the largest modulus.
-fn unit(results: &[SingleAxis]) -> (&'static str, f64) {
+/// The prefix that suits the largest modulus; only volts take one.
+fn unit(results: &[SingleAxis]) -> (&str, f64) {
+    let own = results
+        .iter()
+        .filter_map(|r| r.estimate.components().first())
+        .map(|c| c.unit.as_str())
+        .next();
+    if let Some(other) = own.filter(|unit| *unit != "V/(m/s²)") {
+        return (other, 1.0);
+    }
     let largest = results.iter().map(|r| r.sensitivity.norm());
     match largest.fold(0.0, f64::max) {
         v if v >= 0.5 => ("V/(m/s²)", 1.0),

@@ -4,6 +4,7 @@ mod motion;
 
 pub use motion::{AxisMotion, MotionPoint};
 
+use proofmass_core::check::within;
 use proofmass_core::{Error, STANDARD_GRAVITY};
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
@@ -216,33 +217,21 @@ impl DrivenAxis {
     }
 
     fn check(&self) -> Result<(), Error> {
-        let range = |name, value: f64, min: f64, max: f64| {
-            if (min..=max).contains(&value) {
-                Ok(())
-            } else {
-                Err(Error::OutOfRange {
-                    name,
-                    value,
-                    min,
-                    max,
-                })
-            }
-        };
         let (e, a) = (&self.encoder, &self.accelerometer);
-        range("rate", self.rate, 1e-3, 1e8)?;
-        range("duration", self.duration, 0.0, 1e8 / self.rate)?;
-        range("lines", f64::from(e.lines), 1.0, 1e9)?;
-        range("radius", e.radius, 1e-9, 1e9)?;
-        range("every", e.every as f64, 1.0, 1e9)?;
-        range("missing", e.missing, 0.0, 1.0)?;
-        range("eccentricity", e.eccentricity, -1.0, 1.0)?;
-        range("noise", a.noise, 0.0, 1e9)?;
-        range("offset", a.offset, -1.0, 1.0)?;
-        range("gain_error", a.gain_error, -1.0, 10.0)?;
-        range("orientation", a.orientation, -1.6, 1.6)?;
-        range("roll_off", a.roll_off, 0.0, self.rate)?;
-        range("latency", a.latency, -10.0, 10.0)?;
-        range("bits", f64::from(a.bits), 0.0, 32.0)?;
+        within("rate", self.rate, 1e-3, 1e8)?;
+        within("duration", self.duration, 0.0, 1e8 / self.rate)?;
+        within("lines", f64::from(e.lines), 1.0, 1e9)?;
+        within("radius", e.radius, 1e-9, 1e9)?;
+        within("every", e.every as f64, 1.0, 1e9)?;
+        within("missing", e.missing, 0.0, 1.0)?;
+        within("eccentricity", e.eccentricity, -1.0, 1.0)?;
+        within("noise", a.noise, 0.0, 1e9)?;
+        within("offset", a.offset, -1.0, 1.0)?;
+        within("gain_error", a.gain_error, -1.0, 10.0)?;
+        within("orientation", a.orientation, -1.6, 1.6)?;
+        within("roll_off", a.roll_off, 0.0, self.rate)?;
+        within("latency", a.latency, -10.0, 10.0)?;
+        within("bits", f64::from(a.bits), 0.0, 32.0)?;
         self.motion.check()
     }
 }

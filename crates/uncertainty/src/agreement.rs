@@ -3,7 +3,7 @@
 #[cfg(feature = "estimate")]
 use crate::Estimate;
 use crate::Quantity;
-use proofmass_core::Error;
+use proofmass_core::{Error, check};
 use serde::{Deserialize, Serialize};
 
 /// Normalised error of two results of the same quantity.
@@ -50,14 +50,7 @@ impl En {
         covariance: f64,
         probability: f64,
     ) -> Result<Self, Error> {
-        if !(probability > 0.0 && probability < 1.0) {
-            return Err(Error::OutOfRange {
-                name: "probability",
-                value: probability,
-                min: 0.0,
-                max: 1.0,
-            });
-        }
+        check::probability(probability)?;
         let (k1, k2) = (
             first.coverage_factor(probability),
             second.coverage_factor(probability),

@@ -14,7 +14,7 @@ pub use repeats::{MeanOfRepeats, Repeats};
 use crate::quantile::{chi_squared_quantile, dof_of_coverage_factor, f_quantile};
 use crate::{DegreesOfFreedom, Finding, Severity};
 use projection::Projection;
-use proofmass_core::Error;
+use proofmass_core::{Error, check};
 use serde::{Deserialize, Serialize};
 
 /// The equations of a fit at its solution.
@@ -376,14 +376,7 @@ fn check(variances: &[f64], dof: &NoiseDof, probability: f64) -> Result<(), Erro
             got: each.len(),
         });
     }
-    if !(probability > 0.0 && probability < 1.0) {
-        return Err(Error::OutOfRange {
-            name: "probability",
-            value: probability,
-            min: 0.0,
-            max: 1.0,
-        });
-    }
+    check::probability(probability)?;
     Ok(())
 }
 

@@ -14,7 +14,7 @@ use crate::propagation::one_by_one;
 use crate::sampler::{STRIP, Sampler, Strips};
 use crate::{Finding, JointInputs, Model, Refusal, Severity};
 use order::{mean_and_sd, symmetric_interval};
-use proofmass_core::Error;
+use proofmass_core::{Error, check};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
@@ -213,15 +213,7 @@ impl MonteCarlo {
         progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
     ) -> Result<Sampled, Refusal> {
         let p = self.probability;
-        if !(p > 0.0 && p < 1.0) {
-            return Err(Error::OutOfRange {
-                name: "probability",
-                value: p,
-                min: 0.0,
-                max: 1.0,
-            }
-            .into());
-        }
+        check::probability(p)?;
         let outputs = model.names();
         let m = outputs.len();
         let sampler = Sampler::new(inputs)?;

@@ -2,7 +2,9 @@
 
 use crate::Covariance;
 use crate::quantile::chi_squared_chance;
-use proofmass_core::Error;
+use faer::linalg::solvers::{Llt, LltError, Solve};
+use faer::{Mat, Side};
+use proofmass_core::{Error, check};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -161,18 +163,11 @@ impl MedianValue {
                 got: trials,
             });
         }
-        if !(probability > 0.0 && probability < 1.0) {
-            return Err(Error::OutOfRange {
-                name: "probability",
-                value: probability,
-                min: 0.0,
-                max: 1.0,
-            });
-        }
-        let roots: Vec<Vec<f64>> = covariances
+        check::probability(probability)?;
+        let roots = covariances
             .iter()
-            .map(|c| root(c.elements(), n))
-            .collect::<Result<_, _>>()?;
+            .map(|c| Ok(factors(c.elements(), n)?.L().to_owned()))
+            .collect::<Result<Vec<Mat<f64>>, Error>>()?;
         let count = results.len();
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
         let mut medians = vec![Vec::with_capacity(trials); n];
@@ -185,7 +180,7 @@ impl MedianValue {
                     .iter_mut()
                     .for_each(|z| *z = StandardNormal.sample(&mut rng));
                 for k in 0..n {
-                    let shift: f64 = (0..=k).map(|j| l[n * k + j] * normal[j]).sum();
+                    let shift: f64 = (0..=k).map(|j| l[(k, j)] * normal[j]).sum();
                     drawn[k][i] = x[k] + shift;
                 }
             }
@@ -296,48 +291,30 @@ fn less(v: &Covariance, c: &[f64]) -> Result<Covariance, Error> {
     Covariance::try_from_rows(n, &rows)
 }
 
-/// Lower triangular root by Cholesky.
-fn root(v: &[f64], n: usize) -> Result<Vec<f64>, Error> {
-    let mut l = vec![0.0; n * n];
-    for i in 0..n {
-        for j in 0..=i {
-            let sum = v[n * i + j] - (0..j).map(|k| l[n * i + k] * l[n * j + k]).sum::<f64>();
-            if i == j {
-                if !(sum > 1e-14 * v[n * i + i]) {
-                    return Err(Error::NotPositiveDefinite {
-                        name: "covariance of a result",
-                        row: i,
-                        column: j,
-                        value: sum,
-                    });
-                }
-                l[n * i + i] = sum.sqrt();
-            } else {
-                l[n * i + j] = sum / l[n * j + j];
-            }
-        }
+/// Cholesky's factors, of a covariance that is not singular to fourteen digits.
+fn factors(v: &[f64], n: usize) -> Result<Llt<f64>, Error> {
+    let refused = |row: usize| Error::NotPositiveDefinite {
+        name: "covariance of a result",
+        row,
+        column: row,
+        value: v[n * row + row],
+    };
+    let factors = Mat::from_fn(n, n, |i, j| v[n * i + j])
+        .llt(Side::Lower)
+        .map_err(|LltError::NonPositivePivot { index }| refused(index))?;
+    let l = factors.L();
+    match (0..n).find(|&i| !(l[(i, i)].powi(2) > 1e-14 * v[n * i + i])) {
+        Some(row) => Err(refused(row)),
+        None => Ok(factors),
     }
-    Ok(l)
 }
 
-/// Inverse of a covariance: V⁻¹ = L⁻ᵀ L⁻¹.
+/// Inverse of a covariance.
 fn inverse(v: &[f64], n: usize) -> Result<Vec<f64>, Error> {
-    let l = root(v, n)?;
-    let mut m = vec![0.0; n * n];
-    for c in 0..n {
-        for i in c..n {
-            let unit = f64::from(u8::from(i == c));
-            let sum = unit - (c..i).map(|k| l[n * i + k] * m[n * k + c]).sum::<f64>();
-            m[n * i + c] = sum / l[n * i + i];
-        }
-    }
-    let mut w = vec![0.0; n * n];
-    for i in 0..n {
-        for j in 0..n {
-            w[n * i + j] = (i.max(j)..n).map(|k| m[n * k + i] * m[n * k + j]).sum();
-        }
-    }
-    Ok(w)
+    let w = factors(v, n)?.solve(Mat::<f64>::identity(n, n));
+    Ok((0..n * n)
+        .map(|at| 0.5 * (w[(at / n, at % n)] + w[(at % n, at / n)]))
+        .collect())
 }
 
 #[cfg(test)]

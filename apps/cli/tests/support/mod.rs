@@ -94,3 +94,62 @@ pub fn names(folder: &Path) -> Vec<String> {
 pub fn holds_only(folder: &Path, expected: &[&str]) -> bool {
     names(folder) == expected
 }
+
+/// Codes of the findings of a result, in their order.
+pub fn codes(result: &serde_json::Value) -> Vec<String> {
+    let findings = result["findings"].as_array().expect("findings").iter();
+    let code = |f: &serde_json::Value| f["code"].as_str().expect("a code").to_owned();
+    findings.map(code).collect()
+}
+
+/// Numbers by chance, the same on every machine.
+pub struct Chance(pub u64);
+
+impl Chance {
+    pub fn uniform(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// Normal but for its tails.
+    pub fn normal(&mut self) -> f64 {
+        (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
+    }
+}
+
+/// Published means of an MPU9250 over its ten repeats: frequency in Hz, m/s² per m/s².
+pub const MPU9250_MEANS: [(f64, f64); 7] = [
+    (10.0, 1.01917),
+    (20.0, 1.01680),
+    (40.0, 1.00884),
+    (80.0, 0.97718),
+    (100.0, 0.95351),
+    (160.0, 0.85382),
+    (250.0, 0.64397),
+];
+
+/// Rows of a table, every field with its heading.
+pub fn rows(path: &Path) -> Vec<Vec<(String, String)>> {
+    let text = std::fs::read_to_string(path).expect("a table");
+    let mut lines = text.lines();
+    let header: Vec<&str> = lines.next().expect("a header").split(',').collect();
+    lines
+        .map(|l| {
+            let fields = l.split(',').map(str::to_owned);
+            header.iter().map(|h| (*h).to_owned()).zip(fields).collect()
+        })
+        .collect()
+}
+
+pub fn field<'a>(row: &'a [(String, String)], heading: &str) -> &'a str {
+    row.iter()
+        .find(|(h, _)| h == heading)
+        .map_or_else(|| panic!("no {heading}"), |(_, f)| f.as_str())
+}
+
+pub fn number(row: &[(String, String)], heading: &str) -> f64 {
+    field(row, heading).parse().expect("a number")
+}

@@ -14,5 +14,5 @@ pub use recording::{DriveFrequency, ShakerRecording};
 pub(crate) use runs::read_runs;
 pub use runs::{PhasorQuantity, RunData, RunPhasor, RunTable, RunsTable, ShakerRun};
 pub(crate) use seat::read_plan;
-pub use seat::{Mounting, SingleAxisSeat, SpuriousSeat};
+pub use seat::{Mounting, SingleAxisSeat, SpuriousSeat, TransverseSeat};
 pub use spurious::SpuriousFile;

@@ -6,6 +6,7 @@ use super::shaker::{
     SingleAxisSeat, read_runs,
 };
 use super::shaker_triaxial::{Datasheet, waveform_options};
+use crate::device_output::DeviceOutput;
 use proofmass_io::{Ambient, Device};
 use proofmass_io::{Result, WaveformOptions};
 use serde::Deserialize;
@@ -22,6 +23,82 @@ pub struct ReadingTable {
     pub dof: Option<f64>,
 }
 
+/// `[transverse]`: what a motion of the table across the axis does.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TransverseTable {
+    /// Transverse sensitivity of the device, per cent of the sensitivity along its axis.
+    #[serde(rename = "sensitivity_%")]
+    pub sensitivity: f64,
+    /// Largest transverse motion of the table, per cent, where the runs do not say it.
+    #[serde(rename = "motion_%")]
+    pub motion: Option<f64>,
+}
+
+/// `[[devices]]`: one of several devices on the table at once.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DeviceChannel {
+    /// Its channel, which is also the name of the folder of its result.
+    pub channel: String,
+    /// Maker, where it is not that of `[device]`.
+    pub manufacturer: Option<String>,
+    /// Type, where it is not that of `[device]`.
+    pub model: Option<String>,
+    /// Serial number.
+    pub serial: Option<String>,
+    /// Anything else worth filing.
+    pub description: Option<String>,
+}
+
+/// `[check_standard]`: a device of known sensitivity on the same table.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CheckStandardTable {
+    /// Its channel.
+    #[serde(default = "check")]
+    pub channel: String,
+    /// Its calibration: the table of a laboratory (`.csv`), a calibration.json or a result.json, relative to the campaign.
+    pub file: String,
+    /// Coverage factor of the columns `U_…`.
+    pub k: Option<f64>,
+    /// Axis of a calibration of several.
+    pub axis: Option<String>,
+}
+
+fn check() -> String {
+    "check".to_owned()
+}
+
+/// What the reference of a run may be.
+pub(super) const REFERENCES: &[PhasorQuantity] =
+    &[PhasorQuantity::Voltage, PhasorQuantity::Acceleration];
+/// What a device may give.
+pub(super) const OUTPUTS: &[PhasorQuantity] = &[
+    PhasorQuantity::Voltage,
+    PhasorQuantity::Acceleration,
+    PhasorQuantity::Count,
+];
+
+/// Volts of a reference need a certificate, accelerations need none.
+pub(super) fn reference_fits<S>(
+    source: &CampaignFile,
+    table: &RunTable<S>,
+    certificate: bool,
+) -> Result<()> {
+    let acceleration = table.quantities.first() == Some(&PhasorQuantity::Acceleration);
+    let what = match (certificate, acceleration) {
+        (true, true) => {
+            "the runs carry accelerations already, and a certificate would be applied twice"
+        }
+        (false, false) => "the runs carry volts of the reference, and no certificate is named",
+        _ => return Ok(()),
+    };
+    Err(source
+        .refuse("reference", "file", what)
+        .with_hint("reference_V goes with [reference], reference_m/s2 without"))
+}
+
 /// The tables of a comparison; the files they name are read by its methods.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShakerSingleCampaign {
@@ -31,16 +108,24 @@ pub struct ShakerSingleCampaign {
     pub title: Option<String>,
     /// The device under calibration.
     pub device: Device,
+    /// Its channel.
+    pub channel: String,
+    /// All devices on the table, where they are several.
+    pub devices: Vec<DeviceChannel>,
+    /// A device of known sensitivity on the same table.
+    pub check_standard: Option<CheckStandardTable>,
     /// Runs.
     pub runs: RunsTable,
     /// Waveforms.
     pub recording: Option<ShakerRecording>,
-    /// Certificate of the reference.
-    pub reference: CertificateTable,
+    /// Certificate of the reference; `None` when the runs carry accelerations.
+    pub reference: Option<CertificateTable>,
     /// Uncertainty of a reading.
     pub reading: ReadingTable,
-    /// Datasheet sensitivity and its tolerance, V/(m/s²).
-    pub datasheet: Option<(f64, f64)>,
+    /// Transverse sensitivity and motion.
+    pub transverse: Option<TransverseTable>,
+    /// What the device of the datasheet gives; its sensitivity per m/s² and the tolerance.
+    pub datasheet: Option<(DeviceOutput, (f64, f64))>,
     /// Conditions.
     pub ambient: Ambient,
 }
@@ -53,18 +138,45 @@ struct File {
     title: Option<String>,
     #[serde(default)]
     device: Device,
+    #[serde(default)]
+    devices: Vec<DeviceChannel>,
+    check_standard: Option<CheckStandardTable>,
     runs: RunsTable,
     recording: Option<ShakerRecording>,
-    reference: CertificateTable,
+    reference: Option<CertificateTable>,
     reading: ReadingTable,
+    transverse: Option<TransverseTable>,
     datasheet: Option<Datasheet>,
     #[serde(default)]
     ambient: Ambient,
 }
 
 impl ShakerSingleCampaign {
-    /// Names of the channels, in the order of every run.
-    pub const CHANNELS: [&str; 2] = ["reference", "output"];
+    /// Names of the channels, in the order of every run: the reference, the devices, the check standard.
+    pub fn channels(&self) -> Vec<&str> {
+        let mut names = vec!["reference"];
+        if self.devices.is_empty() {
+            names.push(&self.channel);
+        } else {
+            names.extend(self.devices.iter().map(|d| d.channel.as_str()));
+        }
+        names.extend(self.check_standard.as_ref().map(|c| c.channel.as_str()));
+        names
+    }
+
+    /// One campaign for each device, with its channel; the campaign itself where there is one.
+    pub fn of_each_device(self) -> Vec<Self> {
+        if self.devices.len() < 2 {
+            return vec![self];
+        }
+        let common = self.device.clone();
+        let of = |device: &DeviceChannel| Self {
+            channel: device.channel.clone(),
+            device: device.merged(&common),
+            ..self.clone()
+        };
+        self.devices.iter().map(of).collect()
+    }
 
     pub(crate) fn from_file(source: CampaignFile) -> Result<Self> {
         let file: File = source.parse()?;
@@ -73,19 +185,40 @@ impl ShakerSingleCampaign {
             ("u_phase_deg", Some(file.reading.u_phase_deg)),
             ("dof", file.reading.dof),
         ] {
+            let least = if key == "dof" { f64::MIN_POSITIVE } else { 0.0 };
             if let Some(v) = value
-                && !(v.is_finite() && v >= 0.0)
+                && !(v.is_finite() && v >= least)
             {
                 return Err(source.refuse("reading", key, format!("{v} is impossible")));
             }
         }
+        for (key, value) in [
+            ("sensitivity_%", file.transverse.map(|t| t.sensitivity)),
+            ("motion_%", file.transverse.and_then(|t| t.motion)),
+        ] {
+            if let Some(v) = value
+                && !(0.0..=100.0).contains(&v)
+            {
+                return Err(source.refuse("transverse", key, format!("{v} % is impossible")));
+            }
+        }
+        channels_differ(&source, &file)?;
+        let (channel, device) = match file.devices.first() {
+            Some(first) => (first.channel.clone(), first.merged(&file.device)),
+            None => ("output".to_owned(), file.device),
+        };
         Ok(Self {
             title: file.title,
-            device: file.device,
+            // Of several each has its own, from what they have in common.
+            device,
+            channel,
+            devices: file.devices,
+            check_standard: file.check_standard,
             runs: file.runs,
             recording: file.recording,
             reference: file.reference,
             reading: file.reading,
+            transverse: file.transverse,
             datasheet: file.datasheet.map(|d| d.si(&source)).transpose()?,
             ambient: file.ambient,
             source,
@@ -95,14 +228,25 @@ impl ShakerSingleCampaign {
     /// Reads the table of runs.
     ///
     /// # Errors
-    /// As the table says, with line and column.
+    /// As the table says, with line and column; volts of a reference without a certificate, accelerations with one.
     pub fn read_runs(&self) -> Result<RunTable<SingleAxisSeat>> {
-        const VOLTS: &[PhasorQuantity] = &[PhasorQuantity::Voltage];
-        read_runs(
-            &self.source,
-            &self.runs,
-            &[("reference", VOLTS), ("output", VOLTS)],
-        )
+        let names = self.channels();
+        let channels: Vec<(&str, &[PhasorQuantity])> = names
+            .iter()
+            .map(|name| {
+                (
+                    *name,
+                    if *name == "reference" {
+                        REFERENCES
+                    } else {
+                        OUTPUTS
+                    },
+                )
+            })
+            .collect();
+        let table = read_runs(&self.source, &self.runs, &channels)?;
+        reference_fits(&self.source, &table, self.reference.is_some())?;
+        Ok(table)
     }
 
     /// How the waveforms are read.
@@ -110,14 +254,81 @@ impl ShakerSingleCampaign {
     /// # Errors
     /// No `[recording]`, or a channel that is missing.
     pub fn waveform_options(&self) -> Result<WaveformOptions> {
-        waveform_options(&self.source, self.recording.as_ref(), &Self::CHANNELS)
+        waveform_options(&self.source, self.recording.as_ref(), &self.channels())
     }
 
     /// Reads the certificate of the reference.
     ///
     /// # Errors
     /// As the table says, with line and column.
-    pub fn read_reference(&self) -> Result<Certificate> {
-        Certificate::read(&self.source, &self.reference)
+    pub fn read_reference(&self) -> Result<Option<Certificate>> {
+        let table = self.reference.as_ref();
+        table
+            .map(|t| Certificate::read(&self.source, t))
+            .transpose()
     }
+
+    /// Reads the calibration of the check standard, whose channel has this output.
+    ///
+    /// # Errors
+    /// As the table says, with line and column.
+    pub(crate) fn read_check_standard(&self, output: DeviceOutput) -> Result<Option<Certificate>> {
+        let Some(check) = &self.check_standard else {
+            return Ok(None);
+        };
+        let table = CertificateTable {
+            file: check.file.clone(),
+            k: check.k,
+            description: None,
+            axis: check.axis.clone(),
+            model: None,
+        };
+        Certificate::read_as(&self.source, "check_standard", &table, output).map(Some)
+    }
+}
+
+impl DeviceChannel {
+    fn merged(&self, common: &Device) -> Device {
+        let or = |own: &Option<String>, all: &Option<String>| own.clone().or_else(|| all.clone());
+        Device {
+            manufacturer: or(&self.manufacturer, &common.manufacturer),
+            model: or(&self.model, &common.model),
+            serial: self.serial.clone(),
+            description: or(&self.description, &common.description),
+        }
+    }
+}
+
+/// Every channel has a name of its own, which is good for a folder.
+fn channels_differ(source: &CampaignFile, file: &File) -> Result<()> {
+    let mut seen = vec!["reference"];
+    let devices = file.devices.iter().map(|d| ("devices", &d.channel));
+    let check = file.check_standard.iter();
+    let check = check.map(|c| ("check_standard", &c.channel));
+    for (table, name) in devices.chain(check) {
+        let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+        if name.is_empty() || !name.chars().all(plain) {
+            return Err(source
+                .refuse(table, "channel", format!("{name:?} is no name of a channel"))
+                .with_hint("letters, digits, - and _: the results of a device stand in a folder of that name"));
+        }
+        if seen.contains(&name.as_str()) {
+            return Err(source
+                .refuse(table, "channel", format!("the channel {name:?} stands twice"))
+                .with_hint("every device has a channel of its own, and `reference` is that of the reference"));
+        }
+        seen.push(name);
+    }
+    if file.devices.len() > 1 && file.device.serial.is_some() {
+        return Err(source
+            .refuse(
+                "device",
+                "serial",
+                "several devices cannot have one serial number",
+            )
+            .with_hint(
+                "write it to each of [[devices]]; [device] holds what they have in common",
+            ));
+    }
+    Ok(())
 }

@@ -5,8 +5,10 @@ use super::shaker::{
     BudgetSource, Certificate, CertificateTable, Mounting, PhasorQuantity, RunTable, RunsTable,
     ShakerBudget, ShakerRecording, SpuriousFile, read_runs,
 };
+use crate::device_output::DeviceOutput;
 use proofmass_calibration::shaker::geometry::published_plan;
 use proofmass_calibration::shaker::{Configuration, Correction, ShakerMethod, SpuriousTable};
+use proofmass_io::sheet::{ACCELERATION_RATIO, COUNT_SENSITIVITY, SENSITIVITY};
 use proofmass_io::{Ambient, Device};
 use proofmass_io::{Input, Result, WaveformOptions};
 use proofmass_uncertainty::Finding;
@@ -80,7 +82,7 @@ pub struct Datasheet {
     pub sensitivity: f64,
     /// Its tolerance or expanded uncertainty, in the same unit.
     pub tolerance: f64,
-    /// `V/(m/s²)`, `mV/(m/s²)`, `V/g` or `mV/g`.
+    /// `V/(m/s²)`, `mV/(m/s²)`, `V/g`, `mV/g`; of a single axis also `g/g` and `count/(m/s²)` and their like.
     pub unit: String,
 }
 
@@ -195,7 +197,19 @@ impl ShakerTriaxialCampaign {
             corrections: file.corrections,
             method: file.method,
             published: file.published,
-            datasheet: file.datasheet.map(|d| d.si(&source)).transpose()?,
+            datasheet: match file.datasheet.map(|d| d.si(&source)).transpose()? {
+                Some((DeviceOutput::Volt, datasheet)) => Some(datasheet),
+                Some((other, _)) => {
+                    return Err(source
+                        .refuse(
+                            "datasheet",
+                            "unit",
+                            format!("the outputs are volts, not {}", other.unit()),
+                        )
+                        .with_hint("V/(m/s2), mV/(m/s2), V/g or mV/g"));
+                }
+                None => None,
+            },
             plan: file.plan,
             fixtures: file.fixtures,
             ambient: file.ambient,
@@ -404,16 +418,19 @@ impl ShakerTriaxialCampaign {
 }
 
 impl Datasheet {
-    pub(super) fn si(&self, source: &CampaignFile) -> Result<(f64, f64)> {
+    /// What the device gives, its sensitivity per m/s² and the tolerance.
+    pub(super) fn si(&self, source: &CampaignFile) -> Result<(DeviceOutput, (f64, f64))> {
         let unit: String = self.unit.replace('²', "2").replace(' ', "");
-        let Some(&(_, factor)) = proofmass_io::sheet::SENSITIVITY
-            .iter()
-            .find(|(u, _)| *u == unit)
-        else {
-            let valid: Vec<&str> = proofmass_io::sheet::SENSITIVITY
-                .iter()
-                .map(|u| u.0)
-                .collect();
+        let kinds = [
+            (DeviceOutput::Volt, SENSITIVITY),
+            (DeviceOutput::Acceleration, ACCELERATION_RATIO),
+            (DeviceOutput::Count, COUNT_SENSITIVITY),
+        ];
+        let known = kinds
+            .into_iter()
+            .flat_map(|(output, endings)| endings.iter().map(move |(u, f)| (output, *u, *f)));
+        let Some((output, _, factor)) = known.clone().find(|(_, u, _)| *u == unit) else {
+            let valid: Vec<&str> = known.map(|(_, u, _)| u).collect();
             return Err(source
                 .refuse(
                     "datasheet",
@@ -434,7 +451,7 @@ impl Datasheet {
                 ));
             }
         }
-        Ok((self.sensitivity * factor, self.tolerance * factor))
+        Ok((output, (self.sensitivity * factor, self.tolerance * factor)))
     }
 }
 

@@ -6,12 +6,13 @@ use crate::record::Record;
 use crate::trouble::Result;
 use proofmass_io::{Cell, ImuSensorNoise, ImuValue, ImuYaml, StatedQuantity, Table};
 use proofmass_noise::{
-    Analysis, AnalysisOptions, CoefficientFit, Sensor, Term, Verdict, conservative,
+    Analysis, AnalysisOptions, CoefficientFit, Sensor, StateSpace, Term, Verdict, conservative,
 };
 use proofmass_report::{NoiseReport, Report};
 use proofmass_signal::Trace;
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// Curves, spectra and coefficients of every channel, what there is to doubt, and what filters need.
 ///
@@ -64,6 +65,87 @@ impl NoiseOutcome {
             head: record.head(self.title(record), &self.findings),
             traces: &self.traces,
         }
+    }
+
+    /// The curve of every window.
+    fn windows(&self) -> Result<Table> {
+        let mut table = Table::new([
+            "channel",
+            "unit",
+            "from_s",
+            "to_s",
+            "factor",
+            "tau_s",
+            "deviation",
+            "low",
+            "high",
+        ]);
+        for channel in &self.analysis.channels {
+            for window in &channel.windows {
+                for p in &window.curve.points {
+                    table.push([
+                        Cell::from(channel.name.as_str()),
+                        Cell::from(channel.unit.as_str()),
+                        Cell::from(window.from),
+                        Cell::from(window.to),
+                        Cell::from(p.factor),
+                        Cell::from(p.tau),
+                        Cell::from(p.deviation),
+                        Cell::from(p.interval.map(|i| i.0)),
+                        Cell::from(p.interval.map(|i| i.1)),
+                    ])?;
+                }
+            }
+        }
+        Ok(table)
+    }
+
+    /// The variance of each of three sensors by itself.
+    fn separated(&self) -> Result<Table> {
+        let mut table = Table::new([
+            "sensor",
+            "factor",
+            "tau_s",
+            "variance",
+            "u_variance",
+            "deviation",
+        ]);
+        for (k, name) in self.separated_names().into_iter().enumerate() {
+            for p in &self.analysis.separated {
+                table.push([
+                    Cell::from(name.as_str()),
+                    Cell::from(p.factor),
+                    Cell::from(p.tau),
+                    Cell::from(p.variances[k]),
+                    Cell::from(p.uncertainties[k]),
+                    Cell::from(p.deviation(k)),
+                ])?;
+            }
+        }
+        Ok(table)
+    }
+
+    /// The channels, and the clock they were measured against.
+    fn separated_names(&self) -> [String; 3] {
+        let name = |k: usize| {
+            let channel = self.analysis.channels.get(k);
+            channel.map_or_else(|| "reference".to_owned(), |c| c.name.clone())
+        };
+        [name(0), name(1), name(2)]
+    }
+
+    /// The fitted noise of every channel as states of a filter.
+    fn states(&self) -> Result<Option<Vec<u8>>> {
+        let all: BTreeMap<&str, &StateSpace> = self
+            .analysis
+            .channels
+            .iter()
+            .filter_map(|c| Some((c.name.as_str(), c.states.as_ref()?)))
+            .collect();
+        if all.is_empty() {
+            return Ok(None);
+        }
+        Ok(Some(proofmass_io::finite::to_json(&all)?))
     }
 
     fn deviations(&self) -> Result<Table> {
@@ -299,15 +381,22 @@ impl Outcome for NoiseOutcome {
     }
 
     fn tables(&self) -> Result<Vec<(String, Table)>> {
-        Ok(vec![
+        let mut list = vec![
             ("coefficients.csv".to_owned(), self.coefficients()?),
             ("deviation.csv".to_owned(), self.deviations()?),
             ("spectrum.csv".to_owned(), self.spectra()?),
-        ])
+        ];
+        if self.analysis.channels.iter().any(|c| !c.windows.is_empty()) {
+            list.push(("dynamic.csv".to_owned(), self.windows()?));
+        }
+        if !self.analysis.separated.is_empty() {
+            list.push(("separated.csv".to_owned(), self.separated()?));
+        }
+        Ok(list)
     }
 
     fn attachments(&self, _record: &Record) -> Result<Vec<(String, Vec<u8>)>> {
-        Ok(match &self.imu {
+        let mut list = match &self.imu {
             Some(imu) => vec![
                 ("imu.yaml".to_owned(), imu.to_text().into_bytes()),
                 (
@@ -316,7 +405,11 @@ impl Outcome for NoiseOutcome {
                 ),
             ],
             None => Vec::new(),
-        })
+        };
+        if let Some(bytes) = self.states()? {
+            list.push(("state_space.json".to_owned(), bytes));
+        }
+        Ok(list)
     }
 
     fn summary(&self, record: &Record) -> Report {

@@ -17,23 +17,28 @@ pub(super) fn quantities(f: &FrequencyResult) -> Vec<StatedQuantity> {
         .flat_map(|t| std::iter::once(&t.modulus).chain(t.phase.as_ref()))
         .chain(&f.transverse)
         .chain(&f.intrinsic)
-        .map(|e| StatedQuantity {
-            name: format!("{}[frequency={}]", e.name, f.frequency),
-            unit: e.unit.clone(),
-            value: e.value,
-            u: Some(e.standard_uncertainty),
-            expanded: e.expanded,
-            k: Some(e.coverage_factor),
-            nu_eff: Some(
-                e.dof
-                    .and_then(DegreesOfFreedom::new)
-                    .unwrap_or(DegreesOfFreedom::INFINITE),
-            ),
-            probability: PROBABILITY,
-            interval: None,
-            method: None,
-        })
+        .map(|e| stated(e, f.frequency))
         .collect()
+}
+
+/// A quantity at one frequency, as a result states it.
+pub(crate) fn stated(e: &Expanded, frequency: f64) -> StatedQuantity {
+    StatedQuantity {
+        name: format!("{}[frequency={frequency}]", e.name),
+        unit: e.unit.clone(),
+        value: e.value,
+        u: Some(e.standard_uncertainty),
+        expanded: e.expanded,
+        k: Some(e.coverage_factor),
+        nu_eff: Some(
+            e.dof
+                .and_then(DegreesOfFreedom::new)
+                .unwrap_or(DegreesOfFreedom::INFINITE),
+        ),
+        probability: PROBABILITY,
+        interval: None,
+        method: None,
+    }
 }
 
 pub(super) fn word(method: ShakerMethod) -> &'static str {

@@ -1,12 +1,14 @@
 //! The slow, drift-free sensor: encoder, resolver, wheel speed.
 
+use super::clock::median_step;
 use super::sensors::{stated_unit, unknown_unit};
 use crate::trouble::Trouble;
+use proofmass_core::Error;
 use proofmass_core::encoder::Decoding;
 use proofmass_io::{ColumnRef, RecordedColumn, Recording, Unit};
 use proofmass_motion::{
-    AbsoluteCode, Decoded, ReadingSource, TimedEdge, absolute, continued, quadrature,
-    quadrature_edges, resolver, rollover, turns_anew,
+    AbsoluteCode, Decoded, ReadingSource, TimedEdge, Wheels, absolute, continued, dead_wheels,
+    quadrature, quadrature_edges, resolver, rollover, turns_anew,
 };
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
@@ -305,25 +307,31 @@ impl Reading {
             let value: Vec<f64> = found.0.iter().map(|a| radius * a).collect();
             return Ok(Samples::present(clock, &value, &missing));
         }
+        let each = columns.iter().enumerate();
+        let values: Vec<Vec<f64>> = each
+            .map(|(i, column)| self.length(recording, column, i, findings))
+            .collect::<Result<_, _>>()?;
+        let (dead, finding) = match n {
+            1 => (Vec::new(), None),
+            _ => {
+                let names: Vec<&str> = columns.iter().map(|c| c.name.as_str()).collect();
+                dead_wheels(&self.each(recording, n)?, &names)
+            }
+        };
+        findings.extend(finding);
+        let used: Vec<usize> = (0..n).filter(|i| !dead.contains(i)).collect();
         let mut mean = vec![0.0; clock.len()];
-        for (i, column) in columns.iter().enumerate() {
-            let value = self.length(recording, column, i, findings)?;
-            for (m, v) in mean.iter_mut().zip(value) {
-                *m += v / n as f64;
+        for &i in &used {
+            for (m, v) in mean.iter_mut().zip(&values[i]) {
+                *m += v / used.len() as f64;
             }
         }
+        let missing: Vec<&[usize]> = used.iter().map(|i| missing[*i]).collect();
         Ok(Samples::present(clock, &mean, &missing))
     }
 
-    /// Left and right wheel in m or m/s, where two are named.
-    pub(super) fn wheels(&self, recording: &Recording) -> Result<[Vec<Option<f64>>; 2], Trouble> {
-        let named = self.position.as_ref().or(self.speed.as_ref());
-        if self.edges || self.angular || named.is_none_or(|n| n.len() != 2) {
-            return Err(Trouble::request(
-                "--yaw-rate is compared with two wheels in metres, sample by sample",
-            )
-            .with_hint("name them as --position LEFT,RIGHT or --speed LEFT,RIGHT, without --edges and --angular"));
-        }
+    /// The columns one by one in m or m/s.
+    fn each(&self, recording: &Recording, count: usize) -> Result<Vec<Vec<Option<f64>>>, Trouble> {
         let wheel = |i: usize| -> Result<Vec<Option<f64>>, Trouble> {
             // What is to be said of the columns is said where they are read for the velocity.
             let value = self.length(recording, &recording.columns[i], i, &mut Vec::new())?;
@@ -333,7 +341,57 @@ impl Reading {
             }
             Ok(wheel)
         };
-        Ok([wheel(0)?, wheel(1)?])
+        (0..count).map(wheel).collect()
+    }
+
+    /// Left and right wheel in m or m/s, where two are named.
+    pub(super) fn wheels(&self, recording: &Recording) -> Result<[Vec<Option<f64>>; 2], Trouble> {
+        let named = self.position.as_ref().or(self.speed.as_ref());
+        let refused = || {
+            Trouble::request("--yaw-rate is compared with two wheels in metres, sample by sample")
+                .with_hint("name them as --position LEFT,RIGHT or --speed LEFT,RIGHT, without --edges and --angular")
+        };
+        if self.edges || self.angular || named.is_none_or(|n| n.len() != 2) {
+            return Err(refused());
+        }
+        let wheels = self.each(recording, 2)?;
+        <[Vec<Option<f64>>; 2]>::try_from(wheels).map_err(|_| refused())
+    }
+
+    /// What is to be said of three columns and more, which are the wheels of one vehicle: one that departs from the others.
+    pub(super) fn departures(
+        &self,
+        recording: &Recording,
+        clock: &[f64],
+    ) -> Result<Vec<Finding>, Trouble> {
+        let named = self.position.as_ref().or(self.speed.as_ref());
+        let Some(names) = named.filter(|n| n.len() > 2 && !self.edges) else {
+            return Ok(Vec::new());
+        };
+        let mut readings = self.each(recording, names.len())?;
+        let mut names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let (dead, _) = dead_wheels(&readings, &names);
+        for &i in dead.iter().rev() {
+            readings.remove(i);
+            names.remove(i);
+        }
+        // Of more than four the place tells the side.
+        if !dead.is_empty() && !(3..=4).contains(&names.len()) {
+            return Ok(Vec::new());
+        }
+        let wheels = Wheels {
+            sample_time: median_step(clock),
+            source: self.source(),
+            readings: &readings,
+            names: &names,
+            increment: self.increment(),
+        };
+        match wheels.slip() {
+            Ok(departures) => Ok(departures.findings),
+            // A recording of a second tells too little of its wheels.
+            Err(Error::TooFew { .. }) => Ok(Vec::new()),
+            Err(e) => Err(Trouble::from(e).detail(recording.path.display().to_string())),
+        }
     }
 
     /// One column in m or m/s.

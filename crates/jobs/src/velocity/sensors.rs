@@ -3,6 +3,7 @@
 use super::clock::{clock, counted, nothing, timed};
 use super::reading::{Reading, Samples};
 use super::reference::Reference;
+use super::speed::digits;
 use super::turning::Turning;
 use super::{AxisData, VelocityMap};
 use crate::record::Record;
@@ -14,8 +15,8 @@ use proofmass_io::{
     RecordingOptions, Source as Bytes, TimeUnit, Unit,
 };
 use proofmass_motion::{
-    MotionRecord, ReadingSource, Stamped, Timing, align, drop_glitches, edge_places, even_clock,
-    longest_stretch, mean_between, moves_while_still, thin,
+    MotionRecord, ReadingSource, Stamped, Timing, align, common_start, drop_glitches, edge_places,
+    even_clock, longest_stretch, mean_between, moves_while_still, thin,
 };
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
@@ -259,6 +260,8 @@ impl AxisSensors {
         if self.turning.yaw_rate.is_some() {
             let about = &self.turning;
             findings.extend(about.findings(&self.reading, &main, &clock, of_yaw)?);
+        } else {
+            findings.extend(self.reading.departures(&main, &clock)?);
         }
         // Edges as counts after each, in increments.
         let increment = told
@@ -269,6 +272,13 @@ impl AxisSensors {
             reading = edges;
             findings.extend(lost);
         }
+        let digit = match told.source() {
+            ReadingSource::Speed if !resting && !self.reading.edges() => {
+                digits(&mut reading, &mut findings)
+                    .map_err(|e| Trouble::from(e).detail(self.recording.clone()))?
+            }
+            _ => None,
+        };
         if let Some(map) = &self.encoder_map {
             if resting || self.reading.speed.is_some() {
                 return Err(Trouble::request(
@@ -354,7 +364,7 @@ impl AxisSensors {
             record.check()?;
         }
         record.accelerometer = !alone;
-        record.increment = told.increment().filter(|_| !self.reading.edges());
+        record.increment = told.increment().filter(|_| !self.reading.edges()).or(digit);
         if let (Some(increment), None) = (increment, &self.encoder_map) {
             record = timed(&record, &reading, increment, start)
                 .map_err(|e| Trouble::from(e).detail(self.recording.clone()))?;
@@ -362,7 +372,7 @@ impl AxisSensors {
         if self.at_rest {
             record.initial_velocity = Some(0.0);
         }
-        if self.reading.is_analogue() && !resting {
+        if self.reading.is_analogue() && !resting && told.source() == ReadingSource::Position {
             findings.extend(thin(&mut record));
         }
         if !resting && !self.reading.edges() {
@@ -545,12 +555,7 @@ impl AxisSensors {
             Timing::Sampled
         };
         let step = even_clock(&acceleration.time);
-        let start = acceleration
-            .time
-            .first()
-            .copied()
-            .unwrap_or(0.0)
-            .max(reading.time.first().copied().unwrap_or(0.0));
+        let start = common_start(source, &reading.time, &acceleration.time);
         let record = align(
             source,
             Stamped {

@@ -6,6 +6,7 @@ use num_complex::Complex64;
 use proofmass_calibration::shaker::recording::Quality;
 use proofmass_calibration::shaker::reference::{ReferencePoint, ReferenceTable};
 use proofmass_calibration::shaker::single_axis::{ComparisonBudget, ComparisonRow};
+use proofmass_calibration::shaker::transverse::{Motion, SeatUncertainty};
 use proofmass_calibration::{FrequencyResponse, StillWindow};
 use proofmass_core::Gravity;
 use proofmass_io::{AnyCalibration, Source, Unit};
@@ -19,6 +20,7 @@ use proofmass_jobs::simulate::{
     SimulateJob, SimulatedMultiPosition, SimulatedShaker, SimulatedSpuriousMotion,
 };
 use proofmass_jobs::temperature::{TemperatureData, TemperatureJob};
+use proofmass_jobs::transverse::{TransverseData, TransverseJob, TransverseRun};
 use proofmass_jobs::validation::{ValidationData, ValidationJob};
 use proofmass_jobs::{AnyData, Gathered, Record, Sink, Unwatched, frequency_response};
 use proofmass_rig::HandHeld;
@@ -121,6 +123,7 @@ pub fn shaker_single(kind: &str) {
             output: Complex64::new(output, 0.01),
             transverse: Some(0.02),
         },
+        check: None,
         target: None,
         quality: Quality::default(),
         place: "here".into(),
@@ -130,15 +133,48 @@ pub fn shaker_single(kind: &str) {
         ratio: 0.001,
         phase: 0.002,
         dof: DegreesOfFreedom::INFINITE,
+        transverse: None,
     };
     check(kind, &|watch| {
-        let job = ShakerSingleJob::new(certificate(), comparison);
+        let job = ShakerSingleJob::new(Some(certificate()), comparison);
         ask(
             job,
             &AnyData::ShakerSingle(ShakerSingleData::new(&runs)),
             watch,
         )
     });
+}
+
+pub fn transverse(kind: &str) {
+    let run = |name: String, motion, output: f64| TransverseRun {
+        run: name,
+        frequency: 160.0,
+        motion,
+        reference: Complex64::new(0.1, 0.0),
+        output: Complex64::new(output, 0.1 * output),
+        transverse: Some(0.02),
+        target: None,
+        quality: Quality::default(),
+        place: "here".into(),
+    };
+    let mut runs = vec![run("axis".into(), Motion::Axial, 0.2)];
+    for k in 0..8 {
+        let rotation = f64::from(k) * std::f64::consts::FRAC_PI_4;
+        // A jitter that is no cosine.
+        let output = 0.004 * rotation.cos() + 1e-5 * f64::from(k * k % 5);
+        runs.push(run(
+            format!("across {k}"),
+            Motion::Transverse { rotation },
+            output,
+        ));
+    }
+    let result = check(kind, &|watch| {
+        let mut job = TransverseJob::new(SeatUncertainty::new(1e-3));
+        job.reference = Some(certificate());
+        job.limit = Some(0.05);
+        ask(job, &AnyData::Transverse(TransverseData::new(&runs)), watch)
+    });
+    figure(result.as_ref(), "/outcome/results/0/ratio/value");
 }
 
 pub fn validation(kind: &str) {

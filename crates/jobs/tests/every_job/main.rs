@@ -38,6 +38,7 @@ walk! {
     free_living: "free-living" => "free-living" in calibrations;
     shaker_triaxial: "shaker-triaxial" => "shaker-triaxial" in calibrations;
     shaker_single: "shaker-single" => "shaker-single" in calibrations;
+    transverse: "transverse-sensitivity" => "transverse-sensitivity" in calibrations;
     spurious_motion: "spurious-motion" => "spurious-motion" in calibrations;
     validation: "validation" => "validation" in calibrations;
     apply: "apply" => "apply" in calibrations;
@@ -46,6 +47,7 @@ walk! {
     plan: "plan" => "plan" in models;
     inspect: "inspect" => "inspect" in models;
     noise: "noise" => "noise" in models;
+    noise_comparison: "noise-comparison" => "noise-comparison" in models;
     simulate: "simulate" => "simulate" in models;
     uncertainty: "uncertainty" => "uncertainty" in models;
     modes: "modes" => "modes" in models;

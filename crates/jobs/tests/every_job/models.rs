@@ -8,14 +8,17 @@ use proofmass_jobs::campaign::CampaignFile;
 use proofmass_jobs::inspect::{InspectData, InspectJob};
 use proofmass_jobs::modes::ModesFile;
 use proofmass_jobs::noise::{NoiseData, NoiseJob};
+use proofmass_jobs::noise_comparison::{NoiseComparisonData, NoiseComparisonJob};
 use proofmass_jobs::plan::PlanJob;
 use proofmass_jobs::simulate::{
-    SimulateJob, SimulatedAxis, SimulatedMultiPosition, SimulatedShaker, SimulatedSpuriousMotion,
-    SimulatedTransducer,
+    SimulateJob, SimulatedAxis, SimulatedMultiPosition, SimulatedNoise, SimulatedShaker,
+    SimulatedSpuriousMotion, SimulatedTransducer,
 };
 use proofmass_jobs::uncertainty::UncertaintyJob;
-use proofmass_jobs::{AnyData, Gathered, Memory, Sink, Store};
-use proofmass_noise::{NoiseChannel, NoiseModel, Sensor, simulate as simulated_noise};
+use proofmass_jobs::{AnyData, Gathered, Job, Memory, Sink, Store, Unwatched};
+use proofmass_noise::{
+    NoiseChannel, NoiseLimit, NoiseModel, Sensor, Term, simulate as simulated_noise,
+};
 use rand::SeedableRng;
 use std::sync::Arc;
 
@@ -57,6 +60,40 @@ pub fn noise(kind: &str) {
     });
 }
 
+/// Two units, of which one is noisier, against a limit between them.
+pub fn noise_comparison(kind: &str) {
+    let unit = |white: f64, seed: u64| {
+        let model = NoiseModel {
+            white,
+            ..NoiseModel::default()
+        };
+        let mut rng = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(seed);
+        let rate = simulated_noise(&model, 10_000, 50.0, &mut rng).expect("noise");
+        let channel = NoiseChannel {
+            name: "acc_x",
+            sensor: Some(Sensor::Accelerometer),
+            unit: "m/s²",
+            rate: &rate,
+        };
+        let data = NoiseData::samples(vec![channel], 50.0);
+        let outcome = NoiseJob::default().evaluate(&data, &Unwatched);
+        outcome.expect("an analysis")
+    };
+    let (quiet, loud) = (unit(1e-3, 3), unit(1.2e-3, 4));
+    let result = check(kind, &|watch| {
+        let data = NoiseComparisonData {
+            results: &[&quiet, &loud],
+            names: &["quiet", "loud"],
+        };
+        let mut job = NoiseComparisonJob::default();
+        job.limits = vec![NoiseLimit::new(Term::White, 1.1e-3 * 60.0, "m/s/√h")];
+        ask(job, &AnyData::NoiseComparison(data), watch)
+    });
+    let white = "/outcome/comparison/channels/0/terms/1/equal/common";
+    let common = figure(result.as_ref(), white);
+    assert!((1e-3..1.2e-3).contains(&common), "{common}");
+}
+
 pub fn uncertainty(kind: &str) {
     let model = "[[input]]\nname = \"m\"\nunit = \"kg\"\nvalue = 2.0\nu = 0.1\n\
                  [[output]]\nname = \"w\"\nunit = \"kg\"\nexpression = \"2.137 * m\"\n";
@@ -83,12 +120,15 @@ pub fn simulate(kind: &str) {
     let mut transducer = SimulatedTransducer::default();
     transducer.rate = Some(200e3);
     transducer.duration = Some(0.01);
+    let mut noise = SimulatedNoise::default();
+    noise.duration = 1.0;
     for job in [
         SimulateJob::MultiPosition(positions),
         SimulateJob::Shaker(shaker),
         SimulateJob::SpuriousMotion(spurious),
         SimulateJob::Axis(axis),
         SimulateJob::Transducer(transducer),
+        SimulateJob::Noise(noise),
     ] {
         check(kind, &|watch| {
             let files = Gathered::default();

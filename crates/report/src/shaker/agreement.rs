@@ -1,9 +1,8 @@
-//! Whether the runs agree: residuals, mounting angles, Monte Carlo.
+//! Whether the runs agree: residuals and Monte Carlo.
 
 use super::sign;
 use crate::number::{plain, two_digits};
-use crate::plot::Style;
-use crate::{Axis, Block, Cell, Column, Section, Series, SpherePlot, Table, XyPlot};
+use crate::{Axis, Cell, Column, Section, Series, SpherePlot, Table, XyPlot};
 use proofmass_calibration::shaker::{
     ComponentCheck, FrequencyCheck, MethodResult, RunResult, ShakerCalibration, Suspicion,
 };
@@ -98,6 +97,9 @@ pub(super) fn residuals(calibration: &ShakerCalibration, result: &MethodResult) 
                 }
                 Suspicion::Gain { .. } => "read with another gain",
                 Suspicion::Dead { .. } => "without signal",
+                Suspicion::Frequency { .. } => "taken at another frequency",
+                Suspicion::Copied { .. } => "copied from another run",
+                Suspicion::Clipped { .. } => "cut off",
                 Suspicion::Either(..) => "one of two, see the findings",
                 _ => "none found",
             });
@@ -125,90 +127,6 @@ pub(super) fn residuals(calibration: &ShakerCalibration, result: &MethodResult) 
             plot,
         )
         .table(table)
-}
-
-/// Mounting angles before and after the data, for a joint fit.
-pub(super) fn angles(result: &MethodResult) -> Option<Section> {
-    let mut keys: Vec<&str> = vec![];
-    for a in &result.angles {
-        if !keys.contains(&a.key.as_str()) {
-            keys.push(&a.key);
-        }
-    }
-    if keys.is_empty() {
-        return None;
-    }
-    let mut section = Section::new("Mounting angles").paragraph(
-        "The angles of wedges and gluings are the same at every frequency, so the data speak about them. Declared: what the \
-         budget says before the data; estimated: after them. What stays is almost entirely common to all angles of a \
-         kind, a rotation of the whole device that no data can tell from a device whose axes are turned.",
-    );
-    let mut table = Table::new(
-        "Mounting angles",
-        [
-            Column::text("input"),
-            Column::number("α", "°"),
-            Column::number("ω", "°"),
-            Column::number("estimated error", "°"),
-            Column::number("u estimated", "°"),
-            Column::number("u declared", "°"),
-        ],
-    );
-    let mut plot: Option<XyPlot> = None;
-    for key in &keys {
-        let of_key: Vec<_> = result.angles.iter().filter(|a| a.key == *key).collect();
-        let number: Vec<f64> = (1..=of_key.len()).map(|i| i as f64).collect();
-        let value: Vec<f64> = of_key.iter().map(|a| a.value.to_degrees()).collect();
-        let spread: Vec<f64> = of_key
-            .iter()
-            .map(|a| 2.0 * a.standard_uncertainty.to_degrees())
-            .collect();
-        let low: Vec<f64> = value.iter().zip(&spread).map(|(v, s)| v - s).collect();
-        let high: Vec<f64> = value.iter().zip(&spread).map(|(v, s)| v + s).collect();
-        let prior = 2.0 * of_key[0].prior.to_degrees();
-        let axis = Axis::linear(key.replace('.', " "), "°");
-        let x = Axis::linear("mounting", "");
-        let mut next = match plot.take() {
-            None => XyPlot::new(x, axis),
-            Some(plot) => plot.below(axis),
-        };
-        if let Some(panel) = next.panels.last_mut() {
-            panel.height = 190.0;
-        }
-        next = next
-            .horizontal(prior, "declared ± 2 u")
-            .horizontal(-prior, "")
-            .series(
-                Series::line("", &number, &value)
-                    .style(Style::Markers)
-                    .bars(&low, &high)
-                    .look(0),
-            );
-        plot = Some(next);
-        for a in of_key {
-            let whole = a.key.contains("wedge");
-            table = table.row([
-                Cell::text(a.key.clone()),
-                Cell::number(plain(a.configuration.inclination.to_degrees())),
-                if whole {
-                    Cell::Empty
-                } else {
-                    Cell::number(plain(a.configuration.rotation.to_degrees()))
-                },
-                Cell::number(sign(format!("{:.3}", a.value.to_degrees()))),
-                Cell::number(format!("{:.3}", a.standard_uncertainty.to_degrees())),
-                Cell::number(format!("{:.3}", a.prior.to_degrees())),
-            ]);
-        }
-    }
-    if let Some(plot) = plot {
-        section = section.figure(
-            "Estimated error of every mounting angle, in the order of the plan; bars are two standard uncertainties, lines \
-             two declared ones",
-            plot,
-        );
-    }
-    Some(section.folded("All mounting angles", [Block::Table(table)]))
 }
 
 /// Verdicts of the law of propagation against Monte Carlo.

@@ -1,6 +1,7 @@
 //! Motions with exact derivatives.
 
 use proofmass_core::Error;
+use proofmass_core::check::within;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
 
@@ -209,18 +210,6 @@ impl AxisMotion {
 
     /// Refuses parameters for which the formulas do not hold.
     pub(super) fn check(&self) -> Result<(), Error> {
-        let within = |name, value: f64, min: f64, max: f64| {
-            if (min..=max).contains(&value) {
-                Ok(())
-            } else {
-                Err(Error::OutOfRange {
-                    name,
-                    value,
-                    min,
-                    max,
-                })
-            }
-        };
         const SMALL: f64 = 1e-9;
         const LARGE: f64 = 1e9;
         match *self {

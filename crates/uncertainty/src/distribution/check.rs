@@ -2,6 +2,7 @@
 
 use super::{Distribution, mean_and_variance, positive};
 use proofmass_core::Error;
+use proofmass_core::check::within;
 
 impl Distribution {
     /// Whether the parameters name a distribution.
@@ -18,18 +19,6 @@ impl Distribution {
                 max: f64::MAX,
             }),
             None => Ok(()),
-        };
-        let within = |name, value: f64, min: f64, max: f64| {
-            if value >= min && value <= max {
-                Ok(())
-            } else {
-                Err(Error::OutOfRange {
-                    name,
-                    value,
-                    min,
-                    max,
-                })
-            }
         };
         match self {
             Self::Normal { mean, u } => {

@@ -1,8 +1,9 @@
 //! `reference.csv` or `calibration.json`: what is known of the reference standard over frequency.
 
 use crate::campaign::CampaignFile;
+use crate::device_output::DeviceOutput;
 use crate::frequency_response::{ResponseDocument, read_document};
-use crate::laboratory_table::{LaboratoryTable, Output};
+use crate::laboratory_table::LaboratoryTable;
 use crate::trouble::{Result as JobResult, Trouble};
 use proofmass_calibration::dynamic::model::{FitProblem, ModelStructure, ResponsePoints};
 use proofmass_calibration::shaker::reference::ReferenceTable;
@@ -38,6 +39,8 @@ pub struct CertificateOptions {
     pub model: Option<ModelStructure>,
     /// Which standard it is and who calibrated it.
     pub description: Option<String>,
+    /// What the device gives: a reference of a campaign is a channel in volts.
+    pub output: DeviceOutput,
 }
 
 /// The certificate of the reference standard.
@@ -55,12 +58,22 @@ pub struct Certificate {
 
 impl Certificate {
     pub(crate) fn read(source: &CampaignFile, table: &CertificateTable) -> Result<Self> {
+        Self::read_as(source, "reference", table, DeviceOutput::Volt)
+    }
+
+    /// The calibration of a device with this output, named by this section of the campaign.
+    pub(crate) fn read_as(
+        source: &CampaignFile,
+        section: &str,
+        table: &CertificateTable,
+        output: DeviceOutput,
+    ) -> Result<Self> {
         if let Some(k) = table.k
             && !(1.0..=5.0).contains(&k)
         {
             return Err(source
                 .refuse(
-                    "reference",
+                    section,
                     "k",
                     format!("a coverage factor of {k} is out of place"),
                 )
@@ -71,7 +84,7 @@ impl Certificate {
         let model = table.model.as_deref().map(str::parse).transpose();
         let model = model.map_err(|what: String| {
             source
-                .refuse("reference", "model", what)
+                .refuse(section, "model", what)
                 .with_hint("elements joined by +: 1mode … 4modes, high-pass, delay, low-pass=ORDER")
         })?;
         let options = CertificateOptions {
@@ -79,6 +92,7 @@ impl Certificate {
             axis: table.axis.clone(),
             model,
             description: table.description.clone(),
+            output,
         };
         Self::from_document(source.source(&table.file)?, &options).map_err(|trouble| {
             let mut what = trouble.to_string();
@@ -93,32 +107,29 @@ impl Certificate {
         })
     }
 
-    /// Reads a calibration over frequency as that of a reference standard whose output is in volts: a calibration.json, the
+    /// Reads a calibration over frequency as that of a device with the output asked for: a calibration.json, the
     /// result.json of a calibration or test that gives one, or the table of a laboratory (`.csv`).
     ///
     /// # Errors
     /// As [`Certificate::from_source`] and [`read_document`]; an axis that is not there or not named, a response in another unit
-    /// than volts per m/s², a model that the points do not determine.
+    /// than that output per m/s², a model that the points do not determine.
     pub fn from_document(source: Source, options: &CertificateOptions) -> JobResult<Self> {
         let table = source
             .name()
             .extension()
             .is_some_and(|e| e.eq_ignore_ascii_case("csv"));
         if table && options.model.is_none() {
-            return Ok(Self::from_source(
-                source,
-                options.coverage,
-                options.description.clone(),
-            )?);
+            return Ok(Self::from_source(source, options)?);
         }
         let name = source.name().display().to_string();
         let document = read_document(source, options.coverage)?;
-        let scale = scale(document.response.unit()).ok_or_else(|| {
+        let scale = scale(document.response.unit(), options.output).ok_or_else(|| {
             Trouble::data(format!(
-                "{name} is a calibration in {}, not in volts per m/s²",
-                document.response.unit()
+                "{name} is a calibration in {}, not in {}",
+                document.response.unit(),
+                options.output.unit()
             ))
-            .with_hint("the reference of a campaign is a channel in volts")
+            .with_hint(hint(options.output))
         })?;
         let (output, axis) = element(&document, options.axis.as_deref(), &name)?;
         let response = &document.response;
@@ -162,11 +173,7 @@ impl Certificate {
     ///
     /// # Errors
     /// A missing column, an expanded uncertainty without its coverage factor, a row that cannot be.
-    pub fn from_source(
-        source: Source,
-        coverage: Option<f64>,
-        description: Option<String>,
-    ) -> Result<Self> {
+    pub fn from_source(source: Source, options: &CertificateOptions) -> Result<Self> {
         let path = source.name().to_path_buf();
         let LaboratoryTable {
             input,
@@ -174,14 +181,14 @@ impl Certificate {
             table,
             phase_stated,
             findings: mut list,
-        } = LaboratoryTable::from_source(source, coverage)?;
-        if output != Output::Volt {
+        } = LaboratoryTable::from_source(source, options.coverage)?;
+        if output != options.output {
             return Err(Error::new(
                 ErrorKind::Format,
                 format!("the certificate is in {}", output.unit()),
             )
             .at(&path)
-            .with_hint("the reference is a channel in volts: a column `sensitivity_V/(m/s2)` or `sensitivity_mV/g`"));
+            .with_hint(hint(options.output)));
         }
         if !phase_stated {
             list.push(
@@ -196,19 +203,33 @@ impl Certificate {
         }
         Ok(Self {
             input,
-            description,
+            description: options.description.clone(),
             table,
             findings: list,
         })
     }
 }
 
-/// Factor from a unit to V/(m/s²).
-fn scale(unit: &str) -> Option<f64> {
-    match unit.strip_suffix("/(m/s²)")? {
-        "V" => Some(1.0),
-        "mV" => Some(1e-3),
-        "µV" => Some(1e-6),
+fn hint(output: DeviceOutput) -> &'static str {
+    match output {
+        DeviceOutput::Volt => {
+            "the runs give volts of it: a column `sensitivity_V/(m/s2)` or `sensitivity_mV/g`"
+        }
+        DeviceOutput::Acceleration => {
+            "the runs give its acceleration: a column `sensitivity_(m/s2)/(m/s2)`"
+        }
+        DeviceOutput::Count => "the runs give its counts: a column `sensitivity_count/(m/s2)`",
+    }
+}
+
+/// Factor from a unit to the one of an output.
+fn scale(unit: &str, output: DeviceOutput) -> Option<f64> {
+    if unit == output.unit() {
+        return Some(1.0);
+    }
+    match (output, unit.strip_suffix("/(m/s²)")?) {
+        (DeviceOutput::Volt, "mV") => Some(1e-3),
+        (DeviceOutput::Volt, "µV") => Some(1e-6),
         _ => None,
     }
 }

@@ -3,7 +3,7 @@
 use super::seat::Seat;
 use crate::campaign::CampaignFile;
 use proofmass_io::sheet::{
-    ACCELERATION, ANGLE, Endings, FREQUENCY, Place, Sheet, SheetRow, VELOCITY, VOLTAGE,
+    ACCELERATION, ANGLE, COUNT, Endings, FREQUENCY, Place, Sheet, SheetRow, VELOCITY, VOLTAGE,
 };
 use proofmass_io::{Input, Result};
 use serde::{Deserialize, Serialize};
@@ -31,6 +31,8 @@ pub enum PhasorQuantity {
     Acceleration,
     /// m/s.
     Velocity,
+    /// Counts of a converter.
+    Count,
 }
 
 impl PhasorQuantity {
@@ -39,6 +41,7 @@ impl PhasorQuantity {
             Self::Voltage => VOLTAGE,
             Self::Acceleration => ACCELERATION,
             Self::Velocity => VELOCITY,
+            Self::Count => COUNT,
         }
     }
 }
@@ -46,7 +49,7 @@ impl PhasorQuantity {
 /// Complex peak amplitude.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct RunPhasor {
-    /// Peak amplitude in V, m/s² or m/s.
+    /// Peak amplitude in V, m/s², m/s or counts.
     pub amplitude: f64,
     /// Phase in radians.
     pub phase: f64,
@@ -94,7 +97,7 @@ pub struct RunTable<S> {
 }
 
 /// Name of a channel and what it may be the amplitude of.
-pub(crate) type Channel = (&'static str, &'static [PhasorQuantity]);
+pub(crate) type Channel<'a> = (&'a str, &'a [PhasorQuantity]);
 
 struct ChannelColumns {
     amplitude: Option<Place>,
@@ -107,7 +110,7 @@ struct ChannelColumns {
 pub(crate) fn read_runs<S: Seat>(
     source: &CampaignFile,
     table: &RunsTable,
-    channels: &[Channel],
+    channels: &[Channel<'_>],
 ) -> Result<RunTable<S>> {
     let path = source.resolve(&table.file);
     let mut sheet = Sheet::from_source(source.source(&table.file)?, "table of runs")?;
@@ -233,7 +236,7 @@ fn recording_name(
 }
 
 impl ChannelColumns {
-    fn find(sheet: &mut Sheet, (name, quantities): &Channel) -> Result<Self> {
+    fn find(sheet: &mut Sheet, (name, quantities): &Channel<'_>) -> Result<Self> {
         let mut found: Option<(Place, PhasorQuantity)> = None;
         for &quantity in *quantities {
             if let Some(place) = sheet.quantity(name, quantity.endings())?

@@ -1,6 +1,7 @@
 //! What a row of the table of runs says about the device or the motion, beside name, frequency and data.
 
 use proofmass_calibration::shaker::Configuration;
+use proofmass_calibration::shaker::transverse::Motion;
 use proofmass_io::Source;
 use proofmass_io::sheet::{ACCELERATION, ANGLE, PERCENT, Place, Sheet, SheetRow};
 use proofmass_io::{Input, Result};
@@ -25,6 +26,17 @@ pub struct SingleAxisSeat {
     pub transverse: Option<f64>,
 }
 
+/// A single-axis device along the vibration or across it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TransverseSeat {
+    /// Along which direction it is shaken.
+    pub motion: Motion,
+    /// Acceleration wanted, m/s².
+    pub target: Option<f64>,
+    /// Transverse motion relative to the excitation.
+    pub transverse: Option<f64>,
+}
+
 /// A motion of the seat, measured beside the reference.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpuriousSeat {
@@ -42,6 +54,20 @@ pub(crate) trait Seat: Sized {
     fn find(sheet: &mut Sheet) -> Result<Self::Columns>;
     fn complete(sheet: &Sheet, columns: &Self::Columns) -> Result<()>;
     fn read(columns: &Self::Columns, row: &SheetRow) -> Result<Self>;
+}
+
+/// A transverse motion is a size.
+fn motion_across(row: &SheetRow, place: Option<Place>) -> Result<Option<f64>> {
+    let value = row.optional(place)?;
+    match (value, place) {
+        (Some(v), Some(place)) if v < 0.0 => Err(row
+            .refuse(
+                place,
+                format!("a transverse motion of {} is impossible", row.text(place)),
+            )
+            .with_hint("its size relative to the motion along the axis, per cent; leave it empty where it was not measured")),
+        _ => Ok(value),
+    }
 }
 
 fn inclination(row: &SheetRow, place: Place) -> Result<f64> {
@@ -98,7 +124,7 @@ impl Seat for Mounting {
                 rotation,
             },
             target: row.optional(target)?,
-            transverse: row.optional(transverse)?,
+            transverse: motion_across(row, transverse)?,
         })
     }
 }
@@ -120,7 +146,56 @@ impl Seat for SingleAxisSeat {
     fn read(columns: &Self::Columns, row: &SheetRow) -> Result<Self> {
         Ok(Self {
             target: row.optional(columns[0])?,
-            transverse: row.optional(columns[1])?,
+            transverse: motion_across(row, columns[1])?,
+        })
+    }
+}
+
+impl Seat for TransverseSeat {
+    type Columns = [Option<Place>; 4];
+
+    fn find(sheet: &mut Sheet) -> Result<Self::Columns> {
+        Mounting::find(sheet)
+    }
+
+    fn complete(sheet: &Sheet, columns: &Self::Columns) -> Result<()> {
+        Mounting::complete(sheet, columns)
+    }
+
+    fn read(columns: &Self::Columns, row: &SheetRow) -> Result<Self> {
+        let Some(tilt) = columns[0] else {
+            return Err(row.refuse_row("inclination and rotation are needed"));
+        };
+        // Along the axis a rotation means nothing and may be left empty.
+        let inclination = inclination(row, tilt)?;
+        if inclination.abs() < 1e-6 {
+            return Ok(Self {
+                motion: Motion::Axial,
+                target: row.optional(columns[2])?,
+                transverse: motion_across(row, columns[3])?,
+            });
+        }
+        if (inclination - std::f64::consts::FRAC_PI_2).abs() > 1e-6 {
+            return Err(row
+                .refuse(
+                    tilt,
+                    format!("an inclination of {} is neither along the axis nor across it", row.text(tilt)),
+                )
+                .with_hint(
+                    "0 along the sensitive axis, 90 across it; on wedges between them use kind = \"shaker-triaxial\"",
+                ));
+        }
+        let Mounting {
+            configuration,
+            target,
+            transverse,
+        } = Mounting::read(columns, row)?;
+        Ok(Self {
+            motion: Motion::Transverse {
+                rotation: configuration.rotation,
+            },
+            target,
+            transverse,
         })
     }
 }

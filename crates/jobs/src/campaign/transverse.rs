@@ -1,0 +1,190 @@
+//! `kind = "transverse-sensitivity"`: a single-axis accelerometer shaken across its axis (ISO 16063-31).
+
+use super::CampaignFile;
+use super::shaker::{
+    Certificate, CertificateTable, PhasorQuantity, RunTable, RunsTable, ShakerRecording,
+    TransverseSeat, read_runs,
+};
+use super::shaker_single::{OUTPUTS, REFERENCES, reference_fits};
+use super::shaker_triaxial::waveform_options;
+use crate::device_output::DeviceOutput;
+use proofmass_io::{Ambient, Device, Result, WaveformOptions};
+use serde::Deserialize;
+
+/// `[mounting]`: how well the device sits, standard uncertainties in degrees.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TransverseMounting {
+    /// Tilt of the base of the device against the axis it is turned about, in each of two directions.
+    pub u_tilt_deg: f64,
+    /// Angle by which that axis is not square to the vibration; needed with two directions, else found from the runs.
+    pub u_squareness_deg: Option<f64>,
+    /// Zero of the angles of rotation.
+    #[serde(default)]
+    pub u_rotation_deg: f64,
+}
+
+/// `[reading]` of a transverse test: needed where no runs are left to show the scatter.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TransverseReading {
+    /// Standard uncertainty of real and imaginary part of one reading, relative to the sensitivity along the axis.
+    pub u_relative: f64,
+    /// Its degrees of freedom; infinite when left out.
+    pub dof: Option<f64>,
+}
+
+/// `[datasheet]` of a transverse test.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TransverseDatasheet {
+    /// Largest transverse sensitivity, per cent of the sensitivity along the axis.
+    #[serde(rename = "transverse_%")]
+    pub transverse: f64,
+}
+
+/// The tables of a transverse test; the files they name are read by its methods.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TransverseCampaign {
+    /// The file it was read from.
+    pub source: CampaignFile,
+    /// One line for the head of the report.
+    pub title: Option<String>,
+    /// The device under calibration.
+    pub device: Device,
+    /// Runs.
+    pub runs: RunsTable,
+    /// Waveforms.
+    pub recording: Option<ShakerRecording>,
+    /// Certificate of the reference; `None` when the runs carry accelerations.
+    pub reference: Option<CertificateTable>,
+    /// The calibration along the axis, where no run is along it.
+    pub axis: Option<CertificateTable>,
+    /// How well the device sits.
+    pub mounting: TransverseMounting,
+    /// Uncertainty of a reading.
+    pub reading: Option<TransverseReading>,
+    /// Largest transverse sensitivity of the datasheet.
+    pub datasheet: Option<TransverseDatasheet>,
+    /// Conditions.
+    pub ambient: Ambient,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    #[serde(rename = "kind")]
+    _kind: String,
+    title: Option<String>,
+    #[serde(default)]
+    device: Device,
+    runs: RunsTable,
+    recording: Option<ShakerRecording>,
+    reference: Option<CertificateTable>,
+    axis: Option<CertificateTable>,
+    mounting: TransverseMounting,
+    reading: Option<TransverseReading>,
+    datasheet: Option<TransverseDatasheet>,
+    #[serde(default)]
+    ambient: Ambient,
+}
+
+impl TransverseCampaign {
+    /// Names of the channels, in the order of every run.
+    pub const CHANNELS: [&str; 2] = ["reference", "output"];
+
+    pub(crate) fn from_file(source: CampaignFile) -> Result<Self> {
+        let file: File = source.parse()?;
+        let m = file.mounting;
+        let largest = 45.0;
+        for (table, key, value, limit) in [
+            ("mounting", "u_tilt_deg", Some(m.u_tilt_deg), largest),
+            ("mounting", "u_squareness_deg", m.u_squareness_deg, largest),
+            (
+                "mounting",
+                "u_rotation_deg",
+                Some(m.u_rotation_deg),
+                largest,
+            ),
+            (
+                "reading",
+                "u_relative",
+                file.reading.map(|r| r.u_relative),
+                1.0,
+            ),
+            (
+                "reading",
+                "dof",
+                file.reading.and_then(|r| r.dof),
+                f64::INFINITY,
+            ),
+            (
+                "datasheet",
+                "transverse_%",
+                file.datasheet.map(|d| d.transverse),
+                100.0,
+            ),
+        ] {
+            if let Some(v) = value
+                && !(v >= 0.0 && v.is_finite() && v <= limit && (key != "dof" || v > 0.0))
+            {
+                return Err(source.refuse(table, key, format!("{v} is impossible")));
+            }
+        }
+        Ok(Self {
+            title: file.title,
+            device: file.device,
+            runs: file.runs,
+            recording: file.recording,
+            reference: file.reference,
+            axis: file.axis,
+            mounting: file.mounting,
+            reading: file.reading,
+            datasheet: file.datasheet,
+            ambient: file.ambient,
+            source,
+        })
+    }
+
+    /// Reads the table of runs.
+    ///
+    /// # Errors
+    /// As the table says, with line and column; volts of a reference without a certificate, accelerations with one.
+    pub fn read_runs(&self) -> Result<RunTable<TransverseSeat>> {
+        let channels: [(&str, &[PhasorQuantity]); 2] =
+            [("reference", REFERENCES), ("output", OUTPUTS)];
+        let table = read_runs(&self.source, &self.runs, &channels)?;
+        reference_fits(&self.source, &table, self.reference.is_some())?;
+        Ok(table)
+    }
+
+    /// How the waveforms are read.
+    ///
+    /// # Errors
+    /// No `[recording]`, or a channel that is missing.
+    pub fn waveform_options(&self) -> Result<WaveformOptions> {
+        waveform_options(&self.source, self.recording.as_ref(), &Self::CHANNELS)
+    }
+
+    /// Reads the certificate of the reference.
+    ///
+    /// # Errors
+    /// As the table says, with line and column.
+    pub fn read_reference(&self) -> Result<Option<Certificate>> {
+        let table = self.reference.as_ref();
+        table
+            .map(|t| Certificate::read(&self.source, t))
+            .transpose()
+    }
+
+    /// Reads the calibration along the axis, in the unit of the output.
+    ///
+    /// # Errors
+    /// As the table says, with line and column.
+    pub(crate) fn read_axis(&self, output: DeviceOutput) -> Result<Option<Certificate>> {
+        let table = self.axis.as_ref();
+        table
+            .map(|t| Certificate::read_as(&self.source, "axis", t, output))
+            .transpose()
+    }
+}

@@ -1,0 +1,481 @@
+//! Noise of several units or runs, held against each other and against the limits of a data sheet.
+
+use crate::noise::NoiseOutcome;
+use crate::outcome::{Filed, Job, Outcome, RESULT};
+use crate::record::Record;
+use crate::trouble::{Result, Trouble};
+use proofmass_core::Watch;
+use proofmass_io::{Cell, Input, LARGEST_DOCUMENT, Source, StatedQuantity, Table};
+use proofmass_noise::{
+    Analysis, Conformity, NoiseLimit, Sensor, Term, UnitComparison, compare_units,
+};
+use proofmass_report::{NoiseComparisonReport, Report};
+use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// Which limits hold, and how often equal units may be called different.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct NoiseComparisonJob {
+    /// Limits of a data sheet.
+    pub limits: Vec<NoiseLimit>,
+    /// Probability at which equal units are called different in any coefficient.
+    pub false_alarm_rate: f64,
+}
+
+impl Default for NoiseComparisonJob {
+    fn default() -> Self {
+        Self {
+            limits: Vec::new(),
+            false_alarm_rate: 0.01,
+        }
+    }
+}
+
+/// Results of `proofmass noise`.
+pub struct NoiseComparisonData<'a> {
+    /// The results.
+    pub results: &'a [&'a NoiseOutcome],
+    /// What they are called.
+    pub names: &'a [&'a str],
+}
+
+/// A result of `proofmass noise`, read again.
+#[derive(Clone, Debug)]
+pub struct NoiseDocument {
+    /// The result.
+    pub outcome: NoiseOutcome,
+    /// The file and its digest.
+    pub input: Input,
+}
+
+impl NoiseDocument {
+    /// The result.json of a noise analysis.
+    ///
+    /// # Errors
+    /// Another kind of file.
+    pub fn read(source: Source) -> Result<Self> {
+        let name = source.name().display().to_string();
+        let (bytes, input) = source.into_bytes(LARGEST_DOCUMENT)?;
+        let filed = Filed::<NoiseOutcome>::from_json(&bytes).map_err(|e| {
+            e.detail(name)
+                .with_hint("give the folders, or result.json, of `proofmass noise … -o FOLDER`")
+        })?;
+        Ok(Self {
+            outcome: filed.outcome,
+            input,
+        })
+    }
+
+    /// Refuses a result that is given twice, by whatever name: its unit would count twice.
+    ///
+    /// # Errors
+    /// Two files of the same digest.
+    pub fn distinct(documents: &[Self]) -> Result<()> {
+        for (k, later) in documents.iter().enumerate() {
+            if let Some(first) = documents[..k]
+                .iter()
+                .find(|d| d.input.sha256 == later.input.sha256)
+            {
+                return Err(Trouble::request("the same noise result is given twice")
+                    .detail(format!("{} and {}", first.input.path, later.input.path))
+                    .with_hint("give every result once: its unit would be counted twice"));
+            }
+        }
+        Ok(())
+    }
+
+    /// The file of a result: itself, or result.json of a folder.
+    pub fn place(path: &Path) -> std::path::PathBuf {
+        if path.is_dir() {
+            path.join(RESULT)
+        } else {
+            path.to_path_buf()
+        }
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LimitsFile {
+    #[serde(default)]
+    limit: Vec<LimitEntry>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LimitEntry {
+    term: String,
+    most: f64,
+    unit: String,
+    meaning: Option<String>,
+    #[serde(default)]
+    channels: Vec<String>,
+}
+
+/// Limits from the text of a TOML file: `[[limit]]` with `term`, `most`, `unit`, and where wanted `meaning` and `channels`.
+///
+/// ```
+/// let text = "[[limit]]\nterm = \"N\"\nmost = 30\nunit = \"µg/√Hz\"\n";
+/// let limits = proofmass_jobs::noise_comparison::limits(text)?;
+/// assert_eq!((limits.len(), limits[0].most), (1, 30.0));
+/// # Ok::<(), proofmass_jobs::Trouble>(())
+/// ```
+///
+/// # Errors
+/// No TOML, an unknown key or term, no limit at all.
+pub fn limits(text: &str) -> Result<Vec<NoiseLimit>> {
+    let refused = |what: String| {
+        Trouble::request(format!("the limits cannot be read: {what}")).with_hint(
+            "write [[limit]] with term = \"N\", most = 30.0, unit = \"µg/√Hz\", and where wanted meaning and channels",
+        )
+    };
+    let file: LimitsFile = toml::from_str(text).map_err(|e| refused(e.to_string()))?;
+    if file.limit.is_empty() {
+        return Err(refused("there is no [[limit]]".to_owned()));
+    }
+    file.limit
+        .into_iter()
+        .map(|entry| {
+            let term: Term = entry.term.parse().map_err(refused)?;
+            if !(entry.most > 0.0 && entry.most.is_finite()) {
+                return Err(refused(format!(
+                    "most = {} of {} is not positive",
+                    entry.most,
+                    term.symbol()
+                )));
+            }
+            let mut limit = NoiseLimit::new(term, entry.most, entry.unit);
+            limit.meaning = entry.meaning;
+            limit.channels = entry.channels;
+            meaningful(&limit)?;
+            Ok(limit)
+        })
+        .collect()
+}
+
+/// Refuses a unit that the coefficient of a limit does not have, and a meaning that there is not or that the unit does not have.
+fn meaningful(limit: &NoiseLimit) -> Result<()> {
+    let symbol = limit.term.symbol();
+    let sensors = [Sensor::Accelerometer, Sensor::Gyroscope];
+    if let Some(meaning) = &limit.meaning
+        && !NoiseLimit::MEANINGS.contains(&meaning.as_str())
+    {
+        return Err(Trouble::request(format!(
+            "meaning = {meaning:?} of the limit of {symbol} is not known"
+        ))
+        .with_hint(format!("it is one of {}", NoiseLimit::MEANINGS.join(", "))));
+    }
+    if !sensors.iter().any(|s| limit.has_unit(*s)) {
+        return Err(Trouble::request(format!(
+            "{:?} is no unit of {symbol} that limits are known in",
+            limit.unit
+        ))
+        .with_hint(
+            "of N µg/√Hz, m/s/√h, (°/s)/√Hz, °/√h; of B µg, °/h; of K µg/√s, °/h/√h; of Q m/s, ″; of R µg/h, °/h²; or the SI unit",
+        ));
+    }
+    for sensor in sensors {
+        if limit.conversion(sensor, 1.0)?.is_some() {
+            return Ok(());
+        }
+    }
+    Err(Trouble::request(format!(
+        "a limit of {symbol} in {} cannot be {}",
+        limit.unit,
+        limit.meaning.as_deref().unwrap_or_default()
+    ))
+    .with_hint(
+        "one-sided and two-sided are for root densities (µg/√Hz), floor and coefficient for B; leave meaning out for what the unit means by itself",
+    ))
+}
+
+/// Refuses results of which too few have coefficients, such as those of constant channels.
+fn with_coefficients(names: &[&str], analyses: &[&Analysis], least: usize) -> Result<()> {
+    let without: Vec<&str> = names
+        .iter()
+        .zip(analyses)
+        .filter(|(_, a)| a.channels.iter().all(|c| c.whittle.is_none()))
+        .map(|(name, _)| *name)
+        .collect();
+    if analyses.len() - without.len() >= least {
+        return Ok(());
+    }
+    Err(Trouble::data(format!(
+        "{} of {} noise results have no coefficients: there is nothing to compare",
+        without.len(),
+        analyses.len()
+    ))
+    .detail(without.join("; "))
+    .with_hint(
+        "a channel that never changes or is too short has none: see the findings of these results",
+    ))
+}
+
+/// Refuses a limit for a channel that no result has.
+fn known_channels(limit: &NoiseLimit, analyses: &[&Analysis]) -> Result<()> {
+    let mut all: Vec<&str> = Vec::new();
+    for channel in analyses.iter().flat_map(|a| &a.channels) {
+        if !all.contains(&channel.name.as_str()) {
+            all.push(&channel.name);
+        }
+    }
+    match limit.channels.iter().find(|c| !all.contains(&c.as_str())) {
+        None => Ok(()),
+        Some(unknown) => Err(Trouble::request(format!(
+            "the limit of {} in {} is for channel {unknown:?}, which no result has",
+            limit.term.symbol(),
+            limit.unit
+        ))
+        .with_hint(format!("the channels are {}", all.join(", ")))),
+    }
+}
+
+/// [`limits`] from a file.
+///
+/// # Errors
+/// As [`limits`], with the name of the file.
+pub fn read_limits(source: Source) -> Result<(Vec<NoiseLimit>, Input)> {
+    let name = source.name().display().to_string();
+    let (bytes, input) = source.into_bytes(LARGEST_DOCUMENT)?;
+    let found = limits(&String::from_utf8_lossy(&bytes)).map_err(|e| e.detail(name))?;
+    Ok((found, input))
+}
+
+impl Job for NoiseComparisonJob {
+    type Data<'a> = NoiseComparisonData<'a>;
+    type Outcome = NoiseComparisonOutcome;
+
+    fn evaluate(
+        &self,
+        data: &NoiseComparisonData<'_>,
+        watch: &dyn Watch,
+    ) -> Result<NoiseComparisonOutcome> {
+        watch.step("comparison", 0, 1)?;
+        let least = if self.limits.is_empty() { 2 } else { 1 };
+        if data.results.len() < least || data.names.len() != data.results.len() {
+            return Err(Trouble::request(
+                "a comparison needs two noise results or more, or one and limits",
+            )
+            .with_hint("give each of them with its name"));
+        }
+        let analyses: Vec<_> = data.results.iter().map(|r| r.analysis()).collect();
+        with_coefficients(data.names, &analyses, least)?;
+        for limit in &self.limits {
+            meaningful(limit)?;
+            known_channels(limit, &analyses)?;
+        }
+        let comparison = compare_units(data.names, &analyses, &self.limits, self.false_alarm_rate)?;
+        if comparison.channels.is_empty() && self.limits.is_empty() {
+            let channels: Vec<String> = analyses
+                .iter()
+                .zip(data.names)
+                .map(|(a, name)| {
+                    let all: Vec<String> = a
+                        .channels
+                        .iter()
+                        .map(|c| format!("{} in {}", c.name, c.unit))
+                        .collect();
+                    format!("{name}: {}", all.join(", "))
+                })
+                .collect();
+            return Err(Trouble::data(
+                "no two of the results have coefficients of a channel of the same name and unit",
+            )
+            .detail(channels.join("; "))
+            .with_hint("analyse them with the same --columns and --unit"));
+        }
+        for limit in &self.limits {
+            if comparison.limits.iter().all(|c| c.limit != *limit) {
+                return Err(Trouble::request(format!(
+                    "the limit of {} in {} fits no channel",
+                    limit.term.symbol(),
+                    limit.unit
+                ))
+                .with_hint(
+                    "limits are for accelerations (µg/√Hz, m/s/√h, µg, µg/√s) and angular rates (°/√h, (°/s)/√Hz, °/h, °/h/√h), \
+                     with meaning one-sided, two-sided, floor or coefficient; channels go by their names",
+                ));
+            }
+        }
+        watch.step("comparison", 1, 1)?;
+        let probability = analyses
+            .iter()
+            .flat_map(|a| &a.channels)
+            .find_map(|c| c.whittle.as_ref())
+            .map_or(0.95, |f| f.probability);
+        Ok(NoiseComparisonOutcome {
+            names: data.names.iter().map(|&n| n.to_owned()).collect(),
+            probability,
+            comparison,
+        })
+    }
+}
+
+/// The answer: coefficients side by side, whether they are equal, and how they stand to the limits.
+///
+/// The quantities are `CHANNEL.N` and so on: the value that suits all units, where its interval excludes zero.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NoiseComparisonOutcome {
+    names: Vec<String>,
+    probability: f64,
+    comparison: UnitComparison,
+}
+
+impl NoiseComparisonOutcome {
+    /// What was compared.
+    pub fn comparison(&self) -> &UnitComparison {
+        &self.comparison
+    }
+
+    fn page(&self, record: &Record) -> NoiseComparisonReport<'_> {
+        NoiseComparisonReport {
+            head: record.head(self.title(record), &self.comparison.findings),
+            names: &self.names,
+            probability: self.probability,
+            comparison: &self.comparison,
+        }
+    }
+
+    fn coefficients(&self) -> Result<Table> {
+        let mut table = Table::new([
+            "channel",
+            "coefficient",
+            "unit_of_coefficient",
+            "name",
+            "value",
+            "low",
+            "high",
+            "common",
+            "chi_squared",
+            "freedom",
+            "chance",
+        ]);
+        for channel in &self.comparison.channels {
+            for term in &channel.terms {
+                for (unit, verdict) in channel.units.iter().zip(&term.verdicts) {
+                    let equal = term.equal.as_ref();
+                    let (low, high) = match verdict.interval() {
+                        Some((low, high)) => (Some(low), Some(high)),
+                        None => (None, verdict.upper()),
+                    };
+                    table.push([
+                        Cell::from(channel.name.as_str()),
+                        Cell::from(term.term.symbol()),
+                        Cell::from(term.unit.as_str()),
+                        Cell::from(self.names[*unit].as_str()),
+                        Cell::from(verdict.estimate()),
+                        Cell::from(low),
+                        Cell::from(high),
+                        Cell::from(equal.map(|e| e.common)),
+                        Cell::from(equal.map(|e| e.statistic)),
+                        equal.map_or(Cell::Missing, |e| Cell::from(e.freedom)),
+                        Cell::from(equal.map(|e| e.chance)),
+                    ])?;
+                }
+            }
+        }
+        Ok(table)
+    }
+
+    fn limits(&self) -> Result<Table> {
+        let mut table = Table::new([
+            "channel",
+            "coefficient",
+            "limit",
+            "unit",
+            "meaning",
+            "name",
+            "value",
+            "low",
+            "high",
+            "conformity",
+        ]);
+        for limit in &self.comparison.limits {
+            for (unit, check) in &limit.checks {
+                table.push([
+                    Cell::from(limit.channel.as_str()),
+                    Cell::from(limit.limit.term.symbol()),
+                    Cell::from(limit.limit.most),
+                    Cell::from(limit.limit.unit.as_str()),
+                    Cell::from(limit.meaning.as_str()),
+                    Cell::from(self.names[*unit].as_str()),
+                    Cell::from(check.and_then(|c| c.value)),
+                    Cell::from(check.map(|c| c.interval.0)),
+                    Cell::from(check.map(|c| c.interval.1)),
+                    Cell::from(match check.map(|c| c.conformity) {
+                        Some(Conformity::Pass) => "pass",
+                        Some(Conformity::Fail) => "fail",
+                        _ => "undecided",
+                    }),
+                ])?;
+            }
+        }
+        Ok(table)
+    }
+}
+
+impl Outcome for NoiseComparisonOutcome {
+    const KIND: &'static str = "noise-comparison";
+
+    fn title(&self, record: &Record) -> String {
+        let title = record.title.clone();
+        title.unwrap_or_else(|| match &self.names[..] {
+            [one] => format!("Noise of {one} against its limits"),
+            [all @ .., last] if all.len() < 4 => {
+                format!("Noise of {} and {last}", all.join(", "))
+            }
+            all => format!("Noise of {} units", all.len()),
+        })
+    }
+
+    fn quantities(&self) -> Vec<StatedQuantity> {
+        let mut all = Vec::new();
+        for channel in &self.comparison.channels {
+            for term in &channel.terms {
+                let Some(equal) = &term.equal else { continue };
+                let (low, high) = equal.interval;
+                if low * high > 0.0 {
+                    let half = 0.5 * (high - low);
+                    let normal = DegreesOfFreedom::INFINITE.coverage_factor(self.probability);
+                    all.push(StatedQuantity::new(
+                        &Quantity {
+                            name: format!("{}.{}", channel.name, term.term.symbol()),
+                            unit: term.unit.clone(),
+                            value: equal.common,
+                            standard_uncertainty: half / normal,
+                            dof: DegreesOfFreedom::INFINITE,
+                        },
+                        self.probability,
+                    ));
+                }
+            }
+        }
+        all
+    }
+
+    fn findings(&self) -> &[Finding] {
+        &self.comparison.findings
+    }
+
+    fn tables(&self) -> Result<Vec<(String, Table)>> {
+        let mut list = Vec::new();
+        if !self.comparison.channels.is_empty() {
+            list.push(("coefficients.csv".to_owned(), self.coefficients()?));
+        }
+        if !self.comparison.limits.is_empty() {
+            list.push(("limits.csv".to_owned(), self.limits()?));
+        }
+        Ok(list)
+    }
+
+    fn summary(&self, record: &Record) -> Report {
+        self.page(record).summary()
+    }
+
+    fn report(&self, record: &Record) -> Report {
+        self.page(record).full()
+    }
+}

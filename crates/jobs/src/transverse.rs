@@ -1,0 +1,656 @@
+//! Transverse sensitivity of a single-axis accelerometer.
+
+use crate::bench_runs::{BenchFiles, BenchRuns};
+use crate::campaign::TransverseCampaign;
+use crate::device_output::DeviceOutput;
+use crate::observed::observe;
+use crate::outcome::{Job, Outcome};
+use crate::record::Record;
+use crate::shaker_triaxial::stated;
+use crate::trouble::{Result, Trouble};
+use num_complex::Complex64;
+use proofmass_calibration::shaker::recording::{Assessed, Quality, QualityLimits, assess};
+use proofmass_calibration::shaker::reference::ReferenceTable;
+use proofmass_calibration::shaker::transverse::{
+    AxialSensitivity, Motion, SeatUncertainty, TransverseRow, TransverseSensitivity,
+    TransverseTest, keeps_to,
+};
+use proofmass_core::Watch;
+use proofmass_io::{Cell, StatedQuantity, Table};
+use proofmass_report::{Report, TransverseReport};
+use proofmass_uncertainty::{DegreesOfFreedom, Finding, Severity};
+use serde::{Deserialize, Serialize};
+
+/// What is to be evaluated, and how well the device sits.
+///
+/// ```
+/// use num_complex::Complex64;
+/// use proofmass_calibration::shaker::recording::Quality;
+/// use proofmass_calibration::shaker::transverse::{Motion, SeatUncertainty};
+/// use proofmass_jobs::transverse::{TransverseData, TransverseJob, TransverseRun};
+/// use proofmass_jobs::{Job, Outcome, Unwatched};
+///
+/// // 10 mV/(m/s²) along the axis, 2 % of it across, strongest at 30°; the reference gives m/s².
+/// let run = |name: &str, motion, output| TransverseRun {
+///     run: name.into(), frequency: 160.0, motion,
+///     reference: Complex64::new(10.0, 0.0), output: Complex64::new(output, 0.0),
+///     transverse: Some(0.0), target: None, quality: Quality::default(), place: "line 1".into(),
+/// };
+/// let mut runs = vec![run("axis", Motion::Axial, 0.1)];
+/// for k in 0..12 {
+///     let rotation = f64::from(k) * 30f64.to_radians();
+///     let output = 0.002 * (rotation - 30f64.to_radians()).cos();
+///     runs.push(run(&format!("across {k}"), Motion::Transverse { rotation }, output));
+/// }
+/// let job = TransverseJob::new(SeatUncertainty::new(1e-3));
+/// let outcome = job.evaluate(&TransverseData::new(&runs), &Unwatched)?;
+/// let t = &outcome.quantities()[0];
+/// assert!((t.value - 0.02).abs() < 1e-12 && (t.expanded - 0.00196).abs() < 1e-5);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct TransverseJob {
+    /// Certificate of the reference; `None` when the runs carry accelerations.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference: Option<ReferenceTable>,
+    /// Which standard it is and who calibrated it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference_description: Option<String>,
+    /// What the device gives.
+    #[serde(default)]
+    pub output: DeviceOutput,
+    /// Sensitivity along the axis, used where no run is along it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub axis: Option<ReferenceTable>,
+    /// How well the device sits.
+    pub seat: SeatUncertainty,
+    /// Largest transverse sensitivity of the datasheet, relative.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limit: Option<f64>,
+    /// Rules of a sound run.
+    pub limits: QualityLimits,
+    /// Runs to be left out, by name.
+    #[serde(default)]
+    pub excluded: Vec<String>,
+}
+
+impl TransverseJob {
+    /// Runs that carry accelerations, and a device in volts that sits this well.
+    pub fn new(seat: SeatUncertainty) -> Self {
+        Self {
+            reference: None,
+            reference_description: None,
+            output: DeviceOutput::default(),
+            axis: None,
+            seat,
+            limit: None,
+            limits: QualityLimits::default(),
+            excluded: Vec::new(),
+        }
+    }
+}
+
+/// One run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TransverseRun {
+    /// Name.
+    pub run: String,
+    /// Frequency in Hz.
+    pub frequency: f64,
+    /// Along which direction the device was shaken.
+    pub motion: Motion,
+    /// Reference, V or m/s².
+    pub reference: Complex64,
+    /// Output of the device.
+    pub output: Complex64,
+    /// Motion of the table across the vibration relative to it, where it was measured.
+    pub transverse: Option<f64>,
+    /// Acceleration wanted, m/s².
+    pub target: Option<f64>,
+    /// What the samples said.
+    pub quality: Quality,
+    /// Where it stands, for messages.
+    pub place: String,
+}
+
+/// The runs of a transverse test as phasors.
+pub type TransverseData<'a> = BenchRuns<'a, TransverseRun>;
+
+/// Transverse sensitivity at every frequency.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TransverseOutcome {
+    quantities: Vec<StatedQuantity>,
+    findings: Vec<Finding>,
+    results: Vec<TransverseSensitivity>,
+    runs: Vec<TransverseRow>,
+    output: DeviceOutput,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    limit: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    reference: Option<String>,
+}
+
+impl TransverseOutcome {
+    /// Transverse sensitivities in ascending frequency.
+    pub fn results(&self) -> &[TransverseSensitivity] {
+        &self.results
+    }
+
+    fn page(&self, record: &Record) -> TransverseReport<'_> {
+        let mut head = record.head(self.title(record), &self.findings);
+        if let Some(reference) = &self.reference {
+            head.meta.push(("Reference".to_owned(), reference.clone()));
+        }
+        TransverseReport {
+            head,
+            runs: &self.runs,
+            unit: self.output.unit(),
+            limit: self.limit,
+        }
+    }
+}
+
+impl Outcome for TransverseOutcome {
+    const KIND: &'static str = "transverse-sensitivity";
+    const PRINCIPAL_TABLE: &'static str = "transverse.csv";
+
+    fn title(&self, record: &Record) -> String {
+        record.title(
+            "Transverse sensitivity of",
+            "Transverse sensitivity of an accelerometer",
+        )
+    }
+
+    fn quantities(&self) -> Vec<StatedQuantity> {
+        self.quantities.clone()
+    }
+
+    fn findings(&self) -> &[Finding] {
+        &self.findings
+    }
+
+    fn tables(&self) -> Result<Vec<(String, Table)>> {
+        Ok(vec![
+            ("transverse.csv".to_owned(), transverse(&self.results)?),
+            ("runs.csv".to_owned(), runs(&self.runs, self.output)?),
+        ])
+    }
+
+    fn summary(&self, record: &Record) -> Report {
+        self.page(record).summary(&self.results)
+    }
+
+    fn report(&self, record: &Record) -> Report {
+        self.page(record).full(&self.results)
+    }
+}
+
+/// Probability at which one of a healthy campaign's frequencies may be said to follow no cosine.
+const FALSE_ALARM_RATE: f64 = 1e-3;
+
+impl Job for TransverseJob {
+    type Data<'a> = TransverseData<'a>;
+    type Outcome = TransverseOutcome;
+
+    fn evaluate(&self, data: &TransverseData<'_>, watch: &dyn Watch) -> Result<TransverseOutcome> {
+        let mut findings = data.findings.to_vec();
+        let rows = self.rows(data, &mut findings)?;
+        let mut frequencies: Vec<f64> = rows.iter().map(|r| r.frequency).collect();
+        frequencies.sort_by(f64::total_cmp);
+        frequencies.dedup();
+        let unit = self.output.unit();
+        let test = TransverseTest {
+            seat: self.seat,
+            unit,
+            false_alarm_rate: FALSE_ALARM_RATE / frequencies.len().max(1) as f64,
+        };
+        let mut results = Vec::with_capacity(frequencies.len());
+        for (done, &frequency) in frequencies.iter().enumerate() {
+            watch.step("frequencies", done as u64, frequencies.len() as u64)?;
+            let group: Vec<&TransverseRow> =
+                rows.iter().filter(|r| r.frequency == frequency).collect();
+            let (axial, certificate) =
+                self.known_at(data.name, frequency, &group, &mut findings)?;
+            self.can_be_told(data.name, frequency, &group)?;
+            let (result, doubts) = test
+                .evaluate(frequency, &group, certificate, axial)
+                .map_err(|e| Trouble::from(e).detail(format!("{}, {frequency} Hz", data.name)))?;
+            findings.extend(doubts);
+            results.push(result);
+        }
+        findings.extend(self.against_datasheet(&results));
+        findings.extend(motion_unknown(&rows));
+        findings.extend(rotation_unit(&rows));
+        findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
+        let quantities = results.iter().flat_map(|r| {
+            let both = std::iter::once(&r.ratio).chain(&r.direction);
+            both.map(|q| stated(q, r.frequency))
+        });
+        Ok(TransverseOutcome {
+            quantities: quantities.collect(),
+            findings,
+            results,
+            runs: rows,
+            output: self.output,
+            limit: self.limit,
+            reference: self.reference_description.clone(),
+        })
+    }
+}
+
+impl TransverseJob {
+    fn rows(
+        &self,
+        data: &TransverseData<'_>,
+        findings: &mut Vec<Finding>,
+    ) -> Result<Vec<TransverseRow>> {
+        let mut rows = Vec::with_capacity(data.runs.len());
+        for run in data.runs {
+            if self.excluded.contains(&run.run) {
+                findings.push(
+                    Finding::new(
+                        Severity::Note,
+                        "excluded-run",
+                        format!("run {} was left out as asked", run.run),
+                    )
+                    .evidence(format!("{} Hz", run.frequency)),
+                );
+                continue;
+            }
+            if run.reference.norm() == 0.0 {
+                return Err(Trouble::data(format!(
+                    "{}: run {} has no signal of the reference",
+                    run.place, run.run
+                ))
+                .with_hint("measure the run again, or take its row out"));
+            }
+            if run.motion == Motion::Axial && run.output.norm() == 0.0 {
+                return Err(Trouble::data(format!(
+                    "{}: run {} is along the axis and has no signal of the device",
+                    run.place, run.run
+                ))
+                .with_hint("measure the run again, or take its row out"));
+            }
+            let acceleration = match &self.reference {
+                Some(table) => table.acceleration(run.reference, run.frequency).map_err(|e| {
+                    Trouble::from(e)
+                        .detail(format!("{}: run {}", run.place, run.run))
+                        .with_hint("have the reference calibrated there, or leave the run out with exclude")
+                })?,
+                None => run.reference,
+            };
+            // Across the axis the output is small and carries more of harmonics and noise: only the reference is judged.
+            let quality = Quality {
+                signal_to_noise: run
+                    .quality
+                    .signal_to_noise
+                    .iter()
+                    .take(1)
+                    .copied()
+                    .collect(),
+                ..run.quality.clone()
+            };
+            let assessed = Assessed {
+                run: &run.run,
+                frequency: run.frequency,
+                quality: &quality,
+                channels: &TransverseCampaign::CHANNELS,
+                amplitude: acceleration.norm(),
+                target: run.target,
+            };
+            findings.extend(assess(&assessed, &self.limits));
+            rows.push(TransverseRow {
+                run: run.run.clone(),
+                frequency: run.frequency,
+                motion: run.motion,
+                ratio: run.output / acceleration,
+                transverse: run.transverse,
+            });
+        }
+        Ok(rows)
+    }
+
+    /// The sensitivity along the axis where it is given, and the uncertainty of the reference.
+    fn known_at(
+        &self,
+        name: &str,
+        frequency: f64,
+        group: &[&TransverseRow],
+        findings: &mut Vec<Finding>,
+    ) -> Result<(Option<AxialSensitivity>, (f64, f64))> {
+        let certificate = match &self.reference {
+            Some(table) => {
+                let point = table.at(frequency)?;
+                (point.modulus_uncertainty, point.phase_uncertainty)
+            }
+            None => (0.0, 0.0),
+        };
+        let along: Vec<Complex64> = group
+            .iter()
+            .filter(|r| r.motion == Motion::Axial)
+            .map(|r| r.ratio)
+            .collect();
+        if !along.is_empty() {
+            let known = self.axis.as_ref().and_then(|t| t.at(frequency).ok());
+            if let Some(known) = known {
+                let mean = along.iter().sum::<Complex64>() / along.len() as f64;
+                let off = mean.norm() / known.sensitivity - 1.0;
+                if off.abs() > 0.05 {
+                    findings.push(
+                        Finding::new(
+                            Severity::Decision,
+                            "axis-not-as-calibrated",
+                            format!("along its axis the device at {frequency} Hz is not what [axis] says"),
+                        )
+                        .evidence(format!("{:+.1} %; the runs were used", 100.0 * off))
+                        .advice("look at gains, cables and the device of [axis]"),
+                    );
+                }
+            }
+            return Ok((None, certificate));
+        }
+        let Some(table) = &self.axis else {
+            return Err(Trouble::data(format!(
+                "{name}: no run at {frequency} Hz is along the axis, to which the transverse sensitivity is relative"
+            ))
+            .with_hint(
+                "add a run with inclination_deg 0 at this frequency, or [axis] with the calibration of the device",
+            ));
+        };
+        let point = table.at(frequency).map_err(|e| {
+            Trouble::from(e)
+                .detail(format!("[axis], {frequency} Hz"))
+                .with_hint(
+                    "the calibration of the device along its axis has to reach every frequency",
+                )
+        })?;
+        let axial = AxialSensitivity {
+            value: Complex64::from_polar(point.sensitivity, point.phase),
+            relative: point.modulus_uncertainty,
+            phase: point.phase_uncertainty,
+        };
+        Ok((Some(axial), certificate))
+    }
+
+    /// Refuses with words what the evaluation would refuse with numbers.
+    fn can_be_told(&self, name: &str, frequency: f64, group: &[&TransverseRow]) -> Result<()> {
+        let mut directions: Vec<f64> = Vec::new();
+        let mut across = 0;
+        for row in group {
+            if let Motion::Transverse { rotation } = row.motion {
+                across += 1;
+                let turn = std::f64::consts::TAU;
+                let apart = |d: &f64| {
+                    let off = (rotation - d).rem_euclid(turn);
+                    off.min(turn - off) > 1e-6
+                };
+                if directions.iter().all(apart) {
+                    directions.push(rotation);
+                }
+            }
+        }
+        let first = directions.first().copied().unwrap_or(0.0);
+        let spread = directions.iter().map(|d| (d - first).sin().abs());
+        if spread.fold(0.0, f64::max) < 1e-3 {
+            return Err(Trouble::data(format!(
+                "{name}: at {frequency} Hz the device was shaken along one line across its axis, which is half of a transverse sensitivity"
+            ))
+            .with_hint("measure two directions at a right angle at least; twelve around the circle tell the table from the device"));
+        }
+        let needed = directions.len().min(3);
+        if needed == 2 && self.seat.squareness.is_none() {
+            return Err(Trouble::data(format!(
+                "{name}: at {frequency} Hz the device was shaken in two directions, which cannot tell how square it sat"
+            ))
+            .with_hint(
+                "state u_squareness_deg in [mounting], or measure a third direction (180° opposite one of the two is one)",
+            ));
+        }
+        if needed >= 2 && across <= needed && self.seat.reading.is_none() {
+            return Err(Trouble::data(format!(
+                "{name}: at {frequency} Hz {across} runs across the axis leave none to show their scatter"
+            ))
+            .with_hint("repeat a direction, measure one more, or state u_relative in [reading]"));
+        }
+        Ok(())
+    }
+
+    fn against_datasheet(&self, results: &[TransverseSensitivity]) -> Vec<Finding> {
+        let Some(limit) = self.limit else {
+            return Vec::new();
+        };
+        let list = |verdict: Option<bool>| -> Vec<String> {
+            results
+                .iter()
+                .filter(|r| keeps_to(r, limit) == verdict)
+                .map(|r| {
+                    format!(
+                        "{:.2} % ± {:.2} % at {} Hz",
+                        100.0 * r.ratio.value,
+                        100.0 * r.ratio.expanded,
+                        r.frequency
+                    )
+                })
+                .collect()
+        };
+        let (beyond, undecided) = (list(Some(false)), list(None));
+        let mut findings = Vec::new();
+        if !beyond.is_empty() {
+            findings.push(
+                Finding::new(
+                    Severity::Decision,
+                    "transverse-exceeds-datasheet",
+                    format!("the transverse sensitivity exceeds {:.2} %", 100.0 * limit),
+                )
+                .evidence(beyond.join("; "))
+                .advice("look at the mounting surface and the torque; else the device does not keep to its datasheet"),
+            );
+        }
+        if !undecided.is_empty() {
+            findings.push(
+                Finding::new(
+                    Severity::Warning,
+                    "transverse-undecided",
+                    format!(
+                        "whether the transverse sensitivity keeps to {:.2} % cannot be said",
+                        100.0 * limit
+                    ),
+                )
+                .evidence(undecided.join("; "))
+                .advice("the limit lies inside the interval: the budget says which cause to make smaller"),
+            );
+        }
+        findings
+    }
+}
+
+/// Many directions within six degrees are a circle in radians.
+fn rotation_unit(rows: &[TransverseRow]) -> Option<Finding> {
+    let mut turns: Vec<f64> = rows
+        .iter()
+        .filter_map(|r| match r.motion {
+            Motion::Transverse { rotation } => Some(rotation.to_degrees()),
+            Motion::Axial => None,
+        })
+        .collect();
+    turns.sort_by(f64::total_cmp);
+    turns.dedup();
+    let (first, last) = (turns.first()?, turns.last()?);
+    (turns.len() > 2 && last - first > 1.0 && first.abs().max(last.abs()) <= 6.3).then(|| {
+        Finding::new(
+            Severity::Decision,
+            "rotation-unit",
+            "the directions look like radians under a heading of degrees",
+        )
+        .evidence(format!(
+            "{} directions from {first}° to {last}°",
+            turns.len()
+        ))
+        .advice("call the column rotation_rad")
+    })
+}
+
+fn motion_unknown(rows: &[TransverseRow]) -> Option<Finding> {
+    let unknown = rows.iter().filter(|r| r.transverse.is_none()).count();
+    (unknown > 0).then(|| {
+        Finding::new(
+            Severity::Note,
+            "transverse-motion-unknown",
+            "the motion of the table across the vibration was not measured",
+        )
+        .evidence(format!("{unknown} of {} runs", rows.len()))
+        .advice("give it as transverse_%; the vibration generator of ISO 16063-31 keeps it small")
+    })
+}
+
+/// Everything the files of a campaign say.
+pub type TransverseFiles = BenchFiles<TransverseJob, TransverseRun>;
+
+impl TransverseCampaign {
+    /// Reads the tables of the campaign and its recordings.
+    ///
+    /// # Errors
+    /// A file that cannot be read, a recording without a sine, or `watch` wanted it to stop.
+    pub fn load(&self, watch: &dyn Watch) -> Result<TransverseFiles> {
+        let table = self.read_runs()?;
+        let certificate = self.read_reference()?;
+        let observed = observe(
+            &table,
+            self.recording.as_ref(),
+            || self.waveform_options(),
+            watch,
+        )?;
+        let name = table.path.display().to_string();
+        let runs = table
+            .runs
+            .iter()
+            .zip(&observed.runs)
+            .map(|(run, seen)| TransverseRun {
+                run: run.run.clone(),
+                frequency: run.frequency_hz,
+                motion: run.seat.motion,
+                reference: seen.phasors[0],
+                output: seen.phasors[1],
+                transverse: run.seat.transverse,
+                target: run.seat.target,
+                quality: seen.quality(None),
+                place: format!("{name}:{}", run.line),
+            })
+            .collect();
+        let mut findings = observed.findings;
+        let mut inputs = vec![self.source.input.clone()];
+        let mounting = &self.mounting;
+        let mut seat = SeatUncertainty::new(mounting.u_tilt_deg.to_radians());
+        seat.squareness = mounting.u_squareness_deg.map(f64::to_radians);
+        seat.rotation = mounting.u_rotation_deg.to_radians();
+        seat.reading = self.reading.map(|r| {
+            let dof = r.dof.and_then(DegreesOfFreedom::new);
+            (r.u_relative, dof.unwrap_or(DegreesOfFreedom::INFINITE))
+        });
+        let mut job = TransverseJob::new(seat);
+        job.output = DeviceOutput::of(table.quantities.get(1).copied());
+        if let Some(certificate) = certificate {
+            findings.extend(certificate.findings);
+            inputs.push(certificate.input);
+            job.reference = Some(certificate.table);
+            job.reference_description = certificate.description;
+        }
+        if let Some(axis) = self.read_axis(job.output)? {
+            findings.extend(axis.findings);
+            inputs.push(axis.input);
+            job.axis = Some(axis.table);
+        }
+        job.limit = self.datasheet.map(|d| d.transverse / 100.0);
+        job.excluded = self.runs.exclude.clone();
+        let recordings = observed.inputs.len() - 1;
+        inputs.extend(observed.inputs);
+        Ok(TransverseFiles {
+            job,
+            runs,
+            findings,
+            name,
+            inputs,
+            recordings,
+        })
+    }
+
+    /// What the result is filed with.
+    pub fn record(&self, files: &TransverseFiles, date: Option<String>) -> Record {
+        files.record(&self.title, &self.device, &self.ambient, date)
+    }
+}
+
+fn transverse(results: &[TransverseSensitivity]) -> Result<Table> {
+    let mut table = Table::new([
+        "frequency_Hz",
+        "transverse_%",
+        "u_transverse_%",
+        "U_transverse_%",
+        "k",
+        "nu_eff",
+        "direction_deg",
+        "U_direction_deg",
+        "x_real_%",
+        "x_imaginary_%",
+        "y_real_%",
+        "y_imaginary_%",
+        "constant_real_%",
+        "constant_imaginary_%",
+        "scatter_%",
+        "runs",
+        "directions",
+    ]);
+    for r in results {
+        let [s, x, y] = r.sensitivities();
+        let q = &r.ratio;
+        let mut cells: Vec<Cell> = vec![r.frequency.into()];
+        cells.extend([q.value, q.standard_uncertainty, q.expanded].map(|v| Cell::from(100.0 * v)));
+        cells.push(q.coverage_factor.into());
+        cells.push(q.dof.into());
+        let angle = r.direction.as_ref();
+        cells.push(angle.map(|d| d.value.to_degrees().rem_euclid(180.0)).into());
+        cells.push(angle.map(|d| d.expanded.to_degrees()).into());
+        for z in [x / s, y / s] {
+            cells.extend([z.re, z.im].map(|v| Cell::from(100.0 * v)));
+        }
+        let constant = r.constant_fitted.then_some(r.constant);
+        cells.push(constant.map(|c| 100.0 * c.re).into());
+        cells.push(constant.map(|c| 100.0 * c.im).into());
+        cells.push(r.scatter.map(|s| 100.0 * s).into());
+        cells.extend([r.runs, r.directions].map(Cell::from));
+        table.push(cells)?;
+    }
+    Ok(table)
+}
+
+fn runs(rows: &[TransverseRow], output: DeviceOutput) -> Result<Table> {
+    let unit = output.unit().replace('²', "2");
+    let mut table = Table::new([
+        "run".to_owned(),
+        "frequency_Hz".to_owned(),
+        "inclination_deg".to_owned(),
+        "rotation_deg".to_owned(),
+        format!("real_{unit}"),
+        format!("imaginary_{unit}"),
+        format!("modulus_{unit}"),
+        "phase_deg".to_owned(),
+    ]);
+    for row in rows {
+        let (inclination, rotation) = match row.motion {
+            Motion::Axial => (0.0, None),
+            Motion::Transverse { rotation } => (90.0, Some(rotation.to_degrees())),
+        };
+        table.push(vec![
+            Cell::from(row.run.as_str()),
+            row.frequency.into(),
+            inclination.into(),
+            rotation.into(),
+            row.ratio.re.into(),
+            row.ratio.im.into(),
+            row.ratio.norm().into(),
+            row.ratio.arg().to_degrees().into(),
+        ])?;
+    }
+    Ok(table)
+}
