@@ -31,17 +31,20 @@ pub mod derived;
 pub mod diagnosis;
 pub mod fit;
 mod flat_top;
+mod free_phase;
 pub mod geometry;
 mod hum;
 pub mod matrix;
 pub mod monte_carlo;
 mod near_zero;
 pub mod observation;
+mod output_unit;
 pub mod plan;
 pub mod published;
 pub mod recording;
 pub mod reference;
 mod robust;
+pub mod sample_clock;
 pub mod screening;
 pub mod single_axis;
 pub mod spurious;
@@ -61,6 +64,7 @@ pub use fit::{
 pub use geometry::Configuration;
 pub use monte_carlo::{ComponentCheck, FrequencyCheck};
 pub use observation::{PhasorRow, Spurious, SpuriousTable};
+pub use output_unit::OutputUnit;
 pub use screening::{Observations, observations, with_certificate};
 
 /// Complex number of the interface.

@@ -105,4 +105,4 @@ pub use verification::{
     Fate, Link, PROVENANCE_SCHEMA, PROVENANCE_VERSION, Provenance, Verification, Vouching,
 };
 pub use vtu::{VtuField, vtu};
-pub use waveform::{Waveform, WaveformFormat, WaveformOptions, f32_bytes, write_f32};
+pub use waveform::{SampleTimes, Waveform, WaveformFormat, WaveformOptions, f32_bytes, write_f32};

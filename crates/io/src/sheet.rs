@@ -395,6 +395,34 @@ impl<'a> SheetRow<'a> {
             .with_hint("correct the number, or take the row out"))
     }
 
+    /// Numbers above zero with blanks between them; of one number, that alone.
+    ///
+    /// # Errors
+    /// As [`SheetRow::positive`], number by number.
+    pub fn positives(&self, place: Place) -> Result<Vec<f64>> {
+        let field = &self.fields[place.column];
+        if field.split_whitespace().count() < 2 {
+            return Ok(vec![self.positive(place)?]);
+        }
+        field
+            .split_whitespace()
+            .map(|word| {
+                parse_number(word.as_bytes(), self.sheet.decimal)
+                    .filter(|v| is_reading(*v) && *v > 0.0)
+                    .map(|v| v * place.factor)
+                    .ok_or_else(|| {
+                        self.refuse(
+                            place,
+                            format!("\"{}\" is not a number above zero", shown(word.as_bytes())),
+                        )
+                        .with_hint(
+                            "several numbers stand with blanks between them, as in \"10 20 40\"",
+                        )
+                    })
+            })
+            .collect()
+    }
+
     /// A standard uncertainty: from zero up; zero without column or field.
     ///
     /// # Errors

@@ -2,7 +2,10 @@
 
 use crate::layout::{ColumnRef, LayoutOptions};
 use crate::output::AtomicFile;
-use crate::{Error, ErrorKind, Input, Recording, RecordingOptions, Result, Source, Unit};
+use crate::{
+    Error, ErrorKind, Input, Recording, RecordingOptions, Result, Source, TimeBase, TimeSource,
+    TimeUnit, Unit,
+};
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -36,9 +39,47 @@ pub struct WaveformOptions {
     pub layout: LayoutOptions,
     /// Unit of the columns of a text table where the headings do not say it.
     pub unit: Option<Unit>,
+    /// What the samples are to be, as a unit without prefix: volts of a front end, counts or accelerations of a digital
+    /// sensor. Raw floats and WAV files hold numbers of it.
+    pub quantity: Unit,
+    /// Time column of a text table; without it and without a rate, a column that is named as a time.
+    pub time: Option<ColumnRef>,
+    /// Unit of the time column where the heading does not say it.
+    pub time_unit: Option<TimeUnit>,
 }
 
-/// Channels of one recording, in volts.
+/// When the samples of a recording were taken, by its own time stamps.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SampleTimes {
+    /// Where the even grid through the stamps begins, s, by the zero of the time column.
+    pub begin_s: f64,
+    /// How much later than its place in the grid each sample was stamped, s.
+    pub late_s: Vec<f64>,
+    /// Standard uncertainty of the rate by scatter and resolution of the stamps, Hz.
+    pub rate_u_hz: f64,
+}
+
+impl SampleTimes {
+    /// Of stamps in seconds and the rate of the line through them.
+    fn of(time: &TimeBase, samples: usize) -> Option<Self> {
+        let TimeSource::Column(stamps) = time.source() else {
+            return None;
+        };
+        let n = samples as f64;
+        // About the first one: stamps may count from long ago.
+        let mean = stamps.iter().map(|t| t - stamps[0]).sum::<f64>() / n;
+        let begin_s = stamps[0] + mean - 0.5 * (n - 1.0) / time.rate_hz();
+        let late_s = stamps.iter().enumerate();
+        let late_s = late_s.map(|(i, t)| t - begin_s - i as f64 / time.rate_hz());
+        Some(Self {
+            begin_s,
+            late_s: late_s.collect(),
+            rate_u_hz: time.clock().map_or(0.0, |c| c.rate_u_hz),
+        })
+    }
+}
+
+/// Channels of one recording, in the unit asked for.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Waveform {
     /// The file.
@@ -47,8 +88,10 @@ pub struct Waveform {
     pub sha256: String,
     /// Sampling rate in Hz.
     pub sampling_rate_hz: f64,
-    /// Samples in volts, in the order in which the channels were asked for.
+    /// Samples in the order in which the channels were asked for.
     pub channels: Vec<Vec<f64>>,
+    /// Time stamps, where the file has them.
+    pub times: Option<SampleTimes>,
     /// What the reader noticed.
     pub findings: Vec<Finding>,
 }
@@ -57,7 +100,7 @@ impl Waveform {
     /// Reads the channels of a file.
     ///
     /// ```
-    /// use proofmass_io::{ColumnRef, Waveform, WaveformFormat, WaveformOptions, write_f32};
+    /// use proofmass_io::{ColumnRef, Unit, Waveform, WaveformFormat, WaveformOptions, write_f32};
     /// # let folder = tempfile::tempdir().unwrap();
     /// # let path = folder.path().join("r1.f32");
     /// write_f32(&path, &[&[1.0, 2.0], &[-0.5, 0.25]])?;
@@ -69,6 +112,9 @@ impl Waveform {
     ///     full_scale_v: Some(10.0),
     ///     layout: Default::default(),
     ///     unit: None,
+    ///     quantity: Unit::Volt,
+    ///     time: None,
+    ///     time_unit: None,
     /// })?;
     /// assert_eq!(waveform.channels, [[-0.5, 0.25]]);
     /// # Ok::<(), proofmass_io::Error>(())
@@ -129,11 +175,12 @@ impl Waveform {
             .with_hint("the file was cut short, or [recording] says another number of channels than it has"));
         }
         let places = numbers(options, count)?;
+        let factor = options.unit.map_or(1.0, |unit| unit.si().1);
         let mut channels = vec![Vec::with_capacity(bytes.len() / frame); places.len()];
         for frame in bytes.chunks_exact(frame) {
             for (channel, place) in channels.iter_mut().zip(&places) {
                 let b = &frame[4 * place..4 * place + 4];
-                channel.push(f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]])));
+                channel.push(factor * f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]])));
             }
         }
         finite(&channels, options)?;
@@ -142,6 +189,7 @@ impl Waveform {
             sha256: input.sha256,
             sampling_rate_hz: rate(options.sampling_rate_hz)?,
             channels,
+            times: None,
             findings: Vec::new(),
         })
     }
@@ -212,6 +260,7 @@ impl Waveform {
             sha256: input.sha256,
             sampling_rate_hz: stated,
             channels,
+            times: None,
             findings: Vec::new(),
         })
     }
@@ -225,6 +274,8 @@ impl Waveform {
                 columns: options.channels.iter().map(|c| c.1.clone()).collect(),
                 sampling_rate_hz: options.sampling_rate_hz,
                 unit: options.unit,
+                time: options.time.clone(),
+                time_unit: options.time_unit,
                 ..RecordingOptions::default()
             },
         )?
@@ -243,21 +294,27 @@ impl Waveform {
         if let Some(column) = recording
             .columns
             .iter()
-            .find(|c| c.unit != Some(Unit::Volt))
+            .find(|c| c.unit != Some(options.quantity))
         {
+            let wanted = options.quantity;
             let what = match column.unit {
-                Some(unit) => format!("is in {unit}, not in volts"),
+                Some(unit) => format!("is in {unit}, not in {wanted}"),
                 None => "has no unit".to_owned(),
+            };
+            let hint = match wanted {
+                Unit::Volt => "write the unit in the heading (x_V, x_mV) or `unit = \"V\"` in [recording]; a digital \
+                               sensor has a file of its own, described by [output_recording]"
+                    .to_owned(),
+                _ => "correct the heading, or `unit` in [output_recording]".to_owned(),
             };
             return Err(Error::new(ErrorKind::Column, what)
                 .column(&column.name)
-                .with_hint(
-                    "write the unit in the heading (x_V, x_mV) or `unit = \"V\"` in [recording]",
-                ));
+                .with_hint(hint));
         }
         Ok(Self {
             path,
             sampling_rate_hz: recording.time.rate_hz(),
+            times: SampleTimes::of(&recording.time, recording.samples()),
             findings: recording.findings().to_vec(),
             sha256: recording.sha256,
             channels: recording.columns.into_iter().map(|c| c.data).collect(),
@@ -348,7 +405,7 @@ fn finite(channels: &[Vec<f64>], options: &WaveformOptions) -> Result<()> {
             return Err(Error::new(
                 ErrorKind::Field,
                 format!(
-                    "sample {i} is {}, which is no voltage; the file has {} samples per channel",
+                    "sample {i} is {}, which is no reading; the file has {} samples per channel",
                     channel[i],
                     channel.len()
                 ),
@@ -373,6 +430,9 @@ mod tests {
             full_scale_v: Some(10.0),
             layout: LayoutOptions::default(),
             unit: Some(Unit::Volt),
+            quantity: Unit::Volt,
+            time: None,
+            time_unit: None,
         }
     }
 

@@ -17,9 +17,10 @@ pub use multi_position::{
     NumberOrLabel, Prefixes, RecordingTable, RowsAre, StandstillTable,
 };
 pub use shaker::{
-    Certificate, CertificateOptions, CertificateTable, DriveFrequency, Mounting, PhasorQuantity,
-    RunData, RunPhasor, RunTable, RunsTable, ShakerBudget, ShakerRecording, ShakerRun,
-    SingleAxisSeat, SpuriousFile, SpuriousSeat, TransverseSeat,
+    Certificate, CertificateOptions, CertificateTable, ChannelDelay, DriveFrequency, DriveKind,
+    Mounting, OutputRecording, PhasorQuantity, RunData, RunPhasor, RunTable, RunsTable,
+    ShakerBudget, ShakerRecording, ShakerRun, SingleAxisSeat, SpuriousFile, SpuriousSeat,
+    TransverseSeat,
 };
 pub use shaker_single::{
     CheckStandardTable, DeviceChannel, ReadingTable, ShakerSingleCampaign, TransverseTable,

@@ -1,6 +1,7 @@
 //! What a device gives: volts, an acceleration, counts.
 
 use crate::campaign::PhasorQuantity;
+use proofmass_calibration::shaker::OutputUnit;
 use proofmass_io::Unit;
 use serde::{Deserialize, Serialize};
 
@@ -34,6 +35,15 @@ impl DeviceOutput {
             Self::Volt => Unit::Volt,
             Self::Acceleration => Unit::MetrePerSecondSquared,
             Self::Count => Unit::Count,
+        }
+    }
+
+    /// The same as unit of the outputs of a triaxial device.
+    pub(crate) fn triaxial(self) -> OutputUnit {
+        match self {
+            Self::Volt => OutputUnit::Volt,
+            Self::Acceleration => OutputUnit::Acceleration,
+            Self::Count => OutputUnit::Count,
         }
     }
 

@@ -37,6 +37,7 @@ mod plural;
 mod record;
 mod recording;
 pub mod response;
+mod sensor_clock;
 pub mod shaker_single;
 pub mod shaker_triaxial;
 pub mod shock;
@@ -63,5 +64,6 @@ pub use outcome::{CALIBRATION, Filed, Job, Outcome, QUANTITIES, REPORT, RESULT, 
 pub use proofmass_core::{Unwatched, Watch};
 pub use record::Record;
 pub use recording::RecordingReading;
+pub use sensor_clock::SensorClock;
 pub use store::{Folder, Gathered, Memory, Sink, Store};
 pub use trouble::{Result, Trouble, TroubleKind};

@@ -1,10 +1,16 @@
 //! The runs of a campaign on the shaker: recordings or a table in, phasors out.
 
-use crate::campaign::{DriveFrequency, RunData, RunTable, ShakerRecording, ShakerRun};
+use crate::campaign::{
+    CampaignFile, DriveFrequency, OutputRecording, RunData, RunPhasor, RunTable, ShakerRecording,
+    ShakerRun,
+};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use num_complex::Complex64;
-use proofmass_calibration::shaker::recording::{PhasorReading, Phasors, Quality};
+use proofmass_calibration::shaker::recording::{
+    Drive, Line, PhasorReading, Phasors, Quality, UnevenStamps,
+};
+use proofmass_calibration::shaker::sample_clock::SampleClock;
 use proofmass_core::Watch;
 use proofmass_io::{Input, Waveform, WaveformOptions};
 use proofmass_signal::sine::Frequency;
@@ -32,17 +38,71 @@ pub(crate) struct Recorded {
     pub phasors: Phasors,
     duration: f64,
     rate: f64,
+    path: String,
+    /// Error of the sensor's clock and its standard uncertainty.
+    clock_error: Option<(f64, f64)>,
+}
+
+/// The files of a sensor that records by itself.
+pub(crate) struct SensorFiles<'a> {
+    pub settings: &'a OutputRecording,
+    pub options: WaveformOptions,
+    /// All channels of a run, in their order; those of the sensor are in `options`.
+    pub names: Vec<&'a str>,
+}
+
+impl<'a> SensorFiles<'a> {
+    /// Of a campaign with a table `[output_recording]`.
+    ///
+    /// # Errors
+    /// As [`OutputRecording::options`].
+    pub(crate) fn of(
+        source: &CampaignFile,
+        settings: Option<&'a OutputRecording>,
+        names: &[&'a str],
+    ) -> Result<Option<Self>> {
+        let Some(settings) = settings else {
+            return Ok(None);
+        };
+        Ok(Some(Self {
+            settings,
+            options: settings.options(source, names)?,
+            names: names.to_vec(),
+        }))
+    }
+}
+
+/// One recording, at each of its frequencies.
+struct Lines {
+    lines: Vec<Line>,
+    /// When the even grid of its samples begins, s.
+    begin: f64,
+    duration: f64,
+    rate: f64,
+    /// Standard uncertainty of that rate by the stamps, relative.
+    rate_uncertainty: f64,
     input: Input,
     findings: Vec<Finding>,
 }
 
-/// Takes the phasors of a table, or reads and approximates the recordings, run by run and on all cores.
+/// Runs of one row of the table, which share their recordings.
+type Row<'a, S> = &'a [ShakerRun<S>];
+/// Phasors of the runs of a row, with the runs whose frequency is not in the recording; recordings and findings.
+struct RowOutcome {
+    runs: Vec<Option<ObservedRun>>,
+    inputs: Vec<Input>,
+    findings: Vec<Finding>,
+}
+
+/// Takes the phasors of a table, or reads and approximates the recordings, row by row and on all cores. Runs whose
+/// frequency is not found in their recording are taken out of the table, with a finding.
 ///
 /// `options` tells how recordings are read, and is asked only where there are some.
-pub(crate) fn observe<S: Sync>(
-    table: &RunTable<S>,
+pub(crate) fn observe<S: Sync + Clone>(
+    table: &mut RunTable<S>,
     settings: Option<&ShakerRecording>,
     options: impl FnOnce() -> proofmass_io::Result<WaveformOptions>,
+    sensor: Option<SensorFiles<'_>>,
     watch: &dyn Watch,
 ) -> Result<Observed> {
     let recording = if table.quantities.is_empty() {
@@ -51,40 +111,29 @@ pub(crate) fn observe<S: Sync>(
     } else {
         None
     };
+    paired(table, settings, sensor.as_ref())?;
     let mut observed = Observed {
         runs: Vec::with_capacity(table.runs.len()),
         inputs: vec![table.input.clone()],
         findings: Vec::new(),
     };
     let done = AtomicU64::new(0);
-    let all = table.runs.len() as u64;
-    let runs = table
-        .runs
+    let rows: Vec<Row<'_, S>> = table.runs.chunk_by(|a, b| a.line == b.line).collect();
+    let all = rows.len() as u64;
+    let outcomes = rows
         .par_iter()
-        .map(|run| match (&run.data, &recording) {
+        .map(|row| match (&row[0].data, &recording) {
             (RunData::Recording(name), Some((settings, options))) => {
                 watch.step("recordings", done.load(Ordering::Relaxed), all)?;
-                let recorded = approximate(table, run, name, settings, options)?;
+                let bench = Bench { settings, options };
+                let outcome = bench.row(table, row, name, sensor.as_ref())?;
                 watch.step("recordings", done.fetch_add(1, Ordering::Relaxed) + 1, all)?;
-                Ok(ObservedRun {
-                    phasors: recorded.phasors.amplitudes.clone(),
-                    covariances: recorded.phasors.covariances.clone(),
-                    recorded: Some(recorded),
-                })
+                Ok(outcome)
             }
-            (RunData::Phasors(phasors), _) => Ok(ObservedRun {
-                phasors: phasors
-                    .iter()
-                    .map(|p| Complex64::from_polar(p.amplitude, p.phase))
-                    .collect(),
-                covariances: phasors
-                    .iter()
-                    .map(|p| {
-                        let v = p.standard_uncertainty.powi(2);
-                        [v, 0.0, v]
-                    })
-                    .collect(),
-                recorded: None,
+            (RunData::Phasors(phasors), _) => Ok(RowOutcome {
+                runs: vec![Some(of_phasors(phasors))],
+                inputs: vec![],
+                findings: vec![],
             }),
             (RunData::Recording(name), None) => Err(Trouble::data(format!(
                 "{}: it is not said how recordings are read",
@@ -92,25 +141,25 @@ pub(crate) fn observe<S: Sync>(
             ))
             .with_hint("add [recording] to campaign.toml")),
         })
-        .collect::<Vec<Result<ObservedRun>>>();
+        .collect::<Vec<Result<RowOutcome>>>();
     // Of several that fail the first in the table is named, whichever thread was first.
-    observed.runs = runs.into_iter().collect::<Result<_>>()?;
-    for (run, seen) in table.runs.iter().zip(&observed.runs) {
-        if let Some(recorded) = &seen.recorded {
-            observed.inputs.push(recorded.input.clone());
-            for finding in &recorded.findings {
-                observed.findings.push(
-                    Finding::new(
-                        finding.severity(),
-                        finding.code(),
-                        format!("run {}: {}", run.run, finding.what()),
-                    )
-                    .evidence(finding.evidence_text())
-                    .advice(finding.advice_text()),
-                );
+    let mut kept = Vec::with_capacity(table.runs.len());
+    let mut stamps = vec![];
+    for (row, outcome) in rows.into_iter().zip(outcomes) {
+        let outcome = outcome?;
+        observed.inputs.extend(outcome.inputs);
+        observed.findings.extend(outcome.findings);
+        for (run, seen) in row.iter().zip(outcome.runs) {
+            if let Some(seen) = seen {
+                let uneven = seen.recorded.as_ref().and_then(|r| r.phasors.stamps);
+                stamps.extend(uneven.map(|s| (run.run.clone(), s)));
+                kept.push(run.clone());
+                observed.runs.push(seen);
             }
         }
     }
+    table.runs = kept;
+    observed.findings.extend(uneven(&stamps));
     observed.findings.extend(durations(table, &observed.runs));
     if let Some((
         ShakerRecording {
@@ -132,37 +181,247 @@ pub(crate) fn observe<S: Sync>(
     Ok(observed)
 }
 
-fn approximate<S>(
+/// Files of a sensor and their description come together; several frequencies need a drive that has them.
+fn paired<S>(
+    table: &RunTable<S>,
+    settings: Option<&ShakerRecording>,
+    sensor: Option<&SensorFiles<'_>>,
+) -> Result<()> {
+    let place = |run: &ShakerRun<S>| format!("{}:{}", table.path.display(), run.line);
+    for rows in table.runs.windows(2) {
+        let one = settings.is_none_or(|s| s.drive() == Drive::Sine);
+        if rows[0].line == rows[1].line && one {
+            return Err(Trouble::data(format!(
+                "{}: the recording is to hold several frequencies, and the drive is a sine",
+                place(&rows[0])
+            ))
+            .with_hint("write drive = \"multi-sine\" (all at once) or \"stepped\" (one after another) into [recording]"));
+        }
+    }
+    let Some(run) = table.runs.first() else {
+        return Ok(());
+    };
+    match (run.output_file.is_some(), sensor.is_some()) {
+        (true, false) => Err(Trouble::data(format!(
+            "{}: the runs name files of the sensor, and it is not said how they are read",
+            place(run)
+        ))
+        .with_hint("add [output_recording] with clock, unit and channels to campaign.toml")),
+        (false, true) => Err(Trouble::data(format!(
+            "{}: [output_recording] describes files of the sensor, and the runs name none",
+            place(run)
+        ))
+        .with_hint(
+            "add a column `output_file` to the table of runs, or take [output_recording] out",
+        )),
+        _ => Ok(()),
+    }
+}
+
+fn of_phasors(phasors: &[RunPhasor]) -> ObservedRun {
+    ObservedRun {
+        phasors: phasors
+            .iter()
+            .map(|p| Complex64::from_polar(p.amplitude, p.phase))
+            .collect(),
+        covariances: phasors
+            .iter()
+            .map(|p| {
+                let v = p.standard_uncertainty.powi(2);
+                [v, 0.0, v]
+            })
+            .collect(),
+        recorded: None,
+    }
+}
+
+/// How the recordings of the bench are read.
+struct Bench<'a> {
+    settings: &'a ShakerRecording,
+    options: &'a WaveformOptions,
+}
+
+impl Bench<'_> {
+    /// The runs of one row.
+    fn row<S: Sync>(
+        &self,
+        table: &RunTable<S>,
+        row: Row<'_, S>,
+        name: &str,
+        sensor: Option<&SensorFiles<'_>>,
+    ) -> Result<RowOutcome> {
+        let reading = |rate: f64| PhasorReading {
+            frequency: match self.settings.frequency {
+                DriveFrequency::Known => Frequency::Known,
+                DriveFrequency::Common => Frequency::Common,
+            },
+            harmonics: self.settings.harmonics,
+            drift: self.settings.drift,
+            full_scale: self.settings.full_scale_v,
+            ..PhasorReading::new(rate)
+        };
+        let frequencies: Vec<f64> = row.iter().map(|r| r.frequency_hz).collect();
+        let drive = self.settings.drive();
+        let mut bench = lines(
+            table,
+            &row[0],
+            name,
+            self.options,
+            &frequencies,
+            drive,
+            reading,
+        )?;
+        for (line, f) in bench.lines.iter_mut().zip(&frequencies) {
+            if let Line::Found(phasors) = line {
+                self.take_delays_out(phasors, *f);
+            }
+        }
+        let mut inputs = vec![bench.input.clone()];
+        let mut findings = named(&row[0].run, &bench.findings);
+        let other = match (sensor, &row[0].output_file) {
+            (Some(sensor), Some(file)) => {
+                let reading = |rate: f64| PhasorReading {
+                    harmonics: self.settings.harmonics,
+                    drift: self.settings.drift,
+                    full_scale: sensor.settings.full_scale(),
+                    // The oscillators of sensors are good for some per cent.
+                    tolerance: match sensor.settings.clock {
+                        SampleClock::Own => 0.1,
+                        SampleClock::Shared => 0.01,
+                    },
+                    with_reference: false,
+                    ..PhasorReading::new(rate)
+                };
+                let options = &sensor.options;
+                let lines = lines(table, &row[0], file, options, &frequencies, drive, reading)?;
+                inputs.push(lines.input.clone());
+                findings.extend(named(&row[0].run, &lines.findings));
+                Some((sensor, lines))
+            }
+            _ => None,
+        };
+        let mut runs = Vec::with_capacity(row.len());
+        for (k, run) in row.iter().enumerate() {
+            let doubt = |line: &Line, input: &Input| unusable(run, line, input);
+            let phasors = match &bench.lines[k] {
+                Line::Found(phasors) => (**phasors).clone(),
+                line => {
+                    findings.push(doubt(line, &bench.input));
+                    runs.push(None);
+                    continue;
+                }
+            };
+            let (phasors, clock_error) = match &other {
+                None => (phasors, None),
+                Some((sensor, own)) => match &own.lines[k] {
+                    Line::Found(seen) => {
+                        let both = together(sensor, (&bench, phasors), (own, (**seen).clone()))
+                            .map_err(|t| t.detail(place(table, run)))?;
+                        (both.0, Some(both.1))
+                    }
+                    line => {
+                        findings.push(doubt(line, &own.input));
+                        runs.push(None);
+                        continue;
+                    }
+                },
+            };
+            let names = match &other {
+                Some((sensor, _)) => sensor.names.clone(),
+                None => self.options.channels.iter().map(|c| c.0.as_str()).collect(),
+            };
+            if let Some(k) = phasors.amplitudes.iter().position(|a| a.norm() == 0.0) {
+                return Err(Trouble::data(format!(
+                    "{}: channel {} carries no signal at all",
+                    table.source.resolve(name).display(),
+                    names[k]
+                ))
+                .detail(place(table, run))
+                .with_hint("check its cable and the channels in [recording]; measure the run again, or take its row out"));
+            }
+            runs.push(Some(ObservedRun {
+                phasors: phasors.amplitudes.clone(),
+                covariances: phasors.covariances.clone(),
+                recorded: Some(Recorded {
+                    phasors,
+                    duration: bench.duration,
+                    rate: bench.rate,
+                    path: bench.input.path.clone(),
+                    clock_error,
+                }),
+            }));
+        }
+        if runs.iter().all(Option::is_none) {
+            let why = findings.last().map(|f| f.evidence_text().to_owned());
+            return Err(Trouble::data(format!(
+                "{}: none of its frequencies can be used",
+                table.source.resolve(name).display()
+            ))
+            .detail(place(table, &row[0]))
+            .detail(why.unwrap_or_default())
+            .with_hint("check `drive` in [recording] and the frequencies in the table; measure the run again, or take its row out"));
+        }
+        Ok(RowOutcome {
+            runs,
+            inputs,
+            findings,
+        })
+    }
+
+    /// Turns the phasors by the declared delays of their channels.
+    fn take_delays_out(&self, phasors: &mut Phasors, frequency: f64) {
+        for (k, (name, _)) in self.options.channels.iter().enumerate() {
+            let Some(delay) = self.settings.delays.get(name) else {
+                continue;
+            };
+            phasors.turn(k, std::f64::consts::TAU * frequency * delay.lag());
+        }
+    }
+}
+
+fn place<S>(table: &RunTable<S>, run: &ShakerRun<S>) -> String {
+    format!("run {}, {}:{}", run.run, table.path.display(), run.line)
+}
+
+fn named(run: &str, findings: &[Finding]) -> Vec<Finding> {
+    let of = |finding: &Finding| {
+        Finding::new(
+            finding.severity(),
+            finding.code(),
+            format!("run {run}: {}", finding.what()),
+        )
+        .evidence(finding.evidence_text())
+        .advice(finding.advice_text())
+    };
+    findings.iter().map(of).collect()
+}
+
+/// Reads a recording and takes its phasors at every frequency.
+fn lines<S>(
     table: &RunTable<S>,
     run: &ShakerRun<S>,
     name: &str,
-    settings: &ShakerRecording,
     options: &WaveformOptions,
-) -> Result<Recorded> {
+    frequencies: &[f64],
+    drive: Drive,
+    reading: impl Fn(f64) -> PhasorReading,
+) -> Result<Lines> {
     let path = table.source.resolve(name);
-    let place = || format!("run {}, {}:{}", run.run, table.path.display(), run.line);
     let source = table.source.source(name);
     let waveform = source
         .and_then(|source| Waveform::from_source(source, options))
-        .map_err(|e| Trouble::from(e).detail(place()))?;
-    let reading = PhasorReading {
-        frequency: match settings.frequency {
-            DriveFrequency::Known => Frequency::Known,
-            DriveFrequency::Common => Frequency::Common,
-        },
-        harmonics: settings.harmonics,
-        drift: settings.drift,
-        full_scale: settings.full_scale_v,
-        ..PhasorReading::new(waveform.sampling_rate_hz)
-    };
+        .map_err(|e| Trouble::from(e).detail(place(table, run)))?;
     let channels: Vec<&[f64]> = waveform.channels.iter().map(Vec::as_slice).collect();
-    let phasors = reading.phasors(run.frequency_hz, &channels).map_err(|e| {
+    let late = waveform.times.as_ref().map_or(&[][..], |t| &t.late_s);
+    let reading = reading(waveform.sampling_rate_hz);
+    let lines = reading.lines(drive, frequencies, late, &channels).map_err(|e| {
+        let list: Vec<String> = frequencies.iter().map(|f| format!("{f}")).collect();
         Trouble::data(format!(
             "{}: no sine of {} Hz can be approximated: {e}",
             path.display(),
-            run.frequency_hz
+            list.join(", ")
         ))
-        .detail(place())
+        .detail(place(table, run))
         .detail(format!(
             "{} samples at {} Hz, {:.4} s",
             waveform.samples(),
@@ -171,22 +430,129 @@ fn approximate<S>(
         ))
         .with_hint("check the frequency in the table and the sampling rate; measure the run again, or take its row out")
     })?;
-    if let Some(k) = phasors.amplitudes.iter().position(|a| a.norm() == 0.0) {
-        return Err(Trouble::data(format!(
-            "{}: channel {} carries no signal at all",
-            path.display(),
-            options.channels[k].0
-        ))
-        .detail(place())
-        .with_hint("check its cable and the channels in [recording]; measure the run again, or take its row out"));
-    }
-    Ok(Recorded {
-        phasors,
+    let times = waveform.times.as_ref();
+    Ok(Lines {
+        lines,
+        begin: times.map_or(0.0, |t| t.begin_s),
+        rate_uncertainty: times.map_or(0.0, |t| t.rate_u_hz / waveform.sampling_rate_hz),
         duration: waveform.duration_s(),
         rate: waveform.sampling_rate_hz,
         input: waveform.input(),
         findings: waveform.findings,
     })
+}
+
+/// One set of phasors from the recording of the bench and the file of the sensor, channels in the order of all names, and
+/// the error of the sensor's clock.
+fn together(
+    sensor: &SensorFiles<'_>,
+    (bench, mut reference): (&Lines, Phasors),
+    (own, mut seen): (&Lines, Phasors),
+) -> Result<(Phasors, (f64, f64))> {
+    let relative = |p: &Phasors| p.frequency_uncertainty.unwrap_or(0.0) / p.measured_frequency;
+    let error = reference.measured_frequency / seen.measured_frequency - 1.0;
+    let parts = [
+        relative(&reference),
+        relative(&seen),
+        bench.rate_uncertainty,
+        own.rate_uncertainty,
+    ];
+    let u = parts.iter().map(|u| u * u).sum::<f64>().sqrt();
+    if sensor.settings.clock == SampleClock::Shared {
+        // One instant for both, in the middle of what the sensor saw: there the frequencies turn nothing.
+        let middle = own.begin + seen.begin + 0.5 * seen.duration;
+        let far = middle - (bench.begin + reference.begin + 0.5 * reference.duration);
+        if far.abs() > 0.5 * (reference.duration + seen.duration) {
+            return Err(Trouble::data(format!(
+                "{}: by its times the sensor was recorded {:.3} s {} the bench",
+                own.input.path,
+                far.abs(),
+                if far > 0.0 { "after" } else { "before" }
+            ))
+            .with_hint("clock = \"shared\" counts the times of both files from one zero; with other zeros write clock = \"own\""));
+        }
+        reference = reference.about(middle - bench.begin);
+        seen = seen.about(middle - own.begin);
+    }
+    let order: Vec<usize> = sensor
+        .names
+        .iter()
+        .map(|name| {
+            let place = sensor.options.channels.iter().position(|c| c.0 == *name);
+            let bench = sensor.names.iter().take_while(|n| n != &name);
+            let before = bench.filter(|n| !sensor.options.channels.iter().any(|c| c.0 == **n));
+            place.map_or(before.count(), |k| reference.amplitudes.len() + k)
+        })
+        .collect();
+    Ok((reference.beside(seen, &order), (error, u)))
+}
+
+/// Why a run is not used.
+fn unusable<S>(run: &ShakerRun<S>, line: &Line, input: &Input) -> Finding {
+    let (code, what, evidence, advice) = match line {
+        Line::Unresolved(other) => (
+            "tones-unresolved",
+            format!(
+                "run {} was left out: the record does not tell its tone from another",
+                run.run
+            ),
+            format!("{} Hz and {other} Hz in {}", run.frequency_hz, input.path),
+            "record for longer than two periods of their difference, or drive one of the two at a time",
+        ),
+        Line::Missing(why) => (
+            "tone-missing",
+            format!(
+                "run {} was left out: its recording has no {} Hz",
+                run.run, run.frequency_hz
+            ),
+            format!("{why}; {}", input.path),
+            "check the list of frequencies against the generator; measure the run again, or take the frequency out",
+        ),
+        Line::Found(_) => ("tone", String::new(), String::new(), ""),
+    };
+    Finding::new(Severity::Decision, code, what)
+        .evidence(evidence)
+        .advice(advice)
+}
+
+/// Time stamps that are not even, told once each way.
+fn uneven(stamps: &[(String, UnevenStamps)]) -> Vec<Finding> {
+    let mut findings = vec![];
+    for used in [true, false] {
+        let list: Vec<&(String, UnevenStamps)> =
+            stamps.iter().filter(|s| s.1.used == used).collect();
+        let largest = list.iter().max_by(|a, b| a.1.effect.total_cmp(&b.1.effect));
+        let Some((run, worst)) = largest else {
+            continue;
+        };
+        let evidence = format!(
+            "{} of the recordings; in that of run {run} the stamps scatter by {:.2e} s about an even grid, which moves a phasor \
+             by {:.1} u; residuals {:.3e} at the stamps and {:.3e} on the grid",
+            list.len(),
+            worst.scatter,
+            worst.effect,
+            worst.residuals[0],
+            worst.residuals[1]
+        );
+        findings.push(if used {
+            Finding::new(
+                Severity::Note,
+                "uneven-stamps",
+                "samples were not taken at even steps; the sine was fitted at their time stamps",
+            )
+            .evidence(evidence)
+            .advice("nothing is to be done when the stamps are those of the samples")
+        } else {
+            Finding::new(
+                Severity::Warning,
+                "late-stamps",
+                "samples were taken at even steps, whatever their time stamps say; the sine was fitted on the even grid",
+            )
+            .evidence(evidence)
+            .advice("the stamps are those of reading the samples: a clock that is shared is known no better than they scatter")
+        });
+    }
+    findings
 }
 
 /// A recording that ended early still gives a phasor; it is named.
@@ -213,7 +579,7 @@ fn durations<S>(table: &RunTable<S>, runs: &[ObservedRun]) -> Vec<Finding> {
                 )
                 .evidence(format!(
                     "{:.4} s at {} Hz in {}, {median:.4} s in the middle of all runs",
-                    recorded.duration, recorded.rate, recorded.input.path
+                    recorded.duration, recorded.rate, recorded.path
                 ))
                 .advice("it may have been cut short; its phasors were used with the uncertainty they have")
             })
@@ -225,7 +591,10 @@ impl ObservedRun {
     /// What the samples say about the run; `transverse` is the transverse motion, where it was measured.
     pub(crate) fn quality(&self, transverse: Option<f64>) -> Quality {
         match &self.recorded {
-            Some(recorded) => recorded.phasors.quality(transverse),
+            Some(recorded) => Quality {
+                clock_error: recorded.clock_error,
+                ..recorded.phasors.quality(transverse)
+            },
             None => Quality {
                 transverse,
                 ..Quality::default()

@@ -4,9 +4,10 @@ use crate::bench_runs::{BenchFiles, BenchRuns};
 use crate::campaign::ShakerSingleCampaign;
 use crate::device_output::DeviceOutput;
 use crate::frequency_response;
-use crate::observed::observe;
+use crate::observed::{SensorFiles, observe};
 use crate::outcome::{Job, Outcome};
 use crate::record::Record;
+use crate::sensor_clock::{SensorClock, no_phase};
 use crate::trouble::{Result, Trouble};
 use num_complex::Complex64;
 use proofmass_calibration::FrequencyResponse;
@@ -14,13 +15,14 @@ use proofmass_calibration::shaker::check_standard::{CheckPoint, against_known};
 use proofmass_calibration::shaker::derived::PROBABILITY;
 use proofmass_calibration::shaker::recording::{Assessed, Quality, QualityLimits, assess};
 use proofmass_calibration::shaker::reference::ReferenceTable;
+use proofmass_calibration::shaker::sample_clock::{ClockError, Latency, SampleClock};
 use proofmass_calibration::shaker::single_axis::{
     ComparisonBudget, ComparisonRow, SingleAxis, TransverseMotion, combine, compare,
 };
 use proofmass_core::Watch;
 use proofmass_io::{AnyCalibration, Cell, StatedQuantity, Table};
 use proofmass_report::{Report, SingleAxisReport};
-use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity, Severity};
+use proofmass_uncertainty::{DegreesOfFreedom, Estimate, Finding, Quantity, Severity};
 use serde::{Deserialize, Serialize};
 
 /// What is to be compared, and how well a reading is known.
@@ -38,7 +40,7 @@ use serde::{Deserialize, Serialize};
 ///     frequency: 160.0, sensitivity: 0.01, phase: 0.0, modulus_uncertainty: 0.002, phase_uncertainty: 0.001,
 /// }])?;
 /// let reading = ComparisonBudget {
-///     ratio: 0.001, phase: 0.002, dof: DegreesOfFreedom::INFINITE, transverse: None,
+///     ratio: 0.001, phase: 0.002, dof: DegreesOfFreedom::INFINITE, transverse: None, front_end: 0.0, free_phase: false,
 /// };
 /// let runs = [ShakerSingleRun {
 ///     row: ComparisonRow {
@@ -70,6 +72,9 @@ pub struct ShakerSingleJob {
     /// Unit of what the check standard gives.
     #[serde(default)]
     pub check_output: DeviceOutput,
+    /// By whose clock the device samples that has a file of its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sample_clock: Option<SampleClock>,
     /// Uncertainty of a reading.
     pub budget: ComparisonBudget,
     /// Rules of a sound run.
@@ -91,6 +96,7 @@ impl ShakerSingleJob {
             output: DeviceOutput::default(),
             check_standard: None,
             check_output: DeviceOutput::default(),
+            sample_clock: None,
             budget,
             limits: QualityLimits::default(),
             datasheet: None,
@@ -132,6 +138,8 @@ pub struct ShakerSingleOutcome {
     check_standard: Vec<CheckPoint>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     reference: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    clock: Option<SensorClock>,
 }
 
 impl ShakerSingleOutcome {
@@ -150,6 +158,8 @@ impl ShakerSingleOutcome {
         if let Some(reference) = &self.reference {
             head.meta.push(("Reference".to_owned(), reference.clone()));
         }
+        head.meta
+            .extend(self.clock.iter().flat_map(SensorClock::lines));
         SingleAxisReport {
             head,
             runs: &self.runs,
@@ -203,7 +213,9 @@ impl Outcome for ShakerSingleOutcome {
             .iter()
             .map(|r| (r.frequency, &r.estimate))
             .collect();
-        if points.is_empty() {
+        // Without a phase there is nothing to compensate with.
+        let known = |p: &(f64, &Estimate)| p.1.index_of("phase").is_some();
+        if points.is_empty() || !points.iter().all(known) {
             return Ok(None);
         }
         // The certificate behind them says nothing of the correlation of its lines.
@@ -245,6 +257,7 @@ impl Job for ShakerSingleJob {
         findings.extend(doubts);
         findings.extend(against_datasheet(self.datasheet, &results));
         let check_standard = self.check(data, &runs, &mut findings)?;
+        let clock = self.clock(data, &results, &mut findings);
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
         watch.step("comparison", 1, 1)?;
         let quantities = results.iter().flat_map(|result| {
@@ -254,7 +267,9 @@ impl Job for ShakerSingleJob {
             })
         });
         Ok(ShakerSingleOutcome {
-            quantities: quantities.collect(),
+            quantities: quantities
+                .chain(clock.iter().flat_map(SensorClock::quantities))
+                .collect(),
             findings,
             results,
             single,
@@ -262,11 +277,50 @@ impl Job for ShakerSingleJob {
             output: self.output,
             check_standard,
             reference: self.reference_description.clone(),
+            clock,
         })
     }
 }
 
 impl ShakerSingleJob {
+    /// Error of the device's clock, and its delay where the clock is shared.
+    fn clock(
+        &self,
+        data: &ShakerSingleData<'_>,
+        results: &[SingleAxis],
+        findings: &mut Vec<Finding>,
+    ) -> Option<SensorClock> {
+        let clock = self.sample_clock?;
+        let runs = data.runs.iter();
+        let used = runs.filter(|r| !self.excluded.contains(&r.row.run));
+        let qualities = used.map(|r| (r.row.run.as_str(), &r.quality));
+        let (error, about) = ClockError::of(clock, qualities);
+        findings.extend(about);
+        let delay = match clock {
+            SampleClock::Own => {
+                findings.push(no_phase(
+                    "the phase against the reference is not determined",
+                    "moduli are calibrated; calibration.json, which needs a phase, is not written",
+                ));
+                None
+            }
+            SampleClock::Shared => {
+                let phases = results.iter().filter_map(|r| {
+                    let phase = r.estimate.get("phase")?;
+                    Some((r.frequency, phase.value, phase.standard_uncertainty))
+                });
+                let (delay, about) = Latency::of(&phases.collect::<Vec<_>>());
+                findings.extend(about);
+                delay
+            }
+        };
+        Some(SensorClock {
+            clock,
+            error,
+            delay,
+        })
+    }
+
     /// The check standard in the runs that were used.
     fn check(
         &self,
@@ -424,17 +478,19 @@ impl ShakerSingleCampaign {
     /// # Errors
     /// A file that cannot be read, a recording without a sine, or `watch` wanted it to stop.
     pub fn load(&self, watch: &dyn Watch) -> Result<ShakerSingleFiles> {
-        let table = self.read_runs()?;
+        let mut table = self.read_runs()?;
         let certificate = self.read_reference()?;
+        // Of several devices and a check standard this result is about one.
+        let names = self.channels();
+        let sensor = SensorFiles::of(&self.source, self.output_recording.as_ref(), &names)?;
         let observed = observe(
-            &table,
+            &mut table,
             self.recording.as_ref(),
             || self.waveform_options(),
+            sensor,
             watch,
         )?;
         let name = table.path.display().to_string();
-        // Of several devices and a check standard this result is about one.
-        let names = self.channels();
         let own = names.iter().position(|n| *n == self.channel).unwrap_or(1);
         let check = self
             .check_standard
@@ -458,6 +514,20 @@ impl ShakerSingleCampaign {
                 place: format!("{name}:{}", run.line),
             })
             .collect();
+        // What the devices give that record by themselves; the others give volts, or what the table says.
+        let in_sensor = |k: usize| {
+            let sensor = self.output_recording.as_ref();
+            sensor.filter(|s| s.channels.contains_key(names[k]))
+        };
+        let output_of = |k: usize| match in_sensor(k) {
+            Some(sensor) => sensor.output(&self.source),
+            None => Ok(DeviceOutput::of(table.quantities.get(k).copied())),
+        };
+        let clock = in_sensor(own).map(|s| s.clock);
+        let delay = |channel: &str| {
+            let recording = self.recording.as_ref();
+            recording.map_or(0.0, |r| r.delay_uncertainty(channel))
+        };
         let reading = &self.reading;
         let budget = ComparisonBudget {
             ratio: reading.u_relative,
@@ -470,6 +540,8 @@ impl ShakerSingleCampaign {
                 sensitivity: t.sensitivity / 100.0,
                 largest: t.motion.map(|m| m / 100.0),
             }),
+            front_end: delay("reference").hypot(delay(names[own])),
+            free_phase: clock == Some(SampleClock::Own),
         };
         let mut findings = Vec::new();
         let mut inputs = vec![self.source.input.clone()];
@@ -483,9 +555,17 @@ impl ShakerSingleCampaign {
         findings.extend(observed.findings);
         let recordings = observed.inputs.len() - 1;
         inputs.extend(observed.inputs);
-        job.output = DeviceOutput::of(table.quantities.get(own).copied());
+        job.output = output_of(own)?;
+        job.sample_clock = clock;
         if let Some(k) = check {
-            job.check_output = DeviceOutput::of(table.quantities.get(k).copied());
+            if in_sensor(k).is_some() {
+                return Err(Trouble::data(format!(
+                    "{}: the check standard is a channel of the bench",
+                    self.source.path.display()
+                ))
+                .with_hint("name its channel in [recording]"));
+            }
+            job.check_output = output_of(k)?;
             if let Some(certificate) = self.read_check_standard(job.check_output)? {
                 findings.extend(certificate.findings);
                 inputs.push(certificate.input);
@@ -504,7 +584,7 @@ impl ShakerSingleCampaign {
             }
             job.datasheet = Some(datasheet);
         }
-        job.excluded = self.runs.exclude.clone();
+        job.excluded = table.excluded(&self.runs.exclude);
         Ok(ShakerSingleFiles {
             job,
             runs,
@@ -582,19 +662,20 @@ fn sensitivity(
     }
     let mut table = Table::new(header);
     for (i, result) in results.iter().enumerate() {
-        let (Some(m), Some(p)) = (result.estimate.get("modulus"), result.estimate.get("phase"))
-        else {
+        let Some(m) = result.estimate.get("modulus") else {
             continue;
         };
+        let phase = result.estimate.get("phase");
+        // Without a phase the complex number has a size alone.
+        let part = |v: f64| Cell::from(phase.as_ref().map(|_| v));
         let mut cells: Vec<Cell> = runs
             .iter()
             .map(|runs| Cell::from(runs[i].run.as_str()))
             .collect();
+        cells.push(Cell::from(result.frequency));
+        cells.extend([part(result.sensitivity.re), part(result.sensitivity.im)]);
         cells.extend(
             [
-                result.frequency,
-                result.sensitivity.re,
-                result.sensitivity.im,
                 m.value,
                 m.standard_uncertainty,
                 m.expanded(PROBABILITY),
@@ -603,10 +684,13 @@ fn sensitivity(
             .map(Cell::from),
         );
         cells.push(Cell::from((!m.dof.is_infinite()).then(|| m.dof.get())));
-        cells.extend(
-            [p.value, p.standard_uncertainty, p.expanded(PROBABILITY)]
-                .map(|v| Cell::from(v.to_degrees())),
-        );
+        let degrees =
+            |of: fn(&Quantity) -> f64| Cell::from(phase.as_ref().map(|p| of(p).to_degrees()));
+        cells.extend([
+            degrees(|p| p.value),
+            degrees(|p| p.standard_uncertainty),
+            degrees(|p| p.expanded(PROBABILITY)),
+        ]);
         table.push(cells)?;
     }
     Ok(table)

@@ -8,20 +8,23 @@ pub use outcome::ShakerTriaxialOutcome;
 pub(crate) use tables::stated;
 
 use crate::bench_runs::{BenchFiles, BenchRuns};
-use crate::campaign::{ShakerBudget, ShakerTriaxialCampaign};
-use crate::observed::observe;
+use crate::campaign::{Mounting, RunTable, ShakerBudget, ShakerRecording, ShakerTriaxialCampaign};
+use crate::observed::{SensorFiles, observe};
 use crate::outcome::Job;
 use crate::record::Record;
+use crate::sensor_clock::{SensorClock, no_phase};
 use crate::trouble::Result;
 use proofmass_calibration::shaker::monte_carlo::{self, CheckOptions};
 use proofmass_calibration::shaker::published::MagnitudeBudget;
 use proofmass_calibration::shaker::recording::{QualityLimits, RunInput};
 use proofmass_calibration::shaker::reference::ReferenceTable;
+use proofmass_calibration::shaker::sample_clock::{ClockError, Latency, SampleClock};
 use proofmass_calibration::shaker::{
-    Budget, Configuration, Correction, ShakerCampaign, ShakerMethod, adopt, calibrate, check,
+    Acts, Budget, Configuration, Correction, Key, ShakerCalibration, ShakerCampaign, ShakerInput,
+    ShakerMethod, adopt, calibrate, check,
 };
 use proofmass_core::{Error, Watch};
-use proofmass_uncertainty::Refusal;
+use proofmass_uncertainty::{Finding, Refusal};
 use serde::{Deserialize, Serialize};
 
 /// What is to be calibrated, and how.
@@ -87,6 +90,9 @@ pub struct ShakerTriaxialJob {
     /// Runs to be left out, by name.
     #[serde(default)]
     pub excluded: Vec<String>,
+    /// By whose clock the device samples that has a file of its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sample_clock: Option<SampleClock>,
 }
 
 impl ShakerTriaxialJob {
@@ -105,6 +111,7 @@ impl ShakerTriaxialJob {
             limits: QualityLimits::default(),
             datasheet: None,
             excluded: Vec::new(),
+            sample_clock: None,
         }
     }
 
@@ -119,6 +126,7 @@ impl ShakerTriaxialJob {
         campaign.limits = self.limits;
         campaign.datasheet = self.datasheet;
         campaign.excluded = self.excluded.clone();
+        campaign.free_phase = self.sample_clock == Some(SampleClock::Own);
         campaign
     }
 }
@@ -162,14 +170,62 @@ impl Job for ShakerTriaxialJob {
         let principal = calibration.results.first().into_iter();
         findings.extend(principal.flat_map(|r| r.findings.clone()));
         findings.extend(monte_carlo::findings(&checks, self.monte_carlo.digits));
+        let clock = self.clock(data, &calibration, &mut findings);
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
         Ok(ShakerTriaxialOutcome::new(
             self,
             data,
             calibration,
             checks,
+            clock,
             findings,
         ))
+    }
+}
+
+impl ShakerTriaxialJob {
+    /// Error of the device's clock, and its delay where the clock is shared.
+    fn clock(
+        &self,
+        data: &ShakerTriaxialData<'_>,
+        calibration: &ShakerCalibration,
+        findings: &mut Vec<Finding>,
+    ) -> Option<SensorClock> {
+        let clock = self.sample_clock?;
+        let used = data.runs.iter().filter(|r| !self.excluded.contains(&r.run));
+        let (error, about) = ClockError::of(clock, used.map(|r| (r.run.as_str(), &r.quality)));
+        findings.extend(about);
+        let mut rigorous = calibration
+            .results
+            .iter()
+            .filter(|r| !r.frequencies.is_empty());
+        let frequencies = rigorous.next().map_or(&[][..], |r| &r.frequencies);
+        let delay = match clock {
+            SampleClock::Own => {
+                findings.push(no_phase(
+                    "phases are those among the axes of the sensor, not against the reference",
+                    "at each frequency phases count from that of S_xx (of the next axis where x is faint), which is real by definition; calibration.json, which needs them over frequency, is not written",
+                ));
+                None
+            }
+            SampleClock::Shared => {
+                let phases = frequencies.iter().flat_map(|f| {
+                    let main = [0, 4, 8].into_iter();
+                    main.filter_map(|k| {
+                        let phase = f.sensitivity[k].phase.as_ref()?;
+                        Some((f.frequency, phase.value, phase.standard_uncertainty))
+                    })
+                });
+                let (delay, about) = Latency::of(&phases.collect::<Vec<_>>());
+                findings.extend(about);
+                delay
+            }
+        };
+        Some(SensorClock {
+            clock,
+            error,
+            delay,
+        })
     }
 }
 
@@ -182,7 +238,7 @@ impl ShakerTriaxialCampaign {
     /// # Errors
     /// A file that cannot be read, a recording without a sine, or `watch` wanted it to stop.
     pub fn load(&self, watch: &dyn Watch) -> Result<ShakerTriaxialFiles> {
-        let table = self.read_runs()?;
+        let mut table = self.read_runs()?;
         // Small tables before the large recordings: their mistakes are told at once.
         let certificate = self.read_reference()?;
         let corrections = self.read_corrections()?;
@@ -195,10 +251,17 @@ impl ShakerTriaxialCampaign {
             inputs.push(input.clone());
         }
         inputs.extend(plan.iter().filter_map(|(_, input)| input.clone()));
+        let sensor = SensorFiles::of(
+            &self.source,
+            self.output_recording.as_ref(),
+            &Self::CHANNELS,
+        )?;
+        let output = self.output()?;
         let observed = observe(
-            &table,
+            &mut table,
             self.recording.as_ref(),
             || self.waveform_options(),
+            sensor,
             watch,
         )?;
         let runs = table
@@ -215,7 +278,14 @@ impl ShakerTriaxialCampaign {
                 quality: seen.quality(run.seat.transverse),
             })
             .collect();
-        let mut job = ShakerTriaxialJob::new(budget.budget(certificate.is_some()));
+        let mut budget = budget
+            .budget(certificate.is_some())
+            .of_outputs(output.triaxial());
+        if let Some(recording) = &self.recording {
+            budget.inputs.extend(front_end(recording, &table));
+        }
+        let mut job = ShakerTriaxialJob::new(budget);
+        job.sample_clock = self.output_recording.as_ref().map(|s| s.clock);
         job.methods = self.method.methods.clone();
         job.monte_carlo.trials = self.method.trials;
         job.monte_carlo.seed = self.method.seed;
@@ -239,7 +309,7 @@ impl ShakerTriaxialCampaign {
         job.excluded = self
             .runs
             .as_ref()
-            .map(|r| r.exclude.clone())
+            .map(|r| table.excluded(&r.exclude))
             .unwrap_or_default();
         let mut findings = Vec::new();
         if let Some(certificate) = certificate {
@@ -267,4 +337,41 @@ impl ShakerTriaxialCampaign {
     pub fn record(&self, files: &ShakerTriaxialFiles, date: Option<String>) -> Record {
         files.record(&self.title, &self.device, &self.ambient, date)
     }
+}
+
+/// What is left of the delays of the channels, as errors of phase that grow with the frequency: that of the reference is
+/// common to the outputs; for each output on its own the largest of the three stands.
+fn front_end(recording: &ShakerRecording, table: &RunTable<Mounting>) -> Vec<ShakerInput> {
+    let mut frequencies: Vec<f64> = table.runs.iter().map(|r| r.frequency_hz).collect();
+    frequencies.sort_by(f64::total_cmp);
+    frequencies.dedup();
+    let of = |key: &str, text: &str, delay: f64, keys: &[Key]| {
+        let highest = *frequencies.last()?;
+        (delay > 0.0).then(|| {
+            let phase = |f: f64| std::f64::consts::TAU * f * delay;
+            let mut input =
+                ShakerInput::new(key, Acts::OutputPhase, phase(highest), keys).described(text);
+            input.at_frequencies = frequencies.iter().map(|f| (*f, phase(*f))).collect();
+            input
+        })
+    };
+    let outputs = ["x", "y", "z"].map(|c| recording.delay_uncertainty(c));
+    let largest = outputs.into_iter().fold(0.0, f64::max);
+    [
+        of(
+            "front_end.delay.reference",
+            "delay of the reference channel of the front end",
+            recording.delay_uncertainty("reference"),
+            &[],
+        ),
+        of(
+            "front_end.delay",
+            "delay of each output channel of the front end",
+            largest,
+            &[Key::Channel],
+        ),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
 }

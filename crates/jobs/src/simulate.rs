@@ -4,6 +4,7 @@ mod axis;
 mod fault;
 mod multi_position;
 mod noise;
+mod sensor;
 mod shaker;
 mod spurious_motion;
 mod transducer;

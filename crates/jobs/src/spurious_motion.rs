@@ -513,12 +513,13 @@ impl SpuriousMotionCampaign {
     /// # Errors
     /// A file that cannot be read, a recording without a sine, or `watch` wanted it to stop.
     pub fn load(&self, watch: &dyn Watch) -> Result<SpuriousMotionFiles> {
-        let table = self.read_runs()?;
+        let mut table = self.read_runs()?;
         let certificate = self.read_reference()?;
         let observed = observe(
-            &table,
+            &mut table,
             self.recording.as_ref(),
             || self.waveform_options(),
+            None,
             watch,
         )?;
         let name = table.path.display().to_string();
@@ -550,7 +551,7 @@ impl SpuriousMotionCampaign {
             sensitivity: v.sensitivity,
             delay: v.delay_s,
         });
-        job.excluded = self.runs.exclude.clone();
+        job.excluded = table.excluded(&self.runs.exclude);
         for model in self.read_models()? {
             inputs.extend(model.input);
             job.models.push(model.correction);

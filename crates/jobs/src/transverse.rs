@@ -513,12 +513,13 @@ impl TransverseCampaign {
     /// # Errors
     /// A file that cannot be read, a recording without a sine, or `watch` wanted it to stop.
     pub fn load(&self, watch: &dyn Watch) -> Result<TransverseFiles> {
-        let table = self.read_runs()?;
+        let mut table = self.read_runs()?;
         let certificate = self.read_reference()?;
         let observed = observe(
-            &table,
+            &mut table,
             self.recording.as_ref(),
             || self.waveform_options(),
+            None,
             watch,
         )?;
         let name = table.path.display().to_string();
@@ -562,7 +563,7 @@ impl TransverseCampaign {
             job.axis = Some(axis.table);
         }
         job.limit = self.datasheet.map(|d| d.transverse / 100.0);
-        job.excluded = self.runs.exclude.clone();
+        job.excluded = table.excluded(&self.runs.exclude);
         let recordings = observed.inputs.len() - 1;
         inputs.extend(observed.inputs);
         Ok(TransverseFiles {

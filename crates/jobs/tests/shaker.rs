@@ -116,6 +116,8 @@ fn law_a_comparison_is_read_again() {
             phase: 0.002,
             dof: DegreesOfFreedom::INFINITE,
             transverse: None,
+            front_end: 0.0,
+            free_phase: false,
         },
     );
     let run = |name: &str, output: f64| ShakerSingleRun {

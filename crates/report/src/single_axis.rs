@@ -172,21 +172,25 @@ fn result(results: &[SingleAxis]) -> Section {
     );
     let mut section = Section::new("Result");
     for r in results {
-        let (Some((m, u, q)), Some((phase, u_phase, _))) = (
-            quantity(r, "modulus", factor),
-            quantity(r, "phase", 180.0 / std::f64::consts::PI),
-        ) else {
+        let Some((m, u, q)) = quantity(r, "modulus", factor) else {
             continue;
         };
         let (value, expanded) = rounded(m, u);
-        let (phase, u_phase) = rounded(phase, u_phase);
+        // A device with a clock of its own has none.
+        let [phase, u_phase] = match quantity(r, "phase", 180.0 / std::f64::consts::PI) {
+            Some((phase, u, _)) => {
+                let (phase, u) = rounded(phase, u);
+                [Cell::number(phase), Cell::number(u)]
+            }
+            None => [Cell::Empty, Cell::Empty],
+        };
         table = table.row([
             Cell::number(plain(r.frequency)),
             Cell::number(value),
             Cell::number(expanded),
             Cell::number(format!("{:.2}", 100.0 * u / m)),
-            Cell::number(phase),
-            Cell::number(u_phase),
+            phase,
+            u_phase,
             Cell::number(format!("{:.2}", q.coverage_factor(PROBABILITY))),
             Cell::number(q.dof.to_string()),
         ]);
@@ -218,16 +222,20 @@ fn curves(results: &[SingleAxis]) -> Section {
         points
     };
     let mut plot = XyPlot::new(Axis::log("frequency", "Hz"), Axis::linear("modulus", unit))
-        .series(Series::intervals("", &points("modulus", factor)))
-        .below(Axis::linear("phase", "°"))
-        .series(Series::intervals("", &points("phase", 180.0 / std::f64::consts::PI)).look(0));
+        .series(Series::intervals("", &points("modulus", factor)));
+    let phases = points("phase", 180.0 / std::f64::consts::PI);
+    let caption = if phases.is_empty() {
+        "Modulus of the sensitivity with its 95 % intervals"
+    } else {
+        plot = plot
+            .below(Axis::linear("phase", "°"))
+            .series(Series::intervals("", &phases).look(0));
+        "Modulus and phase of the sensitivity with their 95 % intervals"
+    };
     for panel in &mut plot.panels {
         panel.height = 220.0;
     }
-    Section::new("Sensitivity against frequency").figure(
-        "Modulus and phase of the sensitivity with their 95 % intervals",
-        plot,
-    )
+    Section::new("Sensitivity against frequency").figure(caption, plot)
 }
 
 fn budget(results: &[SingleAxis]) -> Section {

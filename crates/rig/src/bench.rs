@@ -9,6 +9,7 @@
 
 mod device;
 pub mod laboratory;
+pub mod sensor;
 pub mod shaker;
 mod vibrometer;
 pub mod waveform;

@@ -6,6 +6,7 @@ mod pass;
 mod residue;
 mod short;
 mod spectrum;
+mod stamped;
 mod tables;
 mod tones;
 

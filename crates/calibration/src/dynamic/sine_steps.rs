@@ -76,6 +76,14 @@ impl From<Error> for NoResponse {
     }
 }
 
+/// Where a recording stays at one frequency and amplitude, in order of time.
+///
+/// # Errors
+/// Below 64 samples, and for a sample that is not finite; the inner error where there are no such stretches.
+pub fn plateaus(x: &[f64], rate: f64) -> Result<Result<Vec<Plateau>, NoSteps>, Error> {
+    plateaus::find(x, rate)
+}
+
 /// Samples below which there are no bins for [`Residuals::Coloured`].
 const FEW: usize = 256;
 

@@ -12,7 +12,8 @@ mod parts;
 
 use super::budget::{Acts, Budget};
 use super::fit::missing::Group;
-use super::matrix::{Matrix, from_real};
+use super::free_phase;
+use super::matrix::{Matrix, from_real, to_real};
 use super::observation::{PhasorRow, SpuriousTable};
 use crate::adjustment::descend;
 use faer::{Mat, Side, linalg::solvers::Solve};
@@ -65,6 +66,8 @@ pub(crate) struct Adjustment {
     pub(crate) weights: Vec<[[f64; 6]; 6]>,
     /// Draws of every row.
     pub(crate) links: Vec<Vec<Link>>,
+    /// Whether the phase of every row is free.
+    free: Vec<bool>,
 }
 
 /// What the residuals say of an angle that is not in the budget.
@@ -96,6 +99,12 @@ const ITERATIONS: usize = 150;
 const NEGLIGIBLE: f64 = 1e-12;
 /// Iterations in which the noise of the runs is evaluated anew.
 const REWEIGHTED: usize = 5;
+/// Weight with which a term is kept real, in units of S: a millionth of it is all it may be off.
+const REAL: f64 = 1e12;
+/// What no run tells of a sensor with a clock of its own.
+const UNTIED: &str = "phase between the axes of a sensor with a clock of its own: runs are needed that excite two axes together";
+/// Standard uncertainty of a phase between two axes, rad, from which on nobody can tell it.
+const UNTOLD: f64 = 0.2;
 
 impl Adjustment {
     pub(crate) fn new(
@@ -106,6 +115,19 @@ impl Adjustment {
         for (index, row) in rows.iter().enumerate() {
             row.check(index)?;
         }
+        let turned;
+        let rows = if rows.iter().any(|r| r.free_phase) {
+            if !free_phase::tied(rows, spurious) {
+                return Err(Error::Unobservable {
+                    parameter: UNTIED,
+                    condition: f64::INFINITY,
+                });
+            }
+            turned = free_phase::aligned(rows, spurious);
+            turned.as_slice()
+        } else {
+            rows
+        };
         let mut frequencies: Vec<f64> = rows.iter().map(|r| r.frequency).collect();
         frequencies.sort_by(f64::total_cmp);
         frequencies.dedup();
@@ -146,7 +168,23 @@ impl Adjustment {
         let count = model.offset + draws.len();
         let mut parameters = vec![0.0; count];
         model.start(&mut parameters, frequencies.len())?;
+        // A common phase of S is one with those of the runs: a main term is real, as nothing else can be known.
+        let real: Vec<usize> = (0..frequencies.len())
+            .filter(|&f| (0..rows.len()).any(|i| of_row[i] == f && rows[i].free_phase))
+            .map(|f| {
+                let s = &mut parameters[18 * f..18 * f + 18];
+                let matrix = from_real(s);
+                let k = free_phase::origin(&matrix);
+                let turn = matrix[k][k].conj() / matrix[k][k].norm().max(f64::MIN_POSITIVE);
+                s.copy_from_slice(&to_real(&matrix.map(|row| row.map(|z| z * turn))));
+                18 * f + 8 * k + 1
+            })
+            .collect();
+        for &p in &real {
+            parameters[p] = 0.0;
+        }
         let objective = |linear: &[Linear], weights: &[[[f64; 6]; 6]], z: &[f64]| -> f64 {
+            // The real terms stay real, so that they add nothing.
             let rows: f64 = linear
                 .iter()
                 .zip(weights)
@@ -189,6 +227,10 @@ impl Adjustment {
                 normal[i * count + i] += 1.0;
                 right[i] -= parameters[i];
             }
+            for &p in &real {
+                normal[p * count + p] += REAL;
+                right[p] -= REAL * parameters[p];
+            }
             let normal = Mat::from_fn(count, count, |i, j| normal[i.max(j) * count + i.min(j)]);
             let llt = normal.llt(Side::Lower).map_err(|_| Error::Unobservable {
                 parameter: "sensitivity",
@@ -206,7 +248,8 @@ impl Adjustment {
                         0.5 * (inverse[(k / count, k % count)] + inverse[(k % count, k / count)])
                     })
                     .collect();
-                return Ok(Self {
+                let adjustment = Self {
+                    free: rows.iter().map(|r| r.free_phase).collect(),
                     frequencies,
                     of_row,
                     scale,
@@ -218,7 +261,9 @@ impl Adjustment {
                     weighed,
                     weights,
                     links,
-                });
+                };
+                adjustment.check_phases(&real)?;
+                return Ok(adjustment);
             }
             // Runs that contradict each other turn the angles far: the step is damped.
             let back: Vec<f64> = (0..count).map(|i| -delta[(i, 0)]).collect();
@@ -270,9 +315,34 @@ impl Adjustment {
         self.covariance[i * self.parameters.len() + j]
     }
 
-    /// Degrees of freedom of χ²: 6 per run less 18 per frequency.
+    /// Degrees of freedom of χ²: 6 per run less 18 per frequency; with free phases 5 less 17.
     pub(crate) fn dof(&self) -> usize {
-        6 * self.rows.len() - 18 * self.frequencies.len()
+        let free = self.free.iter().filter(|f| **f).count();
+        let of = |f: usize| (0..self.rows.len()).any(|i| self.of_row[i] == f && self.free[i]);
+        let phases = (0..self.frequencies.len()).filter(|f| of(*f)).count();
+        6 * self.rows.len() + phases - 18 * self.frequencies.len() - free
+    }
+
+    /// Where the phases of the runs are free, those between the axes must be told by runs that excite two of them together.
+    fn check_phases(&self, real: &[usize]) -> Result<(), Error> {
+        for &p in real {
+            let first = p / 18 * 18;
+            for k in 0..3 {
+                let q = first + 8 * k;
+                let size = self.parameters[q].hypot(self.parameters[q + 1]);
+                let across = Complex64::new(-self.parameters[q + 1], self.parameters[q]) / size;
+                let variance = across.re * across.re * self.covariance(q, q)
+                    + 2.0 * across.re * across.im * self.covariance(q, q + 1)
+                    + across.im * across.im * self.covariance(q + 1, q + 1);
+                if q + 1 != p && !(variance.sqrt() < UNTOLD * size) {
+                    return Err(Error::Unobservable {
+                        parameter: UNTIED,
+                        condition: variance.sqrt() / size,
+                    });
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Gain of the estimator from the six reals of a row to the 18 of S of a frequency: C_s· Xᵀ N⁻¹.

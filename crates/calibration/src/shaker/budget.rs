@@ -16,7 +16,7 @@ pub enum Acts {
     OutputModulus,
     /// Error of the phase of an output, radians.
     OutputPhase,
-    /// Additive error of an output, volts, in each of the real and the imaginary part.
+    /// Additive error of an output, volts (or whatever the outputs are), in each of the real and the imaginary part.
     OutputAdditive,
     /// Error of the inclination α, radians.
     Inclination,
@@ -241,6 +241,9 @@ impl ShakerInput {
 pub struct Budget {
     /// Inputs, independent of each other.
     pub inputs: Vec<ShakerInput>,
+    /// Unit of the outputs, in which additive errors are stated.
+    #[serde(default)]
+    pub output: super::OutputUnit,
 }
 
 impl Budget {
@@ -265,7 +268,17 @@ impl Budget {
                 });
             }
         }
-        Ok(Self { inputs })
+        Ok(Self {
+            inputs,
+            output: super::OutputUnit::default(),
+        })
+    }
+
+    /// The same inputs for a device with other outputs than volts.
+    #[must_use]
+    pub fn of_outputs(mut self, output: super::OutputUnit) -> Self {
+        self.output = output;
+        self
     }
 
     /// The same inputs for the general engine, each with the keys it varies with; an error of two parts (real and
@@ -282,7 +295,10 @@ impl Budget {
             inputs.add(
                 proofmass_uncertainty::Input::new(
                     &input.key,
-                    input.acts.unit(),
+                    match input.acts {
+                        Acts::OutputAdditive => self.output.symbol(),
+                        other => other.unit(),
+                    },
                     input.distribution.clone(),
                 )
                 .description(&input.description)
@@ -303,6 +319,7 @@ impl Budget {
         use Acts::*;
         let run_channel = [Key::Run, Key::Channel];
         Self {
+            output: super::OutputUnit::default(),
             inputs: vec![
                 ShakerInput::new(
                     "reference.calibration",
@@ -354,6 +371,7 @@ impl Budget {
     #[must_use]
     pub fn without(&self, key: &str) -> Self {
         Self {
+            output: self.output,
             inputs: self
                 .inputs
                 .iter()

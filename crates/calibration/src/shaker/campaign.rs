@@ -74,6 +74,8 @@ pub struct ShakerCampaign {
     pub datasheet: Option<(f64, f64)>,
     /// Runs that somebody decided to leave out, by name.
     pub excluded: Vec<String>,
+    /// Whether the outputs of each run were sampled by another clock than the reference: their common phase is free.
+    pub free_phase: bool,
 }
 
 impl ShakerCampaign {
@@ -91,6 +93,7 @@ impl ShakerCampaign {
             limits: QualityLimits::default(),
             datasheet: None,
             excluded: vec![],
+            free_phase: false,
         }
     }
 }
@@ -406,8 +409,8 @@ pub fn frequency_result(
 ) -> Result<FrequencyResult, Error> {
     Ok(FrequencyResult {
         frequency: f.frequency,
-        sensitivity: terms("S", "V/(m/s²)", &f.sensitivity, &f.estimate)?,
-        exploitation: terms("A", "(m/s²)/V", &f.exploitation, &f.inverse_estimate)?,
+        sensitivity: without_origin(terms("S", &f.sensitivity, &f.estimate)?),
+        exploitation: terms("A", &f.exploitation, &f.inverse_estimate)?,
         normalised: expanded(&normalised("S", &f.estimate)?),
         normalised_exploitation: expanded(&normalised("A", &f.inverse_estimate)?),
         transverse: transverse(&f.estimate)?,
@@ -417,6 +420,17 @@ pub fn frequency_result(
         estimate: f.estimate.clone(),
         inverse_estimate: f.inverse_estimate.clone(),
     })
+}
+
+/// A main term that is real by definition has no phase to state.
+fn without_origin(mut terms: Vec<SensitivityTerm>) -> Vec<SensitivityTerm> {
+    for term in &mut terms {
+        if term.im.abs() < 1e-9 * term.re {
+            let exact = |p: &Expanded| p.standard_uncertainty < 1e-5;
+            term.phase = term.phase.take().filter(|p| !exact(p));
+        }
+    }
+    terms
 }
 
 fn by_magnitudes(

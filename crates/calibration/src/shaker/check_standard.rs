@@ -151,6 +151,8 @@ mod tests {
             phase: 0.001,
             dof: DegreesOfFreedom::INFINITE,
             transverse: None,
+            front_end: 0.0,
+            free_phase: false,
         };
         let mut told = [0; 2];
         let campaigns = 2000;
@@ -193,6 +195,8 @@ mod tests {
             phase: 0.001,
             dof: DegreesOfFreedom::INFINITE,
             transverse: None,
+            front_end: 0.0,
+            free_phase: false,
         };
         let row = |frequency: f64| ComparisonRow {
             run: "a".into(),

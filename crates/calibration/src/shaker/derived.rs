@@ -121,14 +121,10 @@ fn principal([rr, ri, ii]: [f64; 3]) -> (f64, f64, [f64; 2]) {
 ///
 /// Modulus and phase have the gradients z/|z| and j z/|z|². A modulus near zero has the interval of its own that the
 /// law of propagation does not give, and no phase.
-pub fn terms(
-    symbol: &str,
-    unit: &'static str,
-    m: &Matrix,
-    estimate: &Estimate,
-) -> Result<Vec<SensitivityTerm>, Error> {
+pub fn terms(symbol: &str, m: &Matrix, estimate: &Estimate) -> Result<Vec<SensitivityTerm>, Error> {
     let mut result = Vec::with_capacity(9);
     let covariance = estimate.covariance();
+    let unit = unit_of(estimate);
     for i in 0..3 {
         for j in 0..3 {
             let z = m[i][j];
@@ -205,6 +201,14 @@ pub fn terms(
         }
     }
     Ok(result)
+}
+
+/// Unit of the reals of a matrix.
+fn unit_of(estimate: &Estimate) -> &str {
+    estimate
+        .components()
+        .first()
+        .map_or("", |c| c.unit.as_str())
 }
 
 /// Real parts of S*_ij = S_ij/S_ii (or of A* from A): each row over its diagonal.
@@ -355,10 +359,10 @@ pub fn misalignment(estimate: &Estimate) -> Result<Estimate, Error> {
 /// **Source** `[Gaitan2021]`.
 pub fn intrinsic(estimate: &Estimate) -> Result<Estimate, Error> {
     const PAIRS: [(usize, usize); 3] = [(0, 1), (1, 2), (2, 0)];
-    struct Intrinsic;
-    impl Model for Intrinsic {
+    struct Intrinsic<'a>(&'a str);
+    impl Model for Intrinsic<'_> {
         fn outputs(&self) -> Vec<(String, String)> {
-            let lengths = AXES.map(|a| (format!("length.{a}"), "V/(m/s²)".to_owned()));
+            let lengths = AXES.map(|a| (format!("length.{a}"), self.0.to_owned()));
             let angles =
                 PAIRS.map(|(j, k)| (format!("angle.{}{}", AXES[j], AXES[k]), "rad".to_owned()));
             lengths.into_iter().chain(angles).collect()
@@ -381,7 +385,7 @@ pub fn intrinsic(estimate: &Estimate) -> Result<Estimate, Error> {
             }
         }
     }
-    propagate(estimate, &Intrinsic)
+    propagate(estimate, &Intrinsic(unit_of(estimate)))
 }
 
 /// Departure of a main sensitivity from the one on the datasheet.
@@ -401,7 +405,7 @@ pub fn against_datasheet(
     value: f64,
     expanded_uncertainty: f64,
 ) -> Result<Vec<DatasheetDeviation>, Error> {
-    Ok(terms("S", "V/(m/s²)", &fit.sensitivity, &fit.estimate)?
+    Ok(terms("S", &fit.sensitivity, &fit.estimate)?
         .into_iter()
         .filter(|t| t.name.as_bytes()[0] == t.name.as_bytes()[1])
         .zip(AXES)
@@ -493,7 +497,7 @@ mod tests {
     #[test]
     fn law_the_budget_of_a_term_sums_to_its_variance() {
         let m = turned(0.1);
-        let terms = terms("S", "V/(m/s²)", &m, &estimate(&m, 0.01)).unwrap();
+        let terms = terms("S", &m, &estimate(&m, 0.01)).unwrap();
         assert_eq!(terms.len(), 9);
         let sum: f64 = terms[0].budget.iter().map(|l| l.contribution.powi(2)).sum();
         assert!((sum.sqrt() / terms[0].modulus.standard_uncertainty - 1.0).abs() < 1e-12);

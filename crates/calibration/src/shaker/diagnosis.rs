@@ -101,7 +101,13 @@ pub fn diagnose(
     plan: Option<&[Configuration]>,
 ) -> Result<(Vec<SuspectRun>, Vec<Finding>), Error> {
     let mut findings = completeness::completeness(rows, plan);
-    if let Some(finding) = conventions::phase_unit(rows, spurious, budget)? {
+    let free = rows.iter().any(|r| r.free_phase);
+    let unit = if free {
+        None
+    } else {
+        conventions::phase_unit(rows, spurious, budget)?
+    };
+    if let Some(finding) = unit {
         // With wrong phases every run is suspect; naming them all would hide the cause.
         findings.push(finding);
         return Ok((vec![], findings));
@@ -119,6 +125,9 @@ pub fn diagnose(
         .collect();
     let fit = super::complex(&kept, &read.spurious, budget)?;
     findings.extend(read.findings(&fit));
-    findings.extend(certificate::finding(&fit, budget));
+    // It looks at phases over frequency too.
+    if !free {
+        findings.extend(certificate::finding(&fit, budget));
+    }
     Ok((suspects, findings))
 }

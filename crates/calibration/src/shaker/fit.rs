@@ -381,9 +381,12 @@ fn frequency_fit(
             },
         });
     }
-    let estimate = Estimate::new(components("S", "V/(m/s²)", &sensitivity), influences)?;
+    let estimate = Estimate::new(
+        components("S", budget.output.sensitivity(), &sensitivity),
+        influences,
+    )?;
     let inverse_estimate = estimate.propagate(
-        components("A", "(m/s²)/V", &exploitation),
+        components("A", budget.output.exploitation(), &exploitation),
         &inverse_jacobian(&exploitation),
     )?;
     Ok(FrequencyFit {

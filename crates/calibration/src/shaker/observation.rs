@@ -6,7 +6,7 @@ use proofmass_core::Error;
 use proofmass_uncertainty::DegreesOfFreedom;
 use serde::{Deserialize, Serialize};
 
-/// One configuration at one frequency.
+/// One configuration at one frequency. Volts stand for the unit of the outputs, whatever it is.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PhasorRow {
     /// Name of the run, for messages.
@@ -21,6 +21,8 @@ pub struct PhasorRow {
     pub outputs: [Complex64; 3],
     /// Covariance `[rr, ri, ii]` of the reference (m/s²)² and of the outputs (V²) from the sine approximation.
     pub covariance: [[f64; 3]; 4],
+    /// Whether the outputs were sampled by another clock than the reference, so that their common phase is unknown.
+    pub free_phase: bool,
 }
 
 impl PhasorRow {
@@ -39,12 +41,18 @@ impl PhasorRow {
             reference,
             outputs,
             covariance: [[0.0; 3]; 4],
+            free_phase: false,
         }
     }
 
     /// Outputs per unit acceleration of the table, o/a in V/(m/s²).
     pub(crate) fn ratios(&self) -> [Complex64; 3] {
         self.outputs.map(|o| o / self.reference)
+    }
+
+    /// Reals that the row tells beside a phase that nobody knows.
+    pub(crate) fn reals(&self) -> f64 {
+        if self.free_phase { 5.0 } else { 6.0 }
     }
 
     pub(crate) fn check(&self, index: usize) -> Result<(), Error> {

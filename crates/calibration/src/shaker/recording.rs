@@ -1,11 +1,16 @@
 //! From the samples of a run to its phasors, and whether the run is fit to be used.
 
+mod drive;
+mod soundness;
+
+pub use drive::{Drive, Line};
+pub use soundness::{Assessed, CHANNELS, QualityLimits, assess};
+
 use super::flat_top::lost;
 use super::geometry::Configuration;
 use num_complex::Complex64;
 use proofmass_core::Error;
-use proofmass_signal::sine::{Frequency, SineApproximation, dominant_frequency};
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_signal::sine::{Frequency, SineApproximation, SineFit, dominant_frequency};
 use serde::{Deserialize, Serialize};
 
 /// What the samples say about a run beside its phasors; every entry is optional for tables of ready phasors.
@@ -33,6 +38,10 @@ pub struct Quality {
     /// Channels with a flat top below full scale, and the part of the fundamental that each has lost.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub flattened: Vec<(usize, f64)>,
+    /// Error of the sensor's own clock by this run, relative, and its standard uncertainty: positive where it takes more
+    /// samples than it says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clock_error: Option<(f64, f64)>,
 }
 
 /// A tone beside the drive.
@@ -74,15 +83,28 @@ pub struct PhasorReading {
     pub harmonics: usize,
     /// Whether a linear drift is fitted.
     pub drift: bool,
-    /// Full scale of the acquisition in V, where known.
+    /// Full scale of the acquisition in the unit of the samples, where known.
     pub full_scale: Option<f64>,
+    /// Relative departure of the strongest line from the nominal frequency up to which it is the drive: that of two
+    /// crystals and of a slip of a table, or of a sensor's own oscillator.
+    pub tolerance: f64,
+    /// Whether the first channel is the reference; else the strongest one tells the frequency, and no channel is
+    /// searched for a flat top.
+    pub with_reference: bool,
 }
 
 /// Periods above which the strongest line of a record tells its frequency better than half a bin.
 const SETTLED: f64 = 8.0;
+/// Tolerance beyond which a frequency is not that of the table but that of another clock.
+const OWN_CLOCK: f64 = 0.02;
+/// Effect of uneven stamps, in standard uncertainties of a phasor, from which on they count.
+const MATTERS: f64 = 0.1;
+/// Ratio of the residuals, and gain of the logarithm of their likelihood, by which samples are known to be even although
+/// their stamps are not.
+const EVEN: (f64, f64) = (1.02, 20.0);
 
 impl PhasorReading {
-    /// Common frequency, five harmonics (as many as fit below Nyquist), no drift.
+    /// Common frequency, five harmonics (as many as fit below Nyquist), no drift; the first channel is the reference.
     pub fn new(sampling_frequency: f64) -> Self {
         Self {
             sampling_frequency,
@@ -90,6 +112,8 @@ impl PhasorReading {
             harmonics: 5,
             drift: false,
             full_scale: None,
+            tolerance: 0.01,
+            with_reference: true,
         }
     }
 
@@ -101,35 +125,134 @@ impl PhasorReading {
     /// # Errors
     /// As [`SineApproximation::fit`] and [`dominant_frequency`]; [`Error::TooFew`] without a channel.
     pub fn phasors(&self, frequency: f64, channels: &[&[f64]]) -> Result<Phasors, Error> {
-        let Some(reference) = channels.first() else {
-            return Err(Error::TooFew {
-                name: "channels",
-                needed: 1,
-                got: 0,
-            });
-        };
-        let found = dominant_frequency(self.sampling_frequency, reference)?;
-        let resolution = self.sampling_frequency / reference.len() as f64;
-        let elsewhere = (found - frequency).abs() > (2.0 * resolution).max(0.01 * frequency);
-        let below_nyquist = (0.5 * self.sampling_frequency / frequency).ceil() as usize - 1;
-        let mut approximation = SineApproximation::new(frequency);
+        self.phasors_at(frequency, &[], channels)
+    }
+
+    /// The same for samples that were stamped `late` seconds after their places in an even grid; none, where they have no
+    /// stamps.
+    ///
+    /// Where that matters the sine is fitted at the stamps, unless the residuals say that the samples were even and only
+    /// the stamps are not.
+    ///
+    /// # Errors
+    /// As [`PhasorReading::phasors`] and [`SineApproximation::fit_at`].
+    pub fn phasors_at(
+        &self,
+        frequency: f64,
+        late: &[f64],
+        channels: &[&[f64]],
+    ) -> Result<Phasors, Error> {
+        let lead = self.lead(channels)?;
+        let samples = channels[lead].len();
+        let found = dominant_frequency(self.sampling_frequency, channels[lead])?;
+        let resolution = self.sampling_frequency / samples as f64;
+        let elsewhere =
+            (found - frequency).abs() > (2.0 * resolution).max(self.tolerance * frequency);
+        let mut approximation = self.approximation(frequency, self.harmonics);
         // Two crystals differ by 100 ppm, which in a long record is many bins. In a short one the strongest bin says
         // less than the generator.
-        let periods = frequency * reference.len() as f64 / self.sampling_frequency;
-        if !elsewhere && periods > SETTLED {
+        let periods = frequency * samples as f64 / self.sampling_frequency;
+        let own_clock = self.tolerance > OWN_CLOCK && (found - frequency).abs() > resolution;
+        if !elsewhere && (periods > SETTLED || own_clock) {
             approximation = approximation.start(found);
         }
-        let fit = approximation
-            .frequency(if elsewhere {
-                Frequency::Known
-            } else {
-                self.frequency
-            })
-            .harmonics(self.harmonics.min(below_nyquist))
+        if elsewhere {
+            approximation = approximation.frequency(Frequency::Known);
+        }
+        let approximation = approximation.tones(true);
+        let (fit, stamps) = self.fitted(&approximation, late, channels, lead)?;
+        let mut phasors = self.told(&fit, channels, resolution);
+        phasors.stamps = stamps;
+        if elsewhere {
+            phasors.measured_frequency = found;
+            phasors.frequency_uncertainty = None;
+        }
+        Ok(phasors)
+    }
+
+    /// The channel that tells the frequency.
+    fn lead(&self, channels: &[&[f64]]) -> Result<usize, Error> {
+        let power = |x: &[f64]| {
+            let mean = x.iter().sum::<f64>() / x.len().max(1) as f64;
+            x.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>()
+        };
+        let strongest = || {
+            let powers: Vec<f64> = channels.iter().map(|x| power(x)).collect();
+            (0..powers.len()).max_by(|&a, &b| powers[a].total_cmp(&powers[b]))
+        };
+        let lead = if self.with_reference {
+            (!channels.is_empty()).then_some(0)
+        } else {
+            strongest()
+        };
+        lead.ok_or(Error::TooFew {
+            name: "channels",
+            needed: 1,
+            got: 0,
+        })
+    }
+
+    /// A fit near a frequency, of as many harmonics as there are below Nyquist.
+    fn approximation(&self, frequency: f64, harmonics: usize) -> SineApproximation {
+        let below_nyquist =
+            ((0.5 * self.sampling_frequency / frequency).ceil() as usize).saturating_sub(1);
+        SineApproximation::new(frequency)
+            .frequency(self.frequency)
+            .harmonics(harmonics.min(below_nyquist))
             .drift(self.drift)
-            .tones(true)
-            .fit(self.sampling_frequency, channels)?;
-        let clipped = self.full_scale.map_or(vec![], |full| {
+    }
+
+    /// At the stamps where they matter and are those of the samples, else on the even grid.
+    fn fitted(
+        &self,
+        approximation: &SineApproximation,
+        late: &[f64],
+        channels: &[&[f64]],
+        lead: usize,
+    ) -> Result<(SineFit, Option<UnevenStamps>), Error> {
+        let even = approximation.fit(self.sampling_frequency, channels)?;
+        if late.iter().all(|t| *t == 0.0) {
+            return Ok((even, None));
+        }
+        let at = approximation.fit_at(self.sampling_frequency, late, channels)?;
+        let effect = at
+            .channels
+            .iter()
+            .zip(&even.channels)
+            .map(|(a, b)| {
+                let u = (0.5 * (a.covariance[0] + a.covariance[2])).sqrt();
+                (a.amplitude - b.amplitude).norm()
+                    / u.max(1e-12 * a.modulus()).max(f64::MIN_POSITIVE)
+            })
+            .fold(0.0, f64::max);
+        let residuals = [
+            at.channels[lead].residual_rms,
+            even.channels[lead].residual_rms,
+        ];
+        let n = late.len() as f64;
+        // A fit that got smaller residuals by its noise alone would differ from the other by nothing like this.
+        let gain = if residuals[0] > residuals[1] * EVEN.0 {
+            n * (residuals[0] / residuals[1].max(f64::MIN_POSITIVE)).ln()
+        } else {
+            0.0
+        };
+        let worse = residuals[1] > residuals[0] * EVEN.0;
+        if effect < MATTERS && !worse {
+            return Ok((even, None));
+        }
+        let used = gain <= EVEN.1;
+        let stamps = UnevenStamps {
+            scatter: (late.iter().map(|t| t * t).sum::<f64>() / n).sqrt(),
+            effect,
+            residuals,
+            used,
+        };
+        Ok((if used { at } else { even }, Some(stamps)))
+    }
+
+    /// What a fit of all channels tells.
+    fn told(&self, fit: &SineFit, channels: &[&[f64]], resolution: f64) -> Phasors {
+        let clipped: Vec<usize> = self.full_scale.map_or(vec![], |full| {
             // The last code on either side: a sample there may be any larger value.
             let limit = full * (1.0 - 1e-6);
             (0..channels.len())
@@ -137,18 +260,23 @@ impl PhasorReading {
                 .collect()
         });
         let c = &fit.channels;
-        Ok(Phasors {
+        let outputs = if self.with_reference {
+            1..c.len()
+        } else {
+            0..0
+        };
+        Phasors {
             amplitudes: c.iter().map(|c| c.amplitude).collect(),
             covariances: c.iter().map(|c| c.covariance).collect(),
-            measured_frequency: if elsewhere { found } else { fit.frequency },
+            measured_frequency: fit.frequency,
             distortion: c[0].thd(),
             // A signal without any noise has the ratio that double precision can hold.
             signal_to_noise: c.iter().map(|c| c.snr_db().min(300.0)).collect(),
-            frequency_uncertainty: fit.frequency_uncertainty.filter(|_| !elsewhere),
+            frequency_uncertainty: fit.frequency_uncertainty,
             resolution,
-            flattened: (1..c.len())
+            flattened: outputs
                 .filter(|k| !clipped.contains(k))
-                .filter_map(|k| Some((k, lost(&c[k], &c[0], reference.len())?)))
+                .filter_map(|k| Some((k, lost(&c[k], &c[0], channels[k].len())?)))
                 .collect(),
             clipped,
             tones: fit
@@ -159,7 +287,10 @@ impl PhasorReading {
                     amplitudes: t.amplitudes.iter().map(|a| a.norm()).collect(),
                 })
                 .collect(),
-        })
+            begin: 0.0,
+            duration: 1.0 / resolution,
+            stamps: None,
+        }
     }
 
     /// Phasors of reference, x, y, z of one run.
@@ -210,9 +341,84 @@ pub struct Phasors {
     pub tones: Vec<RecordedTone>,
     /// Channels with a flat top, and the part of the fundamental that each has lost.
     pub flattened: Vec<(usize, f64)>,
+    /// When the stretch began that was fitted, s after the first sample: the origin of the phases.
+    pub begin: f64,
+    /// How long it is, s.
+    pub duration: f64,
+    /// Time stamps that are not even, where that matters.
+    pub stamps: Option<UnevenStamps>,
+}
+
+/// Time stamps that are not even.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UnevenStamps {
+    /// Root mean square of their departure from the even grid, s.
+    pub scatter: f64,
+    /// Largest change of a phasor that they make, in its standard uncertainty.
+    pub effect: f64,
+    /// Residuals, root mean square, of the fit at the stamps and of that on the grid.
+    pub residuals: [f64; 2],
+    /// Whether the phasors are those at the stamps.
+    pub used: bool,
 }
 
 impl Phasors {
+    /// The same with the origin of the phases at another instant, s after the first sample of the record. What the
+    /// frequency is not known by turns the phases by the distance from the middle of the stretch.
+    #[must_use]
+    pub fn about(mut self, instant: f64) -> Self {
+        let omega = std::f64::consts::TAU * self.measured_frequency;
+        let turn = Complex64::from_polar(1.0, omega * (instant - self.begin));
+        let far = instant - self.begin - 0.5 * self.duration;
+        let u = std::f64::consts::TAU * self.frequency_uncertainty.unwrap_or(0.0) * far;
+        for (z, v) in self.amplitudes.iter_mut().zip(&mut self.covariances) {
+            *z *= turn;
+            *v = turned(*v, turn);
+            // Along j z.
+            let along = Complex64::new(0.0, u) * *z;
+            v[0] += along.re * along.re;
+            v[1] += along.re * along.im;
+            v[2] += along.im * along.im;
+        }
+        self.begin = instant;
+        self
+    }
+
+    /// Turns the phasor of a channel by an angle in radians.
+    pub fn turn(&mut self, channel: usize, angle: f64) {
+        let turn = Complex64::from_polar(1.0, angle);
+        self.amplitudes[channel] *= turn;
+        self.covariances[channel] = turned(self.covariances[channel], turn);
+    }
+
+    /// With the channels of another recording of the same run: the channels of both are put in `order`, those of the
+    /// other counted after the own ones. Frequency, distortion, tones and flat tops are the own ones.
+    #[must_use]
+    pub fn beside(mut self, other: Self, order: &[usize]) -> Self {
+        let own = self.amplitudes.len();
+        let clipped: Vec<usize> = self
+            .clipped
+            .iter()
+            .copied()
+            .chain(other.clipped.iter().map(|k| own + k))
+            .collect();
+        let place = |k: usize| order.iter().position(|o| *o == k);
+        self.amplitudes.extend(other.amplitudes);
+        self.covariances.extend(other.covariances);
+        self.signal_to_noise.extend(other.signal_to_noise);
+        self.amplitudes = order.iter().map(|k| self.amplitudes[*k]).collect();
+        self.covariances = order.iter().map(|k| self.covariances[*k]).collect();
+        self.signal_to_noise = order.iter().map(|k| self.signal_to_noise[*k]).collect();
+        self.clipped = clipped.into_iter().filter_map(place).collect();
+        let flattened = self.flattened.iter();
+        self.flattened = flattened
+            .filter_map(|(k, part)| Some((place(*k)?, *part)))
+            .collect();
+        let stamps = [self.stamps, other.stamps].into_iter().flatten();
+        self.stamps = stamps.max_by(|a, b| a.effect.total_cmp(&b.effect));
+        self
+    }
+
     /// What they say about the run; `transverse` is the transverse motion, where it was measured.
     pub fn quality(&self, transverse: Option<f64>) -> Quality {
         Quality {
@@ -225,188 +431,17 @@ impl Phasors {
             resolution: Some(self.resolution),
             tones: self.tones.clone(),
             flattened: self.flattened.clone(),
+            clock_error: None,
         }
     }
 }
 
-/// Rules of a sound run.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct QualityLimits {
-    /// Largest relative departure of the frequency.
-    pub frequency: f64,
-    /// Largest distortion of the excitation.
-    pub distortion: f64,
-    /// Smallest signal-to-noise ratio of the reference in dB.
-    pub signal_to_noise: f64,
-    /// Largest relative departure of the amplitude from its target.
-    pub amplitude: f64,
-}
-
-impl Default for QualityLimits {
-    /// 0.5 % of frequency, 5 % of distortion (ISO 16063-21), 40 dB, 10 % of amplitude.
-    fn default() -> Self {
-        Self {
-            frequency: 0.005,
-            distortion: 0.05,
-            signal_to_noise: 40.0,
-            amplitude: 0.10,
-        }
-    }
-}
-
-/// Channels of a triaxial run.
-pub const CHANNELS: [&str; 4] = ["reference", "x", "y", "z"];
-
-/// One run, for its assessment.
-#[derive(Clone, Copy, Debug)]
-pub struct Assessed<'a> {
-    /// Name of the run.
-    pub run: &'a str,
-    /// Nominal frequency in Hz.
-    pub frequency: f64,
-    /// What the samples said.
-    pub quality: &'a Quality,
-    /// Names of its channels.
-    pub channels: &'a [&'a str],
-    /// Acceleration reached, m/s².
-    pub amplitude: f64,
-    /// Acceleration wanted, m/s².
-    pub target: Option<f64>,
-}
-
-/// Findings about a single run.
-pub fn assess(run: &Assessed<'_>, limits: &QualityLimits) -> Vec<Finding> {
-    let mut findings = vec![];
-    let (name, f, q) = (run.run, run.frequency, run.quality);
-    let (amplitude, target) = (run.amplitude, run.target);
-    if let Some(found) = q.measured_frequency
-        && (found / f - 1.0).abs() > limits.frequency
-        // In a record of few periods the frequency is not known as well as the limit.
-        && (found - f).abs() > 5.0 * q.frequency_uncertainty.unwrap_or(0.0)
-    {
-        findings.push(
-            Finding::new(
-                Severity::Decision,
-                "frequency-mismatch",
-                format!("run {name} does not vibrate at the frequency of the table"),
-            )
-            .evidence(format!(
-                "{f} Hz in the table, {found:.3} Hz in the recording"
-            ))
-            .advice("correct the table or leave the run out"),
-        );
-    }
-    if !q.clipped.is_empty() {
-        let channels: Vec<&str> = q
-            .clipped
-            .iter()
-            .filter_map(|&k| run.channels.get(k).copied())
-            .collect();
-        findings.push(
-            Finding::new(
-                Severity::Decision,
-                "clipped",
-                format!("run {name} is clipped"),
-            )
-            .evidence(format!(
-                "samples at full scale on channel {}",
-                channels.join(", ")
-            ))
-            .advice("lower the gain and measure it again"),
-        );
-    }
-    if let Some((k, part)) = q.flattened.first() {
-        let channel = run.channels.get(*k).copied().unwrap_or("output");
-        findings.push(
-            Finding::new(
-                Severity::Decision,
-                "flat-topped",
-                format!("channel {channel} of run {name} has a flat top"),
-            )
-            .evidence(format!(
-                "third and fifth harmonic are those of a sine that is cut off; {:.2} % of the fundamental is lost, at {f} Hz",
-                100.0 * part
-            ))
-            .advice("an amplifier gives out before the converter does: lower its gain or the drive, and measure it again"),
-        );
-    }
-    if let Some(tone) = q.tones.first() {
-        let largest = tone.amplitudes.iter().copied().fold(0.0, f64::max);
-        findings.push(
-            Finding::new(
-                Severity::Note,
-                "tone-beside-drive",
-                format!("a tone beside the drive of run {name} was fitted with it"),
-            )
-            .evidence(format!(
-                "{:.3} Hz beside {f} Hz, {largest:.2e} V at most; {} in all",
-                tone.frequency,
-                q.tones.len()
-            ))
-            .advice("near 50 or 60 Hz and their multiples it is hum: look for loops of the ground"),
-        );
-    }
-    if let Some(d) = q.distortion.filter(|&d| d > limits.distortion) {
-        findings.push(
-            Finding::new(
-                Severity::Warning,
-                "distortion",
-                format!("the excitation of run {name} is distorted"),
-            )
-            .evidence(format!(
-                "{:.1} % at {f} Hz, {:.0} % admitted",
-                100.0 * d,
-                100.0 * limits.distortion
-            ))
-            .advice("lower the amplitude or look for a loose mounting"),
-        );
-    }
-    if let Some(snr) = q
-        .signal_to_noise
-        .first()
-        .filter(|&&snr| snr < limits.signal_to_noise)
-    {
-        findings.push(
-            Finding::new(
-                Severity::Warning,
-                "low-signal",
-                format!("the reference of run {name} is close to its noise"),
-            )
-            .evidence(format!(
-                "{:.0} dB at {f} Hz, {:.0} dB wanted",
-                snr, limits.signal_to_noise
-            ))
-            .advice("raise the amplitude or the gain, or record for longer"),
-        );
-    }
-    if let Some(t) = target.filter(|t| (amplitude / t - 1.0).abs() > limits.amplitude) {
-        findings.push(
-            Finding::new(
-                Severity::Warning,
-                "amplitude-off-target",
-                format!("run {name} was not driven at its target amplitude"),
-            )
-            .evidence(format!(
-                "{amplitude:.3} m/s² reached, {t} m/s² wanted at {f} Hz"
-            ))
-            .advice("check the levelling; a linear device does not mind, its linearity does"),
-        );
-    }
-    let limit = super::single_axis::transverse_limit(f);
-    if let Some(t) = q.transverse.filter(|&t| t > limit) {
-        findings.push(
-            Finding::new(
-                Severity::Warning,
-                "transverse-motion",
-                format!("run {name}: the transverse motion exceeds the limit of ISO 16063-21"),
-            )
-            .evidence(format!(
-                "{:.1} % at {f} Hz, {:.0} % admitted",
-                100.0 * t,
-                100.0 * limit
-            ))
-            .advice("correct for the measured spurious motion, or leave the frequency out"),
-        );
-    }
-    findings
+/// Covariance `[rr, ri, ii]` of a complex number that is turned.
+fn turned([rr, ri, ii]: [f64; 3], turn: Complex64) -> [f64; 3] {
+    let (c, s) = (turn.re, turn.im);
+    [
+        c * c * rr - 2.0 * c * s * ri + s * s * ii,
+        c * s * (rr - ii) + (c * c - s * s) * ri,
+        s * s * rr + 2.0 * c * s * ri + c * c * ii,
+    ]
 }

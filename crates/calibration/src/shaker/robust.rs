@@ -29,7 +29,7 @@ pub(super) fn directions(rows: &[PhasorRow], spurious: &SpuriousTable) -> Vec<[C
 }
 
 /// Least squares over some rows; `None` when they do not span.
-fn solve(d: &[[Complex64; 3]], y: &[[Complex64; 3]], of: &[usize]) -> Option<Matrix> {
+pub(super) fn solve(d: &[[Complex64; 3]], y: &[[Complex64; 3]], of: &[usize]) -> Option<Matrix> {
     let mut gram = Mat::<Complex64>::zeros(3, 3);
     let mut right = Mat::<Complex64>::zeros(3, 3);
     for &i in of {
@@ -59,6 +59,13 @@ pub(super) fn wild(rows: &[PhasorRow], spurious: &SpuriousTable, budget: &Budget
     if n < 6 {
         return sound;
     }
+    let turned;
+    let rows = if rows.iter().any(|r| r.free_phase) {
+        turned = super::free_phase::aligned(rows, spurious);
+        &turned
+    } else {
+        rows
+    };
     let (d, y) = (
         directions(rows, spurious),
         rows.iter().map(PhasorRow::ratios).collect::<Vec<_>>(),

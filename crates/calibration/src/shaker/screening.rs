@@ -107,6 +107,7 @@ fn rows(campaign: &ShakerCampaign, findings: &mut Vec<Finding>) -> Vec<PhasorRow
             reference,
             outputs: run.outputs,
             covariance,
+            free_phase: campaign.free_phase,
         });
     }
     findings.extend(told_once(doubts));
@@ -186,13 +187,21 @@ fn determined(rows: Vec<PhasorRow>, findings: &mut Vec<Finding>) -> Vec<PhasorRo
     for &f in &frequencies {
         let here: Vec<&PhasorRow> = rows.iter().filter(|r| r.frequency == f).collect();
         let plan: Vec<Configuration> = here.iter().map(|r| r.configuration).collect();
-        if conditioning(&plan).is_ok() {
-            kept.push(f);
-        } else {
-            lost.push((f, here));
-        }
+        let why = match (distinct(&here), here.len()) {
+            (_, 1) => "one configuration".to_owned(),
+            // Copies of one recording fit no S, and what a fit makes of them is rounding.
+            (n, all) if n < 3 && all > n => format!("{n} readings under {all} names"),
+            (_, n) if conditioning(&plan).is_err() => {
+                format!("{n} configurations that do not span three dimensions")
+            }
+            _ => {
+                kept.push(f);
+                continue;
+            }
+        };
+        lost.push((f, here, why));
     }
-    for (f, here) in &lost {
+    for (f, here, why) in &lost {
         let names: Vec<&str> = here.iter().take(6).map(|r| r.run.as_str()).collect();
         let more = if here.len() > 6 { " …" } else { "" };
         findings.push(
@@ -202,19 +211,36 @@ fn determined(rows: Vec<PhasorRow>, findings: &mut Vec<Finding>) -> Vec<PhasorRo
                 format!("the runs at {f} Hz do not determine the sensitivity and were left out"),
             )
             .evidence(format!(
-                "{} at {f} Hz: run {}{more}",
-                match here.len() {
-                    1 => "one configuration".to_owned(),
-                    n => format!("{n} configurations that do not span three dimensions"),
-                },
+                "{why} at {f} Hz: run {}{more}",
                 names.join(", ")
             ))
-            .advice("check the frequency of these runs in the table, or measure the missing configurations"),
+            .advice("check frequency and file of these runs in the table, or measure the missing configurations"),
         );
     }
     rows.into_iter()
         .filter(|r| kept.contains(&r.frequency))
         .collect()
+}
+
+/// How many of these rows have phasors of their own; two readings never agree to a millionth.
+fn distinct(rows: &[&PhasorRow]) -> usize {
+    let far = |a: num_complex::Complex64, b: num_complex::Complex64| {
+        (a - b).norm() > 1e-6 * a.norm().max(b.norm())
+    };
+    let differ = |a: &PhasorRow, b: &PhasorRow| {
+        far(a.reference, b.reference) || (0..3).any(|j| far(a.outputs[j], b.outputs[j]))
+    };
+    let mut kinds: Vec<&PhasorRow> = vec![];
+    for row in rows {
+        // More than a few are enough.
+        if kinds.len() > 3 {
+            break;
+        }
+        if kinds.iter().all(|k| differ(k, row)) {
+            kinds.push(row);
+        }
+    }
+    kinds.len()
 }
 
 /// The budget with the reference calibration of the certificate at these frequencies, where it has none of its own: what the
@@ -227,7 +253,7 @@ pub fn with_certificate(
     reference: Option<&ReferenceTable>,
     frequencies: impl IntoIterator<Item = f64>,
 ) -> Result<Budget, Error> {
-    let mut budget = Budget::new(budget.inputs.clone())?;
+    let mut budget = Budget::new(budget.inputs.clone())?.of_outputs(budget.output);
     let Some(table) = reference else {
         return Ok(budget);
     };

@@ -35,6 +35,13 @@ pub struct ComparisonBudget {
     /// The transverse sensitivity of the device and the transverse motion of the table.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub transverse: Option<TransverseMotion>,
+    /// Standard uncertainty of the delay between the two channels of the front end, s.
+    #[serde(default)]
+    pub front_end: f64,
+    /// Whether the device samples by a clock of its own: then nothing is known of the phase, and the modulus alone is
+    /// stated.
+    #[serde(default)]
+    pub free_phase: bool,
 }
 
 /// What a motion of the table across its axis does to a device that is sensitive across its own.
@@ -70,7 +77,7 @@ pub struct SingleAxis {
     pub frequency: f64,
     /// Complex sensitivity, output per m/s².
     pub sensitivity: Complex64,
-    /// Components `modulus` (output per m/s²) and `phase` (rad) with the influences `reference.calibration`, `reading` and,
+    /// Components `modulus` (output per m/s²) and, where it is known, `phase` (rad) with the influences `reference.calibration`, `reading` and,
     /// where it was stated, `transverse`.
     pub estimate: Estimate,
 }
@@ -111,8 +118,11 @@ pub fn compare(
         let reference = certificate.map_or(Complex64::ONE, |c| {
             Complex64::from_polar(c.sensitivity, c.phase)
         });
-        let sensitivity = row.output / row.reference * reference;
+        let mut sensitivity = row.output / row.reference * reference;
         let modulus = sensitivity.norm();
+        if budget.free_phase {
+            sensitivity = Complex64::new(modulus, 0.0);
+        }
         let influence = |key: &str,
                          description: &str,
                          evaluation,
@@ -147,6 +157,18 @@ pub fn compare(
             budget.dof,
             [modulus * budget.ratio, budget.phase],
         )?);
+        if budget.front_end > 0.0 {
+            influences.push(influence(
+                "front_end.delay",
+                "delay between the channels of the front end",
+                Evaluation::B,
+                DegreesOfFreedom::INFINITE,
+                [
+                    0.0,
+                    std::f64::consts::TAU * row.frequency * budget.front_end,
+                ],
+            )?);
+        }
         let across = budget
             .transverse
             .and_then(|t| t.uncertainty(row.transverse));
@@ -166,6 +188,7 @@ pub fn compare(
             ],
             influences,
         )?;
+        let estimate = without_phase(estimate, budget)?;
         let limit = transverse_limit(row.frequency);
         match row.transverse {
             Some(t) if t > limit => findings.push(
@@ -207,6 +230,15 @@ pub fn compare(
         );
     }
     Ok((results, findings))
+}
+
+/// The modulus alone, where the phase is that of another clock.
+fn without_phase(estimate: Estimate, budget: &ComparisonBudget) -> Result<Estimate, Error> {
+    if !budget.free_phase {
+        return Ok(estimate);
+    }
+    let modulus = estimate.components()[..1].to_vec();
+    estimate.propagate(modulus, &[1.0, 0.0])
 }
 
 /// Mean over the runs of each frequency, in ascending frequency; a frequency of one run stays as it is.
@@ -265,10 +297,17 @@ pub fn combine(
             Component::new("phase", "rad", mean.arg()),
         ];
         // Certificate and reading are relative: those of one run, scaled to the mean.
-        let scaled = first.estimate.propagate(
-            components.clone(),
-            &[m / first.sensitivity.norm(), 0.0, 0.0, 1.0],
-        )?;
+        let ratio = m / first.sensitivity.norm();
+        let (components, jacobian, covariance) = match budget.free_phase {
+            true => (
+                components[..1].to_vec(),
+                vec![ratio],
+                covariance[..1].to_vec(),
+            ),
+            false => (components, vec![ratio, 0.0, 0.0, 1.0], covariance.to_vec()),
+        };
+        let scaled = first.estimate.propagate(components.clone(), &jacobian)?;
+        let size = components.len();
         let mut influences = scaled.influences().to_vec();
         influences.push(Influence {
             key: "repeatability".to_owned(),
@@ -277,13 +316,14 @@ pub fn combine(
             distribution: "normal".to_owned(),
             dof: DegreesOfFreedom::new(n - 1.0).unwrap_or(DegreesOfFreedom::INFINITE),
             effect: Effect::Joint {
-                covariance: proofmass_uncertainty::Covariance::try_from_rows(2, &covariance)?,
+                covariance: proofmass_uncertainty::Covariance::try_from_rows(size, &covariance)?,
             },
         });
         if budget.ratio > 0.0 && budget.phase > 0.0 {
             let statistic =
                 moment(0, 0) / budget.ratio.powi(2) + moment(1, 1) / budget.phase.powi(2);
-            let dof = 2.0 * (n - 1.0);
+            let parts = if budget.free_phase { 1.0 } else { 2.0 };
+            let dof = parts * (n - 1.0);
             if super::fit::upper_tail(statistic, dof) < 1e-4 {
                 let size = |d: &[f64; 2]| (d[0] / budget.ratio).hypot(d[1] / budget.phase);
                 let worst = (0..group.len())
@@ -342,6 +382,8 @@ mod tests {
             phase: 0.002,
             dof: DegreesOfFreedom::new(20.0).unwrap(),
             transverse: None,
+            front_end: 0.0,
+            free_phase: false,
         };
         let (results, findings) = compare(&[row], Some(&table), "V/(m/s²)", &budget).unwrap();
         let e = &results[0].estimate;
@@ -369,6 +411,8 @@ mod tests {
                 sensitivity: 0.05,
                 largest: Some(0.1),
             }),
+            front_end: 0.0,
+            free_phase: false,
         };
         // An acceleration for reference, an acceleration from the device: no certificate, no volts.
         let u = |transverse| -> f64 {
@@ -411,6 +455,8 @@ mod tests {
             phase: 0.001,
             dof: DegreesOfFreedom::INFINITE,
             transverse: None,
+            front_end: 0.0,
+            free_phase: false,
         };
         let (results, _) = compare(&rows, Some(&table), "V/(m/s²)", &budget).unwrap();
         let (means, findings) = combine(&rows, &results, &budget).unwrap();

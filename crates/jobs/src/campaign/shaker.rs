@@ -2,6 +2,7 @@
 
 mod budget;
 mod certificate;
+mod output_recording;
 mod recording;
 mod runs;
 mod seat;
@@ -10,7 +11,8 @@ mod spurious;
 pub(crate) use budget::BudgetSource;
 pub use budget::ShakerBudget;
 pub use certificate::{Certificate, CertificateOptions, CertificateTable};
-pub use recording::{DriveFrequency, ShakerRecording};
+pub use output_recording::OutputRecording;
+pub use recording::{ChannelDelay, DriveFrequency, DriveKind, ShakerRecording};
 pub(crate) use runs::read_runs;
 pub use runs::{PhasorQuantity, RunData, RunPhasor, RunTable, RunsTable, ShakerRun};
 pub(crate) use seat::read_plan;

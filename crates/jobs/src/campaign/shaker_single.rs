@@ -2,10 +2,10 @@
 
 use super::CampaignFile;
 use super::shaker::{
-    Certificate, CertificateTable, PhasorQuantity, RunTable, RunsTable, ShakerRecording,
-    SingleAxisSeat, read_runs,
+    Certificate, CertificateTable, OutputRecording, PhasorQuantity, RunTable, RunsTable,
+    ShakerRecording, SingleAxisSeat, read_runs,
 };
-use super::shaker_triaxial::{Datasheet, waveform_options};
+use super::shaker_triaxial::{Datasheet, of_the_bench, waveform_options};
 use crate::device_output::DeviceOutput;
 use proofmass_io::{Ambient, Device};
 use proofmass_io::{Result, WaveformOptions};
@@ -118,6 +118,8 @@ pub struct ShakerSingleCampaign {
     pub runs: RunsTable,
     /// Waveforms.
     pub recording: Option<ShakerRecording>,
+    /// Files of a sensor that records by itself.
+    pub output_recording: Option<OutputRecording>,
     /// Certificate of the reference; `None` when the runs carry accelerations.
     pub reference: Option<CertificateTable>,
     /// Uncertainty of a reading.
@@ -143,6 +145,7 @@ struct File {
     check_standard: Option<CheckStandardTable>,
     runs: RunsTable,
     recording: Option<ShakerRecording>,
+    output_recording: Option<OutputRecording>,
     reference: Option<CertificateTable>,
     reading: ReadingTable,
     transverse: Option<TransverseTable>,
@@ -216,6 +219,7 @@ impl ShakerSingleCampaign {
             check_standard: file.check_standard,
             runs: file.runs,
             recording: file.recording,
+            output_recording: file.output_recording,
             reference: file.reference,
             reading: file.reading,
             transverse: file.transverse,
@@ -254,7 +258,8 @@ impl ShakerSingleCampaign {
     /// # Errors
     /// No `[recording]`, or a channel that is missing.
     pub fn waveform_options(&self) -> Result<WaveformOptions> {
-        waveform_options(&self.source, self.recording.as_ref(), &self.channels())
+        let names = of_the_bench(&self.channels(), self.output_recording.as_ref());
+        waveform_options(&self.source, self.recording.as_ref(), &names)
     }
 
     /// Reads the certificate of the reference.

@@ -2,15 +2,15 @@
 
 use super::CampaignFile;
 use super::shaker::{
-    BudgetSource, Certificate, CertificateTable, Mounting, PhasorQuantity, RunTable, RunsTable,
-    ShakerBudget, ShakerRecording, SpuriousFile, read_runs,
+    BudgetSource, Certificate, CertificateTable, Mounting, OutputRecording, PhasorQuantity,
+    RunTable, RunsTable, ShakerBudget, ShakerRecording, SpuriousFile, read_runs,
 };
 use crate::device_output::DeviceOutput;
 use proofmass_calibration::shaker::geometry::published_plan;
 use proofmass_calibration::shaker::{Configuration, Correction, ShakerMethod, SpuriousTable};
 use proofmass_io::sheet::{ACCELERATION_RATIO, COUNT_SENSITIVITY, SENSITIVITY};
 use proofmass_io::{Ambient, Device};
-use proofmass_io::{Input, Result, WaveformOptions};
+use proofmass_io::{Error, ErrorKind, Input, Result, WaveformOptions};
 use proofmass_uncertainty::Finding;
 use serde::Deserialize;
 
@@ -112,6 +112,8 @@ pub struct ShakerTriaxialCampaign {
     pub runs: Option<RunsTable>,
     /// Waveforms.
     pub recording: Option<ShakerRecording>,
+    /// Files of a sensor that records by itself.
+    pub output_recording: Option<OutputRecording>,
     /// Certificate of the reference; `None` when the runs carry accelerations.
     pub reference: Option<CertificateTable>,
     /// Corrections to set side by side.
@@ -141,6 +143,7 @@ struct File<B> {
     device: Device,
     runs: Option<RunsTable>,
     recording: Option<ShakerRecording>,
+    output_recording: Option<OutputRecording>,
     reference: Option<CertificateTable>,
     #[serde(default, rename = "correction")]
     corrections: Vec<CorrectionTable>,
@@ -193,20 +196,31 @@ impl ShakerTriaxialCampaign {
             device: file.device,
             runs: file.runs,
             recording: file.recording,
+            output_recording: file.output_recording.clone(),
             reference: file.reference,
             corrections: file.corrections,
             method: file.method,
             published: file.published,
             datasheet: match file.datasheet.map(|d| d.si(&source)).transpose()? {
-                Some((DeviceOutput::Volt, datasheet)) => Some(datasheet),
-                Some((other, _)) => {
-                    return Err(source
-                        .refuse(
-                            "datasheet",
-                            "unit",
-                            format!("the outputs are volts, not {}", other.unit()),
-                        )
-                        .with_hint("V/(m/s2), mV/(m/s2), V/g or mV/g"));
+                Some((given, datasheet)) => {
+                    let outputs = match &file.output_recording {
+                        Some(sensor) => sensor.output(&source)?,
+                        None => DeviceOutput::Volt,
+                    };
+                    if given != outputs {
+                        return Err(source
+                            .refuse(
+                                "datasheet",
+                                "unit",
+                                format!(
+                                    "the sensitivity is in {}, not in {}",
+                                    outputs.unit(),
+                                    given.unit()
+                                ),
+                            )
+                            .with_hint("V/(m/s2), mV/(m/s2), V/g or mV/g; of a sensor with [output_recording] its unit per m/s2 or g"));
+                    }
+                    Some(datasheet)
                 }
                 None => None,
             },
@@ -309,6 +323,25 @@ impl ShakerTriaxialCampaign {
         Ok(())
     }
 
+    /// What the device gives: volts, or what its own files hold.
+    ///
+    /// # Errors
+    /// A unit that no accelerometer gives, a channel of the device in the recording of the bench.
+    pub fn output(&self) -> Result<DeviceOutput> {
+        let Some(sensor) = &self.output_recording else {
+            return Ok(DeviceOutput::Volt);
+        };
+        for name in &Self::CHANNELS[1..] {
+            if !sensor.channels.contains_key(*name) {
+                return Err(self
+                    .source
+                    .refuse("output_recording", "channels", format!("the channel \"{name}\" is missing"))
+                    .with_hint("all three outputs of a triaxial sensor stand in one file: channels = { x = \"acc_x\", y = \"acc_y\", z = \"acc_z\" }"));
+            }
+        }
+        sensor.output(&self.source)
+    }
+
     /// Names of the channels, in the order of every run.
     pub const CHANNELS: [&str; 4] = ["reference", "x", "y", "z"];
 
@@ -336,6 +369,7 @@ impl ShakerTriaxialCampaign {
                 ("z", OUTPUT),
             ],
         )?;
+        self.angles_are_degrees(&table)?;
         let acceleration = table.quantities.first() == Some(&PhasorQuantity::Acceleration);
         match (&self.reference, acceleration) {
             (Some(_), true) => Err(self
@@ -354,12 +388,46 @@ impl ShakerTriaxialCampaign {
         }
     }
 
+    /// Radians that stand under a heading in degrees are a plan within six degrees.
+    fn angles_are_degrees(&self, table: &RunTable<Mounting>) -> Result<()> {
+        type Angle = fn(&Mounting) -> f64;
+        let angles: [(&str, f64, Angle); 2] = [
+            ("inclination", 1.01 * std::f64::consts::PI, |m| {
+                m.configuration.inclination
+            }),
+            ("rotation", 1.01 * std::f64::consts::TAU, |m| {
+                m.configuration.rotation
+            }),
+        ];
+        for (name, limit, of) in angles {
+            let mut sizes: Vec<f64> = table
+                .runs
+                .iter()
+                .map(|r| of(&r.seat).to_degrees().abs())
+                .collect();
+            sizes.sort_by(f64::total_cmp);
+            sizes.dedup_by(|a, b| (*a - *b).abs() < 1e-6);
+            let largest = sizes.last().copied().unwrap_or(0.0);
+            if sizes.len() > 2 && largest < limit {
+                return Err(Error::new(
+                    ErrorKind::Column,
+                    format!("no {name} exceeds {largest:.4}°: these look like radians"),
+                )
+                .at(&table.path)
+                .column(format!("{name}_deg"))
+                .with_hint(format!("write {name}_rad into the heading; a plan within a few degrees tells nothing of S across it")));
+            }
+        }
+        Ok(())
+    }
+
     /// How the waveforms are read.
     ///
     /// # Errors
     /// No `[recording]`, or a channel that is missing.
     pub fn waveform_options(&self) -> Result<WaveformOptions> {
-        waveform_options(&self.source, self.recording.as_ref(), &Self::CHANNELS)
+        let names = of_the_bench(&Self::CHANNELS, self.output_recording.as_ref());
+        waveform_options(&self.source, self.recording.as_ref(), &names)
     }
 
     /// Reads the certificate of the reference.
@@ -398,7 +466,7 @@ impl ShakerTriaxialCampaign {
     /// # Errors
     /// None is stated, or an entry is wrong (with its line).
     pub fn read_budget(&self) -> Result<ShakerBudget> {
-        ShakerBudget::read(&self.source, &self.budget)
+        ShakerBudget::read(&self.source, &self.budget, self.output()?)
     }
 
     /// Reads the plan.
@@ -453,6 +521,15 @@ impl Datasheet {
         }
         Ok((output, (self.sensitivity * factor, self.tolerance * factor)))
     }
+}
+
+/// The channels that stand in the recordings of the bench and not in the files of the sensor.
+pub(super) fn of_the_bench<'a>(
+    names: &[&'a str],
+    sensor: Option<&OutputRecording>,
+) -> Vec<&'a str> {
+    let in_sensor = |name: &&&str| sensor.is_some_and(|s| s.channels.contains_key(**name));
+    names.iter().filter(|n| !in_sensor(n)).copied().collect()
 }
 
 /// Options of `[recording]`, which runs with a column `file` need.

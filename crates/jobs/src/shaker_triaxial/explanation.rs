@@ -36,6 +36,9 @@ pub(super) fn explain(
             Error::NotConverged { .. } => {
                 "the runs contradict each other or the budget: look at the phases and at the units of the headings"
             }
+            Error::Unobservable { parameter, .. } if parameter.contains("clock of its own") => {
+                "mount it on wedges between 0° and 90° too, where two axes move together; or stamp both files by one clock (clock = \"shared\")"
+            }
             _ => "S needs at least three configurations that span space at every frequency: check inclination, rotation and frequency in the table of runs",
         }),
     }

@@ -5,10 +5,12 @@ use crate::frequency_response;
 use crate::observed::listed;
 use crate::outcome::Outcome;
 use crate::record::Record;
+use crate::sensor_clock::SensorClock;
 use crate::trouble::Result;
 use proofmass_calibration::shaker::published::MagnitudeBudget;
 use proofmass_calibration::shaker::recording::RunInput;
-use proofmass_calibration::shaker::{Budget, FrequencyCheck, ShakerCalibration};
+use proofmass_calibration::shaker::sample_clock::SampleClock;
+use proofmass_calibration::shaker::{Budget, FrequencyCheck, OutputUnit, ShakerCalibration};
 use proofmass_io::{AnyCalibration, StatedQuantity, Table, Unit};
 use proofmass_report::{Report, ShakerReport};
 use proofmass_uncertainty::Finding;
@@ -34,6 +36,8 @@ pub struct ShakerTriaxialOutcome {
     /// Recordings among the inputs, which are the last of them.
     recordings: usize,
     runs: Vec<RunInput>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    clock: Option<SensorClock>,
 }
 
 impl ShakerTriaxialOutcome {
@@ -42,6 +46,7 @@ impl ShakerTriaxialOutcome {
         data: &ShakerTriaxialData<'_>,
         calibration: ShakerCalibration,
         monte_carlo: Vec<FrequencyCheck>,
+        clock: Option<SensorClock>,
         findings: Vec<Finding>,
     ) -> Self {
         let principal = calibration.results.first();
@@ -50,6 +55,7 @@ impl ShakerTriaxialOutcome {
                 .iter()
                 .flat_map(|r| &r.frequencies)
                 .flat_map(tables::quantities)
+                .chain(clock.iter().flat_map(SensorClock::quantities))
                 .collect(),
             findings,
             calibration,
@@ -62,6 +68,7 @@ impl ShakerTriaxialOutcome {
             acceleration: job.reference.is_none(),
             recordings: data.recordings,
             runs: data.runs.to_vec(),
+            clock,
         }
     }
 
@@ -81,6 +88,8 @@ impl ShakerTriaxialOutcome {
         if let Some(reference) = &self.reference {
             head.meta.push(("Reference".to_owned(), reference.clone()));
         }
+        head.meta
+            .extend(self.clock.iter().flat_map(SensorClock::lines));
         head.meta
             .push(("Runs".to_owned(), self.runs.len().to_string()));
         ShakerReport {
@@ -116,15 +125,15 @@ impl Outcome for ShakerTriaxialOutcome {
     }
 
     fn tables(&self) -> Result<Vec<(String, Table)>> {
-        let mut list = tables::tables(&self.calibration)?;
+        let mut list = tables::tables(&self.calibration, self.budget.output)?;
         list.push((
             "phasors.csv".to_owned(),
-            tables::phasors(&self.runs, self.acceleration)?,
+            tables::phasors(&self.runs, self.acceleration, self.budget.output)?,
         ));
         if !self.monte_carlo.is_empty() {
             list.push((
                 "monte-carlo.csv".to_owned(),
-                tables::monte_carlo(&self.monte_carlo)?,
+                tables::monte_carlo(&self.monte_carlo, self.budget.output)?,
             ));
         }
         if self.recordings > 0 {
@@ -137,9 +146,18 @@ impl Outcome for ShakerTriaxialOutcome {
         let Some(principal) = self.calibration.results.first() else {
             return Ok(None);
         };
+        // Phases that count from another one at every frequency are no response over frequency.
+        if self.clock.is_some_and(|c| c.clock == SampleClock::Own) {
+            return Ok(None);
+        }
+        let unit = match self.budget.output {
+            OutputUnit::Volt => Unit::Volt,
+            OutputUnit::Acceleration => Unit::MetrePerSecondSquared,
+            OutputUnit::Count => Unit::Count,
+        };
         Ok(principal.frequency_response()?.map(|response| {
             let model = tables::word(principal.method);
-            frequency_response::to_file(&response, model, Unit::Volt, record).into()
+            frequency_response::to_file(&response, model, unit, record).into()
         }))
     }
 

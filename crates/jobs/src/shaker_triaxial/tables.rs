@@ -4,7 +4,7 @@ use crate::trouble::Result;
 use proofmass_calibration::shaker::derived::{Expanded, PROBABILITY, SensitivityTerm};
 use proofmass_calibration::shaker::recording::{CHANNELS, RunInput};
 use proofmass_calibration::shaker::{
-    FrequencyCheck, FrequencyResult, MethodResult, ShakerCalibration, ShakerMethod,
+    FrequencyCheck, FrequencyResult, MethodResult, OutputUnit, ShakerCalibration, ShakerMethod,
 };
 use proofmass_io::{Cell, StatedQuantity, Table};
 use proofmass_uncertainty::{DegreesOfFreedom, Verdict};
@@ -49,15 +49,24 @@ pub(super) fn word(method: ShakerMethod) -> &'static str {
     }
 }
 
+/// A unit as headings spell it.
+fn ascii(unit: &str) -> String {
+    unit.replace('²', "2")
+}
+
 /// Tables of the matrices, their budgets and the residuals.
-pub(super) fn tables(calibration: &ShakerCalibration) -> Result<Vec<(String, Table)>> {
+pub(super) fn tables(
+    calibration: &ShakerCalibration,
+    output: OutputUnit,
+) -> Result<Vec<(String, Table)>> {
     let results = &calibration.results;
+    let unit = &ascii(output.sensitivity());
     Ok(vec![
         (
             "sensitivity.csv".to_owned(),
             matrix(
                 results,
-                "V/(m/s2)",
+                unit,
                 |f| &f.sensitivity,
                 |p| (p.sensitivity, p.sensitivity_expanded),
             )?,
@@ -66,14 +75,14 @@ pub(super) fn tables(calibration: &ShakerCalibration) -> Result<Vec<(String, Tab
             "exploitation.csv".to_owned(),
             matrix(
                 results,
-                "(m/s2)/V",
+                &ascii(output.exploitation()),
                 |f| &f.exploitation,
                 |p| (p.exploitation, p.exploitation_expanded),
             )?,
         ),
         ("derived.csv".to_owned(), derived(results)?),
-        ("budget.csv".to_owned(), budget(results)?),
-        ("residuals.csv".to_owned(), residuals(results)?),
+        ("budget.csv".to_owned(), budget(results, unit)?),
+        ("residuals.csv".to_owned(), residuals(results, unit)?),
     ])
 }
 
@@ -203,7 +212,8 @@ fn derived(results: &[MethodResult]) -> Result<Table> {
 }
 
 /// One row per term of S and input.
-fn budget(results: &[MethodResult]) -> Result<Table> {
+fn budget(results: &[MethodResult], unit: &str) -> Result<Table> {
+    let contribution = format!("contribution_{unit}");
     let mut table = Table::new([
         "method",
         "correction",
@@ -213,7 +223,7 @@ fn budget(results: &[MethodResult]) -> Result<Table> {
         "description",
         "distribution",
         "dof",
-        "contribution_V/(m/s2)",
+        &contribution,
         "share",
     ]);
     for result in results {
@@ -238,7 +248,7 @@ fn budget(results: &[MethodResult]) -> Result<Table> {
     Ok(table)
 }
 
-fn residuals(results: &[MethodResult]) -> Result<Table> {
+fn residuals(results: &[MethodResult], unit: &str) -> Result<Table> {
     let mut header: Vec<String> = [
         "method",
         "correction",
@@ -252,8 +262,8 @@ fn residuals(results: &[MethodResult]) -> Result<Table> {
     .to_vec();
     for axis in ["x", "y", "z"] {
         header.extend([
-            format!("error_real_{axis}_V/(m/s2)"),
-            format!("error_imaginary_{axis}_V/(m/s2)"),
+            format!("error_real_{axis}_{unit}"),
+            format!("error_imaginary_{axis}_{unit}"),
             format!("studentised_real_{axis}"),
             format!("studentised_imaginary_{axis}"),
         ]);
@@ -281,12 +291,17 @@ fn finite(value: f64) -> Cell {
 }
 
 /// Phasors as they went into the fit, in the form of a table of runs.
-pub(super) fn phasors(runs: &[RunInput], acceleration: bool) -> Result<Table> {
+pub(super) fn phasors(runs: &[RunInput], acceleration: bool, output: OutputUnit) -> Result<Table> {
+    let of_outputs = ascii(output.symbol());
     let mut header = ["run", "frequency_Hz", "inclination_deg", "rotation_deg"]
         .map(str::to_owned)
         .to_vec();
     for (k, name) in CHANNELS.iter().enumerate() {
-        let unit = if k == 0 && acceleration { "m/s2" } else { "V" };
+        let unit = match (k, acceleration) {
+            (0, true) => "m/s2",
+            (0, false) => "V",
+            _ => &of_outputs,
+        };
         header.extend([
             format!("{name}_{unit}"),
             format!("{name}_phase_deg"),
@@ -342,20 +357,25 @@ pub(super) fn recordings(runs: &[RunInput]) -> Result<Table> {
     Ok(table)
 }
 
-pub(super) fn monte_carlo(checks: &[FrequencyCheck]) -> Result<Table> {
-    let mut table = Table::new([
-        "frequency_Hz",
-        "component",
-        "trials",
-        "u_propagated_V/(m/s2)",
-        "u_monte_carlo_V/(m/s2)",
-        "lower_propagated_V/(m/s2)",
-        "lower_monte_carlo_V/(m/s2)",
-        "upper_propagated_V/(m/s2)",
-        "upper_monte_carlo_V/(m/s2)",
-        "tolerance_V/(m/s2)",
-        "validated",
-    ]);
+pub(super) fn monte_carlo(checks: &[FrequencyCheck], output: OutputUnit) -> Result<Table> {
+    let unit = ascii(output.sensitivity());
+    let mut header = ["frequency_Hz", "component", "trials"]
+        .map(str::to_owned)
+        .to_vec();
+    header.extend(
+        [
+            "u_propagated",
+            "u_monte_carlo",
+            "lower_propagated",
+            "lower_monte_carlo",
+            "upper_propagated",
+            "upper_monte_carlo",
+            "tolerance",
+        ]
+        .map(|name| format!("{name}_{unit}")),
+    );
+    header.push("validated".to_owned());
+    let mut table = Table::new(header);
     for c in checks {
         for v in &c.components {
             let mut row = vec![

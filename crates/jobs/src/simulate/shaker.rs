@@ -2,11 +2,14 @@
 
 use super::Desk;
 use super::fault::{Practice, PracticeFault};
+use super::sensor::{Sensor, SensorTruth};
 use super::wedge_motion::bent;
 use crate::campaign::SpuriousFile;
 use crate::trouble::{Result, Trouble};
 use proofmass_calibration::shaker::geometry::{self, Configuration};
 use proofmass_calibration::shaker::plan::best;
+use proofmass_calibration::shaker::recording::Drive;
+use proofmass_calibration::shaker::sample_clock::SampleClock;
 use proofmass_calibration::shaker::spurious::{RatioRepeats, ratio_from_velocity, table};
 use proofmass_io::{Cell, Table, f32_bytes};
 use proofmass_rig::bench::laboratory::{Laboratory, PreparedRun, Setup, Truth, Unreached};
@@ -55,6 +58,13 @@ pub struct SimulatedShaker {
     /// Bending of wedges by inclination and frequency, in place of the standard one
     #[cfg_attr(feature = "clap", arg(skip))]
     pub wedge_motion: Vec<Bending>,
+    /// The device as a digital sensor with files of its own, by whose clock it samples: own, shared
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "CLOCK", value_parser = clock_word))]
+    pub sensor: Option<SampleClock>,
+    /// How a recording is driven: sine (one frequency each), multi-sine or stepped (all frequencies in one)
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DRIVE", default_value = "sine", value_parser = drive_word))]
+    pub drive: Drive,
     /// Repeats of every vibrometer reading
     #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedShaker::default().repeats))]
     pub repeats: u32,
@@ -75,6 +85,8 @@ impl Default for SimulatedShaker {
             phasors: false,
             ideal_table: false,
             wedge_motion: Vec::new(),
+            sensor: None,
+            drive: Drive::Sine,
             repeats: 10,
             fault: Vec::new(),
         }
@@ -91,6 +103,8 @@ struct FaultTruth {
 struct TruthFile {
     scenario: &'static str,
     faults: Vec<FaultTruth>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sensor: Option<SensorTruth>,
     #[serde(flatten)]
     truth: Truth,
 }
@@ -101,6 +115,7 @@ impl SimulatedShaker {
         let laboratory = self.laboratory()?;
         let plan = self.plan()?;
         let setup = laboratory.set_up(&plan, &self.frequencies, self.seed);
+        let sensor = self.sensor.map(|clock| Sensor::new(clock, self.duration));
         let digits = setup.len().to_string().len();
         let name = |run: usize| format!("run-{:0digits$}", run + 1);
         let done = AtomicU64::new(0);
@@ -112,16 +127,28 @@ impl SimulatedShaker {
                 let prepared = setup
                     .prepare(run, fault.and_then(|f| f.0.on_the_bench()))
                     .map_err(unreached)?;
-                if !self.phasors {
+                if !self.phasors && self.drive == Drive::Sine {
                     let samples = setup.record(run, &prepared);
                     let views: [&[f64]; 4] = std::array::from_fn(|k| samples[k].as_slice());
-                    desk.write(&format!("{}.f32", name(run)), f32_bytes(&views)?)?;
+                    let channels = if sensor.is_some() {
+                        &views[..1]
+                    } else {
+                        &views[..]
+                    };
+                    desk.write(&format!("{}.f32", name(run)), f32_bytes(channels)?)?;
+                    if let Some(sensor) = &sensor {
+                        let file = format!("{}-sensor.csv", name(run));
+                        sensor.record(desk, (run, self.seed), &file, &prepared)?;
+                    }
                 }
                 let done = 1 + done.fetch_add(1, Ordering::Relaxed);
                 desk.watch.step("runs", done, setup.len() as u64)?;
                 Ok(prepared)
             })
             .collect::<Result<_>>()?;
+        if self.drive != Drive::Sine {
+            self.several(desk, &setup, &prepared, plan.len())?;
+        }
         desk.write("runs.csv", self.runs(&prepared, &name, &faults)?.to_csv()?)?;
         desk.write("reference.csv", reference(&laboratory, &self.frequencies)?)?;
         if laboratory.bench.wedge.is_some() {
@@ -139,10 +166,43 @@ impl SimulatedShaker {
                     run: name(run),
                 })
                 .collect(),
+            sensor: sensor.map(|s| s.truth()),
             truth: setup.truth(),
         };
         desk.write("campaign.toml", self.campaign(&laboratory).into_bytes())?;
         desk.truth(&truth)
+    }
+
+    /// Writes a recording of all frequencies for each configuration.
+    fn several(
+        &self,
+        desk: &Desk<'_>,
+        setup: &Setup,
+        prepared: &[PreparedRun],
+        configurations: usize,
+    ) -> Result<()> {
+        let digits = prepared.len().to_string().len();
+        for place in 0..configurations {
+            let runs = (0..self.frequencies.len()).map(|f| f * configurations + place);
+            let parts: Vec<[Vec<f64>; 4]> =
+                runs.map(|run| setup.record(run, &prepared[run])).collect();
+            // Tones at once share the full scale.
+            let share = 1.0 / parts.len() as f64;
+            let joined: Vec<Vec<f64>> = (0..4)
+                .map(|k| match self.drive {
+                    Drive::Stepped => parts.iter().flat_map(|p| p[k].iter().copied()).collect(),
+                    _ => (0..parts[0][k].len())
+                        .map(|i| share * parts.iter().map(|p| p[k][i]).sum::<f64>())
+                        .collect(),
+                })
+                .collect();
+            let views: Vec<&[f64]> = joined.iter().map(Vec::as_slice).collect();
+            desk.write(
+                &format!("run-{:0digits$}.f32", place + 1),
+                f32_bytes(&views)?,
+            )?;
+        }
+        Ok(())
     }
 
     /// Numbers that can be simulated; the faults with the index of their run.
@@ -157,6 +217,20 @@ impl SimulatedShaker {
                 return Err(Trouble::request(format!("{name} {value} is out of range"))
                     .with_hint(format!("from {low} to {high}")));
             }
+        }
+        let several = self.drive != Drive::Sine;
+        if several && (self.phasors || self.sensor.is_some() || !self.fault.is_empty()) {
+            return Err(Trouble::request("several frequencies in one recording are simulated without phasors, sensor and faults")
+                .with_hint("leave --phasors, --sensor and --fault out, or --drive"));
+        }
+        if self.phasors && self.sensor.is_some() {
+            return Err(Trouble::request(
+                "a sensor with files of its own has no phasors in the table",
+            )
+            .with_hint("leave --phasors or --sensor out"));
+        }
+        if self.sensor.is_some() {
+            Sensor::new(SampleClock::Own, self.duration).check(&self.frequencies)?;
         }
         let highest = 0.5 * self.sampling_rate;
         for (i, &f) in self.frequencies.iter().enumerate() {
@@ -247,16 +321,32 @@ impl SimulatedShaker {
             }
         } else {
             columns.push("file".into());
+            if self.sensor.is_some() {
+                columns.push("output_file".into());
+            }
         }
+        let several = self.drive != Drive::Sine;
         let mut table = Table::new(columns);
         let mut again = vec![];
-        for (run, p) in prepared.iter().enumerate() {
+        let rows = if several {
+            prepared.len() / self.frequencies.len()
+        } else {
+            prepared.len()
+        };
+        let list: Vec<String> = self.frequencies.iter().map(f64::to_string).collect();
+        for (run, p) in prepared.iter().take(rows).enumerate() {
             let mut row = vec![
                 Cell::from(name(run).as_str()),
-                Cell::from(p.frequency),
+                match several {
+                    true => Cell::from(list.join(" ").as_str()),
+                    false => Cell::from(p.frequency),
+                },
                 Cell::from(p.inclination_deg),
                 Cell::from(p.rotation_deg),
-                Cell::from(p.target),
+                match several {
+                    true => Cell::Missing,
+                    false => Cell::from(p.target),
+                },
                 Cell::from((p.transverse * 1e4).round() * 1e-2),
             ];
             if self.phasors {
@@ -266,6 +356,9 @@ impl SimulatedShaker {
                 }
             } else {
                 row.push(Cell::from(format!("{}.f32", name(run)).as_str()));
+                if self.sensor.is_some() {
+                    row.push(Cell::from(format!("{}-sensor.csv", name(run)).as_str()));
+                }
             }
             let mine = |practice| faults.contains(&(practice, run));
             if mine(Practice::DoubleRun) {
@@ -285,6 +378,16 @@ impl SimulatedShaker {
 
     fn campaign(&self, laboratory: &Laboratory) -> String {
         let bench = &laboratory.bench;
+        let sensor = self.sensor.map(|clock| Sensor::new(clock, self.duration));
+        let channels = match sensor {
+            Some(_) => "{ reference = 1 }",
+            None => "{ reference = 1, x = 2, y = 3, z = 4 }",
+        };
+        let drive = match self.drive {
+            Drive::Sine => "",
+            Drive::MultiSine => "drive = \"multi-sine\"\n",
+            Drive::Stepped => "drive = \"stepped\"\n",
+        };
         let recording = if self.phasors {
             String::new()
         } else {
@@ -294,9 +397,11 @@ impl SimulatedShaker {
 format = "f32"
 sampling_rate_Hz = {}
 full_scale_V = {}
-channels = {{ reference = 1, x = 2, y = 3, z = 4 }}
-"#,
-                self.sampling_rate, laboratory.acquisition.full_scale
+channels = {channels}
+{drive}{}"#,
+                self.sampling_rate,
+                laboratory.acquisition.full_scale,
+                sensor.map_or(String::new(), |s| s.table())
             )
         };
         let corrections = if bench.wedge.is_some() {
@@ -310,6 +415,10 @@ label = "none"
 "#
         } else {
             ""
+        };
+        let (factor, unit) = match sensor {
+            Some(sensor) => (1e-3 * sensor.counts_per_volt(), "count/(m/s²)"),
+            None => (1.0, "mV/(m/s²)"),
         };
         format!(
             r#"# A triaxial campaign of a simulated laboratory (seed {seed}); its truth is in truth.json.
@@ -332,18 +441,24 @@ k = 2
 methods = ["joint", "complex", "published"]
 
 [datasheet]
-sensitivity = 10.2
-tolerance = 1.02
-unit = "mV/(m/s²)"
+sensitivity = {}
+tolerance = {}
+unit = "{unit}"
 {budget}"#,
+            10.2 * factor,
+            1.02 * factor,
             seed = self.seed,
-            budget = budget(bench),
+            budget = budget(bench, sensor),
         )
     }
 }
 
 /// The budget that describes the bench, as entries of campaign.toml.
-fn budget(bench: &Bench) -> String {
+fn budget(bench: &Bench, sensor: Option<Sensor>) -> String {
+    let (floor, unit) = match sensor {
+        Some(sensor) => (bench.floor * sensor.counts_per_volt(), "count"),
+        None => (bench.floor, "V"),
+    };
     let rectangular =
         |half: f64| format!("{{ kind = \"rectangular\", lower = -{half}, upper = {half} }}");
     let normal = |u: f64| format!("{{ kind = \"normal\", mean = 0.0, u = {u} }}");
@@ -394,8 +509,8 @@ fn budget(bench: &Bench) -> String {
             "noise",
             "noise of the conditioner",
             "output-additive",
-            "V",
-            normal(bench.floor),
+            unit,
+            normal(floor),
             run,
         ),
     ]
@@ -407,6 +522,26 @@ fn budget(bench: &Bench) -> String {
         )
     })
     .collect()
+}
+
+/// Words of the command line.
+#[cfg(feature = "clap")]
+fn clock_word(word: &str) -> std::result::Result<SampleClock, String> {
+    match word {
+        "own" => Ok(SampleClock::Own),
+        "shared" => Ok(SampleClock::Shared),
+        _ => Err("own or shared".to_owned()),
+    }
+}
+
+#[cfg(feature = "clap")]
+fn drive_word(word: &str) -> std::result::Result<Drive, String> {
+    match word {
+        "sine" => Ok(Drive::Sine),
+        "multi-sine" => Ok(Drive::MultiSine),
+        "stepped" => Ok(Drive::Stepped),
+        _ => Err("sine, multi-sine or stepped".to_owned()),
+    }
 }
 
 fn unreached(u: Unreached) -> Trouble {

@@ -134,6 +134,8 @@ pub fn shaker_single(kind: &str) {
         phase: 0.002,
         dof: DegreesOfFreedom::INFINITE,
         transverse: None,
+        front_end: 0.0,
+        free_phase: false,
     };
     check(kind, &|watch| {
         let job = ShakerSingleJob::new(Some(certificate()), comparison);

@@ -99,6 +99,8 @@ fn table(f: &FrequencyResult, causes: &[(String, String, String)], unit: Unit) -
     let (small, factor) = match unit.name {
         "V/(m/s²)" => ("mV/(m/s²)", 1e3),
         "mV/(m/s²)" => ("µV/(m/s²)", 1e6),
+        "count/(m/s²)" => ("10⁻³ count/(m/s²)", 1e3),
+        "(m/s²)/(m/s²)" => ("10⁻³", 1e3),
         _ => ("nV/(m/s²)", 1e9),
     };
     let mut columns = vec![Column::text("cause (type)")];

@@ -2,7 +2,7 @@
 
 use crate::number::{minus, rounded};
 use proofmass_calibration::shaker::{
-    FrequencyResult, MethodResult, ShakerCalibration,
+    FrequencyResult, MethodResult, OutputUnit, ShakerCalibration,
     derived::{Expanded, SensitivityTerm},
 };
 
@@ -11,6 +11,7 @@ use proofmass_calibration::shaker::{
 pub(super) struct Unit {
     pub(super) name: &'static str,
     pub(super) factor: f64,
+    pub(super) output: OutputUnit,
 }
 
 impl Unit {
@@ -30,12 +31,33 @@ impl Unit {
             })
             .copied();
         let largest = rigorous.chain(published).fold(0.0, f64::max);
+        let own = calibration
+            .results
+            .iter()
+            .flat_map(|r| &r.frequencies)
+            .flat_map(|f| &f.sensitivity)
+            .map(|t| t.modulus.unit.as_str())
+            .next();
+        // Only volts take a prefix.
+        for output in [OutputUnit::Acceleration, OutputUnit::Count] {
+            if own == Some(output.sensitivity()) {
+                return Self {
+                    name: output.sensitivity(),
+                    factor: 1.0,
+                    output,
+                };
+            }
+        }
         let (name, factor) = match largest {
             v if v >= 0.5 => ("V/(m/s²)", 1.0),
             v if v >= 0.5e-3 => ("mV/(m/s²)", 1e3),
             _ => ("µV/(m/s²)", 1e6),
         };
-        Self { name, factor }
+        Self {
+            name,
+            factor,
+            output: OutputUnit::Volt,
+        }
     }
 }
 

@@ -8,10 +8,11 @@ use proofmass_calibration::shaker::{FrequencyResult, MethodResult};
 pub(super) fn section(result: &MethodResult, unit: Unit) -> Section {
     let shown = representative(result).map(|f| f.frequency);
     let mut section = Section::new("Matrices").paragraph(format!(
-        "Rows of observations: o = a S and a = o A, o the outputs in V, a the acceleration in m/s². S_ij is the output j per \
+        "Rows of observations: o = a S and a = o A, o the outputs in {}, a the acceleration in m/s². S_ij is the output j per \
          unit acceleration along i; A = S⁻¹. Normalised: S*_ij = Re(S_ij/S_ii), A*_ij = Re(A_ij/A_ii), with the sign \
          of the cross term. Each value stands with its expanded uncertainty U (95 %), both to two digits of U. A phase is \
          given where the modulus exceeds its U; elsewhere every phase is compatible. These are the matrices at {}.",
+        unit.output.symbol(),
         shown.map_or("one frequency".to_owned(), |f| format!("{} Hz", plain(f)))
     ));
     for f in &result.frequencies {
@@ -45,9 +46,12 @@ fn tables(f: &FrequencyResult, unit: Unit) -> Vec<Table> {
         square("Phase of S in °".into(), "a", "o", |k| {
             phase(&f.sensitivity, k)
         }),
-        square("|A| in (m/s²)/V".into(), "o", "a", |k| {
-            scaled(&f.exploitation[k].modulus, 1.0)
-        }),
+        square(
+            format!("|A| in {}", unit.output.exploitation()),
+            "o",
+            "a",
+            |k| scaled(&f.exploitation[k].modulus, 1.0),
+        ),
         square("Phase of A in °".into(), "o", "a", |k| {
             phase(&f.exploitation, k)
         }),

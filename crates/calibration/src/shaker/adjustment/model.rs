@@ -2,6 +2,7 @@
 
 use super::{Column, Draw, Linear};
 use crate::shaker::budget::{Acts, Budget, Key, ShakerInput};
+use crate::shaker::free_phase::{UNKNOWN, nearest};
 use crate::shaker::geometry::Seat;
 use crate::shaker::matrix::{Matrix, from_real, row_times};
 use crate::shaker::observation::{PhasorRow, SpuriousTable};
@@ -210,7 +211,10 @@ impl Model<'_> {
         let r = seat.matrix();
         let d = self.direction(i, &r);
         let prediction = row_times(d, &s);
-        let y = row.ratios();
+        let mut y = row.ratios();
+        if row.free_phase {
+            y = nearest(y, &prediction);
+        }
         let mut residual = [0.0; 6];
         for j in 0..3 {
             let e = y[j] / self.scale - prediction[j];
@@ -378,6 +382,14 @@ pub(super) fn phasor_noise(row: &PhasorRow, y: &[Complex64; 3], scale: f64) -> [
         add(g, row.covariance[j + 1]);
     }
     add(y.map(|y| -y / row.reference), row.covariance[0]);
+    if row.free_phase {
+        let turn = real(y.map(|y| Complex64::new(0.0, UNKNOWN) * y), 1.0);
+        for p in 0..6 {
+            for q in 0..6 {
+                noise[p][q] += turn[p] * turn[q];
+            }
+        }
+    }
     noise
 }
 

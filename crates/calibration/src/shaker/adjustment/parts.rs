@@ -12,7 +12,7 @@ pub(crate) struct Part {
 impl Adjustment {
     /// χ² of each frequency, with the draws it has for itself, and that of the draws that frequencies share.
     ///
-    /// E rᵀN⁻¹r = 6 − tr(N⁻¹ X C Xᵀ) of a run and E z² = 1 − C_zz of a draw; together 6 n − 18 per frequency.
+    /// E rᵀN⁻¹r = 6 − tr(N⁻¹ X C Xᵀ) of a run (5 where its phase is free) and E z² = 1 − C_zz of a draw; together 6 n − 18 per frequency.
     pub(crate) fn parts(&self) -> (Vec<Part>, Part) {
         let mut own = vec![Part::default(); self.frequencies.len()];
         for (row, linear) in self.rows.iter().enumerate() {
@@ -26,7 +26,7 @@ impl Adjustment {
                     trace += self.covariance(*i, *j) * dot(&weighted, other);
                 }
             }
-            part.dof += 6.0 - trace;
+            part.dof += if self.free[row] { 5.0 } else { 6.0 } - trace;
         }
         let mut shared = Part::default();
         let offset = self.first_draw();

@@ -14,6 +14,8 @@ use rayon::prelude::*;
 const FALSE_ALARM: f64 = 1e-4;
 /// Median of χ² with six degrees of freedom: runs that scatter more than declared widen the alarm for all of them.
 const MEDIAN: f64 = 5.348_121;
+/// The same with five, where the phase of a run is free.
+const MEDIAN_OF_FIVE: f64 = 4.351_460;
 
 /// The runs of one frequency, and which of them agree.
 struct Sorted<'a> {
@@ -58,7 +60,7 @@ pub fn suspects(
         .par_iter()
         .filter_map(|(row, run, trial, alarm)| {
             let statistic = trial.increase(run);
-            if upper_tail(statistic, 6.0) >= *alarm {
+            if upper_tail(statistic, run.reals()) >= *alarm {
                 return None;
             }
             let (suspicion, explained) = match completeness::twin(rows, *row) {
@@ -99,6 +101,8 @@ fn sort<'a>(
     let subset =
         |kept: &[usize]| -> Vec<PhasorRow> { kept.iter().map(|&i| here[i].clone()).collect() };
     let most = here.len() / 3;
+    let reals = here.first().map_or(6.0, PhasorRow::reals);
+    let median = if reals < 6.0 { MEDIAN_OF_FIVE } else { MEDIAN };
     let alarm = FALSE_ALARM / here.len() as f64;
     let mut factor = 1.0f64;
     let mut sound = None;
@@ -122,13 +126,13 @@ fn sort<'a>(
         };
         let largest = statistics[worst];
         statistics.sort_by(f64::total_cmp);
-        factor = (statistics[statistics.len() / 2] / MEDIAN).max(1.0);
+        factor = (statistics[statistics.len() / 2] / median).max(1.0);
         sound = Some((
             adjustment.chi_squared,
             adjustment.sensitivity(0),
             kept.clone(),
         ));
-        if upper_tail(largest / factor, 6.0) >= alarm {
+        if upper_tail(largest / factor, reals) >= alarm {
             break;
         }
         kept.remove(worst);

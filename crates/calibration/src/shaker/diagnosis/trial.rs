@@ -2,6 +2,7 @@
 
 use super::super::adjustment::Adjustment;
 use super::super::budget::Budget;
+use super::super::free_phase::nearest;
 use super::super::geometry::Configuration;
 use super::super::matrix::{Matrix, row_times};
 use super::super::observation::{PhasorRow, SpuriousTable};
@@ -79,8 +80,13 @@ impl Trial<'_> {
             .collect();
         let mut list: Vec<(f64, Cause)> = causes(self, row, &others)
             .into_iter()
-            .filter_map(|cause| {
-                let distance = at(&cause.row)?.distance(&cause.row);
+            .filter_map(|mut cause| {
+                let trial = at(&cause.row)?;
+                if cause.row.free_phase {
+                    let turned = nearest(cause.row.ratios(), &trial.prediction(&cause.row));
+                    cause.row.outputs = turned.map(|y| y * cause.row.reference);
+                }
+                let distance = trial.distance(&cause.row);
                 Some((0.5 * distance - cause.prior.ln(), cause))
             })
             .collect();
@@ -104,7 +110,9 @@ impl Trial<'_> {
             })
             .collect();
         // Something else, of whatever size it has: a normal error of all six reals as large as it looks.
-        let unexplained = 3.0 + 3.0 * (statistic / 6.0).max(1.0).ln() - (0.05f64 / 8.0).ln();
+        let half = 0.5 * row.reals();
+        let unexplained =
+            half + half * (statistic / row.reals()).max(1.0).ln() - (0.05f64 / 8.0).ln();
         judged.push((unexplained, statistic, Suspicion::Unexplained));
         judged.sort_by(|a, b| a.0.total_cmp(&b.0));
         match judged.as_slice() {

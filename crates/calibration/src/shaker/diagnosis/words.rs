@@ -122,8 +122,9 @@ pub(super) fn describe(suspects: &[SuspectRun], rows: &[PhasorRow]) -> Vec<Findi
         findings.push(
             Finding::new(Severity::Decision, code, what)
                 .evidence(format!(
-                    "run {}: χ² = {least:.0} at least against the other runs with 6 degrees of freedom each",
-                    names.join(", ")
+                    "run {}: χ² = {least:.0} at least against the other runs with {} degrees of freedom each",
+                    names.join(", "),
+                    rows[runs[0].row].reals()
                 ))
                 .advice("check the records of these runs; measure them again or leave them out"),
         );
@@ -141,8 +142,9 @@ fn one(s: &SuspectRun, row: &PhasorRow) -> Finding {
             format!("run {} contradicts all other runs of its frequency", s.run),
         )
         .evidence(format!(
-            "{place}: χ² = {:.0} against the other runs with 6 degrees of freedom; no single cause explains it",
-            s.statistic
+            "{place}: χ² = {:.0} against the other runs with {} degrees of freedom; no single cause explains it",
+            s.statistic,
+            row.reals()
         ))
         .advice("measure it again or leave it out; the result is without it and its interval reaches the one with it");
     }
@@ -152,8 +154,10 @@ fn one(s: &SuspectRun, row: &PhasorRow) -> Finding {
         format!("run {} looks as if {words}", s.run),
     )
     .evidence(format!(
-        "{place}: χ² = {:.0} against the other runs with 6 degrees of freedom; {:.0} under this explanation",
-        s.statistic, s.explained
+        "{place}: χ² = {:.0} against the other runs with {} degrees of freedom; {:.0} under this explanation",
+        s.statistic,
+        row.reals(),
+        s.explained
     ))
     .advice("check the record of the run; measure it again or leave it out")
 }

@@ -1,6 +1,7 @@
 //! `[[budget]]` or a budget file: what is uncertain on the bench, what it acts on, with what it varies.
 
 use crate::campaign::CampaignFile;
+use crate::device_output::DeviceOutput;
 use proofmass_calibration::shaker::{self as calibration, Acts, Key};
 use proofmass_io::{Error, ErrorKind, Input, Result};
 use proofmass_uncertainty::{Distribution, Evaluation, InputEntry};
@@ -62,10 +63,21 @@ const ANGULAR: Units = &[
 ];
 const ELECTRIC: Units = &[("V", 1.0), ("mV", 1e-3), ("µV", 1e-6), ("uV", 1e-6)];
 
-fn units(acts: Acts) -> Units {
-    match acts.unit() {
-        "1" => RELATIVE,
-        "V" => ELECTRIC,
+const COUNTS: Units = &[("count", 1.0)];
+const ACCELERATIONS: Units = &[
+    ("m/s²", 1.0),
+    ("m/s2", 1.0),
+    ("g", proofmass_core::STANDARD_GRAVITY),
+    ("mg", 1e-3 * proofmass_core::STANDARD_GRAVITY),
+];
+
+/// Of an action on outputs of this kind.
+fn units(acts: Acts, output: DeviceOutput) -> Units {
+    match (acts.unit(), output) {
+        ("1", _) => RELATIVE,
+        ("V", DeviceOutput::Volt) => ELECTRIC,
+        ("V", DeviceOutput::Count) => COUNTS,
+        ("V", DeviceOutput::Acceleration) => ACCELERATIONS,
         _ => ANGULAR,
     }
 }
@@ -73,7 +85,10 @@ fn units(acts: Acts) -> Units {
 /// What is wrong with an entry, and what to do.
 type Complaint = (String, String);
 
-fn input(entry: &InputEntry) -> std::result::Result<calibration::ShakerInput, Complaint> {
+fn input(
+    entry: &InputEntry,
+    output: DeviceOutput,
+) -> std::result::Result<calibration::ShakerInput, Complaint> {
     let choice = |what: &str, word: &str, valid: &[&str]| {
         let near = proofmass_io::spelling::nearest(word, valid.iter().copied())
             .map_or(String::new(), |k| format!("did you mean \"{k}\"? "));
@@ -102,7 +117,7 @@ fn input(entry: &InputEntry) -> std::result::Result<calibration::ShakerInput, Co
                 .ok_or_else(|| choice("grouping key", word, &Key::ALL.map(Key::name)))
         })
         .collect::<std::result::Result<Vec<_>, _>>()?;
-    let units = units(acts);
+    let units = units(acts, output);
     let Some(&(_, factor)) = units.iter().find(|(u, _)| *u == entry.unit) else {
         let valid: Vec<&str> = units.iter().map(|u| u.0).collect();
         return Err(choice("unit", &entry.unit, &valid));
@@ -160,13 +175,17 @@ fn input(entry: &InputEntry) -> std::result::Result<calibration::ShakerInput, Co
 }
 
 impl ShakerBudget {
-    pub(crate) fn read(source: &CampaignFile, budget: &BudgetSource) -> Result<Self> {
+    pub(crate) fn read(
+        source: &CampaignFile,
+        budget: &BudgetSource,
+        output: DeviceOutput,
+    ) -> Result<Self> {
         match budget {
             BudgetSource::Missing => Err(source
                 .refuse("", "budget", "the campaign states no budget of uncertainty")
                 .with_hint("add [[budget]] entries, [budget] file = \"budget.toml\", or [budget] bench = \"published\"")),
             BudgetSource::Entries(entries) => {
-                Ok(Self::Inputs(convert(entries, &source.path, &source.text)?, None))
+                Ok(Self::Inputs(convert(entries, &source.path, &source.text, output)?, None))
             }
             BudgetSource::Table(BudgetTable { file: Some(file), bench: None }) => {
                 let path = source.resolve(file);
@@ -192,7 +211,7 @@ impl ShakerBudget {
                     .at(&path)
                     .with_hint("make the common part an input of its own, with the keys it varies with"));
                 }
-                Ok(Self::Inputs(convert(&budget.input, &path, &text)?, Some(input)))
+                Ok(Self::Inputs(convert(&budget.input, &path, &text, output)?, Some(input)))
             }
             BudgetSource::Table(BudgetTable { file: None, bench: Some(bench) }) => {
                 if Self::BENCHES.contains(&bench.as_str()) {
@@ -209,7 +228,12 @@ impl ShakerBudget {
     }
 }
 
-fn convert(entries: &[InputEntry], path: &Path, text: &str) -> Result<calibration::Budget> {
+fn convert(
+    entries: &[InputEntry],
+    path: &Path,
+    text: &str,
+    output: DeviceOutput,
+) -> Result<calibration::Budget> {
     let mut inputs: Vec<calibration::ShakerInput> = Vec::new();
     for entry in entries {
         let refuse = |what: String, hint: String| {
@@ -226,7 +250,7 @@ fn convert(entries: &[InputEntry], path: &Path, text: &str) -> Result<calibratio
                 None => error,
             }
         };
-        let input = input(entry).map_err(|(what, hint)| refuse(what, hint))?;
+        let input = input(entry, output).map_err(|(what, hint)| refuse(what, hint))?;
         if inputs.iter().any(|i| i.key == input.key) {
             return Err(refuse(
                 format!("input \"{}\" stands twice in the budget", input.key),
@@ -235,9 +259,10 @@ fn convert(entries: &[InputEntry], path: &Path, text: &str) -> Result<calibratio
         }
         inputs.push(input);
     }
-    calibration::Budget::new(inputs).map_err(|e| {
+    let budget = calibration::Budget::new(inputs).map_err(|e| {
         Error::new(ErrorKind::Configuration, e.to_string())
             .at(path)
             .column("budget")
-    })
+    })?;
+    Ok(budget.of_outputs(output.triaxial()))
 }

@@ -1,7 +1,8 @@
 //! `[recording]`: how the waveforms of the runs are read.
 
 use crate::campaign::{CampaignFile, Prefixes};
-use proofmass_io::{ColumnRef, DecimalMark, LayoutOptions, Separator};
+use proofmass_calibration::shaker::recording::Drive;
+use proofmass_io::{ColumnRef, DecimalMark, LayoutOptions, Separator, TimeUnit};
 use proofmass_io::{Result, Unit, WaveformFormat, WaveformOptions};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -15,6 +16,40 @@ pub enum DriveFrequency {
     /// One frequency for all channels of a run, estimated.
     #[default]
     Common,
+}
+
+/// `drive` of `[recording]`: how the shaker is driven while a recording is made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum DriveKind {
+    /// One frequency from the first sample to the last.
+    #[default]
+    Sine,
+    /// Several frequencies at once.
+    MultiSine,
+    /// Several frequencies one after another.
+    Stepped,
+    /// A frequency that never stays, which gives no steady amplitude: refused.
+    Swept,
+}
+
+/// Delay of a channel of the front end, seconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ChannelDelay {
+    /// By which the signal is late in the record: a filter, a converter.
+    pub delay_s: f64,
+    /// By which the channel is sampled later than the time of its row says: a multiplexer.
+    pub sampled_later_s: f64,
+    /// Standard uncertainty of the two together.
+    pub u_s: f64,
+}
+
+impl ChannelDelay {
+    /// By which the record of the channel lags, s.
+    pub fn lag(&self) -> f64 {
+        self.delay_s - self.sampled_later_s
+    }
 }
 
 /// `[recording]`.
@@ -38,6 +73,16 @@ pub struct ShakerRecording {
     /// `common` or `known`.
     #[serde(default)]
     pub frequency: DriveFrequency,
+    /// `sine`, `multi-sine` or `stepped`.
+    #[serde(default)]
+    pub drive: DriveKind,
+    /// Time column of a text table; without it and without a rate, a column that is named as a time.
+    pub time: Option<ColumnRef>,
+    /// Unit of the time column where the heading does not say it.
+    pub time_unit: Option<TimeUnit>,
+    /// Delays of channels of the front end.
+    #[serde(default)]
+    pub delays: BTreeMap<String, ChannelDelay>,
     /// Highest harmonic that is fitted.
     #[serde(default = "five")]
     pub harmonics: usize,
@@ -130,6 +175,12 @@ impl ShakerRecording {
                 ));
             }
         }
+        self.check_delays(source, names)?;
+        if self.drive == DriveKind::Swept {
+            return Err(source
+                .refuse("recording", "drive", "a swept sine has no steady amplitude, and none is taken from it here")
+                .with_hint("drive in steps (drive = \"stepped\") or with all tones at once (\"multi-sine\"); `proofmass test sweep` takes the response of one channel from a sweep"));
+        }
         let highest = channels
             .iter()
             .map(|(_, place)| match place {
@@ -172,6 +223,52 @@ impl ShakerRecording {
                 skip_lines: self.skip_lines,
             },
             unit: self.unit,
+            quantity: Unit::Volt,
+            time: self.time.clone(),
+            time_unit: self.time_unit,
         })
+    }
+
+    /// How the shaker was driven.
+    pub(crate) fn drive(&self) -> Drive {
+        match self.drive {
+            DriveKind::Sine | DriveKind::Swept => Drive::Sine,
+            DriveKind::MultiSine => Drive::MultiSine,
+            DriveKind::Stepped => Drive::Stepped,
+        }
+    }
+
+    /// Standard uncertainty of the delay of a channel, s; zero where none is stated.
+    pub(crate) fn delay_uncertainty(&self, channel: &str) -> f64 {
+        self.delays.get(channel).map_or(0.0, |d| d.u_s)
+    }
+
+    fn check_delays(&self, source: &CampaignFile, names: &[&str]) -> Result<()> {
+        for (name, delay) in &self.delays {
+            let field = format!("delays.{name}");
+            if !names.contains(&name.as_str()) {
+                return Err(source
+                    .refuse("recording", &field, format!("unknown channel \"{name}\""))
+                    .with_hint(format!("channels of [recording]: {}", names.join(", "))));
+            }
+            for (key, value) in [
+                ("delay_s", delay.delay_s),
+                ("sampled_later_s", delay.sampled_later_s),
+                ("u_s", delay.u_s),
+            ] {
+                if !(value.is_finite() && value.abs() < 10.0 && (key != "u_s" || value >= 0.0)) {
+                    return Err(source
+                        .refuse(
+                            "recording",
+                            &field,
+                            format!("{key} = {value} is impossible"),
+                        )
+                        .with_hint(
+                            "seconds, such as x = { sampled_later_s = 2.5e-6, u_s = 1e-8 }",
+                        ));
+                }
+            }
+        }
+        Ok(())
     }
 }

@@ -73,12 +73,14 @@ pub struct ShakerRun<S> {
     pub run: String,
     /// Line of the table.
     pub line: u64,
-    /// Nominal frequency in Hz.
+    /// Nominal frequency in Hz; a recording of several has a run of each.
     pub frequency_hz: f64,
     /// How the device was mounted, or which motion was measured.
     pub seat: S,
     /// Samples or phasors.
     pub data: RunData,
+    /// The sensor's own file beside the recording of the bench.
+    pub output_file: Option<String>,
 }
 
 /// `runs.csv`.
@@ -96,6 +98,23 @@ pub struct RunTable<S> {
     pub quantities: Vec<PhasorQuantity>,
 }
 
+impl<S> RunTable<S> {
+    /// Names of the runs to be left out: of a recording of several frequencies the name of its row stands for all.
+    pub(crate) fn excluded(&self, names: &[String]) -> Vec<String> {
+        let named = |run: &&ShakerRun<S>| {
+            let row = run.run.rsplit_once('@').map(|(row, _)| row);
+            names
+                .iter()
+                .any(|n| *n == run.run || Some(n.as_str()) == row)
+        };
+        self.runs
+            .iter()
+            .filter(named)
+            .map(|r| r.run.clone())
+            .collect()
+    }
+}
+
 /// Name of a channel and what it may be the amplitude of.
 pub(crate) type Channel<'a> = (&'a str, &'a [PhasorQuantity]);
 
@@ -107,7 +126,7 @@ struct ChannelColumns {
 }
 
 /// Reads `runs.csv` with the channels of a kind.
-pub(crate) fn read_runs<S: Seat>(
+pub(crate) fn read_runs<S: Seat + Clone>(
     source: &CampaignFile,
     table: &RunsTable,
     channels: &[Channel<'_>],
@@ -118,6 +137,7 @@ pub(crate) fn read_runs<S: Seat>(
     let frequency = sheet.quantity("frequency", FREQUENCY)?;
     let seat = S::find(&mut sheet)?;
     let file = sheet.text("file");
+    let output_file = sheet.text("output_file");
     let columns = channels
         .iter()
         .map(|channel| ChannelColumns::find(&mut sheet, channel))
@@ -131,6 +151,14 @@ pub(crate) fn read_runs<S: Seat>(
         return Err(sheet
             .header_error("file", "recordings and phasors exclude each other")
             .with_hint("keep the column `file`, or the columns of the phasors"));
+    }
+    if output_file.is_some() && file.is_none() {
+        return Err(sheet
+            .header_error(
+                "output_file",
+                "the sensor's file has no recording of the reference beside it",
+            )
+            .with_hint("add a column `file` with the recordings of the bench"));
     }
     if file.is_none() {
         if !ready {
@@ -159,20 +187,20 @@ pub(crate) fn read_runs<S: Seat>(
                 .refuse(run, format!("run \"{name}\" stands in line {line} already"))
                 .with_hint("take one of the two out; a true repeat needs a name of its own"));
         }
-        let frequency_hz = row.positive(frequency)?;
+        let frequencies = row.positives(frequency)?;
+        let several = frequencies.len() > 1;
+        if several && file.is_none() {
+            return Err(row
+                .refuse(
+                    frequency,
+                    format!("run \"{name}\" has several frequencies, and a phasor has one"),
+                )
+                .with_hint("give the phasors of every frequency a row of their own"));
+        }
         let place = S::read(&seat, &row)?;
         let data = match file {
             Some(column) => {
-                let path = recording_name(source, &row, column, name)?;
-                if let Some(line) = files.insert(path.clone(), row.line) {
-                    return Err(row
-                        .refuse(
-                            column,
-                            format!("run \"{name}\" names the recording of line {line}"),
-                        )
-                        .with_hint("every run has a recording of its own"));
-                }
-                RunData::Recording(path)
+                RunData::Recording(recording_name(source, &row, column, name, &mut files)?)
             }
             None => RunData::Phasors(
                 columns
@@ -181,16 +209,33 @@ pub(crate) fn read_runs<S: Seat>(
                     .collect::<Result<_>>()?,
             ),
         };
-        runs.push(ShakerRun {
-            run: name.to_owned(),
-            line: row.line,
-            frequency_hz,
-            seat: place,
-            data,
-        });
+        let output_file = output_file
+            .map(|column| recording_name(source, &row, column, name, &mut files))
+            .transpose()?;
+        for (k, &frequency_hz) in frequencies.iter().enumerate() {
+            if frequencies[..k].contains(&frequency_hz) {
+                return Err(row
+                    .refuse(
+                        frequency,
+                        format!("run \"{name}\" names {frequency_hz} Hz twice"),
+                    )
+                    .with_hint("every frequency of a recording once"));
+            }
+            runs.push(ShakerRun {
+                run: match several {
+                    true => format!("{name}@{frequency_hz}"),
+                    false => name.to_owned(),
+                },
+                line: row.line,
+                frequency_hz,
+                seat: place.clone(),
+                data: data.clone(),
+                output_file: output_file.clone(),
+            });
+        }
     }
     for name in &table.exclude {
-        if !names.contains_key(name) {
+        if !names.contains_key(name) && !runs.iter().any(|r| r.run == *name) {
             let near = proofmass_io::spelling::nearest(name, names.keys().map(String::as_str))
                 .map_or(String::new(), |k| format!("did you mean \"{k}\"? "));
             return Err(source
@@ -216,12 +261,23 @@ fn recording_name(
     row: &SheetRow,
     column: Place,
     name: &str,
+    files: &mut HashMap<String, u64>,
 ) -> Result<String> {
     let word = row.text(column);
     if word.is_empty() {
         return Err(row
             .refuse(column, format!("run \"{name}\" names no recording"))
             .with_hint("write the name of its recording, or take the row out"));
+    }
+    if let Some(line) = files.insert(word.to_owned(), row.line) {
+        return Err(row
+            .refuse(
+                column,
+                format!("run \"{name}\" names the recording of line {line}"),
+            )
+            .with_hint(
+                "every run has a recording of its own; of one with several frequencies name them all in its row, \"10 20 40\"",
+            ));
     }
     if source.holds(word) {
         return Ok(word.to_owned());

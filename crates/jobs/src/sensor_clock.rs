@@ -1,0 +1,99 @@
+//! The clock of a digital sensor beside that of the bench, as a result states it.
+
+use proofmass_calibration::shaker::derived::PROBABILITY;
+use proofmass_calibration::shaker::sample_clock::{ClockError, Latency, SampleClock};
+use proofmass_io::StatedQuantity;
+use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity, Severity};
+use serde::{Deserialize, Serialize};
+
+/// What a result with a sensor's own file says about its clock.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SensorClock {
+    /// Whose clock it is.
+    pub clock: SampleClock,
+    /// Error of its rate against the bench.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub error: Option<ClockError>,
+    /// Delay of its samples, where the clock is shared.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub delay: Option<Latency>,
+}
+
+impl SensorClock {
+    pub(crate) fn quantities(&self) -> Vec<StatedQuantity> {
+        let error = self.error.as_ref().map(error);
+        error
+            .into_iter()
+            .chain(self.delay.as_ref().map(delay))
+            .collect()
+    }
+
+    /// Lines for the head of a report.
+    pub(crate) fn lines(&self) -> Vec<(String, String)> {
+        let mut lines = vec![];
+        if let Some(e) = &self.error {
+            let q = error(e);
+            lines.push((
+                "Clock of the sensor".to_owned(),
+                format!(
+                    "{:+.2} ppm ± {:.2} ppm (U) against that of the bench, mean of {} runs; {}",
+                    q.value,
+                    q.expanded,
+                    e.runs,
+                    match self.clock {
+                        SampleClock::Own => "its own: no phase against the reference",
+                        SampleClock::Shared => "said to be one clock",
+                    }
+                ),
+            ));
+        }
+        if let Some(d) = &self.delay {
+            let q = delay(d);
+            lines.push((
+                "Delay of the samples".to_owned(),
+                format!(
+                    "({:.6} ± {:.6}) ms, from the phases of {} frequencies; it is in the phases that are stated",
+                    1e3 * q.value,
+                    1e3 * q.expanded,
+                    d.frequencies
+                ),
+            ));
+        }
+        lines
+    }
+}
+
+fn error(error: &ClockError) -> StatedQuantity {
+    StatedQuantity::new(
+        &Quantity {
+            name: "clock.error".to_owned(),
+            unit: "ppm".to_owned(),
+            value: 1e6 * error.relative,
+            standard_uncertainty: 1e6 * error.standard_uncertainty,
+            dof: error.dof,
+        },
+        PROBABILITY,
+    )
+}
+
+fn delay(latency: &Latency) -> StatedQuantity {
+    StatedQuantity::new(
+        &Quantity {
+            name: "delay".to_owned(),
+            unit: "s".to_owned(),
+            value: latency.delay,
+            standard_uncertainty: latency.standard_uncertainty,
+            dof: DegreesOfFreedom::INFINITE,
+        },
+        PROBABILITY,
+    )
+}
+
+/// A clock of its own tells no phase against the bench.
+pub(crate) fn no_phase(what: &str, rest: &str) -> Finding {
+    Finding::new(Severity::Note, "own-clock", what)
+        .evidence("the sensor samples by a clock of its own, which starts with every file")
+        .advice(format!(
+            "{rest}; for phases stamp both files by one clock (clock = \"shared\")"
+        ))
+}
