@@ -1,21 +1,22 @@
 //! The runs of a campaign on the shaker: recordings or a table in, phasors out.
 
-use crate::campaign::{
-    CampaignFile, DriveFrequency, OutputRecording, RunData, RunPhasor, RunTable, ShakerRecording,
-    ShakerRun,
-};
+mod doubts;
+mod sensor_files;
+
+pub(crate) use sensor_files::SensorFiles;
+
+use crate::campaign::{DriveFrequency, RunData, RunPhasor, RunTable, ShakerRecording, ShakerRun};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
+use doubts::{durations, named, uneven, unusable};
 use num_complex::Complex64;
-use proofmass_calibration::shaker::recording::{
-    Drive, Line, PhasorReading, Phasors, Quality, UnevenStamps,
-};
-use proofmass_calibration::shaker::sample_clock::SampleClock;
+use proofmass_calibration::shaker::recording::{Drive, Line, PhasorReading, Phasors, Quality};
 use proofmass_core::Watch;
 use proofmass_io::{Input, Waveform, WaveformOptions};
 use proofmass_signal::sine::Frequency;
 use proofmass_uncertainty::{Finding, Severity};
 use rayon::prelude::*;
+use sensor_files::{elsewhere, together, tolerance};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Phasors of all runs, in the order of the table, and what was noticed on the way.
@@ -41,35 +42,6 @@ pub(crate) struct Recorded {
     path: String,
     /// Error of the sensor's clock and its standard uncertainty.
     clock_error: Option<(f64, f64)>,
-}
-
-/// The files of a sensor that records by itself.
-pub(crate) struct SensorFiles<'a> {
-    pub settings: &'a OutputRecording,
-    pub options: WaveformOptions,
-    /// All channels of a run, in their order; those of the sensor are in `options`.
-    pub names: Vec<&'a str>,
-}
-
-impl<'a> SensorFiles<'a> {
-    /// Of a campaign with a table `[output_recording]`.
-    ///
-    /// # Errors
-    /// As [`OutputRecording::options`].
-    pub(crate) fn of(
-        source: &CampaignFile,
-        settings: Option<&'a OutputRecording>,
-        names: &[&'a str],
-    ) -> Result<Option<Self>> {
-        let Some(settings) = settings else {
-            return Ok(None);
-        };
-        Ok(Some(Self {
-            settings,
-            options: settings.options(source, names)?,
-            names: names.to_vec(),
-        }))
-    }
 }
 
 /// One recording, at each of its frequencies.
@@ -285,10 +257,7 @@ impl Bench<'_> {
                     drift: self.settings.drift,
                     full_scale: sensor.settings.full_scale(),
                     // The oscillators of sensors are good for some per cent.
-                    tolerance: match sensor.settings.clock {
-                        SampleClock::Own => 0.1,
-                        SampleClock::Shared => 0.01,
-                    },
+                    tolerance: tolerance(sensor.settings.clock),
                     with_reference: false,
                     ..PhasorReading::new(rate)
                 };
@@ -314,6 +283,15 @@ impl Bench<'_> {
             let (phasors, clock_error) = match &other {
                 None => (phasors, None),
                 Some((sensor, own)) => match &own.lines[k] {
+                    Line::Found(seen) if elsewhere(sensor, run.frequency_hz, seen) => {
+                        let why = format!(
+                            "the strongest line in the file of the sensor is at {:.4} Hz",
+                            seen.measured_frequency
+                        );
+                        findings.push(doubt(&Line::Missing(why), &own.input));
+                        runs.push(None);
+                        continue;
+                    }
                     Line::Found(seen) => {
                         let both = together(sensor, (&bench, phasors), (own, (**seen).clone()))
                             .map_err(|t| t.detail(place(table, run)))?;
@@ -383,19 +361,6 @@ fn place<S>(table: &RunTable<S>, run: &ShakerRun<S>) -> String {
     format!("run {}, {}:{}", run.run, table.path.display(), run.line)
 }
 
-fn named(run: &str, findings: &[Finding]) -> Vec<Finding> {
-    let of = |finding: &Finding| {
-        Finding::new(
-            finding.severity(),
-            finding.code(),
-            format!("run {run}: {}", finding.what()),
-        )
-        .evidence(finding.evidence_text())
-        .advice(finding.advice_text())
-    };
-    findings.iter().map(of).collect()
-}
-
 /// Reads a recording and takes its phasors at every frequency.
 fn lines<S>(
     table: &RunTable<S>,
@@ -440,151 +405,6 @@ fn lines<S>(
         input: waveform.input(),
         findings: waveform.findings,
     })
-}
-
-/// One set of phasors from the recording of the bench and the file of the sensor, channels in the order of all names, and
-/// the error of the sensor's clock.
-fn together(
-    sensor: &SensorFiles<'_>,
-    (bench, mut reference): (&Lines, Phasors),
-    (own, mut seen): (&Lines, Phasors),
-) -> Result<(Phasors, (f64, f64))> {
-    let relative = |p: &Phasors| p.frequency_uncertainty.unwrap_or(0.0) / p.measured_frequency;
-    let error = reference.measured_frequency / seen.measured_frequency - 1.0;
-    let parts = [
-        relative(&reference),
-        relative(&seen),
-        bench.rate_uncertainty,
-        own.rate_uncertainty,
-    ];
-    let u = parts.iter().map(|u| u * u).sum::<f64>().sqrt();
-    if sensor.settings.clock == SampleClock::Shared {
-        // One instant for both, in the middle of what the sensor saw: there the frequencies turn nothing.
-        let middle = own.begin + seen.begin + 0.5 * seen.duration;
-        let far = middle - (bench.begin + reference.begin + 0.5 * reference.duration);
-        if far.abs() > 0.5 * (reference.duration + seen.duration) {
-            return Err(Trouble::data(format!(
-                "{}: by its times the sensor was recorded {:.3} s {} the bench",
-                own.input.path,
-                far.abs(),
-                if far > 0.0 { "after" } else { "before" }
-            ))
-            .with_hint("clock = \"shared\" counts the times of both files from one zero; with other zeros write clock = \"own\""));
-        }
-        reference = reference.about(middle - bench.begin);
-        seen = seen.about(middle - own.begin);
-    }
-    let order: Vec<usize> = sensor
-        .names
-        .iter()
-        .map(|name| {
-            let place = sensor.options.channels.iter().position(|c| c.0 == *name);
-            let bench = sensor.names.iter().take_while(|n| n != &name);
-            let before = bench.filter(|n| !sensor.options.channels.iter().any(|c| c.0 == **n));
-            place.map_or(before.count(), |k| reference.amplitudes.len() + k)
-        })
-        .collect();
-    Ok((reference.beside(seen, &order), (error, u)))
-}
-
-/// Why a run is not used.
-fn unusable<S>(run: &ShakerRun<S>, line: &Line, input: &Input) -> Finding {
-    let (code, what, evidence, advice) = match line {
-        Line::Unresolved(other) => (
-            "tones-unresolved",
-            format!(
-                "run {} was left out: the record does not tell its tone from another",
-                run.run
-            ),
-            format!("{} Hz and {other} Hz in {}", run.frequency_hz, input.path),
-            "record for longer than two periods of their difference, or drive one of the two at a time",
-        ),
-        Line::Missing(why) => (
-            "tone-missing",
-            format!(
-                "run {} was left out: its recording has no {} Hz",
-                run.run, run.frequency_hz
-            ),
-            format!("{why}; {}", input.path),
-            "check the list of frequencies against the generator; measure the run again, or take the frequency out",
-        ),
-        Line::Found(_) => ("tone", String::new(), String::new(), ""),
-    };
-    Finding::new(Severity::Decision, code, what)
-        .evidence(evidence)
-        .advice(advice)
-}
-
-/// Time stamps that are not even, told once each way.
-fn uneven(stamps: &[(String, UnevenStamps)]) -> Vec<Finding> {
-    let mut findings = vec![];
-    for used in [true, false] {
-        let list: Vec<&(String, UnevenStamps)> =
-            stamps.iter().filter(|s| s.1.used == used).collect();
-        let largest = list.iter().max_by(|a, b| a.1.effect.total_cmp(&b.1.effect));
-        let Some((run, worst)) = largest else {
-            continue;
-        };
-        let evidence = format!(
-            "{} of the recordings; in that of run {run} the stamps scatter by {:.2e} s about an even grid, which moves a phasor \
-             by {:.1} u; residuals {:.3e} at the stamps and {:.3e} on the grid",
-            list.len(),
-            worst.scatter,
-            worst.effect,
-            worst.residuals[0],
-            worst.residuals[1]
-        );
-        findings.push(if used {
-            Finding::new(
-                Severity::Note,
-                "uneven-stamps",
-                "samples were not taken at even steps; the sine was fitted at their time stamps",
-            )
-            .evidence(evidence)
-            .advice("nothing is to be done when the stamps are those of the samples")
-        } else {
-            Finding::new(
-                Severity::Warning,
-                "late-stamps",
-                "samples were taken at even steps, whatever their time stamps say; the sine was fitted on the even grid",
-            )
-            .evidence(evidence)
-            .advice("the stamps are those of reading the samples: a clock that is shared is known no better than they scatter")
-        });
-    }
-    findings
-}
-
-/// A recording that ended early still gives a phasor; it is named.
-fn durations<S>(table: &RunTable<S>, runs: &[ObservedRun]) -> Vec<Finding> {
-    let mut all: Vec<f64> = runs
-        .iter()
-        .filter_map(|r| r.recorded.as_ref().map(|r| r.duration))
-        .collect();
-    all.sort_by(f64::total_cmp);
-    let Some(&median) = all.get(all.len() / 2) else {
-        return Vec::new();
-    };
-    table
-        .runs
-        .iter()
-        .zip(runs)
-        .filter_map(|(run, seen)| {
-            let recorded = seen.recorded.as_ref()?;
-            (recorded.duration < 0.9 * median).then(|| {
-                Finding::new(
-                    Severity::Warning,
-                    "short-recording",
-                    format!("the recording of run {} is shorter than the others", run.run),
-                )
-                .evidence(format!(
-                    "{:.4} s at {} Hz in {}, {median:.4} s in the middle of all runs",
-                    recorded.duration, recorded.rate, recorded.path
-                ))
-                .advice("it may have been cut short; its phasors were used with the uncertainty they have")
-            })
-        })
-        .collect()
 }
 
 impl ObservedRun {

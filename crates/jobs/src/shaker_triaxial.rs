@@ -204,7 +204,8 @@ impl ShakerTriaxialJob {
             SampleClock::Own => {
                 findings.push(no_phase(
                     "phases are those among the axes of the sensor, not against the reference",
-                    "at each frequency phases count from that of S_xx (of the next axis where x is faint), which is real by definition; calibration.json, which needs them over frequency, is not written",
+                    "at each frequency phases count from that of S_xx (of the next axis where x is faint), which is real by \
+                     definition; calibration.json, which needs them over frequency, is not written",
                 ));
                 None
             }

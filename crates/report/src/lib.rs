@@ -73,8 +73,8 @@ pub use noise_comparison::NoiseComparisonReport;
 pub use number::{concise, scientific};
 pub use plan::PlanReport;
 pub use plot::{
-    Axis, BarPlot, BodyPlot, BodyState, HistogramPlot, MatrixPlot, Panel, Plot, Scale, Series,
-    SpherePlot, SpherePoint, XyPlot,
+    Axis, BarPlot, BodyPlot, BodyState, HistogramPlot, MatrixPlot, Panel, Plot, Scale, SeatPlot,
+    Series, SpherePlot, SpherePoint, XyPlot,
 };
 pub use response::ResponseReport;
 pub use shaker::ShakerReport;

@@ -14,6 +14,7 @@ mod histogram;
 mod labelling;
 mod matrix;
 mod placing;
+mod seat;
 mod sphere;
 mod svg;
 mod ticks;
@@ -24,6 +25,7 @@ pub use bar::{Bar, BarPlot};
 pub use body::{BodyPlot, BodyState};
 pub use histogram::HistogramPlot;
 pub use matrix::MatrixPlot;
+pub use seat::SeatPlot;
 pub use sphere::{SpherePlot, SpherePoint};
 pub use xy::{Panel, ReferenceLine, Series, Shade, Slope, Style, XyPlot};
 
@@ -46,6 +48,8 @@ pub enum Plot {
     Bar(BarPlot),
     /// Deformed bodies.
     Body(BodyPlot),
+    /// The frame of a bench with wedges.
+    Seat(SeatPlot),
 }
 
 impl Plot {
@@ -64,6 +68,7 @@ impl Plot {
             Self::Histogram(plot) => plot.draw(title, id),
             Self::Bar(plot) => plot.draw(title, id),
             Self::Body(plot) => plot.draw(title, id),
+            Self::Seat(plot) => plot.draw(title, id),
         }
     }
 
@@ -74,7 +79,7 @@ impl Plot {
             Self::Matrix(plot) => plot.names.len() > 8,
             Self::Bar(plot) => plot.bars.len() > 15,
             Self::Body(plot) => plot.states.len() > 3,
-            Self::Sphere(_) | Self::Histogram(_) => false,
+            Self::Sphere(_) | Self::Histogram(_) | Self::Seat(_) => false,
         }
     }
 }
@@ -97,6 +102,11 @@ impl From<MatrixPlot> for Plot {
 impl From<HistogramPlot> for Plot {
     fn from(plot: HistogramPlot) -> Self {
         Self::Histogram(plot)
+    }
+}
+impl From<SeatPlot> for Plot {
+    fn from(plot: SeatPlot) -> Self {
+        Self::Seat(plot)
     }
 }
 impl From<BodyPlot> for Plot {

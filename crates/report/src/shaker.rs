@@ -11,6 +11,7 @@ mod mounting;
 mod transverse;
 
 use crate::number::plain;
+use crate::plot::SeatPlot;
 use crate::{Cell, Column, Head, KeyFigure, Report, Section, Table};
 use digits::{Unit, plus_minus, representative, scaled};
 use proofmass_calibration::shaker::{
@@ -63,6 +64,7 @@ impl ShakerReport<'_> {
             add(Some(curves::section(result, unit)));
             add(Some(matrices::section(result, unit)));
         }
+        add(Some(frame()));
         add(comparison::corrections(calibration, result, unit));
         add(comparison::methods(calibration, result, unit));
         add(comparison::datasheet(result, unit, self.datasheet));
@@ -179,6 +181,18 @@ impl ShakerReport<'_> {
              t at the effective degrees of freedom (JCGM 100:2008, JCGM 102:2011).",
         )
     }
+}
+
+/// What the axes of the matrices and the angles of the configurations mean.
+fn frame() -> Section {
+    Section::new("Frame and senses")
+        .paragraph(
+            "Both frames are right-handed: x′ × y′ = z′ for the table, x × y = z for the device. z′ is the excitation, x′ \
+             lies in the plane of inclination. α is positive where the +x′ side of the face climbs: z leans to −x′, a \
+             right-hand turn by −α about y′. ω is positive clockwise, seen from above on the device: a right-hand turn by \
+             −ω about the normal of the face. At α = ω = 0 the axes of the device are those of the table.",
+        )
+        .figure("Axes of the table and of the device, and positive angles", SeatPlot)
 }
 
 /// The result that is reported: the first of a rigorous method, else the first.

@@ -119,8 +119,9 @@ impl PhasorReading {
 
     /// Phasors of all channels of one run; the first is the reference.
     ///
-    /// Tones that stand out beside the drive are fitted with it. A strongest line of the reference elsewhere than at the nominal frequency is reported and the fit is made
-    /// at the nominal frequency all the same, for nothing is repaired in silence.
+    /// Tones that stand out beside the drive are fitted with it. A strongest line of the reference elsewhere than at the
+    /// nominal frequency is reported and the fit is made at the nominal frequency all the same, for nothing is repaired
+    /// in silence.
     ///
     /// # Errors
     /// As [`SineApproximation::fit`] and [`dominant_frequency`]; [`Error::TooFew`] without a channel.

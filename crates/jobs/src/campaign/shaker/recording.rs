@@ -179,7 +179,8 @@ impl ShakerRecording {
         if self.drive == DriveKind::Swept {
             return Err(source
                 .refuse("recording", "drive", "a swept sine has no steady amplitude, and none is taken from it here")
-                .with_hint("drive in steps (drive = \"stepped\") or with all tones at once (\"multi-sine\"); `proofmass test sweep` takes the response of one channel from a sweep"));
+                .with_hint("drive in steps (drive = \"stepped\") or with all tones at once (\"multi-sine\"); \
+                             `proofmass test sweep` takes the response of one channel from a sweep"));
         }
         let highest = channels
             .iter()
