@@ -156,10 +156,11 @@ fn side(svg: &mut Svg) {
         TABLE,
     );
     let up = arrow(svg, origin, 90.0, 120.0, TABLE, false);
+    // It is longer than the margin left of the arrow.
     word(
         svg,
-        (up.0, up.1 - 8.0),
-        Anchor::Middle,
+        (12.0, up.1 - 8.0),
+        Anchor::Start,
         "z′ = excitation",
         TABLE,
     );
