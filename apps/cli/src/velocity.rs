@@ -4,11 +4,11 @@ use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::{Failure, Outcome, clock};
 use proofmass::jobs::velocity::{
-    AxisRecordings, AxisSensors, Reference, VelocityCompareJob, VelocityEstimateJob,
-    VelocityMapJob, VelocityTuneJob,
+    AxisRecordings, AxisSensors, Reference, VelocityCompareJob, VelocityDrift, VelocityDriftJob,
+    VelocityEstimateJob, VelocityMapJob, VelocityTuneJob,
 };
-use proofmass::jobs::{Filed, Folder, Job, Outcome as _};
-use proofmass::motion::{BiasChoice, Method, Tuning};
+use proofmass::jobs::{Filed, Folder, Job, Outcome as _, Record};
+use proofmass::motion::{BiasChoice, DriftSources, Method, Tuning};
 use std::path::Path;
 
 /// Velocity of an axis from its encoder (or wheel speed) and its accelerometer, or from the encoder alone.
@@ -24,6 +24,7 @@ enum Question {
     Compare(Compare),
     Tune(Tune),
     Map(Map),
+    Drift(Drift),
 }
 
 impl Velocity {
@@ -61,7 +62,38 @@ impl Velocity {
                 job.search.false_alarm_rate = c.false_alarm_rate;
                 answer(&job, &c.sensors, None, &c.delivery)
             }
+            Question::Drift(c) => c.run(),
         }
+    }
+}
+
+impl Drift {
+    fn run(self) -> Result<Outcome, Failure> {
+        let (noise, sample_time) = match (self.noise, self.rate, self.noise_density) {
+            (Some(noise), Some(rate), _) => (noise, 1.0 / rate),
+            // One-sided density n is that of samples of n √(f/2); the rate falls out of the drift.
+            (_, _, Some(density)) => (density / std::f64::consts::SQRT_2, 1.0),
+            _ => (0.0, 0.0),
+        };
+        let sources = DriftSources {
+            offset: self.offset,
+            offset_uncertainty: self.offset_uncertainty,
+            orientation: self.tilt.to_radians(),
+            orientation_uncertainty: self.tilt_uncertainty.to_radians(),
+            gain: 0.01 * self.gain_error,
+            gain_uncertainty: 0.01 * self.gain_uncertainty,
+            speed: self.speed,
+            noise,
+            sample_time,
+            walk: self.offset_walk,
+        };
+        let folder = self.delivery.begin(VelocityDrift::KIND, &[])?;
+        let outcome = VelocityDriftJob::new(sources, self.times).evaluate(&(), &Progress::new())?;
+        let record = Record {
+            date: Some(clock::today()),
+            ..Record::default()
+        };
+        self.delivery.deliver(folder, &Filed::new(record, outcome))
     }
 }
 
@@ -155,6 +187,88 @@ enum Offset {
     RandomWalk,
     /// The one whose likelihood pays for its parameters
     Automatic,
+}
+
+/// How far a velocity from an accelerometer alone drifts, from what is known of the sensor; needs no recording.
+///
+/// Known errors add up, uncertainties and noise widen the interval; each stands by itself in the table. With -o, a folder
+/// gets result.json, report.html and drift.csv.
+#[derive(clap::Args)]
+struct Drift {
+    /// Offset, m/s²
+    #[arg(
+        long,
+        value_name = "M/S2",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    offset: f64,
+    /// Its standard uncertainty, m/s²
+    #[arg(long, value_name = "M/S2", default_value_t = 0.0)]
+    offset_uncertainty: f64,
+    /// Walk of the offset, (m/s²)/√s, as `proofmass noise` states it
+    #[arg(long, value_name = "M/S2/√S", default_value_t = 0.0)]
+    offset_walk: f64,
+    /// Inclination of the axis, degrees: its share of gravity is taken for motion
+    #[arg(
+        long,
+        value_name = "DEG",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    tilt: f64,
+    /// Its standard uncertainty, degrees
+    #[arg(long, value_name = "DEG", default_value_t = 0.0)]
+    tilt_uncertainty: f64,
+    /// Error of the gain, per cent; acts on --speed
+    #[arg(
+        long,
+        value_name = "PERCENT",
+        default_value_t = 0.0,
+        allow_negative_numbers = true,
+        requires = "speed"
+    )]
+    gain_error: f64,
+    /// Its standard uncertainty, per cent; acts on --speed
+    #[arg(
+        long,
+        value_name = "PERCENT",
+        default_value_t = 0.0,
+        requires = "speed"
+    )]
+    gain_uncertainty: f64,
+    /// Change of the velocity since the integration began, m/s
+    #[arg(
+        long,
+        value_name = "M/S",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    speed: f64,
+    /// Standard deviation of a sample, m/s²; needs --rate
+    #[arg(
+        long,
+        value_name = "M/S2",
+        requires = "rate",
+        conflicts_with = "noise_density"
+    )]
+    noise: Option<f64>,
+    /// Sampling rate of that noise, Hz
+    #[arg(long, value_name = "HZ", requires = "noise")]
+    rate: Option<f64>,
+    /// Density of the noise in place of its samples, (m/s²)/√Hz, one-sided as in data sheets
+    #[arg(long, value_name = "M/S2/√HZ")]
+    noise_density: Option<f64>,
+    /// Times after the start, s
+    #[arg(
+        long,
+        value_name = "S,…",
+        value_delimiter = ',',
+        default_value = "1,10,60,600"
+    )]
+    times: Vec<f64>,
+    #[command(flatten)]
+    delivery: Delivery,
 }
 
 /// Errors of the encoder that repeat with its reading, such as an eccentric disc, found with the accelerometer's help.

@@ -31,7 +31,8 @@ use crate::trouble::{Result, Trouble};
 use crate::uncertainty::UncertaintyJob;
 use crate::validation::{ValidationData, ValidationJob};
 use crate::velocity::{
-    AxisData, VelocityCompareJob, VelocityEstimateJob, VelocityMapJob, VelocityTuneJob,
+    AxisData, VelocityCompareJob, VelocityDriftJob, VelocityEstimateJob, VelocityMapJob,
+    VelocityTuneJob,
 };
 use crate::{AnyResult, Record};
 use proofmass_core::Watch;
@@ -220,6 +221,8 @@ jobs! {
     VelocityTune(VelocityTuneJob, AxisData, "velocity-tune", |d| only!(d, Axis)),
     /// Errors of an encoder that repeat with its reading.
     VelocityMap(VelocityMapJob, AxisData, "velocity-map", |d| only!(d, Axis)),
+    /// What a velocity from an accelerometer alone drifts.
+    VelocityDrift(VelocityDriftJob, (), "velocity-drift", |d| nothing(d)),
     /// Bias and scale over temperature.
     Temperature(TemperatureJob, TemperatureData, "temperature", |d| only!(d, Temperature)),
     /// The bias over a recording.

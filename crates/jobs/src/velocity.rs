@@ -1,6 +1,7 @@
 //! Velocity of an axis from its encoder (or wheel speed) and its accelerometer: estimate, comparison, tuning, encoder map.
 
 mod clock;
+mod drift;
 mod map;
 mod outcome;
 mod reading;
@@ -9,6 +10,7 @@ mod sensors;
 mod speed;
 mod turning;
 
+pub use drift::{VelocityDrift, VelocityDriftJob};
 pub use map::{VelocityMap, VelocityMapJob};
 pub use outcome::{VelocityComparison, VelocityEstimate, VelocityTuning};
 pub use reading::Reading;
@@ -306,6 +308,13 @@ fn lacking(data: &AxisData<'_>, methods: &[Method]) -> Result<()> {
                 method,
                 "counts whose edges are timed",
                 "add --edges where each row is an edge of counts, or take fixed-time or tracking-loop",
+            );
+        }
+        if record.turn.is_none() && method.needs_resolver() {
+            return refuse(
+                method,
+                "the voltages of a resolver",
+                "add --resolver SIN,COS, or take tracking-loop for the angle of another encoder",
             );
         }
         if record.rests_only() && method.needs_readings() {

@@ -1,7 +1,7 @@
 //! Position from raw encoder signals over a whole recording.
 
 use proofmass_core::Error;
-use proofmass_core::encoder::{Decoding, Quadrature, Unwrap, gray_to_binary, resolver_angle};
+use proofmass_core::encoder::{Decoding, Quadrature, Unwrap, gray_to_binary};
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
 
@@ -232,54 +232,6 @@ pub fn absolute(code: AbsoluteCode, bits: u32, words: &[u32]) -> Result<Decoded,
     })
 }
 
-/// Continuous angle in rad from the demodulated voltages of a resolver, V sin θ and V cos θ.
-///
-/// # Errors
-/// [`Error::Length`]; [`Error::NotFinite`] with the first sample that has no signal.
-pub fn resolver(sine: &[f64], cosine: &[f64]) -> Result<(Vec<f64>, Vec<Finding>), Error> {
-    if sine.len() != cosine.len() {
-        return Err(Error::Length {
-            name: "cosine",
-            expected: sine.len(),
-            got: cosine.len(),
-        });
-    }
-    let mut angle = Vec::with_capacity(sine.len());
-    let (mut turns, mut last) = (0.0, None::<f64>);
-    let (mut least, mut most) = (f64::INFINITY, 0.0f64);
-    for (index, (s, c)) in sine.iter().zip(cosine).enumerate() {
-        let (theta, amplitude) = resolver_angle(*s, *c).ok_or(Error::NotFinite {
-            name: "resolver angle",
-            index,
-        })?;
-        if let Some(last) = last {
-            let step = theta - last;
-            if step > std::f64::consts::PI {
-                turns -= std::f64::consts::TAU;
-            } else if step < -std::f64::consts::PI {
-                turns += std::f64::consts::TAU;
-            }
-        }
-        last = Some(theta);
-        angle.push(theta + turns);
-        least = least.min(amplitude);
-        most = most.max(amplitude);
-    }
-    let mut findings = Vec::new();
-    if !sine.is_empty() && least < 0.9 * most {
-        findings.push(
-            Finding::new(
-                Severity::Warning,
-                "resolver-amplitude",
-                "the amplitude of the resolver is not constant",
-            )
-            .evidence(format!("amplitude from {least:.4} to {most:.4} V"))
-            .advice("unequal windings, offsets or a failing excitation: the angle is wrong by up to half the relative difference"),
-        );
-    }
-    Ok((angle, findings))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -370,21 +322,5 @@ mod tests {
         }
         assert!(absolute(AbsoluteCode::Binary, 8, &[256]).is_err());
         assert!(absolute(AbsoluteCode::Binary, 33, &[1]).is_err());
-    }
-
-    #[test]
-    fn law_resolver_continues_over_turns() {
-        let theta: Vec<f64> = (0..500).map(|k| 0.05 * f64::from(k)).collect();
-        let (s, c): (Vec<f64>, Vec<f64>) = theta.iter().map(|t| t.sin_cos()).unzip();
-        let (angle, findings) = resolver(&s, &c).unwrap();
-        assert!(findings.is_empty());
-        for (a, t) in angle.iter().zip(&theta) {
-            assert!((a - t).abs() < 1e-12);
-        }
-        let weak: Vec<f64> = s.iter().map(|s| 0.7 * s).collect();
-        assert_eq!(
-            resolver(&weak, &c).unwrap().1[0].code(),
-            "resolver-amplitude"
-        );
     }
 }

@@ -327,7 +327,9 @@ mod tests {
         for (noise, unknowns, likelihood, velocity) in rows {
             let sums = prepared.sums(&noise, true);
             let solution = sums.solve(&record, unknowns).unwrap();
-            let (concentrated, factor) = sums.concentrated(&solution, f64::MIN_POSITIVE);
+            let (_, concentrated, factor) = sums
+                .solve_concentrated(&record, unknowns, f64::MIN_POSITIVE)
+                .unwrap();
             // Printed to ten digits and more.
             near(sums.logs, likelihood[0], 1e-11);
             near(sums.log_likelihood(&solution), likelihood[1], 1e-10);

@@ -102,8 +102,9 @@ fn constants(
         passes += 1;
         watch.step("gain and latency at the edges", passes, 0)?;
         let moved = part.corrected(at[0], at[1]);
+        let off = part.gain_uncertainty.map_or(0.0, |u| (at[0] - 1.0) / u);
         match Counted::new(&moved) {
-            Some(counted) => counted.log_likelihood(model),
+            Some(counted) => Ok(counted.log_likelihood(model)? - 0.5 * off * off),
             None => Ok(-1e300),
         }
     };

@@ -1,9 +1,8 @@
-//! Velocity from acceleration alone, off line: offset removal, high-pass, and the drift one has to expect.
+//! Velocity from acceleration alone, off line: offset removal and high-pass.
 
+use proofmass_core::Error;
 use proofmass_core::velocity::{Integrator, IntegratorRule, IntegratorState};
-use proofmass_core::{Error, STANDARD_GRAVITY};
 use realfft::RealFftPlanner;
-use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
 
 /// Butterworth high-pass as second-order sections, by Tustin with the corner prewarped.
@@ -218,69 +217,6 @@ pub fn integrate(
     }
 }
 
-/// What integration alone does to a velocity after a time.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct DriftBudget {
-    /// Time, s.
-    pub time: f64,
-    /// From a known offset: b t, m/s.
-    pub offset: f64,
-    /// From a known inclination of the axis: g sin θ t, m/s.
-    pub orientation: f64,
-    /// Standard uncertainty from that of the offset, m/s.
-    pub offset_uncertainty: f64,
-    /// Standard uncertainty from that of the inclination: g cos θ u(θ) t, m/s.
-    pub orientation_uncertainty: f64,
-    /// Standard uncertainty from white noise: σ √(T t), m/s.
-    pub noise: f64,
-    /// Combined standard uncertainty, m/s.
-    pub combined: f64,
-}
-
-/// What is known about the accelerometer when it is integrated.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct DriftSources {
-    /// Offset, m/s².
-    pub offset: f64,
-    /// Its standard uncertainty, m/s².
-    pub offset_uncertainty: f64,
-    /// Inclination of the axis, rad.
-    pub orientation: f64,
-    /// Its standard uncertainty, rad.
-    pub orientation_uncertainty: f64,
-    /// Standard deviation of a sample, m/s².
-    pub noise: f64,
-    /// Sample time, s.
-    pub sample_time: f64,
-}
-
-impl DriftSources {
-    /// Drift after a time.
-    ///
-    /// ```
-    /// use proofmass_motion::DriftSources;
-    /// let tilt = DriftSources { orientation: 1f64.to_radians(), ..DriftSources::default() };
-    /// assert!((tilt.after(10.0).orientation - 1.7115).abs() < 1e-4); // one degree, ten seconds
-    /// ```
-    pub fn after(&self, time: f64) -> DriftBudget {
-        let offset_uncertainty = self.offset_uncertainty * time;
-        let orientation_uncertainty =
-            STANDARD_GRAVITY * self.orientation.cos() * self.orientation_uncertainty * time;
-        let noise = self.noise * (self.sample_time * time).sqrt();
-        DriftBudget {
-            time,
-            offset: self.offset * time,
-            orientation: STANDARD_GRAVITY * self.orientation.sin() * time,
-            offset_uncertainty,
-            orientation_uncertainty,
-            noise,
-            combined: offset_uncertainty
-                .hypot(orientation_uncertainty)
-                .hypot(noise),
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -350,36 +286,5 @@ mod tests {
             let worst = (1000..7000).fold(0.0f64, |m, k| m.max((found[k] - truth[k]).abs()));
             assert!(worst < bound, "{method:?}: {worst}");
         }
-    }
-
-    #[test]
-    fn law_noise_walks_as_the_budget_says() {
-        use rand::SeedableRng;
-        use rand_distr::{Distribution, StandardNormal};
-        let mut rng = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(6);
-        let sources = DriftSources {
-            noise: 0.1,
-            sample_time: 0.01,
-            ..DriftSources::default()
-        };
-        let trapezoid = Integrator::<f64>::new(IntegratorRule::Trapezoid, 0.01).unwrap();
-        let ends: Vec<f64> = (0..2000)
-            .map(|_| {
-                let mut s = IntegratorState::new(0.0);
-                (0..=1000)
-                    .map(|_| {
-                        let e: f64 = StandardNormal.sample(&mut rng);
-                        trapezoid.update(&mut s, 0.1 * e)
-                    })
-                    .last()
-                    .unwrap_or(0.0)
-            })
-            .collect();
-        let rms = (ends.iter().map(|e| e * e).sum::<f64>() / 2000.0).sqrt();
-        // Standard deviation of a standard deviation from 2000: 1.6 %; three of them.
-        assert!(
-            (rms / sources.after(10.0).noise - 1.0).abs() < 0.05,
-            "{rms}"
-        );
     }
 }

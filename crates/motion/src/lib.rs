@@ -33,6 +33,7 @@ mod crossover;
 mod dead_wheels;
 mod decode;
 mod diffuse;
+mod drift;
 mod edges;
 mod encoder_map;
 mod excerpt;
@@ -44,6 +45,7 @@ mod method;
 mod method_word;
 mod pairing;
 mod record;
+mod resolver;
 mod rest;
 mod ripple;
 mod rollover;
@@ -67,15 +69,14 @@ pub use crossover::{
     crossover_by_smoother, kalman_by_smoother, noise_of, predicted_error, spectrum_error,
 };
 pub use dead_wheels::dead_wheels;
-pub use decode::{
-    AbsoluteCode, Decoded, TimedEdge, absolute, quadrature, quadrature_edges, resolver,
-};
+pub use decode::{AbsoluteCode, Decoded, TimedEdge, absolute, quadrature, quadrature_edges};
 pub use diffuse::{ColouredNoise, Unknowns};
+pub use drift::{DriftBudget, DriftSources};
 pub use encoder_map::{EncoderMap, FoundMap, MapLine, MapSearch};
 pub use excerpt::excerpt;
 pub use filtering::{KalmanModel, KalmanRun};
 pub use glitch::drop_glitches;
-pub use integration::{DriftBudget, DriftSources, HighPass, OffLineIntegration, integrate};
+pub use integration::{HighPass, OffLineIntegration, integrate};
 pub use method::{Family, Method, VelocityTrace, WINDOWS};
 pub use method_word::METHODS;
 pub use pairing::Pairing;
@@ -84,6 +85,7 @@ pub use record::{
     MotionRecord, PassedAt, ReadingSource, Stamped, TimedEdges, Timing, align, common_start,
     even_clock, out_of_order, stamp_digit,
 };
+pub use resolver::{Demodulated, Excitation, ResolverAngles, demodulated, resolver};
 pub use rest::moves_while_still;
 pub use ripple::{Ripple, RippleLine, ripple};
 pub use rollover::{continued, rollover, turns_anew};

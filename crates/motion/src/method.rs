@@ -1,6 +1,7 @@
 //! Every way to a velocity under one name, run over a record by the streaming estimators of `core`.
 
 mod label;
+mod streaming;
 
 use crate::counting::Counted;
 use crate::timed::{fixed_position, mixed_time};
@@ -10,10 +11,10 @@ use crate::{
 use proofmass_core::Error;
 use proofmass_core::velocity::{
     AdaptiveObserver, AdaptiveObserverState, Integrator, IntegratorRule, IntegratorState, Newmark,
-    NewmarkState, Observer, ObserverState, PositionDifference, PositionDifferenceState,
-    TrackingLoop, TwoChannel, TwoChannelState,
+    NewmarkState, Observer, ObserverState, TrackingLoop, TwoChannel, TwoChannelState,
 };
 use serde::{Deserialize, Serialize};
+use streaming::{at_readings, at_samples, long_window, observe, resolver_loop, steady, window};
 
 /// Windows for which the one-sided fits are built.
 pub const WINDOWS: [usize; 10] = [2, 3, 4, 5, 7, 9, 11, 15, 21, 31];
@@ -55,6 +56,11 @@ pub enum Method {
     },
     /// K_p = 2b, K_i = b².
     TrackingLoop {
+        /// b, rad/s.
+        bandwidth: f64,
+    },
+    /// The tracking loop of a resolver, fed by sin θ cos θ̂ − cos θ sin θ̂: K_p = 2b, K_i = b².
+    ResolverLoop {
         /// b, rad/s.
         bandwidth: f64,
     },
@@ -196,7 +202,8 @@ impl Method {
             | Self::MixedTime { .. }
             | Self::BackwardDifference { .. }
             | Self::SavitzkyGolay { .. }
-            | Self::TrackingLoop { .. } => Family::Position,
+            | Self::TrackingLoop { .. }
+            | Self::ResolverLoop { .. } => Family::Position,
             Self::Integration { .. } | Self::Newmark { .. } | Self::HighPass { .. } => {
                 Family::Acceleration
             }
@@ -217,6 +224,11 @@ impl Method {
     /// Whether it lives on edges that were timed.
     pub fn needs_edges(&self) -> bool {
         matches!(self, Self::FixedPosition { .. } | Self::MixedTime { .. })
+    }
+
+    /// Whether it lives on the sine and the cosine of a resolver.
+    pub fn needs_resolver(&self) -> bool {
+        matches!(self, Self::ResolverLoop { .. })
     }
 
     /// Whether it says nothing without readings of position or speed. Kalman filters and smoothers then live on the rests.
@@ -293,6 +305,7 @@ impl Method {
                 });
                 (v, pll.delay())
             }
+            Self::ResolverLoop { bandwidth } => resolver_loop(record, bandwidth, slow)?,
             Self::Integration { rule, offset } => {
                 let integrator = Integrator::<f64>::new(rule, dt)?;
                 let mut state = IntegratorState::new(record.initial_velocity.unwrap_or(0.0));
@@ -415,121 +428,4 @@ fn range(name: &'static str, value: f64, min: f64, max: f64) -> Error {
         min,
         max,
     }
-}
-
-/// Difference over n readings; over fewer at the start.
-fn long_window(record: &MotionRecord, n: usize, dt: f64) -> Result<(Vec<f64>, f64), Error> {
-    if !(1..=1_000_000).contains(&n) {
-        return Err(range("samples of a window", n as f64, 1.0, 1e6));
-    }
-    let mut past: std::collections::VecDeque<f64> = std::collections::VecDeque::new();
-    let v = at_readings(record, |x, v| {
-        past.push_back(x);
-        if past.len() > n + 1 {
-            past.pop_front();
-        }
-        match past.len() - 1 {
-            0 => v,
-            steps => (x - past[0]) / (steps as f64 * dt),
-        }
-    });
-    Ok((v, 0.5 * n as f64 * dt))
-}
-
-/// One-sided fit over the last N readings.
-fn window<const N: usize>(
-    record: &MotionRecord,
-    degree: usize,
-    dt: f64,
-) -> Result<(Vec<f64>, f64), Error> {
-    let filter = PositionDifference::<f64, N>::savitzky_golay(degree, dt)?;
-    let mut state: Option<PositionDifferenceState<f64, N>> = None;
-    let v = at_readings(record, |x, _| {
-        let state = state.get_or_insert_with(|| PositionDifferenceState::new(x));
-        filter.update(state, x)
-    });
-    Ok((v, filter.delay()))
-}
-
-/// Runs a position method at the stride of the readings and holds its velocity between.
-fn at_readings(record: &MotionRecord, mut update: impl FnMut(f64, f64) -> f64) -> Vec<f64> {
-    let positions = record.positions();
-    let stride = record.reading_stride();
-    let step = stride as f64 * record.sample_time;
-    let first = positions.iter().position(Option::is_some).unwrap_or(0);
-    let mut v = record.initial_velocity.unwrap_or(0.0);
-    let mut x = 0.0;
-    let mut velocity = Vec::with_capacity(positions.len());
-    for (k, p) in positions.iter().enumerate() {
-        if k >= first && (k - first).is_multiple_of(stride) {
-            x = p.unwrap_or(x + v * step);
-            v = update(x, v);
-        }
-        velocity.push(v);
-    }
-    velocity
-}
-
-/// Runs a fused method at every sample; without a reading the position moves on with velocity and acceleration.
-fn at_samples(record: &MotionRecord, mut update: impl FnMut(f64, f64, f64) -> f64) -> Vec<f64> {
-    let positions = record.positions();
-    let dt = record.sample_time;
-    let mut v = record.initial_velocity.unwrap_or(0.0);
-    let mut x = positions.iter().flatten().next().copied().unwrap_or(0.0);
-    let mut before = record.acceleration[0];
-    let mut velocity = Vec::with_capacity(positions.len());
-    for (k, (p, a)) in positions.iter().zip(&record.acceleration).enumerate() {
-        let coast = if k == 0 {
-            x
-        } else {
-            x + dt * v + dt * dt * (before / 3.0 + a / 6.0)
-        };
-        x = p.unwrap_or(coast);
-        v = update(x, *a, v);
-        before = *a;
-        velocity.push(v);
-    }
-    velocity
-}
-
-fn observe(record: &MotionRecord, observer: &Observer<f64>) -> Vec<f64> {
-    let positions = record.positions();
-    let dt = record.sample_time;
-    let x0 = positions.iter().flatten().next().copied().unwrap_or(0.0);
-    let v0 = record.initial_velocity.unwrap_or(0.0);
-    let mut state = ObserverState::new(x0, v0, record.acceleration[0]);
-    let mut velocity = vec![v0];
-    let mut before = record.acceleration[0];
-    for (p, a) in positions.iter().zip(&record.acceleration).skip(1) {
-        let coast = state.position + dt * state.velocity + dt * dt * (before / 3.0 + a / 6.0);
-        velocity.push(observer.update(&mut state, p.unwrap_or(coast), *a));
-        before = *a;
-    }
-    velocity
-}
-
-fn steady(record: &MotionRecord, model: &KalmanModel) -> Result<Vec<f64>, Error> {
-    use crate::filtering::{component, start};
-    let dt = record.sample_time;
-    let at = component(record.source);
-    let mut velocity = Vec::with_capacity(record.reading.len());
-    macro_rules! run {
-        ($kalman:expr, $n:literal) => {{
-            let gain = $kalman.steady_for(at)?;
-            let mut state = start::<$n>(record, $kalman.r, 0.0);
-            let first = record.reading.iter().flatten().next().copied();
-            if at == 0 || record.initial_velocity.is_none() {
-                state.x[at] = first.unwrap_or(0.0);
-            }
-            velocity.push(state.x[1]);
-            for (p, a) in record.reading.iter().zip(&record.acceleration).skip(1) {
-                velocity.push(gain.step(&mut state, *p, *a));
-            }
-        }};
-    }
-    match model.bias {
-        None => run!(model.two(dt)?, 2),
-        Some(bias) => run!(model.three(bias, dt)?.0, 3),
-    }
-    Ok(velocity)
 }

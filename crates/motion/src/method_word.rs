@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 /// Every method as a word with its settings, for help and messages.
 pub const METHODS: &str = "fixed-time, fixed-time:SAMPLES, fixed-position:EDGES, mixed-time:TIMEOUT, backward-difference:ORDER, savitzky-golay:WINDOW,DEGREE, \
-    tracking-loop:BANDWIDTH, speed, trapezoid, simpson, tick, adams-moulton-3 (each also as :OFFSET), newmark:GAMMA,BETA (also as :GAMMA,BETA,OFFSET), high-pass:CORNER,ORDER, zero-phase:CORNER,ORDER, two-channel:K1,K2, \
+    tracking-loop:BANDWIDTH, resolver-loop:BANDWIDTH, speed, trapezoid, simpson, tick, adams-moulton-3 (each also as :OFFSET), newmark:GAMMA,BETA (also as :GAMMA,BETA,OFFSET), high-pass:CORNER,ORDER, zero-phase:CORNER,ORDER, two-channel:K1,K2, \
     observer:KX,KV, offset-observer:KX,KV,KB, adaptive-observer:KX,KV,RATE,FLOOR, kalman:Q,R, steady-kalman:Q,R, counting:Q,EDGE,OFFSET, counting-smoother:Q,EDGE,OFFSET, \
     smoother:Q,R (each also as :Q,R,WALK,START with an offset that walks), gauss-markov:Q,R,DEVIATION,TIME (Kalman with an offset that forgets)";
 
@@ -123,6 +123,7 @@ fn method(text: &str) -> Result<Method, String> {
             degree: whole(degree)?,
         }),
         ("tracking-loop", &[bandwidth]) => Some(Method::TrackingLoop { bandwidth }),
+        ("resolver-loop", &[bandwidth]) => Some(Method::ResolverLoop { bandwidth }),
         ("trapezoid", _) => integration(IntegratorRule::Trapezoid),
         ("simpson", _) => integration(IntegratorRule::Simpson),
         ("tick", _) => integration(IntegratorRule::Tick),
@@ -201,6 +202,7 @@ mod tests {
             "nothing",
             "kalman:nan,1",
             "kalman:1,2,3",
+            "resolver-loop",
         ] {
             assert!(method(wrong).is_err(), "{wrong}");
         }

@@ -40,6 +40,13 @@ pub struct MotionRecord {
     /// Edges between the samples, where they were timed; `reading` then is the count at each sample.
     #[serde(default)]
     pub edges: Option<TimedEdges>,
+    /// Way of one turn, where the reading is the angle of a resolver.
+    #[serde(default)]
+    pub turn: Option<f64>,
+    /// Relative standard uncertainty of the accelerometer's gain, where a calibration or a data sheet states one: the gain is then
+    /// found beside the readings and held by this; without it nothing holds it.
+    #[serde(default)]
+    pub gain_uncertainty: Option<f64>,
 }
 
 /// Edges of a counted position with their times.
@@ -121,6 +128,8 @@ impl MotionRecord {
             increment: None,
             initial_velocity: None,
             edges: None,
+            turn: None,
+            gain_uncertainty: None,
         };
         record.check()?;
         Ok(record)
@@ -181,18 +190,26 @@ impl MotionRecord {
         for (name, value) in [
             ("increment", self.increment),
             ("initial velocity", self.initial_velocity),
+            ("turn", self.turn),
+            ("uncertainty of the gain", self.gain_uncertainty),
         ] {
             if value.is_some_and(|v| !v.is_finite()) {
                 return Err(Error::NotFinite { name, index: 0 });
             }
         }
-        if self.increment.is_some_and(|d| d <= 0.0) {
-            return Err(Error::OutOfRange {
-                name: "increment",
-                value: self.increment.unwrap_or(0.0),
-                min: f64::MIN_POSITIVE,
-                max: f64::MAX,
-            });
+        for (name, value) in [
+            ("increment", self.increment),
+            ("turn", self.turn),
+            ("uncertainty of the gain", self.gain_uncertainty),
+        ] {
+            if let Some(value) = value.filter(|d| *d <= 0.0) {
+                return Err(Error::OutOfRange {
+                    name,
+                    value,
+                    min: f64::MIN_POSITIVE,
+                    max: f64::MAX,
+                });
+            }
         }
         if n < 4 {
             return Err(Error::TooFew {

@@ -183,7 +183,8 @@ impl Tuning {
     /// Start, offset, gain and latency are unknown constants without any prior. The accelerometer's own floor (Welch)
     /// holds q where the readings leave it open: ln q is normal about ln of the floor, 0.8 below and 0.5 above it, and
     /// q never exceeds the variance of the acceleration. Each further parameter has to raise ln L by ½ ln n_e · n/n_e,
-    /// with the number n_e of readings whose rounding is new. R is at least δ²/12; without an increment no reading is
+    /// with the number n_e of readings whose rounding is new. A gain whose uncertainty the record states is in every model, held
+    /// by it. R is at least δ²/12; without an increment no reading is
     /// taken to be nearer than a millionth of the largest speed, or a hundred-millionth of the way.
     ///
     /// **Assumes** white noise of the accelerometer, and of readings of position; that of a speed may have a part
@@ -253,10 +254,11 @@ impl Tuning {
             search.effective = effective_readings(&whitened);
         }
         search.late = late;
-        if late || (self.pairing && search.moves()) {
+        let moves = late || (self.pairing && search.moves());
+        if moves || search.held().is_some() {
             point = search.base(Unknowns {
                 gain: true,
-                latency: true,
+                latency: moves,
                 ..Unknowns::default()
             })?;
         } else {

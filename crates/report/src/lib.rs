@@ -88,4 +88,4 @@ pub use temperature::TemperatureReport;
 pub use transverse::TransverseReport;
 pub use uncertainty::{GivenInput, UncertaintyReport};
 pub use validation::ValidationReport;
-pub use velocity::{Entered, VelocityReport, unit_of};
+pub use velocity::{DriftReport, Entered, VelocityReport, unit_of};

@@ -1,10 +1,13 @@
 //! Reports of velocities from an encoder and an accelerometer.
 
 mod compare;
+mod drift;
 mod estimate;
 mod figures;
 mod map;
 mod tune;
+
+pub use drift::DriftReport;
 
 use crate::{Cell, Column, Head, Report, Section, Table};
 use proofmass_motion::{KalmanModel, Pairing, ReadingSource};

@@ -1,6 +1,8 @@
 //! Running the binary and reading what it wrote.
 #![allow(dead_code)] // every test file uses its own part
 
+pub mod axis;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 

@@ -1,5 +1,7 @@
 //! The slow, drift-free sensor: encoder, resolver, wheel speed.
 
+mod signal;
+
 use super::clock::median_step;
 use super::sensors::{stated_unit, unknown_unit};
 use crate::trouble::Trouble;
@@ -7,8 +9,7 @@ use proofmass_core::Error;
 use proofmass_core::encoder::Decoding;
 use proofmass_io::{ColumnRef, RecordedColumn, Recording, Unit};
 use proofmass_motion::{
-    AbsoluteCode, Decoded, ReadingSource, TimedEdge, Wheels, absolute, continued, dead_wheels,
-    quadrature, quadrature_edges, resolver, rollover, turns_anew,
+    AbsoluteCode, ReadingSource, Wheels, absolute, continued, dead_wheels, rollover, turns_anew,
 };
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
@@ -16,7 +17,7 @@ use std::f64::consts::TAU;
 
 /// The encoder or the wheel speed: which columns hold it, and what they mean.
 ///
-/// One of `position`, `speed`, `quadrature` and `resolver` is named.
+/// One of `position`, `speed`, `quadrature`, `teeth` and `resolver` is named.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(
     feature = "clap",
@@ -42,12 +43,29 @@ pub struct Reading {
         )
     )]
     pub quadrature: Option<Vec<String>>,
-    /// Columns of the demodulated voltages of a resolver, sine and cosine
+    /// Columns of the voltages of a resolver, sine and cosine: demodulated, or with their carrier
     #[cfg_attr(
         feature = "clap",
         arg(long, value_name = "SIN,COS", value_delimiter = ',')
     )]
     pub resolver: Option<Vec<String>>,
+    /// Column of the excitation of a resolver whose voltages still have their carrier
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long,
+            value_name = "COLUMN",
+            requires = "resolver",
+            conflicts_with = "carrier"
+        )
+    )]
+    pub excitation: Option<String>,
+    /// Frequency of that carrier in hertz, where the excitation is not recorded: the angle is told but for half a turn
+    #[cfg_attr(feature = "clap", arg(long, value_name = "HZ", requires = "resolver"))]
+    pub carrier: Option<f64>,
+    /// Column of the level of a toothed wheel's pick-up: every tooth is a count, and no sense is told
+    #[cfg_attr(feature = "clap", arg(long, value_name = "LEVEL", conflicts_with_all = ["position", "speed", "quadrature", "resolver"]))]
+    pub teeth: Option<String>,
     /// Unit of position or speed, where the heading does not say it: count, m, mm, rad, °, turn, m/s, km/h, rad/s, …
     #[cfg_attr(feature = "clap", arg(long, value_name = "UNIT"))]
     pub unit: Option<Unit>,
@@ -136,6 +154,9 @@ impl Reading {
 
     /// The columns it needs, in the order in which [`Reading::decode`] takes them.
     pub(super) fn columns(&self) -> Result<Vec<ColumnRef>, Trouble> {
+        if let Some(name) = &self.teeth {
+            return Ok(vec![ColumnRef::from_word(name)]);
+        }
         let (names, least, most) = match (
             &self.position,
             &self.speed,
@@ -148,7 +169,7 @@ impl Reading {
             _ => {
                 return Err(
                     Trouble::data("no column of a position or a speed is named").with_hint(
-                        "add --position COLUMN, --speed COLUMN, --quadrature A,B or --resolver SIN,COS; `proofmass inspect` lists the columns",
+                        "add --position COLUMN, --speed COLUMN, --quadrature A,B, --teeth LEVEL or --resolver SIN,COS; `proofmass inspect` lists the columns",
                     ),
                 );
             }
@@ -159,7 +180,19 @@ impl Reading {
                 names.len()
             )));
         }
-        Ok(names.iter().map(|n| ColumnRef::from_word(n)).collect())
+        let excitation = self.excitation.iter().filter(|_| self.resolver.is_some());
+        let all = names.iter().chain(excitation);
+        Ok(all.map(|n| ColumnRef::from_word(n)).collect())
+    }
+
+    /// Whether a resolver's voltages still have their carrier.
+    pub(super) fn is_modulated(&self) -> bool {
+        self.resolver.is_some() && (self.excitation.is_some() || self.carrier.is_some())
+    }
+
+    /// Way of one turn of a resolver.
+    pub(super) fn resolver_turn(&self) -> Option<f64> {
+        self.resolver.as_ref().and_then(|_| self.turn())
     }
 
     /// Whether a column is named.
@@ -168,6 +201,7 @@ impl Reading {
             || self.speed.is_some()
             || self.quadrature.is_some()
             || self.resolver.is_some()
+            || self.teeth.is_some()
     }
 
     /// Position or speed.
@@ -189,8 +223,13 @@ impl Reading {
         !self.counts() && !self.edges
     }
 
+    /// Whether logic levels are read.
+    pub(super) fn is_level(&self) -> bool {
+        self.quadrature.is_some() || self.teeth.is_some()
+    }
+
     fn counts(&self) -> bool {
-        self.quadrature.is_some()
+        self.is_level()
             || self.bits.is_some()
             || self.counts_per_turn.is_some()
             || self.counts_per_metre.is_some()
@@ -296,16 +335,11 @@ impl Reading {
                 )),
             );
         }
-        if self.quadrature.is_some() {
+        if self.is_level() {
             return self.logic(recording, columns, clock, &missing, findings);
         }
         if self.resolver.is_some() {
-            let found = resolver(&columns[0].data, &columns[1].data)
-                .map_err(|e| Trouble::from(e).detail(recording.path.display().to_string()))?;
-            findings.extend(found.1);
-            let radius = self.radius("a resolver's voltages")?;
-            let value: Vec<f64> = found.0.iter().map(|a| radius * a).collect();
-            return Ok(Samples::present(clock, &value, &missing));
+            return self.resolved(recording, columns, clock, &missing, findings);
         }
         let each = columns.iter().enumerate();
         let values: Vec<Vec<f64>> = each
@@ -529,69 +563,5 @@ impl Reading {
         findings.extend(decoded.findings);
         let _ = index;
         Ok(decoded.count)
-    }
-
-    fn logic(
-        &self,
-        recording: &Recording,
-        columns: &[RecordedColumn],
-        clock: &[f64],
-        missing: &[&[usize]],
-        findings: &mut Vec<Finding>,
-    ) -> Result<Samples, Trouble> {
-        let step = self.count_length().map_err(|f| {
-            f.detail("counts of the decoded signal: lines times --decoding per turn")
-        })?;
-        if let Some(k) = missing.iter().copied().flatten().next() {
-            return Err(Trouble::data(format!(
-                "{}:{}: a logic level is missing",
-                recording.path.display(),
-                recording.line(*k)
-            )));
-        }
-        // Levels in volts are cut half way.
-        let levels: Vec<Vec<bool>> = columns
-            .iter()
-            .map(|c| {
-                let high = c.data.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-                let low = c.data.iter().copied().fold(f64::INFINITY, f64::min);
-                c.data.iter().map(|v| *v > 0.5 * (low + high)).collect()
-            })
-            .collect();
-        let index = levels.get(2).map(Vec::as_slice);
-        let decoded: Decoded = if self.edges {
-            let edges: Vec<TimedEdge> = (0..clock.len())
-                .map(|k| TimedEdge {
-                    time: clock[k],
-                    a: levels[0][k],
-                    b: levels[1][k],
-                    index: index.is_some_and(|z| z[k]),
-                })
-                .collect();
-            quadrature_edges(self.decoding, &edges)
-        } else {
-            quadrature(self.decoding, &levels[0], &levels[1], index)
-        }
-        .map_err(|e| Trouble::from(e).detail(recording.path.display().to_string()))?;
-        if let Some(k) = decoded.illegal.first() {
-            findings.push(
-                Finding::new(
-                    Severity::Note,
-                    "illegal-transition-line",
-                    "where the first illegal transition stands",
-                )
-                .evidence(format!(
-                    "{}:{}",
-                    recording.path.display(),
-                    recording.line(*k)
-                )),
-            );
-        }
-        findings.extend(decoded.findings);
-        let value: Vec<f64> = decoded.count.iter().map(|c| step * *c as f64).collect();
-        Ok(Samples {
-            time: clock.to_vec(),
-            value,
-        })
     }
 }

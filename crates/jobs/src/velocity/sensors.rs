@@ -66,6 +66,10 @@ pub struct AxisSensors {
     /// Axis of the compensated accelerometer that lies along the motion
     #[cfg_attr(feature = "clap", arg(long, value_enum, requires = "calibration"))]
     pub axis: Option<SensorAxis>,
+    /// Standard uncertainty of the accelerometer's gain, per cent, as a calibration or data sheet has it: the gain is then found
+    /// beside the readings and held by this; limits of ± 5 % are 2.9
+    #[cfg_attr(feature = "clap", arg(long, value_name = "PERCENT"))]
+    pub gain_uncertainty: Option<f64>,
     /// Time by which the accelerometer is later than the encoder, s; it is shifted back by it
     #[cfg_attr(
         feature = "clap",
@@ -208,6 +212,12 @@ impl AxisSensors {
                 return Err(Trouble::data(format!("{name} must be a finite number")));
             }
         }
+        if let Some(u) = self.gain_uncertainty.filter(|u| !(*u > 0.0 && *u <= 100.0)) {
+            return Err(Trouble::request(format!(
+                "--gain-uncertainty {u} is no standard uncertainty in per cent"
+            ))
+            .with_hint("limits of ± 5 % are a standard uncertainty of 2.9; leave it out where nothing is known"));
+        }
         let resting = !self.reading.is_named() && !self.acceleration.is_empty();
         if resting && self.still.is_none() {
             return Err(Trouble::data(
@@ -268,7 +278,7 @@ impl AxisSensors {
             .increment()
             .filter(|_| self.reading.edges() && !resting);
         if let Some(increment) = increment {
-            let (edges, lost) = counted(&reading, increment, self.reading.quadrature.is_some());
+            let (edges, lost) = counted(&reading, increment, self.reading.is_level());
             reading = edges;
             findings.extend(lost);
         }
@@ -294,6 +304,7 @@ impl AxisSensors {
             reading.value.iter_mut().for_each(|r| *r -= map.error(*r));
         }
         let mut acceleration = match &self.acceleration_file {
+            None if alone && self.reading.is_modulated() => nothing(&reading.time, false),
             None if alone => nothing(&clock, self.reading.edges()),
             None => self.accelerations(store, &main, &clock, of_reading)?,
             Some(name) => {
@@ -364,6 +375,8 @@ impl AxisSensors {
             record.check()?;
         }
         record.accelerometer = !alone;
+        record.turn = told.resolver_turn();
+        record.gain_uncertainty = self.gain_uncertainty.map(|percent| 0.01 * percent);
         record.increment = told.increment().filter(|_| !self.reading.edges()).or(digit);
         if let (Some(increment), None) = (increment, &self.encoder_map) {
             record = timed(&record, &reading, increment, start)
@@ -416,6 +429,7 @@ impl AxisSensors {
                 (self.calibration.is_some(), "--calibration"),
                 (self.still.is_some(), "--still"),
                 (self.latency != 0.0, "--latency"),
+                (self.gain_uncertainty.is_some(), "--gain-uncertainty"),
             ];
             if let Some((_, option)) = in_vain.iter().find(|(given, _)| *given) {
                 return Err(Trouble::data(format!(

@@ -3,10 +3,11 @@
 use crate::agreement::{check, figure};
 use crate::ask;
 use proofmass_jobs::velocity::{
-    AxisData, VelocityCompareJob, VelocityEstimateJob, VelocityMapJob, VelocityTuneJob,
+    AxisData, VelocityCompareJob, VelocityDriftJob, VelocityEstimateJob, VelocityMapJob,
+    VelocityTuneJob,
 };
 use proofmass_jobs::{AnyData, AnyJob, AnyResult};
-use proofmass_motion::{Method, MotionRecord, ReadingSource};
+use proofmass_motion::{DriftSources, Method, MotionRecord, ReadingSource};
 use proofmass_rig::{AxisMotion, DrivenAxis};
 
 fn walk(kind: &str, job: impl Into<AnyJob>) -> Box<dyn AnyResult> {
@@ -52,6 +53,18 @@ pub fn velocity_map(kind: &str) {
     // As of a wheel of one centimetre.
     let turn = std::f64::consts::TAU * 0.01;
     walk(kind, VelocityMapJob::new(turn));
+}
+
+pub fn velocity_drift(kind: &str) {
+    let sources = DriftSources {
+        offset: 0.01,
+        orientation_uncertainty: 2e-3,
+        noise: 0.02,
+        sample_time: 1e-3,
+        ..DriftSources::default()
+    };
+    let job = VelocityDriftJob::new(sources, vec![1.0, 10.0]);
+    check(kind, &|watch| ask(job.clone(), &AnyData::None, watch));
 }
 
 pub fn velocity_tune(kind: &str) {

@@ -59,9 +59,12 @@ impl Solution {
             .for_each(|c| *c *= factor);
     }
 
-    /// Multiplies the covariance of gain and latency.
-    pub fn widen(&mut self, factor: f64) {
-        let root = factor.sqrt();
+    /// Multiplies the covariance of gain and latency; a gain that is held by `held` is never less certain than that.
+    pub fn widen(&mut self, factor: f64, held: Option<f64>) {
+        let mut root = factor.sqrt();
+        if let (Some(held), Some((_, u))) = (held, self.gain()) {
+            root = root.min((held / u).max(1.0));
+        }
         for (i, a) in self.columns.iter().enumerate() {
             for (j, b) in self.columns.iter().enumerate() {
                 for c in [a, b] {
@@ -75,9 +78,51 @@ impl Solution {
 }
 
 impl Sums {
-    /// Least squares for a subset; `None` when the readings do not determine it.
+    /// Least squares for a subset; `None` when the readings do not determine it. A stated uncertainty of the gain is one
+    /// more reading of it.
     pub fn solve(&self, record: &MotionRecord, unknowns: Unknowns) -> Option<Solution> {
-        solve(&self.g, columns(record, unknowns))
+        self.solve_held(record, unknowns, 1.0)
+    }
+
+    /// The same for variances of a common factor times those of the pass, in the unit of the pass.
+    fn solve_held(
+        &self,
+        record: &MotionRecord,
+        unknowns: Unknowns,
+        factor: f64,
+    ) -> Option<Solution> {
+        let columns = columns(record, unknowns);
+        match record.gain_uncertainty.filter(|_| unknowns.gain) {
+            None => solve(&self.g, columns),
+            Some(u) => {
+                let mut g = self.g;
+                g[GAIN][GAIN] += factor / (u * u);
+                solve(&g, columns)
+            }
+        }
+    }
+
+    /// Least squares for a subset with the common factor of at least `least` at which ln L is largest, ln L there, and the
+    /// factor.
+    pub fn solve_concentrated(
+        &self,
+        record: &MotionRecord,
+        unknowns: Unknowns,
+        least: f64,
+    ) -> Option<(Solution, f64, f64)> {
+        let mut solution = self.solve_held(record, unknowns, 0.0)?;
+        let (mut value, mut factor) = self.concentrated(solution.rss, 0.0, least);
+        if let Some(u) = record.gain_uncertainty.filter(|_| unknowns.gain) {
+            // What holds the gain counts in the unit of the pass, which follows from what is left of the readings.
+            for _ in 0..4 {
+                solution = self.solve_held(record, unknowns, factor)?;
+                let held = solution.gain().map_or(0.0, |(g, _)| g * g / (u * u));
+                let left = (solution.rss - factor * held).max(0.0);
+                (value, factor) = self.concentrated(left, held, least);
+            }
+        }
+        solution.scale(factor);
+        Some((solution, value, factor))
     }
 
     /// ln L with every variance as it was in the pass.
@@ -85,11 +130,12 @@ impl Sums {
         -0.5 * (self.logs + solution.rss + self.n as f64 * TAU.ln())
     }
 
-    /// ln L at its maximum over a common factor of all variances of at least `least`, and that factor.
-    pub fn concentrated(&self, solution: &Solution, least: f64) -> (f64, f64) {
+    /// ln L at its maximum over a common factor of all variances of at least `least`, and that factor. `held` is the square
+    /// of the gain over its stated uncertainty, which no factor of the noise moves.
+    fn concentrated(&self, rss: f64, held: f64, least: f64) -> (f64, f64) {
         let n = self.n as f64;
-        let factor = (solution.rss / n).max(least);
-        let value = -0.5 * (self.logs + n * factor.ln() + solution.rss / factor + n * TAU.ln());
+        let factor = (rss / n).max(least);
+        let value = -0.5 * (self.logs + n * factor.ln() + rss / factor + held + n * TAU.ln());
         (value, factor)
     }
 }

@@ -21,6 +21,9 @@ impl Method {
             Self::TrackingLoop { bandwidth } => {
                 format!("tracking loop, b = {} rad/s", digits(*bandwidth))
             }
+            Self::ResolverLoop { bandwidth } => {
+                format!("resolver loop, b = {} rad/s", digits(*bandwidth))
+            }
             Self::Integration { rule, offset } => {
                 let name = rule.name();
                 if *offset == 0.0 {

@@ -19,7 +19,8 @@ impl Search<'_> {
             self.known = Some(point.noise.r);
         }
         if self.effective < self.readings {
-            point.solution.widen(self.readings / self.effective);
+            let repeated = self.readings / self.effective;
+            point.solution.widen(repeated, self.held());
         }
         let profile = self.profile(&point)?;
         let d = parameters(&point.noise);

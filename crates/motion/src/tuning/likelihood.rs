@@ -77,6 +77,11 @@ impl<'a> Search<'a> {
         noise < 0.01 && bend < 0.02 * 0.02
     }
 
+    /// What holds the gain: its stated standard uncertainty.
+    pub(super) fn held(&self) -> Option<f64> {
+        self.record.gain_uncertainty.filter(|_| self.tuning.pairing)
+    }
+
     /// What one parameter more has to bring.
     pub(super) fn price(&self) -> f64 {
         0.5 * self.effective.ln() * self.readings / self.effective
@@ -100,7 +105,7 @@ impl<'a> Search<'a> {
         self.passes += 1;
         // The total is not known before the end.
         self.watch.step("likelihood", self.passes as u64, 0)?;
-        let motion = self.late || (self.tuning.pairing && self.moves());
+        let motion = self.late || self.held().is_some() || (self.tuning.pairing && self.moves());
         Ok(self.prepared.sums(noise, motion))
     }
 
@@ -111,11 +116,12 @@ impl<'a> Search<'a> {
             BiasChoice::Constant | BiasChoice::RandomWalk => &[true],
         };
         let both: &[bool] = &[false, true];
+        let held = allowed.gain && self.held().is_some();
         let mut list = Vec::new();
         for &offset in offsets {
             for &gain in both.iter().filter(|g| allowed.gain || !**g) {
                 for &latency in both.iter().filter(|l| allowed.latency || !**l) {
-                    if self.late && !latency {
+                    if self.late && !latency || held && !gain {
                         continue;
                     }
                     list.push(Unknowns {
@@ -138,15 +144,19 @@ impl<'a> Search<'a> {
         let sums = self.sums(noise)?;
         let mut best: Option<Point> = None;
         for &unknowns in subsets {
-            let Some(mut solution) = sums.solve(self.record, unknowns) else {
-                continue;
-            };
-            let (log_likelihood, noise) = if self.known.is_some() {
-                (sums.log_likelihood(&solution), *noise)
+            let found = if self.known.is_some() {
+                let solution = sums.solve(self.record, unknowns);
+                solution.map(|s| {
+                    let value = sums.log_likelihood(&s);
+                    (s, value, *noise)
+                })
             } else {
-                let (value, factor) = sums.concentrated(&solution, self.least / noise.r);
-                solution.scale(factor);
-                (value, noise.scaled(factor))
+                let least = self.least / noise.r;
+                let found = sums.solve_concentrated(self.record, unknowns, least);
+                found.map(|(solution, value, factor)| (solution, value, noise.scaled(factor)))
+            };
+            let Some((solution, log_likelihood, noise)) = found else {
+                continue;
             };
             let mut point = Point {
                 noise,
@@ -172,7 +182,8 @@ impl<'a> Search<'a> {
         } = point.unknowns;
         let extra = [
             offset,
-            gain,
+            // A gain that is held is in every model.
+            gain && self.held().is_none(),
             latency,
             point.noise.walk.is_some(),
             point.noise.colour.is_some(),

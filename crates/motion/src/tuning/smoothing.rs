@@ -126,7 +126,8 @@ impl Tuned {
             let noise = node.noise(self.model.noise_form);
             let sums = prepared.sums(&noise, unknowns.gain || unknowns.latency);
             let mut solution = sums.solve(record, unknowns).ok_or_else(few)?;
-            solution.widen((sums.n as f64 / self.effective_readings).max(1.0));
+            let repeated = (sums.n as f64 / self.effective_readings).max(1.0);
+            solution.widen(repeated, record.gain_uncertainty);
             runs.push(prepared.smooth(&noise, &solution)?);
         }
         let mix = |value: &Series| {

@@ -1,0 +1,187 @@
+//! What a velocity from an accelerometer alone drifts, before anything is recorded.
+
+use super::outcome::quantity;
+use crate::outcome::{Job, Outcome, section};
+use crate::record::Record;
+use crate::trouble::{Result, Trouble};
+use proofmass_core::Watch;
+use proofmass_io::{Cell, StatedQuantity, Table};
+use proofmass_motion::{DriftBudget, DriftSources};
+use proofmass_report::{DriftReport, Report};
+use proofmass_uncertainty::{Finding, Severity};
+use serde::{Deserialize, Serialize};
+
+/// Drift from offset, inclination, gain and noise.
+///
+/// ```
+/// use proofmass_jobs::{Job, Outcome, Unwatched, velocity::VelocityDriftJob};
+/// use proofmass_motion::DriftSources;
+///
+/// let tilt = DriftSources { orientation_uncertainty: 1f64.to_radians(), ..DriftSources::default() };
+/// let outcome = VelocityDriftJob::new(tilt, vec![10.0]).evaluate(&(), &Unwatched)?;
+/// let drift = &outcome.quantities()[0];
+/// assert_eq!(drift.value, 0.0);
+/// assert!((drift.standard_uncertainty - 1.7116).abs() < 1e-4);
+/// # Ok::<(), proofmass_jobs::Trouble>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct VelocityDriftJob {
+    /// What is known about the accelerometer.
+    pub sources: DriftSources,
+    /// Times after the start, s.
+    pub times: Vec<f64>,
+}
+
+/// Most times of a table.
+const MOST: usize = 1000;
+
+impl VelocityDriftJob {
+    /// Of these sources after these times.
+    pub fn new(sources: DriftSources, times: Vec<f64>) -> Self {
+        Self { sources, times }
+    }
+}
+
+impl Job for VelocityDriftJob {
+    type Data<'a> = ();
+    type Outcome = VelocityDrift;
+
+    fn evaluate(&self, (): &(), watch: &dyn Watch) -> Result<VelocityDrift> {
+        watch.step("drift", 0, 1)?;
+        self.sources.check()?;
+        if self.times.is_empty() || self.times.len() > MOST {
+            return Err(Trouble::request(format!(
+                "{} times are named, 1 to {MOST} are needed",
+                self.times.len()
+            )));
+        }
+        if let Some(t) = self.times.iter().find(|t| !(t.is_finite() && **t > 0.0)) {
+            return Err(Trouble::request(format!("after {t} s there is no drift"))
+                .with_hint("times are seconds after the start, above zero"));
+        }
+        if self.sources == DriftSources::default() {
+            return Err(Trouble::request("no source of a drift is named").with_hint(
+                "name an offset, an inclination, a gain or noise, or the uncertainty of one",
+            ));
+        }
+        let budgets: Vec<DriftBudget> = self.times.iter().map(|t| self.sources.after(*t)).collect();
+        if budgets
+            .iter()
+            .any(|b| !(b.known().is_finite() && b.combined.is_finite()))
+        {
+            return Err(Trouble::request("the drift is beyond every number")
+                .with_hint("check the sizes and units of what is stated"));
+        }
+        watch.step("drift", 1, 1)?;
+        Ok(VelocityDrift::new(self.clone(), budgets))
+    }
+}
+
+/// The drift after each of some times.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct VelocityDrift {
+    request: VelocityDriftJob,
+    budgets: Vec<DriftBudget>,
+    findings: Vec<Finding>,
+}
+
+impl VelocityDrift {
+    fn new(request: VelocityDriftJob, budgets: Vec<DriftBudget>) -> Self {
+        let sources = request.sources;
+        let silent = sources.orientation == 0.0 && sources.orientation_uncertainty == 0.0;
+        let findings = silent.then(|| {
+            Finding::new(
+                Severity::Note,
+                "inclination-not-stated",
+                "the axis is taken to be exactly level: an inclination of a tenth of a degree is 17 mm/s² of gravity",
+            )
+            .advice("state --tilt or --tilt-uncertainty")
+        });
+        Self {
+            request,
+            budgets,
+            findings: findings.into_iter().collect(),
+        }
+    }
+
+    /// One budget for each time.
+    pub fn budgets(&self) -> &[DriftBudget] {
+        &self.budgets
+    }
+
+    fn page(&self, record: &Record) -> DriftReport<'_> {
+        DriftReport {
+            head: record.head(self.title(record), &self.findings),
+        }
+    }
+}
+
+impl Outcome for VelocityDrift {
+    const KIND: &'static str = "velocity-drift";
+    const PRINCIPAL_TABLE: &'static str = "drift.csv";
+
+    fn title(&self, record: &Record) -> String {
+        record.title(
+            "Drift of",
+            "Drift of a velocity from an accelerometer alone",
+        )
+    }
+
+    fn quantities(&self) -> Vec<StatedQuantity> {
+        let one = |b: &DriftBudget| {
+            let name = format!("drift.{}s", b.time);
+            StatedQuantity::new(&quantity(&name, "m/s", b.known(), b.combined), 0.95)
+        };
+        self.budgets.iter().map(one).collect()
+    }
+
+    fn findings(&self) -> &[Finding] {
+        &self.findings
+    }
+
+    fn sections(&self) -> Result<Vec<(&'static str, serde_json::Value)>> {
+        Ok(vec![section("sources", &self.request.sources)?])
+    }
+
+    fn tables(&self) -> Result<Vec<(String, Table)>> {
+        let mut table = Table::new([
+            "time_s",
+            "offset_m/s",
+            "orientation_m/s",
+            "gain_m/s",
+            "u_offset_m/s",
+            "u_orientation_m/s",
+            "u_gain_m/s",
+            "u_noise_m/s",
+            "u_walk_m/s",
+            "drift_m/s",
+            "standard_uncertainty_m/s",
+        ]);
+        for b in &self.budgets {
+            table.push([
+                Cell::from(b.time),
+                Cell::from(b.offset),
+                Cell::from(b.orientation),
+                Cell::from(b.gain),
+                Cell::from(b.offset_uncertainty),
+                Cell::from(b.orientation_uncertainty),
+                Cell::from(b.gain_uncertainty),
+                Cell::from(b.noise),
+                Cell::from(b.walk),
+                Cell::from(b.known()),
+                Cell::from(b.combined),
+            ])?;
+        }
+        Ok(vec![("drift.csv".to_owned(), table)])
+    }
+
+    fn summary(&self, record: &Record) -> Report {
+        self.page(record).summary(&self.budgets)
+    }
+
+    fn report(&self, record: &Record) -> Report {
+        self.page(record).full(&self.request.sources, &self.budgets)
+    }
+}

@@ -1,0 +1,173 @@
+//! Raw signals of an encoder: logic levels, voltages of a resolver.
+
+use super::{Reading, Samples};
+use crate::trouble::Trouble;
+use proofmass_core::Error;
+use proofmass_io::{RecordedColumn, Recording};
+use proofmass_motion::{
+    Decoded, Excitation, TimedEdge, demodulated, quadrature, quadrature_edges, resolver,
+};
+use proofmass_uncertainty::{Finding, Severity};
+
+impl Reading {
+    /// Angle of a resolver, of a carrier first freed.
+    pub(super) fn resolved(
+        &self,
+        recording: &Recording,
+        columns: &[RecordedColumn],
+        clock: &[f64],
+        missing: &[&[usize]],
+        findings: &mut Vec<Finding>,
+    ) -> Result<Samples, Trouble> {
+        let place = |e: Error| Trouble::from(e).detail(recording.path.display().to_string());
+        let radius = self.radius("a resolver's voltages")?;
+        let (sine, cosine) = (&columns[0].data, &columns[1].data);
+        if !self.is_modulated() {
+            let found = resolver(sine, cosine).map_err(place)?;
+            findings.extend(found.findings);
+            let value: Vec<f64> = found.angle.iter().map(|a| radius * a).collect();
+            let mut missing = missing.to_vec();
+            missing.push(&found.lost);
+            return Ok(Samples::present(clock, &value, &missing));
+        }
+        if let Some(k) = missing.iter().copied().flatten().next() {
+            return Err(Trouble::data(format!(
+                "{}:{}: a voltage of the resolver is missing, and a carrier is demodulated from even samples",
+                recording.path.display(),
+                recording.line(*k)
+            )));
+        }
+        let excitation = match (self.carrier, columns.get(2)) {
+            (_, Some(column)) => Excitation::Voltage(&column.data),
+            (Some(carrier), None) => Excitation::Frequency(carrier),
+            (None, None) => Excitation::Frequency(f64::NAN),
+        };
+        let (Some(first), Some(last)) = (clock.first(), clock.last()) else {
+            return Ok(Samples::default());
+        };
+        let step = (last - first) / (clock.len().max(2) - 1) as f64;
+        let off = |(k, t): (usize, &f64)| (t - first - step * k as f64).abs() > 0.2 * step;
+        if let Some((k, _)) = clock.iter().enumerate().find(|x| off(*x)) {
+            return Err(Trouble::data(format!(
+                "{}:{}: the samples of the resolver are not even, so that its carrier cannot be taken out",
+                recording.path.display(),
+                recording.line(k)
+            ))
+            .with_hint("cut the recording before the gap, or give --rate where the stamps are poor"));
+        }
+        let found = demodulated(*first, step, sine, cosine, excitation).map_err(|e| {
+            place(e).with_hint(
+                "--excitation names the column of the exciting voltage, --carrier its frequency; eight samples to a period and more",
+            )
+        })?;
+        let angles = resolver(&found.sine, &found.cosine).map_err(place)?;
+        findings.push(
+            Finding::new(
+                Severity::Note,
+                "resolver-demodulated",
+                "the carrier of the resolver was taken out",
+            )
+            .evidence(format!(
+                "{:.6} Hz, an angle from every {} samples, {} in all",
+                found.carrier,
+                found.block,
+                found.time.len()
+            )),
+        );
+        findings.extend(angles.findings);
+        let value: Vec<f64> = angles.angle.iter().map(|a| radius * a).collect();
+        Ok(Samples::present(&found.time, &value, &[&angles.lost]))
+    }
+
+    /// Counts of logic levels.
+    pub(super) fn logic(
+        &self,
+        recording: &Recording,
+        columns: &[RecordedColumn],
+        clock: &[f64],
+        missing: &[&[usize]],
+        findings: &mut Vec<Finding>,
+    ) -> Result<Samples, Trouble> {
+        let step = self.count_length().map_err(|f| {
+            f.detail("counts of the decoded signal: lines times --decoding per turn")
+        })?;
+        if let Some(k) = missing.iter().copied().flatten().next() {
+            return Err(Trouble::data(format!(
+                "{}:{}: a logic level is missing",
+                recording.path.display(),
+                recording.line(*k)
+            )));
+        }
+        if self.teeth.is_some() {
+            let count = teeth(&columns[0].data);
+            return Ok(Samples {
+                time: clock.to_vec(),
+                value: count.into_iter().map(|c| step * c as f64).collect(),
+            });
+        }
+        // Levels in volts are cut half way.
+        let levels: Vec<Vec<bool>> = columns
+            .iter()
+            .map(|c| {
+                let high = c.data.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+                let low = c.data.iter().copied().fold(f64::INFINITY, f64::min);
+                c.data.iter().map(|v| *v > 0.5 * (low + high)).collect()
+            })
+            .collect();
+        let index = levels.get(2).map(Vec::as_slice);
+        let decoded: Decoded = if self.edges {
+            let edges: Vec<TimedEdge> = (0..clock.len())
+                .map(|k| TimedEdge {
+                    time: clock[k],
+                    a: levels[0][k],
+                    b: levels[1][k],
+                    index: index.is_some_and(|z| z[k]),
+                })
+                .collect();
+            quadrature_edges(self.decoding, &edges)
+        } else {
+            quadrature(self.decoding, &levels[0], &levels[1], index)
+        }
+        .map_err(|e| Trouble::from(e).detail(recording.path.display().to_string()))?;
+        if let Some(k) = decoded.illegal.first() {
+            findings.push(
+                Finding::new(
+                    Severity::Note,
+                    "illegal-transition-line",
+                    "where the first illegal transition stands",
+                )
+                .evidence(format!(
+                    "{}:{}",
+                    recording.path.display(),
+                    recording.line(*k)
+                )),
+            );
+        }
+        findings.extend(decoded.findings);
+        let value: Vec<f64> = decoded.count.iter().map(|c| step * *c as f64).collect();
+        Ok(Samples {
+            time: clock.to_vec(),
+            value,
+        })
+    }
+}
+
+/// Rising edges of a level up to each sample; a pass counts after the level was below a third of its range.
+fn teeth(level: &[f64]) -> Vec<i64> {
+    let high = level.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let low = level.iter().copied().fold(f64::INFINITY, f64::min);
+    let at = |share: f64| low + share * (high - low);
+    let (mut count, mut armed) = (0, false);
+    level
+        .iter()
+        .map(|v| {
+            if *v <= at(1.0 / 3.0) {
+                armed = true;
+            } else if armed && *v > at(2.0 / 3.0) {
+                armed = false;
+                count += 1;
+            }
+            count
+        })
+        .collect()
+}
