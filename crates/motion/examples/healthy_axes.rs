@@ -296,11 +296,11 @@ fn run(axis: &Axis, seed: u64) -> ([Judged; 4], EstimateResult, Vec<String>) {
         &truth[skip..],
         1.0 / axis.rate,
     );
-    codes.extend(
-        beside
-            .and_then(|b| b.finding())
-            .map(|f| f.code().to_owned()),
-    );
+    let beside = beside.and_then(|b| b.finding());
+    if let (Some(_), Some(f)) = (std::env::var_os("TOLD"), &beside) {
+        println!("      {}: {}", axis.name, f.evidence_text());
+    }
+    codes.extend(beside.map(|f| f.code().to_owned()));
     codes.sort();
     codes.dedup();
     let told = match result.trace.method {
@@ -404,7 +404,25 @@ fn main() {
             q.get(q.len() / 2).unwrap_or(&0.0),
             q.last().unwrap_or(&0.0)
         );
-        for (_, _, codes) in &found {
+        for (_, result, codes) in &found {
+            if std::env::var_os("TOLD").is_some() {
+                let tuned = result.tuned.as_ref();
+                println!(
+                    "    n_e {:.0} q {:?} R {:?} b {:?} g {:?} t {:?} floor {:?} w {:?} agree {:?}",
+                    tuned.map_or(0.0, |t| t.effective_readings),
+                    tuned.map(|t| t.model.acceleration_noise.sqrt()),
+                    tuned.map(|t| t.model.reading_noise.sqrt()),
+                    tuned.and_then(|t| t.offset),
+                    tuned.and_then(|t| t.gain),
+                    tuned.and_then(|t| t.latency),
+                    tuned.and_then(|t| t.noise_floor).map(f64::sqrt),
+                    tuned.map(|t| t.whiteness.mean_square),
+                    result.agreement
+                );
+                for f in &result.findings {
+                    println!("      {}: {}", f.code(), f.evidence_text());
+                }
+            }
             for code in codes {
                 *alarms
                     .entry(code.clone())

@@ -72,11 +72,16 @@ pub(crate) fn counts(record: &MotionRecord) -> Option<Vec<Option<i32>>> {
     on_grid.then_some(list)
 }
 
-/// Whether more than half of the counts are those of the sample before: rounding is then no noise.
+/// Equal counts in a row that count as a rest.
+pub(crate) const LONG_RUN: usize = 20;
+
+/// Whether more than half of the counts are those of the sample before, or a tenth of them lie in rests: rounding is then no noise.
 pub(crate) fn is_slow(counts: &[Option<i32>]) -> bool {
     let known: Vec<i32> = counts.iter().flatten().copied().collect();
     let same = known.windows(2).filter(|w| w[0] == w[1]).count();
-    known.len() > 2 && 2 * same > known.len() - 1
+    let runs = known.chunk_by(|a, b| a == b).map(<[i32]>::len);
+    let resting: usize = runs.filter(|n| *n >= LONG_RUN).sum();
+    known.len() > 2 && (2 * same > known.len() - 1 || 10 * resting > known.len())
 }
 
 impl CountingModel {

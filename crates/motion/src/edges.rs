@@ -1,6 +1,6 @@
 //! Slow counted axes after tuning: filter and smoother at the edges, gain and latency with their uncertainty.
 
-use crate::counting::{Counted, CountingModel, CountingRun};
+use crate::counting::{Counted, CountingModel, CountingRun, CountingTuned};
 use crate::{MotionRecord, Tuned, TunedValue};
 use proofmass_core::{Error, Watch};
 
@@ -8,7 +8,7 @@ use proofmass_core::{Error, Watch};
 /// likelihood of all readings. `None` for records that are no slow counts.
 ///
 /// A gain or latency that was found is found anew from the edges (to all readings rounding is noise, and on a slow axis
-/// it is none); what moving them by their uncertainty does to the velocity is added to its variance.
+/// it is none), and left out where the edges do not pay for it; what moving them by their uncertainty does to the velocity is added to its variance.
 ///
 /// # Errors
 /// [`Error::Cancelled`], and of the record.
@@ -31,7 +31,8 @@ pub(crate) fn on_edges(
     if tuned.gain.is_some() || tuned.latency.is_some() {
         for _ in 0..2 {
             let Some(constants) = constants(tuned, part, &found.model, watch)? else {
-                return Ok(None);
+                columns = own_columns(tuned);
+                break;
             };
             let [gain, latency] = constants.found;
             (tuned.gain, tuned.latency) = (gain, latency);
@@ -41,6 +42,10 @@ pub(crate) fn on_edges(
                 return Ok(None);
             };
             found = counted.tune(&heard(tuned), watch)?;
+        }
+        if let Some(without) = paid_for(tuned, part, &found.model, watch)? {
+            (tuned.gain, tuned.latency) = (None, None);
+            (columns, found) = (Vec::new(), without);
         }
     }
     let whole = tuned.corrected(record);
@@ -69,6 +74,41 @@ pub(crate) fn on_edges(
     let innovations: Vec<f64> = run.innovations.iter().map(|i| i.1).collect();
     tuned.counted(&found, &innovations)?;
     Ok(Some((found.model, run)))
+}
+
+/// The noise without gain and latency, where the edges do not pay for these: to all readings of an axis that rests, its
+/// rounding may have posed as one.
+fn paid_for(
+    tuned: &Tuned,
+    part: &MotionRecord,
+    model: &CountingModel,
+    watch: &dyn Watch,
+) -> Result<Option<CountingTuned>, Error> {
+    if part.gain_uncertainty.is_some() {
+        return Ok(None);
+    }
+    let with = match Counted::new(&tuned.corrected(part)) {
+        Some(counted) => counted.log_likelihood(model)?,
+        None => f64::NEG_INFINITY,
+    };
+    let Some(plain) = Counted::new(part) else {
+        return Ok(None);
+    };
+    let without = plain.tune(&part.acceleration, watch)?;
+    let constants = [tuned.gain, tuned.latency].into_iter().flatten().count();
+    let readings = part.reading.iter().flatten().count() as f64;
+    let effective = tuned.effective_readings;
+    let price = 0.5 * effective.ln() * (readings / effective).max(1.0);
+    let brings = with - plain.log_likelihood(&without.model)?;
+    Ok((brings < constants as f64 * price).then_some(without))
+}
+
+/// Gain and latency each moved by its uncertainty, as all readings have it.
+fn own_columns(tuned: &Tuned) -> Vec<[f64; 2]> {
+    let u = |found: Option<TunedValue>| found.map(|f| f.uncertainty);
+    let gain = u(tuned.gain).map(|u| [u, 0.0]);
+    let latency = u(tuned.latency).map(|u| [0.0, u]);
+    gain.into_iter().chain(latency).collect()
 }
 
 /// Gain and latency as the edges have them.

@@ -43,6 +43,9 @@ pub struct MotionRecord {
     /// Way of one turn, where the reading is the angle of a resolver.
     #[serde(default)]
     pub turn: Option<f64>,
+    /// Time of the first sample, s, so that the times of findings are those of the recording.
+    #[serde(default)]
+    pub start: f64,
     /// Relative standard uncertainty of the accelerometer's gain, where a calibration or a data sheet states one: the gain is then
     /// found beside the readings and held by this; without it nothing holds it.
     #[serde(default)]
@@ -129,6 +132,7 @@ impl MotionRecord {
             initial_velocity: None,
             edges: None,
             turn: None,
+            start: 0.0,
             gain_uncertainty: None,
         };
         record.check()?;
@@ -172,6 +176,12 @@ impl MotionRecord {
                 name: "acceleration",
                 expected: n,
                 got: self.acceleration.len(),
+            });
+        }
+        if !self.start.is_finite() {
+            return Err(Error::NotFinite {
+                name: "time of the first sample",
+                index: 0,
             });
         }
         let bad = |r: &Option<f64>| r.is_some_and(|r| !r.is_finite());
@@ -292,6 +302,7 @@ impl MotionRecord {
             reading: self.reading.get(range.clone())?.to_vec(),
             acceleration: self.acceleration.get(range.clone())?.to_vec(),
             initial_velocity: self.initial_velocity.filter(|_| range.start == 0),
+            start: self.start + range.start as f64 * self.sample_time,
             edges: self.edges.as_ref().map(|e| e.within(&range)),
             ..*self
         })

@@ -149,8 +149,8 @@ impl SlipSearch {
                 )
                 .evidence(format!(
                     "{:.3} s to {:.3} s: velocity change over {:.0} ms differs by {:.4} ({:.1} standard deviations of the quiet part, {:.4}){}",
-                    e.from as f64 * dt,
-                    e.to as f64 * dt,
+                    record.start + e.from as f64 * dt,
+                    record.start + e.to as f64 * dt,
                     1e3 * self.window,
                     e.velocity,
                     e.deviations,
@@ -169,8 +169,8 @@ impl SlipSearch {
                 )
                 .evidence(format!(
                     "{:.3} s to {:.3} s: velocity change {:.4} within {:.0} ms ({:.1} standard deviations){}",
-                    e.from as f64 * dt,
-                    e.to as f64 * dt,
+                    record.start + e.from as f64 * dt,
+                    record.start + e.to as f64 * dt,
                     e.velocity,
                     1e3 * self.blow,
                     e.deviations,
@@ -200,6 +200,9 @@ impl SlipSearch {
             .windows(b)
             .map(|a| a.iter().sum::<f64>() / b as f64)
             .collect();
+        let mut sorted = mean.clone();
+        sorted.sort_by(f64::total_cmp);
+        let level = sorted[sorted.len() / 2];
         // The mean after a sample minus that before it: braking is slow against it, and an offset drops out.
         let jump: Vec<f64> = (b..mean.len()).map(|k| mean[k] - mean[k - b]).collect();
         let (centre, deviation) = quiet(&jump);
@@ -231,6 +234,21 @@ impl SlipSearch {
         let typical = velocity.iter().fold(0.0f64, |m, v| m.max(v.abs()));
         let hard = |z: f64| z.abs() > self.threshold && z.abs() * deviation * span > 0.02 * typical;
         let mut found = episodes(&z, hard, b, 2 * b, n, |z| (z * deviation * span, z));
+        // A blow is over where a drive's own swing goes on: the acceleration around it is small against its own.
+        let short = |e: &Episode| {
+            let inside = e.from.min(mean.len() - 1)..e.to.min(mean.len());
+            let size = |k: usize| (mean[k] - level).abs();
+            let Some(peak) = inside.max_by(|a, b| size(*a).total_cmp(&size(*b))) else {
+                return false;
+            };
+            let beside = [peak.checked_sub(b + b / 2), Some(peak + b + b / 2)];
+            beside
+                .into_iter()
+                .flatten()
+                .filter(|k| *k < mean.len())
+                .all(|k| size(k) < 0.4 * size(peak))
+        };
+        found.retain(short);
         // A drive brakes as hard as it starts: a blow exceeds what the motion does by itself, away from the hardest.
         let mut hardest: Vec<Episode> = found.clone();
         hardest.sort_by(|a, b| b.deviations.abs().total_cmp(&a.deviations.abs()));

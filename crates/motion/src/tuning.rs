@@ -8,6 +8,7 @@ mod smoothing;
 mod spread;
 mod walk;
 
+pub(crate) use likelihood::PRIOR;
 pub(crate) use smoothing::Constants;
 
 use crate::diffuse::{ColouredNoise, Noise, Prepared, Solution, Unknowns};
@@ -181,9 +182,9 @@ impl Tuning {
     /// Finds noise, offset, gain and latency for a record.
     ///
     /// Start, offset, gain and latency are unknown constants without any prior. The accelerometer's own floor (Welch)
-    /// holds q where the readings leave it open: ln q is normal about ln of the floor, 0.8 below and 0.5 above it, and
+    /// holds q where the readings leave it open: ln q is normal about ln of the floor, 0.4 below and 0.5 above it, and
     /// q never exceeds the variance of the acceleration. Each further parameter has to raise ln L by ½ ln n_e · n/n_e,
-    /// with the number n_e of readings whose rounding is new. A gain whose uncertainty the record states is in every model, held
+    /// with the number n_e of readings whose rounding is new; beside the floor the likelihood is taken to be √(n/n_e) times too sure. A gain whose uncertainty the record states is in every model, held
     /// by it. R is at least δ²/12; without an increment no reading is
     /// taken to be nearer than a millionth of the largest speed, or a hundred-millionth of the way.
     ///

@@ -2,6 +2,7 @@
 
 mod beside_reference;
 mod compare;
+mod disagreement;
 pub(crate) mod ground;
 mod tune;
 
@@ -17,6 +18,7 @@ use crate::{
     KalmanModel, Method, MotionRecord, Pairing, ReadingSource, Ripple, SlipReport, Tuned,
     TunedValue, Tuning, VelocityTrace, conditions, ripple,
 };
+use disagreement::Disagreement;
 use ground::{
     check_sensors, doubts, margin, on_line_kalman, paired_tuning, part_finding, sensors,
     tuning_part,
@@ -177,11 +179,13 @@ pub fn estimate(
             smoother.standard_uncertainty.clone().unwrap_or_default(),
         ),
     };
-    let agreement = match record.rests_only() {
+    let disagreement = match record.rests_only() {
         true => None,
-        false => agreement_share(&trace, &own, &slips),
+        false => Disagreement::of(&trace, &own, &slips),
     };
-    if let Some(share) = agreement.filter(|s| *s < 0.8) {
+    let agreement = disagreement.as_ref().map(|d| d.share);
+    if let Some(disagreement) = disagreement.filter(|d| d.matters()) {
+        let share = disagreement.share;
         findings.push(
             Finding::new(
                 Severity::Warning,
@@ -275,25 +279,4 @@ fn beside(trace: &VelocityTrace, smoother: &VelocityTrace) -> Vec<f64> {
             (mean + own * own).sqrt()
         })
         .collect()
-}
-
-fn agreement_share(
-    trace: &VelocityTrace,
-    (smooth, us): &(Vec<f64>, Vec<f64>),
-    slips: &impl Fn(usize) -> bool,
-) -> Option<f64> {
-    let uf = trace.standard_uncertainty.as_ref()?;
-    let (mut inside, mut all) = (0usize, 0usize);
-    for k in 0..trace.velocity.len() {
-        if slips(k) {
-            continue;
-        }
-        all += 1;
-        // The smoother's error is uncorrelated with what later readings add: Var(f − s) = u_f² − u_s².
-        let u = (uf[k] * uf[k] - us[k] * us[k]).max(0.0).sqrt();
-        let rounding = 1e-9 * uf[k];
-        let d = (trace.velocity[k] - smooth[k]).abs();
-        inside += usize::from(d <= 2.0 * u + rounding);
-    }
-    (all > 0).then(|| inside as f64 / all as f64)
 }

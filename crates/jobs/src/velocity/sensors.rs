@@ -375,6 +375,7 @@ impl AxisSensors {
             record.check()?;
         }
         record.accelerometer = !alone;
+        record.start = start;
         record.turn = told.resolver_turn();
         record.gain_uncertainty = self.gain_uncertainty.map(|percent| 0.01 * percent);
         record.increment = told.increment().filter(|_| !self.reading.edges()).or(digit);

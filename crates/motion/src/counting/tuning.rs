@@ -3,6 +3,7 @@
 use super::{Counted, CountingModel, CountingTuned};
 use crate::floor::{noise_floor, variance};
 use crate::search::{line, simplex};
+use crate::tuning::PRIOR;
 use proofmass_core::{Error, Watch};
 use std::f64::consts::LN_10;
 
@@ -35,7 +36,7 @@ impl Counted<'_> {
         let offset = 3.0 * mean.abs() + 3.0 * ceiling.sqrt();
         let prior = |q: f64| {
             let off = (q / floor).ln();
-            -0.5 * (off / if off < 0.0 { 0.8 } else { 0.5 }).powi(2)
+            -0.5 * (off / if off < 0.0 { PRIOR.0 } else { PRIOR.1 }).powi(2)
         };
         let mut passes = 0;
         let mut value = |log: f64, edge: f64| -> Result<f64, Error> {

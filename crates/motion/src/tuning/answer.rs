@@ -74,13 +74,18 @@ impl Search<'_> {
         });
         let mut findings = Vec::new();
         if let Some(r) = repeats {
-            findings.push(rounding_repeats(r, point.noise.r));
+            findings.extend(rounding_repeats(r, point.noise.r));
         }
         if self.record.accelerometer {
             findings.extend(at_bound(&point.noise, self.unit()));
         }
         findings.extend(resting(self.record));
-        findings.extend(not_white(self.record, &whiteness, &correlation));
+        findings.extend(not_white(
+            self.record,
+            &whiteness,
+            &correlation,
+            self.effective,
+        ));
         let model = KalmanModel {
             acceleration_noise: point.noise.q,
             noise_form: point.noise.form,

@@ -1,14 +1,17 @@
 //! What to doubt about a tuning.
 
 use super::likelihood::RATIO;
+use crate::counting::LONG_RUN;
 use crate::diffuse::Noise;
 use crate::{MotionRecord, Whiteness};
 use proofmass_uncertainty::{Finding, Severity};
 
 /// Rounding that repeats with the motion (whole samples per period, or an axis that rests) passes for motion: the
 /// readings then fit better than their increment allows.
-pub(super) fn rounding_repeats(found: f64, rounding: f64) -> Finding {
-    Finding::new(
+///
+/// Less than a fifth of R is chance.
+pub(super) fn rounding_repeats(found: f64, rounding: f64) -> Option<Finding> {
+    let note = Finding::new(
         Severity::Note,
         "rounding-repeats",
         "the readings seem better than their increment: its rounding repeats with the motion, and the noise of a reading was set to it",
@@ -18,7 +21,8 @@ pub(super) fn rounding_repeats(found: f64, rounding: f64) -> Finding {
         found.sqrt(),
         rounding.sqrt()
     ))
-    .advice("a sample rate that is no multiple of the motion's frequency lets the rounding average")
+    .advice("a sample rate that is no multiple of the motion's frequency lets the rounding average");
+    (found < 0.8 * rounding).then_some(note)
 }
 
 pub(super) fn at_bound(noise: &Noise, unit: f64) -> Option<Finding> {
@@ -34,9 +38,6 @@ pub(super) fn at_bound(noise: &Noise, unit: f64) -> Option<Finding> {
     })
 }
 
-/// Equal readings in a row that count as resting.
-const LONG_RUN: usize = 20;
-
 /// Readings that mostly stand in long runs of equal ones.
 pub(super) fn resting(record: &MotionRecord) -> Option<Finding> {
     let readings: Vec<f64> = record.reading.iter().flatten().copied().collect();
@@ -46,7 +47,7 @@ pub(super) fn resting(record: &MotionRecord) -> Option<Finding> {
         .filter(|&n| n >= LONG_RUN)
         .sum();
     let share = resting as f64 / readings.len().max(1) as f64;
-    (share > 0.3).then(|| {
+    (share > 0.1).then(|| {
         Finding::new(
             Severity::Note,
             "slow-quantised-readings",
@@ -64,12 +65,17 @@ pub(super) fn resting(record: &MotionRecord) -> Option<Finding> {
 /// by less than half.
 const INFLATION: f64 = 2.25;
 
-/// Correlated innovations, where the correlation is large enough to matter, whatever its significance.
+/// Correlated innovations, where the correlation is large enough to matter, whatever its significance. Where rounding repeats
+/// with the motion it is the rounding that is correlated, which the number of effective readings accounts for.
 pub(super) fn not_white(
     record: &MotionRecord,
     whiteness: &Whiteness,
     correlation: &[f64],
+    effective: f64,
 ) -> Option<Finding> {
+    if effective < 0.5 * whiteness.samples as f64 {
+        return None;
+    }
     let sum: f64 = correlation.iter().skip(1).sum();
     let inflation = 1.0 + 2.0 * sum;
     // Innovations of half the stated size and less are correlated, not understated.

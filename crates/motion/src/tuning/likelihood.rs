@@ -14,7 +14,7 @@ pub(super) const RATIO: (f64, f64) = (-20.0, 5.0);
 /// Highest log₁₀(q T⁴/R) where nothing but q moves the axis: readings of eight digits are followed exactly.
 const EXACT: f64 = 17.0;
 /// Standard deviation of ln q around the floor, below and above it.
-const PRIOR: (f64, f64) = (0.8, 0.5);
+pub(crate) const PRIOR: (f64, f64) = (0.4, 0.5);
 
 impl<'a> Search<'a> {
     pub(super) fn new(
@@ -84,7 +84,7 @@ impl<'a> Search<'a> {
 
     /// What one parameter more has to bring.
     pub(super) fn price(&self) -> f64 {
-        0.5 * self.effective.ln() * self.readings / self.effective
+        0.5 * self.effective.ln() * self.repeats()
     }
 
     pub(super) fn prior(&self, q: f64) -> f64 {
@@ -98,7 +98,22 @@ impl<'a> Search<'a> {
         }
         let off = (q / floor).ln();
         let width = if off < 0.0 { PRIOR.0 } else { PRIOR.1 };
-        -0.5 * (off / width).powi(2)
+        -0.5 * self.excess() * (off / width).powi(2)
+    }
+
+    /// How much too sure the likelihood is beside the floor: the root of how often the same rounding comes, since a part of
+    /// what the readings tell (a start, a stop) comes once. Where the samples do not follow the motion, the floor is not all
+    /// of q.
+    pub(super) fn excess(&self) -> f64 {
+        match self.rounding.is_some() && self.moves() {
+            true => self.repeats().sqrt(),
+            false => 1.0,
+        }
+    }
+
+    /// How often the same rounding comes.
+    fn repeats(&self) -> f64 {
+        (self.readings / self.effective).max(1.0)
     }
 
     pub(super) fn sums(&mut self, noise: &Noise) -> Result<Sums, Error> {

@@ -32,10 +32,11 @@ impl Search<'_> {
 
     /// Where ln L + ln prior has fallen by half the 95 % point of χ²(1).
     pub(super) fn interval(&mut self, point: &Point) -> Result<Option<(f64, f64)>, Error> {
+        let fall = FALL * self.excess();
         let mut half = [0.0; 2];
         for (side, sign) in [-1.0, 1.0].into_iter().enumerate() {
             let (mut inside, mut outside) = (0.0, 0.02);
-            while point.value - self.moved(point, &[sign * outside])? < FALL {
+            while point.value - self.moved(point, &[sign * outside])? < fall {
                 inside = outside;
                 outside *= 2.0;
                 if outside > 4.0 {
@@ -44,7 +45,7 @@ impl Search<'_> {
             }
             for _ in 0..8 {
                 let middle = 0.5 * (inside + outside);
-                if point.value - self.moved(point, &[sign * middle])? < FALL {
+                if point.value - self.moved(point, &[sign * middle])? < fall {
                     inside = middle;
                 } else {
                     outside = middle;
@@ -92,12 +93,14 @@ impl Search<'_> {
         {
             return Ok(None);
         }
+        // What repeats tells the same again.
+        let excess = self.excess();
         let (values, vectors) = jacobi(h);
         Ok(Some(
             (0..d)
                 .map(|k| {
                     // Half a decade at most: 1/h ≤ ¼, also where the difference found no maximum.
-                    let root = (1.0 / values[k].max(4.0)).sqrt();
+                    let root = (1.0 / (values[k] / excess).max(4.0)).sqrt();
                     (0..d).map(|i| vectors[i][k] * root).collect()
                 })
                 .collect(),

@@ -40,17 +40,10 @@ impl BesideReference {
         }
         let inner = reach + 1..n - reach - 1;
         let all = |_: usize| true;
-        let (mut lag, mut least) = (0i64, f64::INFINITY);
-        for candidate in -(reach as i64)..=reach as i64 {
-            let sums = Sums::of(estimate, reference, &inner, candidate as f64, 1.0, all);
-            let left = sums.left_of_scale()?;
-            if left < least {
-                (lag, least) = (candidate, left);
-            }
-        }
+        let lag = nearest(estimate, reference, &inner, reach as i64)?;
         let solve = |keep: &dyn Fn(usize) -> bool, start: (f64, f64)| {
             let (mut delay, mut scale) = start;
-            for _ in 0..4 {
+            for _ in 0..8 {
                 let sums = Sums::of(estimate, reference, &inner, delay, scale, keep);
                 let (s, d) = sums.solved()?;
                 delay = (delay + d.clamp(-1.0, 1.0)).clamp(-(reach as f64), reach as f64);
@@ -110,6 +103,39 @@ impl BesideReference {
             .advice("the radius of the wheel, the increment or the unit is off by this factor, if the reference is right"),
         )
     }
+}
+
+/// The lag in samples at which the best scale leaves least; of several that leave hardly more, as a periodic motion has them,
+/// the one nearest to none. A scale below zero only where no other describes the two.
+fn nearest(
+    estimate: &[f64],
+    reference: &[f64],
+    inner: &std::ops::Range<usize>,
+    reach: i64,
+) -> Option<i64> {
+    let places: Vec<(i64, f64, bool)> = (-reach..=reach)
+        .map(|lag| {
+            let sums = Sums::of(estimate, reference, inner, lag as f64, 1.0, |_| true);
+            Some((lag, sums.left_of_scale()?, sums.vr > 0.0))
+        })
+        .collect::<Option<_>>()?;
+    let least = |alike: bool| {
+        let own = places.iter().filter(|p| p.2 || !alike);
+        own.map(|p| p.1).fold(f64::INFINITY, f64::min)
+    };
+    let alike = least(true) <= 4.0 * least(false);
+    let bound = 1.5 * least(alike);
+    let lowest = |i: usize| {
+        let beside = [i.checked_sub(1), Some(i + 1)];
+        let beside = beside.into_iter().flatten();
+        beside
+            .filter_map(|j| places.get(j))
+            .all(|p| p.1 >= places[i].1)
+    };
+    (0..places.len())
+        .filter(|&i| (places[i].2 || !alike) && places[i].1 <= bound && lowest(i))
+        .map(|i| places[i].0)
+        .min_by_key(|lag| lag.abs())
 }
 
 /// Normal equations of scale and delay around a place.
@@ -240,6 +266,24 @@ mod tests {
                 "{delay}: {}",
                 found.delay
             );
+        }
+    }
+
+    /// Half a period later the other sign fits a sine as well, and a period later the same.
+    #[test]
+    fn regress_a_periodic_motion_keeps_its_sense() {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(8);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+        let speed = |t: f64| (31.4159 * t).sin();
+        let times = || (0..4000).map(|k| 1e-3 * f64::from(k));
+        for delay in [0.0, 0.013, -0.04] {
+            let estimate: Vec<f64> = times()
+                .map(|t| speed(t - delay) + 1e-4 * normal())
+                .collect();
+            let reference: Vec<f64> = times().map(speed).collect();
+            let found = BesideReference::of(&estimate, &reference, 1e-3).unwrap();
+            assert!((found.scale - 1.0).abs() < 1e-3, "{found:?}");
+            assert!((found.delay - delay).abs() < 1e-4, "{found:?}");
         }
     }
 

@@ -14,23 +14,25 @@ use proofmass_core::{Error, Watch};
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
 
-/// A reference against which every fused method is late or early alike has a delay of its own.
-fn reference_delay(rows: &[MethodRow]) -> Option<Finding> {
+/// A reference against which every fused method is late or early alike has a delay of its own. What is told is the delay of
+/// least squares: the maximum of a correlation is drawn to the samples of a noisy reference.
+fn reference_delay(rows: &[MethodRow], beside: &BesideReference) -> Option<Finding> {
     let highest = rows.iter().fold(0.0f64, |m, r| m.max(r.rate));
     let fused = |r: &&MethodRow| matches!(r.family, Family::Fused | Family::OffLine);
-    let mut delays: Vec<f64> = rows
+    let delays: Vec<f64> = rows
         .iter()
         .filter(|r| r.rate == highest)
         .filter(fused)
         .filter_map(|r| r.agreement.delay)
         .collect();
-    delays.sort_by(f64::total_cmp);
-    let middle = *delays.get(delays.len() / 2)?;
+    let (delay, u) = (beside.delay, beside.delay_uncertainty);
+    // Each within its own lag, and the steps of a correlation.
     let alike = delays
         .iter()
-        .all(|d| (d - middle).abs() < 0.2 * middle.abs());
-    (delays.len() > 2 && alike && middle.abs() > 2.0 / highest).then(|| {
-        let what = if middle < 0.0 { "late" } else { "early" };
+        .all(|d| (d - delay).abs() < 0.2 * delay.abs() + 1.0 / highest);
+    let matters = delay.abs() > (4.0 * u).max(2.0 / highest);
+    (delays.len() > 2 && alike && matters).then(|| {
+        let what = if delay < 0.0 { "late" } else { "early" };
         Finding::new(
             Severity::Warning,
             "reference-delay",
@@ -38,8 +40,12 @@ fn reference_delay(rows: &[MethodRow]) -> Option<Finding> {
                 "the reference is {what}: every fused velocity differs from it by the same time"
             ),
         )
-        .evidence(format!("{:.1} ms", 1e3 * middle.abs()))
-        .advice("shift the reference by this time, else the errors are mostly its delay")
+        .evidence(format!(
+            "{:.1} ms (u = {:.1} ms)",
+            1e3 * delay.abs(),
+            1e3 * u
+        ))
+        .advice("shift the reference by this time (--reference-latency), else the errors are mostly its delay")
     })
 }
 
@@ -245,7 +251,6 @@ pub fn compare(
     }
     let mut beside = None;
     if truth.is_some() {
-        findings.extend(reference_delay(&rows));
         beside = closest(&rows).and_then(|row| {
             let n = (1.0 / (row.rate * record.sample_time)).round().max(1.0) as usize;
             let slow: Vec<f64> = reference.iter().step_by(n).copied().collect();
@@ -253,6 +258,7 @@ pub fn compare(
             let first = first.min(slow.len());
             BesideReference::of(&row.velocity[first..], &slow[first..], 1.0 / row.rate)
         });
+        findings.extend(beside.and_then(|b| reference_delay(&rows, &b)));
         findings.extend(beside.and_then(|b| b.finding()));
     }
     let rank = |f: Family| match f {

@@ -267,8 +267,8 @@ pub(crate) fn part_finding(record: &MotionRecord, samples: &Range<usize>) -> Opt
         )
         .evidence(format!(
             "{:.3} s to {:.3} s of {:.3} s",
-            samples.start as f64 * dt,
-            samples.end as f64 * dt,
+            record.start + samples.start as f64 * dt,
+            record.start + samples.end as f64 * dt,
             n as f64 * dt
         ))
     })
