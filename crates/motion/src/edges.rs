@@ -98,7 +98,7 @@ fn paid_for(
     let constants = [tuned.gain, tuned.latency].into_iter().flatten().count();
     let readings = part.reading.iter().flatten().count() as f64;
     let effective = tuned.effective_readings;
-    let price = 0.5 * effective.ln() * (readings / effective).max(1.0);
+    let price = 0.5 * effective.ln().max(10.83) * (readings / effective).max(1.0);
     let brings = with - plain.log_likelihood(&without.model)?;
     Ok((brings < constants as f64 * price).then_some(without))
 }

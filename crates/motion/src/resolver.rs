@@ -47,8 +47,8 @@ const FIT: usize = 5;
 /// **Delay** none: a pair belongs to the middle of its block. **Assumes** less than a quarter turn of the axis within a block.
 ///
 /// # Errors
-/// [`Error::Length`]; [`Error::TooFew`] below three blocks, or below four samples to a period; [`Error::OutOfRange`] for a
-/// frequency or step of time that is not positive; [`Error::Constant`] for an excitation that does not oscillate.
+/// [`Error::Length`]; [`Error::TooFew`] below three blocks; [`Error::OutOfRange`] for a frequency with less than four samples to a
+/// period or with no period in the recording, and for a step of time that is not positive; [`Error::Constant`] for an excitation that does not oscillate.
 pub fn demodulated(
     start: f64,
     sample_time: f64,
@@ -90,13 +90,14 @@ pub fn demodulated(
         Excitation::Voltage(v) => oscillation(v)? / sample_time,
         Excitation::Frequency(f) => f,
     };
-    positive("carrier frequency", carrier)?;
     let period = 1.0 / (carrier * sample_time);
-    if period < PER_PERIOD {
-        return Err(Error::TooFew {
-            name: "samples to a period of the carrier",
-            needed: PER_PERIOD as usize,
-            got: period as usize,
+    let longest = n as f64;
+    if !(PER_PERIOD..=longest).contains(&period) {
+        return Err(Error::OutOfRange {
+            name: "carrier frequency",
+            value: carrier,
+            min: 1.0 / (longest * sample_time),
+            max: 1.0 / (PER_PERIOD * sample_time),
         });
     }
     let few = |needed| Error::TooFew {
@@ -104,9 +105,6 @@ pub fn demodulated(
         needed,
         got: n,
     };
-    if period > n as f64 {
-        return Err(few(period as usize));
-    }
     let block = whole_block(period);
     if n < 3 * block {
         return Err(few(3 * block));
@@ -302,7 +300,7 @@ pub struct ResolverAngles {
 /// Continuous angle in rad from the demodulated voltages of a resolver, V sin θ and V cos θ.
 ///
 /// # Errors
-/// [`Error::Length`]; [`Error::NotFinite`] with the first sample where there is no signal in most of them.
+/// [`Error::Length`]; [`Error::Constant`] where there is no signal in most samples.
 pub fn resolver(sine: &[f64], cosine: &[f64]) -> Result<ResolverAngles, Error> {
     if sine.len() != cosine.len() {
         return Err(Error::Length {
@@ -319,11 +317,11 @@ pub fn resolver(sine: &[f64], cosine: &[f64]) -> Result<ResolverAngles, Error> {
         sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
     };
     let signal = |a: f64| a.is_finite() && a > usual / 3.0;
-    if !(usual > 0.0 && usual.is_finite()) && !sine.is_empty() {
-        let index = amplitudes.iter().position(|a| !signal(*a)).unwrap_or(0);
-        return Err(Error::NotFinite {
-            name: "resolver angle",
-            index,
+    let silent = !(usual > 0.0 && usual.is_finite());
+    if silent && !sine.is_empty() {
+        return Err(Error::Constant {
+            name: "voltages of the resolver",
+            value: usual,
         });
     }
     let mut found = ResolverAngles {

@@ -87,6 +87,12 @@ impl<'a> Search<'a> {
         0.5 * self.effective.ln() * self.repeats()
     }
 
+    /// What a gain or a latency has to bring: of few readings that are new ½ ln n_e would take two in a hundred by chance, and
+    /// what they do to the velocity is large. At least the point of χ²(1) that one in a thousand passes.
+    fn price_of_pairing(&self) -> f64 {
+        0.5 * self.effective.ln().max(10.83) * self.repeats()
+    }
+
     pub(super) fn prior(&self, q: f64) -> f64 {
         // Bounds are soft by a rounding, so that the grid's ends count.
         if q > self.ceiling * 1.001 {
@@ -195,17 +201,18 @@ impl<'a> Search<'a> {
             gain,
             latency,
         } = point.unknowns;
+        // A gain that is held is in every model.
+        let pairing = [gain && self.held().is_none(), latency];
         let extra = [
             offset,
-            // A gain that is held is in every model.
-            gain && self.held().is_none(),
-            latency,
             point.noise.walk.is_some(),
             point.noise.colour.is_some(),
             point.noise.colour.is_some(),
         ];
         let k = extra.into_iter().filter(|x| *x).count() as f64;
-        point.log_likelihood + self.prior(point.noise.q) - k * self.price()
+        point.log_likelihood + self.prior(point.noise.q)
+            - k * self.price()
+            - pairing.into_iter().filter(|x| *x).count() as f64 * self.price_of_pairing()
     }
 
     /// q in the unit in which R = 1 and T = 1.
