@@ -355,6 +355,45 @@ fn coverage_of_car_logs_and_errors_below_the_best_low_pass() {
     assert!(better >= 7 && ratios.iter().all(|r| *r < 1.1), "{ratios:?}");
 }
 
+/// A minute on a motorway, whose slope outweighs its motion: the gain is not told by the readings, and a data sheet holds it.
+#[test]
+fn a_gain_that_is_stated_holds_on_a_motorway() {
+    let folder = tempfile::tempdir().unwrap();
+    let [wheel, along] = ["wheel.csv", "along.csv"].map(|n| folder.path().join(n));
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);
+    let car = Car::drive(&mut rng);
+    car.wheel(&mut rng, &wheel);
+    car.accelerometer(&mut rng, &along);
+    let out = folder.path().join("out");
+    succeed(&[
+        "velocity",
+        "estimate",
+        text(&wheel),
+        "--speed",
+        "wheel",
+        "--acceleration-file",
+        text(&along),
+        "--acceleration",
+        "along",
+        "--gain-uncertainty",
+        "2.9",
+        "-o",
+        text(&out),
+    ]);
+    let result = json(&out.join("result.json"));
+    let (gain, u, _) = quantity(&result, "gain");
+    let found = table(&out.join("velocity.csv"));
+    let (errors, rms) = car.errors(&found[0], &found[3]);
+    let first = found[0].iter().position(|t| *t >= 2.0).unwrap();
+    let pairs = errors.iter().zip(&found[4][first..]);
+    let inside = pairs.filter(|(e, u)| e.abs() < 1.96 * **u).count() as f64 / errors.len() as f64;
+    println!(
+        "gain {gain:.4} ± {u:.4}, smoother {:.1} mm/s, {inside:.3}",
+        1e3 * rms
+    );
+    assert!((gain - 1.0).abs() < 0.1 && u < 0.03, "{gain} {u}");
+}
+
 /// The comparison says by how much the wheels are wrong, and how late.
 fn compared(car: &Car, wheel: &Path, along: &Path, satellite: &Path) {
     let output = succeed(&[

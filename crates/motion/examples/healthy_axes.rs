@@ -131,8 +131,8 @@ fn s_curve(speed: f64, most: f64, jerk: f64) -> Motion {
         let mut sum = [0.0; 3];
         for (sign, u) in parts {
             let r = ramp(u);
-            for i in 0..3 {
-                sum[i] += sign * r[i];
+            for (total, part) in sum.iter_mut().zip(r) {
+                *total += sign * part;
             }
         }
         [
