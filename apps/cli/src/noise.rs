@@ -60,9 +60,21 @@ pub(crate) struct Noise {
     /// Also seek first-order Gauss–Markov processes
     #[arg(long)]
     gauss_markov: bool,
-    /// Also seek sinusoids
+    /// Also seek sinusoids, from one and a half cycles in the record on
     #[arg(long)]
     sinusoids: bool,
+    /// First-order lag of the output behind the thermometer, in seconds
+    #[arg(
+        long,
+        value_name = "SECONDS",
+        default_value_t = 0.0,
+        requires = "temperature",
+        allow_negative_numbers = true
+    )]
+    temperature_lag: f64,
+    /// Fit once more without gross outliers, beside the ordinary fit
+    #[arg(long)]
+    robust: bool,
     /// Terms to report with a value whatever the data say of zero
     #[arg(long = "report-terms", value_name = "K,…", value_delimiter = ',')]
     forced: Vec<Term>,
@@ -197,6 +209,7 @@ impl Noise {
                 probability: self.probability,
                 false_alarm_rate: self.false_alarm_rate,
                 highest_frequency: self.highest_frequency,
+                temperature_lag: self.temperature_lag,
                 ..FitOptions::default()
             },
             gaps: if self.refuse_gaps {
@@ -208,6 +221,7 @@ impl Noise {
             segment: self.segment,
             windows: self.windows,
             separate: self.separate,
+            robust: self.robust,
             ..AnalysisOptions::default()
         });
         job.clocks = self.reading.phase;

@@ -12,7 +12,8 @@ use crate::outcome::Job;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{Error, Watch};
 use proofmass_noise::{
-    AnalysisOptions, ChannelName, Gaps, LongRecord, NoiseChannel, analyse_watched, clock_line,
+    AnalysisOptions, ChannelName, Gaps, LongRecord, NoiseChannel, analyse_beside_temperature,
+    clock_line,
 };
 use proofmass_signal::Trace;
 use proofmass_uncertainty::{Finding, Severity};
@@ -85,6 +86,8 @@ pub enum NoiseSamples<'a> {
     Slices {
         /// The channels.
         channels: Vec<NoiseChannel<'a>>,
+        /// Temperature of every row, K or °C.
+        temperature: Option<&'a [f64]>,
         /// Time of every row in s, compared with the line of an even clock.
         stamps: Option<&'a [f64]>,
         /// Samples per second; that of the stamps when `None`.
@@ -105,6 +108,7 @@ impl<'a> NoiseData<'a> {
         Self {
             samples: NoiseSamples::Slices {
                 channels,
+                temperature: None,
                 stamps: None,
                 rate: Some(rate),
             },
@@ -134,9 +138,10 @@ impl Job for NoiseJob {
         match &data.samples {
             NoiseSamples::Slices {
                 channels,
+                temperature,
                 stamps,
                 rate,
-            } => self.in_memory(data, channels, *stamps, *rate, watch),
+            } => self.in_memory(data, channels, *temperature, *stamps, *rate, watch),
             NoiseSamples::Stream { channels, blocks } => {
                 let mut blocks = blocks
                     .lock()
@@ -152,6 +157,7 @@ impl NoiseJob {
         &self,
         data: &NoiseData<'_>,
         channels: &[NoiseChannel<'_>],
+        temperature: Option<&[f64]>,
         stamps: Option<&[f64]>,
         rate: Option<f64>,
         watch: &dyn Watch,
@@ -175,8 +181,9 @@ impl NoiseJob {
         if self.options.separate {
             self.separable(channels)?;
         }
-        let analysis = analyse_watched(channels, stamps, rate, &self.options, watch)
-            .map_err(|e| self.explain(e, data.name))?;
+        let analysis =
+            analyse_beside_temperature(channels, temperature, stamps, rate, &self.options, watch)
+                .map_err(|e| self.explain(e, data.name))?;
         let steady: Vec<f64> = match stamps {
             Some(stamps) => stamps.to_vec(),
             None => (0..channels.first().map_or(0, |c| c.rate.len()))
@@ -309,6 +316,10 @@ impl NoiseJob {
                 name: "channels to be separated",
                 ..
             } => "three channels side by side are needed: choose them with --columns",
+            Error::OutOfRange {
+                name: "range of a temperature that never changes, K",
+                ..
+            } => "leave --temperature out: a constant temperature explains nothing",
             Error::OutOfRange { name: "tau", .. } => {
                 "an averaging time is a whole number of sample intervals, at most a half or a third of the record by statistic"
             }

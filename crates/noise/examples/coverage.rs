@@ -31,6 +31,7 @@ struct Cell {
     markov: bool,
     /// Order of the filter and its corner as a part of the rate.
     filter: Option<(i32, f64)>,
+    samples: usize,
 }
 
 impl Cell {
@@ -43,11 +44,12 @@ impl Cell {
             quantisation: 0.0,
             markov: false,
             filter: None,
+            samples: SAMPLES,
         }
     }
 
     fn model(&self) -> NoiseModel {
-        let t = SAMPLES as f64 / RATE;
+        let t = self.samples as f64 / RATE;
         NoiseModel {
             white: 1.0,
             random_walk: 3.0_f64.sqrt() * self.walk / t,
@@ -128,11 +130,37 @@ fn cells() -> Vec<Cell> {
             filter: Some((1, 0.1)),
             ..Cell::new("N+B100:1st/10", 0.0, 100.0)
         },
+        Cell {
+            markov: true,
+            ..Cell::new("N+B100+GM", 0.0, 100.0)
+        },
     ]
+    .into_iter()
+    .chain(long_filters())
+    .collect()
 }
 
-/// Per term: held, identified, zero excluded; then misfit findings and bands cut.
-type Counts = [u64; 17];
+/// Filters over 2·10⁵ samples, with flicker noise whose crossing with the white noise comes to a fifth of the lowest corner.
+fn long_filters() -> impl Iterator<Item = Cell> {
+    let one = |order: i32, part: u32, flicker: f64| {
+        let word = if order == 1 { "1st" } else { "2nd" };
+        let front = if flicker > 0.0 { "N+B1000" } else { "N" };
+        let name = format!("{front}:{word}/{part}");
+        Cell {
+            filter: Some((order, 1.0 / f64::from(part))),
+            samples: 200_000,
+            ..Cell::new(name.leak(), 0.0, flicker)
+        }
+    };
+    [1, 2].into_iter().flat_map(move |order| {
+        [3, 10, 30, 100]
+            .into_iter()
+            .flat_map(move |part| [one(order, part, 0.0), one(order, part, 1000.0)])
+    })
+}
+
+/// Per term: held, identified, zero excluded; then misfit findings and bands cut; then N over the truth, and its square.
+type Counts = [f64; 19];
 
 fn examine(cell: &Cell, seed: u64) -> Counts {
     let model = cell.model();
@@ -151,19 +179,19 @@ fn examine(cell: &Cell, seed: u64) -> Counts {
     ];
     let mut rng = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(seed);
     let rate = match cell.filter {
-        None => simulate(&model, SAMPLES, RATE, &mut rng).expect("a legal model"),
+        None => simulate(&model, cell.samples, RATE, &mut rng).expect("a legal model"),
         Some((order, corner)) => {
             let mut sensor = SimulatedSensor::new(model.clone());
             sensor.low_pass = Some(LowPass {
                 order,
                 corner: corner * RATE,
             });
-            let axes = sensor.record(1, SAMPLES, RATE, seed);
+            let axes = sensor.record(1, cell.samples, RATE, seed);
             axes.expect("a legal sensor").remove(0)
         }
     };
     let fit = whittle(&rate, RATE, &options).expect("a long record");
-    let mut row = [0; 17];
+    let mut row = [0.0; 19];
     for (k, term) in TERMS.into_iter().enumerate() {
         let verdict = fit.get(term).expect("sought").verdict;
         let held = match verdict {
@@ -172,13 +200,20 @@ fn examine(cell: &Cell, seed: u64) -> Counts {
             }
             _ => verdict.upper().is_none_or(|u| truth[k] <= u),
         };
-        row[k] = u64::from(held);
-        row[5 + k] = u64::from(verdict.is_identified());
-        row[10 + k] = u64::from(verdict.value().is_some());
+        row[k] = flag(held);
+        row[5 + k] = flag(verdict.is_identified());
+        row[10 + k] = flag(verdict.value().is_some());
     }
-    row[15] = u64::from(fit.discrepancy > 0.0);
-    row[16] = u64::from(fit.band.cut);
+    row[15] = flag(fit.discrepancy > 0.0);
+    row[16] = flag(fit.band.cut);
+    let white = fit.model.white / model.white - 1.0;
+    row[17] = white;
+    row[18] = white * white;
     row
+}
+
+fn flag(yes: bool) -> f64 {
+    f64::from(u8::from(yes))
 }
 
 fn main() {
@@ -188,7 +223,7 @@ fn main() {
     let only = std::env::args().nth(3);
     println!("{records} records a cell: % holding the truth | % identified / % excluding zero");
     println!(
-        "{:13} {:^16} {:^16} {:^16} {:^16} {:^16} misfit  cut",
+        "{:13} {:^16} {:^16} {:^16} {:^16} {:^16} misfit  cut  bias of N, %",
         "", "Q", "N", "B", "K", "R"
     );
     for (index, cell) in cells().iter().enumerate() {
@@ -199,13 +234,13 @@ fn main() {
             .into_par_iter()
             .map(|k| examine(cell, (index as u64) << 32 | (first + k)))
             .reduce(
-                || [0; 17],
+                || [0.0; 19],
                 |mut a, b| {
                     a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
                     a
                 },
             );
-        let share = |n: u64| 100.0 * n as f64 / records as f64;
+        let share = |n: f64| 100.0 * n / records as f64;
         print!("{:13}", cell.name);
         for k in 0..5 {
             print!(
@@ -215,6 +250,12 @@ fn main() {
                 share(counts[10 + k])
             );
         }
-        println!("   {:4.1}  {:4.1}", share(counts[15]), share(counts[16]));
+        let (bias, square) = (share(counts[17]), share(counts[18]));
+        let scatter = (100.0 * square - bias * bias).max(0.0).sqrt() / (records as f64).sqrt();
+        println!(
+            "   {:4.1}  {:4.1}  {bias:+.2}({scatter:.2})",
+            share(counts[15]),
+            share(counts[16])
+        );
     }
 }

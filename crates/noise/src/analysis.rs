@@ -4,9 +4,9 @@ use crate::channel_analysis::{Steps, analyse_channel};
 use crate::record::check_count;
 use crate::{
     CoefficientFit, ConsistencyPoint, ConverterTrace, DeviationCurve, DeviationOptions,
-    Disturbance, DynamicWindow, FitOptions, FittedPoint, Gaps, InUnit, JointInfluence, KalmanNoise,
-    RecordGap, Sensor, SeparatedPoint, StateSpace, Statistic, Term, clock_line, gaps,
-    separated_deviations,
+    Disturbance, DynamicWindow, FitOptions, FitRecord, FittedPoint, Gaps, InUnit, JointInfluence,
+    KalmanNoise, RecordGap, RobustFit, Sensor, SeparatedPoint, StateSpace, Statistic, Term,
+    clock_line, gaps, separated_deviations,
 };
 use proofmass_core::{Error, Unwatched, Watch};
 use proofmass_signal::{Density, Detrend, Trend};
@@ -54,6 +54,8 @@ pub struct AnalysisOptions {
     pub windows: usize,
     /// Separate the noise of three channels that see the same (two: clocks measured against a third).
     pub separate: bool,
+    /// Fit once more without gross outliers, beside the ordinary fit.
+    pub robust: bool,
 }
 
 impl Default for AnalysisOptions {
@@ -69,6 +71,7 @@ impl Default for AnalysisOptions {
             segment: None,
             windows: 0,
             separate: false,
+            robust: false,
         }
     }
 }
@@ -114,6 +117,9 @@ pub struct ChannelAnalysis {
     pub curve: Option<DeviationCurve>,
     /// The curves of further statistics, in the order asked for.
     pub further: Vec<DeviationCurve>,
+    /// The curve of the main statistic without what follows the temperature, where a sensitivity to it is given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub compensated: Option<DeviationCurve>,
     /// The curve over time, where windows were asked for.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub windows: Vec<DynamicWindow>,
@@ -126,7 +132,10 @@ pub struct ChannelAnalysis {
     pub spectrum: Vec<SpectrumPoint>,
     /// Coefficients by maximum likelihood on the spectrum.
     pub whittle: Option<CoefficientFit>,
-    /// The fitted model beside the curve.
+    /// The fit without gross outliers, where that was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub robust: Option<RobustFit>,
+    /// The fitted model beside the curve; beside the compensated one where there is one.
     pub fitted: Vec<FittedPoint>,
     /// The coefficients given as values, in every unit in use.
     pub units: Vec<TermUnits>,
@@ -212,7 +221,38 @@ pub fn analyse_watched(
     options: &AnalysisOptions,
     watch: &dyn Watch,
 ) -> Result<Analysis, Error> {
-    let rates: Vec<&[f64]> = channels.iter().map(|c| c.rate).collect();
+    analyse_beside_temperature(channels, None, stamps, sample_rate, options, watch)
+}
+
+/// [`analyse_watched`] of channels with the temperature that was recorded beside them, K or °C, one value a row.
+///
+/// How each channel follows the temperature is fitted together with its noise ([`whittle_record`](crate::whittle_record)). Where a
+/// sensitivity is given, spectrum, disturbances and the fitted model are those of the record without it, and the curve stands
+/// twice: as recorded, and compensated. A missing temperature (NaN) is a gap.
+///
+/// **Errors** as [`analyse_watched`]; [`Error::OutOfRange`] for a temperature that never changes.
+pub fn analyse_beside_temperature(
+    channels: &[NoiseChannel<'_>],
+    temperature: Option<&[f64]>,
+    stamps: Option<&[f64]>,
+    sample_rate: f64,
+    options: &AnalysisOptions,
+    watch: &dyn Watch,
+) -> Result<Analysis, Error> {
+    let mut rates: Vec<&[f64]> = channels.iter().map(|c| c.rate).collect();
+    if let Some(temperature) = temperature {
+        let mut known = temperature.iter().filter(|t| !t.is_nan());
+        let first = known.next().copied().unwrap_or(0.0);
+        if known.all(|t| *t == first) {
+            return Err(Error::OutOfRange {
+                name: "range of a temperature that never changes, K",
+                value: 0.0,
+                min: f64::MIN_POSITIVE,
+                max: f64::MAX,
+            });
+        }
+        rates.push(temperature);
+    }
     let (runs, gaps) = gaps::stretches(&rates, stamps, sample_rate)?;
     let rows = (
         runs.first().map_or(0, |r| r.0),
@@ -249,14 +289,21 @@ pub fn analyse_watched(
             run.0 - rows.0 + lost
         })
         .collect();
-    let separated = separate(&rates, &chosen, sample_rate, options)?;
+    let separated = separate(&rates[..channels.len()], &chosen, sample_rate, options)?;
     let steps = Steps::new(watch, channels.len());
     steps.none()?;
     let channels = channels
         .par_iter()
         .map(|c| {
             let stretches: Vec<&[f64]> = chosen.iter().map(|r| &c.rate[r.0..r.1]).collect();
-            analyse_channel(c, &stretches, &starts, sample_rate, options, &steps)
+            let beside: Option<Vec<&[f64]>> =
+                temperature.map(|t| chosen.iter().map(|r| &t[r.0..r.1]).collect());
+            let record = FitRecord {
+                stretches: &stretches,
+                starts: &starts,
+                temperature: beside.as_deref(),
+            };
+            analyse_channel(c, &record, sample_rate, options, &steps)
         })
         .collect::<Result<Vec<_>, Error>>()?;
     Ok(Analysis {

@@ -5,11 +5,12 @@ use crate::cosine_spectrum::CosineSpectrum;
 use crate::curve_model::CurveModel;
 use crate::deviation::curve_of;
 use crate::dynamic::windows_of;
+use crate::temperature_effect::Temperature;
 use crate::{
-    AnalysisOptions, ChannelAnalysis, CoefficientFit, Disturbance, DisturbanceKind, JointInfluence,
-    NoiseChannel, NoiseModel, NoiseRecord, SpectrumPoint, TermUnits, chi_square_interval,
-    consistency, converter, converter_traces, disturbances, in_units, joint_influence,
-    kalman_noise, state_space, whittle_stretches,
+    AnalysisOptions, ChannelAnalysis, CoefficientFit, Disturbance, DisturbanceKind, FitRecord,
+    JointInfluence, NoiseChannel, NoiseModel, NoiseRecord, SpectrumPoint, TermUnits,
+    chi_square_interval, consistency, converter, converter_traces, disturbances, in_units,
+    joint_influence, kalman_noise, robust_fit, state_space, whittle_record,
 };
 use proofmass_core::{Error, Watch};
 use proofmass_signal::{Detrend, Trend, Welch};
@@ -46,16 +47,15 @@ impl<'a> Steps<'a> {
     }
 }
 
-/// Everything about one channel from its stretches, which begin at `starts` on the sampling clock.
+/// Everything about one channel from its stretches, which begin at known places on the sampling clock.
 pub(crate) fn analyse_channel(
     channel: &NoiseChannel<'_>,
-    stretches: &[&[f64]],
-    starts: &[usize],
+    record: &FitRecord<'_>,
     sample_rate: f64,
     options: &AnalysisOptions,
     steps: &Steps<'_>,
 ) -> Result<ChannelAnalysis, Error> {
-    let samples: usize = stretches.iter().map(|s| s.len()).sum();
+    let (stretches, starts, samples) = (record.stretches, record.starts, record.samples());
     let (trend, variance) = straight_line(stretches, starts, sample_rate);
     let mut result = ChannelAnalysis {
         name: channel.name.to_owned(),
@@ -66,11 +66,13 @@ pub(crate) fn analyse_channel(
         trend,
         curve: None,
         further: Vec::new(),
+        compensated: None,
         windows: Vec::new(),
         states: None,
         density: None,
         spectrum: Vec::new(),
         whittle: None,
+        robust: None,
         fitted: Vec::new(),
         units: Vec::new(),
         kalman: None,
@@ -117,12 +119,34 @@ pub(crate) fn analyse_channel(
     } else {
         stretches
     };
+    let seen = FitRecord {
+        stretches: seen,
+        ..*record
+    };
     result.whittle = outcome(
-        whittle_stretches(seen, sample_rate, &fit_options),
+        whittle_record(&seen, sample_rate, &fit_options),
         &mut result.findings,
     );
+    if let Some(fit) = result.whittle.as_ref().filter(|_| options.robust) {
+        match robust_fit(&seen, fit, sample_rate, &fit_options) {
+            Ok(robust) => result.robust = Some(robust),
+            Err(error) => result.findings.push(no_robust_fit(&error)),
+        }
+    }
     steps.one()?;
-    curves(&prepared, sample_rate, options, &mut result)?;
+    let freed = without_temperature(&seen, &prepared, sample_rate, result.whittle.as_ref());
+    let freed: Option<Vec<&[f64]>> = freed
+        .as_ref()
+        .map(|f| f.iter().map(Vec::as_slice).collect());
+    curves(
+        &prepared,
+        freed.as_deref(),
+        sample_rate,
+        options,
+        &mut result,
+    )?;
+    // What follows the temperature is neither noise nor a disturbance.
+    let prepared = freed.unwrap_or(prepared);
     if options.windows > 0 {
         result.windows = windows_of(
             &prepared,
@@ -133,10 +157,16 @@ pub(crate) fn analyse_channel(
         )?;
     }
     steps.one()?;
-    let spectrum = CosineSpectrum::new(stretches, sample_rate, &[]);
+    let (drawn, slope) = if result.compensated.is_some() {
+        let (line, _) = straight_line(&prepared, starts, sample_rate);
+        (&prepared[..], line.slope)
+    } else {
+        (stretches, trend.slope)
+    };
+    let spectrum = CosineSpectrum::new(drawn, sample_rate, &[]);
     result.spectrum = points(
         &spectrum,
-        trend.slope,
+        slope,
         options.deviation.probability,
         result.whittle.as_ref().map(|f| &f.model),
     );
@@ -207,35 +237,78 @@ fn straight_line(stretches: &[&[f64]], starts: &[usize], sample_rate: f64) -> (T
     (trend, yy / f64::max(n - 1.0, 1.0))
 }
 
-/// The curves, with the degrees of freedom of the fitted noise.
+/// The samples without what follows the temperature; `None` where no sensitivity is given.
+fn without_temperature(
+    record: &FitRecord<'_>,
+    prepared: &[&[f64]],
+    sample_rate: f64,
+    fit: Option<&CoefficientFit>,
+) -> Option<Vec<Vec<f64>>> {
+    let known = fit?.temperature.as_ref()?;
+    let sensitivity = known.verdict.value()?;
+    let temperature = Temperature::of(record, sample_rate, known.lag)?;
+    let freed = prepared
+        .iter()
+        .zip(temperature.courses(sample_rate))
+        .map(|(s, course)| {
+            s.iter()
+                .zip(course)
+                .map(|(y, t)| y - sensitivity * t)
+                .collect()
+        });
+    Some(freed.collect())
+}
+
+fn no_robust_fit(error: &Error) -> Finding {
+    Finding::new(
+        Severity::Warning,
+        "no-robust-fit",
+        "the fit without outliers could not be made",
+    )
+    .evidence(error.to_string())
+    .advice(
+        "with more than a tenth of the samples far out they are no outliers: look at the time plot",
+    )
+}
+
+/// The curves, with the degrees of freedom of the fitted noise; `freed` of what follows the temperature.
 fn curves(
     stretches: &[&[f64]],
+    freed: Option<&[&[f64]]>,
     sample_rate: f64,
     options: &AnalysisOptions,
     result: &mut ChannelAnalysis,
 ) -> Result<(), Error> {
-    let records: Vec<NoiseRecord<'_>> = stretches.iter().map(|s| NoiseRecord::Rate(s)).collect();
-    let model = result
-        .whittle
-        .as_ref()
-        .and_then(|fit| CurveModel::with(&fit.model, &records, sample_rate));
-    let curve = |statistic| {
+    fn rates<'a>(stretches: &[&'a [f64]]) -> Vec<NoiseRecord<'a>> {
+        stretches.iter().map(|s| NoiseRecord::Rate(s)).collect()
+    }
+    let records = rates(stretches);
+    let freed = freed.map(rates);
+    let model = result.whittle.as_ref().and_then(|fit| {
+        CurveModel::with(&fit.model, freed.as_ref().unwrap_or(&records), sample_rate)
+    });
+    let curve = |records: &[NoiseRecord<'_>], statistic| {
         curve_of(
-            &records,
+            records,
             sample_rate,
             statistic,
             &options.deviation,
             model.as_ref(),
         )
     };
-    let main = curve(options.statistic)?;
+    let main = curve(&records, options.statistic)?;
+    if let Some(freed) = &freed {
+        result.compensated = Some(curve(freed, options.statistic)?);
+    }
+    let modelled = result.compensated.as_ref().unwrap_or(&main);
     result.further = options
         .further
         .iter()
-        .map(|&s| curve(s))
+        .map(|&s| curve(&records, s))
         .collect::<Result<_, Error>>()?;
     if let Some(fit) = &result.whittle {
-        result.fitted = crate::consistency::fitted(&fit.model, &main, fit.band.highest_frequency);
+        result.fitted =
+            crate::consistency::fitted(&fit.model, modelled, fit.band.highest_frequency);
         let seen: Vec<_> = result.fitted.iter().filter(|p| p.in_band).collect();
         let outside = seen.iter().filter(|p| !p.inside).count();
         // Neighbouring τ share their differences: a third of the points outside is not chance.
@@ -243,7 +316,8 @@ fn curves(
             let worst = seen
                 .iter()
                 .zip(
-                    main.points
+                    modelled
+                        .points
                         .iter()
                         .filter(|q| seen.iter().any(|p| p.tau == q.tau)),
                 )
@@ -282,7 +356,7 @@ fn points(
     let mut points = Vec::new();
     let (mut count, mut density, mut frequency) = (0.0, 0.0, 0.0);
     for bin in bins {
-        let seen = bin.cc - 2.0 * slope * bin.cd + slope * slope * bin.dd;
+        let seen = bin.freed_of_ramp(slope);
         count += bin.count;
         density += bin.count * seen;
         frequency += bin.count * bin.frequency.ln();
@@ -384,7 +458,7 @@ fn densities(
         .unwrap_or_else(|| power_of_two(longest.min(4096)));
     result.density = Some(Welch::new(segment).density(rate, sample_rate)?);
     let fine = power_of_two(longest.min(65_536));
-    if let Some(curve) = &result.curve
+    if let Some(curve) = result.compensated.as_ref().or(result.curve.as_ref())
         && fine >= 64
     {
         // Straight lines are removed piecewise: a walk leaks less.

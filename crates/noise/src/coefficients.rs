@@ -1,7 +1,7 @@
 //! Coefficients as they are reported: with an interval, or with the reason why there is none.
 
 use crate::profile::Profile;
-use crate::{GaussMarkov, NoiseModel, Sinusoid, Term};
+use crate::{GaussMarkov, NoiseModel, Sinusoid, TemperatureSensitivity, Term};
 use proofmass_core::Error;
 use proofmass_uncertainty::{Covariance, Finding};
 use serde::{Deserialize, Serialize};
@@ -21,6 +21,8 @@ pub enum Reason {
     },
     /// A model without it describes the data; no limit was found.
     OtherTermsSuffice,
+    /// Temperature and ramp have the same course in this record.
+    Collinear,
     /// Only the band below a filter was used, in which the term has no share.
     BeyondBand {
         /// Highest frequency used, Hz.
@@ -36,6 +38,9 @@ impl fmt::Display for Reason {
                 "the likelihood loses {gain:.1} without it, {needed:.1} are needed to exclude zero"
             ),
             Self::OtherTermsSuffice => f.write_str("the other terms describe the data without it"),
+            Self::Collinear => {
+                f.write_str("the temperature changes as a ramp does: they cannot be told apart")
+            }
             Self::BeyondBand { highest_frequency } => write!(
                 f,
                 "not determinable from 0 to {} Hz, the band that was used",
@@ -275,6 +280,9 @@ pub struct CoefficientFit {
     pub discrepancy: f64,
     /// What part of the spectrum was used.
     pub band: BandUse,
+    /// How the output follows the temperature, where one was recorded beside it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub temperature: Option<TemperatureSensitivity>,
     /// What to doubt.
     pub findings: Vec<Finding>,
 }
@@ -321,6 +329,8 @@ pub struct FitOptions {
     pub highest_frequency: Option<f64>,
     /// How many samples of the sensor were averaged into each of the record, whose spectrum differs for it.
     pub averaged: usize,
+    /// First-order lag of the output behind the thermometer, s.
+    pub temperature_lag: f64,
 }
 
 impl Default for FitOptions {
@@ -340,6 +350,7 @@ impl Default for FitOptions {
             unit: "m/s²".to_owned(),
             highest_frequency: None,
             averaged: 1,
+            temperature_lag: 0.0,
         }
     }
 }
@@ -371,6 +382,14 @@ impl FitOptions {
     pub(crate) fn check(&self, sample_rate: f64) -> Result<(), Error> {
         proofmass_core::check::probability(self.probability)?;
         check_false_alarm_rate(self.false_alarm_rate)?;
+        if !(self.temperature_lag >= 0.0 && self.temperature_lag.is_finite()) {
+            return Err(Error::OutOfRange {
+                name: "lag behind the temperature in s",
+                value: self.temperature_lag,
+                min: 0.0,
+                max: f64::MAX,
+            });
+        }
         let nyquist = 0.5 * sample_rate;
         match self.highest_frequency {
             Some(f) if !(f > 0.0 && f <= nyquist * (1.0 + 1e-12)) => Err(Error::OutOfRange {

@@ -1,6 +1,6 @@
 //! The record in cosines: the coordinates in which white noise and random walk are independent.
 
-use proofmass_signal::fourier;
+use proofmass_signal::fourier::{self, Complex};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
@@ -29,21 +29,31 @@ pub(crate) struct Node {
     pub(crate) weight: f64,
 }
 
-/// Neighbouring cosines together: mean squares of the record's coefficients c and of those of a unit ramp d.
+/// Neighbouring cosines together: mean products of the coefficients of the record, of a unit ramp, and of further known forms.
 #[derive(Clone, Debug)]
 pub(crate) struct Bin {
     /// Mean frequency in Hz.
     pub(crate) frequency: f64,
     /// How many coefficients.
     pub(crate) count: f64,
-    /// Mean of c².
-    pub(crate) cc: f64,
-    /// Mean of c d.
-    pub(crate) cd: f64,
-    /// Mean of d².
-    pub(crate) dd: f64,
+    /// Mean products x_a x_b at [`pair`]`(a, b)`: x_0 is the record, x_1 a unit ramp, x_2 … the further forms.
+    pub(crate) products: Vec<f64>,
     /// Where densities are taken.
     pub(crate) nodes: Vec<Node>,
+}
+
+/// Place of a product among the packed lower triangle, a ≥ b.
+pub(crate) fn pair(a: usize, b: usize) -> usize {
+    let (a, b) = if a < b { (b, a) } else { (a, b) };
+    a * (a + 1) / 2 + b
+}
+
+impl Bin {
+    /// Mean square of the record without a ramp of this slope.
+    pub(crate) fn freed_of_ramp(&self, slope: f64) -> f64 {
+        let p = &self.products;
+        p[0] - 2.0 * slope * p[1] + slope * slope * p[2]
+    }
 }
 
 /// Cosine spectrum of a record of one or several stretches.
@@ -58,18 +68,36 @@ pub(crate) struct CosineSpectrum {
     pub(crate) sample_rate: f64,
     /// Longest stretch in s.
     pub(crate) longest: f64,
+    /// How many forms are known beside the record: the ramp, then what the caller gave.
+    pub(crate) forms: usize,
     /// The bins; the single ones first, then by frequency.
     pub(crate) bins: Vec<Bin>,
 }
 
 impl CosineSpectrum {
-    /// Of stretches with their starts in s on one clock; stretches of fewer than three samples tell nothing.
+    /// Of stretches without frequencies (from, to); stretches of fewer than three samples tell nothing.
     pub(crate) fn new(stretches: &[&[f64]], sample_rate: f64, without: &[(f64, f64)]) -> Self {
-        let used: Vec<&[f64]> = stretches.iter().copied().filter(|s| s.len() > 2).collect();
+        Self::beside(stretches, &[], sample_rate, without)
+    }
+
+    /// Beside forms that are known but for their size, each by its samples over the same stretches.
+    pub(crate) fn beside(
+        stretches: &[&[f64]],
+        forms: &[Form],
+        sample_rate: f64,
+        without: &[(f64, f64)],
+    ) -> Self {
+        let long: Vec<usize> = (0..stretches.len())
+            .filter(|i| stretches[*i].len() > 2)
+            .collect();
+        let used: Vec<&[f64]> = long.iter().map(|i| stretches[*i]).collect();
         let single = (SINGLE_OF_ALL / used.len().max(1)).clamp(4, SINGLE);
-        let parts: Vec<Vec<Bin>> = used
+        let parts: Vec<Vec<Bin>> = long
             .par_iter()
-            .map(|s| bins_of(s, sample_rate, single, without))
+            .map(|&i| {
+                let known = forms.iter().map(|f| f.cosines(i, sample_rate)).collect();
+                bins_of(stretches[i], known, sample_rate, single, without)
+            })
             .collect();
         let mut bins: Vec<Bin> = Vec::new();
         let mut shared: Vec<Bin> = Vec::new();
@@ -86,6 +114,7 @@ impl CosineSpectrum {
         Self {
             sample_rate,
             longest: used.iter().map(|s| s.len()).max().unwrap_or(0) as f64 / sample_rate,
+            forms: 1 + forms.len(),
             bins,
         }
     }
@@ -109,9 +138,9 @@ fn pool(mut bins: Vec<Bin>) -> Vec<Bin> {
             Some(last) if cell(last) == cell(&bin) => {
                 let all = last.count + bin.count;
                 let (a, b) = (last.count / all, bin.count / all);
-                last.cc = a * last.cc + b * bin.cc;
-                last.cd = a * last.cd + b * bin.cd;
-                last.dd = a * last.dd + b * bin.dd;
+                for (sum, one) in last.products.iter_mut().zip(&bin.products) {
+                    *sum = a * *sum + b * one;
+                }
                 last.nodes.iter_mut().for_each(|n| n.weight *= a);
                 last.nodes.extend(bin.nodes.into_iter().map(|n| Node {
                     weight: n.weight * b,
@@ -149,10 +178,50 @@ fn thin(nodes: &mut Vec<Node>) {
     *nodes = halved;
 }
 
+/// A course that is known but for its size, by its samples over every stretch.
+#[derive(Clone, Debug)]
+pub(crate) struct Form {
+    /// Samples of each stretch.
+    pub(crate) samples: Vec<Vec<f64>>,
+    /// Frequency in Hz from which on it is taken as zero (a thermometer's own noise).
+    pub(crate) highest: f64,
+}
+
+impl Form {
+    pub(crate) fn new(samples: Vec<Vec<f64>>) -> Self {
+        Self {
+            samples,
+            highest: f64::INFINITY,
+        }
+    }
+
+    fn cosines(&self, stretch: usize, sample_rate: f64) -> Vec<f64> {
+        let mut c = cosines(&self.samples[stretch], sample_rate);
+        self.clear_above(&mut c, sample_rate);
+        c
+    }
+
+    /// Makes the coefficients above the highest frequency zero.
+    pub(crate) fn clear_above(&self, c: &mut [f64], sample_rate: f64) {
+        let last = 2.0 * self.highest * c.len() as f64 / sample_rate;
+        if last + 1.0 < c.len() as f64 {
+            c[last as usize + 1..].fill(0.0);
+        }
+    }
+}
+
 /// Bins of one stretch, without the frequencies in `without` (from, to).
-fn bins_of(rate: &[f64], sample_rate: f64, single: usize, without: &[(f64, f64)]) -> Vec<Bin> {
+fn bins_of(
+    rate: &[f64],
+    known: Vec<Vec<f64>>,
+    sample_rate: f64,
+    single: usize,
+    without: &[(f64, f64)],
+) -> Vec<Bin> {
     let n = rate.len();
     let c = cosines(rate, sample_rate);
+    let order = 2 + known.len();
+    let mut x = vec![0.0; order];
     let frequency = |k: f64| 0.5 * k * sample_rate / n as f64;
     let clear = |k: usize| {
         let f = frequency(k as f64);
@@ -172,12 +241,22 @@ fn bins_of(rate: &[f64], sample_rate: f64, single: usize, without: &[(f64, f64)]
                 end
             }
         };
-        let (mut cc, mut cd, mut dd, mut count) = (0.0, 0.0, 0.0, 0_usize);
+        let mut products = vec![0.0; pair(order, 0)];
+        let mut count = 0_usize;
         for k in (start..end).filter(|k| clear(*k)) {
-            let d = ramp_cosine(k, n, sample_rate);
-            cc += c[k] * c[k];
-            cd += c[k] * d;
-            dd += d * d;
+            x[0] = c[k];
+            x[1] = ramp_cosine(k, n, sample_rate);
+            for (x, form) in x[2..].iter_mut().zip(&known) {
+                *x = form[k];
+            }
+            let mut sums = products.iter_mut();
+            for a in 0..order {
+                for b in 0..=a {
+                    if let Some(sum) = sums.next() {
+                        *sum += x[a] * x[b];
+                    }
+                }
+            }
             count += 1;
         }
         if count > 0 {
@@ -198,9 +277,7 @@ fn bins_of(rate: &[f64], sample_rate: f64, single: usize, without: &[(f64, f64)]
             bins.push(Bin {
                 frequency: frequency(0.5 * (start + end - 1) as f64),
                 count: m,
-                cc: cc / m,
-                cd: cd / m,
-                dd: dd / m,
+                products: products.into_iter().map(|s| s / m).collect(),
                 nodes,
             });
         }
@@ -213,7 +290,7 @@ fn bins_of(rate: &[f64], sample_rate: f64, single: usize, without: &[(f64, f64)]
 ///
 /// One transform of length n of the samples with even index followed by those with odd index backwards. **Source**
 /// `[Makhoul1980]`.
-fn cosines(rate: &[f64], sample_rate: f64) -> Vec<f64> {
+pub(crate) fn cosines(rate: &[f64], sample_rate: f64) -> Vec<f64> {
     let n = rate.len();
     let mean = rate.iter().sum::<f64>() / n as f64;
     let mut folded: Vec<f64> = rate.iter().step_by(2).map(|y| y - mean).collect();
@@ -231,6 +308,35 @@ fn cosines(rate: &[f64], sample_rate: f64) -> Vec<f64> {
         }
     }
     c
+}
+
+/// The samples about their mean that have these coefficients.
+///
+/// The transform of [`cosines`] backwards: X_k = ½ e^{iπk/2n}(C_k − i C_{n−k}) is that of the folded samples.
+pub(crate) fn inverse_cosines(c: &[f64], sample_rate: f64) -> Vec<f64> {
+    let n = c.len();
+    if n < 2 {
+        return vec![0.0; n];
+    }
+    let scale = 0.5 * (sample_rate * n as f64).sqrt();
+    let spectrum = (0..=n / 2)
+        .map(|k| {
+            if k == 0 {
+                return Complex::new(0.0, 0.0);
+            }
+            let (sin, cos) = (0.5 * PI * k as f64 / n as f64).sin_cos();
+            let (a, b) = (scale * c[k], -scale * c[n - k]);
+            Complex::new(a * cos - b * sin, a * sin + b * cos)
+        })
+        .collect();
+    let folded = fourier::inverse(spectrum, n).unwrap_or_else(|| vec![0.0; n]);
+    let mut rate = vec![0.0; n];
+    let half = n.div_ceil(2);
+    for (i, v) in folded.into_iter().enumerate() {
+        let place = if i < half { 2 * i } else { 2 * (n - i) - 1 };
+        rate[place] = v;
+    }
+    rate
 }
 
 /// Coefficient k of the ramp i/f_s: zero for even k.
@@ -294,6 +400,18 @@ mod tests {
                     (ramp_cosine(k, n, 4.0) - sum(&ramp)).abs() < 1e-12,
                     "{n} {k}"
                 );
+            }
+        }
+    }
+
+    #[test]
+    fn law_cosines_come_back() {
+        for n in [2_usize, 3, 9, 10, 31] {
+            let y: Vec<f64> = (0..n).map(|i| ((i * i * 7 + 3) % 11) as f64).collect();
+            let mean = y.iter().sum::<f64>() / n as f64;
+            let back = inverse_cosines(&cosines(&y, 4.0), 4.0);
+            for (a, b) in y.iter().zip(back) {
+                assert!((a - mean - b).abs() < 1e-12, "{n}: {a} {b}");
             }
         }
     }

@@ -191,7 +191,7 @@ fn fitted(stretches: &[Vec<f64>], sample_rate: f64, factor: usize) -> Option<(No
             .iter()
             .map(|b| {
                 let expected = model.density(b.frequency, spectrum.sample_rate);
-                (b.frequency, b.count, b.cc, expected)
+                (b.frequency, b.count, b.products[0], expected)
             })
             .collect();
         (model, seen)

@@ -35,10 +35,10 @@
 //!
 //! # Not covered
 //!
-//! - Gauss–Markov processes and sinusoids are sought only when named in [`FitOptions::terms`]; sinusoids of fewer than three
-//!   cycles are not found.
+//! - Gauss–Markov processes and sinusoids are sought only when named in [`FitOptions::terms`]; sinusoids of fewer than one and a
+//!   half cycles are not found.
 //! - Degrees of freedom of MTOTDEV and HTOTDEV for flicker phase noise beyond what `[SP1065]` publishes.
-//! - Cross-spectra and correlation between channels; temperature as a cause of drift.
+//! - Cross-spectra and correlation between channels.
 
 mod allan;
 mod allan_covariance;
@@ -58,6 +58,9 @@ mod deviation;
 mod disturbance;
 mod dynamic;
 mod edf;
+mod effects;
+mod fit_findings;
+mod fit_record;
 mod gaps;
 mod hadamard;
 mod limit;
@@ -70,13 +73,16 @@ mod overlapping;
 mod phase;
 mod profile;
 mod record;
+mod robust;
 mod separation;
 mod simulate;
+mod slow_sinusoid;
 mod spectrum_bins;
 mod state_space;
 mod statistic;
 mod streaming;
 mod taus;
+mod temperature_effect;
 mod term_density;
 mod theo;
 mod time_error;
@@ -89,7 +95,7 @@ mod whittle;
 
 pub use analysis::{
     Analysis, AnalysisOptions, ChannelAnalysis, NoiseChannel, SpectrumPoint, TermUnits, analyse,
-    analyse_watched,
+    analyse_beside_temperature, analyse_watched,
 };
 pub use bias::Bias;
 pub use clock_line::{ClockLine, Slip, clock_line};
@@ -107,20 +113,23 @@ pub use disturbance::{
 };
 pub use dynamic::{DynamicWindow, dynamic_deviation};
 pub use edf::{EdfFormula, chi_square_interval, equivalent_dof};
+pub use fit_record::FitRecord;
 pub use gaps::{GapKind, Gaps, RecordGap, Stretches, stretches};
 pub use limit::{Conformity, LimitCheck, NoiseLimit, against_limit};
 pub use long_record::{ChannelName, LongRecord};
 pub use model::{GaussMarkov, NoiseModel, Sinusoid, Term};
 pub use noise_type::{NoiseBasis, NoiseType};
 pub use record::NoiseRecord;
+pub use robust::{RobustFit, robust_fit};
 pub use separation::{SeparatedPoint, separated_deviations};
 pub use simulate::{SimulatedSensor, simulate, simulated_stamps};
 pub use state_space::{BiasComponent, StateSpace, state_space};
 pub use statistic::Statistic;
 pub use streaming::StreamingAllan;
 pub use taus::Taus;
+pub use temperature_effect::TemperatureSensitivity;
 pub use term_density::LowPass;
 pub use time_error::{groslambert_covariance, three_cornered_hat};
 pub use unit_comparison::{TermComparison, equal_coefficients};
 pub use units::{Conservative, InUnit, KalmanNoise, Sensor, conservative, in_units, kalman_noise};
-pub use whittle::{whittle, whittle_stretches};
+pub use whittle::{whittle, whittle_record, whittle_stretches};

@@ -50,12 +50,13 @@ impl Lines {
     }
 }
 
-/// Lines of the longest stretch that stand out of a model.
+/// Lines of the longest stretch that stand out of a model, those above a frequency in Hz.
 pub(crate) fn find(
     stretches: &[&[f64]],
     sample_rate: f64,
     model: &NoiseModel,
     false_alarm_rate: f64,
+    above: f64,
 ) -> Lines {
     let Some(longest) = stretches.iter().max_by_key(|s| s.len()) else {
         return Lines::default();
@@ -68,6 +69,7 @@ pub(crate) fn find(
     let found = bins
         .lines(model, false_alarm_rate)
         .into_iter()
+        .filter(|index| bins.frequency(*index as f64) > above)
         .map(|index| line_at(&detrended, sample_rate, index))
         .collect();
     Lines {

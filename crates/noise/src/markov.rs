@@ -2,9 +2,10 @@
 
 use crate::FitOptions;
 use crate::cosine_spectrum::CosineSpectrum;
+use crate::effects::Effects;
 use crate::profile::{Fitted, square_level};
 use crate::term_density::{Process, column};
-use crate::variance_fit::{Likelihood, Line};
+use crate::variance_fit::Likelihood;
 
 /// Processes sought at most.
 const MOST: usize = 3;
@@ -26,7 +27,6 @@ pub(crate) struct Markov {
 pub(crate) struct Search<'a> {
     pub(crate) spectrum: &'a CosineSpectrum,
     pub(crate) highest: f64,
-    pub(crate) line: Line,
     pub(crate) walk: Option<usize>,
 }
 
@@ -51,8 +51,7 @@ impl Search<'_> {
         let count = ((longest / shortest).log10() * PER_DECADE).floor().max(0.0) as usize + 1;
         let needed = square_level(1.0 - options.false_alarm_rate / count as f64);
         while found.len() < MOST {
-            let Some(before) = Fitted::new(likelihood.clone(), held.clone(), self.line, self.walk)
-            else {
+            let Some(before) = Fitted::new(likelihood.clone(), held.clone(), self.walk) else {
                 break;
             };
             let mut free = held.clone();
@@ -62,7 +61,7 @@ impl Search<'_> {
                 let crude = with.start();
                 let mut near = before.best.squares.clone();
                 near.push(crude.last().copied().unwrap_or(0.0));
-                with.minimise(&[&near, &crude], &free, self.line)
+                with.minimise(&[&near, &crude], &free, Effects::Restricted)
                     .map_or(f64::INFINITY, |m| m.value)
             };
             let grid: Vec<(f64, f64)> = (0..count)

@@ -1,6 +1,7 @@
 //! Intervals of noise coefficients from profile likelihoods: every term is in the model, none is selected.
 
-use crate::variance_fit::{Likelihood, Line, Minimum};
+use crate::effects::Effects;
+use crate::variance_fit::{Likelihood, Minimum};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// A square held at a value costs up to this much more likelihood than χ² of one degree of freedom: the other squares
@@ -35,6 +36,11 @@ pub(crate) fn slope_level(probability: f64) -> f64 {
     chi_square(probability) + excess
 }
 
+/// Rise of −2 ln L at the ends of the interval of the size of another form.
+pub(crate) fn form_level(probability: f64) -> f64 {
+    slope_level(probability)
+}
+
 fn chi_square(probability: f64) -> f64 {
     ChiSquared::new(1.0).map_or(f64::INFINITY, |d| d.inverse_cdf(probability))
 }
@@ -56,7 +62,6 @@ pub(crate) struct Fitted {
     pub(crate) likelihood: Likelihood,
     /// Values that are not to be fitted.
     pub(crate) held: Vec<Option<f64>>,
-    pub(crate) line: Line,
     /// Which column is the random walk, if any: a ramp takes its place.
     pub(crate) walk: Option<usize>,
     pub(crate) best: Minimum,
@@ -66,19 +71,25 @@ impl Fitted {
     pub(crate) fn new(
         likelihood: Likelihood,
         held: Vec<Option<f64>>,
-        line: Line,
         walk: Option<usize>,
     ) -> Option<Self> {
         let crude = likelihood.start();
         let low: Vec<f64> = crude.iter().map(|v| 0.1 * v).collect();
-        let best = likelihood.minimise(&[&crude, &low], &held, line)?;
+        let best = likelihood.minimise(&[&crude, &low], &held, Effects::Restricted)?;
         Some(Self {
             likelihood,
             held,
-            line,
             walk,
             best,
         })
+    }
+
+    /// With another form ahead: the one whose size [`Fitted::first`] profiles.
+    pub(crate) fn led_by(&self, form: usize) -> Self {
+        Self {
+            likelihood: self.likelihood.led_by(form),
+            ..self.clone()
+        }
     }
 
     /// D_j(x): least −2 ln L with square j at x, over the least of all.
@@ -89,7 +100,7 @@ impl Fitted {
         let starts: [&[f64]; 3] = [&near.squares, &self.best.squares, &crude];
         let mut found = self
             .likelihood
-            .minimise(&starts, &held, self.line)
+            .minimise(&starts, &held, Effects::Restricted)
             .unwrap_or(Minimum {
                 squares: near.squares.clone(),
                 value: f64::INFINITY,
@@ -173,14 +184,22 @@ impl Fitted {
         outside
     }
 
-    /// Interval of the slope where −2 ln L of the squares at their best rises by `level`.
+    /// Interval of the size of the first form (the slope of a ramp) where −2 ln L, at its best over all squares and with the other
+    /// forms integrated out, rises by `level`.
     ///
     /// A record of a walk and one of a ramp resemble each other: the likelihood has an optimum for either, and the
     /// interval spans both where both are admitted.
-    pub(crate) fn slope(&self, level: f64) -> Option<Profile> {
+    pub(crate) fn first(&self, level: f64) -> Option<Profile> {
         let likelihood = &self.likelihood;
+        if likelihood.forms == 0 {
+            return None;
+        }
         let crude = likelihood.start();
-        let flat = likelihood.minimise(&[&self.best.squares, &crude], &self.held, Line::At(0.0))?;
+        let flat = likelihood.minimise(
+            &[&self.best.squares, &crude],
+            &self.held,
+            Effects::FirstAt(0.0),
+        )?;
         let mut weak = self.best.squares.clone();
         if let Some(walk) = self.walk {
             weak[walk] *= 0.03;
@@ -188,10 +207,10 @@ impl Fitted {
         let starts: [&[f64]; 4] = [&self.best.squares, &flat.squares, &crude, &weak];
         let mut optima: Vec<(f64, f64, Minimum)> = starts
             .iter()
-            .filter_map(|s| likelihood.minimise_from(s, &self.held, Line::Best))
+            .filter_map(|s| likelihood.minimise_from(s, &self.held, Effects::Best(1)))
             .filter_map(|m| {
-                let (slope, u) = likelihood.slope(&m.squares)?;
-                Some((slope, u, m))
+                let (size, u) = likelihood.first(&m.squares)?;
+                Some((size, u, m))
             })
             .collect();
         optima.sort_by(|a, b| a.2.value.total_cmp(&b.2.value));
@@ -199,7 +218,7 @@ impl Fitted {
         let rise = |x: f64, near: &[f64]| -> (f64, Vec<f64>) {
             let starts: [&[f64]; 4] = [near, &flat.squares, &self.best.squares, &crude];
             likelihood
-                .minimise(&starts, &self.held, Line::At(x))
+                .minimise(&starts, &self.held, Effects::FirstAt(x))
                 .map_or((f64::INFINITY, near.to_vec()), |m| {
                     (m.value - least.value, m.squares)
                 })
@@ -270,7 +289,7 @@ mod tests {
             .iter()
             .map(|t| column(&spectrum, Process::Power(*t), 1))
             .collect();
-        crate::whittle::likelihood_of(&spectrum, columns)
+        Likelihood::new(&spectrum, columns)
     }
 
     /// Values worked out by an independent program.
@@ -278,16 +297,16 @@ mod tests {
     fn known_likelihood_of_a_short_record() {
         let l = fixture();
         let v = [0.0, 0.1, 0.05, 0.01];
-        let (slope, u) = l.slope(&v).unwrap();
+        let (slope, u) = l.first(&v).unwrap();
         assert!((slope - 0.073_001_4).abs() < 1e-6 && (u - 0.014_581_1).abs() < 1e-6);
-        assert!((l.value(&v, Line::Best) + 26.1337).abs() < 2e-3);
-        assert!((l.value(&v, Line::At(0.0)) + 1.067_73).abs() < 2e-3);
-        assert!((l.value(&v, Line::Restricted) + 17.6776).abs() < 2e-3);
+        assert!((l.value(&v, Effects::Best(1)) + 26.1337).abs() < 2e-3);
+        assert!((l.value(&v, Effects::FirstAt(0.0)) + 1.067_73).abs() < 2e-3);
+        assert!((l.value(&v, Effects::Restricted) + 17.6776).abs() < 2e-3);
     }
 
     #[test]
     fn known_fit_of_a_short_record() {
-        let fit = Fitted::new(fixture(), vec![None; 4], Line::Restricted, Some(3)).unwrap();
+        let fit = Fitted::new(fixture(), vec![None; 4], Some(3)).unwrap();
         println!("{:?}", fit.best);
         assert!((fit.best.value + 31.5391).abs() < 2e-3);
         for (v, expected) in fit
@@ -311,7 +330,7 @@ mod tests {
         }
         assert!((fit.square(0, 4.6).gain - 5.667_65).abs() < 5e-3);
         assert!((fit.square(3, 4.6).gain - 4.267_64).abs() < 5e-3);
-        let r = fit.slope(6.9).unwrap();
+        let r = fit.first(6.9).unwrap();
         assert!((r.gain - 8.184_04).abs() < 5e-3, "{r:?}");
     }
 }

@@ -1,7 +1,8 @@
 //! Up to which frequency a spectrum follows the noise terms: what lies behind a filter is left out.
 
+use crate::effects::Effects;
 use crate::term_density::LowPass;
-use crate::variance_fit::{Likelihood, Line};
+use crate::variance_fit::Likelihood;
 
 /// Rise of the likelihood by a filter above which the band is made narrower.
 const ENOUGH: f64 = 2.7;
@@ -32,7 +33,6 @@ pub(crate) struct Candidate<'a> {
     pub(crate) sample_rate: f64,
     /// 100/T: nothing below is given up.
     pub(crate) lowest: f64,
-    pub(crate) line: Line,
 }
 
 /// Highest frequency below which no low-pass filter is seen.
@@ -91,9 +91,8 @@ pub(crate) fn below(
     let pick = |v: &[f64]| kept.iter().map(|i| v[*i]).collect::<Vec<f64>>();
     Likelihood {
         count: pick(&likelihood.count),
-        cc: pick(&likelihood.cc),
-        cd: pick(&likelihood.cd),
-        dd: pick(&likelihood.dd),
+        products: likelihood.products.iter().map(|row| pick(row)).collect(),
+        forms: likelihood.forms,
         columns: likelihood
             .columns
             .iter()
@@ -115,7 +114,7 @@ fn filter_gain(candidate: &Candidate<'_>, highest: f64, cut: bool) -> Option<(Lo
     );
     let free = vec![None; plain.terms()];
     let crude = plain.start();
-    let none = plain.minimise(&[&crude], &free, candidate.line)?;
+    let none = plain.minimise(&[&crude], &free, Effects::Restricted)?;
     let untouched = candidate.quantisation.filter(|_| !cut);
     let frequencies: Vec<f64> = candidate
         .frequencies
@@ -137,7 +136,7 @@ fn filter_gain(candidate: &Candidate<'_>, highest: f64, cut: bool) -> Option<(Lo
             }
         }
         filtered
-            .minimise(&[&none.squares], &free, candidate.line)
+            .minimise(&[&none.squares], &free, Effects::Restricted)
             .map_or(0.0, |m| none.value - m.value)
     };
     let mut best: Option<(LowPass, f64)> = None;
@@ -187,7 +186,7 @@ fn residual_in_upper_decade(candidate: &Candidate<'_>, highest: f64, cut: bool) 
     );
     let crude = plain.start();
     let free = vec![None; plain.terms()];
-    let Some(fit) = plain.minimise(&[&crude], &free, candidate.line) else {
+    let Some(fit) = plain.minimise(&[&crude], &free, Effects::Restricted) else {
         return false;
     };
     let frequencies: Vec<f64> = candidate
@@ -213,7 +212,7 @@ pub(crate) fn misfit(
     let Some(density) = likelihood.density(squares) else {
         return (0.0, 0, 0.0);
     };
-    let slope = likelihood.slope(squares).map_or(0.0, |s| s.0);
+    let left = likelihood.freed(&density);
     let mut order: Vec<usize> = (0..frequencies.len())
         .filter(|i| frequencies[*i] >= from)
         .collect();
@@ -221,9 +220,7 @@ pub(crate) fn misfit(
     let (mut statistic, mut groups, mut excess) = (0.0, 0, 0.0);
     let (mut ratio, mut count) = (0.0, 0.0);
     for i in order {
-        let seen =
-            likelihood.cc[i] - 2.0 * slope * likelihood.cd[i] + slope * slope * likelihood.dd[i];
-        ratio += likelihood.count[i] * seen / density[i];
+        ratio += likelihood.count[i] * left[i] / density[i];
         count += likelihood.count[i];
         if count >= 12.0 {
             let x: f64 = ratio / count;

@@ -1,23 +1,16 @@
 //! Likelihood of squared noise coefficients, none of them negative, and its least point.
 
-/// What is done about a straight line in the record.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Line {
-    /// Its slope is unknown: taken at its best, and the likelihood of what is left (REML).
-    Restricted,
-    /// Its slope is unknown: taken at its best (ML).
-    Best,
-    /// It is this.
-    At(f64),
-}
+use crate::cosine_spectrum::{CosineSpectrum, pair};
+use crate::effects::{Effects, Eliminated, inverse};
 
 /// Mean squares of cosine coefficients with what they are expected to be.
 #[derive(Clone, Debug)]
 pub(crate) struct Likelihood {
     pub(crate) count: Vec<f64>,
-    pub(crate) cc: Vec<f64>,
-    pub(crate) cd: Vec<f64>,
-    pub(crate) dd: Vec<f64>,
+    /// Mean products of the record (0) and its known forms (1 …) at [`pair`], each over the bins.
+    pub(crate) products: Vec<Vec<f64>>,
+    /// How many forms.
+    pub(crate) forms: usize,
     /// Density of a unit square of each term over the bins.
     pub(crate) columns: Vec<Vec<f64>>,
 }
@@ -41,8 +34,77 @@ const ITERATIONS: usize = 80;
 const CONVERGED: f64 = 1e-7;
 
 impl Likelihood {
+    pub(crate) fn new(spectrum: &CosineSpectrum, columns: Vec<Vec<f64>>) -> Self {
+        let forms = spectrum.forms;
+        let bins = &spectrum.bins;
+        Self {
+            count: bins.iter().map(|b| b.count).collect(),
+            products: (0..pair(forms + 1, 0))
+                .map(|at| bins.iter().map(|b| b.products[at]).collect())
+                .collect(),
+            forms,
+            columns,
+        }
+    }
+
     pub(crate) fn terms(&self) -> usize {
         self.columns.len()
+    }
+
+    /// With its forms in another order, or some of them left out.
+    pub(crate) fn with_forms(&self, order: &[usize]) -> Self {
+        let old = |a: usize| if a == 0 { 0 } else { 1 + order[a - 1] };
+        let mut products = Vec::with_capacity(pair(order.len() + 1, 0));
+        for a in 0..=order.len() {
+            for b in 0..=a {
+                products.push(self.products[pair(old(a), old(b))].clone());
+            }
+        }
+        Self {
+            products,
+            forms: order.len(),
+            ..self.clone()
+        }
+    }
+
+    /// With a form ahead of all others.
+    pub(crate) fn led_by(&self, form: usize) -> Self {
+        let mut order: Vec<usize> = (0..self.forms).filter(|f| *f != form).collect();
+        order.insert(0, form);
+        self.with_forms(&order)
+    }
+
+    /// With forms a and b replaced by a cos φ + b sin φ and b cos φ − a sin φ.
+    pub(crate) fn turned(&self, a: usize, b: usize, phase: f64) -> Self {
+        let (sin, cos) = phase.sin_cos();
+        let (a, b) = (a + 1, b + 1);
+        let mut turned = self.clone();
+        for i in 0..self.count.len() {
+            let at = |j: usize, l: usize| self.products[pair(j, l)][i];
+            for j in (0..=self.forms).filter(|j| *j != a && *j != b) {
+                turned.products[pair(a, j)][i] = cos * at(a, j) + sin * at(b, j);
+                turned.products[pair(b, j)][i] = cos * at(b, j) - sin * at(a, j);
+            }
+            let (aa, ab, bb) = (at(a, a), at(a, b), at(b, b));
+            turned.products[pair(a, a)][i] = cos * cos * aa + 2.0 * sin * cos * ab + sin * sin * bb;
+            turned.products[pair(b, b)][i] = sin * sin * aa - 2.0 * sin * cos * ab + cos * cos * bb;
+            turned.products[pair(a, b)][i] = (cos * cos - sin * sin) * ab + sin * cos * (bb - aa);
+        }
+        turned
+    }
+
+    /// Without a form whose size is known.
+    pub(crate) fn given(&self, form: usize, size: f64) -> Self {
+        let mut freed = self.clone();
+        for i in 0..self.count.len() {
+            let with = |a: usize| self.products[pair(a, 1 + form)][i];
+            freed.products[0][i] += size * (size * with(1 + form) - 2.0 * with(0));
+            for a in 1..=self.forms {
+                freed.products[pair(a, 0)][i] -= size * with(a);
+            }
+        }
+        let order: Vec<usize> = (0..self.forms).filter(|f| *f != form).collect();
+        freed.with_forms(&order)
     }
 
     /// Density over the bins; `None` when it is not positive everywhere.
@@ -58,62 +120,81 @@ impl Likelihood {
         s.iter().all(|s| *s > 0.0 && s.is_finite()).then_some(s)
     }
 
-    /// Best slope and its standard uncertainty as if the squares were known.
-    pub(crate) fn slope(&self, squares: &[f64]) -> Option<(f64, f64)> {
+    /// Sums over the bins, each weighted with its count over the density, and the forms taken out of them.
+    pub(crate) fn eliminated(&self, density: &[f64], effects: Effects) -> Eliminated {
+        let weights: Vec<f64> = self.count.iter().zip(density).map(|(n, s)| n / s).collect();
+        let sums = self
+            .products
+            .iter()
+            .map(|row| row.iter().zip(&weights).map(|(p, w)| p * w).sum())
+            .collect();
+        Eliminated::new(sums, self.forms, effects)
+    }
+
+    /// Best size of the first form and its standard uncertainty as if the squares were known.
+    pub(crate) fn first(&self, squares: &[f64]) -> Option<(f64, f64)> {
         let s = self.density(squares)?;
-        let (mut a, mut b) = (0.0, 0.0);
-        for (i, s) in s.iter().enumerate() {
-            let w = self.count[i] / s;
-            a += w * self.dd[i];
-            b += w * self.cd[i];
-        }
-        (a > 0.0).then(|| (b / a, a.sqrt().recip()))
+        self.eliminated(&s, Effects::Best(1)).first()
     }
 
-    /// −2 ln L = Σ ν (ln S + I/S) with I = mean of (c − R d)²; restricted, + ln Σ ν d²/S.
-    pub(crate) fn value(&self, squares: &[f64], line: Line) -> f64 {
-        self.density(squares)
-            .map_or(f64::INFINITY, |s| self.value_at(&s, line).0)
+    /// Σ ν x_a x_b/S of the forms themselves, packed as [`pair`] without the record.
+    pub(crate) fn information_of_forms(&self, density: &[f64]) -> Vec<f64> {
+        let mut packed = Vec::new();
+        for a in 1..=self.forms {
+            for b in 1..=a {
+                let row = &self.products[pair(a, b)];
+                let terms = row.iter().zip(&self.count).zip(density);
+                packed.push(terms.map(|((p, n), s)| n * p / s).sum());
+            }
+        }
+        packed
     }
 
-    /// Value, slope used and Σ ν d²/S.
-    fn value_at(&self, s: &[f64], line: Line) -> (f64, f64, f64) {
-        let (mut logs, mut cc, mut cd, mut dd) = (0.0, 0.0, 0.0, 0.0);
-        for (i, s) in s.iter().enumerate() {
-            let w = self.count[i] / s;
-            logs += self.count[i] * s.ln();
-            cc += w * self.cc[i];
-            cd += w * self.cd[i];
-            dd += w * self.dd[i];
+    /// Mean squares over the bins of what is left without the forms at their best.
+    pub(crate) fn freed(&self, density: &[f64]) -> Vec<f64> {
+        self.freed_of(&self.eliminated(density, Effects::Restricted).sizes())
+    }
+
+    fn freed_of(&self, sizes: &[f64]) -> Vec<f64> {
+        let mut seen = self.products[0].clone();
+        for (j, size) in sizes.iter().enumerate() {
+            let mut add = |row: &[f64], factor: f64| {
+                for (s, p) in seen.iter_mut().zip(row) {
+                    *s += factor * p;
+                }
+            };
+            add(&self.products[pair(j + 1, 0)], -2.0 * size);
+            add(&self.products[pair(j + 1, j + 1)], size * size);
+            for (l, other) in sizes[..j].iter().enumerate() {
+                add(&self.products[pair(j + 1, l + 1)], 2.0 * size * other);
+            }
         }
-        let slope = match line {
-            Line::At(r) => r,
-            _ if dd > 0.0 => cd / dd,
-            _ => 0.0,
+        // A difference of large numbers may come out below zero.
+        seen.iter_mut().for_each(|s| *s = s.max(0.0));
+        seen
+    }
+
+    /// −2 ln L = Σ ν (ln S + I/S), I the mean square without the forms; plus ln det Σ ν x xᵀ/S of those integrated out.
+    pub(crate) fn value(&self, squares: &[f64], effects: Effects) -> f64 {
+        let Some(s) = self.density(squares) else {
+            return f64::INFINITY;
         };
-        let mut value = logs + cc - 2.0 * slope * cd + slope * slope * dd;
-        if line == Line::Restricted && dd > 0.0 {
-            value += dd.ln();
-        }
-        (value, slope, dd)
+        let logs: f64 = self.count.iter().zip(&s).map(|(n, s)| n * s.ln()).sum();
+        let eliminated = self.eliminated(&s, effects);
+        logs + eliminated.left() + eliminated.determinant
     }
 
-    fn local(&self, squares: &[f64], line: Line) -> Option<Local> {
+    fn local(&self, squares: &[f64], effects: Effects) -> Option<Local> {
         let s = self.density(squares)?;
-        let (_, slope, dd) = self.value_at(&s, line);
         let p = self.terms();
-        let restricted = line == Line::Restricted && dd > 0.0;
+        let seen = self.freed_of(&self.eliminated(&s, effects).sizes());
         let mut gradient = vec![0.0; p];
         let mut hessian = vec![0.0; p * p];
-        let mut first = vec![0.0; p];
-        let mut second = vec![0.0; p * p];
         let mut g = vec![0.0; p];
         for (i, s) in s.iter().enumerate() {
             let inverse = 1.0 / s;
             let w = self.count[i] * inverse;
-            let seen = self.cc[i] - 2.0 * slope * self.cd[i] + slope * slope * self.dd[i];
-            let pull = w * (1.0 - seen * inverse);
-            let line_pull = w * inverse * self.dd[i];
+            let pull = w * (1.0 - seen[i] * inverse);
             for (g, column) in g.iter_mut().zip(&self.columns) {
                 *g = column[i];
             }
@@ -123,28 +204,14 @@ impl Likelihood {
                     hessian[a * p + b] += w * inverse * g[a] * g[b];
                 }
             }
-            if restricted && line_pull > 0.0 {
-                for a in 0..p {
-                    first[a] += line_pull * g[a];
-                    for b in 0..=a {
-                        second[a * p + b] += line_pull * inverse * g[a] * g[b];
-                    }
-                }
-            }
         }
-        let plain = hessian.clone();
-        if restricted {
-            for a in 0..p {
-                gradient[a] -= first[a] / dd;
-                for b in 0..=a {
-                    hessian[a * p + b] +=
-                        -2.0 * second[a * p + b] / dd + first[a] * first[b] / (dd * dd);
-                }
-            }
-            // With very few cosines the expectation can lose its sign: then that without the line serves.
-            if (0..p).any(|a| hessian[a * p + a] <= 1e-6 * plain[a * p + a]) {
-                hessian = plain;
-            }
+        let free = match effects {
+            Effects::Restricted => 0,
+            Effects::Best(n) => n.min(self.forms),
+            Effects::FirstAt(_) => 1,
+        };
+        if free < self.forms {
+            self.restrict(&s, free, &mut gradient, &mut hessian);
         }
         for a in 0..p {
             for b in 0..a {
@@ -154,9 +221,78 @@ impl Likelihood {
         Some(Local { gradient, hessian })
     }
 
+    /// Adds what ln det A of the forms from `first` on brings, A = Σ ν x xᵀ/S, to the gradient and the expected Hessian.
+    fn restrict(&self, s: &[f64], first: usize, gradient: &mut [f64], hessian: &mut [f64]) {
+        let p = self.terms();
+        let q = self.forms - first;
+        let row = |j: usize, l: usize| &self.products[pair(1 + first + j, 1 + first + l)];
+        let mut matrix = vec![0.0; q * q];
+        // ∂A/∂v_a, one after the other.
+        let mut slopes = vec![0.0; p * q * q];
+        for j in 0..q {
+            for l in 0..=j {
+                let x = row(j, l);
+                for (i, s) in s.iter().enumerate() {
+                    let w = self.count[i] / s * x[i];
+                    matrix[j * q + l] += w;
+                    for (a, column) in self.columns.iter().enumerate() {
+                        slopes[(a * q + j) * q + l] += w / s * column[i];
+                    }
+                }
+                matrix[l * q + j] = matrix[j * q + l];
+                for a in 0..p {
+                    slopes[(a * q + l) * q + j] = slopes[(a * q + j) * q + l];
+                }
+            }
+        }
+        // Forms that are sums of others: the likelihood without the restriction serves.
+        let Some(inverse) = inverse(&matrix, q) else {
+            return;
+        };
+        let times = |m: &[f64]| -> Vec<f64> {
+            (0..q * q)
+                .map(|k| {
+                    (0..q)
+                        .map(|l| inverse[k / q * q + l] * m[l * q + k % q])
+                        .sum()
+                })
+                .collect()
+        };
+        let products: Vec<Vec<f64>> = slopes.chunks(q * q).map(times).collect();
+        let mut second = vec![0.0; p * p];
+        for (i, s) in s.iter().enumerate() {
+            let mut h = 0.0;
+            for j in 0..q {
+                for l in 0..q {
+                    h += inverse[j * q + l] * row(j, l)[i];
+                }
+            }
+            let w = self.count[i] * h / (s * s * s);
+            for a in 0..p {
+                for b in 0..=a {
+                    second[a * p + b] += w * self.columns[a][i] * self.columns[b][i];
+                }
+            }
+        }
+        let plain = hessian.to_vec();
+        for a in 0..p {
+            gradient[a] -= (0..q).map(|j| products[a][j * q + j]).sum::<f64>();
+            for b in 0..=a {
+                let both: f64 = (0..q * q)
+                    .map(|k| products[a][k] * products[b][k % q * q + k / q])
+                    .sum();
+                hessian[a * p + b] += both - 2.0 * second[a * p + b];
+            }
+        }
+        // With very few cosines the expectation can lose its sign: then that without the forms serves.
+        if (0..p).any(|a| hessian[a * p + a] <= 1e-6 * plain[a * p + a]) {
+            hessian.copy_from_slice(&plain);
+        }
+    }
+
     /// Expected Hessian of −2 ln L at these squares, row by row.
-    pub(crate) fn information(&self, squares: &[f64], line: Line) -> Option<Vec<f64>> {
-        self.local(squares, line).map(|l| l.hessian)
+    pub(crate) fn information(&self, squares: &[f64], effects: Effects) -> Option<Vec<f64>> {
+        self.local(squares, effects).map(|l| l.hessian)
     }
 
     /// A start below the data everywhere: of each term half of what the lowest octave admits.
@@ -166,7 +302,7 @@ impl Likelihood {
             .map(|g| {
                 let (mut smallest, mut cc, mut gg, mut count) = (f64::INFINITY, 0.0, 0.0, 0.0);
                 for i in 0..self.count.len() {
-                    cc += self.count[i] * self.cc[i];
+                    cc += self.count[i] * self.products[0][i];
                     gg += self.count[i] * g[i];
                     count += self.count[i];
                     if count >= 12.0 {
@@ -194,7 +330,7 @@ impl Likelihood {
         &self,
         start: &[f64],
         held: &[Option<f64>],
-        line: Line,
+        effects: Effects,
     ) -> Option<Minimum> {
         let p = self.terms();
         let mut squares: Vec<f64> = (0..p).map(|t| held[t].unwrap_or(start[t])).collect();
@@ -205,7 +341,7 @@ impl Likelihood {
                 squares[t] = held[t].unwrap_or(crude[t]);
             }
         }
-        let mut value = self.value(&squares, line);
+        let mut value = self.value(&squares, effects);
         if !value.is_finite() {
             return None;
         }
@@ -214,7 +350,7 @@ impl Likelihood {
             return Some(Minimum { squares, value });
         }
         for _ in 0..ITERATIONS {
-            let Some(local) = self.local(&squares, line) else {
+            let Some(local) = self.local(&squares, effects) else {
                 break;
             };
             let step = bounded_step(&local, &squares, &free);
@@ -224,7 +360,7 @@ impl Likelihood {
                 let trial: Vec<f64> = (0..p)
                     .map(|t| (squares[t] + share * step[t]).max(0.0))
                     .collect();
-                let found = self.value(&trial, line);
+                let found = self.value(&trial, effects);
                 if found < value {
                     gained = value - found;
                     value = found;
@@ -245,11 +381,11 @@ impl Likelihood {
         &self,
         starts: &[&[f64]],
         held: &[Option<f64>],
-        line: Line,
+        effects: Effects,
     ) -> Option<Minimum> {
         starts
             .iter()
-            .filter_map(|s| self.minimise_from(s, held, line))
+            .filter_map(|s| self.minimise_from(s, held, effects))
             .min_by(|a, b| a.value.total_cmp(&b.value))
     }
 }

@@ -1,29 +1,28 @@
 //! Coefficients by maximum likelihood on the spectrum: every term in the model, intervals from profiles.
 
 use crate::coefficients::Limits;
-use crate::cosine_spectrum::CosineSpectrum;
+use crate::cosine_spectrum::{CosineSpectrum, Form};
+use crate::effects::Effects;
+use crate::fit_findings;
+use crate::fit_record::FitRecord;
 use crate::lines::{self, Lines};
 use crate::markov::{self, Markov};
 use crate::profile::{Fitted, Profile, slope_level, square_level};
-use crate::record::{check_count, check_finite, check_sample_rate};
+use crate::record::{check_count, check_sample_rate};
+use crate::slow_sinusoid::{self, SlowSinusoid};
+use crate::temperature_effect::Temperature;
 use crate::term_density::{Process, column};
-use crate::usable_band::{Band, Candidate, below, misfit, usable_band};
-use crate::variance_fit::{Likelihood, Line, solve};
+use crate::usable_band::{Band, Candidate, below, usable_band};
+use crate::variance_fit::{Likelihood, solve};
 use crate::{BandUse, Coefficient, CoefficientFit, FitOptions, NoiseModel, Reason, Term, Verdict};
 use proofmass_core::Error;
-use proofmass_uncertainty::{Covariance, Finding, Severity};
+use proofmass_uncertainty::Covariance;
 
 /// Fewest rate samples from which coefficients are estimated.
 const FEWEST_SAMPLES: usize = 64;
 
 /// Cycles in the record below which the band is not cut.
 const FEWEST_CYCLES: f64 = 100.0;
-
-/// Chance of a departure from the model as large as the one that is reported.
-const MISFIT_CHANCE: f64 = 1e-3;
-
-/// Gain of a filter from which the narrower band is reported as a finding and not only as a number.
-const FILTER_SEEN: f64 = 16.0;
 
 /// Noise coefficients of a rate record, all terms together.
 ///
@@ -68,30 +67,26 @@ pub fn whittle_stretches(
     sample_rate: f64,
     options: &FitOptions,
 ) -> Result<CoefficientFit, Error> {
+    whittle_record(&FitRecord::new(stretches), sample_rate, options)
+}
+
+/// [`whittle()`] of a record with gaps and with what was measured beside it.
+///
+/// The temperature, where there is one, is a known form beside the ramp: its size is in the likelihood with all terms, so that
+/// what follows the temperature is not taken for B, K or R. Sinusoids of 1.5 to 32 cycles, where they are sought, are such forms
+/// too, and are judged by the likelihood of the model with all other terms. Stretches without a start follow one another.
+///
+/// **Errors** as [`whittle()`]; [`Error::Length`] where temperature or starts do not fit the stretches.
+pub fn whittle_record(
+    record: &FitRecord<'_>,
+    sample_rate: f64,
+    options: &FitOptions,
+) -> Result<CoefficientFit, Error> {
     check_sample_rate(sample_rate)?;
-    for stretch in stretches {
-        check_finite("rate", stretch)?;
-    }
-    let samples = stretches.iter().map(|s| s.len()).sum();
-    check_count("rate samples", samples, FEWEST_SAMPLES)?;
+    record.check(FEWEST_SAMPLES)?;
     options.check(sample_rate)?;
+    let (stretches, samples) = (record.stretches, record.samples());
     refuse_constant_stretches(stretches)?;
-
-    let mut lines = Lines::default();
-    let mut freed: Vec<Vec<f64>> = Vec::new();
-    let mut spectrum = CosineSpectrum::new(stretches, sample_rate, &[]);
-    if options.seeks(Term::Sinusoid) {
-        let model = quick_model(&spectrum, options.averaged);
-        lines = lines::find(stretches, sample_rate, &model, options.false_alarm_rate);
-        if !lines.found.is_empty() {
-            freed = stretches.iter().map(|s| lines.remove(s)).collect();
-            let parts: Vec<&[f64]> = freed.iter().map(Vec::as_slice).collect();
-            spectrum = CosineSpectrum::new(&parts, sample_rate, &lines.neighbourhoods());
-        }
-    }
-    drop(freed);
-    check_count("cosines", spectrum.bins.len(), 8)?;
-
     let mut terms: Vec<Term> = options
         .terms
         .iter()
@@ -100,13 +95,6 @@ pub fn whittle_stretches(
         .collect();
     terms.sort();
     terms.dedup();
-    let whole = likelihood_of(
-        &spectrum,
-        terms
-            .iter()
-            .map(|t| column(&spectrum, Process::Power(*t), options.averaged))
-            .collect(),
-    );
     if terms.is_empty() {
         return Err(Error::TooFew {
             name: "noise terms",
@@ -114,12 +102,57 @@ pub fn whittle_stretches(
             got: 0,
         });
     }
-    let frequencies: Vec<f64> = spectrum.bins.iter().map(|b| b.frequency).collect();
-    let line = if options.seeks(Term::Ramp) {
-        options.fixed(Term::Ramp).map_or(Line::Restricted, Line::At)
-    } else {
-        Line::At(0.0)
+
+    let temperature = Temperature::of(record, sample_rate, options.temperature_lag);
+    let mut forms: Vec<Form> = temperature.iter().map(|t| t.form.clone()).collect();
+    let mut slow: Vec<SlowSinusoid> = Vec::new();
+    if options.seeks(Term::Sinusoid) {
+        slow = slow_sinusoid::find(record, forms.first(), sample_rate, options);
+        for found in &slow {
+            forms.extend(sinusoid_forms(record, sample_rate, found.frequency));
+        }
+    }
+    let mut lines = Lines::default();
+    let mut spectrum = CosineSpectrum::beside(stretches, &forms, sample_rate, &[]);
+    if options.seeks(Term::Sinusoid) {
+        let (model, sizes) = quick_fit(&spectrum, options.averaged);
+        let freed = without_forms(stretches, &forms, &sizes[1..]);
+        let parts: Vec<&[f64]> = freed.iter().map(Vec::as_slice).collect();
+        let fastest_slow = slow_sinusoid::MOST * sample_rate / record.span() as f64;
+        // Half of the false alarms each for slow and fast ones.
+        lines = lines::find(
+            &parts,
+            sample_rate,
+            &model,
+            0.5 * options.false_alarm_rate,
+            fastest_slow,
+        );
+        if !lines.found.is_empty() {
+            let freed: Vec<Vec<f64>> = stretches.iter().map(|s| lines.remove(s)).collect();
+            let parts: Vec<&[f64]> = freed.iter().map(Vec::as_slice).collect();
+            spectrum = CosineSpectrum::beside(&parts, &forms, sample_rate, &lines.neighbourhoods());
+        }
+    }
+    check_count("cosines", spectrum.bins.len(), 8)?;
+
+    let mut whole = Likelihood::new(
+        &spectrum,
+        terms
+            .iter()
+            .map(|t| column(&spectrum, Process::Power(*t), options.averaged))
+            .collect(),
+    );
+    // A ramp that is not sought, or known, is no form of the fit.
+    let ramp_given = match options.fixed(Term::Ramp) {
+        Some(slope) => Some(slope),
+        None => (!options.seeks(Term::Ramp)).then_some(0.0),
     };
+    if let Some(slope) = ramp_given {
+        whole = whole.given(0, slope);
+    }
+    let ramp = ramp_given.is_none().then_some(0);
+    let after_ramp = usize::from(ramp.is_some());
+    let frequencies: Vec<f64> = spectrum.bins.iter().map(|b| b.frequency).collect();
     let quantisation = terms.iter().position(|t| *t == Term::Quantisation);
     let band = match options.highest_frequency {
         Some(highest) => Band {
@@ -133,7 +166,6 @@ pub fn whittle_stretches(
                 let search = markov::Search {
                     spectrum: &spectrum,
                     highest: 0.5 * sample_rate,
-                    line,
                     walk: terms.iter().position(|t| *t == Term::RandomWalk),
                 };
                 search
@@ -148,7 +180,6 @@ pub fn whittle_stretches(
                 quantisation,
                 sample_rate,
                 lowest: FEWEST_CYCLES / spectrum.longest,
-                line,
             })
         }
     };
@@ -179,13 +210,12 @@ pub fn whittle_stretches(
         let search = markov::Search {
             spectrum: &spectrum,
             highest: band.highest,
-            line,
             walk,
         };
         (likelihood, processes) = search.add(likelihood, &held, options);
         held.resize(likelihood.terms(), None);
     }
-    let fitted = Fitted::new(likelihood, held, line, walk).ok_or(Error::NotConverged {
+    let fitted = Fitted::new(likelihood, held, walk).ok_or(Error::NotConverged {
         name: "noise likelihood",
         iterations: 0,
         step: 0.0,
@@ -288,19 +318,57 @@ pub fn whittle_stretches(
             parameter: None,
         });
     }
+    let mut findings = Vec::new();
+    let sensitivity = temperature.as_ref().map(|t| {
+        let (sensitivity, doubts) = t.sensitivity(&fitted, after_ramp, ramp, options);
+        findings.extend(doubts);
+        sensitivity
+    });
+    if record.temperature.is_some() && temperature.is_none() {
+        findings.push(fit_findings::steady_temperature());
+    }
     if options.seeks(Term::Ramp) {
-        let verdict = match line {
-            Line::At(value) => {
+        let collinear = sensitivity.as_ref().is_some_and(|s| s.is_collinear());
+        let verdict = match ramp_given {
+            Some(value) => {
                 model.ramp = value;
                 Verdict::Fixed { value }
             }
-            _ => ramp_verdict(&fitted, options, &mut model, &mut kept),
+            None if collinear => Verdict::NotIdentifiable {
+                reason: Reason::Collinear,
+                estimate: None,
+                upper_limit: None,
+            },
+            None => ramp_verdict(&fitted, options, &mut model, &mut kept),
         };
         coefficients.push(Coefficient {
             term: Term::Ramp,
             unit: Term::Ramp.unit(&options.unit),
             verdict,
             parameter: None,
+        });
+    }
+    let first_slow = after_ramp + usize::from(temperature.is_some());
+    for (index, found) in slow.iter().enumerate() {
+        let places = (first_slow + 2 * index, first_slow + 2 * index + 1);
+        let Some((sinusoid, verdict)) = slow_sinusoid::amplitude(&fitted, places, found, options)
+        else {
+            continue;
+        };
+        model.push_line(sinusoid.amplitude, sinusoid.frequency, sinusoid.phase);
+        kept.push(Kept {
+            position: None,
+            value: sinusoid.amplitude,
+            u: verdict.standard_uncertainty().unwrap_or(0.0),
+        });
+        coefficients.push(Coefficient {
+            term: Term::Sinusoid,
+            unit: options.unit.clone(),
+            verdict,
+            parameter: Some(crate::TermParameter {
+                value: found.frequency,
+                interval: Some(found.interval),
+            }),
         });
     }
     for found in &lines.found {
@@ -330,81 +398,18 @@ pub fn whittle_stretches(
         });
     }
 
-    let (statistic, groups, discrepancy) =
-        misfit(&fitted.likelihood, &used, &fitted.best.squares, 0.0);
-    let mut findings = Vec::new();
-    let free = fitted.best.squares.iter().filter(|v| **v > 0.0).count() + 1;
-    let dof = groups.saturating_sub(free) as f64;
-    let misfits = dof > 0.0
-        && crate::edf::chi_square_quantile(1.0 - MISFIT_CHANCE, dof).is_some_and(|q| statistic > q);
-    if misfits {
-        findings.push(
-            Finding::new(
-                Severity::Warning,
-                "noise-model-misfit",
-                "the spectrum departs from the sum of the noise terms",
-            )
-            .evidence(format!(
-                "by {:.1} % (root mean square over {groups} bins) beyond its scatter below {} Hz; χ² = {statistic:.0} with {dof:.0} degrees of freedom",
-                100.0 * discrepancy,
-                crate::coefficients::figure(band.highest),
-            ))
-            .advice("look at the density plot for a bump or a resonance: coefficients are biased by up to that share where the departure lies; seek a Gauss–Markov process or sinusoids, or give the highest frequency"),
-        );
-    }
-    if let Some((filter, gain)) = band.filter.filter(|(_, gain)| *gain > FILTER_SEEN) {
-        findings.push(
-            Finding::new(
-                Severity::Note,
-                "band-limited",
-                "the noise is filtered: the spectrum was used below the filter only",
-            )
-            .evidence(format!(
-                "used 0 to {} Hz of {} Hz; a filter of order {} near {} Hz describes the rest (gain {:.0})",
-                crate::coefficients::figure(band.highest),
-                crate::coefficients::figure(0.5 * sample_rate),
-                filter.order,
-                crate::coefficients::figure(filter.corner),
-                gain
-            ))
-            .advice("quantisation cannot be determined behind a filter; give the highest frequency to choose otherwise"),
-        );
-    } else if band.resonance {
-        findings.push(
-            Finding::new(
-                Severity::Note,
-                "band-limited",
-                "the upper part of the spectrum follows no noise term: it was left out",
-            )
-            .evidence(format!(
-                "used 0 to {} Hz of {} Hz",
-                crate::coefficients::figure(band.highest),
-                crate::coefficients::figure(0.5 * sample_rate),
-            ))
-            .advice("look at the density plot for a resonance or a decimator; give the highest frequency to choose otherwise"),
-        );
-    }
-    if kurtosis > 0.5 && 0.5 * kurtosis > 5.0 * (6.0 / samples as f64).sqrt() {
-        findings.push(
-            Finding::new(
-                Severity::Note,
-                "heavy-tails",
-                "the samples scatter with heavier tails than Gaussian noise",
-            )
-            .evidence(format!(
-                "excess kurtosis {kurtosis:.2}; the interval of N is wider by {:.0} % for it",
-                100.0 * ((1.0 + 0.5 * kurtosis).sqrt() - 1.0)
-            ))
-            .advice("look at the time plot for outliers: N includes them"),
-        );
-    }
+    let misfit = fit_findings::Misfit::of(&fitted, &used);
+    findings.extend(misfit.findings(&band));
+    findings.extend(fit_findings::of_the_band(&band, sample_rate));
+    findings.extend(fit_findings::of_the_tails(kurtosis, samples));
     Ok(CoefficientFit {
         probability: options.probability,
         false_alarm_rate: options.false_alarm_rate,
         covariance: covariance(&fitted, &kept)?,
         coefficients,
         model,
-        discrepancy: if misfits { discrepancy } else { 0.0 },
+        discrepancy: misfit.discrepancy,
+        temperature: sensitivity,
         band: BandUse {
             highest_frequency: band.highest,
             cut: chosen_narrower,
@@ -442,7 +447,7 @@ fn ramp_verdict(
         forced: options.forced.contains(&Term::Ramp),
         probability: options.probability,
     };
-    let Some(profile) = fitted.slope(level) else {
+    let Some(profile) = fitted.first(level) else {
         return Verdict::NotIdentifiable {
             reason: Reason::OtherTermsSuffice,
             estimate: None,
@@ -463,30 +468,52 @@ fn ramp_verdict(
 
 /// The best model of a spectrum, without intervals and over its whole band.
 pub(crate) fn quick_model(spectrum: &CosineSpectrum, averaged: usize) -> NoiseModel {
+    quick_fit(spectrum, averaged).0
+}
+
+/// The best model of a spectrum, and the sizes of its known forms.
+fn quick_fit(spectrum: &CosineSpectrum, averaged: usize) -> (NoiseModel, Vec<f64>) {
     let columns = POWERS
         .iter()
         .map(|t| column(spectrum, Process::Power(*t), averaged))
         .collect();
-    let likelihood = likelihood_of(spectrum, columns);
+    let likelihood = Likelihood::new(spectrum, columns);
     let mut model = NoiseModel::default();
+    let mut sizes = vec![0.0; spectrum.forms];
     let start = likelihood.start();
-    if let Some(best) = likelihood.minimise(&[&start], &[None; 4], Line::Restricted) {
+    if let Some(best) = likelihood.minimise(&[&start], &[None; 4], Effects::Restricted) {
+        if let Some(density) = likelihood.density(&best.squares) {
+            sizes = likelihood.eliminated(&density, Effects::Restricted).sizes();
+        }
         for (term, v) in POWERS.into_iter().zip(best.squares) {
             model.set(term, v.sqrt());
         }
     }
-    model
+    (model, sizes)
 }
 
-pub(crate) fn likelihood_of(spectrum: &CosineSpectrum, columns: Vec<Vec<f64>>) -> Likelihood {
-    let pick = |f: fn(&crate::cosine_spectrum::Bin) -> f64| spectrum.bins.iter().map(f).collect();
-    Likelihood {
-        count: pick(|b| b.count),
-        cc: pick(|b| b.cc),
-        cd: pick(|b| b.cd),
-        dd: pick(|b| b.dd),
-        columns,
+/// Stretches without forms of these sizes.
+fn without_forms(stretches: &[&[f64]], forms: &[Form], sizes: &[f64]) -> Vec<Vec<f64>> {
+    let mut freed: Vec<Vec<f64>> = stretches.iter().map(|s| s.to_vec()).collect();
+    for (form, size) in forms.iter().zip(sizes) {
+        for (stretch, course) in freed.iter_mut().zip(&form.samples) {
+            for (y, x) in stretch.iter_mut().zip(course) {
+                *y -= size * x;
+            }
+        }
     }
+    freed
+}
+
+/// Cosine and sine over the stretches of a record.
+fn sinusoid_forms(record: &FitRecord<'_>, sample_rate: f64, frequency: f64) -> [Form; 2] {
+    let lengths: Vec<usize> = record.stretches.iter().map(|s| s.len()).collect();
+    let starts: Vec<f64> = record
+        .starts()
+        .iter()
+        .map(|s| *s as f64 / sample_rate)
+        .collect();
+    slow_sinusoid::forms(&lengths, &starts, sample_rate, frequency)
 }
 
 /// Excess kurtosis of a white sequence from that of its first differences, which drift leaves alone; not below zero.
@@ -541,7 +568,7 @@ fn covariance(fitted: &Fitted, kept: &[Kept]) -> Result<Covariance, Error> {
     let p = fitted.likelihood.terms();
     let inverse: Option<Vec<Vec<f64>>> = fitted
         .likelihood
-        .information(&fitted.best.squares, fitted.line)
+        .information(&fitted.best.squares, Effects::Restricted)
         .and_then(|h| {
             let matrix: Vec<f64> = (0..q * q)
                 .map(|k| h[free[k / q] * p + free[k % q]])

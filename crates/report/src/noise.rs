@@ -3,7 +3,7 @@
 use crate::{Axis, Cell, Column, Head, Report, Section, Series, Table, XyPlot, scientific};
 use proofmass_noise::{
     Analysis, ChannelAnalysis, Coefficient, DeviationCurve, Disturbance, DisturbanceKind,
-    FittedPoint, NoiseType, Reason, Term, Verdict,
+    FittedPoint, NoiseType, Reason, TemperatureSensitivity, Term, Verdict,
 };
 use proofmass_signal::Trace;
 
@@ -41,8 +41,12 @@ impl NoiseReport<'_> {
             scientific(analysis.sample_rate, 6),
             scientific(samples as f64 / analysis.sample_rate, 5),
         ));
+        let mut section = Section::new("Coefficients").table(coefficients(analysis));
+        if let Some(table) = robust(analysis) {
+            section = section.table(table);
+        }
         report
-            .section(Section::new("Coefficients").table(coefficients(analysis)))
+            .section(section)
             .findings(self.head.findings.iter().cloned())
     }
 }
@@ -214,6 +218,23 @@ fn coefficients(analysis: &Analysis) -> Table {
                 Cell::text(word),
             ]);
         }
+        if let Some(t) = &fit.temperature {
+            let (value, interval, word) = words(&t.verdict);
+            let lag = if t.lag > 0.0 {
+                format!(", lag {} s", scientific(t.lag, 3))
+            } else {
+                String::new()
+            };
+            table = table.row([
+                Cell::text(channel.name.clone()),
+                Cell::text(format!("K_T sensitivity to temperature{lag}")),
+                Cell::text(value),
+                Cell::text(interval),
+                Cell::text(t.unit.clone()),
+                Cell::text(per_kelvin(t)),
+                Cell::text(word),
+            ]);
+        }
     }
     table
         .note(
@@ -227,6 +248,62 @@ fn coefficients(analysis: &Analysis) -> Table {
              end is the limit.",
             scientific(1.0 / rate, 1).trim_end_matches(".0")
         ))
+}
+
+/// The sensitivity as data sheets give it.
+fn per_kelvin(t: &TemperatureSensitivity) -> String {
+    let (unit, factor) = match t.unit.as_str() {
+        "(m/s²)/K" => ("mg/K", 1e3 / 9.806_65),
+        "(rad/s)/K" => ("(°/h)/K", 3600.0_f64.to_degrees()),
+        _ => return String::new(),
+    };
+    t.verdict.value().map_or(String::new(), |v| {
+        format!("{} {unit}", scientific(factor * v, 3))
+    })
+}
+
+/// The fit without gross outliers beside the ordinary one.
+fn robust(analysis: &Analysis) -> Option<Table> {
+    analysis.channels.iter().find(|c| c.robust.is_some())?;
+    let mut table = Table::new(
+        "The fit without gross outliers beside the ordinary one",
+        [
+            Column::text("channel"),
+            Column::number("replaced", "samples"),
+            Column::text("coefficient"),
+            Column::text("ordinary"),
+            Column::text("robust"),
+            Column::text("interval, or limit"),
+            Column::text("unit"),
+            Column::number("difference", "u"),
+        ],
+    );
+    for channel in &analysis.channels {
+        let (Some(robust), Some(fit)) = (&channel.robust, &channel.whittle) else {
+            continue;
+        };
+        for c in &robust.fit.coefficients {
+            if !matches!(c.term, Term::White | Term::Flicker | Term::RandomWalk) {
+                continue;
+            }
+            let (value, interval, _) = words(&c.verdict);
+            let ordinary = fit.value(c.term);
+            let difference = robust.differences.iter().find(|d| d.0 == c.term);
+            table = table.row([
+                Cell::text(channel.name.clone()),
+                Cell::number(robust.replaced.to_string()),
+                Cell::text(name(c)),
+                Cell::text(ordinary.map_or("–".to_owned(), |v| scientific(v, 4))),
+                Cell::text(value),
+                Cell::text(interval),
+                Cell::text(c.unit.clone()),
+                difference.map_or(Cell::Empty, |d| Cell::number(format!("{:+.1}", d.1))),
+            ]);
+        }
+    }
+    Some(table.note(
+        "Samples further than four robust standard deviations from what their neighbours predict were replaced by that prediction; the          difference is ordinary less robust, in standard uncertainties of the robust value.",
+    ))
 }
 
 /// The value as data sheets give it.
@@ -296,7 +373,16 @@ fn name(c: &Coefficient) -> String {
             }
             None => format!(", T = {} s", scientific(t.value, 3)),
         },
-        (Term::Sinusoid, Some(f)) => format!(", f = {} Hz", scientific(f.value, 4)),
+        (Term::Sinusoid, Some(f)) => match f.interval {
+            Some(interval) => {
+                format!(
+                    ", f = {} Hz ({} Hz)",
+                    scientific(f.value, 4),
+                    range(interval)
+                )
+            }
+            None => format!(", f = {} Hz", scientific(f.value, 4)),
+        },
         _ => String::new(),
     };
     format!("{} {}{parameter}", c.term.symbol(), c.term.name())
@@ -328,7 +414,14 @@ fn channel_section(channel: &ChannelAnalysis, trace: Option<&Trace>) -> Section 
         );
     }
     for curve in channel.curve.iter().chain(&channel.further) {
-        section = section.table(deviations(channel, curve));
+        section = section.table(deviations(channel, curve, ""));
+    }
+    if let Some(curve) = &channel.compensated {
+        section = section.table(deviations(
+            channel,
+            curve,
+            " without what follows the temperature",
+        ));
     }
     if let Some(plot) = spectrum(channel) {
         section = section.figure(
@@ -390,6 +483,23 @@ fn stability(channel: &ChannelAnalysis) -> Option<XyPlot> {
         Series::markers(curve.statistic.abbreviation(), &tau, &value)
             .bars(&limit(|i| i.0), &limit(|i| i.1)),
     );
+    if let Some(compensated) = &channel.compensated {
+        let points: Vec<_> = compensated
+            .points
+            .iter()
+            .filter(|p| p.deviation > 0.0)
+            .collect();
+        let tau: Vec<f64> = points.iter().map(|p| p.tau).collect();
+        let value: Vec<f64> = points.iter().map(|p| p.deviation).collect();
+        let limit = |side: fn((f64, f64)) -> f64| -> Vec<f64> {
+            let of = |p: &&proofmass_noise::DeviationPoint| p.interval.map_or(p.deviation, side);
+            points.iter().map(of).collect()
+        };
+        plot = plot.series(
+            Series::markers("without temperature", &tau, &value)
+                .bars(&limit(|i| i.0), &limit(|i| i.1)),
+        );
+    }
     let Some(model) = channel.whittle.as_ref().map(|f| &f.model) else {
         return Some(plot);
     };
@@ -576,12 +686,12 @@ fn disturbances(found: &[Disturbance]) -> Table {
 const TABLE_ROWS: usize = 40;
 
 /// The numbers of a curve.
-fn deviations(channel: &ChannelAnalysis, curve: &DeviationCurve) -> Table {
+fn deviations(channel: &ChannelAnalysis, curve: &DeviationCurve, without: &str) -> Table {
     let unit = deviation_unit(channel, curve);
     let name = curve.statistic.abbreviation();
     let mut table = Table::new(
         format!(
-            "{name} with {} % intervals",
+            "{name}{without} with {} % intervals",
             scientific(100.0 * curve.probability, 3).trim_end_matches(".0")
         ),
         [

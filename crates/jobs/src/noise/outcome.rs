@@ -16,8 +16,8 @@ use std::collections::BTreeMap;
 
 /// Curves, spectra and coefficients of every channel, what there is to doubt, and what filters need.
 ///
-/// The quantities are `CHANNEL.Q`, `.N`, `.B`, `.K` and `.R` as far as their interval excludes zero; all five, with limits and
-/// reasons, stand in the analysis.
+/// The quantities are `CHANNEL.Q`, `.N`, `.B`, `.K` and `.R` as far as their interval excludes zero, `.K_T` beside a temperature, and
+/// `.robust.N`, `.robust.B`, `.robust.K` of the fit without outliers; all, with limits and reasons, stand in the analysis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NoiseOutcome {
     probability: f64,
@@ -163,14 +163,24 @@ impl NoiseOutcome {
             "inside",
         ]);
         for channel in &self.analysis.channels {
-            let curves = channel.curve.iter().chain(&channel.further);
+            let modelled = channel.compensated.as_ref().or(channel.curve.as_ref());
+            let curves = channel
+                .curve
+                .iter()
+                .chain(&channel.compensated)
+                .chain(&channel.further);
             for (index, curve) in curves.enumerate() {
+                let beside = modelled.is_some_and(|m| std::ptr::eq(m, curve));
+                let mut name = curve.statistic.abbreviation().to_owned();
+                if index == 1 && channel.compensated.is_some() {
+                    name += " without temperature";
+                }
                 for (k, p) in curve.points.iter().enumerate() {
-                    let fitted = channel.fitted.get(k).filter(|_| index == 0);
+                    let fitted = channel.fitted.get(k).filter(|_| beside);
                     table.push([
                         Cell::from(channel.name.as_str()),
                         Cell::from(channel.unit.as_str()),
-                        Cell::from(curve.statistic.abbreviation()),
+                        Cell::from(name.as_str()),
                         Cell::from(p.factor),
                         Cell::from(p.tau),
                         Cell::from(p.deviation),
@@ -226,22 +236,38 @@ impl NoiseOutcome {
             "parameter",
         ]);
         for channel in &self.analysis.channels {
-            for c in channel.whittle.iter().flat_map(|f| &f.coefficients) {
-                let (low, high) = match c.verdict.interval() {
+            let mut row = |symbol: &str, verdict: &Verdict, unit: &str, parameter: Option<f64>| {
+                let (low, high) = match verdict.interval() {
                     Some((low, high)) => (Some(low), Some(high)),
-                    None => (None, c.verdict.upper()),
+                    None => (None, verdict.upper()),
                 };
                 table.push([
                     Cell::from(channel.name.as_str()),
-                    Cell::from(c.term.symbol()),
-                    Cell::from(word(&c.verdict)),
-                    Cell::from(c.verdict.value()),
-                    Cell::from(c.unit.as_str()),
-                    Cell::from(c.verdict.standard_uncertainty()),
+                    Cell::from(symbol),
+                    Cell::from(word(verdict)),
+                    Cell::from(verdict.value()),
+                    Cell::from(unit),
+                    Cell::from(verdict.standard_uncertainty()),
                     Cell::from(low),
                     Cell::from(high),
-                    Cell::from(c.parameter.map(|p| p.value)),
-                ])?;
+                    Cell::from(parameter),
+                ])
+            };
+            for c in channel.whittle.iter().flat_map(|f| &f.coefficients) {
+                let parameter = c.parameter.map(|p| p.value);
+                row(c.term.symbol(), &c.verdict, &c.unit, parameter)?;
+            }
+            if let Some(t) = channel
+                .whittle
+                .as_ref()
+                .and_then(|f| f.temperature.as_ref())
+            {
+                row("K_T", &t.verdict, &t.unit, Some(t.lag))?;
+            }
+            for c in channel.robust.iter().flat_map(|r| &r.fit.coefficients) {
+                let parameter = c.parameter.map(|p| p.value);
+                let symbol = format!("{} robust", c.term.symbol());
+                row(&symbol, &c.verdict, &c.unit, parameter)?;
             }
         }
         Ok(table)
@@ -275,19 +301,42 @@ fn quantities(analysis: &Analysis, probability: f64) -> Vec<StatedQuantity> {
                 }
                 _ => format!("{}.{}", channel.name, c.term.symbol()),
             };
-            all.push(StatedQuantity::new(
-                &Quantity {
-                    name,
-                    unit: c.unit.clone(),
-                    value,
-                    standard_uncertainty: u,
-                    dof: DegreesOfFreedom::INFINITE,
-                },
-                probability,
-            ));
+            all.push(stated(name, &c.unit, value, u, probability));
+        }
+        let temperature = channel
+            .whittle
+            .as_ref()
+            .and_then(|f| f.temperature.as_ref());
+        if let Some(t) = temperature
+            && let (Some(value), Some(u)) = (t.verdict.value(), t.verdict.standard_uncertainty())
+        {
+            let name = format!("{}.K_T", channel.name);
+            all.push(stated(name, &t.unit, value, u, probability));
+        }
+        for c in channel.robust.iter().flat_map(|r| &r.fit.coefficients) {
+            if !matches!(c.term, Term::White | Term::Flicker | Term::RandomWalk) {
+                continue;
+            }
+            if let (Some(value), Some(u)) = (c.verdict.value(), c.verdict.standard_uncertainty()) {
+                let name = format!("{}.robust.{}", channel.name, c.term.symbol());
+                all.push(stated(name, &c.unit, value, u, probability));
+            }
         }
     }
     all
+}
+
+fn stated(name: String, unit: &str, value: f64, u: f64, probability: f64) -> StatedQuantity {
+    StatedQuantity::new(
+        &Quantity {
+            name,
+            unit: unit.to_owned(),
+            value,
+            standard_uncertainty: u,
+            dof: DegreesOfFreedom::INFINITE,
+        },
+        probability,
+    )
 }
 
 /// Those of the recording, of the whole analysis, and of the channels, of which the same doubt is said once; gravest first.

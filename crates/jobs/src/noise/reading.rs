@@ -45,6 +45,11 @@ pub struct NoiseReading {
     /// They are differenced. The unit that is stated is that of the rate.
     #[cfg_attr(feature = "clap", arg(long))]
     pub phase: bool,
+    /// Column with the temperature (°C, K or °F by its heading; °C otherwise): its effect is fitted together with the noise
+    ///
+    /// Gives the sensitivity K_T with its interval; what follows the temperature is then not taken for B, K or R. An empty field keeps the last temperature.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "COLUMN"))]
+    pub temperature: Option<ColumnRef>,
 }
 
 /// A recording in memory, in SI.
@@ -52,6 +57,7 @@ pub struct NoiseReading {
 pub struct NoiseRecording {
     names: Vec<ChannelName>,
     columns: Vec<Vec<f64>>,
+    temperature: Option<Vec<f64>>,
     stamps: Option<Vec<f64>>,
     rate: Option<f64>,
     findings: Vec<Finding>,
@@ -75,6 +81,7 @@ impl NoiseRecording {
                         rate,
                     })
                     .collect(),
+                temperature: self.temperature.as_deref(),
                 stamps: self.stamps.as_deref(),
                 rate: self.rate,
             },
@@ -98,7 +105,9 @@ impl NoiseReading {
         let name = source.name().display().to_string();
         let options = LayoutOptions::default();
         let layout = Layout::of(&mut source, &options)?;
-        let chosen = self.chosen(&layout, &name)?;
+        let mut chosen = self.chosen(&layout, &name)?;
+        let kelvin = self.kelvin(&layout, &chosen)?;
+        chosen.extend(self.temperature.clone());
         let absent = vec![Absent::EmptyOrNan; chosen.len()];
         let recording = Recording::from_source_sparse(
             source,
@@ -108,8 +117,10 @@ impl NoiseReading {
                 time: self.time.clone(),
                 time_unit: self.time_unit,
                 sampling_rate_hz: self.rate,
-                // With a scale or for integrals the unit is not that of the columns as they stand.
-                unit: self.unit.filter(|_| self.scale.is_none() && !self.phase),
+                // With a scale or for integrals the unit is not that of the columns as they stand, nor is it that of a temperature.
+                unit: self
+                    .unit
+                    .filter(|_| self.scale.is_none() && !self.phase && kelvin.is_none()),
                 ..RecordingOptions::default()
             },
             &absent,
@@ -127,7 +138,14 @@ impl NoiseReading {
             .unwrap_or_else(|| recording.time.rate_hz());
         let mut names = Vec::new();
         let mut columns = Vec::new();
-        for (index, column) in recording.columns.iter().enumerate() {
+        let mut signals = &recording.columns[..];
+        let mut temperature = None;
+        if let (Some(factor), Some((last, before))) = (kelvin, signals.split_last()) {
+            signals = before;
+            let kelvins = last.data.iter().map(|t| factor * t);
+            temperature = Some(kelvins.collect::<Vec<f64>>());
+        }
+        for (index, column) in signals.iter().enumerate() {
             let (unit, mut factor) = self.conversion(&column.name, column.unit)?;
             let mut data = column.data.clone();
             for &row in recording.missing(index) {
@@ -151,9 +169,18 @@ impl NoiseReading {
             // The rate between two integrals belongs to the later stamp.
             stamps.remove(0);
         }
+        if self.phase
+            && let Some(temperature) = &mut temperature
+        {
+            *temperature = temperature
+                .windows(2)
+                .map(|w| 0.5 * (w[0] + w[1]))
+                .collect();
+        }
         Ok(NoiseRecording {
             names,
             columns,
+            temperature,
             stamps,
             rate: Some(rate),
             findings: recording.findings().to_vec(),
@@ -167,6 +194,12 @@ impl NoiseReading {
     /// # Errors
     /// As [`NoiseReading::read`]; neither rate nor time column.
     pub fn stream(&self, mut source: Source) -> Result<NoiseStream> {
+        if self.temperature.is_some() {
+            return Err(Trouble::request(
+                "the effect of a temperature cannot be fitted to a recording that is read as a stream",
+            )
+            .with_hint("average the recording to a lower rate first, or choose fewer columns with --columns, so that it fits into memory"));
+        }
         let name = source.name().display().to_string();
         let layout = Layout::of(&mut source, &LayoutOptions::default())?;
         let mut selected = self
@@ -224,9 +257,17 @@ impl NoiseReading {
             return Ok(columns.clone());
         }
         let time = self.time_index(layout)?;
+        let temperature = self
+            .temperature
+            .as_ref()
+            .map(|c| layout.find(c))
+            .transpose()?;
         let is_signal = |i: &usize| {
             let other = |u: Unit| u.is_time() || matches!(u, Unit::DegreeCelsius | Unit::Kelvin);
-            layout.numeric[*i] && Some(*i) != time && !layout.unit(*i).is_some_and(other)
+            layout.numeric[*i]
+                && Some(*i) != time
+                && Some(*i) != temperature
+                && !layout.unit(*i).is_some_and(other)
         };
         let columns: Vec<ColumnRef> = (0..layout.columns)
             .filter(is_signal)
@@ -238,6 +279,39 @@ impl NoiseReading {
                 .with_hint("name the columns with --columns"));
         }
         Ok(columns)
+    }
+
+    /// What one unit of the temperature column is in kelvins, where one is named.
+    fn kelvin(&self, layout: &Layout, chosen: &[ColumnRef]) -> Result<Option<f64>> {
+        let Some(column) = &self.temperature else {
+            return Ok(None);
+        };
+        let index = layout.find(column)?;
+        let heading = layout.name(index);
+        for other in chosen {
+            if layout.find(other)? == index {
+                return Err(Trouble::request(format!(
+                    "column {heading:?} is the temperature and cannot be a channel as well"
+                ))
+                .with_hint("leave it out of --columns"));
+            }
+        }
+        match layout.unit(index) {
+            Some(Unit::DegreeCelsius | Unit::Kelvin) => Ok(Some(1.0)),
+            Some(unit) => Err(Trouble::request(format!(
+                "column {heading:?} is in {unit} by its heading: no temperature"
+            ))
+            .with_hint("name the column of the thermometer with --temperature")),
+            None => {
+                let plain = heading.to_lowercase().replace(['_', ' ', '.'], "");
+                let fahrenheit = ["fahrenheit", "degf", "°f", "[f]", "(f)"];
+                Ok(Some(if fahrenheit.iter().any(|f| plain.contains(f)) {
+                    5.0 / 9.0
+                } else {
+                    1.0
+                }))
+            }
+        }
     }
 
     /// The time column, as asked for or as its heading says.

@@ -200,6 +200,16 @@ impl SimulatedNoise {
             ))
             .with_hint("from two values to a hundred million, all axes together"));
         }
+        if let Some(fast) = self.sinusoid.iter().find(|s| s.frequency > 0.5 * self.rate) {
+            return Err(Trouble::request(format!(
+                "a sinusoid of {} Hz cannot be sampled at {} Hz: it would appear at another frequency",
+                fast.frequency, self.rate
+            ))
+            .with_hint(format!(
+                "at most half the sampling rate, {} Hz; raise --rate or lower the frequency of --sinusoid",
+                0.5 * self.rate
+            )));
+        }
         let n = count as usize;
         let mut sensor = SimulatedSensor::new(self.model());
         sensor.low_pass = self.corner.map(|corner| LowPass {
