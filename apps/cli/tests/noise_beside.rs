@@ -145,6 +145,8 @@ fn refuses_what_is_no_temperature() {
     assert!(said.contains("nothing"), "{said}");
     let said = refuse(&["noise", text(&path), "--temperature", "T", "--stream"]);
     assert!(said.contains("stream"), "{said}");
+    let varying = tempfile::tempdir().unwrap();
+    let path = recording(varying.path(), "T_degC", |t| format!("{:.4}", celsius(t)));
     let said = refuse(&[
         "noise",
         text(&path),
