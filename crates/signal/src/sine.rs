@@ -238,6 +238,9 @@ impl SineApproximation {
             let mut converged = false;
             let mut step = f64::INFINITY;
             let mut weights = state.weights();
+            // No farther at once than the main lobe is nearly a straight line, and less once the step turns round.
+            let mut reach = 0.25 * TAU / n as f64;
+            let mut before = 0.0;
             for iteration in 0..ITERATIONS {
                 if iteration < REWEIGHTED {
                     // The noise beside the line is known once the line is; then the weights stay, so that the end is a
@@ -248,20 +251,16 @@ impl SineApproximation {
                 if !step.is_finite() {
                     break;
                 }
-                // No farther at once than the curve of the sum of squares is one of a line.
-                step = step.clamp(-0.25 * TAU / n as f64, 0.25 * TAU / n as f64);
+                if step * before < 0.0 {
+                    reach = reach.min(0.5 * before.abs());
+                }
+                step = step.clamp(-reach, reach);
+                before = step;
                 if ((omega + step - start) * n as f64).abs() > TAU {
                     break;
                 }
-                let before = state.cost(&weights);
-                let mut next = self.solve(omega + step, n, channels, Some(state.fitted.clone()))?;
-                while next.cost(&weights) > before * (1.0 + 1e-9) && (step * n as f64).abs() > 1e-6
-                {
-                    step *= 0.5;
-                    next = self.solve(omega + step, n, channels, Some(state.fitted.clone()))?;
-                }
                 omega += step;
-                state = next;
+                state = self.solve(omega, n, channels, Some(state.fitted))?;
                 // Phase error left over the whole record, and the same in units of u.
                 if (step * n as f64).abs() < 1e-9 || (step * information.sqrt()).abs() < 1e-5 {
                     converged = true;
@@ -447,25 +446,22 @@ impl State {
         [rr + v * a * a, ri + v * a * b, ii + v * b * b]
     }
 
-    /// ∂x/∂ω = Re Σ h (N/2) τ j X_h e^{jhωn} of a channel.
-    fn slope(&self, channel: usize) -> Vec<Term> {
+    /// ∂x/∂ω = Re (N/2) τ j X e^{jωn} of a channel. Harmonics know the frequency h times better than the drive does, but only
+    /// where they are its own: hum beside one would pull the drive along with it.
+    fn slope(&self, channel: usize) -> Term {
         let half = 0.5 * self.tables.samples as f64;
-        self.fitted[channel]
-            .amplitudes
-            .iter()
-            .enumerate()
-            .map(|(i, &a)| Term::new(Complex64::new(0.0, (i + 1) as f64 * half) * a, i + 1, 1))
-            .collect()
+        Term::new(
+            Complex64::new(0.0, half) * self.fitted[channel].amplitudes[0],
+            1,
+            1,
+        )
     }
 
     /// ⟨basis, ∂x/∂ω⟩ of a channel.
     fn cross(&self, channel: usize) -> Mat<f64> {
         let slope = self.slope(channel);
         Mat::from_fn(self.basis.terms().len(), 1, |i, _| {
-            slope
-                .iter()
-                .map(|s| self.basis.inner(&self.basis.terms()[i], s))
-                .sum::<f64>()
+            self.basis.inner(&self.basis.terms()[i], &slope)
         })
     }
 
@@ -487,12 +483,6 @@ impl State {
             .collect()
     }
 
-    /// Weighted sum of squares of all channels.
-    fn cost(&self, weights: &[f64]) -> f64 {
-        let powers = self.residues.iter().map(|r| r.power);
-        powers.zip(weights).map(|(p, w)| p * w).sum()
-    }
-
     /// Gauss–Newton step of the angular frequency (rad per sample) and the information about it, with the
     /// linear parameters projected out.
     fn frequency_step(&self, weights: &[f64]) -> (f64, f64) {
@@ -500,16 +490,9 @@ impl State {
         for (channel, &weight) in weights.iter().enumerate() {
             let slope = self.slope(channel);
             let cross = self.cross(channel);
-            let square: f64 = slope
-                .iter()
-                .flat_map(|s| slope.iter().map(|t| self.basis.inner(s, t)))
-                .sum();
+            let square = self.basis.inner(&slope, &slope);
             let projected = square - (cross.transpose() * &self.inverse * &cross)[(0, 0)];
-            let along: f64 = slope
-                .iter()
-                .zip(&self.residues[channel].weighted)
-                .map(|(s, z)| (s.coefficient * z.conj()).re)
-                .sum();
+            let along = (slope.coefficient * self.residues[channel].weighted[0].conj()).re;
             gradient += weight * along;
             information += weight * projected;
         }

@@ -113,7 +113,11 @@ impl WithSimd for Stretch<'_> {
         let zeros = || vec![Complex64::new(0.0, 0.0); harmonics];
         let mut total = Look {
             demodulated: zeros(),
-            weighted: if ask.weighted { zeros() } else { vec![] },
+            weighted: if ask.weighted {
+                vec![Complex64::new(0.0, 0.0)]
+            } else {
+                vec![]
+            },
             series: Vec::with_capacity(blocks.len()),
             ..Look::default()
         };
@@ -159,9 +163,7 @@ impl WithSimd for Stretch<'_> {
                 for ((p, r), l) in product.iter_mut().zip(&*r).zip(&tables.ramp) {
                     *p = r * (tau + scale * l);
                 }
-                for h in 0..harmonics {
-                    total.weighted[h] += harmonic(tables, product, h, block);
-                }
+                total.weighted[0] += harmonic(tables, product, 0, block);
             }
         }
         total

@@ -239,3 +239,55 @@ fn coverage_at_jittered_instants() {
     // 400 trials at 95 %: 380 ± 4.4; 0.1 % two-sided.
     assert!((365..=394).contains(&inside), "{inside}");
 }
+
+/// Mains hum within a resolution of a harmonic turns that harmonic through the record; the drive is found all the same.
+#[test]
+fn law_hum_beside_a_harmonic_stops_nothing() {
+    let rate = 400.0;
+    for (case, (drive, seconds, hum, size)) in [
+        (10.0003, 60.0, 50.01, 0.005),
+        (9.9996, 60.0, 50.01, 0.02),
+        (10.0, 60.0, 49.98, 0.02),
+        (12.5002, 30.0, 49.98, 0.02),
+        (19.998, 40.0, 60.01, 0.01),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let n = (seconds * rate) as usize;
+        let mut noise = gaussian(900 + case as u64, 2e-5);
+        let channels: Vec<Vec<f64>> = [1.0, 0.8, 0.1, -0.05]
+            .iter()
+            .map(|gain| {
+                (0..n)
+                    .map(|i| {
+                        let t = i as f64 / rate;
+                        0.1 * gain
+                            * ((TAU * drive * t).cos() + 1e-3 * (2.0 * TAU * drive * t).cos())
+                            + size * (TAU * hum * t + 0.4).cos()
+                            + noise()
+                    })
+                    .collect()
+            })
+            .collect();
+        let channels: Vec<&[f64]> = channels.iter().map(Vec::as_slice).collect();
+        for tones in [false, true] {
+            let fit = SineApproximation::new(drive.round())
+                .start(drive * (1.0 + 1e-6))
+                .harmonics(5)
+                .residuals(Residuals::Coloured)
+                .frequency(Frequency::Common)
+                .tones(tones)
+                .fit(rate, &channels);
+            let fit = fit.unwrap();
+            let u = fit.frequency_uncertainty.unwrap();
+            assert!(
+                (fit.frequency - drive).abs() < 4.0 * u,
+                "{case} {tones}: {} ± {u}",
+                fit.frequency
+            );
+            let c = &fit.channels[1];
+            assert!((c.amplitude - 0.08).norm() < 1e-5, "{case} {tones}: {c:?}");
+        }
+    }
+}
