@@ -436,7 +436,8 @@ impl State {
         }
     }
 
-    /// In a short record an error of the frequency changes amplitudes even about the middle: its part of the covariance.
+    /// In a short record, or few bins from Nyquist, an error of the frequency changes amplitudes even about the middle: its part
+    /// of the covariance.
     fn with_frequency(&self, channel: usize, [rr, ri, ii]: [f64; 3], information: f64) -> [f64; 3] {
         let cross = self.cross(channel);
         let step = &self.inverse * &cross;
@@ -517,10 +518,8 @@ impl State {
                     Residuals::Coloured => self.coloured(channel),
                 };
                 let centred = match information {
-                    Some(information) if self.is_short() => {
-                        self.with_frequency(channel, centred, information)
-                    }
-                    _ => centred,
+                    Some(information) => self.with_frequency(channel, centred, information),
+                    None => centred,
                 };
                 let turn = |h: usize| {
                     let phase = -(h as f64) * self.tables.omega * middle;

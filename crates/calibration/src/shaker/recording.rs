@@ -10,7 +10,9 @@ use super::flat_top::lost;
 use super::geometry::Configuration;
 use num_complex::Complex64;
 use proofmass_core::Error;
-use proofmass_signal::sine::{Frequency, SineApproximation, SineFit, dominant_frequency};
+use proofmass_signal::sine::{
+    Frequency, Residuals, SineApproximation, SineFit, dominant_frequency,
+};
 use serde::{Deserialize, Serialize};
 
 /// What the samples say about a run beside its phasors; every entry is optional for tables of ready phasors.
@@ -95,6 +97,9 @@ pub struct PhasorReading {
 
 /// Periods above which the strongest line of a record tells its frequency better than half a bin.
 const SETTLED: f64 = 8.0;
+/// Samples from which on the noise beside the line can be told from that elsewhere, and those that a term of the fit needs.
+const COLOUR: usize = 128;
+const SAMPLES_PER_TERM: usize = 4;
 /// Tolerance beyond which a frequency is not that of the table but that of another clock.
 const OWN_CLOCK: f64 = 0.02;
 /// Effect of uneven stamps, in standard uncertainties of a phasor, from which on they count.
@@ -119,7 +124,9 @@ impl PhasorReading {
 
     /// Phasors of all channels of one run; the first is the reference.
     ///
-    /// Tones that stand out beside the drive are fitted with it. A strongest line of the reference elsewhere than at the
+    /// Tones that stand out beside the drive are fitted with it. Records of less than 128 samples are too short to tell the
+    /// noise beside the line from that elsewhere: it counts as white there, and no more harmonics are fitted than four
+    /// samples a term allow. A strongest line of the reference elsewhere than at the
     /// nominal frequency is reported and the fit is made at the nominal frequency all the same, for nothing is repaired
     /// in silence.
     ///
@@ -150,6 +157,13 @@ impl PhasorReading {
         let elsewhere =
             (found - frequency).abs() > (2.0 * resolution).max(self.tolerance * frequency);
         let mut approximation = self.approximation(frequency, self.harmonics);
+        if samples < COLOUR {
+            let terms = samples / SAMPLES_PER_TERM;
+            let affordable = terms.saturating_sub(1 + usize::from(self.drift)) / 2;
+            approximation = self
+                .approximation(frequency, self.harmonics.min(affordable.max(1)))
+                .residuals(Residuals::White);
+        }
         // Two crystals differ by 100 ppm, which in a long record is many bins. In a short one the strongest bin says
         // less than the generator.
         let periods = frequency * samples as f64 / self.sampling_frequency;
