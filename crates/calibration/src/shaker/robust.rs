@@ -54,8 +54,21 @@ pub(super) fn solve(d: &[[Complex64; 3]], y: &[[Complex64; 3]], of: &[usize]) ->
 ///
 /// **Source** `[Rousseeuw1984]`; concentration steps `[Rousseeuw2006]`.
 pub(super) fn wild(rows: &[PhasorRow], spurious: &SpuriousTable, budget: &Budget) -> Vec<bool> {
+    strangeness(rows, spurious, budget)
+        .iter()
+        .map(|s| *s > 1.0)
+        .collect()
+}
+
+/// Square of the misfit of every row of one frequency over the one from which on it is [`wild`]; zero where too few
+/// runs are there to tell.
+pub(super) fn strangeness(
+    rows: &[PhasorRow],
+    spurious: &SpuriousTable,
+    budget: &Budget,
+) -> Vec<f64> {
     let n = rows.len();
-    let sound = vec![false; n];
+    let sound = vec![0.0; n];
     if n < 6 {
         return sound;
     }
@@ -117,7 +130,8 @@ pub(super) fn wild(rows: &[PhasorRow], spurious: &SpuriousTable, budget: &Budget
     };
     for _ in 0..STEPS {
         let q = misfits(&s);
-        match solve(&d, &y, &nearest(&q, (h + 6).min(n))) {
+        // In a plan of few runs six more would be all of them, the wild one too.
+        match solve(&d, &y, &nearest(&q, h + ((n - h) / 2).min(6))) {
             Some(next) => s = next,
             None => break,
         }
@@ -132,5 +146,5 @@ pub(super) fn wild(rows: &[PhasorRow], spurious: &SpuriousTable, budget: &Budget
         .map(|i| i.standard_uncertainty().powi(2) * if i.acts == Acts::Tilt { 2.0 } else { 1.0 })
         .sum();
     let limit = (WILD * WILD * scatter).max(100.0 * angles * main);
-    q.iter().map(|&q| q > limit).collect()
+    q.iter().map(|&q| q / limit).collect()
 }

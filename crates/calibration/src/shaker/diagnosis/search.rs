@@ -4,7 +4,7 @@ use super::super::adjustment::Adjustment;
 use super::super::budget::Budget;
 use super::super::fit::upper_tail;
 use super::super::observation::{PhasorRow, SpuriousTable};
-use super::super::robust::wild;
+use super::super::robust::strangeness;
 use super::trial::Trial;
 use super::{SuspectRun, Suspicion, completeness};
 use proofmass_core::Error;
@@ -96,8 +96,8 @@ fn sort<'a>(
         .filter(|&i| rows[i].frequency == frequency)
         .collect();
     let here: Vec<PhasorRow> = all.iter().map(|&i| rows[i].clone()).collect();
-    let wild = wild(&here, spurious, budget);
-    let mut kept: Vec<usize> = (0..here.len()).filter(|&i| !wild[i]).collect();
+    let strange = strangeness(&here, spurious, budget);
+    let mut kept: Vec<usize> = (0..here.len()).filter(|&i| strange[i] <= 1.0).collect();
     let subset =
         |kept: &[usize]| -> Vec<PhasorRow> { kept.iter().map(|&i| here[i].clone()).collect() };
     let most = here.len() / 3;
@@ -111,6 +111,17 @@ fn sort<'a>(
             // After a removal the rest may no longer span; what was found so far stands.
             Err(Error::TooFew { .. } | Error::Unobservable { .. }) if kept.len() < here.len() => {
                 break;
+            }
+            // A run that is far off, though not wild, may turn the angles in circles: the strangest leaves first.
+            Err(Error::NotConverged { .. }) => {
+                let strange = strangeness(&subset(&kept), spurious, budget);
+                let Some(worst) =
+                    (0..kept.len()).max_by(|&a, &b| strange[a].total_cmp(&strange[b]))
+                else {
+                    break;
+                };
+                kept.remove(worst);
+                continue;
             }
             other => other?,
         };
