@@ -131,6 +131,44 @@ fn refuses_two_bad_runs_and_a_wrong_mounting() {
     assert!(channel.is_none() && (factor - 1.08).abs() < 0.02);
 }
 
+/// A device on the wrong wedge was glued there for this run alone: its gluing is not that of the run that belongs there.
+#[test]
+fn law_a_wrong_wedge_with_a_gluing_of_its_own_is_named() {
+    let (mut named, trials) = (0, 12);
+    for seed in 0..trials {
+        let mut rows = campaign(400 + seed);
+        rows.retain(|r| r.frequency == 40.0);
+        // The same device on the same bench, glued anew.
+        let anew: Vec<PhasorRow> = campaign(700 + seed);
+        let k = 5 + (3 * seed as usize) % 24;
+        let there = anew
+            .iter()
+            .find(|r| {
+                r.frequency == 40.0
+                    && r.configuration.inclination > rows[k].configuration.inclination + 1e-6
+                    && (r.configuration.rotation - rows[k].configuration.rotation).abs() < 1e-6
+            })
+            .unwrap();
+        rows[k].outputs = there
+            .outputs
+            .map(|o| o / there.reference * rows[k].reference);
+        let (suspects, _) = diagnose(&rows, &SpuriousTable::default(), &budget(), None).unwrap();
+        let right = suspects.len() == 1
+            && suspects[0].row == k
+            && suspects[0].suspicion
+                == Suspicion::Mounting {
+                    configuration: there.configuration,
+                };
+        if right {
+            named += 1;
+        } else {
+            println!("seed {seed}, row {k}: {suspects:?}");
+        }
+    }
+    println!("{named} of {trials} named");
+    assert!(named >= trials - 2, "{named} of {trials}");
+}
+
 #[test]
 fn refuses_channels_that_are_wrong_in_every_run() {
     let mut rows = campaign(4);

@@ -26,6 +26,9 @@ const ORDERS: [[usize; 3]; 6] = [
     [2, 0, 1],
 ];
 
+/// Rotation in radians by which a mounting counts as another one, far below what any mark can show.
+const GLUED_ANEW: f64 = 3e-6;
+
 /// Every cause that is thought of, with its prior.
 pub(super) fn causes(trial: &Trial<'_>, row: &PhasorRow, frequencies: &[f64]) -> Vec<Cause> {
     let mut list = vec![];
@@ -164,12 +167,18 @@ pub(super) fn causes(trial: &Trial<'_>, row: &PhasorRow, frequencies: &[f64]) ->
         } else {
             0.05 / count
         };
+        // Glued anew on that wedge: the wedge is the same, the gluing is not that of the run that belongs there. What
+        // differs by more than a microradian of rotation has a gluing of its own.
+        let glued = Configuration {
+            rotation: configuration.rotation + GLUED_ANEW,
+            ..configuration
+        };
         add(
             Suspicion::Mounting { configuration },
             prior,
             None,
             PhasorRow {
-                configuration,
+                configuration: glued,
                 ..row.clone()
             },
         );
