@@ -7,7 +7,7 @@ use proofmass_core::{SensorModel, Watch};
 use proofmass_io::sheet::Sheet;
 use proofmass_io::{
     CalibrationFile, ColumnRef, GmshMesh, Layout, LayoutOptions, Manifest, Provenance, Recording,
-    RecordingOptions, ResultDocument, SegmentRow, Source, Waveform, WaveformFormat,
+    RecordingOptions, ResultDocument, SegmentRow, Source, Unit, Waveform, WaveformFormat,
     WaveformOptions, inspect_source, read_budget, read_model,
 };
 use proofmass_jobs::campaign::Campaign;
@@ -67,10 +67,15 @@ pub fn waveform(data: &[u8]) {
             full_scale_v: Some(10.0),
             layout: LayoutOptions::default(),
             unit: None,
+            quantity: Unit::Volt,
+            time: None,
+            time_unit: None,
         };
         if let Ok(waveform) = Waveform::from_source(source(data), &options) {
             assert!(waveform.channels.iter().flatten().all(|v| v.is_finite()));
             assert!(waveform.sampling_rate_hz > 0.0);
+            let late = waveform.times.iter().flat_map(|t| &t.late_s);
+            assert!(late.into_iter().all(|v| v.is_finite()));
         }
     }
 }
