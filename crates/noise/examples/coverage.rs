@@ -3,7 +3,7 @@
 //! `cargo run --release -p proofmass-noise --example coverage -- 500 [FIRST_SEED [CELL]]`. Records of 20 000 samples at
 //! 10 Hz with N = 1; K by T/τ_c with τ_c = √3 N/K, B by T/τ_f = 0.4413 T B²/N². For each cell and term: how often the
 //! truth lies in the 95 % interval (or below the limit), how often the term is called identified, and how often zero is
-//! excluded.
+//! excluded. Gauss–Markov processes have σ = 1 and 5 s.
 
 use proofmass_noise::{
     FitOptions, GaussMarkov, LowPass, NoiseModel, SimulatedSensor, Term, Verdict, simulate, whittle,
@@ -13,6 +13,9 @@ use rayon::prelude::*;
 
 const RATE: f64 = 10.0;
 const SAMPLES: usize = 20_000;
+/// Standard deviation of the Gauss–Markov process, and its correlation time in s.
+const DEVIATION: f64 = 1.0;
+const TIME: f64 = 5.0;
 const TERMS: [Term; 5] = [
     Term::Quantisation,
     Term::White,
@@ -29,6 +32,8 @@ struct Cell {
     ramp: f64,
     quantisation: f64,
     markov: bool,
+    /// Whether Gauss–Markov processes are sought.
+    sought: bool,
     /// Order of the filter and its corner as a part of the rate.
     filter: Option<(i32, f64)>,
     samples: usize,
@@ -43,6 +48,7 @@ impl Cell {
             ramp: 0.0,
             quantisation: 0.0,
             markov: false,
+            sought: false,
             filter: None,
             samples: SAMPLES,
         }
@@ -58,8 +64,8 @@ impl Cell {
             quantisation: self.quantisation / RATE,
             gauss_markov: if self.markov {
                 vec![GaussMarkov {
-                    standard_deviation: 1.0,
-                    correlation_time: 5.0,
+                    standard_deviation: DEVIATION,
+                    correlation_time: TIME,
                 }]
             } else {
                 Vec::new()
@@ -104,6 +110,7 @@ fn cells() -> Vec<Cell> {
         },
         Cell {
             markov: true,
+            sought: true,
             ..Cell::new("N+GM", 0.0, 0.0)
         },
         Cell {
@@ -132,40 +139,70 @@ fn cells() -> Vec<Cell> {
         },
         Cell {
             markov: true,
+            sought: true,
             ..Cell::new("N+B100+GM", 0.0, 100.0)
         },
     ]
     .into_iter()
-    .chain(long_filters())
+    .chain(long_filters(0.0, &[0.0, 1000.0]))
+    .chain([
+        Cell {
+            markov: true,
+            sought: true,
+            ..Cell::new("N+K30+GM", 30.0, 0.0)
+        },
+        Cell {
+            sought: true,
+            ..Cell::new("N,GM sought", 0.0, 0.0)
+        },
+        Cell {
+            sought: true,
+            ..Cell::new("N+B100,GM s.", 0.0, 100.0)
+        },
+        Cell {
+            sought: true,
+            ..Cell::new("N+K30,GM s.", 30.0, 0.0)
+        },
+        Cell {
+            markov: true,
+            ..Cell::new("N+GM unsought", 0.0, 0.0)
+        },
+    ])
+    .chain(long_filters(1000.0, &[0.0]))
     .collect()
 }
 
-/// Filters over 2·10⁵ samples, with flicker noise whose crossing with the white noise comes to a fifth of the lowest corner.
-fn long_filters() -> impl Iterator<Item = Cell> {
-    let one = |order: i32, part: u32, flicker: f64| {
+/// Filters over 2·10⁵ samples. Flicker noise crosses the white noise at a fifth of the lowest corner, the walk at a seventh.
+fn long_filters(walk: f64, flickers: &'static [f64]) -> impl Iterator<Item = Cell> {
+    let one = move |order: i32, part: u32, flicker: f64| {
         let word = if order == 1 { "1st" } else { "2nd" };
-        let front = if flicker > 0.0 { "N+B1000" } else { "N" };
+        let front = match (walk > 0.0, flicker > 0.0) {
+            (true, _) => "N+K1000",
+            (false, true) => "N+B1000",
+            (false, false) => "N",
+        };
         let name = format!("{front}:{word}/{part}");
         Cell {
             filter: Some((order, 1.0 / f64::from(part))),
             samples: 200_000,
-            ..Cell::new(name.leak(), 0.0, flicker)
+            ..Cell::new(name.leak(), walk, flicker)
         }
     };
     [1, 2].into_iter().flat_map(move |order| {
         [3, 10, 30, 100]
             .into_iter()
-            .flat_map(move |part| [one(order, part, 0.0), one(order, part, 1000.0)])
+            .flat_map(move |part| flickers.iter().map(move |f| one(order, part, *f)))
     })
 }
 
-/// Per term: held, identified, zero excluded; then misfit findings and bands cut; then N over the truth, and its square.
-type Counts = [f64; 19];
+/// Per term: held, identified, zero excluded; then misfit findings and bands cut; then N over the truth, and its square;
+/// then Gauss–Markov processes found, and of the first whether its σ and its time are held.
+type Counts = [f64; 22];
 
 fn examine(cell: &Cell, seed: u64) -> Counts {
     let model = cell.model();
     let mut terms = TERMS.to_vec();
-    terms.extend(cell.markov.then_some(Term::GaussMarkov));
+    terms.extend(cell.sought.then_some(Term::GaussMarkov));
     let options = FitOptions {
         terms,
         ..FitOptions::default()
@@ -191,7 +228,7 @@ fn examine(cell: &Cell, seed: u64) -> Counts {
         }
     };
     let fit = whittle(&rate, RATE, &options).expect("a long record");
-    let mut row = [0.0; 19];
+    let mut row = [0.0; 22];
     for (k, term) in TERMS.into_iter().enumerate() {
         let verdict = fit.get(term).expect("sought").verdict;
         let held = match verdict {
@@ -209,6 +246,14 @@ fn examine(cell: &Cell, seed: u64) -> Counts {
     let white = fit.model.white / model.white - 1.0;
     row[17] = white;
     row[18] = white * white;
+    let process = fit.get(Term::GaussMarkov);
+    if let Some((low, high)) = process.and_then(|p| p.verdict.interval()) {
+        let inside = |value: f64, limits: (f64, f64)| flag(limits.0 <= value && value <= limits.1);
+        row[19] = 1.0;
+        row[20] = inside(DEVIATION, (low, high));
+        let time = process.and_then(|p| p.parameter).and_then(|t| t.interval);
+        row[21] = time.map_or(0.0, |limits| inside(TIME, limits));
+    }
     row
 }
 
@@ -234,7 +279,7 @@ fn main() {
             .into_par_iter()
             .map(|k| examine(cell, (index as u64) << 32 | (first + k)))
             .reduce(
-                || [0.0; 19],
+                || [0.0; 22],
                 |mut a, b| {
                     a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
                     a
@@ -252,10 +297,20 @@ fn main() {
         }
         let (bias, square) = (share(counts[17]), share(counts[18]));
         let scatter = (100.0 * square - bias * bias).max(0.0).sqrt() / (records as f64).sqrt();
-        println!(
+        print!(
             "   {:4.1}  {:4.1}  {bias:+.2}({scatter:.2})",
             share(counts[15]),
             share(counts[16])
         );
+        if cell.sought {
+            let of_found = |n: f64| 100.0 * n / f64::max(counts[19], 1.0);
+            print!(
+                "  GM found {:.1}, its sigma held {:.1}, its time {:.1}",
+                share(counts[19]),
+                of_found(counts[20]),
+                of_found(counts[21])
+            );
+        }
+        println!();
     }
 }
