@@ -403,7 +403,9 @@ impl ShakerTriaxialCampaign {
         for file in self.read_corrections()? {
             inputs.extend(file.input);
             if !file.correction.table.entries.is_empty() {
-                job.correction = Some(file.correction);
+                let Correction { label, table } = file.correction;
+                let (table, _) = table.pooled(&label);
+                job.correction = Some(Correction { label, table });
             }
         }
         job.sensitivity = self.datasheet.map(|d| d.0);

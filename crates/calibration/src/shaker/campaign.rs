@@ -21,6 +21,7 @@ use super::published::{self, MagnitudeBudget, MagnitudeRow, PublishedFit, Spurio
 use super::recording::{QualityLimits, RunInput};
 use super::reference::ReferenceTable;
 use super::screening::{Observations, observations};
+use super::spurious::pooled;
 use crate::frequency_response::FrequencyResponse;
 use proofmass_core::Error;
 use proofmass_uncertainty::{Estimate, Finding, Severity, SharedEffect};
@@ -213,6 +214,40 @@ impl MethodResult {
     }
 }
 
+impl FrequencyResult {
+    /// States every expanded uncertainty as U = k u, with the probability that it then has.
+    pub fn state_with(&mut self, k: f64) {
+        for term in self.sensitivity.iter_mut().chain(&mut self.exploitation) {
+            let parts = [&mut term.modulus, &mut term.real];
+            for part in parts.into_iter().chain(&mut term.phase) {
+                part.state_with(k);
+            }
+        }
+        let lists = [
+            &mut self.normalised,
+            &mut self.normalised_exploitation,
+            &mut self.transverse,
+            &mut self.misalignment,
+            &mut self.intrinsic,
+        ];
+        for quantity in lists.into_iter().flatten() {
+            quantity.state_with(k);
+        }
+    }
+}
+
+impl ShakerCalibration {
+    /// States every expanded uncertainty of the rigorous methods as U = k u, with the probability that it then has by the
+    /// effective degrees of freedom. What was decided at 95 % stays: findings, E_n, limits of the data sheet.
+    pub fn state_with(&mut self, k: f64) {
+        for result in &mut self.results {
+            for f in &mut result.frequencies {
+                f.state_with(k);
+            }
+        }
+    }
+}
+
 /// Difference of one term between two results.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TermDifference {
@@ -254,7 +289,7 @@ pub struct ShakerCalibration {
 /// Calibrates a triaxial accelerometer from a campaign on the shaker.
 ///
 /// Frequencies that the certificate does not reach, or that have too few directions, are left out with a finding
-/// that names their runs. Runs that contradict the others are named; the result is without them, and at their frequencies
+/// that names their runs. Uncertainties of the spurious motion from few repeats are pooled ([`SpuriousTable::pooled`]). Runs that contradict the others are named; the result is without them, and at their frequencies
 /// its intervals reach the result with them until they are in `excluded`. Mounting angles that scatter more than declared
 /// get the uncertainty that the runs support.
 ///
@@ -270,11 +305,9 @@ pub fn calibrate(campaign: &ShakerCampaign) -> Result<ShakerCalibration, Error> 
         label: "none".to_owned(),
         table: SpuriousTable::default(),
     }];
-    let corrections: &[Correction] = if campaign.corrections.is_empty() {
-        &none
-    } else {
-        &campaign.corrections
-    };
+    let (pooled, scatter) = pooled(&campaign.corrections);
+    findings.extend(scatter);
+    let corrections: &[Correction] = if pooled.is_empty() { &none } else { &pooled };
     // What moved beside the excitation and is known must not look like a fault of a run.
     let best = corrections
         .iter()

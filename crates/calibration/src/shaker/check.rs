@@ -33,9 +33,11 @@ pub fn check(
     } = observations(campaign)?;
     rows.retain(|r| !calibration.set_aside.contains(&r.run));
     let budget = super::fit::supported(&budget, &calibration.raised);
-    let none = SpuriousTable::default();
-    let table = campaign.corrections.first().map_or(&none, |c| &c.table);
-    validate(method, &rows, table, &budget, options, progress)
+    let table = campaign
+        .corrections
+        .first()
+        .map_or_else(SpuriousTable::default, |c| c.table.pooled(&c.label).0);
+    validate(method, &rows, &table, &budget, options, progress)
 }
 
 /// Gives the terms of the principal result the intervals of the trials where the verdict is that the stated ones do not

@@ -1,12 +1,15 @@
 //! Spurious motion from repeated measurements: complex ratios, and whether they may be averaged at all.
 
+mod pool;
+
 use super::matrix::AXES;
 use super::observation::{Spurious, SpuriousTable};
 use num_complex::Complex64;
+use pool::Pool;
+pub(in crate::shaker) use pool::pooled;
 use proofmass_core::Error;
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Severity, f_quantile, welch_satterthwaite};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
 
 /// Ratio of a motion to the reference acceleration from a vibrometer: jΩ v/a.
 ///
@@ -180,47 +183,6 @@ pub struct RatioRepeats {
     pub axis: usize,
     /// Measured ratios to the reference; along z′ the whole motion, near one.
     pub ratios: Vec<Complex64>,
-}
-
-/// The scatter of all ratios of one kind: across the excitation (x′ and y′) or along it, at one frequency.
-#[derive(Clone, Copy, Debug, Default)]
-struct Pool {
-    /// Σ of squares and products about the means.
-    sum: [f64; 3],
-    dof: f64,
-}
-
-/// Frequency as bits, and whether along the excitation.
-type Kind = (u64, bool);
-
-impl Pool {
-    fn of(repeats: &RatioRepeats) -> Kind {
-        (repeats.frequency.to_bits(), repeats.axis == 2)
-    }
-
-    fn all(campaign: &[RatioRepeats]) -> Result<Pools, Error> {
-        let mut pools = BTreeMap::new();
-        for repeats in campaign {
-            if let Average::Coherent(e) = average(&repeats.ratios)? {
-                let pool: &mut Self = pools.entry(Self::of(repeats)).or_default();
-                let n = e.repeats as f64;
-                for (sum, c) in pool.sum.iter_mut().zip(e.covariance) {
-                    *sum += c * n * (n - 1.0);
-                }
-                pool.dof += e.dof;
-            }
-        }
-        Ok(Pools(pools))
-    }
-}
-
-struct Pools(BTreeMap<Kind, Pool>);
-
-impl std::ops::Index<Kind> for Pools {
-    type Output = Pool;
-    fn index(&self, kind: Kind) -> &Pool {
-        &self.0[&kind]
-    }
 }
 
 /// A table of corrections from repeats, and what was refused.
