@@ -3,6 +3,7 @@
 use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::draft_arguments::DraftArguments;
+use crate::uncertainty::coverage_factor;
 use crate::{Failure, Outcome, clock};
 use proofmass::jobs::campaign::Campaign;
 use std::path::PathBuf;
@@ -21,6 +22,9 @@ pub(crate) struct Calibrate {
     /// Refuse a campaign that names files outside of its folder: for campaigns of strangers
     #[arg(long)]
     contained: bool,
+    /// Coverage factor that U is stated with, such as 2, and the probability it then has [default: that of 95 %; shaker campaigns]
+    #[arg(short = 'k', long, value_name = "K", value_parser = coverage_factor)]
+    coverage_factor: Option<f64>,
     #[command(flatten)]
     recording: DraftArguments,
     #[command(flatten)]
@@ -34,7 +38,7 @@ impl Calibrate {
                 .campaign
                 .extension()
                 .is_none_or(|e| !e.eq_ignore_ascii_case("toml"));
-        let campaign = if recording {
+        let mut campaign = if recording {
             let draft = self.recording.draft();
             if !draft.free_living && draft.gravity.is_none() && draft.latitude_deg.is_none() {
                 return Err(Failure::new("a recording alone does not say where it was made")
@@ -52,6 +56,9 @@ impl Calibrate {
                 false => Campaign::open(&self.campaign)?,
             }
         };
+        if let Some(k) = self.coverage_factor {
+            campaign.state_with(k)?;
+        }
         let place = self.delivery.output.clone();
         let place = place.unwrap_or_else(|| campaign.source().resolve("result"));
         let mut outcome = Outcome::Done;

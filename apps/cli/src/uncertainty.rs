@@ -22,7 +22,7 @@ pub(crate) struct Uncertainty {
     #[arg(long, value_name = "P", default_value_t = 0.95, value_parser = probability, allow_negative_numbers = true)]
     probability: f64,
     /// Coverage factor of the linear result, such as 2 [default: from the probability and the degrees of freedom]
-    #[arg(short = 'k', long, value_name = "K", value_parser = factor)]
+    #[arg(short = 'k', long, value_name = "K", value_parser = coverage_factor)]
     coverage_factor: Option<f64>,
     /// Significant digits of u that are printed
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=6))]
@@ -77,7 +77,7 @@ impl Uncertainty {
     }
 }
 
-fn factor(text: &str) -> Result<f64, String> {
+pub(crate) fn coverage_factor(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(k) if k > 0.0 && k.is_finite() => Ok(k),
         _ => Err("a number above 0 is needed, such as 2".to_owned()),

@@ -274,3 +274,54 @@ fn published_calibration_of_a_digital_sensor_from_its_own_unit() {
         assert!((modulus - mean).abs() < 6e-6, "{f} Hz: {modulus} {mean}");
     }
 }
+
+/// U = 2 u with the probability of two standard uncertainties at ν_eff, in result and report.
+#[test]
+fn law_a_coverage_factor_states_its_probability() {
+    let folder = tempfile::tempdir().unwrap();
+    let turn: Vec<f64> = (0..12).map(|k| 30.0 * f64::from(k)).collect();
+    write(
+        folder.path(),
+        "[mounting]\nu_tilt_deg = 0.05\n",
+        &runs(&turn, true),
+    );
+    let out = folder.path().join("result");
+    let stated = |arguments: &[&str]| {
+        succeed(&[&["calibrate", text(folder.path())], arguments].concat());
+        let result = json(&out.join("result.json"));
+        let list = result["quantities"].as_array().unwrap().clone();
+        (
+            list,
+            std::fs::read_to_string(out.join("report.html")).unwrap(),
+        )
+    };
+    let (usual, page) = stated(&[]);
+    assert!(page.contains("expanded uncertainty at 95 %"));
+    let (doubled, page) = stated(&["-k", "2"]);
+    assert!(
+        page.contains("expanded uncertainty at k = 2 (95."),
+        "{page}"
+    );
+    assert!(!page.contains("at 95 %"));
+    for (a, b) in usual.iter().zip(&doubled) {
+        let number = |q: &serde_json::Value, key: &str| q[key].as_f64().unwrap();
+        assert_eq!(a["value"], b["value"]);
+        assert_eq!(number(b, "k"), 2.0);
+        assert_eq!(number(b, "U"), 2.0 * number(b, "u"));
+        assert_eq!(number(a, "probability"), 0.95);
+        // Many degrees of freedom: 95.45 % less a little.
+        let p = number(b, "probability");
+        assert!(p > 0.95 && p <= 0.9545, "{p}");
+    }
+    // The same from the campaign, and what is no coverage factor.
+    let rest = "[mounting]\nu_tilt_deg = 0.05\n[method]\ncoverage_factor = 2\n";
+    write(folder.path(), rest, &runs(&turn, true));
+    assert_eq!(stated(&[]).0, doubled);
+    write(
+        folder.path(),
+        &rest.replace("= 2\n", "= 0\n"),
+        &runs(&turn, true),
+    );
+    let said = refuse(&["calibrate", text(folder.path())]);
+    assert!(said.contains("method.coverage_factor"), "{said}");
+}

@@ -8,6 +8,7 @@ mod shaker_single;
 mod shaker_triaxial;
 mod single_axis;
 mod spurious_motion;
+mod statement;
 mod transverse;
 
 pub use draft::Draft;
@@ -30,6 +31,7 @@ pub use shaker_triaxial::{
 };
 pub use single_axis::{PositionTable, SingleAxisCampaign, SingleAxisMethod, SingleAxisTable};
 pub use spurious_motion::{SpuriousMotionCampaign, VibrometerTable};
+pub use statement::StatementTable;
 pub use transverse::{
     TransverseCampaign, TransverseDatasheet, TransverseMounting, TransverseReading,
 };
@@ -212,6 +214,29 @@ impl Campaign {
             Self::SingleAxis(_) => StaticTestOutcome::KIND,
             _ => self.kind(),
         }
+    }
+}
+
+impl Campaign {
+    /// States U = k u in the result, instead of U at 95 %: as `coverage_factor` in `[method]` does.
+    ///
+    /// # Errors
+    /// A kind of campaign that is not a calibration on the shaker, or a k that is no coverage factor.
+    pub fn state_with(&mut self, k: f64) -> Result<()> {
+        statement::coverage_factor(self.source(), Some(k))?;
+        let stated = match self {
+            Self::ShakerTriaxial(c) => &mut c.method.coverage_factor,
+            Self::ShakerSingle(c) => &mut c.method.coverage_factor,
+            Self::Transverse(c) => &mut c.method.coverage_factor,
+            other => {
+                return Err(other
+                    .source()
+                    .refuse("", "kind", format!("a coverage factor is not stated of a {} campaign", other.kind()))
+                    .with_hint("calibrate it without -k; `confidence` in [method] sets the probability where the kind has it"));
+            }
+        };
+        *stated = Some(k);
+        Ok(())
     }
 }
 

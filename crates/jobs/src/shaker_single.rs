@@ -8,11 +8,12 @@ use crate::observed::{SensorFiles, observe};
 use crate::outcome::{Job, Outcome};
 use crate::record::Record;
 use crate::sensor_clock::{SensorClock, no_phase};
+use crate::shaker_triaxial::stated;
 use crate::trouble::{Result, Trouble};
 use num_complex::Complex64;
 use proofmass_calibration::FrequencyResponse;
 use proofmass_calibration::shaker::check_standard::{CheckPoint, against_known};
-use proofmass_calibration::shaker::derived::PROBABILITY;
+use proofmass_calibration::shaker::derived::{Expanded, PROBABILITY};
 use proofmass_calibration::shaker::recording::{Assessed, Quality, QualityLimits, assess};
 use proofmass_calibration::shaker::reference::ReferenceTable;
 use proofmass_calibration::shaker::sample_clock::{ClockError, Latency, SampleClock};
@@ -85,6 +86,9 @@ pub struct ShakerSingleJob {
     /// Runs to be left out, by name.
     #[serde(default)]
     pub excluded: Vec<String>,
+    /// A coverage factor such as 2 that U is stated with, instead of that of 95 %.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub coverage_factor: Option<f64>,
 }
 
 impl ShakerSingleJob {
@@ -101,6 +105,7 @@ impl ShakerSingleJob {
             limits: QualityLimits::default(),
             datasheet: None,
             excluded: Vec::new(),
+            coverage_factor: None,
         }
     }
 }
@@ -140,6 +145,8 @@ pub struct ShakerSingleOutcome {
     reference: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     clock: Option<SensorClock>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    coverage_factor: Option<f64>,
 }
 
 impl ShakerSingleOutcome {
@@ -164,6 +171,7 @@ impl ShakerSingleOutcome {
             head,
             runs: &self.runs,
             check_standard: &self.check_standard,
+            coverage_factor: self.coverage_factor,
         }
     }
 }
@@ -191,11 +199,16 @@ impl Outcome for ShakerSingleOutcome {
         let mut tables = vec![
             (
                 "sensitivity.csv".to_owned(),
-                sensitivity(None, self.output, &self.results)?,
+                sensitivity(None, self.output, &self.results, self.coverage_factor)?,
             ),
             (
                 "repeats.csv".to_owned(),
-                sensitivity(Some(&self.runs), self.output, &self.single)?,
+                sensitivity(
+                    Some(&self.runs),
+                    self.output,
+                    &self.single,
+                    self.coverage_factor,
+                )?,
             ),
         ];
         if !self.check_standard.is_empty() {
@@ -262,8 +275,9 @@ impl Job for ShakerSingleJob {
         watch.step("comparison", 1, 1)?;
         let quantities = results.iter().flat_map(|result| {
             result.estimate.quantities().into_iter().map(|q| {
-                let name = format!("S.{}[frequency={}]", q.name, result.frequency);
-                StatedQuantity::new(&Quantity { name, ..q }, PROBABILITY)
+                let name = format!("S.{}", q.name);
+                let quantity = Expanded::of(Quantity { name, ..q }, self.coverage_factor);
+                stated(&quantity, result.frequency)
             })
         });
         Ok(ShakerSingleOutcome {
@@ -278,6 +292,7 @@ impl Job for ShakerSingleJob {
             check_standard,
             reference: self.reference_description.clone(),
             clock,
+            coverage_factor: self.coverage_factor,
         })
     }
 }
@@ -585,6 +600,7 @@ impl ShakerSingleCampaign {
             job.datasheet = Some(datasheet);
         }
         job.excluded = table.excluded(&self.runs.exclude);
+        job.coverage_factor = self.method.coverage_factor;
         Ok(ShakerSingleFiles {
             job,
             runs,
@@ -650,6 +666,7 @@ fn sensitivity(
     runs: Option<&[ComparisonRow]>,
     output: DeviceOutput,
     results: &[SingleAxis],
+    coverage_factor: Option<f64>,
 ) -> Result<Table> {
     let unit = output.unit().replace('²', "2");
     let mut header = vec!["frequency_Hz".to_owned()];
@@ -662,10 +679,14 @@ fn sensitivity(
     }
     let mut table = Table::new(header);
     for (i, result) in results.iter().enumerate() {
-        let Some(m) = result.estimate.get("modulus") else {
+        let get = |name: &str| {
+            let quantity = result.estimate.get(name)?;
+            Some(Expanded::of(quantity, coverage_factor))
+        };
+        let Some(m) = get("modulus") else {
             continue;
         };
-        let phase = result.estimate.get("phase");
+        let phase = get("phase");
         // Without a phase the complex number has a size alone.
         let part = |v: f64| Cell::from(phase.as_ref().map(|_| v));
         let mut cells: Vec<Cell> = runs
@@ -678,18 +699,18 @@ fn sensitivity(
             [
                 m.value,
                 m.standard_uncertainty,
-                m.expanded(PROBABILITY),
-                m.coverage_factor(PROBABILITY),
+                m.expanded,
+                m.coverage_factor,
             ]
             .map(Cell::from),
         );
-        cells.push(Cell::from((!m.dof.is_infinite()).then(|| m.dof.get())));
+        cells.push(Cell::from(m.dof));
         let degrees =
-            |of: fn(&Quantity) -> f64| Cell::from(phase.as_ref().map(|p| of(p).to_degrees()));
+            |of: fn(&Expanded) -> f64| Cell::from(phase.as_ref().map(|p| of(p).to_degrees()));
         cells.extend([
             degrees(|p| p.value),
             degrees(|p| p.standard_uncertainty),
-            degrees(|p| p.expanded(PROBABILITY)),
+            degrees(|p| p.expanded),
         ]);
         table.push(cells)?;
     }

@@ -93,6 +93,9 @@ pub struct ShakerTriaxialJob {
     /// By whose clock the device samples that has a file of its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sample_clock: Option<SampleClock>,
+    /// A coverage factor such as 2 that U is stated with, instead of that of 95 %.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub coverage_factor: Option<f64>,
 }
 
 impl ShakerTriaxialJob {
@@ -112,6 +115,7 @@ impl ShakerTriaxialJob {
             datasheet: None,
             excluded: Vec::new(),
             sample_clock: None,
+            coverage_factor: None,
         }
     }
 
@@ -172,6 +176,10 @@ impl Job for ShakerTriaxialJob {
         findings.extend(monte_carlo::findings(&checks, self.monte_carlo.digits));
         let clock = self.clock(data, &calibration, &mut findings);
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
+        // Decisions are taken at 95 % before; this is the statement alone.
+        if let Some(k) = self.coverage_factor {
+            calibration.state_with(k);
+        }
         Ok(ShakerTriaxialOutcome::new(
             self,
             data,
@@ -290,6 +298,7 @@ impl ShakerTriaxialCampaign {
         job.methods = self.method.methods.clone();
         job.monte_carlo.trials = self.method.trials;
         job.monte_carlo.seed = self.method.seed;
+        job.coverage_factor = self.method.coverage_factor;
         job.corrections = corrections.into_iter().map(|c| c.correction).collect();
         let published = &self.published;
         job.magnitude_budget = MagnitudeBudget {

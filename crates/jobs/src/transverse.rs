@@ -73,6 +73,9 @@ pub struct TransverseJob {
     /// Runs to be left out, by name.
     #[serde(default)]
     pub excluded: Vec<String>,
+    /// A coverage factor such as 2 that U is stated with, instead of that of 95 %.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub coverage_factor: Option<f64>,
 }
 
 impl TransverseJob {
@@ -87,6 +90,7 @@ impl TransverseJob {
             limit: None,
             limits: QualityLimits::default(),
             excluded: Vec::new(),
+            coverage_factor: None,
         }
     }
 }
@@ -220,6 +224,14 @@ impl Job for TransverseJob {
             results.push(result);
         }
         findings.extend(self.against_datasheet(&results));
+        if let Some(k) = self.coverage_factor {
+            for result in &mut results {
+                result.ratio.state_with(k);
+                if let Some(direction) = &mut result.direction {
+                    direction.state_with(k);
+                }
+            }
+        }
         findings.extend(motion_unknown(&rows));
         findings.extend(rotation_unit(&rows));
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
@@ -564,6 +576,7 @@ impl TransverseCampaign {
         }
         job.limit = self.datasheet.map(|d| d.transverse / 100.0);
         job.excluded = table.excluded(&self.runs.exclude);
+        job.coverage_factor = self.method.coverage_factor;
         let recordings = observed.inputs.len() - 1;
         inputs.extend(observed.inputs);
         Ok(TransverseFiles {

@@ -26,6 +26,7 @@
 mod bias;
 mod comparison;
 mod compensation;
+mod coverage;
 mod deconvolution;
 mod document;
 mod error;

@@ -1,13 +1,12 @@
 //! The report of a single-axis comparison with a reference.
 
+use crate::coverage::stated_at;
 use crate::number::{minus, plain, rounded};
 use crate::{Axis, BarPlot, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot};
 use proofmass_calibration::shaker::check_standard::CheckPoint;
+use proofmass_calibration::shaker::derived::Expanded;
 use proofmass_calibration::shaker::single_axis::{ComparisonRow, SingleAxis, transverse_limit};
-use proofmass_uncertainty::Quantity;
-
-/// Probability of the intervals.
-const PROBABILITY: f64 = 0.95;
+use proofmass_uncertainty::DegreesOfFreedom;
 
 /// What the report tells beside the comparison itself.
 #[derive(Clone, Debug, Default)]
@@ -18,6 +17,8 @@ pub struct SingleAxisReport<'a> {
     pub runs: &'a [ComparisonRow],
     /// A check standard against what is known of it.
     pub check_standard: &'a [CheckPoint],
+    /// A coverage factor that U is stated with, instead of that of 95 %.
+    pub coverage_factor: Option<f64>,
 }
 
 impl SingleAxisReport<'_> {
@@ -25,7 +26,7 @@ impl SingleAxisReport<'_> {
     pub fn full(&self, results: &[SingleAxis]) -> Report {
         let mut report = self
             .summary(results)
-            .section(curves(results))
+            .section(self.curves(results))
             .section(budget(results));
         if self.runs.iter().any(|r| r.transverse.is_some()) {
             report = report.section(self.transverse());
@@ -50,7 +51,128 @@ impl SingleAxisReport<'_> {
         ));
         report
             .findings(self.head.findings.iter().cloned())
-            .section(result(results))
+            .section(self.result(results))
+    }
+
+    fn quantity(
+        &self,
+        result: &SingleAxis,
+        name: &str,
+        factor: f64,
+    ) -> Option<(f64, f64, Expanded)> {
+        let q = Expanded::of(result.estimate.get(name)?, self.coverage_factor);
+        Some((factor * q.value, factor * q.expanded, q))
+    }
+
+    /// What U is stated at.
+    fn at(&self, results: &[SingleAxis]) -> String {
+        let all = results.iter().flat_map(|r| {
+            let names = ["modulus", "phase"].into_iter();
+            names.filter_map(|name| Some(self.quantity(r, name, 1.0)?.2))
+        });
+        stated_at(&all.collect::<Vec<_>>())
+    }
+
+    fn result(&self, results: &[SingleAxis]) -> Section {
+        let (unit, factor) = unit(results);
+        let mut table = Table::new(
+            format!(
+                "Sensitivity with its expanded uncertainty at {}",
+                self.at(results)
+            ),
+            [
+                Column::number("f", "Hz"),
+                Column::number("modulus", unit),
+                Column::number("U", unit),
+                Column::number("U relative", "%"),
+                Column::number("phase", "°"),
+                Column::number("U phase", "°"),
+                Column::number("k", ""),
+                Column::number("ν_eff", ""),
+            ],
+        );
+        let mut section = Section::new("Result");
+        for r in results {
+            let Some((m, u, q)) = self.quantity(r, "modulus", factor) else {
+                continue;
+            };
+            let (value, expanded) = rounded(m, u);
+            // A device with a clock of its own has none.
+            let [phase, u_phase] = match self.quantity(r, "phase", 180.0 / std::f64::consts::PI) {
+                Some((phase, u, _)) => {
+                    let (phase, u) = rounded(phase, u);
+                    [Cell::number(phase), Cell::number(u)]
+                }
+                None => [Cell::Empty, Cell::Empty],
+            };
+            table = table.row([
+                Cell::number(plain(r.frequency)),
+                Cell::number(value),
+                Cell::number(expanded),
+                Cell::number(format!("{:.2}", 100.0 * u / m)),
+                phase,
+                u_phase,
+                Cell::number(format!("{:.2}", q.coverage_factor)),
+                Cell::number(
+                    q.dof
+                        .and_then(DegreesOfFreedom::new)
+                        .unwrap_or(DegreesOfFreedom::INFINITE)
+                        .to_string(),
+                ),
+            ]);
+        }
+        let nearest = results.iter().min_by(|a, b| {
+            let far = |r: &SingleAxis| (r.frequency / 160.0).ln().abs();
+            far(a).total_cmp(&far(b))
+        });
+        if let Some((r, (m, u, _))) =
+            nearest.and_then(|r| Some((r, self.quantity(r, "modulus", factor)?)))
+        {
+            let (value, expanded) = rounded(m, u);
+            section = section.key_figures([KeyFigure::new(
+                format!("sensitivity at {} Hz", plain(r.frequency)),
+                format!("{} ± {expanded}", minus(&value)),
+                unit,
+            )
+            .note(format!("U = {:.2} %", 100.0 * u / m))]);
+        }
+        section.table(table)
+    }
+
+    fn curves(&self, results: &[SingleAxis]) -> Section {
+        let (unit, factor) = unit(results);
+        let points = |name: &str, factor: f64| -> Vec<(f64, f64, f64)> {
+            let mut points: Vec<_> = results
+                .iter()
+                .filter_map(|r| {
+                    self.quantity(r, name, factor)
+                        .map(|(v, u, _)| (r.frequency, v, u))
+                })
+                .collect();
+            points.sort_by(|a, b| a.0.total_cmp(&b.0));
+            points
+        };
+        let mut plot = XyPlot::new(Axis::log("frequency", "Hz"), Axis::linear("modulus", unit))
+            .series(Series::intervals("", &points("modulus", factor)));
+        let phases = points("phase", 180.0 / std::f64::consts::PI);
+        let caption = if phases.is_empty() {
+            "Modulus"
+        } else {
+            plot = plot
+                .below(Axis::linear("phase", "°"))
+                .series(Series::intervals("", &phases).look(0));
+            "Modulus and phase"
+        };
+        for panel in &mut plot.panels {
+            panel.height = 220.0;
+        }
+        Section::new("Sensitivity against frequency").figure(
+            format!(
+                "{caption} of the sensitivity with intervals at {}",
+                self.at(results)
+            ),
+            plot,
+        )
     }
 
     fn check_standard(&self) -> Section {
@@ -132,11 +254,6 @@ impl SingleAxisReport<'_> {
     }
 }
 
-fn quantity(result: &SingleAxis, name: &str, factor: f64) -> Option<(f64, f64, Quantity)> {
-    let q = result.estimate.get(name)?;
-    Some((factor * q.value, factor * q.expanded(PROBABILITY), q))
-}
-
 /// The prefix that suits the largest modulus; only volts take one.
 fn unit(results: &[SingleAxis]) -> (&str, f64) {
     let own = results
@@ -153,89 +270,6 @@ fn unit(results: &[SingleAxis]) -> (&str, f64) {
         v if v >= 0.5e-3 => ("mV/(m/s²)", 1e3),
         _ => ("µV/(m/s²)", 1e6),
     }
-}
-
-fn result(results: &[SingleAxis]) -> Section {
-    let (unit, factor) = unit(results);
-    let mut table = Table::new(
-        "Sensitivity with its expanded uncertainty at 95 %",
-        [
-            Column::number("f", "Hz"),
-            Column::number("modulus", unit),
-            Column::number("U", unit),
-            Column::number("U relative", "%"),
-            Column::number("phase", "°"),
-            Column::number("U phase", "°"),
-            Column::number("k", ""),
-            Column::number("ν_eff", ""),
-        ],
-    );
-    let mut section = Section::new("Result");
-    for r in results {
-        let Some((m, u, q)) = quantity(r, "modulus", factor) else {
-            continue;
-        };
-        let (value, expanded) = rounded(m, u);
-        // A device with a clock of its own has none.
-        let [phase, u_phase] = match quantity(r, "phase", 180.0 / std::f64::consts::PI) {
-            Some((phase, u, _)) => {
-                let (phase, u) = rounded(phase, u);
-                [Cell::number(phase), Cell::number(u)]
-            }
-            None => [Cell::Empty, Cell::Empty],
-        };
-        table = table.row([
-            Cell::number(plain(r.frequency)),
-            Cell::number(value),
-            Cell::number(expanded),
-            Cell::number(format!("{:.2}", 100.0 * u / m)),
-            phase,
-            u_phase,
-            Cell::number(format!("{:.2}", q.coverage_factor(PROBABILITY))),
-            Cell::number(q.dof.to_string()),
-        ]);
-    }
-    let nearest = results.iter().min_by(|a, b| {
-        let far = |r: &SingleAxis| (r.frequency / 160.0).ln().abs();
-        far(a).total_cmp(&far(b))
-    });
-    if let Some((r, (m, u, _))) = nearest.and_then(|r| Some((r, quantity(r, "modulus", factor)?))) {
-        let (value, expanded) = rounded(m, u);
-        section = section.key_figures([KeyFigure::new(
-            format!("sensitivity at {} Hz", plain(r.frequency)),
-            format!("{} ± {expanded}", minus(&value)),
-            unit,
-        )
-        .note(format!("U = {:.2} %", 100.0 * u / m))]);
-    }
-    section.table(table)
-}
-
-fn curves(results: &[SingleAxis]) -> Section {
-    let (unit, factor) = unit(results);
-    let points = |name: &str, factor: f64| -> Vec<(f64, f64, f64)> {
-        let mut points: Vec<_> = results
-            .iter()
-            .filter_map(|r| quantity(r, name, factor).map(|(v, u, _)| (r.frequency, v, u)))
-            .collect();
-        points.sort_by(|a, b| a.0.total_cmp(&b.0));
-        points
-    };
-    let mut plot = XyPlot::new(Axis::log("frequency", "Hz"), Axis::linear("modulus", unit))
-        .series(Series::intervals("", &points("modulus", factor)));
-    let phases = points("phase", 180.0 / std::f64::consts::PI);
-    let caption = if phases.is_empty() {
-        "Modulus of the sensitivity with its 95 % intervals"
-    } else {
-        plot = plot
-            .below(Axis::linear("phase", "°"))
-            .series(Series::intervals("", &phases).look(0));
-        "Modulus and phase of the sensitivity with their 95 % intervals"
-    };
-    for panel in &mut plot.panels {
-        panel.height = 220.0;
-    }
-    Section::new("Sensitivity against frequency").figure(caption, plot)
 }
 
 fn budget(results: &[SingleAxis]) -> Section {

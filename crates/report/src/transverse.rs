@@ -1,5 +1,6 @@
 //! The report of a transverse sensitivity test.
 
+use crate::coverage::stated_at;
 use crate::number::{plain, rounded, two_digits};
 use crate::{Axis, BarPlot, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot};
 use proofmass_calibration::shaker::transverse::{Motion, TransverseRow, TransverseSensitivity};
@@ -57,7 +58,10 @@ impl TransverseReport<'_> {
 
     fn result(&self, results: &[TransverseSensitivity]) -> Section {
         let mut table = Table::new(
-            "Transverse sensitivity relative to that along the axis, with its expanded uncertainty at 95 %",
+            format!(
+                "Transverse sensitivity relative to that along the axis, with its expanded uncertainty at {}",
+                at(results)
+            ),
             [
                 Column::number("f", "Hz"),
                 Column::number("T", "%"),
@@ -138,7 +142,10 @@ impl TransverseReport<'_> {
             plot = plot.horizontal(100.0 * limit, "datasheet");
         }
         Section::new("Transverse sensitivity against frequency").figure(
-            "Transverse sensitivity relative to that along the axis, with its 95 % intervals",
+            format!(
+                "Transverse sensitivity relative to that along the axis, with its intervals at {}",
+                at(results)
+            ),
             plot,
         )
     }
@@ -197,6 +204,15 @@ impl TransverseReport<'_> {
         }
         section
     }
+}
+
+/// What U is stated at.
+fn at(results: &[TransverseSensitivity]) -> String {
+    stated_at(
+        results
+            .iter()
+            .flat_map(|r| std::iter::once(&r.ratio).chain(&r.direction)),
+    )
 }
 
 fn budget(results: &[TransverseSensitivity]) -> Section {

@@ -43,6 +43,19 @@ impl DegreesOfFreedom {
     pub fn coverage_factor(self, probability: f64) -> f64 {
         student::two_sided_quantile(probability, self.0)
     }
+
+    /// Probability that the two-sided interval ±k u holds the measurand: the inverse of
+    /// [`coverage_factor`](Self::coverage_factor).
+    ///
+    /// ```
+    /// use proofmass_uncertainty::DegreesOfFreedom;
+    /// let p = |nu| DegreesOfFreedom::new(nu).unwrap().coverage_probability(2.0);
+    /// assert!((p(f64::INFINITY) - 0.9545).abs() < 5e-5); // `[GUM]` table G.1
+    /// assert!((p(4.0) - 0.8839).abs() < 5e-5);
+    /// ```
+    pub fn coverage_probability(self, k: f64) -> f64 {
+        student::two_sided_probability(k, self.0)
+    }
 }
 
 impl fmt::Display for DegreesOfFreedom {

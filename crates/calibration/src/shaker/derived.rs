@@ -7,11 +7,11 @@ use super::near_zero::{Kind, size};
 use faer::{Mat, Side};
 use proofmass_core::Error;
 use proofmass_uncertainty::{
-    BudgetLine, Complex, Component, Estimate, Model, Number, Quantity, jacobian,
+    BudgetLine, Complex, Component, DegreesOfFreedom, Estimate, Model, Number, Quantity, jacobian,
 };
 use serde::{Deserialize, Serialize};
 
-/// Probability of every expanded uncertainty.
+/// Probability of every expanded uncertainty, but where a coverage factor was asked for.
 pub const PROBABILITY: f64 = 0.95;
 
 /// A real quantity with its expanded uncertainty.
@@ -25,10 +25,13 @@ pub struct Expanded {
     pub value: f64,
     /// Standard uncertainty.
     pub standard_uncertainty: f64,
-    /// Expanded uncertainty U = k u at 95 %.
+    /// Expanded uncertainty U = k u.
     pub expanded: f64,
     /// Coverage factor.
     pub coverage_factor: f64,
+    /// Probability that value ± U holds the measurand: 95 %, or what a stated factor gives.
+    #[serde(default = "usual")]
+    pub probability: f64,
     /// Effective degrees of freedom; `None` when infinite.
     pub dof: Option<f64>,
     /// Coverage interval where it is not value ± U: a modulus ends at zero.
@@ -87,10 +90,40 @@ pub fn expanded(estimate: &Estimate) -> Vec<Expanded> {
         .collect()
 }
 
+fn usual() -> f64 {
+    PROBABILITY
+}
+
+impl Expanded {
+    /// A quantity stated at 95 %, or with a coverage factor.
+    pub fn of(quantity: Quantity, coverage_factor: Option<f64>) -> Self {
+        let mut stated = Self::from(quantity);
+        if let Some(k) = coverage_factor {
+            stated.state_with(k);
+        }
+        stated
+    }
+
+    /// States U = k u with the probability that it then has by the effective degrees of freedom.
+    pub fn state_with(&mut self, k: f64) {
+        let dof = self.dof.and_then(DegreesOfFreedom::new);
+        self.coverage_factor = k;
+        self.expanded = k * self.standard_uncertainty;
+        self.probability = dof
+            .unwrap_or(DegreesOfFreedom::INFINITE)
+            .coverage_probability(k);
+        if self.interval.is_some() {
+            self.interval =
+                (self.value < self.expanded).then_some([0.0, self.value + self.expanded]);
+        }
+    }
+}
+
 impl From<Quantity> for Expanded {
     fn from(q: Quantity) -> Self {
         Self {
             coverage_factor: q.coverage_factor(PROBABILITY),
+            probability: PROBABILITY,
             expanded: q.expanded(PROBABILITY),
             dof: (!q.dof.is_infinite()).then(|| q.dof.get()),
             value: q.value,
@@ -165,7 +198,7 @@ pub fn terms(symbol: &str, m: &Matrix, estimate: &Estimate) -> Result<Vec<Sensit
                 continue;
             };
             let factor = linear.coverage_factor(PROBABILITY)
-                / proofmass_uncertainty::DegreesOfFreedom::INFINITE.coverage_factor(PROBABILITY);
+                / DegreesOfFreedom::INFINITE.coverage_factor(PROBABILITY);
             // Mahalanobis distance of zero, in the axes of the covariance.
             let (a, b) = (
                 z.re * axis[0] + z.im * axis[1],

@@ -89,6 +89,7 @@ pub(crate) fn size(
         standard_uncertainty: expanded / k,
         expanded,
         coverage_factor: k,
+        probability: PROBABILITY,
         dof: (!dof.is_infinite()).then(|| dof.get()),
         interval: (value < expanded).then_some([0.0, value + expanded]),
     }

@@ -6,6 +6,7 @@ use super::shaker::{
     ShakerRecording, SingleAxisSeat, read_runs,
 };
 use super::shaker_triaxial::{Datasheet, of_the_bench, waveform_options};
+use super::statement::{StatementTable, coverage_factor};
 use crate::device_output::DeviceOutput;
 use proofmass_io::{Ambient, Device};
 use proofmass_io::{Result, WaveformOptions};
@@ -128,6 +129,8 @@ pub struct ShakerSingleCampaign {
     pub transverse: Option<TransverseTable>,
     /// What the device of the datasheet gives; its sensitivity per m/s² and the tolerance.
     pub datasheet: Option<(DeviceOutput, (f64, f64))>,
+    /// How U is stated.
+    pub method: StatementTable,
     /// Conditions.
     pub ambient: Ambient,
 }
@@ -150,6 +153,8 @@ struct File {
     reading: ReadingTable,
     transverse: Option<TransverseTable>,
     datasheet: Option<Datasheet>,
+    #[serde(default)]
+    method: StatementTable,
     #[serde(default)]
     ambient: Ambient,
 }
@@ -183,6 +188,7 @@ impl ShakerSingleCampaign {
 
     pub(crate) fn from_file(source: CampaignFile) -> Result<Self> {
         let file: File = source.parse()?;
+        coverage_factor(&source, file.method.coverage_factor)?;
         for (key, value) in [
             ("u_relative", Some(file.reading.u_relative)),
             ("u_phase_deg", Some(file.reading.u_phase_deg)),
@@ -224,6 +230,7 @@ impl ShakerSingleCampaign {
             reading: file.reading,
             transverse: file.transverse,
             datasheet: file.datasheet.map(|d| d.si(&source)).transpose()?,
+            method: file.method,
             ambient: file.ambient,
             source,
         })

@@ -5,6 +5,7 @@ use super::shaker::{
     BudgetSource, Certificate, CertificateTable, Mounting, OutputRecording, PhasorQuantity,
     RunTable, RunsTable, ShakerBudget, ShakerRecording, SpuriousFile, read_runs,
 };
+use super::statement::coverage_factor;
 use crate::device_output::DeviceOutput;
 use proofmass_calibration::shaker::geometry::published_plan;
 use proofmass_calibration::shaker::{Configuration, Correction, ShakerMethod, SpuriousTable};
@@ -27,6 +28,8 @@ pub struct ShakerMethods {
     pub trials: u64,
     /// Seed of the random numbers.
     pub seed: u64,
+    /// Coverage factor of the stated U, such as 2; else that of 95 %.
+    pub coverage_factor: Option<f64>,
 }
 
 impl Default for ShakerMethods {
@@ -35,6 +38,7 @@ impl Default for ShakerMethods {
             methods: vec![ShakerMethod::Joint, ShakerMethod::Complex],
             trials: 10_000,
             seed: 1,
+            coverage_factor: None,
         }
     }
 }
@@ -252,15 +256,16 @@ impl ShakerTriaxialCampaign {
                 )
                 .with_hint("put \"joint\" or \"complex\" before it"));
         }
+        coverage_factor(&self.source, self.method.coverage_factor)?;
         if (1..10_000).contains(&self.method.trials) {
             return Err(self
                 .source
                 .refuse(
                     "method",
                     "trials",
-                    format!("{} trials tell nothing", self.method.trials),
+                    format!("{} trials are too few to check the ends of an interval", self.method.trials),
                 )
-                .with_hint("10 000 at least and by default, 0 for no check"));
+                .with_hint("10 000 (the default) or more, or 0 for no check: the tolerance of one digit of u takes that many"));
         }
         if self.method.trials > MOST_TRIALS {
             return Err(self

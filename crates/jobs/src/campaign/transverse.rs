@@ -7,6 +7,7 @@ use super::shaker::{
 };
 use super::shaker_single::{OUTPUTS, REFERENCES, reference_fits};
 use super::shaker_triaxial::waveform_options;
+use super::statement::{StatementTable, coverage_factor};
 use crate::device_output::DeviceOutput;
 use proofmass_io::{Ambient, Device, Result, WaveformOptions};
 use serde::Deserialize;
@@ -66,6 +67,8 @@ pub struct TransverseCampaign {
     pub reading: Option<TransverseReading>,
     /// Largest transverse sensitivity of the datasheet.
     pub datasheet: Option<TransverseDatasheet>,
+    /// How U is stated.
+    pub method: StatementTable,
     /// Conditions.
     pub ambient: Ambient,
 }
@@ -86,6 +89,8 @@ struct File {
     reading: Option<TransverseReading>,
     datasheet: Option<TransverseDatasheet>,
     #[serde(default)]
+    method: StatementTable,
+    #[serde(default)]
     ambient: Ambient,
 }
 
@@ -95,6 +100,7 @@ impl TransverseCampaign {
 
     pub(crate) fn from_file(source: CampaignFile) -> Result<Self> {
         let file: File = source.parse()?;
+        coverage_factor(&source, file.method.coverage_factor)?;
         let m = file.mounting;
         let largest = 45.0;
         for (table, key, value, limit) in [
@@ -141,6 +147,7 @@ impl TransverseCampaign {
             mounting: file.mounting,
             reading: file.reading,
             datasheet: file.datasheet,
+            method: file.method,
             ambient: file.ambient,
             source,
         })

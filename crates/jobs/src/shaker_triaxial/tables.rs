@@ -1,7 +1,7 @@
 //! The results as tables.
 
 use crate::trouble::Result;
-use proofmass_calibration::shaker::derived::{Expanded, PROBABILITY, SensitivityTerm};
+use proofmass_calibration::shaker::derived::{Expanded, SensitivityTerm};
 use proofmass_calibration::shaker::recording::{CHANNELS, RunInput};
 use proofmass_calibration::shaker::{
     FrequencyCheck, FrequencyResult, MethodResult, OutputUnit, ShakerCalibration, ShakerMethod,
@@ -35,7 +35,7 @@ pub(crate) fn stated(e: &Expanded, frequency: f64) -> StatedQuantity {
                 .and_then(DegreesOfFreedom::new)
                 .unwrap_or(DegreesOfFreedom::INFINITE),
         ),
-        probability: PROBABILITY,
+        probability: e.probability,
         interval: None,
         method: None,
     }

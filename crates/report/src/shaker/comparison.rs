@@ -139,8 +139,9 @@ pub(super) fn corrections(
             .figure(
                 format!(
                     "Main terms with each correction, as departures from the first in the legend ({} method); bars are \
-                     95 % intervals",
-                    method_name(principal.method)
+                     intervals at {}",
+                    method_name(principal.method),
+                    super::curves::at(&principal.frequencies)
                 ),
                 departures(&same.iter().map(|&(l, r)| (correction_name(l), r)).collect::<Vec<_>>()),
             )
@@ -216,8 +217,11 @@ pub(super) fn methods(
         }
     ));
     section = section.figure(
-        "Main terms by each method, as departures from the first in the legend; bars are 95 % intervals (k = 2 for the \
-         published method)",
+        format!(
+            "Main terms by each method, as departures from the first in the legend; bars are intervals at {} (k = 2 for \
+             the published method)",
+            super::curves::at(&principal.frequencies)
+        ),
         departures(&same),
     );
     Some(
@@ -291,7 +295,10 @@ pub(super) fn datasheet(
                  disagree at 95 %.{stated}"
             ))
             .figure(
-                "Main terms as departures from the datasheet; bars are the 95 % intervals of the calibration",
+                format!(
+                    "Main terms as departures from the datasheet; bars are the intervals of the calibration at {}",
+                    super::curves::at(&result.frequencies)
+                ),
                 plot,
             )
             .table(table),

@@ -1,6 +1,7 @@
 //! Sensitivity against frequency.
 
 use super::digits::{CROSS, MAIN, TERMS, Unit, degrees, degrees_of_freedom, plus_minus, scaled};
+use crate::coverage::stated_at;
 use crate::number::plain;
 use crate::{Axis, Cell, Column, Section, Series, Table, XyPlot};
 use proofmass_calibration::shaker::{FrequencyResult, MethodResult};
@@ -11,15 +12,27 @@ const APART: f64 = 1.02;
 pub(super) fn section(result: &MethodResult, unit: Unit) -> Section {
     Section::new("Sensitivity against frequency")
         .figure(
-            "Main terms: modulus and phase with their 95 % intervals",
+            format!(
+                "Main terms: modulus and phase with their intervals at {}",
+                at(&result.frequencies)
+            ),
             terms_plot(result, &MAIN, unit),
         )
         .figure(
-            "Cross terms: modulus and phase with their 95 % intervals; points of one frequency are drawn beside each \
-             other, and a phase is shown where the modulus exceeds its uncertainty",
+            format!(
+                "Cross terms: modulus and phase with their intervals at {}; points of one frequency are drawn beside each \
+                 other, and a phase is shown where the modulus exceeds its uncertainty",
+                at(&result.frequencies)
+            ),
             terms_plot(result, &CROSS, unit),
         )
         .table(phases(result))
+}
+
+/// What U of the terms is stated at.
+pub(super) fn at(frequencies: &[FrequencyResult]) -> String {
+    let terms = frequencies.iter().flat_map(|f| &f.sensitivity);
+    stated_at(terms.flat_map(|t| std::iter::once(&t.modulus).chain(&t.phase)))
 }
 
 /// The table a reader takes away: main terms at every frequency.
@@ -30,7 +43,10 @@ pub(super) fn main_table(frequencies: &[FrequencyResult], unit: Unit) -> Table {
         columns.push(Column::number("U", "%"));
     }
     let mut table = Table::new(
-        "Main terms with their expanded uncertainty at 95 %",
+        format!(
+            "Main terms with their expanded uncertainty at {}",
+            at(frequencies)
+        ),
         columns,
     );
     for f in frequencies {

@@ -10,9 +10,10 @@ pub(super) fn section(result: &MethodResult, unit: Unit) -> Section {
     let mut section = Section::new("Matrices").paragraph(format!(
         "Rows of observations: o = a S and a = o A, o the outputs in {}, a the acceleration in m/s². S_ij is the output j per \
          unit acceleration along i; A = S⁻¹. Normalised: S*_ij = Re(S_ij/S_ii), A*_ij = Re(A_ij/A_ii), with the sign \
-         of the cross term. Each value stands with its expanded uncertainty U (95 %), both to two digits of U. A phase is \
+         of the cross term. Each value stands with its expanded uncertainty U at {}, both to two digits of U. A phase is \
          given where the modulus exceeds its U; elsewhere every phase is compatible. These are the matrices at {}.",
         unit.output.symbol(),
+        super::curves::at(&result.frequencies),
         shown.map_or("one frequency".to_owned(), |f| format!("{} Hz", plain(f)))
     ));
     for f in &result.frequencies {

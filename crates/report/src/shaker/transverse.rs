@@ -66,7 +66,10 @@ pub(super) fn section(result: &MethodResult) -> Section {
              of that motion (ISO 16063-31).",
         )
         .figure(
-            "Transverse sensitivity of the three outputs with its 95 % interval",
+            format!(
+                "Transverse sensitivity of the three outputs with its interval at {}",
+                super::curves::at(&result.frequencies)
+            ),
             plot,
         )
         .table(table)
