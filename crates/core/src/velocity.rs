@@ -45,7 +45,7 @@ mod way;
 
 pub use adaptive_observer::{AdaptiveObserver, AdaptiveObserverState};
 pub use counting::{
-    CountUpdate, CountUse, CountingKalman, CountingNoise, CountingState, PassedEdge,
+    CountUpdate, CountUse, CountingKalman, CountingNoise, CountingState, PassedEdge, TURNING,
 };
 pub use estimator::{AxisSample, Estimator, Last, MixedTimeMemory};
 pub use input_guard::{InputFault, InputGuard, InputGuardState};

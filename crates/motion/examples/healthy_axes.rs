@@ -170,6 +170,7 @@ fn scenarios() -> Vec<Axis> {
         Axis::new("ramp to 20 mm/s", simulated(AxisMotion::ramp())),
         Axis::new("stop and go, 0.5 m/s", stop_and_go(0.5, 0.4)),
         Axis::new("stop and go, 20 mm/s", stop_and_go(0.02, 0.4)),
+        Axis::new("stop and go of 80 ms, 0.5 m/s", stop_and_go(0.5, 0.08)),
         Axis::new("S-curve, 1 m/s", s_curve(1.0, 5.0, 100.0)),
         Axis {
             offset: 9.81,

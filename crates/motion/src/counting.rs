@@ -6,11 +6,11 @@ mod tuning;
 
 use self::cell::{cell, shown};
 use self::smoother::smooth;
-use crate::filtering::step_inputs;
+use crate::step_input::{shake, step_inputs};
 use crate::{KalmanModel, MotionRecord, PassedAt, ReadingSource};
 use proofmass_core::Error;
 use proofmass_core::velocity::{
-    CountUse, CountingKalman, CountingNoise, CountingState, PassedEdge,
+    CountUse, CountingKalman, CountingNoise, CountingState, PassedEdge, TURNING,
 };
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -120,6 +120,8 @@ pub(crate) struct Counted<'a> {
     increment: f64,
     /// Input of each step and mean acceleration over it, counts and samples.
     steps: Vec<([f64; 2], f64)>,
+    /// What the steps do not have, counts and samples.
+    unseen: Vec<[f64; 3]>,
     /// Where the edges of each sample begin in the record's list; empty where they are not timed.
     first: Vec<usize>,
 }
@@ -136,13 +138,17 @@ impl<'a> Counted<'a> {
         let steps = (0..a.len())
             .map(|k| {
                 let before = a[k.saturating_sub(1)];
-                let [x, v] = inputs[k];
+                let [x, v] = inputs.steps[k];
                 (
                     [x / increment, v * dt / increment],
                     0.5 * scale * (before + a[k]),
                 )
             })
             .collect();
+        let in_counts = |[xx, xv, vv]: &[f64; 3]| {
+            [xx, &(xv * dt), &(vv * dt * dt)].map(|v| v / (increment * increment))
+        };
+        let unseen = inputs.unseen.iter().map(in_counts).collect();
         let first = record.edges.as_ref().map_or_else(Vec::new, |edges| {
             (0..=counts.len())
                 .map(|k| edges.list.partition_point(|e| e.sample < k))
@@ -153,6 +159,7 @@ impl<'a> Counted<'a> {
             counts,
             increment,
             steps,
+            unseen,
             first,
         })
     }
@@ -202,6 +209,7 @@ impl<'a> Counted<'a> {
         for (k, count) in self.counts.iter().enumerate() {
             if k > 0 {
                 filter.advance(&mut state, self.steps[k].0);
+                shake(&mut state.p, self.unseen[k]);
             }
             age += 1;
             let predicted = state;
@@ -238,7 +246,8 @@ impl<'a> Counted<'a> {
                     );
                     continue;
                 }
-                let (nu, s, used) = if moved != 0 && (age > 1 || moved.abs() > 1) {
+                let turning = (self.steps[k].1 - state.x[2]).abs() > TURNING;
+                let (nu, s, used) = if moved != 0 && (age > 1 || moved.abs() > 1 || turning) {
                     state.x[0] -= change;
                     state.count = count;
                     let (nu, s) = cell(&mut state, model.edge);

@@ -23,7 +23,7 @@ use constants::{columns, solve};
 use smoother::spread;
 use system::{Seen, System};
 
-use crate::filtering::step_inputs;
+use crate::step_input::{Curve, step_inputs};
 use crate::{KalmanModel, MotionRecord, ProcessNoise, ReadingSource};
 use serde::{Deserialize, Serialize};
 
@@ -87,7 +87,7 @@ const LATENCY: usize = 5;
 pub(crate) struct Prepared<'a> {
     record: &'a MotionRecord,
     /// What the acceleration does to position and velocity over the step to each sample.
-    steps: Vec<[f64; 2]>,
+    curve: Curve,
     first: f64,
 }
 
@@ -122,7 +122,7 @@ impl<'a> Prepared<'a> {
         };
         Self {
             record,
-            steps: step_inputs(record, model),
+            curve: step_inputs(record, model),
             first: first.unwrap_or(0.0),
         }
     }

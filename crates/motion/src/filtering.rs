@@ -1,5 +1,6 @@
 //! The Kalman filter of `core` over a whole record, with everything a smoother and a likelihood need.
 
+use crate::step_input::{Curve, blows, shake};
 use crate::{MotionRecord, ReadingSource};
 use proofmass_core::Error;
 use proofmass_core::velocity::{
@@ -61,75 +62,6 @@ impl KalmanModel {
         let kalman = Kalman::<f64, 3>::with_bias(&self.noise(), bias, self.interpolation, dt)?;
         Ok((kalman, bias.initial() * bias.initial()))
     }
-}
-
-/// Samples that the curve off line goes through.
-const NODES: usize = 6;
-
-/// Change of position and velocity that the acceleration makes over the step to each sample, by the polynomial of
-/// fifth degree through the three samples before and after the middle of the step, at the ends through the six
-/// nearest; `None` for models that take the acceleration otherwise, and for fewer samples.
-pub(crate) fn steps(record: &MotionRecord, model: &KalmanModel) -> Option<Vec<[f64; 2]>> {
-    let (a, dt) = (&record.acceleration, record.sample_time);
-    let n = a.len();
-    if model.interpolation != Hold::Second || n < NODES {
-        return None;
-    }
-    // The step lies between the nodes j and j + 1 of its six.
-    let weights: [_; NODES - 1] = std::array::from_fn(|j| step_weights(j as f64));
-    let change = |k: usize| {
-        let from = k.saturating_sub(NODES / 2).min(n - NODES);
-        let (position, velocity) = &weights[k - 1 - from];
-        let sum = |w: &[f64; NODES]| -> f64 {
-            let pairs = w.iter().zip(&a[from..from + NODES]);
-            pairs.map(|(w, a)| w * a).sum()
-        };
-        [dt * dt * sum(position), dt * sum(velocity)]
-    };
-    let first = std::iter::once([0.0; 2]);
-    Some(first.chain((1..n).map(change)).collect())
-}
-
-/// The same for every model: where it takes no curve, the straight line, or the older sample.
-pub(crate) fn step_inputs(record: &MotionRecord, model: &KalmanModel) -> Vec<[f64; 2]> {
-    if let Some(curve) = steps(record, model) {
-        return curve;
-    }
-    let (a, dt) = (&record.acceleration, record.sample_time);
-    let step = |w: &[f64]| match model.interpolation {
-        Hold::Zero => [0.5 * dt * dt * w[0], dt * w[0]],
-        _ => [
-            dt * dt * (w[0] / 3.0 + w[1] / 6.0),
-            0.5 * dt * (w[0] + w[1]),
-        ],
-    };
-    let first = std::iter::once([0.0; 2]);
-    first.chain(a.windows(2).map(step)).collect()
-}
-
-/// ∫(1 − s) L_i and ∫ L_i over 0 < s < 1 for Lagrange's polynomials over 0…5, s counted from node `from`.
-///
-/// Gauss's rule of four points is exact up to degree seven.
-fn step_weights(from: f64) -> ([f64; NODES], [f64; NODES]) {
-    let root = (1.2f64).sqrt();
-    let (near, far) = ((3.0 - 2.0 * root) / 7.0, (3.0 + 2.0 * root) / 7.0);
-    let (heavy, light) = ((18.0 + 30f64.sqrt()) / 72.0, (18.0 - 30f64.sqrt()) / 72.0);
-    let (mut position, mut velocity) = ([0.0; NODES], [0.0; NODES]);
-    for (at, weight) in [
-        (-far.sqrt(), light),
-        (-near.sqrt(), heavy),
-        (near.sqrt(), heavy),
-        (far.sqrt(), light),
-    ] {
-        let s = 0.5 * (1.0 + at);
-        for i in 0..NODES {
-            let others = (0..NODES).filter(|j| *j != i).map(|j| j as f64);
-            let lagrange: f64 = others.map(|j| (from + s - j) / (i as f64 - j)).product();
-            position[i] += weight * (1.0 - s) * lagrange;
-            velocity[i] += weight * lagrange;
-        }
-    }
-    (position, velocity)
 }
 
 /// Every step of a filter over a record.
@@ -213,14 +145,16 @@ fn time_update<const N: usize>(
 
 /// The filter over the record, all steps kept.
 ///
-/// With `steps` the acceleration acts as they say, else as the filter does on line.
+/// With a curve the acceleration acts as it says, else as the filter does on line.
 pub(crate) fn pass<const N: usize>(
     kalman: &Kalman<f64, N>,
     record: &MotionRecord,
     bias_variance: f64,
-    steps: Option<&[[f64; 2]]>,
+    curve: Option<&Curve>,
 ) -> Pass<N> {
     let n = record.reading.len();
+    let known = blows(record);
+    let unseen = curve.map_or(&known, |c| &c.unseen);
     let at = component(record.source);
     let mut state = start::<N>(record, kalman.r, bias_variance);
     let mut pass = Pass {
@@ -230,7 +164,8 @@ pub(crate) fn pass<const N: usize>(
     };
     for (k, (reading, a)) in record.reading.iter().zip(&record.acceleration).enumerate() {
         if k > 0 {
-            time_update(kalman, &mut state, *a, steps.map(|s| s[k]));
+            time_update(kalman, &mut state, *a, curve.map(|c| c.steps[k]));
+            shake(&mut state.p, unseen[k]);
         }
         pass.prior.push(state);
         pass.innovations
@@ -324,33 +259,5 @@ impl KalmanRun {
                 .collect(),
             log_likelihood,
         })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn law_a_fifth_degree_is_integrated_exactly_up_to_both_ends() {
-        let dt = 0.1;
-        let t = |k: usize| dt * k as f64 - 0.7;
-        let n = 20;
-        let record = MotionRecord::new(
-            dt,
-            ReadingSource::Position,
-            vec![Some(0.0); n],
-            (0..n).map(|k| 42.0 * t(k).powi(5)).collect(),
-        )
-        .unwrap();
-        let steps = steps(&record, &KalmanModel::new(1.0, 1.0)).unwrap();
-        // v = 7 t⁶, x = t⁷.
-        for k in 1..n {
-            let (a, b) = (t(k - 1), t(k));
-            let v = 7.0 * (b.powi(6) - a.powi(6));
-            let x = b.powi(7) - a.powi(7) - 7.0 * a.powi(6) * dt;
-            assert!((steps[k][1] - v).abs() < 1e-13, "{k}");
-            assert!((steps[k][0] - x).abs() < 1e-13, "{k}");
-        }
     }
 }

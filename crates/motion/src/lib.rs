@@ -53,6 +53,7 @@ mod search;
 mod several_wheels;
 mod slip;
 mod smoother;
+mod step_input;
 mod stretch;
 mod threshold;
 mod timed;
@@ -82,7 +83,7 @@ pub use method_word::METHODS;
 pub use pairing::Pairing;
 pub use proofmass_core::velocity::{BiasModel, Hold, IntegratorRule, ProcessNoise};
 pub use record::{
-    MotionRecord, PassedAt, ReadingSource, Stamped, TimedEdges, Timing, align, common_start,
+    Blow, MotionRecord, PassedAt, ReadingSource, Stamped, TimedEdges, Timing, align, common_start,
     even_clock, out_of_order, stamp_digit,
 };
 pub use resolver::{Demodulated, Excitation, ResolverAngles, demodulated, resolver};

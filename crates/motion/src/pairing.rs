@@ -1,7 +1,7 @@
 //! Do both sensors see the same motion? Gain, sense and latency of one against the other.
 
-use crate::filtering::steps;
 use crate::slip::held;
+use crate::step_input::curve;
 use crate::{KalmanModel, MotionRecord, ReadingSource};
 use proofmass_core::{Error, STANDARD_GRAVITY};
 use proofmass_uncertainty::{Finding, Severity};
@@ -202,12 +202,12 @@ fn integrated(record: &MotionRecord) -> Vec<f64> {
     let dt = record.sample_time;
     // Without its mean the integral stays small: an offset cancels from velocity changes anyway, up to a constant.
     let mean = record.acceleration.iter().sum::<f64>() / record.acceleration.len() as f64;
-    let curve = steps(record, &KalmanModel::new(0.0, 1.0));
+    let curve = curve(record, &KalmanModel::new(0.0, 1.0));
     let (mut x, mut v) = (0.0, 0.0);
     let mut before = record.acceleration[0];
     let motion = record.acceleration.iter().enumerate().map(|(k, &a)| {
         let [dx, dv] = match &curve {
-            Some(curve) => curve[k],
+            Some(curve) => curve.steps[k],
             None => [dt * dt * (before / 3.0 + a / 6.0), 0.5 * dt * (before + a)],
         };
         if k > 0 {

@@ -50,6 +50,21 @@ pub struct MotionRecord {
     /// found beside the readings and held by this; without it nothing holds it.
     #[serde(default)]
     pub gain_uncertainty: Option<f64>,
+    /// Where the accelerometer may have missed a part of the motion.
+    #[serde(default)]
+    pub blows: Vec<Blow>,
+}
+
+/// Samples in which the velocity changed faster than an accelerometer follows: filters and smoothers take what it says of them
+/// for a part of the change only.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Blow {
+    /// First sample.
+    pub from: usize,
+    /// Sample after the last.
+    pub to: usize,
+    /// Standard deviation of the change of velocity that was not seen.
+    pub velocity: f64,
 }
 
 /// Edges of a counted position with their times.
@@ -134,6 +149,7 @@ impl MotionRecord {
             turn: None,
             start: 0.0,
             gain_uncertainty: None,
+            blows: Vec::new(),
         };
         record.check()?;
         Ok(record)
@@ -260,6 +276,7 @@ impl MotionRecord {
                 .edges
                 .as_ref()
                 .map(|e| e.decimated(n, self.sample_time)),
+            blows: self.blows_at(|k| k.div_ceil(n)),
             ..*self
         };
         record.check()?;
@@ -291,8 +308,19 @@ impl MotionRecord {
             reading: self.reading.clone(),
             acceleration: (0..n).map(|k| at(k) / gain).collect(),
             edges: self.edges.clone(),
+            blows: self.blows.clone(),
             ..*self
         }
+    }
+
+    /// The blows with their samples at other places; those that are gone are left out.
+    fn blows_at(&self, place: impl Fn(usize) -> usize) -> Vec<Blow> {
+        let moved = self.blows.iter().map(|b| Blow {
+            from: place(b.from),
+            to: place(b.to),
+            ..*b
+        });
+        moved.filter(|b| b.from < b.to).collect()
     }
 
     /// A stretch of the samples; the velocity at its start is unknown unless it is the beginning. `None` where the
@@ -304,6 +332,7 @@ impl MotionRecord {
             initial_velocity: self.initial_velocity.filter(|_| range.start == 0),
             start: self.start + range.start as f64 * self.sample_time,
             edges: self.edges.as_ref().map(|e| e.within(&range)),
+            blows: self.blows_at(|k| k.clamp(range.start, range.end) - range.start),
             ..*self
         })
     }

@@ -3,7 +3,8 @@
 // Matrix algebra reads by its indices.
 #![allow(clippy::needless_range_loop)]
 
-use crate::filtering::{KalmanModel, KalmanRun, Pass, component, pass, steps};
+use crate::filtering::{KalmanModel, KalmanRun, Pass, component, pass};
+use crate::step_input::curve;
 use crate::{MotionRecord, ReadingSource};
 use proofmass_core::Error;
 use proofmass_core::velocity::{Kalman, KalmanState};
@@ -21,16 +22,16 @@ impl KalmanModel {
     /// **Source** `[Bierman73]`; `[RauchTungStriebel65]`.
     pub fn smooth(&self, record: &MotionRecord) -> Result<KalmanRun, Error> {
         record.check()?;
-        let steps = steps(record, self);
+        let curve = curve(record, self);
         match self.bias {
             None => {
                 let kalman = self.two(record.sample_time)?;
-                let pass = pass(&kalman, record, 0.0, steps.as_deref());
+                let pass = pass(&kalman, record, 0.0, curve.as_ref());
                 KalmanRun::of(&backward(&kalman, &pass, record.source), &pass.innovations)
             }
             Some(bias) => {
                 let (kalman, variance) = self.three(bias, record.sample_time)?;
-                let pass = pass(&kalman, record, variance, steps.as_deref());
+                let pass = pass(&kalman, record, variance, curve.as_ref());
                 KalmanRun::of(&backward(&kalman, &pass, record.source), &pass.innovations)
             }
         }
@@ -129,7 +130,7 @@ mod tests {
         let record = record(300);
         let model = KalmanModel::new(0.01, 3e-7);
         let kalman = model.two(record.sample_time).unwrap();
-        let pass = pass(&kalman, &record, 0.0, steps(&record, &model).as_deref());
+        let pass = pass(&kalman, &record, 0.0, curve(&record, &model).as_ref());
         let ours = model.smooth(&record).unwrap();
         let n = record.reading.len();
         let (mut x, mut p) = (pass.posterior[n - 1].x, pass.posterior[n - 1].p);

@@ -21,7 +21,7 @@ use crate::{
 use disagreement::Disagreement;
 use ground::{
     check_sensors, doubts, margin, on_line_kalman, paired_tuning, part_finding, sensors,
-    tuning_part,
+    tuning_part, with_blows,
 };
 use proofmass_core::{Error, Watch};
 use proofmass_uncertainty::{Finding, Severity};
@@ -73,6 +73,7 @@ pub fn estimate(
     record.check()?;
     check_sensors(record, method.as_slice())?;
     let (slip, pairing) = sensors(record);
+    let record = &with_blows(record, slip.as_ref());
     let margin = margin(record);
     let slips = |k: usize| slip.as_ref().is_some_and(|s| s.slips(k, margin));
     let mut findings = conditions(record);

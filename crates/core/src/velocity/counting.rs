@@ -15,7 +15,7 @@ use crate::{Error, Float};
 /// | case | what is known | variance, counts² |
 /// |---|---|---|
 /// | edge: the count changed by one, or the edge was timed | the place at the time of the edge | min((v² + P_vv) θ², 1)/12 + r + qτ³/3 |
-/// | cell: it changed by more | the middle of the new cell | 1/12 + r |
+/// | cell: it changed by more, or by one while the axis may have turned beyond it | the middle of the new cell | 1/12 + r |
 /// | reminder: it did not change, and P_xx > ¼ | the middle of the cell | 1/12 + r |
 /// | else | nothing | – |
 ///
@@ -56,6 +56,10 @@ pub struct CountingKalman<T> {
     /// Tick of the clock, s.
     clock: T,
 }
+
+/// Acceleration, counts per sample², from which on an axis that turns within a sample leaves its cell by a quarter of a count and
+/// more (a/8) and comes back: which edge it passed, and when, a change of one then does not say.
+pub const TURNING: f64 = 2.0;
 
 /// Noise of a [`CountingKalman`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -235,7 +239,8 @@ impl<T: Float> CountingKalman<T> {
         state.x[0] -= T::from_f64(f64::from(change));
         let edge = edge.filter(|_| self.timed);
         let (half, twelfth) = (T::from_f64(0.5), T::from_f64(1.0 / 12.0));
-        if change == 1 || change == -1 || edge.is_some() {
+        let turning = (mean - state.x[2]).abs() > T::from_f64(TURNING);
+        if edge.is_some() || ((change == 1 || change == -1) && !turning) {
             let (tau, tick) = match edge {
                 Some(edge) => (edge.age * self.per_second, self.tick),
                 None => (half, T::ONE),

@@ -7,6 +7,7 @@ use super::{
     COLUMNS, DATA, GAIN, LATENCY, Noise, OFFSET, Prepared, START_POSITION, START_VELOCITY,
 };
 use crate::filtering::component;
+use crate::step_input::shake;
 use crate::{MotionRecord, ProcessNoise, ReadingSource};
 
 /// Transition, noise, start and reading of N states: position, velocity, then the walk, then the coloured part.
@@ -91,7 +92,7 @@ impl<const N: usize> System<N> {
         active: usize,
     ) {
         let t = prepared.record.sample_time;
-        let u = prepared.steps[k];
+        let u = prepared.curve.steps[k];
         let (now, before) = (
             prepared.record.acceleration[k],
             prepared.record.acceleration[k - 1],
@@ -132,6 +133,7 @@ impl<const N: usize> System<N> {
                 p[j][i] = p[i][j];
             }
         }
+        shake(&mut p, prepared.curve.unseen[k]);
         state.p = p;
     }
 

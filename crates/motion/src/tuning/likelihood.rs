@@ -2,9 +2,9 @@
 
 use super::{BiasChoice, Point, Search, Tuning};
 use crate::diffuse::{Noise, Prepared, Sums, Unknowns};
-use crate::filtering::steps;
 use crate::floor::{noise_floor, variance};
 use crate::search::line;
+use crate::step_input::curve;
 use crate::threshold::speed_increment;
 use crate::{KalmanModel, MotionRecord, ProcessNoise, ReadingSource};
 use proofmass_core::{Error, Watch};
@@ -341,12 +341,12 @@ fn least(record: &MotionRecord) -> f64 {
 
 /// Bend of the velocity's steps against straight lines between the samples.
 fn bend(record: &MotionRecord, model: &KalmanModel) -> f64 {
-    let Some(curve) = steps(record, model) else {
+    let Some(curve) = curve(record, model) else {
         return 0.0;
     };
     let half = 0.5 * record.sample_time;
     let (mut off, mut all) = (0.0, 0.0);
-    for (w, [_, dv]) in record.acceleration.windows(2).zip(&curve[1..]) {
+    for (w, [_, dv]) in record.acceleration.windows(2).zip(&curve.steps[1..]) {
         off += (dv - half * (w[0] + w[1])).powi(2);
         all += dv * dv;
     }

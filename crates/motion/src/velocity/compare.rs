@@ -1,7 +1,7 @@
 //! Methods side by side at several rates.
 
 use super::beside_reference::BesideReference;
-use super::ground::{check_sensors, paired_tuning, sensors, tuning_part};
+use super::ground::{check_sensors, paired_tuning, sensors, tuning_part, with_blows};
 use super::tune::{TuneResult, tune};
 use crate::edges::on_edges;
 use crate::rest::model_at_rest;
@@ -140,6 +140,7 @@ pub fn compare(
     check_sensors(record, methods)?;
     let mut findings = conditions(record);
     let (slip, pairing) = sensors(record);
+    let record = &with_blows(record, slip.as_ref());
     findings.extend(pairing.iter().flat_map(|p| p.findings.iter().cloned()));
     findings.extend(slip.iter().flat_map(|s| s.findings.iter().cloned()));
     let chosen: Vec<Method> = if methods.is_empty() {

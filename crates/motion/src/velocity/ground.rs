@@ -3,8 +3,8 @@
 use crate::crossover::kalman_beside;
 use crate::tuning::Constants;
 use crate::{
-    Crossover, Method, MotionRecord, Pairing, ReadingSource, SlipReport, SlipSearch, Tuned, Tuning,
-    kalman_by_smoother,
+    Blow, Crossover, Episode, Method, MotionRecord, Pairing, ReadingSource, SlipReport, SlipSearch,
+    Tuned, Tuning, kalman_by_smoother,
 };
 use proofmass_core::{Error, Watch};
 use proofmass_uncertainty::{Finding, Severity};
@@ -36,6 +36,42 @@ pub(crate) fn sensors(record: &MotionRecord) -> (Option<SlipReport>, Option<Pair
     let slip = slip_search(record).ok();
     let pairing = pairing(record, slip.as_ref());
     (slip, pairing)
+}
+
+/// The record with the collisions that were found as blows, unless its own are stated.
+///
+/// What an accelerometer misses of a blow, by its rate, its bandwidth or its range, may be as much as what it shows.
+pub(super) fn with_blows(record: &MotionRecord, slip: Option<&SlipReport>) -> MotionRecord {
+    let mut record = record.clone();
+    if record.blows.is_empty() {
+        let found = slip.iter().flat_map(|s| &s.collisions);
+        record.blows = found.map(|e| blow(&record.acceleration, e)).collect();
+    }
+    record
+}
+
+/// The blow of a collision: where the acceleration is a tenth of its highest value and more, and the samples through which a curve
+/// brings it to the steps beside; what rings on is seen.
+fn blow(acceleration: &[f64], episode: &Episode) -> Blow {
+    const BESIDE: usize = 3;
+    let n = acceleration.len();
+    let last = episode.to.clamp(1, n);
+    let inside = episode.from.min(last - 1)..last;
+    let mut sorted = acceleration[inside.clone()].to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let level = sorted[sorted.len() / 2];
+    let size = |k: usize| (acceleration[k] - level).abs();
+    let peak = inside
+        .max_by(|a, b| size(*a).total_cmp(&size(*b)))
+        .unwrap_or(0);
+    let strong = |k: &usize| size(*k) > 0.1 * size(peak);
+    let from = (0..=peak).rev().take_while(strong).last();
+    let to = (peak..n).take_while(strong).last();
+    Blow {
+        from: from.unwrap_or(peak).saturating_sub(BESIDE),
+        to: (to.unwrap_or(peak) + 1 + BESIDE).min(n),
+        velocity: episode.velocity.abs(),
+    }
 }
 
 /// Tuning in which a latency of more than half a step is taken off first: the likelihood knows it only as a slope.
@@ -227,7 +263,15 @@ pub(crate) fn tuning_part(
 ) -> (MotionRecord, Range<usize>) {
     let n = record.reading.len();
     let margin = margin(record);
-    let clean = longest(n, |k| !slip.is_some_and(|s| s.slips(k, margin)));
+    let clear = |k: usize| !slip.is_some_and(|s| s.slips(k, margin));
+    let hit = |b: &Blow, k: usize| k + margin >= b.from && k < b.to + margin;
+    let clean = longest(n, clear);
+    let without = longest(n, |k| clear(k) && !record.blows.iter().any(|b| hit(b, k)));
+    // What is heard in a blow is no noise; but many short parts tell less than all of them.
+    let clean = match 2 * without.len() > clean.len() {
+        true => without,
+        false => clean,
+    };
     let range = if clean.len() <= ENOUGH {
         clean
     } else {
