@@ -91,6 +91,7 @@ pub fn estimate(
         standard_uncertainty: Some(uncertainty),
         stated_delay: 0.0,
     };
+    let mut readings = 0;
     let (model, tuned, mut trace, smoother, (offset, innovations)) = match given {
         Some(model) => {
             let found = Method::Kalman { model };
@@ -105,6 +106,7 @@ pub fn estimate(
         }
         None => {
             let (part, samples) = tuning_part(record, slip.as_ref());
+            readings = part.reading.iter().flatten().count();
             let mut tuned = paired_tuning(&part, &Tuning::default(), pairing.as_ref(), watch)?;
             watch.step("velocity", 0, 2)?;
             let edges = on_edges(&mut tuned, &part, record, watch)?;
@@ -203,7 +205,7 @@ pub fn estimate(
     if trace.standard_uncertainty.is_none() {
         trace.standard_uncertainty = Some(beside(&trace, &smoother));
     }
-    findings.extend(doubts(pairing.as_ref(), tuned.as_ref()));
+    findings.extend(doubts(pairing.as_ref(), tuned.as_ref(), readings));
     findings.extend(slip.iter().flat_map(|s| s.findings.iter().cloned()));
     let ripple = match record.source {
         _ if !record.accelerometer || record.rests_only() => None,

@@ -126,18 +126,27 @@ pub(crate) fn paired_tuning(
 }
 
 /// What gain and latency between the sensors make one doubt; where they were found and used, that.
-pub(super) fn doubts(pairing: Option<&Pairing>, tuned: Option<&Tuned>) -> Vec<Finding> {
+///
+/// Of the readings that were tuned on fewer are new where rounding repeats with the motion; the regression takes all of them for new.
+pub(super) fn doubts(
+    pairing: Option<&Pairing>,
+    tuned: Option<&Tuned>,
+    readings: usize,
+) -> Vec<Finding> {
+    let repeated = tuned.map_or(1.0, |t| (readings as f64 / t.effective_readings).max(1.0));
+    let told =
+        |p: &Pairing| (p.gain.abs() - 1.0).abs() > 4.0 * p.gain_uncertainty * repeated.sqrt();
     let gain = tuned.and_then(|t| t.gain);
     let latency = tuned.and_then(|t| t.latency);
     let mut findings: Vec<Finding> = pairing
         .iter()
-        .flat_map(|p| &p.findings)
-        .filter(|f| match f.code() {
-            "gain-mismatch" => gain.is_none() || f.severity() == Severity::Decision,
+        .flat_map(|p| p.findings.iter().map(move |f| (p, f)))
+        .filter(|(p, f)| match f.code() {
+            "gain-mismatch" => f.severity() == Severity::Decision || (gain.is_none() && told(p)),
             "latency" => latency.is_none(),
             _ => true,
         })
-        .cloned()
+        .map(|(_, f)| f.clone())
         .collect();
     // A constant that paid for itself in one model may be told less well in the one that was chosen.
     let beyond = |found: &crate::tuning::TunedValue, expected: f64| {

@@ -67,6 +67,7 @@ pub fn tune(
     let record = &with_blows(record, slip.as_ref());
     let (part, samples) = tuning_part(record, slip.as_ref());
     let tuned = paired_tuning(&part, tuning, pairing.as_ref(), watch)?;
+    let readings = part.reading.iter().flatten().count();
     let skip = settle(&part);
     let kalman = on_line_kalman(&tuned, &part)?;
     let part = tuned.corrected(&part);
@@ -76,7 +77,7 @@ pub fn tune(
     let observer = crossover_by_smoother(Filter::Observer, &tuned.model, &part, skip)?;
     watch.step("gains", 3, 3)?;
     // Wrong units and senses first: the gains are worth nothing with them.
-    let mut findings = doubts(pairing.as_ref(), Some(&tuned));
+    let mut findings = doubts(pairing.as_ref(), Some(&tuned), readings);
     findings.extend(conditions(record));
     findings.extend(part_finding(record, &samples));
     findings.extend(tuned.findings.iter().cloned());
