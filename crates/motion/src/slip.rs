@@ -178,7 +178,7 @@ impl SlipSearch {
                     e.deviations,
                     others(&collisions)
                 ))
-                .advice("check the range and bandwidth of the accelerometer; start a new estimate after it"),
+                .advice("check the range and bandwidth of the accelerometer; what it may have missed of the blow is in the uncertainty"),
             );
         }
         Ok(SlipReport {

@@ -584,6 +584,38 @@ mod tests {
         assert!(worst < 0.5, "{worst}");
     }
 
+    /// ±60 mm at 4 Hz, five samples to a period, increments of 1 mm, no noise of any sensor: in the samples in which the axis turns
+    /// it goes as far as ten counts beyond where it comes back to.
+    #[test]
+    fn law_an_axis_that_turns_within_a_sample_is_followed() {
+        let (dt, w) = (0.05, core::f64::consts::TAU * 4.01);
+        let noise = CountingNoise {
+            acceleration: 1e-4,
+            walk: 0.0,
+            edge: 1e-6,
+            tick: None,
+        };
+        let filter = CountingKalman::<f64>::new(1e-3, dt, &noise).unwrap();
+        // x = A sin ωt; what the acceleration does over a step, exactly, in counts and samples.
+        let x = |k: i32| 60.0 * (w * dt * f64::from(k)).sin();
+        let v = |k: i32| 60.0 * w * dt * (w * dt * f64::from(k)).cos();
+        let mut state = filter.start(0, (1.0, 2.0), (0.0, 0.01), 0.0);
+        let (mut inside, mut n, mut turned) = (0, 0, 0);
+        for k in 1..=2000 {
+            filter.advance(&mut state, [x(k) - x(k - 1) - v(k - 1), v(k) - v(k - 1)]);
+            let before = state.count;
+            let used = filter.observe(&mut state, x(k).floor() as i32, None, v(k) - v(k - 1));
+            turned += i32::from((state.count - before).abs() == 1);
+            assert!(used.kind != CountUse::Edge || (v(k) - v(k - 1)).abs() < TURNING);
+            if k > 20 {
+                n += 1;
+                inside += i32::from((state.x[1] - v(k)).abs() < 3.0 * state.p[1][1].sqrt());
+            }
+        }
+        assert!(turned > 5, "{turned}");
+        assert!(f64::from(inside) > 0.99 * f64::from(n), "{inside} of {n}");
+    }
+
     #[test]
     fn refuses_impossible_designs() {
         let noise = CountingNoise {

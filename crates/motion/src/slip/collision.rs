@@ -105,6 +105,8 @@ impl SlipSearch {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ReadingSource;
+    use proofmass_rig::{AxisMotion, DrivenAxis};
 
     #[test]
     fn law_a_collision_is_found() {
