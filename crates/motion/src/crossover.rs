@@ -328,7 +328,7 @@ pub(crate) fn kalman_beside(
             Err(error) => Err(error),
         }
     };
-    let (low, high, step) = (-1.0, 4.0, 0.25);
+    let (low, high, step) = (-1.0, 7.0, 0.25);
     let (mut best, mut at) = (score(0.0)?, 0.0);
     let mut log = low;
     while log <= high {
