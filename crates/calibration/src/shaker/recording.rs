@@ -1,6 +1,7 @@
 //! From the samples of a run to its phasors, and whether the run is fit to be used.
 
 mod drive;
+mod mains;
 mod soundness;
 
 pub use drive::{Drive, Line};
@@ -37,6 +38,9 @@ pub struct Quality {
     /// Tones beside the drive, such as hum, that were fitted with it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tones: Vec<RecordedTone>,
+    /// Lines of the mains far from the drive that were listened for, with amplitude zero where none stands out.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub mains: Vec<RecordedTone>,
     /// Channels with a flat top below full scale, and the part of the fundamental that each has lost.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub flattened: Vec<(usize, f64)>,
@@ -93,6 +97,8 @@ pub struct PhasorReading {
     /// Whether the first channel is the reference; else the strongest one tells the frequency, and no channel is
     /// searched for a flat top.
     pub with_reference: bool,
+    /// Whether hum of the mains is listened for far from the drive too, which takes a spectrum of each channel.
+    pub mains: bool,
 }
 
 /// Periods above which the strongest line of a record tells its frequency better than half a bin.
@@ -119,6 +125,7 @@ impl PhasorReading {
             full_scale: None,
             tolerance: 0.01,
             with_reference: true,
+            mains: true,
         }
     }
 
@@ -178,6 +185,9 @@ impl PhasorReading {
         let (fit, stamps) = self.fitted(&approximation, late, channels, lead)?;
         let mut phasors = self.told(&fit, channels, resolution);
         phasors.stamps = stamps;
+        if self.mains {
+            phasors.mains = mains::listen(self.sampling_frequency, channels, fit.frequency);
+        }
         if elsewhere {
             phasors.measured_frequency = found;
             phasors.frequency_uncertainty = None;
@@ -302,6 +312,7 @@ impl PhasorReading {
                     amplitudes: t.amplitudes.iter().map(|a| a.norm()).collect(),
                 })
                 .collect(),
+            mains: vec![],
             begin: 0.0,
             duration: 1.0 / resolution,
             stamps: None,
@@ -354,6 +365,8 @@ pub struct Phasors {
     pub resolution: f64,
     /// Tones beside the drive that were fitted with it.
     pub tones: Vec<RecordedTone>,
+    /// Lines of the mains far from the drive that were listened for; amplitude zero where none stands out.
+    pub mains: Vec<RecordedTone>,
     /// Channels with a flat top, and the part of the fundamental that each has lost.
     pub flattened: Vec<(usize, f64)>,
     /// When the stretch began that was fitted, s after the first sample: the origin of the phases.
@@ -445,6 +458,7 @@ impl Phasors {
             frequency_uncertainty: self.frequency_uncertainty,
             resolution: Some(self.resolution),
             tones: self.tones.clone(),
+            mains: self.mains.clone(),
             flattened: self.flattened.clone(),
             clock_error: None,
         }
