@@ -361,22 +361,44 @@ fn inverted(frequency: f64, s: &Matrix, j: usize) -> Finding {
     .advice("right for an inverting amplifier; otherwise check the polarity")
 }
 
-/// Largest turn of x and y together that a device may have of itself: the transverse sensitivity of a poor one.
+/// Turn of x and y together that nobody asks about: what a good device has of itself.
 const TURNED: f64 = 0.05;
+/// t with five degrees of freedom beyond which one in a hundred healthy devices lies: their axes are as they are, and a turn
+/// of both is one way among six to be askew.
+const ASKEW: f64 = 4.032;
 
-/// x and y turned together against the marks.
+/// The turn of x and y together, rad, and its size over that of the five other ways in which axes of this device are askew.
+///
+/// Without a mask that is off, the difference of S_xy and S_yx is to their sum and to the four terms with z as one cross term
+/// to the others.
+fn turned(s: &Matrix) -> (f64, f64) {
+    let of = |i: usize, j: usize| (s[i][j] / s[j][j]).re;
+    let angle = (of(0, 1) - of(1, 0)).atan2(2.0);
+    let together = (of(0, 1) - of(1, 0)) / 2f64.sqrt();
+    let others = [
+        (of(0, 1) + of(1, 0)) / 2f64.sqrt(),
+        of(0, 2),
+        of(2, 0),
+        of(1, 2),
+        of(2, 1),
+    ];
+    let scatter = (others.iter().map(|c| c * c).sum::<f64>() / 5.0).sqrt();
+    (angle, together.abs() / scatter.max(f64::MIN_POSITIVE))
+}
+
+/// x and y turned together against the marks, by more than the axes of the device are askew otherwise.
 fn mask(frequency: f64, s: &Matrix, fit: &super::super::FrequencyFit) -> Option<Finding> {
     if strongest(s, 0) != 0 || strongest(s, 1) != 1 {
         return None;
     }
     let of = |i: usize, j: usize| (s[i][j] / s[j][j]).re;
-    let angle = (of(0, 1) - of(1, 0)).atan2(2.0);
+    let (angle, askew) = turned(s);
     let covariance = fit.estimate.covariance();
     let u = covariance
         .standard_uncertainty(2)
         .hypot(covariance.standard_uncertainty(6))
         / (2.0 * s[1][1].norm().min(s[0][0].norm()));
-    (angle.tan().abs() > TURNED && angle.abs() > 4.0 * u).then(|| {
+    (angle.tan().abs() > TURNED && angle.abs() > 4.0 * u && askew > ASKEW).then(|| {
         Finding::new(
             Severity::Warning,
             "mask-offset",
@@ -386,11 +408,68 @@ fn mask(frequency: f64, s: &Matrix, fit: &super::super::FrequencyFit) -> Option<
             ),
         )
         .evidence(format!(
-            "at {frequency} Hz: S_xy/S_yy = {:.4}, S_yx/S_xx = {:.4}, u = {:.2}°; wedges and spurious motion say nothing about it",
+            "at {frequency} Hz: S_xy/S_yy = {:.4}, S_yx/S_xx = {:.4}, u = {:.2}°; {askew:.1} times what its axes are askew \
+             otherwise, which one device in a hundred exceeds {ASKEW:.1} times by itself; wedges and spurious motion say nothing \
+             about it",
             of(0, 1),
             of(1, 0),
             u.to_degrees()
         ))
         .advice("check the zero of the mask; no run tells it from axes that lie so in the device, and S is stated by the marks")
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{ASKEW, Matrix, TURNED, turned};
+    use num_complex::Complex64;
+    use rand::{RngExt, SeedableRng};
+    use rand_distr::{Distribution, StandardNormal};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    /// A device whose cross terms are drawn by `cross`, read under a mask that is off by an angle.
+    fn device(angle: f64, mut cross: impl FnMut() -> f64) -> Matrix {
+        let s: Matrix = std::array::from_fn(|i| {
+            std::array::from_fn(|j| Complex64::from(if i == j { 1.0 } else { cross() }))
+        });
+        let (sin, cos) = angle.sin_cos();
+        let turn = [[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]];
+        std::array::from_fn(|i| std::array::from_fn(|j| (0..3).map(|k| s[k][j] * turn[i][k]).sum()))
+    }
+
+    fn said(s: &Matrix) -> bool {
+        let (angle, askew) = turned(s);
+        angle.tan().abs() > TURNED && askew > ASKEW
+    }
+
+    #[test]
+    fn known_false_alarm_rate_and_power_of_a_mask_offset() {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);
+        let n = 20_000;
+        let mut share = |half: f64, normal: bool, angle: f64| {
+            let mut told = 0;
+            for _ in 0..n {
+                let s = device(angle, || match normal {
+                    true => {
+                        let z: f64 = StandardNormal.sample(&mut rng);
+                        half / 3f64.sqrt() * z
+                    }
+                    false => half * (2.0 * rng.random::<f64>() - 1.0),
+                });
+                told += usize::from(said(&s));
+            }
+            told as f64 / f64::from(n)
+        };
+        for half in [0.03, 0.1, 0.2] {
+            for normal in [false, true] {
+                let rate = share(half, normal, 0.0);
+                println!("±{half}, normal {normal}: {:.2} %", 100.0 * rate);
+                // One per cent, and four standard deviations of so many devices.
+                assert!(rate < 0.013, "±{half}: {rate}");
+            }
+        }
+        let power = [0.03, 0.1].map(|half| share(half, false, 10f64.to_radians()));
+        println!("10° off: {power:?}");
+        assert!(power[0] > 0.97, "{power:?}");
+    }
 }
