@@ -41,10 +41,15 @@ pub enum Fault {
     Dead,
     /// All outputs cut off at a level of 0.6 of the strongest.
     Clipped,
+    /// The cables of the reference, of 10 mV/(m/s²), and of the strongest output exchanged.
+    ReferenceSwapped,
 }
 
-/// All of them: twelve at each of 22 positions are 264.
-pub const FAULTS: [Fault; 12] = [
+/// Sensitivity of the reference, V/(m/s²).
+const REFERENCE: Complex64 = Complex64::new(0.01, 0.0);
+
+/// All of them: thirteen at each of 22 positions are 286.
+pub const FAULTS: [Fault; 13] = [
     Fault::Swapped(0, 1),
     Fault::Swapped(1, 2),
     Fault::Inverted,
@@ -57,6 +62,7 @@ pub const FAULTS: [Fault; 12] = [
     Fault::Copied,
     Fault::Dead,
     Fault::Clipped,
+    Fault::ReferenceSwapped,
 ];
 
 /// What is left of the fundamental of a sine of amplitude one that is cut off, by a sum over one period.
@@ -133,6 +139,13 @@ impl Fault {
                 let k = strongest(&rows[index]);
                 rows[index].outputs[k] = Complex64::new(1e-6, 2e-6);
             }
+            Self::ReferenceSwapped => {
+                let row = &mut rows[index];
+                let k = strongest(row);
+                let device = row.outputs[k];
+                row.outputs[k] = row.reference * REFERENCE;
+                row.reference = device / REFERENCE;
+            }
             Self::Clipped => {
                 let level = 0.6 * rows[index].outputs[strongest(&rows[index])].norm();
                 let outputs = &mut rows[index].outputs;
@@ -164,6 +177,7 @@ impl Fault {
             (Self::Copied, Suspicion::Copied { .. }) => true,
             (Self::Dead, Suspicion::Dead { .. }) => true,
             (Self::Clipped, Suspicion::Clipped { .. }) => true,
+            (Self::ReferenceSwapped, Suspicion::ReferenceSwapped { .. }) => true,
             _ => false,
         }
     }
@@ -215,6 +229,9 @@ pub fn single(fault: Fault, position: usize, seed: u64) -> (Verdict, usize) {
     let Simulated {
         mut rows, spurious, ..
     } = usual().campaign(&[10.0, 160.0, 1000.0], seed);
+    for row in &mut rows {
+        row.reference_sensitivity = Some(REFERENCE);
+    }
     let index = 44 + position;
     fault.strike(&mut rows, index);
     let Ok((suspects, _)) = diagnose(&rows, &spurious, &usual().budget(), None) else {

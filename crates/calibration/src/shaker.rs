@@ -48,6 +48,7 @@ pub mod sample_clock;
 pub mod screening;
 pub mod single_axis;
 pub mod spurious;
+mod swapped_cables;
 pub mod transverse;
 
 pub use budget::{Acts, Budget, Key, ShakerInput};
@@ -66,6 +67,7 @@ pub use monte_carlo::{ComponentCheck, FrequencyCheck};
 pub use observation::{PhasorRow, Spurious, SpuriousTable};
 pub use output_unit::OutputUnit;
 pub use screening::{Observations, observations, with_certificate};
+pub use swapped_cables::swapped_cables;
 
 /// Complex number of the interface.
 pub use num_complex::Complex64;

@@ -207,3 +207,46 @@ fn known_what_the_runs_tell_of_the_mounting() {
         assert!(turn.right_angle < 0.5 * declared, "{turn:?}");
     }
 }
+
+/// The cable of the reference on an output: the finding shows what the run says with the cables exchanged.
+#[test]
+fn known_a_swapped_reference_is_shown_corrected() {
+    use proofmass_calibration::shaker::{Complex64, diagnose, diagnosis::strangest};
+    let usual = Case {
+        repeats: Some((10, 2e-4)),
+        ..CASES[0]
+    };
+    let mut simulated = usual.campaign(&[160.0], 4243);
+    for row in &mut simulated.rows {
+        row.reference_sensitivity = Some(Complex64::new(0.01, 0.0));
+    }
+    let index = 20;
+    let output = simulated.rows[index].outputs[0].norm();
+    shaker_faults::Fault::ReferenceSwapped.strike(&mut simulated.rows, index);
+    let name = simulated.rows[index].run.clone();
+    let (suspects, findings) =
+        diagnose(&simulated.rows, &simulated.spurious, &usual.budget(), None).expect("a diagnosis");
+    assert_eq!(suspects.len(), 1);
+    let finding = findings
+        .iter()
+        .find(|f| f.code() == "swapped-channels")
+        .expect("named");
+    let evidence = finding.evidence_text();
+    let after = |words: &str| -> f64 {
+        let (_, rest) = evidence.split_once(words).expect(evidence);
+        let number = rest.split(' ').next().expect("a number");
+        number.parse().expect("a number")
+    };
+    // 10 m/s² with the error of the certificate.
+    assert!(
+        (after("the table moves by ") / 10.0 - 1.0).abs() < 0.02,
+        "{evidence}"
+    );
+    assert!(
+        (after("outputs are x ") / (1e3 * output) - 1.0).abs() < 1e-4,
+        "{evidence}"
+    );
+    // What an adjustment stumbles over is told without one.
+    let strange = strangest(&simulated.rows, &simulated.spurious, &usual.budget());
+    assert_eq!(strange.first(), Some(&(name, 160.0)), "{strange:?}");
+}

@@ -20,6 +20,7 @@ use proofmass_calibration::shaker::sample_clock::{ClockError, Latency, SampleClo
 use proofmass_calibration::shaker::single_axis::{
     ComparisonBudget, ComparisonRow, SingleAxis, TransverseMotion, combine, compare,
 };
+use proofmass_calibration::shaker::swapped_cables;
 use proofmass_core::Watch;
 use proofmass_io::{AnyCalibration, Cell, StatedQuantity, Table};
 use proofmass_report::{Report, SingleAxisReport};
@@ -269,6 +270,9 @@ impl Job for ShakerSingleJob {
         let (results, doubts) = combine(&runs, &single, &self.budget)?;
         findings.extend(doubts);
         findings.extend(against_datasheet(self.datasheet, &results));
+        if let (Some(table), DeviceOutput::Volt) = (&self.reference, self.output) {
+            findings.extend(swapped_cables(&runs, &single, table, self.datasheet));
+        }
         let check_standard = self.check(data, &runs, &mut findings)?;
         let clock = self.clock(data, &results, &mut findings);
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));

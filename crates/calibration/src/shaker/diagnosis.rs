@@ -28,6 +28,11 @@ pub enum Suspicion {
         /// Its sign.
         sign: [i8; 3],
     },
+    /// The cables of the reference and of one output were swapped.
+    ReferenceSwapped {
+        /// The output.
+        channel: usize,
+    },
     /// The device was mounted as in another configuration of the plan, or a few degrees beside one.
     Mounting {
         /// That configuration.
@@ -83,7 +88,7 @@ pub struct SuspectRun {
     pub suspicion: Suspicion,
 }
 
-pub use search::suspects;
+pub use search::{strangest, suspects};
 
 /// Everything that can be said about a phasor table before its result is used: runs missing, twice or copied, phases in
 /// the wrong unit or sense, runs that contradict the others, channels swapped or inverted throughout, the frequency at

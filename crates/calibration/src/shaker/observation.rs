@@ -23,6 +23,8 @@ pub struct PhasorRow {
     pub covariance: [[f64; 3]; 4],
     /// Whether the outputs were sampled by another clock than the reference, so that their common phase is unknown.
     pub free_phase: bool,
+    /// Sensitivity of the reference in V/(m/s²), where it was recorded in volts: cables can be swapped then.
+    pub reference_sensitivity: Option<Complex64>,
 }
 
 impl PhasorRow {
@@ -42,12 +44,30 @@ impl PhasorRow {
             outputs,
             covariance: [[0.0; 3]; 4],
             free_phase: false,
+            reference_sensitivity: None,
         }
     }
 
     /// Outputs per unit acceleration of the table, o/a in V/(m/s²).
     pub(crate) fn ratios(&self) -> [Complex64; 3] {
         self.outputs.map(|o| o / self.reference)
+    }
+
+    /// The row as it would have been, had the cables of the reference and of an output not been swapped; `None` where the
+    /// reference was no voltage, or the output none either.
+    pub(crate) fn with_reference_on(&self, channel: usize) -> Option<Self> {
+        let r = self.reference_sensitivity?;
+        let round = |c: [f64; 3]| 0.5 * (c[0] + c[2]);
+        let mut row = self.clone();
+        row.reference = self.outputs[channel] / r;
+        row.outputs[channel] = self.reference * r;
+        let noise = [
+            round(self.covariance[channel + 1]) / r.norm_sqr(),
+            round(self.covariance[0]) * r.norm_sqr(),
+        ];
+        row.covariance[0] = [noise[0], 0.0, noise[0]];
+        row.covariance[channel + 1] = [noise[1], 0.0, noise[1]];
+        (row.reference.norm() > 0.0).then_some(row)
     }
 
     /// Reals that the row tells beside a phase that nobody knows.

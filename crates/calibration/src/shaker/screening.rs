@@ -108,6 +108,7 @@ fn rows(campaign: &ShakerCampaign, findings: &mut Vec<Finding>) -> Vec<PhasorRow
             outputs: run.outputs,
             covariance,
             free_phase: campaign.free_phase,
+            reference_sensitivity: campaign.reference.is_some().then(|| scale.inv()),
         });
     }
     findings.extend(told_once(doubts));

@@ -64,6 +64,11 @@ pub(super) fn causes(trial: &Trial<'_>, row: &PhasorRow, frequencies: &[f64]) ->
             );
         }
     }
+    for j in 0..3 {
+        if let Some(row) = row.with_reference_on(j) {
+            add(Suspicion::ReferenceSwapped { channel: j }, 0.03, None, row);
+        }
+    }
     // A gain that is taken back takes the additive noise with it.
     let additive = trial
         .budget

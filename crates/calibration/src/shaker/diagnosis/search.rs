@@ -85,6 +85,31 @@ pub fn suspects(
     Ok(result)
 }
 
+/// The runs of each frequency that an adjustment of it would stumble over, at most three of each and the strangest first:
+/// those that are far from what most others agree about at the nominal angles. None where all are near.
+///
+/// Unlike [`suspects`] it needs no adjustment to converge.
+pub fn strangest(
+    rows: &[PhasorRow],
+    spurious: &SpuriousTable,
+    budget: &Budget,
+) -> Vec<(String, f64)> {
+    let mut frequencies: Vec<f64> = rows.iter().map(|r| r.frequency).collect();
+    frequencies.sort_by(f64::total_cmp);
+    frequencies.dedup();
+    let mut list = vec![];
+    for frequency in frequencies {
+        let here = rows.iter().filter(|r| r.frequency == frequency);
+        let here: Vec<PhasorRow> = here.cloned().collect();
+        let strange = strangeness(&here, spurious, budget);
+        let mut order: Vec<usize> = (0..here.len()).filter(|&i| strange[i] > 0.05).collect();
+        order.sort_by(|&a, &b| strange[b].total_cmp(&strange[a]));
+        let three = order.into_iter().take(3);
+        list.extend(three.map(|i| (here[i].run.clone(), frequency)));
+    }
+    list
+}
+
 /// Leaves out the worst run of a frequency until all others agree.
 fn sort<'a>(
     rows: &[PhasorRow],

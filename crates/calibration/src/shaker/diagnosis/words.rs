@@ -42,6 +42,13 @@ impl Suspicion {
                     ),
                 }
             }
+            Self::ReferenceSwapped { channel } => (
+                "swapped-channels",
+                format!(
+                    "the cables of the reference and of {} were swapped",
+                    AXES[*channel]
+                ),
+            ),
             Self::Mounting { configuration } => (
                 "wrong-configuration",
                 format!("it were mounted at {}", degrees(configuration)),
@@ -154,10 +161,31 @@ fn one(s: &SuspectRun, row: &PhasorRow) -> Finding {
         format!("run {} looks as if {words}", s.run),
     )
     .evidence(format!(
-        "{place}: χ² = {:.0} against the other runs with {} degrees of freedom; {:.0} under this explanation",
+        "{place}: χ² = {:.0} against the other runs with {} degrees of freedom; {:.0} under this explanation{}",
         s.statistic,
         row.reals(),
-        s.explained
+        s.explained,
+        corrected(&s.suspicion, row)
     ))
     .advice("check the record of the run; measure it again or leave it out")
+}
+
+/// What the run says when it is read as the cause would have it, where that is more than another name.
+fn corrected(suspicion: &Suspicion, row: &PhasorRow) -> String {
+    let Suspicion::ReferenceSwapped { channel } = suspicion else {
+        return String::new();
+    };
+    let Some(read) = row.with_reference_on(*channel) else {
+        return String::new();
+    };
+    let outputs: Vec<String> = AXES
+        .iter()
+        .zip(&read.outputs)
+        .map(|(axis, o)| format!("{axis} {:.4} mV", 1e3 * o.norm()))
+        .collect();
+    format!(
+        ", with which the table moves by {:.4} m/s² and the outputs are {}",
+        read.reference.norm(),
+        outputs.join(", ")
+    )
 }

@@ -12,6 +12,8 @@ use std::collections::BTreeMap;
 const FEW: f64 = 30.0;
 /// Chance below which ratios of one kind do not scatter alike.
 const UNEQUAL: f64 = 1e-4;
+/// Relative difference below which two covariances are the same: what else is in them may differ so much.
+const ALIKE: f64 = 0.01;
 /// Ratio of the largest to the smallest u of one kind beyond which somebody should say how well they are known.
 const APART: f64 = 4.0;
 
@@ -90,23 +92,24 @@ impl Stated {
         ri.abs() <= 1e-9 * rr && (rr - ii).abs() <= 1e-9 * rr
     }
 
-    fn proportional(&self, other: &Self) -> bool {
-        let (a, b) = (self.covariance, other.covariance);
-        let same = |i: usize, j: usize| {
-            (a[i] * b[j] - a[j] * b[i]).abs() <= 1e-9 * (a[i] * b[j]).abs().max((a[j] * b[i]).abs())
-        };
-        a[1] != 0.0 && same(0, 1) && same(0, 2)
+    /// Whether two of one kind are the same estimate but for the numbers of their repeats.
+    fn same_as(&self, other: &Self) -> bool {
+        let trace = |c: [f64; 3]| c[0] + c[2];
+        let shape = |c: [f64; 3]| c.map(|v| v / trace(c));
+        let (a, b) = (shape(self.covariance), shape(other.covariance));
+        let alike = (0..3).all(|k| (a[k] - b[k]).abs() < ALIKE);
+        // What is round has no shape of its own; there the size tells.
+        let round = (a[0] - a[2]).abs() + a[1].abs() < 2.0 * ALIKE;
+        let size = trace(self.covariance) / trace(other.covariance);
+        alike && (!round || (size - 1.0).abs() < 2.0 * ALIKE)
     }
 }
 
-/// Uncertainties of one kind that are multiples of one another are one estimate already, as in a table of [`table`](super::table).
+/// Uncertainties of one kind most of which are multiples of one another are one estimate already, as in a table of
+/// [`table`](super::table); a refused axis has a size of its own.
 fn one_estimate(list: &[Stated]) -> bool {
-    let alike = |a: &Stated, b: &Stated| {
-        let (a, b) = (a.covariance, b.covariance);
-        (0..3).all(|k| (a[k] - b[k]).abs() <= 1e-9 * a[0].max(a[2]))
-    };
-    list.windows(2).all(|w| alike(&w[0], &w[1]))
-        || (1..list.len()).any(|k| list[..k].iter().any(|s| s.proportional(&list[k])))
+    let alike = |s: &Stated| list.iter().filter(|o| s.same_as(o)).count();
+    list.len() < 2 || list.iter().map(alike).max() >= Some((2 * list.len()).div_ceil(3).max(2))
 }
 
 /// Bartlett's test that the readings of all ratios scatter alike.
