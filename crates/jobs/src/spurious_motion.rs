@@ -57,6 +57,9 @@ pub struct SpuriousMotionJob {
     /// The vibrometer; `None` when the runs carry velocities.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub vibrometer: Option<Vibrometer>,
+    /// Standard uncertainty of the delay between the two channels of the front end, s.
+    #[serde(default)]
+    pub front_end: f64,
     /// Rules of a sound run.
     #[serde(default)]
     pub limits: QualityLimits,
@@ -356,7 +359,8 @@ impl SpuriousMotionJob {
                 .with_hint("a ratio needs two repeats at least, and ten to be trusted; measure again, or take the run out"));
                 }
             }
-            let (table, doubts) = table(&measurement.repeats)?;
+            let (mut table, doubts) = table(&measurement.repeats)?;
+            delayed(&mut table, self.front_end);
             measurement.table = table;
             measurement.summaries = summaries(&measurement.repeats)?;
             findings.extend(doubts.into_iter().map(|f| {
@@ -386,7 +390,23 @@ impl SpuriousMotionJob {
     }
 }
 
-/// Two measurements that do not agree within their uncertainties.
+/// What is not known of the delay between the channels turns every ratio: along z′ the whole motion, of which the departure
+/// from the excitation is the small part.
+fn delayed(table: &mut SpuriousTable, delay: f64) {
+    for entry in &mut table.entries {
+        let phase = TAU * entry.frequency * delay;
+        for (axis, (z, c)) in entry.ratio.iter().zip(&mut entry.covariance).enumerate() {
+            // An axis that was not measured has no ratio to turn.
+            if c[0] + c[2] > 0.0 {
+                let turn = Complex64::new(0.0, phase) * (z + f64::from(axis == 2));
+                c[0] += turn.re * turn.re;
+                c[1] += turn.re * turn.im;
+                c[2] += turn.im * turn.im;
+            }
+        }
+    }
+}
+
 /// P(X ≥ `count`) of `of` ratios that each lie beyond their 95 % limit by chance.
 fn by_chance(count: usize, of: usize) -> f64 {
     let mut probability = 0.95f64.powi(of as i32);
@@ -398,7 +418,7 @@ fn by_chance(count: usize, of: usize) -> f64 {
     1.0 - below
 }
 
-/// More ratios apart than chance has in one campaign of two hundred, or one far apart (E_n above 3).
+/// Two measurements that do not agree within their uncertainties: more ratios apart than chance has in one campaign of two hundred, or one far apart (E_n above 3).
 fn disagreement(
     list: &[Comparison],
     code: &'static str,
@@ -550,6 +570,10 @@ impl SpuriousMotionCampaign {
         job.vibrometer = self.vibrometer.map(|v| Vibrometer {
             sensitivity: v.sensitivity,
             delay: v.delay_s,
+        });
+        job.front_end = self.recording.as_ref().map_or(0.0, |r| {
+            r.delay_uncertainty("reference")
+                .hypot(r.delay_uncertainty("velocity"))
         });
         job.excluded = table.excluded(&self.runs.exclude);
         for model in self.read_models()? {

@@ -16,7 +16,8 @@ use serde::Deserialize;
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ReadingTable {
-    /// Relative standard uncertainty of the ratio of the two outputs.
+    /// Relative standard uncertainty of the ratio of the two outputs in one run; the mean of repeats keeps it, beside their
+    /// scatter.
     pub u_relative: f64,
     /// Standard uncertainty of its phase, degrees.
     pub u_phase_deg: f64,

@@ -2,7 +2,9 @@
 
 use super::ShakerTriaxialData;
 use crate::trouble::Trouble;
-use proofmass_calibration::shaker::{ShakerCampaign, SpuriousTable, diagnose, observations};
+use proofmass_calibration::shaker::{
+    ShakerCampaign, SpuriousTable, diagnose, diagnosis::strangest, observations,
+};
 use proofmass_core::Error;
 use proofmass_uncertainty::{Finding, Severity};
 
@@ -16,17 +18,31 @@ pub(super) fn explain(
         return error.into();
     }
     let mut findings: Vec<Finding> = data.findings.to_vec();
+    let mut runs = vec![];
     if let Ok(seen) = observations(campaign) {
         findings.extend(seen.findings);
         let none = SpuriousTable::default();
-        if let Ok((_, doubts)) = diagnose(&seen.rows, &none, &seen.budget, campaign.plan.as_deref())
+        let tables = campaign.corrections.iter().map(|c| &c.table);
+        let best = tables.max_by_key(|t| t.entries.len()).unwrap_or(&none);
+        if let Ok((_, doubts)) = diagnose(&seen.rows, best, &seen.budget, campaign.plan.as_deref())
         {
             findings.extend(doubts);
+        }
+        if matches!(error, Error::NotConverged { .. }) {
+            runs = strangest(&seen.rows, best, &seen.budget);
         }
     }
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
     findings.retain(|f| f.severity() != Severity::Note);
     let mut trouble = Trouble::from(error).detail(data.name);
+    if !runs.is_empty() {
+        let names = runs.iter().map(|(run, f)| format!("run {run} ({f} Hz)"));
+        let names: Vec<String> = names.take(9).collect();
+        trouble = trouble.detail(format!(
+            "farthest from what most runs agree about: {}",
+            names.join(", ")
+        ));
+    }
     for finding in findings.iter().take(6) {
         trouble = trouble.detail(format!("{} ({})", finding.what(), finding.evidence_text()));
     }
@@ -34,7 +50,7 @@ pub(super) fn explain(
         Some(advice) if !advice.is_empty() => trouble.with_hint(advice),
         _ => trouble.with_hint(match error {
             Error::NotConverged { .. } => {
-                "the runs contradict each other or the budget: look at the phases and at the units of the headings"
+                "the runs contradict each other or the budget: look at the runs that are named (exclude in [runs] leaves them out), else at the phases and at the units of the headings"
             }
             Error::Unobservable { parameter, .. } if parameter.contains("clock of its own") => {
                 "mount it on wedges between 0° and 90° too, where two axes move together; or stamp both files by one clock (clock = \"shared\")"
