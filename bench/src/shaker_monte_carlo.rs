@@ -1,9 +1,8 @@
 //! Monte Carlo of a triaxial calibration beside numpy: 44 configurations, one frequency and nine.
 //!
 //! The Python interpreter is taken from the variable PROOFMASS_BENCH_PYTHON, else `python3`; it needs numpy. The peer
-//! draws 10⁵ trials in batches and is scaled to a million; it estimates by ordinary least squares, ours with the weights
-//! of the budget, so the two uncertainties are near each other and not the same. Ours applies the estimator to every trial; the
-//! peer multiplies by the gains of one.
+//! draws trials in batches and is scaled to a million. It estimates twice: by ordinary least squares with gains that are made
+//! once, and with the weights of the budget in every trial, as ours does.
 
 mod peer;
 mod processor;
@@ -50,7 +49,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (rows, budget) = case()?;
     let (theirs, their_u) = peers.get("one_frequency")?;
     println!("Monte Carlo of one frequency, 44 configurations, 10⁶ trials");
-    println!("  numpy       {theirs:8.2} s              u(Re S_xx) = {their_u:.4e}");
+    println!("  numpy       {theirs:8.2} s              u(Re S_xx) = {their_u:.4e}, ordinary least squares");
+    let (same, same_u) = peers.get("weighted")?;
+    println!("  numpy       {same:8.2} s              u(Re S_xx) = {same_u:.4e}, weighted as ours");
     let all = std::thread::available_parallelism()?.get();
     let run = |seed| {
         let mut options = CheckOptions::default();
@@ -82,9 +83,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             .first()
             .map_or(f64::NAN, |v| v.monte_carlo.unwrap_or(f64::NAN));
         println!(
-            "  {threads} thread{}   {ours:8.2} s   {:6.1} ×   u(Re S_xx) = {u:.4e}",
+            "  {threads} thread{}   {ours:8.2} s   {:6.1} ×   u(Re S_xx) = {u:.4e}; {:.0} × the weighted one",
             if threads == 1 { " " } else { "s" },
-            theirs / ours
+            theirs / ours,
+            same / ours
         );
     }
     let used = processor_time(1, || {
@@ -92,9 +94,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     });
     if let Some(ours) = used.map(|t| 10.0 * t) {
         let (theirs, _) = peers.get("one_frequency_processor")?;
+        let (weighted, _) = peers.get("weighted_processor")?;
         println!(
-            "  processor time: numpy {theirs:.2} s, ours {ours:.2} s   {:.1} × on one core",
-            theirs / ours
+            "  processor time: numpy {theirs:.2} s, weighted {weighted:.2} s, ours {ours:.2} s   {:.1} × and {:.0} × on one core",
+            theirs / ours,
+            weighted / ours
         );
     }
     let nine = 10.0
