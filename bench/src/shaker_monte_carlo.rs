@@ -49,7 +49,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (rows, budget) = case()?;
     let (theirs, their_u) = peers.get("one_frequency")?;
     println!("Monte Carlo of one frequency, 44 configurations, 10⁶ trials");
-    println!("  numpy       {theirs:8.2} s              u(Re S_xx) = {their_u:.4e}, ordinary least squares");
+    println!(
+        "  numpy       {theirs:8.2} s              u(Re S_xx) = {their_u:.4e}, ordinary least squares"
+    );
     let (same, same_u) = peers.get("weighted")?;
     println!("  numpy       {same:8.2} s              u(Re S_xx) = {same_u:.4e}, weighted as ours");
     let all = std::thread::available_parallelism()?.get();

@@ -1,0 +1,132 @@
+//! The cosine of the rotation that runs across the axis follow.
+
+use faer::linalg::solvers::Solve as _;
+use faer::{Mat, Side};
+use num_complex::Complex64;
+use proofmass_core::Error;
+use proofmass_uncertainty::DegreesOfFreedom;
+use std::f64::consts::TAU;
+
+/// Directions that differ, modulo a turn.
+pub(super) fn directions(across: &[(f64, Complex64)]) -> Vec<f64> {
+    let mut list: Vec<f64> = Vec::new();
+    for (rotation, _) in across {
+        if !list.iter().any(|other| same(*rotation, *other)) {
+            list.push(*rotation);
+        }
+    }
+    list
+}
+
+fn same(a: f64, b: f64) -> bool {
+    let apart = (a - b).rem_euclid(TAU);
+    apart.min(TAU - apart) <= 1e-6
+}
+
+/// Sum of the squared residuals (both parts), and the parameters.
+pub(super) fn least_squares(
+    design: &Mat<f64>,
+    across: &[(f64, Complex64)],
+) -> Result<(f64, Vec<Complex64>), Error> {
+    let n = across.len();
+    let values = Mat::from_fn(n, 2, |i, part| {
+        if part == 0 {
+            across[i].1.re
+        } else {
+            across[i].1.im
+        }
+    });
+    let normal = design.transpose() * design;
+    let llt = normal.llt(Side::Lower).map_err(|_| Error::TooFew {
+        name: "directions across the axis that are neither one line nor opposite",
+        needed: 2,
+        got: directions(across).len(),
+    })?;
+    let solution = llt.solve(design.transpose() * &values);
+    let rest = &values - design * &solution;
+    Ok((
+        rest.squared_norm_l2(),
+        (0..design.ncols())
+            .map(|j| Complex64::new(solution[(j, 0)], solution[(j, 1)]))
+            .collect(),
+    ))
+}
+
+/// c, S_x and S_y.
+pub(super) struct Fit {
+    pub(super) constant: Option<Complex64>,
+    pub(super) transverse: [Complex64; 2],
+    pub(super) directions: Vec<f64>,
+    /// (XᵀX)⁻¹ of the two.
+    pub(super) cofactor: [[f64; 2]; 2],
+    /// What a constant error of each direction does to the two.
+    pub(super) weights: Vec<[f64; 2]>,
+    square: f64,
+    pub(super) runs: usize,
+}
+
+/// Smallest share of a circle that the directions have to span: below it cosine and sine are one.
+const SMALLEST_SPAN: f64 = 1e-3;
+
+impl Fit {
+    pub(super) fn new(across: &[(f64, Complex64)]) -> Result<Self, Error> {
+        let directions = directions(across);
+        let too_few = Error::TooFew {
+            name: "directions across the axis that are neither one line nor opposite",
+            needed: 2,
+            got: directions.len().min(1),
+        };
+        let spread = directions
+            .iter()
+            .fold(0.0_f64, |most, a| most.max((a - directions[0]).sin().abs()));
+        if spread < SMALLEST_SPAN {
+            return Err(too_few);
+        }
+        let free = usize::from(directions.len() > 2);
+        let design = Mat::from_fn(across.len(), 2 + free, |i, j| match j + 1 - free {
+            0 => 1.0,
+            1 => across[i].0.cos(),
+            _ => across[i].0.sin(),
+        });
+        let (square, parameters) = least_squares(&design, across)?;
+        let normal = design.transpose() * &design;
+        let inverse = normal
+            .llt(Side::Lower)
+            .map_err(|_| too_few)?
+            .solve(Mat::<f64>::identity(2 + free, 2 + free));
+        let cofactor =
+            std::array::from_fn(|a| std::array::from_fn(|b| inverse[(a + free, b + free)]));
+        let gain = &inverse * design.transpose();
+        let weights = directions
+            .iter()
+            .map(|d| {
+                std::array::from_fn(|a| {
+                    (0..across.len())
+                        .filter(|&i| same(across[i].0, *d))
+                        .map(|i| gain[(a + free, i)])
+                        .sum()
+                })
+            })
+            .collect();
+        Ok(Self {
+            constant: (free == 1).then(|| parameters[0]),
+            transverse: [parameters[free], parameters[free + 1]],
+            directions,
+            cofactor,
+            weights,
+            square,
+            runs: across.len(),
+        })
+    }
+
+    pub(super) fn parameters(&self) -> usize {
+        2 + usize::from(self.constant.is_some())
+    }
+
+    /// Standard deviation of each part of a run, and its degrees of freedom.
+    pub(super) fn scatter(&self) -> Option<(f64, DegreesOfFreedom)> {
+        let freedom = 2.0 * (self.runs as f64 - self.parameters() as f64);
+        let dof = DegreesOfFreedom::new(freedom)?;
+        (freedom > 0.0).then(|| ((self.square / freedom).sqrt(), dof))
+    }
+}

@@ -1,0 +1,162 @@
+//! From the files of a campaign to the job and its runs.
+
+use super::{ShakerSingleFiles, ShakerSingleJob, ShakerSingleRun};
+use crate::campaign::ShakerSingleCampaign;
+use crate::device_output::DeviceOutput;
+use crate::observed::{SensorFiles, observe};
+use crate::record::Record;
+use crate::trouble::{Result, Trouble};
+use proofmass_calibration::shaker::recording::Quality;
+use proofmass_calibration::shaker::sample_clock::SampleClock;
+use proofmass_calibration::shaker::single_axis::{
+    ComparisonBudget, ComparisonRow, TransverseMotion,
+};
+use proofmass_core::Watch;
+use proofmass_uncertainty::DegreesOfFreedom;
+
+impl ShakerSingleCampaign {
+    /// Reads the tables of the campaign and its recordings.
+    ///
+    /// # Errors
+    /// A file that cannot be read, a recording without a sine, or `watch` wanted it to stop.
+    pub fn load(&self, watch: &dyn Watch) -> Result<ShakerSingleFiles> {
+        let mut table = self.read_runs()?;
+        let certificate = self.read_reference()?;
+        // Of several devices and a check standard this result is about one.
+        let names = self.channels();
+        let sensor = SensorFiles::of(&self.source, self.output_recording.as_ref(), &names)?;
+        let observed = observe(
+            &mut table,
+            self.recording.as_ref(),
+            || self.waveform_options(),
+            sensor,
+            watch,
+        )?;
+        let name = table.path.display().to_string();
+        let own = names.iter().position(|n| *n == self.channel).unwrap_or(1);
+        let check = self
+            .check_standard
+            .as_ref()
+            .and_then(|c| names.iter().position(|n| *n == c.channel));
+        let runs = table
+            .runs
+            .iter()
+            .zip(&observed.runs)
+            .map(|(run, seen)| ShakerSingleRun {
+                row: ComparisonRow {
+                    run: run.run.clone(),
+                    frequency: run.frequency_hz,
+                    reference: seen.phasors[0],
+                    output: seen.phasors[own],
+                    transverse: run.seat.transverse,
+                },
+                check: check.map(|k| seen.phasors[k]),
+                target: run.seat.target,
+                quality: of_channel(&seen.quality(None), own),
+                place: format!("{name}:{}", run.line),
+            })
+            .collect();
+        // What the devices give that record by themselves; the others give volts, or what the table says.
+        let in_sensor = |k: usize| {
+            let sensor = self.output_recording.as_ref();
+            sensor.filter(|s| s.channels.contains_key(names[k]))
+        };
+        let output_of = |k: usize| match in_sensor(k) {
+            Some(sensor) => sensor.output(&self.source),
+            None => Ok(DeviceOutput::of(table.quantities.get(k).copied())),
+        };
+        let clock = in_sensor(own).map(|s| s.clock);
+        let delay = |channel: &str| {
+            let recording = self.recording.as_ref();
+            recording.map_or(0.0, |r| r.delay_uncertainty(channel))
+        };
+        let reading = &self.reading;
+        let budget = ComparisonBudget {
+            ratio: reading.u_relative,
+            phase: reading.u_phase_deg.to_radians(),
+            dof: reading
+                .dof
+                .and_then(DegreesOfFreedom::new)
+                .unwrap_or(DegreesOfFreedom::INFINITE),
+            transverse: self.transverse.map(|t| TransverseMotion {
+                sensitivity: t.sensitivity / 100.0,
+                largest: t.motion.map(|m| m / 100.0),
+            }),
+            front_end: delay("reference").hypot(delay(names[own])),
+            free_phase: clock == Some(SampleClock::Own),
+        };
+        let mut findings = Vec::new();
+        let mut inputs = vec![self.source.input.clone()];
+        let mut job = ShakerSingleJob::new(None, budget);
+        if let Some(certificate) = certificate {
+            findings.extend(certificate.findings);
+            inputs.push(certificate.input);
+            job.reference = Some(certificate.table);
+            job.reference_description = certificate.description;
+        }
+        findings.extend(observed.findings);
+        let recordings = observed.inputs.len() - 1;
+        inputs.extend(observed.inputs);
+        job.output = output_of(own)?;
+        job.sample_clock = clock;
+        if let Some(k) = check {
+            if in_sensor(k).is_some() {
+                return Err(Trouble::data(format!(
+                    "{}: the check standard is a channel of the bench",
+                    self.source.path.display()
+                ))
+                .with_hint("name its channel in [recording]"));
+            }
+            job.check_output = output_of(k)?;
+            if let Some(certificate) = self.read_check_standard(job.check_output)? {
+                findings.extend(certificate.findings);
+                inputs.push(certificate.input);
+                job.check_standard = Some(certificate.table);
+            }
+        }
+        if let Some((output, datasheet)) = self.datasheet {
+            if output != job.output {
+                return Err(Trouble::data(format!(
+                    "[datasheet] is in {}, and the device gives {}",
+                    output.unit(),
+                    job.output.unit()
+                ))
+                .detail(self.source.path.display().to_string())
+                .with_hint("state unit in [datasheet] in what the device gives per m/s² or g"));
+            }
+            job.datasheet = Some(datasheet);
+        }
+        job.excluded = table.excluded(&self.runs.exclude);
+        job.coverage_factor = self.method.coverage_factor;
+        Ok(ShakerSingleFiles {
+            job,
+            runs,
+            findings,
+            name,
+            inputs,
+            recordings,
+        })
+    }
+
+    /// What the result is filed with.
+    pub fn record(&self, files: &ShakerSingleFiles, date: Option<String>) -> Record {
+        files.record(&self.title, &self.device, &self.ambient, date)
+    }
+}
+
+/// What the samples of the reference and of one device say.
+fn of_channel(quality: &Quality, own: usize) -> Quality {
+    let noise = &quality.signal_to_noise;
+    let both = [noise.first(), noise.get(own)];
+    let mut clipped: Vec<usize> = Vec::new();
+    for (place, channel) in [(0, 0), (1, own)] {
+        if quality.clipped.contains(&channel) {
+            clipped.push(place);
+        }
+    }
+    Quality {
+        signal_to_noise: both.into_iter().flatten().copied().collect(),
+        clipped,
+        ..quality.clone()
+    }
+}
