@@ -57,6 +57,21 @@ pub struct EstimateResult {
     pub findings: Vec<Finding>,
 }
 
+impl EstimateResult {
+    /// Largest speed with its standard uncertainty: of the sample whose interval lies farthest from rest, so that what is not known (a
+    /// start, a blow) does not pass for fast. By the smoother where the method states no uncertainty.
+    pub fn largest_speed(&self) -> (f64, f64) {
+        let trace = match self.trace.standard_uncertainty {
+            Some(_) => &self.trace,
+            None => &self.smoother,
+        };
+        let u = |k: usize| trace.standard_uncertainty.as_ref().map_or(0.0, |u| u[k]);
+        let sure = |k: usize| trace.velocity[k].abs() - 2.0 * u(k);
+        let at = (0..trace.velocity.len()).max_by(|&i, &j| sure(i).total_cmp(&sure(j)));
+        at.map_or((0.0, 0.0), |k| (trace.velocity[k].abs(), u(k)))
+    }
+}
+
 /// Velocity of a record by a method, or by the Kalman filter with tuned gains when none is given.
 ///
 /// The record is searched for slip and collisions first; noise is tuned on the longest stretch without slip, so

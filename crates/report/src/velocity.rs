@@ -148,6 +148,7 @@ fn noise(model: &KalmanModel, angular: bool, alone: bool) -> Vec<(String, String
         },
         match model.bias {
             None => "not a state: its likelihood does not pay for it".to_owned(),
+            Some(BiasModel::RandomWalk { density: 0.0, .. }) => "an unknown constant".to_owned(),
             Some(BiasModel::RandomWalk { density, .. }) => {
                 format!("random walk, {} (m/s²)/√s", scientific(density.sqrt(), 3))
             }

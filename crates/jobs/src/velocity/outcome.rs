@@ -241,16 +241,8 @@ impl VelocityEstimate {
 
 /// Largest speed, by the method or, where that has no uncertainty, by the smoother.
 fn fastest(result: &EstimateResult) -> Quantity {
-    let trace = match result.trace.standard_uncertainty {
-        Some(_) => &result.trace,
-        None => &result.smoother,
-    };
-    let v = &trace.velocity;
-    let at = (0..v.len())
-        .max_by(|&i, &j| v[i].abs().total_cmp(&v[j].abs()))
-        .unwrap_or(0);
-    let u = trace.standard_uncertainty.as_ref().map_or(0.0, |u| u[at]);
-    quantity("largest_speed", "m/s", v[at].abs(), u)
+    let (v, u) = result.largest_speed();
+    quantity("largest_speed", "m/s", v, u)
 }
 
 impl Outcome for VelocityEstimate {

@@ -125,25 +125,17 @@ impl VelocityReport<'_> {
     fn difference(&self, result: &EstimateResult, part: Range<usize>) -> XyPlot {
         let t = self.times(part.clone());
         let of = |k: usize| 1e3 * (result.trace.velocity[k] - result.smoother.velocity[k]);
-        let mut series = Series::line(
-            "difference",
-            &t,
-            &part.clone().map(of).collect::<Vec<f64>>(),
-        );
+        let off: Vec<f64> = part.clone().map(of).collect();
+        let mut series = Series::line("difference", &t, &off);
+        let mut half = vec![0.0; off.len()];
         if let Some(u) = &result.trace.standard_uncertainty {
-            let edge = |sign: f64| -> Vec<f64> {
-                u[part.clone()]
-                    .iter()
-                    .map(|u| 1e3 * sign * 1.96 * u)
-                    .collect()
-            };
-            series = series.band(&edge(-1.0), &edge(1.0));
+            half = u[part].iter().map(|u| 1e3 * 1.96 * u).collect();
+            let low: Vec<f64> = half.iter().map(|h| -h).collect();
+            series = series.band(&low, &half);
         }
-        XyPlot::new(
-            Axis::linear("time", "s"),
-            Axis::linear("difference of velocities", self.unit("mm/s")),
-        )
-        .series(series)
+        let unit = self.unit("mm/s");
+        let axis = figures::framed_interval("difference of velocities", &unit, &off, &half);
+        XyPlot::new(Axis::linear("time", "s"), axis).series(series)
     }
 
     /// Readings as they entered; where there was none, no mark.
@@ -270,8 +262,7 @@ impl VelocityReport<'_> {
 
 impl VelocityReport<'_> {
     fn key_figures(&self, result: &EstimateResult) -> Vec<KeyFigure> {
-        let v = &result.trace.velocity;
-        let fastest = v.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        let (fastest, _) = result.largest_speed();
         let mut figures = vec![
             match self.angular {
                 false => KeyFigure::new("largest speed", scientific(fastest, 4), "m/s"),

@@ -19,6 +19,22 @@ pub(super) fn framed(label: &str, unit: &str, curve: &[f64]) -> Axis {
     }
 }
 
+/// An ordinate around zero that shows all but the widest twentieth of an interval: a start that is not known leaves the frame.
+pub(super) fn framed_interval(label: &str, unit: &str, curve: &[f64], half: &[f64]) -> Axis {
+    let mut sizes: Vec<f64> = curve
+        .iter()
+        .zip(half)
+        .map(|(c, h)| c.abs().max(*h))
+        .filter(|s| s.is_finite())
+        .collect();
+    sizes.sort_by(f64::total_cmp);
+    let axis = Axis::linear(label, unit);
+    match sizes.get(sizes.len() * 19 / 20) {
+        Some(&most) if most > 0.0 => axis.range(-1.5 * most, 1.5 * most),
+        _ => axis,
+    }
+}
+
 /// Bode plot of encoder and accelerometer channel of fused filters, over frequency.
 pub(super) fn bode(methods: &[(String, Method)], sample_time: f64) -> Option<XyPlot> {
     let methods: Vec<_> = methods
