@@ -1,7 +1,7 @@
 //! N of samples with heavy tails and of samples with outliers, as in `docs/noise.md`.
 //!
 //! `cargo run --release -p proofmass-noise --example heavy_tails -- 300 [FIRST_SEED]`. Records of 20 000 samples at 10 Hz with N = 1 and K at 30
-//! crossing times. For each law of the white noise: how often the 95 % interval of N holds its standard deviation, and its bias;
+//! crossing times. For each law of the white noise: how often the 95 % interval of N holds its standard deviation, outliers included, and its bias;
 //! the same of the fit without outliers, against the noise that is not outliers.
 
 use proofmass_noise::{FitOptions, FitRecord, NoiseModel, Term, robust_fit, simulate, whittle};
@@ -17,15 +17,20 @@ const SAMPLES: usize = 20_000;
 enum Law {
     Gauss,
     Laplace,
-    /// Student's t with four degrees of freedom.
-    Student,
+    /// Student's t with so many degrees of freedom.
+    Student(f64),
     /// Share, and standard deviation in those of a sample.
     Outliers(f64, f64),
 }
 
 fn white(law: Law, rng: &mut Xoshiro256PlusPlus) -> Vec<f64> {
     let unit = Uniform::new(0.0, 1.0).expect("a range");
-    let student = StudentT::new(4.0).expect("degrees of freedom");
+    let student = match law {
+        Law::Student(dof) => dof,
+        _ => 4.0,
+    };
+    let spread = (student / (student - 2.0)).sqrt();
+    let student = StudentT::new(student).expect("degrees of freedom");
     (0..SAMPLES)
         .map(|_| {
             let normal: f64 = StandardNormal.sample(rng);
@@ -35,7 +40,7 @@ fn white(law: Law, rng: &mut Xoshiro256PlusPlus) -> Vec<f64> {
                     let u: f64 = unit.sample(rng);
                     normal.signum() * -(1.0 - u).ln() / 2.0_f64.sqrt()
                 }
-                Law::Student => student.sample(rng) / 2.0_f64.sqrt(),
+                Law::Student(_) => student.sample(rng) / spread,
                 Law::Outliers(share, size) => {
                     let u: f64 = unit.sample(rng);
                     let further: f64 = StandardNormal.sample(rng);
@@ -61,14 +66,18 @@ fn examine(law: Law, seed: u64) -> [f64; 5] {
     let options = FitOptions::default();
     let fit = whittle(&rate, RATE, &options).expect("a long record");
     let robust = robust_fit(&FitRecord::new(&[&rate]), &fit, RATE, &options).expect("few outliers");
-    let of = |fit: &proofmass_noise::CoefficientFit| {
+    let of = |fit: &proofmass_noise::CoefficientFit, truth: f64| {
         let verdict = fit.get(Term::White).expect("sought").verdict;
         let held = verdict
             .interval()
-            .is_some_and(|(low, high)| low <= 1.0 && 1.0 <= high);
-        (f64::from(u8::from(held)), fit.model.white - 1.0)
+            .is_some_and(|(low, high)| low <= truth && truth <= high);
+        (f64::from(u8::from(held)), fit.model.white / truth - 1.0)
     };
-    let (a, b) = (of(&fit), of(&robust.fit));
+    let all = match law {
+        Law::Outliers(share, size) => (1.0 + share * size * size).sqrt(),
+        _ => 1.0,
+    };
+    let (a, b) = (of(&fit, all), of(&robust.fit, 1.0));
     [a.0, a.1, b.0, b.1, robust.replaced as f64]
 }
 
@@ -80,7 +89,8 @@ fn main() {
     for (index, (name, law)) in [
         ("Gaussian", Law::Gauss),
         ("Laplace", Law::Laplace),
-        ("Student t, 4", Law::Student),
+        ("Student t, 4", Law::Student(4.0)),
+        ("Student t, 5", Law::Student(5.0)),
         ("0.1 % of 10 sigma", Law::Outliers(0.001, 10.0)),
         ("0.01 % of 20 sigma", Law::Outliers(0.0001, 20.0)),
         ("1 % of 10 sigma", Law::Outliers(0.01, 10.0)),

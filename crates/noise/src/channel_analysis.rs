@@ -2,15 +2,16 @@
 
 use crate::coefficients::figure;
 use crate::cosine_spectrum::CosineSpectrum;
+use crate::curve_findings;
 use crate::curve_model::CurveModel;
 use crate::deviation::curve_of;
+use crate::disturbance_findings::disturbance_findings;
 use crate::dynamic::windows_of;
 use crate::temperature_effect::Temperature;
 use crate::{
-    AnalysisOptions, ChannelAnalysis, CoefficientFit, Disturbance, DisturbanceKind, FitRecord,
-    JointInfluence, NoiseChannel, NoiseModel, NoiseRecord, SpectrumPoint, TermUnits,
-    chi_square_interval, consistency, converter, converter_traces, disturbances, in_units,
-    joint_influence, kalman_noise, robust_fit, state_space, whittle_record,
+    AnalysisOptions, ChannelAnalysis, CoefficientFit, FitRecord, NoiseChannel, NoiseRecord,
+    SpectrumPoint, TermUnits, chi_square_interval, consistency, converter, converter_traces,
+    disturbances, in_units, joint_influence, kalman_noise, robust_fit, state_space, whittle_record,
 };
 use proofmass_core::{Error, Watch};
 use proofmass_signal::{Detrend, Trend, Welch};
@@ -168,8 +169,11 @@ pub(crate) fn analyse_channel(
         &spectrum,
         slope,
         options.deviation.probability,
-        result.whittle.as_ref().map(|f| &f.model),
+        result.whittle.as_ref(),
     );
+    result
+        .findings
+        .extend(curve_findings::of_the_curve(&result));
     let longest = longest(&prepared);
     densities(prepared[longest], sample_rate, options, &mut result)?;
     steps.one()?;
@@ -307,38 +311,7 @@ fn curves(
         .map(|&s| curve(&records, s))
         .collect::<Result<_, Error>>()?;
     if let Some(fit) = &result.whittle {
-        result.fitted =
-            crate::consistency::fitted(&fit.model, modelled, fit.band.highest_frequency);
-        let seen: Vec<_> = result.fitted.iter().filter(|p| p.in_band).collect();
-        let outside = seen.iter().filter(|p| !p.inside).count();
-        // Neighbouring τ share their differences: a third of the points outside is not chance.
-        if outside > 2 && 3 * outside > seen.len() {
-            let worst = seen
-                .iter()
-                .zip(
-                    modelled
-                        .points
-                        .iter()
-                        .filter(|q| seen.iter().any(|p| p.tau == q.tau)),
-                )
-                .map(|(p, q)| (p.tau, q.deviation / p.deviation - 1.0))
-                .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
-                .unwrap_or((0.0, 0.0));
-            result.findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "curve-and-model-differ",
-                    "the fitted model lies outside the limits of the Allan curve",
-                )
-                .evidence(format!(
-                    "at {outside} of {} averaging times in the band that was fitted; at {} s the curve is {:+.1} % off the model",
-                    seen.len(),
-                    figure(worst.0),
-                    100.0 * worst.1
-                ))
-                .advice("the sensor does not follow the sum of the terms: prefer the curve itself to its coefficients, or seek a Gauss–Markov process or sinusoids"),
-            );
-        }
+        result.fitted = crate::consistency::fitted(&fit.model, &fit.band, modelled);
     }
     result.curve = Some(main);
     Ok(())
@@ -349,7 +322,7 @@ fn points(
     spectrum: &CosineSpectrum,
     slope: f64,
     probability: f64,
-    model: Option<&NoiseModel>,
+    fit: Option<&CoefficientFit>,
 ) -> Vec<SpectrumPoint> {
     let mut bins: Vec<_> = spectrum.bins.iter().collect();
     bins.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
@@ -366,8 +339,8 @@ fn points(
             let centre = (frequency / count).exp();
             points.push(SpectrumPoint {
                 frequency: centre,
-                model: model
-                    .map(|m| m.density(centre, spectrum.sample_rate))
+                model: fit
+                    .map(|f| f.density(centre, spectrum.sample_rate))
                     .filter(|s| *s > 0.0),
                 density: mean,
                 // The interval of a deviation, squared, is that of its square.
@@ -485,84 +458,4 @@ fn densities(
         }
     }
     Ok(())
-}
-
-/// Spikes everywhere are a property of the sensor; what moves the curve needs a decision, the rest a look. Whether the curve
-/// moves is asked of all of them together, not only of each.
-fn disturbance_findings(
-    found: &[Disturbance],
-    joint: Option<JointInfluence>,
-    options: &AnalysisOptions,
-) -> Vec<Finding> {
-    let quiet_spike = |d: &&Disturbance| d.kind == DisturbanceKind::Spike && d.displacement < 3.0;
-    let spikes = found.iter().filter(quiet_spike).count();
-    let mut findings = Vec::new();
-    let together = joint.map_or(String::new(), |j| {
-        format!(
-            "together they raise the Allan deviation at {} s by {:.1} %, {:.1} times its standard uncertainty",
-            figure(j.tau),
-            100.0 * (1.0 / (1.0 - j.influence.clamp(0.0, 0.99)).sqrt() - 1.0),
-            j.displacement.max(0.0)
-        )
-    });
-    let moved = joint.is_some_and(|j| j.displacement >= 3.0);
-    if moved && found.iter().all(|d| d.displacement < 3.0) {
-        findings.push(
-            Finding::new(
-                Severity::Decision,
-                "disturbances-together",
-                "many small disturbances together move the Allan curve, though none does by itself",
-            )
-            .evidence(format!("{} places; {together}", found.len()))
-            .advice("white noise and curve include them: remove the outliers, or state that they belong to the sensor"),
-        );
-    }
-    if spikes > 0 {
-        findings.push(
-            Finding::new(
-                if spikes > 3 { Severity::Note } else { Severity::Warning },
-                "isolated-spikes",
-                "single samples lie further out than Gaussian noise allows",
-            )
-            .evidence(format!("{spikes} {}; all disturbances {together}", if spikes == 1 { "sample" } else { "samples" }))
-            .advice("many of them over the whole record mean noise with heavy tails, few of them lost bits"),
-        );
-    }
-    let mut rest: Vec<&Disturbance> = found.iter().filter(|d| !quiet_spike(d)).collect();
-    rest.sort_by(|a, b| b.displacement.total_cmp(&a.displacement));
-    let Some(worst) = rest.first() else {
-        return findings;
-    };
-    let decisive = worst.displacement >= 3.0;
-    findings.push(
-        Finding::new(
-            if decisive { Severity::Decision } else { Severity::Warning },
-            if decisive { "disturbance" } else { "weak-disturbance" },
-            if decisive {
-                "the record is disturbed: something other than noise happened, and the curve shows it"
-            } else {
-                "something other than noise happened, too little to move the curve"
-            },
-        )
-        .evidence(format!(
-            "{} {}; the worst a {} from {:.2} s to {:.2} s, {:.1} robust standard deviations where {:.1} occur by chance in one record of {:.0}; it raises the Allan variance by up to {:.1} %, {:.1} times its standard uncertainty",
-            rest.len(),
-            if rest.len() == 1 { "place" } else { "places" },
-            match worst.kind {
-                DisturbanceKind::Step => "step",
-                DisturbanceKind::Burst => "burst",
-                DisturbanceKind::Lull => "lull",
-                DisturbanceKind::Spike => "spike",
-            },
-            worst.seconds.0,
-            worst.seconds.1,
-            worst.strength,
-            worst.threshold,
-            1.0 / options.disturbance_false_alarm_rate,
-            100.0 * worst.influence,
-            worst.displacement,
-        ))
-        .advice("cut the record there and analyse the longer part; coefficients of a disturbed record describe the disturbance"),
-    );
-    findings
 }

@@ -1,7 +1,7 @@
 //! Coefficients as they are reported: with an interval, or with the reason why there is none.
 
 use crate::profile::Profile;
-use crate::{GaussMarkov, NoiseModel, Sinusoid, TemperatureSensitivity, Term};
+use crate::{FrontEnd, GaussMarkov, NoiseModel, Sinusoid, TemperatureSensitivity, Term};
 use proofmass_core::Error;
 use proofmass_uncertainty::{Covariance, Finding};
 use serde::{Deserialize, Serialize};
@@ -257,10 +257,15 @@ pub struct TermParameter {
 pub struct BandUse {
     /// Highest frequency used, Hz.
     pub highest_frequency: f64,
-    /// Whether it was chosen below half the sample rate because of what the spectrum shows.
+    /// Whether the spectrum does not follow the terms alone up to half the sample rate: part of it was left out, or a front end is part
+    /// of the fit.
     pub cut: bool,
-    /// Order and corner in Hz of the low-pass filter that describes what was left out, if one does.
-    pub filter: Option<(u32, f64)>,
+    /// What shapes the noise in front of the converter, where something simple does: part of the fit.
+    #[serde(default)]
+    pub front_end: Option<FrontEnd>,
+    /// Up to which frequency terms and front end together describe the spectrum, Hz: not below `highest_frequency`.
+    #[serde(default)]
+    pub described_to: f64,
 }
 
 /// A fitted noise model.
@@ -291,6 +296,20 @@ impl CoefficientFit {
     /// The first coefficient of a term, if it was sought.
     pub fn get(&self, term: Term) -> Option<&Coefficient> {
         self.coefficients.iter().find(|c| c.term == term)
+    }
+
+    /// One-sided density of the fitted noise behind the front end that was found, U²/Hz, without ramp and sinusoids.
+    ///
+    /// Beyond the frequency up to which the front end is known it takes off what it does there.
+    pub fn density(&self, frequency: f64, sample_rate: f64) -> f64 {
+        let all = self.model.density(frequency, sample_rate);
+        let Some(shape) = self.band.front_end else {
+            return all;
+        };
+        let behind = self.model.quantisation.powi(2)
+            * crate::model::term_density(Term::Quantisation, frequency, sample_rate);
+        let known = frequency.min(self.band.described_to);
+        behind + (all - behind) * shape.response(known, sample_rate)
     }
 
     /// The most likely random walk, or its upper limit (`true`) where that is zero.

@@ -1,7 +1,7 @@
 //! Whether the density and the Allan curve of one record tell the same story.
 
 use crate::model::allan_response;
-use crate::{DeviationCurve, NoiseModel, Statistic};
+use crate::{BandUse, DeviationCurve, FrontEnd, NoiseModel, Statistic};
 use proofmass_signal::Density;
 use serde::{Deserialize, Serialize};
 
@@ -30,19 +30,19 @@ impl ConsistencyPoint {
 pub struct FittedPoint {
     /// Averaging time in s.
     pub tau: f64,
-    /// Allan deviation of the model, U.
+    /// Allan deviation of the model as it comes through the front end that was found, U.
     pub deviation: f64,
     /// Whether it lies within the limits of the curve.
     pub inside: bool,
-    /// Whether the averaging is long enough for the band that was fitted: τ ≥ 1/f_max.
+    /// Whether the averaging is long enough for the band that model and front end describe: τ ≥ 1/f.
     pub in_band: bool,
 }
 
-/// The model at every τ of an Allan curve; empty for other statistics.
+/// The fitted model at every τ of an Allan curve; empty for other statistics.
 pub(crate) fn fitted(
     model: &NoiseModel,
+    band: &BandUse,
     curve: &DeviationCurve,
-    highest_frequency: f64,
 ) -> Vec<FittedPoint> {
     if !matches!(
         curve.statistic,
@@ -50,25 +50,71 @@ pub(crate) fn fitted(
     ) {
         return Vec::new();
     }
+    let rate = curve.sample_rate;
+    let highest = band.described_to.max(band.highest_frequency);
     // At half the sample rate the whole curve is in the band.
-    let whole = highest_frequency > 0.4999 * curve.sample_rate;
+    let whole = highest > 0.4999 * rate;
     curve
         .points
         .iter()
         .map(|p| {
-            let deviation = model
-                .sampled_allan_variance(p.factor, curve.sample_rate)
-                .sqrt();
+            let lost = band
+                .front_end
+                .map_or(0.0, |shape| lost(model, shape, highest, p.factor, rate));
+            let variance = model.sampled_allan_variance(p.factor, rate) - lost;
+            let deviation = variance.max(0.0).sqrt();
             FittedPoint {
                 tau: p.tau,
                 deviation,
                 inside: p
                     .interval
                     .is_some_and(|(low, high)| low <= deviation && deviation <= high),
-                in_band: whole || p.tau * highest_frequency >= 1.0,
+                in_band: whole || p.tau * highest >= 1.0,
             }
         })
         .collect()
+}
+
+/// Lobes of the response that are integrated one by one; beyond, sin⁴ is its mean of 3/8.
+const LOBES: usize = 64;
+
+/// Points in a lobe.
+const POINTS: usize = 48;
+
+/// Allan variance at factor m that a front end takes off: ∫ S (1 − |H|²) |A|² df, |A|² as [`allan_response`].
+///
+/// Beyond the frequency up to which it is `known` it takes off what it does there. Quantisation arises behind it; the sizes of ramp and sinusoids are those of the record.
+fn lost(model: &NoiseModel, shape: FrontEnd, known: f64, m: usize, rate: f64) -> f64 {
+    let front = NoiseModel {
+        quantisation: 0.0,
+        ..model.clone()
+    };
+    let taken = |f: f64| front.density(f, rate) * (1.0 - shape.response(f.min(known), rate));
+    // A lobe of sin⁴(πmf/rate) is rate/m wide; half the rate holds m/2 of them.
+    let nyquist = 0.5 * rate;
+    let end = f64::min(nyquist, LOBES as f64 * rate / m as f64);
+    let count = (POINTS as f64 * (end * m as f64 / rate)).ceil().max(64.0);
+    let step = end / count;
+    let near: f64 = (0..count as usize)
+        .map(|k| {
+            let f = (k as f64 + 0.5) * step;
+            taken(f) * allan_response(m, f, rate) * step
+        })
+        .sum();
+    if end >= nyquist {
+        return near;
+    }
+    // The rest in equal steps of the logarithm.
+    let steps = 512;
+    let width = (nyquist / end).ln() / f64::from(steps);
+    let rest: f64 = (0..steps)
+        .map(|k| {
+            let f = end * ((f64::from(k) + 0.5) * width).exp();
+            let x = m as f64 * (std::f64::consts::PI * f / rate).sin();
+            taken(f) * 0.75 / (x * x) * f * width
+        })
+        .sum();
+    near + rest
 }
 
 /// σ²(τ) = 2 ∫ S₁(f) sin⁴(πfτ)/(πfτ)² df for every τ the density resolves, beside the directly computed one.
@@ -117,4 +163,64 @@ pub fn consistency(density: &Density, curve: &DeviationCurve) -> Vec<Consistency
             }
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::LowPass;
+
+    /// White noise as the mean of two neighbours: the differences of means of m hold 2m − 2 samples with the weight of one and two
+    /// with that of a half.
+    #[test]
+    fn known_allan_variance_of_averaged_white_noise() {
+        let model = NoiseModel {
+            white: 1.0,
+            ..NoiseModel::default()
+        };
+        let shape = FrontEnd::Overlap { loss: 1.0 };
+        for m in [1_usize, 2, 5, 100, 1000, 20_000] {
+            let mf = m as f64;
+            let exact = (2.0 * mf - 1.5) / (2.0 * mf * mf);
+            let variance = model.sampled_allan_variance(m, 1.0) - lost(&model, shape, 0.5, m, 1.0);
+            assert!(
+                (variance / exact - 1.0).abs() < 2e-4,
+                "{m}: {variance} {exact}"
+            );
+        }
+    }
+
+    /// What a filter of first order leaves of white noise, against the sum over its covariance.
+    #[test]
+    fn crosscheck_filtered_white_noise() {
+        let model = NoiseModel {
+            white: 1.0,
+            ..NoiseModel::default()
+        };
+        let corner = 0.05;
+        let shape = FrontEnd::butterworth(LowPass { order: 1, corner }, 1.0);
+        // (1 + z)/(1 − φz) with w = tan(πf_c): variance of a sum of n samples from the covariance φ^k.
+        let w = (std::f64::consts::PI * corner).tan();
+        let (gain, phi) = (w / (1.0 + w), (1.0 - w) / (1.0 + w));
+        let covariance = |k: usize| {
+            let plain = |k: i64| phi.powi(k.unsigned_abs() as i32) / (1.0 - phi * phi);
+            let k = k as i64;
+            gain * gain * (2.0 * plain(k) + plain(k - 1) + plain(k + 1))
+        };
+        for m in [1_usize, 3, 30, 300] {
+            let weight = |i: usize| if i < m { -1.0 } else { 1.0 };
+            let mut exact = 0.0;
+            for i in 0..2 * m {
+                for j in 0..2 * m {
+                    exact += weight(i) * weight(j) * covariance(i.abs_diff(j));
+                }
+            }
+            exact /= 2.0 * (m as f64).powi(2);
+            let variance = model.sampled_allan_variance(m, 1.0) - lost(&model, shape, 0.5, m, 1.0);
+            assert!(
+                (variance / exact - 1.0).abs() < 2e-3,
+                "{m}: {variance} {exact}"
+            );
+        }
+    }
 }

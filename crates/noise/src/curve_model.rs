@@ -4,7 +4,7 @@ use crate::allan_covariance::degrees_of_freedom;
 use crate::cosine_spectrum::CosineSpectrum;
 use crate::model::{allan_response, term_density};
 use crate::phase::Phase;
-use crate::whittle::{POWERS, quick_model};
+use crate::quick_fit::{POWERS, quick_model};
 use crate::{EdfFormula, NoiseModel, NoiseRecord, NoiseType, Statistic, Term, equivalent_dof};
 
 /// Averages, and samples, of which a model is fitted.

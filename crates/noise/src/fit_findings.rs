@@ -1,6 +1,7 @@
 //! What a fit to the spectrum leaves to doubt.
 
 use crate::coefficients::figure;
+use crate::front_end::FrontEnd;
 use crate::profile::Fitted;
 use crate::usable_band::{Band, misfit};
 use proofmass_uncertainty::{Finding, Severity};
@@ -63,21 +64,37 @@ impl Misfit {
 
 /// The band that was used, where it is narrower than half the sample rate.
 pub(crate) fn of_the_band(band: &Band, sample_rate: f64) -> Option<Finding> {
-    if let Some((filter, gain)) = band.filter.filter(|(_, gain)| *gain > FILTER_SEEN) {
+    let used = format!(
+        "used 0 to {} Hz of {} Hz",
+        figure(band.highest),
+        figure(0.5 * sample_rate)
+    );
+    if band.filter.is_some_and(|(_, gain)| gain > FILTER_SEEN) {
+        let rest = match &band.front_end {
+            Some(d) => {
+                let half = match (d.shape, d.shape.half_power(sample_rate)) {
+                    (FrontEnd::LowPass { .. }, Some(f)) if f <= d.end => {
+                        format!(" with half its power at {} Hz", figure(f))
+                    }
+                    _ => String::new(),
+                };
+                format!(
+                    "{}{half} describes the spectrum up to {} Hz and is part of the fit",
+                    d.shape,
+                    figure(d.end)
+                )
+            }
+            None => {
+                "neither a low-pass filter nor an overlap of averages describes the rest".to_owned()
+            }
+        };
         return Some(
             Finding::new(
                 Severity::Note,
                 "band-limited",
-                "the noise is filtered: the spectrum was used below the filter only",
+                "the noise is filtered in front of the converter",
             )
-            .evidence(format!(
-                "used 0 to {} Hz of {} Hz; a filter of order {} near {} Hz describes the rest (gain {:.0})",
-                figure(band.highest),
-                figure(0.5 * sample_rate),
-                filter.order,
-                figure(filter.corner),
-                gain
-            ))
+            .evidence(format!("{used}; {rest}"))
             .advice("quantisation cannot be determined behind a filter; give the highest frequency to choose otherwise"),
         );
     }
@@ -87,17 +104,13 @@ pub(crate) fn of_the_band(band: &Band, sample_rate: f64) -> Option<Finding> {
             "band-limited",
             "the upper part of the spectrum follows no noise term: it was left out",
         )
-        .evidence(format!(
-            "used 0 to {} Hz of {} Hz",
-            figure(band.highest),
-            figure(0.5 * sample_rate),
-        ))
+        .evidence(used)
         .advice("look at the density plot for a resonance or a decimator; give the highest frequency to choose otherwise")
     })
 }
 
 /// Tails heavier than Gaussian.
-pub(crate) fn of_the_tails(kurtosis: f64, samples: usize) -> Option<Finding> {
+pub(crate) fn of_the_tails(kurtosis: f64, widened: f64, samples: usize) -> Option<Finding> {
     (kurtosis > 0.5 && 0.5 * kurtosis > 5.0 * (6.0 / samples as f64).sqrt()).then(|| {
         Finding::new(
             Severity::Note,
@@ -106,7 +119,7 @@ pub(crate) fn of_the_tails(kurtosis: f64, samples: usize) -> Option<Finding> {
         )
         .evidence(format!(
             "excess kurtosis {kurtosis:.2}; the interval of N is wider by {:.0} % for it",
-            100.0 * ((1.0 + 0.5 * kurtosis).sqrt() - 1.0)
+            100.0 * (widened.sqrt() - 1.0)
         ))
         .advice("look at the time plot for outliers: N includes them; --robust fits without them")
     })

@@ -183,8 +183,13 @@ impl LongRecord {
                     .curve_at(sample_rate, options.deviation.probability)?;
                 if let Some(fit) = &channel.whittle {
                     of_the_model(&mut curve, &fit.model, n as usize);
-                    channel.fitted =
-                        crate::consistency::fitted(&fit.model, &curve, fit.band.highest_frequency);
+                    let mut band = fit.band;
+                    if averaged > 1 {
+                        // What shapes the averages is not what shapes the samples.
+                        band.front_end = None;
+                        band.described_to = band.highest_frequency;
+                    }
+                    channel.fitted = crate::consistency::fitted(&fit.model, &band, &curve);
                 }
                 channel.curve = Some(curve);
             }

@@ -1,11 +1,11 @@
 //! First-order Gauss–Markov processes beside the power laws: sought over their correlation time.
 
-use crate::FitOptions;
 use crate::cosine_spectrum::CosineSpectrum;
 use crate::effects::Effects;
 use crate::profile::{Fitted, square_level};
 use crate::term_density::{Process, column};
 use crate::variance_fit::Likelihood;
+use crate::{FitOptions, FrontEnd};
 
 /// Processes sought at most.
 const MOST: usize = 3;
@@ -24,10 +24,19 @@ pub(crate) struct Markov {
     pub(crate) gain: f64,
 }
 
+/// Correlation times that a band can show: from where half the density is lost at its end to a fifth of the record.
+pub(crate) fn times(highest: f64, record: f64, per_decade: f64) -> impl Iterator<Item = f64> {
+    let (shortest, longest) = (0.5 / (std::f64::consts::PI * highest), 0.2 * record);
+    let steps = ((longest / shortest).log10() * per_decade).floor().max(0.0) as usize;
+    (0..=steps).map(move |i| shortest * 10_f64.powf(i as f64 / per_decade))
+}
+
 pub(crate) struct Search<'a> {
     pub(crate) spectrum: &'a CosineSpectrum,
     pub(crate) highest: f64,
     pub(crate) walk: Option<usize>,
+    /// What shapes all processes alike.
+    pub(crate) front_end: Option<FrontEnd>,
 }
 
 impl Search<'_> {
@@ -44,11 +53,11 @@ impl Search<'_> {
     ) -> (Likelihood, Vec<Markov>) {
         let mut held = held.to_vec();
         let mut found: Vec<Markov> = Vec::new();
-        let (shortest, longest) = (
-            0.5 / (std::f64::consts::PI * self.highest),
-            0.2 * self.spectrum.longest,
-        );
-        let count = ((longest / shortest).log10() * PER_DECADE).floor().max(0.0) as usize + 1;
+        let tried: Vec<f64> = times(self.highest, self.spectrum.longest, PER_DECADE).collect();
+        let (Some(&shortest), Some(&longest)) = (tried.first(), tried.last()) else {
+            return (likelihood, found);
+        };
+        let count = tried.len();
         let needed = square_level(1.0 - options.false_alarm_rate / count as f64);
         while found.len() < MOST {
             let Some(before) = Fitted::new(likelihood.clone(), held.clone(), self.walk) else {
@@ -60,16 +69,12 @@ impl Search<'_> {
                 let with = self.with(&likelihood, time);
                 let crude = with.start();
                 let mut near = before.best.squares.clone();
-                near.push(crude.last().copied().unwrap_or(0.0));
+                let place = likelihood.columns.len();
+                near.insert(place, crude[place]);
                 with.minimise(&[&near, &crude], &free, Effects::Restricted)
                     .map_or(f64::INFINITY, |m| m.value)
             };
-            let grid: Vec<(f64, f64)> = (0..count)
-                .map(|i| {
-                    let time = shortest * 10_f64.powf(i as f64 / PER_DECADE);
-                    (time, value(time))
-                })
-                .collect();
+            let grid: Vec<(f64, f64)> = tried.iter().map(|t| (*t, value(*t))).collect();
             let Some(&(mut best, mut least)) = grid.iter().min_by(|a, b| a.1.total_cmp(&b.1))
             else {
                 break;
@@ -123,15 +128,19 @@ impl Search<'_> {
     fn with(&self, likelihood: &Likelihood, time: f64) -> Likelihood {
         let mut with = likelihood.clone();
         let whole = column(self.spectrum, Process::Markov(time), 1);
-        with.columns.push(
-            self.spectrum
-                .bins
-                .iter()
-                .zip(whole)
-                .filter(|(b, _)| b.frequency <= self.highest)
-                .map(|(_, g)| g)
-                .collect(),
-        );
+        let (frequencies, mut column): (Vec<f64>, Vec<f64>) = self
+            .spectrum
+            .bins
+            .iter()
+            .map(|b| b.frequency)
+            .zip(whole)
+            .filter(|(f, _)| *f <= self.highest)
+            .unzip();
+        // Behind a filter all columns are divided together.
+        if let Some(shape @ FrontEnd::Overlap { .. }) = self.front_end {
+            shape.apply(&mut column, &frequencies, self.spectrum.sample_rate);
+        }
+        with.columns.push(column);
         with
     }
 }

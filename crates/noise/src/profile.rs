@@ -109,11 +109,15 @@ impl Fitted {
         found
     }
 
+    /// Rise of −2 ln L where square j is zero.
+    pub(crate) fn gain(&self, j: usize) -> f64 {
+        self.rise(j, 0.0, &self.best).value.clamp(0.0, f64::MAX)
+    }
+
     /// Interval of square j where −2 ln L rises by `level`.
     pub(crate) fn square(&self, j: usize, level: f64) -> Profile {
         let best = self.best.squares[j];
-        let zero = self.rise(j, 0.0, &self.best);
-        let gain = zero.value.clamp(0.0, f64::MAX);
+        let gain = self.gain(j);
         // Scale of the search: where the term by itself would fill the lowest bins.
         let scale = if best > 0.0 {
             best

@@ -219,7 +219,7 @@ impl Base {
         }
         let averaged = options.averaged * averages.factor;
         let mut terms: Vec<Term> = options.terms.clone();
-        terms.retain(|t| crate::whittle::POWERS.contains(t));
+        terms.retain(|t| crate::quick_fit::POWERS.contains(t));
         let mut held: Vec<Option<f64>> = terms
             .iter()
             .map(|t| options.fixed(*t).map(|c| c * c))
@@ -234,6 +234,7 @@ impl Base {
                 spectrum: &spectrum,
                 highest: 0.5 * averages.sample_rate,
                 walk: terms.iter().position(|t| *t == Term::RandomWalk),
+                front_end: None,
             };
             let plain = Likelihood::new(&spectrum, columns);
             columns = search.add(plain, &held, options).0.columns;

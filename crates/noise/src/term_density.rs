@@ -1,9 +1,8 @@
-//! Densities of the noise terms as a finite record in cosines shows them, with averaging and filters in front.
+//! Densities of the noise terms as a finite record in cosines shows them, with averaging.
 
 use crate::cosine_spectrum::{CosineSpectrum, Node};
 use crate::model::markov_density;
 use crate::{Term, model};
-use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 /// A process of unit square.
@@ -13,24 +12,6 @@ pub(crate) enum Process {
     Power(Term),
     /// First-order Gauss–Markov process of this correlation time in s.
     Markov(f64),
-}
-
-/// Butterworth low-pass filter in front of the converter: |H|² = 1/(1 + (tan(πf/f_s)/tan(πf_c/f_s))^{2p}).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct LowPass {
-    /// Order p.
-    pub order: i32,
-    /// Corner frequency f_c in Hz, where |H|² = ½.
-    pub corner: f64,
-}
-
-impl LowPass {
-    /// |H|² at a frequency in Hz.
-    pub fn response(self, frequency: f64, sample_rate: f64) -> f64 {
-        let warp = |f: f64| (PI * (f / sample_rate).min(0.499_999)).tan();
-        let ratio = warp(frequency) / warp(self.corner);
-        1.0 / (1.0 + ratio.powi(2 * self.order))
-    }
 }
 
 /// Density of a process over the bins; `averaged` samples were averaged into each of the record's.

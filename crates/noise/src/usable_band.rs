@@ -1,25 +1,27 @@
 //! Up to which frequency a spectrum follows the noise terms: what lies behind a filter is left out.
 
 use crate::effects::Effects;
-use crate::term_density::LowPass;
+use crate::front_end::{Described, FrontEnd, LowPass, Trial, describe};
 use crate::variance_fit::Likelihood;
 
 /// Rise of the likelihood by a filter above which the band is made narrower.
-const ENOUGH: f64 = 2.7;
+pub(crate) const ENOUGH: f64 = 2.7;
 
 /// Steps of the highest frequency: ten per decade.
-const STEP: f64 = 1.258_925_411_794_167_2;
+pub(crate) const STEP: f64 = 1.258_925_411_794_167_2;
 
 /// Chance of a residual in the upper decade of the band as large as the one that makes it narrower.
 const RESIDUAL_CHANCE: f64 = 1e-4;
 
 /// The band that is fitted.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Band {
     /// Highest frequency used, Hz; half the sample rate when nothing was cut.
     pub(crate) highest: f64,
     /// What made it narrower: the filter of most likelihood over the last band that was refused, and its gain.
     pub(crate) filter: Option<(LowPass, f64)>,
+    /// What shapes the noise, where something simple does: it is part of the fit.
+    pub(crate) front_end: Option<Described>,
     /// Whether something else than a low-pass filter did.
     pub(crate) resonance: bool,
 }
@@ -33,12 +35,15 @@ pub(crate) struct Candidate<'a> {
     pub(crate) sample_rate: f64,
     /// 100/T: nothing below is given up.
     pub(crate) lowest: f64,
+    /// Rise of −2 ln L up to which another front end is admitted.
+    pub(crate) level: f64,
 }
 
 /// Highest frequency below which no low-pass filter is seen.
 ///
 /// While a filter of first or second order brings more than 2.7 of −2 ln L over 0 … f, f is made smaller; where it was, f
-/// is halved once more, because what a filter takes off is seen later than it harms. The same is then asked of the
+/// is halved once more, because what a filter takes off is seen later than it harms. Where the terms
+/// with a front end describe more, the band is what that admits, and the front end is part of the fit. Else the same is then asked of the
 /// residual of the upper decade (resonances, decimators), and answered only if it comes to an end.
 pub(crate) fn usable_band(candidate: &Candidate<'_>) -> Band {
     let nyquist = 0.5 * candidate.sample_rate;
@@ -60,8 +65,17 @@ pub(crate) fn usable_band(candidate: &Candidate<'_>) -> Band {
     let mut band = Band {
         highest: if cut { 0.5 * highest } else { nyquist },
         filter,
+        front_end: if cut {
+            describe(candidate, highest)
+        } else {
+            None
+        },
         resonance: false,
     };
+    if let Some(described) = &band.front_end {
+        band.highest = band.highest.max(described.usable(candidate.sample_rate));
+        return band;
+    }
     let mut narrower = band.highest;
     let mut moved = band.filter.is_some();
     while narrower > candidate.lowest {
@@ -100,51 +114,23 @@ pub(crate) fn below(
             .filter(|(t, _)| Some(*t) != without)
             .map(|(_, c)| pick(c))
             .collect(),
+        divisors: likelihood.divisors.iter().map(|w| pick(w)).collect(),
+        divisor_start: likelihood.divisor_start.clone(),
     }
 }
 
 /// The filter that describes the spectrum up to a frequency best, and what it gains over none.
 fn filter_gain(candidate: &Candidate<'_>, highest: f64, cut: bool) -> Option<(LowPass, f64)> {
-    let without = candidate.quantisation.filter(|_| cut);
-    let plain = below(
-        candidate.likelihood,
-        candidate.frequencies,
-        highest,
-        without,
-    );
-    let free = vec![None; plain.terms()];
-    let crude = plain.start();
-    let none = plain.minimise(&[&crude], &free, Effects::Restricted)?;
-    let untouched = candidate.quantisation.filter(|_| !cut);
-    let frequencies: Vec<f64> = candidate
-        .frequencies
-        .iter()
-        .copied()
-        .filter(|f| *f <= highest)
-        .collect();
-    let gain = |filter: LowPass| {
-        let response: Vec<f64> = frequencies
-            .iter()
-            .map(|f| filter.response(*f, candidate.sample_rate))
-            .collect();
-        let mut filtered = plain.clone();
-        for (t, column) in filtered.columns.iter_mut().enumerate() {
-            if Some(t) != untouched {
-                for (g, h) in column.iter_mut().zip(&response) {
-                    *g *= h;
-                }
-            }
-        }
-        filtered
-            .minimise(&[&none.squares], &free, Effects::Restricted)
-            .map_or(0.0, |m| none.value - m.value)
-    };
+    let trial = Trial::new(candidate, highest, cut)?;
     let mut best: Option<(LowPass, f64)> = None;
     for (order, widest) in [(1, 12.0), (2, 4.0)] {
         let limit = f64::min(widest * highest, 0.4999 * candidate.sample_rate);
         let at = |corner: f64| {
             let filter = LowPass { order, corner };
-            (filter, gain(filter))
+            (
+                filter,
+                trial.gain(FrontEnd::butterworth(filter, candidate.sample_rate)),
+            )
         };
         let mut coarse: Option<(LowPass, f64)> = None;
         let mut corner = limit;

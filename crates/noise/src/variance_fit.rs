@@ -2,6 +2,7 @@
 
 use crate::cosine_spectrum::{CosineSpectrum, pair};
 use crate::effects::{Effects, Eliminated, inverse};
+use std::borrow::Cow;
 
 /// Mean squares of cosine coefficients with what they are expected to be.
 #[derive(Clone, Debug)]
@@ -13,6 +14,10 @@ pub(crate) struct Likelihood {
     pub(crate) forms: usize,
     /// Density of a unit square of each term over the bins.
     pub(crate) columns: Vec<Vec<f64>>,
+    /// What the sum of the terms is divided by: 1 + Σ a w, the w over the bins. The a stand behind the squares and are fitted with them.
+    pub(crate) divisors: Vec<Vec<f64>>,
+    /// Where the search for the a begins.
+    pub(crate) divisor_start: Vec<f64>,
 }
 
 /// The squares and −2 ln L there, up to a constant.
@@ -44,11 +49,14 @@ impl Likelihood {
                 .collect(),
             forms,
             columns,
+            divisors: Vec::new(),
+            divisor_start: Vec::new(),
         }
     }
 
+    /// Parameters: squares, then what the divisors are multiplied with.
     pub(crate) fn terms(&self) -> usize {
-        self.columns.len()
+        self.columns.len() + self.divisors.len()
     }
 
     /// With its forms in another order, or some of them left out.
@@ -117,7 +125,40 @@ impl Likelihood {
                 }
             }
         }
+        if !self.divisors.is_empty() {
+            for (s, p) in s.iter_mut().zip(self.divisor(squares)) {
+                *s /= p;
+            }
+        }
         s.iter().all(|s| *s > 0.0 && s.is_finite()).then_some(s)
+    }
+
+    /// 1 + Σ a w over the bins.
+    fn divisor(&self, squares: &[f64]) -> Vec<f64> {
+        let mut divisor = vec![1.0; self.count.len()];
+        for (w, a) in self.divisors.iter().zip(&squares[self.columns.len()..]) {
+            for (p, w) in divisor.iter_mut().zip(w) {
+                *p += a * w;
+            }
+        }
+        divisor
+    }
+
+    /// Derivatives of the density by every parameter, over the bins.
+    fn slopes(&self, squares: &[f64], density: &[f64]) -> Cow<'_, [Vec<f64>]> {
+        if self.divisors.is_empty() {
+            return Cow::Borrowed(&self.columns);
+        }
+        let divisor = self.divisor(squares);
+        let by_squares = self
+            .columns
+            .iter()
+            .map(|g| g.iter().zip(&divisor).map(|(g, p)| g / p).collect());
+        let by_divisors = self.divisors.iter().map(|w| {
+            let each = w.iter().zip(density).zip(&divisor);
+            each.map(|((w, s), p)| -w * s / p).collect()
+        });
+        Cow::Owned(by_squares.chain(by_divisors).collect())
     }
 
     /// Sums over the bins, each weighted with its count over the density, and the forms taken out of them.
@@ -188,6 +229,7 @@ impl Likelihood {
         let s = self.density(squares)?;
         let p = self.terms();
         let seen = self.freed_of(&self.eliminated(&s, effects).sizes());
+        let slopes = self.slopes(squares, &s);
         let mut gradient = vec![0.0; p];
         let mut hessian = vec![0.0; p * p];
         let mut g = vec![0.0; p];
@@ -195,7 +237,7 @@ impl Likelihood {
             let inverse = 1.0 / s;
             let w = self.count[i] * inverse;
             let pull = w * (1.0 - seen[i] * inverse);
-            for (g, column) in g.iter_mut().zip(&self.columns) {
+            for (g, column) in g.iter_mut().zip(slopes.iter()) {
                 *g = column[i];
             }
             for a in 0..p {
@@ -211,7 +253,7 @@ impl Likelihood {
             Effects::FirstAt(_) => 1,
         };
         if free < self.forms {
-            self.restrict(&s, free, &mut gradient, &mut hessian);
+            self.restrict(&s, &slopes, free, &mut gradient, &mut hessian);
         }
         for a in 0..p {
             for b in 0..a {
@@ -222,7 +264,14 @@ impl Likelihood {
     }
 
     /// Adds what ln det A of the forms from `first` on brings, A = Σ ν x xᵀ/S, to the gradient and the expected Hessian.
-    fn restrict(&self, s: &[f64], first: usize, gradient: &mut [f64], hessian: &mut [f64]) {
+    fn restrict(
+        &self,
+        s: &[f64],
+        by: &[Vec<f64>],
+        first: usize,
+        gradient: &mut [f64],
+        hessian: &mut [f64],
+    ) {
         let p = self.terms();
         let q = self.forms - first;
         let row = |j: usize, l: usize| &self.products[pair(1 + first + j, 1 + first + l)];
@@ -235,7 +284,7 @@ impl Likelihood {
                 for (i, s) in s.iter().enumerate() {
                     let w = self.count[i] / s * x[i];
                     matrix[j * q + l] += w;
-                    for (a, column) in self.columns.iter().enumerate() {
+                    for (a, column) in by.iter().enumerate() {
                         slopes[(a * q + j) * q + l] += w / s * column[i];
                     }
                 }
@@ -270,7 +319,7 @@ impl Likelihood {
             let w = self.count[i] * h / (s * s * s);
             for a in 0..p {
                 for b in 0..=a {
-                    second[a * p + b] += w * self.columns[a][i] * self.columns[b][i];
+                    second[a * p + b] += w * by[a][i] * by[b][i];
                 }
             }
         }
@@ -320,6 +369,7 @@ impl Likelihood {
                     0.0
                 }
             })
+            .chain(self.divisor_start.iter().copied())
             .collect()
     }
 

@@ -2,21 +2,22 @@
 
 use crate::coefficients::Limits;
 use crate::cosine_spectrum::{CosineSpectrum, Form};
-use crate::effects::Effects;
+use crate::fit_family::{Builder, Family};
 use crate::fit_findings;
 use crate::fit_record::FitRecord;
+use crate::fit_verdicts::{Kept, covariance, ramp_verdict};
 use crate::lines::{self, Lines};
 use crate::markov::{self, Markov};
-use crate::profile::{Fitted, Profile, slope_level, square_level};
+use crate::profile::{Fitted, Profile, square_level};
+use crate::quick_fit::{POWERS, quick_fit, sinusoid_forms, without_forms};
 use crate::record::{check_count, check_sample_rate};
 use crate::slow_sinusoid::{self, SlowSinusoid};
 use crate::temperature_effect::Temperature;
 use crate::term_density::{Process, column};
 use crate::usable_band::{Band, Candidate, below, usable_band};
-use crate::variance_fit::{Likelihood, solve};
+use crate::variance_fit::Likelihood;
 use crate::{BandUse, Coefficient, CoefficientFit, FitOptions, NoiseModel, Reason, Term, Verdict};
 use proofmass_core::Error;
-use proofmass_uncertainty::Covariance;
 
 /// Fewest rate samples from which coefficients are estimated.
 const FEWEST_SAMPLES: usize = 64;
@@ -38,8 +39,8 @@ const FEWEST_CYCLES: f64 = 100.0;
 ///
 /// **Units** `rate` in U = `options.unit`, `sample_rate` in Hz; coefficients as [`NoiseModel`].
 ///
-/// **Assumes** even sampling, stationary increments. Heavy tails widen the interval of N by √(1 + κ/2) with the excess
-/// kurtosis κ of the differences.
+/// **Assumes** even sampling, stationary increments. Heavy tails add κ/n to the relative variance of N², κ the excess kurtosis (from
+/// the differences, at its upper limit) of n samples.
 ///
 /// **Memory** some 30 bytes per sample: recordings of more than a few hundred million samples are averaged to a lower
 /// rate first or read through a [`LongRecord`](crate::LongRecord).
@@ -158,6 +159,7 @@ pub fn whittle_record(
         Some(highest) => Band {
             highest,
             filter: None,
+            front_end: None,
             resonance: false,
         },
         None => {
@@ -167,6 +169,7 @@ pub fn whittle_record(
                     spectrum: &spectrum,
                     highest: 0.5 * sample_rate,
                     walk: terms.iter().position(|t| *t == Term::RandomWalk),
+                    front_end: None,
                 };
                 search
                     .add(whole.clone(), &vec![None; terms.len()], options)
@@ -180,18 +183,25 @@ pub fn whittle_record(
                 quantisation,
                 sample_rate,
                 lowest: FEWEST_CYCLES / spectrum.longest,
+                level: square_level(options.probability),
             })
         }
     };
-    let chosen_narrower =
-        options.highest_frequency.is_none() && band.highest < 0.4999 * sample_rate;
-    let without = quantisation.filter(|_| chosen_narrower);
-    let mut likelihood = below(&whole, &frequencies, band.highest, without);
-    let used: Vec<f64> = frequencies
-        .iter()
-        .copied()
-        .filter(|f| *f <= band.highest)
-        .collect();
+    let front_end = band.front_end.as_ref().map(|d| d.shape);
+    let cut = options.highest_frequency.is_none()
+        && (band.highest < 0.4999 * sample_rate || front_end.is_some());
+    let without = quantisation.filter(|_| cut);
+    let builder = Builder {
+        base: below(&whole, &frequencies, band.highest, without),
+        frequencies: frequencies
+            .iter()
+            .copied()
+            .filter(|f| *f <= band.highest)
+            .collect(),
+        powers: band.front_end.as_ref().map_or(&[], |d| d.powers),
+        spectrum: &spectrum,
+    };
+    let used = &builder.frequencies;
     check_count("cosines below the highest frequency", used.len(), 8)?;
     let fitted_terms: Vec<Term> = terms
         .iter()
@@ -206,23 +216,36 @@ pub fn whittle_record(
     let walk = fitted_terms.iter().position(|t| *t == Term::RandomWalk);
 
     let mut processes: Vec<Markov> = Vec::new();
+    let mut likelihood = builder.likelihood(front_end, &[]);
+    held.resize(likelihood.terms(), None);
     if options.seeks(Term::GaussMarkov) {
         let search = markov::Search {
             spectrum: &spectrum,
             highest: band.highest,
             walk,
+            front_end,
         };
         (likelihood, processes) = search.add(likelihood, &held, options);
         held.resize(likelihood.terms(), None);
     }
-    let fitted = Fitted::new(likelihood, held, walk).ok_or(Error::NotConverged {
+    let unfit = || Error::NotConverged {
         name: "noise likelihood",
         iterations: 0,
         step: 0.0,
-    })?;
+    };
+    let fitted = Fitted::new(likelihood, held, walk).ok_or_else(unfit)?;
+    let mut family = Family::new(fitted);
+    if let Some(described) = &band.front_end {
+        family.vary_front_end(&builder, described, &processes);
+    }
+    if options.seeks(Term::GaussMarkov) {
+        family.vary_times(&builder, front_end, &processes, options);
+    }
+    let fitted = &family.fitted;
 
-    let kurtosis = excess_kurtosis(stretches);
+    let (kurtosis, most) = excess_kurtosis(stretches);
     let level = square_level(options.probability);
+    let mut tails = 1.0;
     let mut model = NoiseModel::default();
     let mut coefficients = Vec::new();
     let mut kept: Vec<Kept> = Vec::new();
@@ -248,13 +271,13 @@ pub fn whittle_record(
             coefficients.push(coefficient(Verdict::Fixed { value }));
             continue;
         }
-        // Means of squares of a heavy-tailed sequence scatter more than Gaussian ones.
-        let tails = if term == Term::White {
-            1.0 + 0.5 * kurtosis
-        } else {
-            1.0
-        };
-        let profile = fitted.square(j, level * tails);
+        let mut profile = family.square(j, level);
+        if term == Term::White {
+            tails = widened(&profile, level, most / samples as f64);
+            if tails > 1.001 {
+                profile = family.square(j, level * tails);
+            }
+        }
         let root = Profile {
             best: profile.best.sqrt(),
             interval: (profile.interval.0.sqrt(), profile.interval.1.sqrt()),
@@ -278,7 +301,7 @@ pub fn whittle_record(
     }
     for (index, process) in processes.iter().enumerate() {
         let j = fitted_terms.len() + index;
-        let profile = fitted.square(j, level);
+        let profile = family.square(j, level);
         let root = Profile {
             best: profile.best.sqrt(),
             interval: (profile.interval.0.sqrt(), profile.interval.1.sqrt()),
@@ -320,7 +343,7 @@ pub fn whittle_record(
     }
     let mut findings = Vec::new();
     let sensitivity = temperature.as_ref().map(|t| {
-        let (sensitivity, doubts) = t.sensitivity(&fitted, after_ramp, ramp, options);
+        let (sensitivity, doubts) = t.sensitivity(fitted, after_ramp, ramp, options);
         findings.extend(doubts);
         sensitivity
     });
@@ -339,7 +362,7 @@ pub fn whittle_record(
                 estimate: None,
                 upper_limit: None,
             },
-            None => ramp_verdict(&fitted, options, &mut model, &mut kept),
+            None => ramp_verdict(fitted, options, &mut model, &mut kept),
         };
         coefficients.push(Coefficient {
             term: Term::Ramp,
@@ -351,7 +374,7 @@ pub fn whittle_record(
     let first_slow = after_ramp + usize::from(temperature.is_some());
     for (index, found) in slow.iter().enumerate() {
         let places = (first_slow + 2 * index, first_slow + 2 * index + 1);
-        let Some((sinusoid, verdict)) = slow_sinusoid::amplitude(&fitted, places, found, options)
+        let Some((sinusoid, verdict)) = slow_sinusoid::amplitude(fitted, places, found, options)
         else {
             continue;
         };
@@ -398,140 +421,68 @@ pub fn whittle_record(
         });
     }
 
-    let misfit = fit_findings::Misfit::of(&fitted, &used);
+    let misfit = fit_findings::Misfit::of(fitted, used);
     findings.extend(misfit.findings(&band));
     findings.extend(fit_findings::of_the_band(&band, sample_rate));
-    findings.extend(fit_findings::of_the_tails(kurtosis, samples));
+    findings.extend(fit_findings::of_the_tails(kurtosis, tails, samples));
     Ok(CoefficientFit {
         probability: options.probability,
         false_alarm_rate: options.false_alarm_rate,
-        covariance: covariance(&fitted, &kept)?,
+        covariance: covariance(fitted, &kept)?,
         coefficients,
         model,
         discrepancy: misfit.discrepancy,
         temperature: sensitivity,
         band: BandUse {
             highest_frequency: band.highest,
-            cut: chosen_narrower,
-            filter: band.filter.map(|(f, _)| (f.order.unsigned_abs(), f.corner)),
+            cut,
+            front_end,
+            described_to: band
+                .front_end
+                .as_ref()
+                .map_or(band.highest, |d| d.end.max(band.highest)),
         },
         findings,
     })
 }
 
-/// The four terms with a density.
-pub(crate) const POWERS: [Term; 4] = [
-    Term::Quantisation,
-    Term::White,
-    Term::Flicker,
-    Term::RandomWalk,
-];
-
-/// A coefficient that is given: where its square stands in the fit, its value and standard uncertainty.
-struct Kept {
-    position: Option<usize>,
-    value: f64,
-    u: f64,
-}
-
-fn ramp_verdict(
-    fitted: &Fitted,
-    options: &FitOptions,
-    model: &mut NoiseModel,
-    kept: &mut Vec<Kept>,
-) -> Verdict {
-    let level = slope_level(options.probability);
-    let limits = Limits {
-        needed: slope_level(1.0 - options.false_alarm_rate),
-        excludes_zero: level,
-        forced: options.forced.contains(&Term::Ramp),
-        probability: options.probability,
-    };
-    let Some(profile) = fitted.first(level) else {
-        return Verdict::NotIdentifiable {
-            reason: Reason::OtherTermsSuffice,
-            estimate: None,
-            upper_limit: None,
-        };
-    };
-    let verdict = limits.verdict(&profile);
-    if let Some(value) = verdict.value() {
-        model.ramp = value;
-        kept.push(Kept {
-            position: None,
-            value,
-            u: limits.standard_uncertainty(&profile),
-        });
+/// Variance of a profile with `further` relative variance of the square, over that without.
+///
+/// Squared cosines of a white sequence of excess kurtosis κ have covariances of κ/n of their product: one factor common to all of
+/// them, however few are used, while what is left of each is nearly Gaussian.
+fn widened(profile: &Profile, level: f64, further: f64) -> f64 {
+    let half = 0.5 * (profile.interval.1 - profile.interval.0) / profile.best;
+    let variance = half * half / level;
+    if variance > 0.0 && variance.is_finite() {
+        1.0 + further / variance
+    } else {
+        1.0
     }
-    verdict
 }
 
-/// The best model of a spectrum, without intervals and over its whole band.
-pub(crate) fn quick_model(spectrum: &CosineSpectrum, averaged: usize) -> NoiseModel {
-    quick_fit(spectrum, averaged).0
-}
-
-/// The best model of a spectrum, and the sizes of its known forms.
-fn quick_fit(spectrum: &CosineSpectrum, averaged: usize) -> (NoiseModel, Vec<f64>) {
-    let columns = POWERS
-        .iter()
-        .map(|t| column(spectrum, Process::Power(*t), averaged))
-        .collect();
-    let likelihood = Likelihood::new(spectrum, columns);
-    let mut model = NoiseModel::default();
-    let mut sizes = vec![0.0; spectrum.forms];
-    let start = likelihood.start();
-    if let Some(best) = likelihood.minimise(&[&start], &[None; 4], Effects::Restricted) {
-        if let Some(density) = likelihood.density(&best.squares) {
-            sizes = likelihood.eliminated(&density, Effects::Restricted).sizes();
-        }
-        for (term, v) in POWERS.into_iter().zip(best.squares) {
-            model.set(term, v.sqrt());
-        }
-    }
-    (model, sizes)
-}
-
-/// Stretches without forms of these sizes.
-fn without_forms(stretches: &[&[f64]], forms: &[Form], sizes: &[f64]) -> Vec<Vec<f64>> {
-    let mut freed: Vec<Vec<f64>> = stretches.iter().map(|s| s.to_vec()).collect();
-    for (form, size) in forms.iter().zip(sizes) {
-        for (stretch, course) in freed.iter_mut().zip(&form.samples) {
-            for (y, x) in stretch.iter_mut().zip(course) {
-                *y -= size * x;
-            }
-        }
-    }
-    freed
-}
-
-/// Cosine and sine over the stretches of a record.
-fn sinusoid_forms(record: &FitRecord<'_>, sample_rate: f64, frequency: f64) -> [Form; 2] {
-    let lengths: Vec<usize> = record.stretches.iter().map(|s| s.len()).collect();
-    let starts: Vec<f64> = record
-        .starts()
-        .iter()
-        .map(|s| *s as f64 / sample_rate)
-        .collect();
-    slow_sinusoid::forms(&lengths, &starts, sample_rate, frequency)
-}
-
-/// Excess kurtosis of a white sequence from that of its first differences, which drift leaves alone; not below zero.
-fn excess_kurtosis(stretches: &[&[f64]]) -> f64 {
-    let (mut n, mut second, mut fourth) = (0.0, 0.0, 0.0);
+/// Excess kurtosis of a white sequence from that of its first differences, which drift leaves alone, and its upper limit; neither
+/// below zero.
+///
+/// The limit is two standard deviations of the mean fourth power up: where few samples make it, it tells little of the others.
+fn excess_kurtosis(stretches: &[&[f64]]) -> (f64, f64) {
+    let (mut n, mut second, mut fourth, mut eighth) = (0.0, 0.0, 0.0, 0.0);
     for stretch in stretches {
         for w in stretch.windows(2) {
             let d2 = (w[1] - w[0]).powi(2);
             n += 1.0;
             second += d2;
             fourth += d2 * d2;
+            eighth += d2.powi(4);
         }
     }
-    if n < 1.0 || second <= 0.0 || !fourth.is_finite() {
-        return 0.0;
+    if n < 1.0 || second <= 0.0 || !eighth.is_finite() {
+        return (0.0, 0.0);
     }
-    // The sum of two independent values has half their excess.
-    (2.0 * (n * fourth / (second * second) - 3.0)).max(0.0)
+    let (second, fourth, eighth) = (second / n, fourth / n, eighth / n);
+    // The sum of two independent values has half their excess; every value is in two differences.
+    let of = |fourth: f64| (2.0 * (fourth / (second * second) - 3.0)).max(0.0);
+    let u = (2.0 * (eighth - fourth * fourth).max(0.0) / n).sqrt();
+    (of(fourth), of(fourth + 2.0 * u))
 }
 
 /// A channel without variation has no noise to describe.
@@ -557,50 +508,4 @@ fn refuse_constant_stretches(stretches: &[&[f64]]) -> Result<(), Error> {
 pub(crate) fn normal_quantile(p: f64) -> f64 {
     use statrs::distribution::{ContinuousCDF, Normal};
     Normal::standard().inverse_cdf(p)
-}
-
-/// Covariance of the coefficients given: their uncertainties, with the correlation of the expected information.
-fn covariance(fitted: &Fitted, kept: &[Kept]) -> Result<Covariance, Error> {
-    let free: Vec<usize> = (0..fitted.likelihood.terms())
-        .filter(|t| fitted.held[*t].is_none() && fitted.best.squares[*t] > 0.0)
-        .collect();
-    let q = free.len();
-    let p = fitted.likelihood.terms();
-    let inverse: Option<Vec<Vec<f64>>> = fitted
-        .likelihood
-        .information(&fitted.best.squares, Effects::Restricted)
-        .and_then(|h| {
-            let matrix: Vec<f64> = (0..q * q)
-                .map(|k| h[free[k / q] * p + free[k % q]])
-                .collect();
-            (0..q)
-                .map(|i| {
-                    let unit: Vec<f64> = (0..q).map(|j| f64::from(u8::from(i == j))).collect();
-                    solve(&matrix, &unit)
-                })
-                .collect()
-        });
-    let correlation = |a: &Kept, b: &Kept| -> f64 {
-        let place = |k: &Kept| k.position.and_then(|p| free.iter().position(|f| *f == p));
-        match (place(a), place(b), &inverse) {
-            (Some(i), Some(j), Some(v)) => {
-                (v[i][j] / (v[i][i] * v[j][j]).sqrt()).clamp(-0.999, 0.999)
-            }
-            _ => 0.0,
-        }
-    };
-    let n = kept.len();
-    let rows: Vec<f64> = (0..n * n)
-        .map(|k| {
-            let (a, b) = (&kept[k / n], &kept[k % n]);
-            let r = if k / n == k % n {
-                1.0
-            } else {
-                0.5 * (correlation(a, b) + correlation(b, a))
-            };
-            r * a.u * b.u
-        })
-        .collect();
-    debug_assert!(kept.iter().all(|k| k.value.is_finite()));
-    Covariance::try_from_rows(n, &rows)
 }

@@ -1,8 +1,8 @@
 //! A sensor at rest: known noise, a filter in front of the converter, outliers, a step of the converter, stamps that jitter.
 
 use super::simulate;
+use crate::front_end::LowPass;
 use crate::record::check_sample_rate;
-use crate::term_density::LowPass;
 use crate::{NoiseModel, Sinusoid};
 use proofmass_core::check::within;
 use proofmass_core::{Butterworth, Error, LowPassState};

@@ -1,0 +1,85 @@
+//! What disturbances mean for the curve, in words.
+
+use crate::coefficients::figure;
+use crate::{AnalysisOptions, Disturbance, DisturbanceKind, JointInfluence};
+use proofmass_uncertainty::{Finding, Severity};
+
+/// Spikes everywhere are a property of the sensor; what moves the curve needs a decision, the rest a look. Whether the curve
+/// moves is asked of all of them together, not only of each.
+pub(crate) fn disturbance_findings(
+    found: &[Disturbance],
+    joint: Option<JointInfluence>,
+    options: &AnalysisOptions,
+) -> Vec<Finding> {
+    let quiet_spike = |d: &&Disturbance| d.kind == DisturbanceKind::Spike && d.displacement < 3.0;
+    let spikes = found.iter().filter(quiet_spike).count();
+    let mut findings = Vec::new();
+    let together = joint.map_or(String::new(), |j| {
+        format!(
+            "together they raise the Allan deviation at {} s by {:.1} %, {:.1} times its standard uncertainty",
+            figure(j.tau),
+            100.0 * (1.0 / (1.0 - j.influence.clamp(0.0, 0.99)).sqrt() - 1.0),
+            j.displacement.max(0.0)
+        )
+    });
+    let moved = joint.is_some_and(|j| j.displacement >= 3.0);
+    if moved && found.iter().all(|d| d.displacement < 3.0) {
+        findings.push(
+            Finding::new(
+                Severity::Decision,
+                "disturbances-together",
+                "many small disturbances together move the Allan curve, though none does by itself",
+            )
+            .evidence(format!("{} places; {together}", found.len()))
+            .advice("white noise and curve include them: remove the outliers, or state that they belong to the sensor"),
+        );
+    }
+    if spikes > 0 {
+        findings.push(
+            Finding::new(
+                if spikes > 3 { Severity::Note } else { Severity::Warning },
+                "isolated-spikes",
+                "single samples lie further out than Gaussian noise allows",
+            )
+            .evidence(format!("{spikes} {}; all disturbances {together}", if spikes == 1 { "sample" } else { "samples" }))
+            .advice("many of them over the whole record mean noise with heavy tails, few of them lost bits"),
+        );
+    }
+    let mut rest: Vec<&Disturbance> = found.iter().filter(|d| !quiet_spike(d)).collect();
+    rest.sort_by(|a, b| b.displacement.total_cmp(&a.displacement));
+    let Some(worst) = rest.first() else {
+        return findings;
+    };
+    let decisive = worst.displacement >= 3.0;
+    findings.push(
+        Finding::new(
+            if decisive { Severity::Decision } else { Severity::Warning },
+            if decisive { "disturbance" } else { "weak-disturbance" },
+            if decisive {
+                "the record is disturbed: something other than noise happened, and the curve shows it"
+            } else {
+                "something other than noise happened, too little to move the curve"
+            },
+        )
+        .evidence(format!(
+            "{} {}; the worst a {} from {:.2} s to {:.2} s, {:.1} robust standard deviations where {:.1} occur by chance in one record of {:.0}; it raises the Allan variance by up to {:.1} %, {:.1} times its standard uncertainty",
+            rest.len(),
+            if rest.len() == 1 { "place" } else { "places" },
+            match worst.kind {
+                DisturbanceKind::Step => "step",
+                DisturbanceKind::Burst => "burst",
+                DisturbanceKind::Lull => "lull",
+                DisturbanceKind::Spike => "spike",
+            },
+            worst.seconds.0,
+            worst.seconds.1,
+            worst.strength,
+            worst.threshold,
+            1.0 / options.disturbance_false_alarm_rate,
+            100.0 * worst.influence,
+            worst.displacement,
+        ))
+        .advice("cut the record there and analyse the longer part; coefficients of a disturbed record describe the disturbance"),
+    );
+    findings
+}
