@@ -2,7 +2,7 @@
 
 use proofmass_noise::{
     Bias, DeviationOptions, EdfFormula, NoiseModel, NoiseRecord, NoiseType, Statistic, Taus,
-    deviation, equivalent_dof, simulate,
+    chi_square_interval, deviation, equivalent_dof, simulate,
 };
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -108,5 +108,71 @@ fn known_difference(statistic: Statistic, noise: NoiseType) -> f64 {
         (Statistic::Total, NoiseType::WhitePhase) => 2.5,
         (Statistic::HadamardTotal, NoiseType::WhitePhase) => 0.5,
         _ => 0.0,
+    }
+}
+
+/// Limits at the longest averaging times, with nothing said of the noise, against those of the published degrees of freedom for the
+/// noise that rules there: within a factor of 1.5 in width. Clocks: a caesium beam tube (white and flicker frequency noise), and a
+/// receiver of GPS time (white phase noise over the white frequency noise of the clock it is read against).
+#[test]
+fn crosscheck_limits_of_clocks_at_long_times() {
+    const POINTS: usize = 8192;
+    let clocks = [
+        ("white frequency noise", 1.0, 0.0, 0.0, NoiseType::White),
+        ("flicker frequency noise", 0.0, 1.0, 0.0, NoiseType::Flicker),
+        ("caesium", 1.0, 0.02, 0.0, NoiseType::White),
+        ("GPS time", 1.0, 0.0, 3.0, NoiseType::White),
+        ("white phase noise", 0.0, 0.0, 1.0, NoiseType::WhitePhase),
+    ];
+    for (name, white, flicker, quantisation, rules) in clocks {
+        let model = NoiseModel {
+            white,
+            flicker,
+            quantisation,
+            ..Default::default()
+        };
+        let within: usize = (0..24_u64)
+            .into_par_iter()
+            .map(|seed| {
+                let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+                let rate = simulate(&model, POINTS - 1, 1.0, &mut rng).unwrap();
+                let mut phase = vec![0.0];
+                phase.extend(rate.iter().scan(0.0, |x, y| {
+                    *x += y;
+                    Some(*x)
+                }));
+                let options = DeviationOptions {
+                    taus: Taus::Factors(vec![1024, 2048]),
+                    ..Default::default()
+                };
+                let record = NoiseRecord::Phase(&phase);
+                let curve = deviation(record, 1.0, Statistic::OverlappingAllan, &options).unwrap();
+                let all = curve.points.iter().all(|p| {
+                    let (low, high) = p.interval.unwrap();
+                    let published = equivalent_dof(
+                        Statistic::OverlappingAllan,
+                        rules,
+                        p.factor,
+                        POINTS,
+                        EdfFormula::Published,
+                    );
+                    let (a, b) =
+                        chi_square_interval(p.deviation, published.unwrap(), options.probability)
+                            .unwrap();
+                    // Where phase noise alone is there, white frequency noise too weak to be excluded may rule: wider limits are right.
+                    let most = if rules == NoiseType::WhitePhase {
+                        f64::MAX
+                    } else {
+                        1.5
+                    };
+                    let alike = |x: f64, y: f64| (1.0 / 1.5..=most).contains(&(x / y));
+                    alike(p.deviation - low, p.deviation - a)
+                        && alike(high - p.deviation, b - p.deviation)
+                });
+                usize::from(all)
+            })
+            .sum();
+        println!("{name}: {within} of 24");
+        assert!(within >= 21, "{name}: {within} of 24");
     }
 }

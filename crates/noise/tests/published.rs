@@ -492,3 +492,33 @@ fn published_adis16405_six_channels() {
     }
     assert_eq!(compared, 108);
 }
+
+/// With nothing said of the noise, the limits at the longest averaging times are those of Stable32 within a factor of 1.5 in width.
+#[test]
+#[ignore = "needs PROOFMASS_REFERENCE_DATA, see docs/reference-data.md"]
+fn published_phase_dat_limits_without_noise_type() {
+    let phase = phase_dat();
+    let rows = table("phase_dat_oadev_octave.txt");
+    for row in rows.iter().rev().take(3) {
+        let options = DeviationOptions {
+            taus: Taus::Factors(vec![row.factor]),
+            probability: 0.683,
+            ..Default::default()
+        };
+        let record = NoiseRecord::Phase(&phase);
+        let curve = deviation(record, 1.0, Statistic::OverlappingAllan, &options).unwrap();
+        let (low, high) = curve.points[0].interval.unwrap();
+        let ratios = [
+            (row.sigma - low) / (row.sigma - row.min),
+            (high - row.sigma) / (row.max - row.sigma),
+        ];
+        println!("m = {}: {ratios:.2?}", row.factor);
+        for ratio in ratios {
+            assert!(
+                (1.0 / 1.5..=1.5).contains(&ratio),
+                "m = {}: {ratio}",
+                row.factor
+            );
+        }
+    }
+}
