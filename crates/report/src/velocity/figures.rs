@@ -19,7 +19,7 @@ pub(super) fn framed(label: &str, unit: &str, curve: &[f64]) -> Axis {
     }
 }
 
-/// An ordinate around zero that shows all but the widest twentieth of an interval: a start that is not known leaves the frame.
+/// An ordinate around zero that shows all but the widest fifth of an interval: a start that is not known leaves the frame.
 pub(super) fn framed_interval(label: &str, unit: &str, curve: &[f64], half: &[f64]) -> Axis {
     let mut sizes: Vec<f64> = curve
         .iter()
@@ -29,7 +29,7 @@ pub(super) fn framed_interval(label: &str, unit: &str, curve: &[f64], half: &[f6
         .collect();
     sizes.sort_by(f64::total_cmp);
     let axis = Axis::linear(label, unit);
-    match sizes.get(sizes.len() * 19 / 20) {
+    match sizes.get(sizes.len() * 4 / 5) {
         Some(&most) if most > 0.0 => axis.range(-1.5 * most, 1.5 * most),
         _ => axis,
     }
