@@ -43,7 +43,7 @@ impl fmt::Display for Reason {
             }
             Self::BeyondBand { highest_frequency } => write!(
                 f,
-                "not determinable from 0 to {} Hz, the band that was used",
+                "cannot be told from what shapes the upper spectrum (used from 0 to {} Hz)",
                 figure(*highest_frequency)
             ),
         }
