@@ -8,6 +8,9 @@ use statrs::distribution::{ContinuousCDF, Gamma};
 /// Sine tapers averaged per frequency.
 const TAPERS: usize = 3;
 
+/// Neighbours on either side that a line must stand out of.
+const BESIDE: usize = 40;
+
 /// Multitaper spectrum at the Fourier frequencies, and its averages over bins of growing width.
 pub(crate) struct SpectrumBins {
     /// Multitaper density at k/T.
@@ -74,6 +77,22 @@ impl SpectrumBins {
         }
     }
 
+    /// Typical density of the [`BESIDE`] neighbours on either side of a Fourier index, without what a line there spoils; zero near the
+    /// ends.
+    fn beside(&self, k: usize) -> f64 {
+        let spoilt = 2 * (TAPERS + 1);
+        let (Some(first), last) = (k.checked_sub(BESIDE), k + BESIDE) else {
+            return 0.0;
+        };
+        if last >= self.density.len() || first < TAPERS {
+            return 0.0;
+        }
+        let below = &self.density[first..=k - spoilt];
+        let mut near = [below, &self.density[k + spoilt..=last]].concat();
+        near.sort_by(f64::total_cmp);
+        near[near.len() / 2] / 0.891
+    }
+
     pub(crate) fn frequency(&self, index: f64) -> f64 {
         index * self.sample_rate / self.n as f64
     }
@@ -101,7 +120,8 @@ impl SpectrumBins {
                     2.0 * expected
                 };
                 let ratio = self.density[k] / local;
-                if ratio > threshold {
+                // Within a resonance narrower than the bin the neighbours are as high.
+                if ratio > threshold && self.density[k] > threshold * self.beside(k) {
                     above.push((k, ratio));
                 }
             }

@@ -596,3 +596,31 @@ fn law_gaps_cost_no_samples() {
         assert!(low / 1.1 < truth && truth < high * 1.1, "{p:?} {truth}");
     }
 }
+
+/// A resonance is noise: none of its maxima is a line, and a line beside it is found.
+#[test]
+fn law_a_resonance_is_no_line() {
+    let n = 200_000;
+    let white = NoiseModel {
+        white: 1.0,
+        ..Default::default()
+    };
+    let drive = record(&white, n, 1.0, 11);
+    let floor = record(&white, n, 1.0, 12);
+    // Two poles at a fifth of the rate, two per cent of the rate wide.
+    let (radius, angle) = (0.97_f64, 0.4 * std::f64::consts::PI);
+    let (mut last, mut before) = (0.0, 0.0);
+    let rate: Vec<f64> = (0..n)
+        .map(|i| {
+            let y = drive[i] + 2.0 * radius * angle.cos() * last - radius * radius * before;
+            (before, last) = (last, y);
+            y + floor[i] + 0.2 * (2.0 * std::f64::consts::PI * 0.4 * i as f64).sin()
+        })
+        .collect();
+    let mut options = proofmass_noise::FitOptions::default();
+    options.terms.push(Term::Sinusoid);
+    let fit = proofmass_noise::whittle(&rate, 1.0, &options).unwrap();
+    let lines: Vec<f64> = fit.model.sinusoids.iter().map(|s| s.frequency).collect();
+    assert_eq!(lines.len(), 1, "{lines:?}");
+    assert!((lines[0] - 0.4).abs() < 1e-5, "{lines:?}");
+}
