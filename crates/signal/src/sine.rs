@@ -251,6 +251,11 @@ impl SineApproximation {
                 if !step.is_finite() {
                     break;
                 }
+                // Not worth another reading of the samples: the state is that of the minimum to a hundred-thousandth of u.
+                if (step * information.sqrt()).abs() < 1e-5 && (step * n as f64).abs() < 1e-6 {
+                    converged = true;
+                    break;
+                }
                 if step * before < 0.0 {
                     reach = reach.min(0.5 * before.abs());
                 }

@@ -121,7 +121,7 @@ impl WithSimd for Stretch<'_> {
             series: Vec::with_capacity(blocks.len()),
             ..Look::default()
         };
-        let (mut r, mut product) = (vec![0.0; tables.block], vec![0.0; tables.block]);
+        let mut r = vec![0.0; tables.block];
         for &block in blocks {
             let start = block * tables.block;
             let x = &x[start..(start + tables.block).min(tables.samples)];
@@ -159,11 +159,10 @@ impl WithSimd for Stretch<'_> {
                 total.demodulated[h] += harmonic(tables, r, h, block);
             }
             if ask.weighted {
-                let product = &mut product[..r.len()];
-                for ((p, r), l) in product.iter_mut().zip(&*r).zip(&tables.ramp) {
-                    *p = r * (tau + scale * l);
-                }
-                total.weighted[0] += harmonic(tables, product, 0, block);
+                // τ is that of the first sample and a ramp within the block.
+                let [c, s] = pair(r, &tables.ramped[0], &tables.ramped[1]);
+                let within = Complex64::new(c, -s) * tables.anchor(1, block).conj();
+                total.weighted[0] += z * tau + within * scale;
             }
         }
         total
@@ -193,80 +192,36 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     lanes.iter().sum::<f64>() + rest
 }
 
-/// Σ r c and Σ r s in one reading of the block.
+/// Σ a over the length of `a`, in the order of [`dot`].
+#[inline(always)]
+fn total(a: &[f64]) -> f64 {
+    let mut lanes = [0.0; LANES];
+    let (a8, a_rest) = a.as_chunks::<LANES>();
+    for a in a8 {
+        for i in 0..LANES {
+            lanes[i] += a[i];
+        }
+    }
+    lanes.iter().sum::<f64>() + a_rest.iter().sum::<f64>()
+}
+
+/// Σ r c and Σ r s.
 #[inline(always)]
 fn pair(r: &[f64], c: &[f64], s: &[f64]) -> [f64; 2] {
-    let (c, s) = (&c[..r.len()], &s[..r.len()]);
-    let mut lanes = [[0.0; LANES]; 2];
-    let (r8, r_rest) = r.as_chunks::<LANES>();
-    let (c8, c_rest) = c.as_chunks::<LANES>();
-    let (s8, s_rest) = s.as_chunks::<LANES>();
-    for ((r, c), s) in r8.iter().zip(c8).zip(s8) {
-        for i in 0..LANES {
-            lanes[0][i] += r[i] * c[i];
-            lanes[1][i] += r[i] * s[i];
-        }
-    }
-    let mut total = lanes.map(|l| l.iter().sum::<f64>());
-    for ((r, c), s) in r_rest.iter().zip(c_rest).zip(s_rest) {
-        total[0] += r * c;
-        total[1] += r * s;
-    }
-    total
+    [dot(r, c), dot(r, s)]
 }
 
-/// Σ r², Σ r, Σ r c, Σ r s in one reading of the block.
+/// Σ r², Σ r, Σ r c, Σ r s: one after the other, since together they are not kept in vector registers, and a block is near at hand.
 #[inline(always)]
 fn moments(r: &[f64], c: &[f64], s: &[f64]) -> [f64; 4] {
-    let (c, s) = (&c[..r.len()], &s[..r.len()]);
-    let mut lanes = [[0.0; LANES]; 4];
-    let (r8, r_rest) = r.as_chunks::<LANES>();
-    let (c8, c_rest) = c.as_chunks::<LANES>();
-    let (s8, s_rest) = s.as_chunks::<LANES>();
-    for ((r, c), s) in r8.iter().zip(c8).zip(s8) {
-        for i in 0..LANES {
-            lanes[0][i] += r[i] * r[i];
-            lanes[1][i] += r[i];
-            lanes[2][i] += r[i] * c[i];
-            lanes[3][i] += r[i] * s[i];
-        }
-    }
-    let mut total = lanes.map(|l| l.iter().sum::<f64>());
-    for ((r, c), s) in r_rest.iter().zip(c_rest).zip(s_rest) {
-        total[0] += r * r;
-        total[1] += r;
-        total[2] += r * c;
-        total[3] += r * s;
-    }
-    total
+    [dot(r, r), total(r), dot(r, c), dot(r, s)]
 }
 
-/// r = x − (trend + re c − im s) with the moments of r, in one reading of the samples.
+/// r = x − (trend + re c − im s) with the moments of r.
 #[inline(always)]
 fn subtract(x: &[f64], c: &[f64], s: &[f64], trend: f64, a: Complex64, r: &mut [f64]) -> [f64; 4] {
-    let (c, s, r) = (&c[..x.len()], &s[..x.len()], &mut r[..x.len()]);
-    let mut lanes = [[0.0; LANES]; 4];
-    let (x8, x_rest) = x.as_chunks::<LANES>();
-    let (c8, c_rest) = c.as_chunks::<LANES>();
-    let (s8, s_rest) = s.as_chunks::<LANES>();
-    let (r8, r_rest) = r.as_chunks_mut::<LANES>();
-    for (((x, c), s), r) in x8.iter().zip(c8).zip(s8).zip(r8) {
-        for i in 0..LANES {
-            let residual = x[i] - trend - (a.re * c[i] - a.im * s[i]);
-            r[i] = residual;
-            lanes[0][i] += residual * residual;
-            lanes[1][i] += residual;
-            lanes[2][i] += residual * c[i];
-            lanes[3][i] += residual * s[i];
-        }
-    }
-    let mut total = lanes.map(|l| l.iter().sum::<f64>());
-    for (((x, c), s), r) in x_rest.iter().zip(c_rest).zip(s_rest).zip(r_rest) {
+    for (((r, x), c), s) in r.iter_mut().zip(x).zip(c).zip(s) {
         *r = x - trend - (a.re * c - a.im * s);
-        total[0] += *r * *r;
-        total[1] += *r;
-        total[2] += *r * c;
-        total[3] += *r * s;
     }
-    total
+    moments(r, c, s)
 }

@@ -15,6 +15,8 @@ pub(crate) struct Tables {
     pub(crate) cosine: Vec<Vec<f64>>,
     pub(crate) sine: Vec<Vec<f64>>,
     pub(crate) ramp: Vec<f64>,
+    /// l cos(ωl) and l sin(ωl).
+    pub(crate) ramped: [Vec<f64>; 2],
     /// e^{jω(n − middle)} for the first sample n of every block.
     anchors: Vec<Complex64>,
     /// Σ_l (scale l)ᵖ e^{jkωl} over a full and over the last block, for k = 0 … 2H.
@@ -60,6 +62,10 @@ impl Tables {
             }
         }
         let full = samples / block;
+        let ramped = [&cosine[0], &sine[0]].map(|row: &Vec<f64>| {
+            let places = row.iter().enumerate();
+            places.map(|(l, value)| l as f64 * value).collect()
+        });
         Self {
             omega,
             samples,
@@ -68,6 +74,7 @@ impl Tables {
             cosine,
             sine,
             ramp: (0..block).map(|l| l as f64).collect(),
+            ramped,
             anchors: (0..samples)
                 .step_by(block)
                 .map(|start| unit(omega * (start as f64 - middle)))

@@ -232,12 +232,10 @@ impl Estimator {
             ];
             let leant = leaning(lean, e);
             let device = tilted(tilt);
-            let seen = |m: &[[f64; 3]; 3]| turned(&device, turned(m, leant));
-            let respond = |d: &[Complex64; 3]| -> [Complex64; 3] {
-                std::array::from_fn(|j| d[0] * s[0][j] + d[1] * s[1][j] + d[2] * s[2][j])
-            };
-            let d = seen(&m);
-            let plain = respond(&d);
+            let moved = turned(&m, leant);
+            let d = turned(&device, moved);
+            let plain: [Complex64; 3] =
+                std::array::from_fn(|j| d[0] * s[0][j] + d[1] * s[1][j] + d[2] * s[2][j]);
             let mut r = [0.0; 6];
             for j in 0..3 {
                 let residual = y[j] - plain[j] * factor[j] - added[j];
@@ -254,6 +252,14 @@ impl Estimator {
             let along = |c: [Complex64; 3]| -> f64 {
                 (0..3).map(|j| c[j].re * w[j].re + c[j].im * w[j].im).sum()
             };
+            // The same inner product for a change of d, of what is moved, and of what has leant: carried back once for all unknowns.
+            let of_d: [Complex64; 3] =
+                std::array::from_fn(|i| (0..3).map(|j| s[i][j] * factor[j] * w[j].conj()).sum());
+            let of_moved = turned(&transposed(&device), of_d);
+            let of_leant = turned(&transposed(&m), of_moved);
+            let inner = |a: &[Complex64; 3], b: &[Complex64; 3]| -> f64 {
+                (0..3).map(|i| a[i].re * b[i].re - a[i].im * b[i].im).sum()
+            };
             for i in 0..3 {
                 for j in 0..3 {
                     let c = d[i] * factor[j];
@@ -265,39 +271,19 @@ impl Estimator {
             for (index, unknown) in &row.unknowns {
                 gradient[*index] += match unknown {
                     Unknown::Inclination(u) => {
-                        let t = [
-                            [-sa * cw, 0.0, ca * cw],
-                            [-sa * sw, 0.0, ca * sw],
-                            [-ca, 0.0, -sa],
-                        ];
-                        let c = respond(&seen(&t));
-                        u * along(std::array::from_fn(|j| c[j] * factor[j]))
+                        let across = leant[2] * ca - leant[0] * sa;
+                        let down = -leant[0] * ca - leant[2] * sa;
+                        u * inner(&[across * cw, across * sw, down], &of_moved)
                     }
-                    Unknown::Rotation(u) => {
-                        let t = [[-ca * sw, -cw, -sa * sw], [ca * cw, -sw, sa * cw], [0.0; 3]];
-                        let c = respond(&seen(&t));
-                        u * along(std::array::from_fn(|j| c[j] * factor[j]))
-                    }
-                    Unknown::Lean(u) => {
-                        // Q′ e = (0, e_z, −e_y) of what has leant already.
-                        let t = [zero, leant[2], -leant[1]];
-                        let c = respond(&turned(&device, turned(&m, t)));
-                        u * along(std::array::from_fn(|j| c[j] * factor[j]))
-                    }
-                    Unknown::Tilt(k, u) => {
-                        let t = if *k == 0 {
-                            [zero, d[2], -d[1]]
-                        } else {
-                            [-d[2], zero, d[0]]
-                        };
-                        let c = respond(&t);
-                        u * along(std::array::from_fn(|j| c[j] * factor[j]))
-                    }
+                    Unknown::Rotation(u) => u * inner(&[-moved[1], moved[0], zero], &of_moved),
+                    // Q′ e = (0, e_z, −e_y) of what has leant already.
+                    Unknown::Lean(u) => u * inner(&[zero, leant[2], -leant[1]], &of_leant),
+                    Unknown::Tilt(0, u) => u * inner(&[zero, d[2], -d[1]], &of_d),
+                    Unknown::Tilt(_, u) => u * inner(&[-d[2], zero, d[0]], &of_d),
                     Unknown::Spurious(k, c) => {
                         let mut t = [zero; 3];
                         t[*k] = *c;
-                        let t = respond(&turned(&device, turned(&m, leaning(lean, t))));
-                        along(std::array::from_fn(|j| t[j] * factor[j]))
+                        inner(&leaning(lean, t), &of_leant)
                     }
                     Unknown::Factor(Some(j), c) => {
                         let v = plain[*j] * c;
@@ -310,4 +296,8 @@ impl Estimator {
         }
         sum
     }
+}
+
+fn transposed(m: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
+    std::array::from_fn(|i| std::array::from_fn(|j| m[j][i]))
 }
