@@ -158,8 +158,8 @@ fn in_order(partial: &[Vec<f64>], count: usize) -> Vec<f64> {
 
 /// Adds to each sum the squares of the differences that start within the first `starts` points of `x`.
 ///
-/// The longest difference reaches twice its shift, at most to the end of `x`. Of shifts that double, four are taken
-/// together: the last point of one is the middle of the next, so that six streams serve them all.
+/// The longest difference reaches twice its shift, at most to the end of `x`. One shift after the other: shifts that double could share
+/// their points, but then their sums are not kept side by side in vector registers.
 fn accumulate(sums: &mut [f64], x: &[f64], shifts: &[usize], starts: usize) {
     // The widest vectors the machine has; the eight partial sums are the same whatever their width.
     pulp::Arch::new().dispatch(Accumulate {
@@ -188,22 +188,8 @@ impl pulp::WithSimd for Accumulate<'_> {
             shifts,
             starts,
         } = self;
-        let count = |m: usize| x.len().saturating_sub(2 * m).min(starts);
-        let mut k = 0;
-        while k < shifts.len() {
-            let m = shifts[k];
-            let together = count(8 * m);
-            let doubling = shifts[k..].len() >= 4 && (1..4).all(|i| shifts[k + i] == m << i);
-            if doubling && together > 0 {
-                let four = squares_of_four(x, m, together);
-                for (i, square) in four.into_iter().enumerate() {
-                    sums[k + i] += square + squares(x, m << i, together, count(m << i));
-                }
-                k += 4;
-            } else {
-                sums[k] += squares(x, m, 0, count(m));
-                k += 1;
-            }
+        for (sum, &m) in sums.iter_mut().zip(shifts) {
+            *sum += squares(x, m, 0, x.len().saturating_sub(2 * m).min(starts));
         }
     }
 }
@@ -228,34 +214,6 @@ fn squares(x: &[f64], m: usize, start: usize, end: usize) -> f64 {
         add_square(&mut sum, *a, *b, *c);
     }
     sum
-}
-
-/// The same for m, 2m, 4m and 8m, over 0 ≤ i < end.
-#[inline(always)]
-fn squares_of_four(x: &[f64], m: usize, end: usize) -> [f64; 4] {
-    let (a, a_rest) = x[..end].as_chunks::<8>();
-    let (b, b_rest) = x[m..m + end].as_chunks::<8>();
-    let (c, c_rest) = x[2 * m..2 * m + end].as_chunks::<8>();
-    let (d, d_rest) = x[4 * m..4 * m + end].as_chunks::<8>();
-    let (e, e_rest) = x[8 * m..8 * m + end].as_chunks::<8>();
-    let (f, f_rest) = x[16 * m..16 * m + end].as_chunks::<8>();
-    let mut lanes = [[0.0; 8]; 4];
-    for (((((a, b), c), d), e), f) in a.iter().zip(b).zip(c).zip(d).zip(e).zip(f) {
-        for k in 0..8 {
-            add_square(&mut lanes[0][k], a[k], b[k], c[k]);
-            add_square(&mut lanes[1][k], a[k], c[k], d[k]);
-            add_square(&mut lanes[2][k], a[k], d[k], e[k]);
-            add_square(&mut lanes[3][k], a[k], e[k], f[k]);
-        }
-    }
-    let mut sums = lanes.map(|l| l.iter().sum());
-    let rests = [b_rest, c_rest, d_rest, e_rest, f_rest];
-    for (sum, pair) in sums.iter_mut().zip(rests.windows(2)) {
-        for ((a, b), c) in a_rest.iter().zip(pair[0]).zip(pair[1]) {
-            add_square(sum, *a, *b, *c);
-        }
-    }
-    sums
 }
 
 /// Adds (c − 2 b + a)²; the fused forms round once.
