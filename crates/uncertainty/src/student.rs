@@ -60,7 +60,6 @@ pub(crate) fn two_sided_quantile(probability: f64, nu: f64) -> f64 {
 }
 
 /// P(|T| ≤ k).
-#[cfg(feature = "model")]
 pub(crate) fn two_sided_probability(k: f64, nu: f64) -> f64 {
     if nu > 1e6 {
         statrs::function::erf::erf(k / std::f64::consts::SQRT_2)
