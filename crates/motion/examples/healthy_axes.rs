@@ -5,6 +5,10 @@
 //!
 //! Prints the two tables of docs/velocity.md.
 
+#[path = "../tests/motions/mod.rs"]
+mod motions;
+
+use motions::{Motion, hard_stops};
 use proofmass_core::Unwatched;
 use proofmass_motion::{
     BesideReference, BiasModel, CountingModel, EstimateResult, KalmanModel, Method, MotionRecord,
@@ -23,9 +27,6 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 const NOISE: f64 = 0.02;
 /// Arc of the encoder, m.
 const RADIUS: f64 = 0.3;
-
-/// Position, velocity and acceleration at a time.
-type Motion = Box<dyn Fn(f64) -> [f64; 3] + Sync>;
 
 struct Axis {
     name: String,
@@ -109,40 +110,6 @@ fn stop_and_go(speed: f64, time: f64) -> Motion {
     })
 }
 
-/// Moves of random speed and length with starts and stops of 80 ms, and rests of random length; the same for every seed.
-fn hard_stops(speed: f64) -> Motion {
-    const RAMP: f64 = 0.08;
-    let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
-    let (mut moves, mut at) = (Vec::new(), 0.5);
-    while at < 60.0 {
-        let (h, cruise) = (
-            speed * rng.random_range(-1.0..1.0),
-            rng.random_range(0.22..0.92),
-        );
-        moves.push((at, h, cruise + RAMP));
-        at += cruise + 2.0 * RAMP + rng.random_range(0.2..0.8);
-    }
-    // Way, velocity and acceleration of a start to 1 m/s: s = q³(10 − 15q + 6q²).
-    let start = |t: f64| -> [f64; 3] {
-        let q = (t / RAMP).clamp(0.0, 1.0);
-        [
-            RAMP * q.powi(4) * (2.5 - 3.0 * q + q * q) + (t - RAMP).max(0.0),
-            q.powi(3) * (10.0 - 15.0 * q + 6.0 * q * q),
-            30.0 / RAMP * (q * (1.0 - q)).powi(2),
-        ]
-    };
-    Box::new(move |t| {
-        let mut sum = [0.0; 3];
-        for (at, h, long) in &moves {
-            let (a, b) = (start(t - at), start(t - at - long));
-            for i in 0..3 {
-                sum[i] += h * (a[i] - b[i]);
-            }
-        }
-        sum
-    })
-}
-
 /// To and fro with accelerations that rise and fall along lines: seven phases each way.
 fn s_curve(speed: f64, most: f64, jerk: f64) -> Motion {
     let rise = most / jerk;
@@ -205,10 +172,13 @@ fn scenarios() -> Vec<Axis> {
         Axis::new("stop and go, 0.5 m/s", stop_and_go(0.5, 0.4)),
         Axis::new("stop and go, 20 mm/s", stop_and_go(0.02, 0.4)),
         Axis::new("stop and go of 80 ms, 0.5 m/s", stop_and_go(0.5, 0.08)),
-        Axis::new("hard stops, 0.3 m/s", hard_stops(0.3)),
+        Axis::new("hard stops, 0.3 m/s", hard_stops(0.3, 1, 60.0)),
         Axis {
             lines: 5000.0,
-            ..Axis::new("hard stops, 0.05 m/s, 5000 lines", hard_stops(0.05))
+            ..Axis::new(
+                "hard stops, 0.05 m/s, 5000 lines",
+                hard_stops(0.05, 1, 60.0),
+            )
         },
         Axis::new("S-curve, 1 m/s", s_curve(1.0, 5.0, 100.0)),
         Axis {

@@ -4,6 +4,10 @@
 //!
 //! A count says between which edges the axis is and no more; particles outside die. Prints the table of docs/velocity.md.
 
+#[path = "../tests/motions/mod.rs"]
+mod motions;
+
+use motions::{Motion, creeping, sine};
 use proofmass_core::Unwatched;
 use proofmass_motion::{MotionRecord, ReadingSource, estimate};
 use rand::{RngExt, SeedableRng};
@@ -18,27 +22,6 @@ const OFFSET: f64 = 0.03;
 const PARTICLES: usize = 40_000;
 /// Samples that are not judged.
 const SKIP: usize = 2000;
-
-/// Position, velocity and acceleration at a time.
-type Motion = Box<dyn Fn(f64) -> [f64; 3]>;
-
-/// A speed that swings by a fifth at 0.7 Hz.
-fn creeping(samples_per_count: f64) -> Motion {
-    let v = INCREMENT / (samples_per_count * DT);
-    let w = TAU * 0.7;
-    Box::new(move |t| {
-        let (s, c) = (w * t).sin_cos();
-        [v * (t - 0.2 * c / w), v * (1.0 + 0.2 * s), 0.2 * v * w * c]
-    })
-}
-
-fn sine(amplitude: f64, frequency: f64) -> Motion {
-    let w = TAU * frequency;
-    Box::new(move |t| {
-        let (s, c) = (w * t).sin_cos();
-        [amplitude * s, amplitude * w * c, -amplitude * w * w * s]
-    })
-}
 
 /// Moves of sin² out and back with rests as long between them.
 fn stop_and_go(speed: f64, time: f64) -> Motion {
@@ -144,11 +127,11 @@ fn main() {
         .and_then(|n| n.parse().ok())
         .unwrap_or(4);
     let cases: [(&str, Motion); 9] = [
-        ("5 samples per count", creeping(5.0)),
-        ("20", creeping(20.0)),
-        ("50", creeping(50.0)),
-        ("100", creeping(100.0)),
-        ("200", creeping(200.0)),
+        ("5 samples per count", creeping(INCREMENT / (5.0 * DT))),
+        ("20", creeping(INCREMENT / (20.0 * DT))),
+        ("50", creeping(INCREMENT / (50.0 * DT))),
+        ("100", creeping(INCREMENT / (100.0 * DT))),
+        ("200", creeping(INCREMENT / (200.0 * DT))),
         ("sine of 1 Hz, 10 mm/s", sine(10e-3 / TAU, 1.0)),
         ("dither of 0.3 counts, 7 Hz", sine(0.3 * INCREMENT, 7.0)),
         ("dither of 0.7 counts, 7 Hz", sine(0.7 * INCREMENT, 7.0)),

@@ -7,6 +7,7 @@ use proofmass_core::velocity::{
     BiasModel, Hold, Innovation, Kalman, KalmanState, MotionNoise, ProcessNoise,
 };
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 /// A Kalman filter of an axis, as data.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -153,8 +154,7 @@ pub(crate) fn pass<const N: usize>(
     curve: Option<&Curve>,
 ) -> Pass<N> {
     let n = record.reading.len();
-    let known = blows(record);
-    let unseen = curve.map_or(&known, |c| &c.unseen);
+    let unseen = curve.map_or_else(|| Cow::from(blows(record)), |c| Cow::from(&c.unseen));
     let at = component(record.source);
     let mut state = start::<N>(record, kalman.r, bias_variance);
     let mut pass = Pass {

@@ -1,6 +1,9 @@
 //! Motions that an accelerometer does not see whole: blows between its samples, and hard stops that are none; axes that turn within a
 //! sample.
 
+mod motions;
+
+use motions::hard_stops;
 use proofmass_core::Unwatched;
 use proofmass_motion::{
     CountingModel, EstimateResult, Method, MotionRecord, ReadingSource, estimate,
@@ -97,42 +100,10 @@ fn coverage_after_an_impact() {
     }
 }
 
-/// Starts and stops of 80 ms to speeds up to 0.3 m/s.
-fn hard_stops(seed: u64) -> impl Fn(f64) -> [f64; 3] {
-    const RAMP: f64 = 0.08;
-    let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
-    let (mut moves, mut at) = (Vec::new(), 0.5);
-    while at < 8.0 {
-        let h = 0.3 * rng.random_range(-1.0..1.0);
-        let cruise: f64 = rng.random_range(0.22..0.92);
-        moves.push((at, h, cruise + RAMP));
-        at += cruise + 2.0 * RAMP + rng.random_range(0.2..0.8);
-    }
-    // Way, velocity and acceleration of a start to 1 m/s along q³(10 − 15q + 6q²).
-    let start = |t: f64| -> [f64; 3] {
-        let q = (t / RAMP).clamp(0.0, 1.0);
-        [
-            RAMP * q.powi(4) * (2.5 - 3.0 * q + q * q) + (t - RAMP).max(0.0),
-            q.powi(3) * (10.0 - 15.0 * q + 6.0 * q * q),
-            30.0 / RAMP * (q * (1.0 - q)).powi(2),
-        ]
-    };
-    move |t| {
-        let mut sum = [0.0; 3];
-        for (at, h, long) in &moves {
-            let (a, b) = (start(t - at), start(t - at - long));
-            for i in 0..3 {
-                sum[i] += h * (a[i] - b[i]);
-            }
-        }
-        sum
-    }
-}
-
 #[test]
 fn known_false_alarms_of_hard_stops() {
     for seed in 0..30 {
-        let (record, _) = simulate(hard_stops(seed), 1000.0, 8.0, 400 + seed);
+        let (record, _) = simulate(hard_stops(0.3, seed, 8.0), 1000.0, 8.0, 400 + seed);
         let report = proofmass_motion::SlipSearch::default()
             .run(&record)
             .unwrap();

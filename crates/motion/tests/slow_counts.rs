@@ -1,6 +1,9 @@
 //! Slow axes, standstill and reversals, where rounding is no noise: errors and intervals after tuning, and findings that
 //! keep silent on healthy axes.
 
+mod motions;
+
+use motions::{Motion, creeping, sine};
 use proofmass_core::Unwatched;
 use proofmass_motion::{EstimateResult, MotionRecord, ReadingSource, estimate};
 use rand::SeedableRng;
@@ -11,28 +14,6 @@ use std::f64::consts::{PI, TAU};
 const DT: f64 = 1e-3;
 const DELTA: f64 = 1.57e-4;
 const NOISE: f64 = 0.02;
-
-/// Position, velocity and acceleration.
-type Motion = Box<dyn Fn(f64) -> [f64; 3]>;
-
-/// A speed in counts per sample that swings by a fifth at 0.7 Hz.
-fn creeping(samples_per_count: f64) -> Motion {
-    let v = DELTA / (samples_per_count * DT);
-    let w = TAU * 0.7;
-    Box::new(move |t| {
-        let (s, c) = (w * t).sin_cos();
-        [v * (t - 0.2 * c / w), v * (1.0 + 0.2 * s), 0.2 * v * w * c]
-    })
-}
-
-/// A sine of this amplitude and frequency.
-fn sine(amplitude: f64, frequency: f64) -> Motion {
-    let w = TAU * frequency;
-    Box::new(move |t| {
-        let (s, c) = (w * t).sin_cos();
-        [amplitude * s, amplitude * w * c, -amplitude * w * w * s]
-    })
-}
 
 /// Moves of sin² with a rest of the same length between them, out and back.
 fn stop_and_go(speed: f64, move_time: f64) -> Motion {
@@ -103,10 +84,30 @@ fn judge(result: &EstimateResult, truth: &[f64]) -> [(f64, f64); 2] {
 #[test]
 fn coverage_of_slow_counts_after_tuning() {
     let cases: [(&str, Motion, f64, f64); 9] = [
-        ("20 samples per count", creeping(20.0), 0.115, 0.056),
-        ("50 samples per count", creeping(50.0), 0.131, 0.054),
-        ("100 samples per count", creeping(100.0), 0.182, 0.067),
-        ("200 samples per count", creeping(200.0), 0.263, 0.095),
+        (
+            "20 samples per count",
+            creeping(DELTA / (20.0 * DT)),
+            0.115,
+            0.056,
+        ),
+        (
+            "50 samples per count",
+            creeping(DELTA / (50.0 * DT)),
+            0.131,
+            0.054,
+        ),
+        (
+            "100 samples per count",
+            creeping(DELTA / (100.0 * DT)),
+            0.182,
+            0.067,
+        ),
+        (
+            "200 samples per count",
+            creeping(DELTA / (200.0 * DT)),
+            0.263,
+            0.095,
+        ),
         ("sine of 1 mm/s", sine(1e-3 / TAU, 1.0), 0.282, 0.109),
         ("dither of 0.3 counts", sine(0.3 * DELTA, 7.0), 0.152, 0.056),
         ("dither of 0.7 counts", sine(0.7 * DELTA, 7.0), 0.156, 0.059),
@@ -162,8 +163,8 @@ fn coverage_of_slow_counts_after_tuning() {
 #[test]
 fn coverage_healthy_axes_raise_no_alarm() {
     let motions: [Motion; 6] = [
-        creeping(5.0),
-        creeping(47.0),
+        creeping(DELTA / (5.0 * DT)),
+        creeping(DELTA / (47.0 * DT)),
         sine(0.01, 3.0),
         sine(0.1, 1.0),
         stop_and_go(0.5, 0.3),
