@@ -1,30 +1,15 @@
 //! Bad input: each fault is named with its run, and good campaigns raise no alarm.
 
+mod budgets;
+
+use budgets::published_bench_with_noise as budget;
 use num_complex::Complex64;
 use proofmass_calibration::shaker::{
-    Acts, Budget, Configuration, Key, PhasorRow, ShakerInput, SpuriousTable, Suspicion, complex,
-    diagnose, joint,
+    Configuration, PhasorRow, SpuriousTable, Suspicion, complex, diagnose, joint,
 };
 use proofmass_rig::bench::{Bench, published_plan};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
-
-fn budget() -> Budget {
-    let mut budget = Budget::published_bench();
-    budget.inputs.push(ShakerInput::new(
-        "reference.phase",
-        Acts::ReferencePhase,
-        0.003,
-        &[Key::Frequency],
-    ));
-    budget.inputs.push(ShakerInput::new(
-        "noise",
-        Acts::OutputAdditive,
-        5e-5,
-        &[Key::Run, Key::Channel],
-    ));
-    budget
-}
 
 fn campaign(seed: u64) -> Vec<PhasorRow> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);

@@ -1,7 +1,10 @@
 //! One gross fault in a plan of few runs: it stops nothing, and the run is named.
 
+mod budgets;
+
+use budgets::published_bench_with_noise as budget;
 use proofmass_calibration::shaker::{
-    Acts, Budget, Configuration, Key, ShakerCampaign, ShakerInput, ShakerMethod, calibrate,
+    Configuration, ShakerCampaign, ShakerMethod, calibrate,
     recording::{Quality, RunInput},
 };
 use proofmass_rig::bench::Bench;
@@ -43,23 +46,6 @@ const FAULTS: [(&str, Fault); 4] = [
     ("inverted reference", |r| r.reference = -r.reference),
     ("swapped y and z", |r| r.outputs.swap(1, 2)),
 ];
-
-fn budget() -> Budget {
-    let mut budget = Budget::published_bench();
-    budget.inputs.push(ShakerInput::new(
-        "reference.phase",
-        Acts::ReferencePhase,
-        0.003,
-        &[Key::Frequency],
-    ));
-    budget.inputs.push(ShakerInput::new(
-        "noise",
-        Acts::OutputAdditive,
-        5e-5,
-        &[Key::Run, Key::Channel],
-    ));
-    budget
-}
 
 fn campaign(plan: &[(f64, f64)], seed: u64) -> ShakerCampaign {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);

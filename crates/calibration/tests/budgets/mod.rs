@@ -1,0 +1,21 @@
+//! Budgets that tests share.
+
+use proofmass_calibration::shaker::{Acts, Budget, Key, ShakerInput};
+
+/// The published bench, whose reference has a phase as well, with noise of the readings.
+pub fn published_bench_with_noise() -> Budget {
+    let mut budget = Budget::published_bench();
+    budget.inputs.push(ShakerInput::new(
+        "reference.phase",
+        Acts::ReferencePhase,
+        0.003,
+        &[Key::Frequency],
+    ));
+    budget.inputs.push(ShakerInput::new(
+        "noise",
+        Acts::OutputAdditive,
+        5e-5,
+        &[Key::Run, Key::Channel],
+    ));
+    budget
+}
