@@ -196,10 +196,14 @@ impl Source {
                 }
             }
             Self::Constant(value) => column.fill(*value),
+            // The generator is copied out and back, so that its state stays in registers.
             Self::Normal { mean, u } => {
+                let mut state = rng.clone();
                 for x in column {
-                    *x = mean + u * rng.sample::<f64, _>(StandardNormal);
+                    let z: f64 = StandardNormal.sample(&mut state);
+                    *x = mean + u * z;
                 }
+                *rng = state;
             }
             Self::StudentT { location, scale, t } => {
                 fill_words(&mut words.first, rng);

@@ -1,12 +1,13 @@
 //! The errors of a trial: which draw of the general engine reaches which phasor of which run.
 
+use super::lanes::{Complex, Motion, Real, leaning, response, tilted, turned, wedge};
 use crate::shaker::adjustment::model::root;
 use crate::shaker::budget::{Acts, Budget, Key, PART};
-use crate::shaker::geometry::tilted;
 use crate::shaker::matrix::{AXES, Matrix};
 use crate::shaker::observation::{PhasorRow, SpuriousTable};
 use num_complex::Complex64;
 use proofmass_uncertainty::{DegreesOfFreedom, Distribution, Input, JointInputs, Labels, Refusal};
+use pulp::Simd;
 
 const SPURIOUS: &str = "measurement of the spurious motion";
 const NOISE: &str = "noise of the sine approximations";
@@ -35,6 +36,10 @@ struct Row {
     /// Whole motion of the seat over the motion of the table.
     excitation: [Complex64; 3],
     reference: Complex64,
+    /// Whether a draw tilts the device.
+    tilts: bool,
+    /// Whether all that moves is in phase with the table.
+    in_phase: bool,
     errors: Vec<(usize, Error)>,
 }
 
@@ -180,6 +185,9 @@ impl Errors {
                 ],
                 excitation,
                 reference: row.reference,
+                in_phase: excitation.iter().all(|e| e.im == 0.0)
+                    && !errors.iter().any(|(_, e)| matches!(e, Error::Spurious(..))),
+                tilts: errors.iter().any(|(_, e)| matches!(e, Error::Tilt(..))),
                 errors,
             });
         }
@@ -191,79 +199,78 @@ impl Errors {
         &self.joint
     }
 
-    /// Outputs over reference of one run in a trial, for a device of this S.
-    pub(super) fn observe(&self, row: usize, x: &[f64], s: &Matrix) -> [Complex64; 3] {
+    /// Outputs over reference of one run in some trials, for a device of this S: the trials from `first` on, a column
+    /// of them per draw.
+    #[inline(always)]
+    pub(super) fn observe<S: Simd>(
+        &self,
+        simd: S,
+        row: usize,
+        x: &[&[f64]],
+        first: usize,
+        s: &Matrix,
+    ) -> [Complex<S>; 3] {
         let row = &self.rows[row];
-        let (mut alpha, mut omega, mut lean, mut tilt) = (0.0, 0.0, 0.0, [0.0; 2]);
-        let (mut modulus, mut phase) = ([1.0; 3], [0.0; 3]);
-        let (mut reference, mut turn) = (1.0, 0.0);
-        let mut added = [Complex64::new(0.0, 0.0); 3];
-        let mut read = row.reference;
-        let mut e = row.excitation;
-        for (draw, error) in &row.errors {
-            let x = x[*draw];
+        if row.in_phase {
+            row.observe::<S, Real<S>>(simd, x, first, s)
+        } else {
+            row.observe::<S, Complex<S>>(simd, x, first, s)
+        }
+    }
+}
+
+impl Row {
+    #[inline(always)]
+    fn observe<S: Simd, M: Motion<S>>(
+        &self,
+        simd: S,
+        x: &[&[f64]],
+        first: usize,
+        s: &Matrix,
+    ) -> [Complex<S>; 3] {
+        let [zero, one] = [Real::new(simd, 0.0), Real::new(simd, 1.0)];
+        let (mut alpha, mut omega, mut lean, mut tilt) = (zero, zero, zero, [zero; 2]);
+        let (mut modulus, mut phase) = ([one; 3], [zero; 3]);
+        let (mut reference, mut turn) = (one, zero);
+        let mut added = [Complex { re: zero, im: zero }; 3];
+        let mut read = Complex::new(simd, self.reference);
+        let [ex, ey, ez] = self.excitation;
+        let mut e = [
+            M::of(Complex::new(simd, ex)),
+            M::of(Complex::new(simd, ey)),
+            M::of(Complex::new(simd, ez)),
+        ];
+        for (draw, error) in &self.errors {
+            let x = Real::load(simd, &x[*draw][first..]);
             match error {
-                Error::ReferenceModulus(c) => reference *= 1.0 + c * x,
-                Error::ReferencePhase(c) => turn += c * x,
-                Error::OutputModulus(j, c) => modulus[*j] *= 1.0 + c * x,
-                Error::OutputPhase(j, c) => phase[*j] += c * x,
-                Error::Additive(j, c) => added[*j] += c * x,
-                Error::Inclination(c) => alpha += c * x,
-                Error::Rotation(c) => omega += c * x,
-                Error::Lean(c) => lean += c * x,
-                Error::Tilt(k, c) => tilt[*k] += c * x,
-                Error::Spurious(k, c) => e[*k] += c * x,
-                Error::Reference(c) => read += c * x,
+                Error::ReferenceModulus(c) => reference = reference * (x * *c + 1.0),
+                Error::ReferencePhase(c) => turn += x * *c,
+                Error::OutputModulus(j, c) => modulus[*j] = modulus[*j] * (x * *c + 1.0),
+                Error::OutputPhase(j, c) => phase[*j] += x * *c,
+                Error::Additive(j, c) => added[*j].add_times(*c, x),
+                Error::Inclination(c) => alpha += x * *c,
+                Error::Rotation(c) => omega += x * *c,
+                Error::Lean(c) => lean += x * *c,
+                Error::Tilt(k, c) => tilt[*k] += x * *c,
+                Error::Spurious(k, c) => e[*k] = e[*k] + M::of(Complex::new(simd, *c) * x),
+                Error::Reference(c) => read.add_times(*c, x),
             }
         }
-        let (sa, ca) = plus(row.angles[0], alpha);
-        let (sw, cw) = plus(row.angles[1], omega);
-        let m = [
-            [ca * cw, -sw, sa * cw],
-            [ca * sw, cw, sa * sw],
-            [-sa, 0.0, ca],
-        ];
-        let d = turned(&tilted(tilt), turned(&m, leaning(lean, e)));
-        let seen = read * reference * small(turn);
-        std::array::from_fn(|j| {
-            let response = d[0] * s[0][j] + d[1] * s[1][j] + d[2] * s[2][j];
-            (row.reference * response * modulus[j] * small(phase[j]) + added[j]) / seen
-        })
+        let mut d = turned(&wedge(self.angles, alpha, omega), &leaning(lean.turn(), &e));
+        if self.tilts {
+            d = turned(&tilted(tilt), &d);
+        }
+        let inverse = (read * (turn.turn() * reference)).reciprocal();
+        let mut seen = added;
+        for j in 0..3 {
+            let s = [
+                Complex::new(simd, s[0][j]),
+                Complex::new(simd, s[1][j]),
+                Complex::new(simd, s[2][j]),
+            ];
+            let error = phase[j].turn() * modulus[j];
+            seen[j] = (response(&d, s) * error * self.reference + added[j]) * inverse;
+        }
+        seen
     }
-}
-
-/// m e.
-#[inline]
-pub(super) fn turned(m: &[[f64; 3]; 3], e: [Complex64; 3]) -> [Complex64; 3] {
-    std::array::from_fn(|i| e[0] * m[i][0] + e[1] * m[i][1] + e[2] * m[i][2])
-}
-
-/// Q(ℓ) e.
-#[inline]
-pub(super) fn leaning(lean: f64, e: [Complex64; 3]) -> [Complex64; 3] {
-    if lean == 0.0 {
-        return e;
-    }
-    let w = small(lean);
-    [e[0], e[1] * w.re + e[2] * w.im, e[2] * w.re - e[1] * w.im]
-}
-
-/// e^{jx}; by its series to 2e-11 where x is as small as an error is.
-#[inline]
-fn small(x: f64) -> Complex64 {
-    if x.abs() > 0.1 {
-        return Complex64::from_polar(1.0, x);
-    }
-    let q = x * x;
-    Complex64::new(
-        1.0 - q * (0.5 - q * (1.0 / 24.0 - q * (1.0 / 720.0))),
-        x * (1.0 - q * (1.0 / 6.0 - q * (1.0 / 120.0))),
-    )
-}
-
-/// Sine and cosine of an angle with an error.
-#[inline]
-pub(super) fn plus((s, c): (f64, f64), x: f64) -> (f64, f64) {
-    let d = small(x);
-    (s * d.re + c * d.im, c * d.re - s * d.im)
 }

@@ -1,13 +1,15 @@
 //! The estimator of the adjustment, applied to one trial after another.
 
-use super::draws::{leaning, plus, turned};
+use super::lanes::{
+    Complex, Motion, Real, WIDEST, leaning, response, tilted, turned, turned_back, wedge,
+};
 use crate::shaker::adjustment::Adjustment;
 use crate::shaker::adjustment::model::root;
 use crate::shaker::budget::{Acts, Budget};
-use crate::shaker::geometry::tilted;
-use crate::shaker::matrix::{Matrix, from_real};
+use crate::shaker::matrix::Matrix;
 use crate::shaker::observation::{PhasorRow, SpuriousTable};
 use num_complex::Complex64;
+use pulp::Simd;
 
 /// What an unknown of the adjustment does to a row.
 enum Unknown {
@@ -29,6 +31,11 @@ struct Row {
     excitation: [Complex64; 3],
     weight: [[f64; 6]; 6],
     unknowns: Vec<(usize, Unknown)>,
+    /// Whether an unknown tilts the device; whether one leans the wedge or is a motion of the table.
+    tilts: bool,
+    leans: bool,
+    /// Whether all that moves is in phase with the table.
+    in_phase: bool,
 }
 
 /// Minimises the sum of squares of the adjustment by steps with the covariance of its solution.
@@ -42,16 +49,19 @@ pub(super) struct Estimator {
     start: Vec<f64>,
     truth: Vec<Matrix>,
     covariance: Vec<f64>,
-    /// Standard deviation of each parameter.
-    unit: Vec<f64>,
+    /// One over the standard deviation of each parameter; zero where there is none.
+    precision: Vec<f64>,
     scale: f64,
     first_draw: usize,
 }
 
-/// Largest number of steps; two to four are the rule, angles of 15° need some ten.
-const STEPS: usize = 60;
-/// A step that moves no parameter by this share of its u is the last.
-const ENOUGH: f64 = 0.01;
+/// Largest number of gradients; two or three are the rule, angles of 15° need some ten.
+const EVALUATIONS: usize = 200;
+/// Share of its u by which a parameter may be off at the end.
+const ENOUGH: f64 = 0.002;
+/// Share of a step that the next one is taken to have at least: the first two do not tell it, since the second is what
+/// the first left by curvature.
+const LEAST_SHARE: f64 = 0.1;
 
 impl Estimator {
     pub(super) fn new(
@@ -110,7 +120,8 @@ impl Estimator {
                         };
                         (first_draw + link.draw, unknown)
                     })
-                    .collect();
+                    .collect::<Vec<_>>();
+                let has = |what: &dyn Fn(&Unknown) -> bool| unknowns.iter().any(|(_, u)| what(u));
                 let mut excitation = entry.map_or([Complex64::new(0.0, 0.0); 3], |s| s.ratio);
                 excitation[2] += 1.0;
                 Row {
@@ -121,6 +132,10 @@ impl Estimator {
                     ],
                     excitation,
                     weight: adjustment.weights[i],
+                    tilts: has(&|u| matches!(u, Unknown::Tilt(..))),
+                    leans: has(&|u| matches!(u, Unknown::Lean(_) | Unknown::Spurious(..))),
+                    in_phase: excitation.iter().all(|e| e.im == 0.0)
+                        && !has(&|u| matches!(u, Unknown::Spurious(..))),
                     unknowns,
                 }
             })
@@ -132,8 +147,15 @@ impl Estimator {
                 .map(|f| adjustment.sensitivity(f))
                 .collect(),
             start: adjustment.parameters.clone(),
-            unit: (0..count)
-                .map(|i| covariance[i * count + i].sqrt())
+            precision: (0..count)
+                .map(|i| covariance[i * count + i])
+                .map(|variance| {
+                    if variance > 0.0 {
+                        1.0 / variance.sqrt()
+                    } else {
+                        0.0
+                    }
+                })
                 .collect(),
             covariance,
             scale: adjustment.scale,
@@ -145,159 +167,301 @@ impl Estimator {
         &self.frequencies
     }
 
-    /// Estimate less the truth, 18 reals per frequency, V/(m/s²), for what each row shows of the true S.
-    pub(super) fn change(
+    /// The true S of each row, V/(m/s²).
+    pub(super) fn truths(&self) -> impl Iterator<Item = &Matrix> {
+        self.rows.iter().map(|row| &self.truth[row.frequency])
+    }
+
+    /// Estimate less the truth, 18 reals per frequency, V/(m/s²), for what each row showed in some trials: a column of
+    /// them per real.
+    #[inline(always)]
+    pub(super) fn change<S: Simd>(
         &self,
-        observe: impl Fn(usize, &Matrix) -> [Complex64; 3],
-        change: &mut [f64],
+        simd: S,
+        mut observed: Vec<[Complex<S>; 3]>,
+        change: &mut [&mut [f64]],
     ) {
-        let observed: Vec<[Complex64; 3]> = self
-            .rows
-            .iter()
-            .enumerate()
-            .map(|(i, row)| observe(i, &self.truth[row.frequency]).map(|y| y / self.scale))
-            .collect();
+        let zero = Real::new(simd, 0.0);
+        let over = Real::new(simd, 1.0 / self.scale);
+        for y in observed.iter_mut().flatten() {
+            *y = *y * over;
+        }
         let count = self.start.len();
-        let mut at = self.start.clone();
-        let mut gradient = vec![0.0; count];
-        let mut sum = self.gradient(&observed, &at, &mut gradient);
-        let mut step = vec![0.0; count];
-        let mut next = vec![0.0; count];
-        for _ in 0..STEPS {
-            for (step, row) in step.iter_mut().zip(self.covariance.chunks_exact(count)) {
-                *step = row.iter().zip(&gradient).map(|(c, g)| c * g).sum();
+        let mut next = vec![zero; count];
+        for (next, start) in next.iter_mut().zip(&self.start) {
+            *next = Real::new(simd, *start);
+        }
+        let mut at = next.clone();
+        let mut step = vec![zero; count];
+        let mut newton = vec![zero; count];
+        let mut gradient = vec![zero; count];
+        let mut trials = [Descent::START; WIDEST];
+        let trials = &mut trials[..S::F64_LANES];
+        let [mut sums, mut largest] = [[0.0; WIDEST]; 2];
+        let [mut taken, mut length] = [[0.0; WIDEST]; 2];
+        for _ in 0..EVALUATIONS {
+            self.gradient(simd, &observed, &next, &mut gradient)
+                .store(&mut sums[..S::F64_LANES]);
+            self.newton(simd, &gradient, &mut newton);
+            let mut most = zero;
+            for (step, over) in newton.iter().zip(&self.precision) {
+                most = most.max((*step * *over).abs());
             }
-            // Shorter steps while the sum of squares rises: angles far from where the covariance is of.
-            let mut length = 1.0;
-            let reached = loop {
-                for ((next, a), step) in next.iter_mut().zip(&at).zip(&step) {
-                    *next = a + length * step;
-                }
-                let reached = self.gradient(&observed, &next, &mut gradient);
-                if reached <= sum * (1.0 + 1e-9) + 1e-9 || length < 1e-3 {
-                    break reached;
-                }
-                length *= 0.5;
-            };
-            std::mem::swap(&mut at, &mut next);
-            sum = reached;
-            let largest = step
-                .iter()
-                .zip(&self.unit)
-                .map(|(step, unit)| (length * step / unit).abs())
-                .fold(0.0, f64::max);
-            if largest < ENOUGH {
+            most.store(&mut largest[..S::F64_LANES]);
+            for (k, trial) in trials.iter_mut().enumerate() {
+                taken[k] = f64::from(u8::from(trial.takes(sums[k], largest[k])));
+                length[k] = trial.length;
+            }
+            // A trial that takes the step goes on from there, the others try a shorter one from where they were.
+            let taken = Real::load(simd, &taken[..S::F64_LANES]);
+            let length = Real::load(simd, &length[..S::F64_LANES]);
+            for (k, next) in next.iter_mut().enumerate() {
+                at[k] = at[k].unless(taken, *next);
+                step[k] = step[k].unless(taken, newton[k]);
+                *next = at[k] + step[k] * length;
+            }
+            if trials.iter().all(|trial| trial.ended) {
                 break;
             }
         }
-        for (c, (a, s)) in change.iter_mut().zip(at.iter().zip(&self.start)) {
-            *c = (a - s) * self.scale;
+        for ((change, a), s) in change.iter_mut().zip(&next).zip(&self.start) {
+            ((*a - *s) * self.scale).store(change);
+        }
+    }
+
+    /// Covariance times gradient: four parameters at a time, so that no sum waits for the one before it.
+    #[inline(always)]
+    fn newton<S: Simd>(&self, simd: S, gradient: &[Real<S>], step: &mut [Real<S>]) {
+        let count = gradient.len();
+        let mut steps = step.chunks_exact_mut(4);
+        let mut rows = self.covariance.chunks_exact(4 * count);
+        for (step, rows) in (&mut steps).zip(&mut rows) {
+            let [mut a, mut b, mut c, mut d] = [Real::new(simd, 0.0); 4];
+            let (p, rest) = rows.split_at(count);
+            let (q, rest) = rest.split_at(count);
+            let (r, s) = rest.split_at(count);
+            for ((((g, p), q), r), s) in gradient.iter().zip(p).zip(q).zip(r).zip(s) {
+                a += *g * *p;
+                b += *g * *q;
+                c += *g * *r;
+                d += *g * *s;
+            }
+            step.copy_from_slice(&[a, b, c, d]);
+        }
+        let rest = rows.remainder().chunks_exact(count);
+        for (step, row) in steps.into_remainder().iter_mut().zip(rest) {
+            let mut sum = Real::new(simd, 0.0);
+            for (g, c) in gradient.iter().zip(row) {
+                sum += *g * *c;
+            }
+            *step = sum;
         }
     }
 
     /// The sum of squares, and −½ of its gradient.
-    fn gradient(&self, observed: &[[Complex64; 3]], at: &[f64], gradient: &mut [f64]) -> f64 {
-        gradient.fill(0.0);
-        let mut sum: f64 = at[self.first_draw..].iter().map(|z| z * z).sum();
+    #[inline(always)]
+    fn gradient<S: Simd>(
+        &self,
+        simd: S,
+        observed: &[[Complex<S>; 3]],
+        at: &[Real<S>],
+        gradient: &mut [Real<S>],
+    ) -> Real<S> {
+        let zero = Real::new(simd, 0.0);
+        let mut sum = zero;
+        gradient.fill(zero);
         for (g, z) in gradient.iter_mut().zip(at).skip(self.first_draw) {
-            *g = -z;
+            sum += *z * *z;
+            *g = -*z;
         }
-        let zero = Complex64::new(0.0, 0.0);
         for (row, y) in self.rows.iter().zip(observed) {
-            let p = 18 * row.frequency;
-            let s = from_real(&at[p..p + 18]);
-            let (mut alpha, mut omega, mut lean, mut tilt) = (0.0, 0.0, 0.0, [0.0; 2]);
-            let mut e = row.excitation;
-            let mut factor = [Complex64::new(1.0, 0.0); 3];
-            let mut added = [zero; 3];
-            for (index, unknown) in &row.unknowns {
-                let z = at[*index];
-                match unknown {
-                    Unknown::Inclination(u) => alpha += u * z,
-                    Unknown::Rotation(u) => omega += u * z,
-                    Unknown::Lean(u) => lean += u * z,
-                    Unknown::Tilt(k, u) => tilt[*k] += u * z,
-                    Unknown::Spurious(k, c) => e[*k] += c * z,
-                    Unknown::Factor(Some(j), c) => factor[*j] += c * z,
-                    Unknown::Factor(None, c) => factor.iter_mut().for_each(|f| *f += c * z),
-                    Unknown::Additive(j, c) => added[*j] += c * z,
-                }
-            }
-            let (sa, ca) = plus(row.angles[0], alpha);
-            let (sw, cw) = plus(row.angles[1], omega);
-            let m = [
-                [ca * cw, -sw, sa * cw],
-                [ca * sw, cw, sa * sw],
-                [-sa, 0.0, ca],
-            ];
-            let leant = leaning(lean, e);
-            let device = tilted(tilt);
-            let moved = turned(&m, leant);
-            let d = turned(&device, moved);
-            let plain: [Complex64; 3] =
-                std::array::from_fn(|j| d[0] * s[0][j] + d[1] * s[1][j] + d[2] * s[2][j]);
-            let mut r = [0.0; 6];
-            for j in 0..3 {
-                let residual = y[j] - plain[j] * factor[j] - added[j];
-                (r[2 * j], r[2 * j + 1]) = (residual.re, residual.im);
-            }
-            // N⁻¹ r as three complex numbers: the inner product with a column c is Re Σ conj(c_j) w_j.
-            let w: [Complex64; 3] = std::array::from_fn(|j| {
-                let dot = |a: usize| (0..6).map(|k| row.weight[a][k] * r[k]).sum::<f64>();
-                Complex64::new(dot(2 * j), dot(2 * j + 1))
-            });
-            sum += (0..3)
-                .map(|j| r[2 * j] * w[j].re + r[2 * j + 1] * w[j].im)
-                .sum::<f64>();
-            let along = |c: [Complex64; 3]| -> f64 {
-                (0..3).map(|j| c[j].re * w[j].re + c[j].im * w[j].im).sum()
+            sum += if row.in_phase {
+                row.gradient::<S, Real<S>>(simd, y, at, gradient)
+            } else {
+                row.gradient::<S, Complex<S>>(simd, y, at, gradient)
             };
-            // The same inner product for a change of d, of what is moved, and of what has leant: carried back once for all unknowns.
-            let of_d: [Complex64; 3] =
-                std::array::from_fn(|i| (0..3).map(|j| s[i][j] * factor[j] * w[j].conj()).sum());
-            let of_moved = turned(&transposed(&device), of_d);
-            let of_leant = turned(&transposed(&m), of_moved);
-            let inner = |a: &[Complex64; 3], b: &[Complex64; 3]| -> f64 {
-                (0..3).map(|i| a[i].re * b[i].re - a[i].im * b[i].im).sum()
-            };
-            for i in 0..3 {
-                for j in 0..3 {
-                    let c = d[i] * factor[j];
-                    let k = p + 2 * (3 * i + j);
-                    gradient[k] += c.re * w[j].re + c.im * w[j].im;
-                    gradient[k + 1] += c.re * w[j].im - c.im * w[j].re;
-                }
-            }
-            for (index, unknown) in &row.unknowns {
-                gradient[*index] += match unknown {
-                    Unknown::Inclination(u) => {
-                        let across = leant[2] * ca - leant[0] * sa;
-                        let down = -leant[0] * ca - leant[2] * sa;
-                        u * inner(&[across * cw, across * sw, down], &of_moved)
-                    }
-                    Unknown::Rotation(u) => u * inner(&[-moved[1], moved[0], zero], &of_moved),
-                    // Q′ e = (0, e_z, −e_y) of what has leant already.
-                    Unknown::Lean(u) => u * inner(&[zero, leant[2], -leant[1]], &of_leant),
-                    Unknown::Tilt(0, u) => u * inner(&[zero, d[2], -d[1]], &of_d),
-                    Unknown::Tilt(_, u) => u * inner(&[-d[2], zero, d[0]], &of_d),
-                    Unknown::Spurious(k, c) => {
-                        let mut t = [zero; 3];
-                        t[*k] = *c;
-                        inner(&leaning(lean, t), &of_leant)
-                    }
-                    Unknown::Factor(Some(j), c) => {
-                        let v = plain[*j] * c;
-                        v.re * w[*j].re + v.im * w[*j].im
-                    }
-                    Unknown::Factor(None, c) => along(plain.map(|v| v * c)),
-                    Unknown::Additive(j, c) => c.re * w[*j].re + c.im * w[*j].im,
-                };
-            }
         }
         sum
     }
 }
 
-fn transposed(m: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
-    std::array::from_fn(|i| std::array::from_fn(|j| m[j][i]))
+impl Row {
+    /// What this row adds to the sum of squares, and to −½ of its gradient.
+    #[inline(always)]
+    fn gradient<S: Simd, M: Motion<S>>(
+        &self,
+        simd: S,
+        y: &[Complex<S>; 3],
+        at: &[Real<S>],
+        gradient: &mut [Real<S>],
+    ) -> Real<S> {
+        let zero = Real::new(simd, 0.0);
+        let p = 18 * self.frequency;
+        let none = Complex { re: zero, im: zero };
+        let mut s = [[none; 3]; 3];
+        for (k, z) in s.as_flattened_mut().iter_mut().enumerate() {
+            (z.re, z.im) = (at[p + 2 * k], at[p + 2 * k + 1]);
+        }
+        let mut sum = zero;
+        let (mut alpha, mut omega, mut lean, mut tilt) = (zero, zero, zero, [zero; 2]);
+        let (mut factor, mut added) = ([none; 3], [none; 3]);
+        for factor in &mut factor {
+            factor.re = Real::new(simd, 1.0);
+        }
+        let [ex, ey, ez] = self.excitation;
+        let mut e = [
+            M::of(Complex::new(simd, ex)),
+            M::of(Complex::new(simd, ey)),
+            M::of(Complex::new(simd, ez)),
+        ];
+        for (index, unknown) in &self.unknowns {
+            let z = at[*index];
+            match unknown {
+                Unknown::Inclination(u) => alpha += z * *u,
+                Unknown::Rotation(u) => omega += z * *u,
+                Unknown::Lean(u) => lean += z * *u,
+                Unknown::Tilt(k, u) => tilt[*k] += z * *u,
+                Unknown::Spurious(k, c) => e[*k] = e[*k] + M::of(Complex::new(simd, *c) * z),
+                Unknown::Factor(Some(j), c) => factor[*j].add_times(*c, z),
+                Unknown::Factor(None, c) => {
+                    for factor in &mut factor {
+                        factor.add_times(*c, z);
+                    }
+                }
+                Unknown::Additive(j, c) => added[*j].add_times(*c, z),
+            }
+        }
+        let wedge = wedge(self.angles, alpha, omega);
+        let lean = lean.turn();
+        let leant = leaning(lean, &e);
+        let moved = turned(&wedge, &leant);
+        let tilt = if self.tilts { Some(tilted(tilt)) } else { None };
+        let d = match &tilt {
+            Some(tilt) => turned(tilt, &moved),
+            None => moved,
+        };
+        let (mut plain, mut residual) = ([none; 3], [none; 3]);
+        for j in 0..3 {
+            plain[j] = response(&d, [s[0][j], s[1][j], s[2][j]]);
+            residual[j] = y[j] - plain[j] * factor[j] - added[j];
+        }
+        // The conjugate of N⁻¹ r as three complex numbers: the inner product with a column c is Re Σ c_j w_j. With
+        // it the same for a change of d, of what is moved, and of what has leant: carried back once for all unknowns.
+        let (mut w, mut of_plain, mut of_factor) = (plain, plain, plain);
+        let mut of_d = d;
+        for j in 0..3 {
+            w[j] = Complex {
+                re: weighted(&self.weight[2 * j], &residual),
+                im: -weighted(&self.weight[2 * j + 1], &residual),
+            };
+            sum += residual[j].inner(w[j]);
+            of_plain[j] = factor[j] * w[j];
+            of_factor[j] = plain[j] * w[j];
+        }
+        for i in 0..3 {
+            of_d[i] = M::of(response(&of_plain, s[i]));
+            for j in 0..3 {
+                let c = d[i].times(of_plain[j]);
+                let k = p + 2 * (3 * i + j);
+                gradient[k] += c.re;
+                gradient[k + 1] += -c.im;
+            }
+        }
+        let of_moved = match &tilt {
+            Some(tilt) => turned_back(tilt, &of_d),
+            None => of_d,
+        };
+        let (mut of_leant, mut of_e) = (of_moved, of_moved);
+        if self.leans {
+            of_leant = turned_back(&wedge, &of_moved);
+            of_e = leaning(lean.conj(), &of_leant);
+        }
+        for (index, unknown) in &self.unknowns {
+            gradient[*index] += match unknown {
+                Unknown::Inclination(u) => {
+                    let [
+                        [_, minus_sin, _],
+                        [_, cos, _],
+                        [minus_sin_alpha, _, cos_alpha],
+                    ] = wedge;
+                    let across = leant[2] * cos_alpha + leant[0] * minus_sin_alpha;
+                    let down = leant[2] * minus_sin_alpha - leant[0] * cos_alpha;
+                    let level =
+                        across.inner(of_moved[0]) * cos - across.inner(of_moved[1]) * minus_sin;
+                    (level + down.inner(of_moved[2])) * *u
+                }
+                Unknown::Rotation(u) => {
+                    (moved[0].inner(of_moved[1]) - moved[1].inner(of_moved[0])) * *u
+                }
+                // Q′ e = (0, e_z, −e_y) of what has leant already.
+                Unknown::Lean(u) => {
+                    (leant[2].inner(of_leant[1]) - leant[1].inner(of_leant[2])) * *u
+                }
+                Unknown::Tilt(0, u) => (d[2].inner(of_d[1]) - d[1].inner(of_d[2])) * *u,
+                Unknown::Tilt(_, u) => (d[0].inner(of_d[2]) - d[2].inner(of_d[0])) * *u,
+                Unknown::Spurious(k, c) => of_e[*k].inner(M::of(Complex::new(simd, *c))),
+                Unknown::Factor(Some(j), c) => of_factor[*j].part(*c),
+                Unknown::Factor(None, c) => (of_factor[0] + of_factor[1] + of_factor[2]).part(*c),
+                Unknown::Additive(j, c) => w[*j].part(*c),
+            };
+        }
+        sum
+    }
+}
+
+/// A row of N⁻¹ times a residual.
+#[inline(always)]
+fn weighted<S: Simd>(weight: &[f64; 6], r: &[Complex<S>; 3]) -> Real<S> {
+    let [x, y, z] = r;
+    (x.re * weight[0] + x.im * weight[1])
+        + (y.re * weight[2] + y.im * weight[3])
+        + (z.re * weight[4] + z.im * weight[5])
+}
+
+/// How far the descent of one trial has come.
+#[derive(Clone, Copy)]
+struct Descent {
+    /// The sum of squares where it is.
+    sum: f64,
+    /// The full step from there, largest change of a parameter over its u.
+    step: f64,
+    /// Share of it that is tried.
+    length: f64,
+    ended: bool,
+}
+
+impl Descent {
+    const START: Self = Self {
+        sum: f64::INFINITY,
+        step: 0.0,
+        length: 1.0,
+        ended: false,
+    };
+
+    /// Whether the step that was tried is taken, given the sum it reaches and the full step from there. Shorter steps
+    /// while the sum rises: angles far from where the covariance is of. Steps shrink by about the same share each
+    /// time, so that the last is the one after which all others together would not move a parameter by [`ENOUGH`].
+    #[inline(always)]
+    fn takes(&mut self, reached: f64, step: f64) -> bool {
+        if self.ended {
+            return false;
+        }
+        if !(reached <= self.sum * (1.0 + 1e-9) + 1e-9) && self.length >= 1e-3 {
+            self.length *= 0.5;
+            return false;
+        }
+        let share = (step / (self.length * self.step)).max(LEAST_SHARE);
+        let left = if share < 0.5 {
+            step * share / (1.0 - share)
+        } else {
+            step
+        };
+        *self = Self {
+            sum: reached,
+            step,
+            length: 1.0,
+            ended: left < ENOUGH,
+        };
+        true
+    }
 }

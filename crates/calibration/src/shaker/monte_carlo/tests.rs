@@ -307,6 +307,139 @@ fn law_large_angles_go_through_the_estimator_itself() {
     }
 }
 
+/// The published plan with all that can move: tilts, leans, and a spurious motion with a phase.
+fn everything() -> (Vec<PhasorRow>, SpuriousTable, Budget) {
+    let mut budget = bench();
+    let degree = 1f64.to_radians();
+    for (key, acts, by) in [
+        ("tilt", Acts::Tilt, &[Key::Inclination, Key::Rotation][..]),
+        ("lean", Acts::Lean, &[Key::Inclination][..]),
+    ] {
+        budget
+            .inputs
+            .push(ShakerInput::new(key, acts, 0.3 * degree, by));
+    }
+    let plan = published_plan();
+    let mut inclinations: Vec<f64> = plan.iter().map(|c| c.inclination).collect();
+    inclinations.sort_by(f64::total_cmp);
+    inclinations.dedup();
+    let entries = inclinations.iter().map(|&inclination| Spurious {
+        inclination,
+        frequency: 160.0,
+        ratio: [Complex64::new(0.01, 0.002); 3],
+        covariance: [[4e-6, 1e-6, 3e-6]; 3],
+        dof: DegreesOfFreedom::INFINITE,
+    });
+    let table = SpuriousTable {
+        entries: entries.collect(),
+    };
+    let mut rows = rows(&plan, &[160.0]);
+    for row in &mut rows {
+        let m = row.configuration.matrix();
+        let e = [Complex64::new(0.01, 0.002); 3];
+        let seen = std::array::from_fn(|i| {
+            row.reference * (m[i][2] + (0..3).map(|k| m[i][k] * e[k]).sum::<Complex64>())
+        });
+        row.outputs = row_times(seen, &sensitivity());
+    }
+    (rows, table, budget)
+}
+
+/// Draws of standard normal numbers times `size`, a column per input.
+fn draws(simulation: &Simulation, count: usize, size: f64) -> Vec<Vec<f64>> {
+    use rand::{RngExt, SeedableRng};
+    use rand_distr::StandardNormal;
+    let mut rng = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(3);
+    let inputs = simulation.errors.inputs();
+    let mut column = |u: f64| -> Vec<f64> {
+        let draws = (&mut rng).sample_iter(StandardNormal);
+        draws.take(count).map(|z: f64| u * size * z).collect()
+    };
+    let draws = inputs.draws().iter();
+    draws.map(|d| column(d.standard_uncertainty)).collect()
+}
+
+#[test]
+fn law_a_trial_does_not_know_its_neighbours() {
+    let (rows, table, budget) = everything();
+    let fit = complex(&rows, &table, &budget).unwrap();
+    let simulation = Simulation::new(&rows, &table, &budget, &fit).unwrap();
+    // Eleven trials fill no register; in one of them the angles are beyond what series hold.
+    let mut columns = draws(&simulation, 11, 1.0);
+    for column in &mut columns {
+        column[4] *= 30.0;
+    }
+    let mut together = vec![vec![0.0; 11]; 18];
+    let x: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+    let mut y: Vec<&mut [f64]> = together.iter_mut().map(Vec::as_mut_slice).collect();
+    simulation.trials(&x, &mut y);
+    for k in 0..11 {
+        let x: Vec<f64> = columns.iter().map(|c| c[k]).collect();
+        let mut alone = vec![0.0; 18];
+        simulation.trial(&x, &mut alone);
+        for (p, alone) in alone.iter().enumerate() {
+            assert_eq!(together[p][k].to_bits(), alone.to_bits(), "trial {k}, {p}");
+        }
+    }
+}
+
+/// How far single trials end from the adjustment of their campaigns at most, in units of u.
+fn apart(rows: &[PhasorRow], table: &SpuriousTable, budget: &Budget) -> f64 {
+    let fit = complex(rows, table, budget).unwrap();
+    let simulation = Simulation::new(rows, table, budget, &fit).unwrap();
+    let truth: Vec<Matrix> = simulation.estimator.truths().copied().collect();
+    let u: Vec<f64> = fit.frequencies[0]
+        .estimate
+        .quantities()
+        .iter()
+        .map(|q| q.standard_uncertainty)
+        .collect();
+    let columns = draws(&simulation, 20, 1.0);
+    let mut worst = 0f64;
+    for k in 0..20 {
+        let x: Vec<f64> = columns.iter().map(|c| c[k]).collect();
+        let mut change = vec![0.0; 18];
+        simulation.trial(&x, &mut change);
+        let columns: Vec<&[f64]> = x.chunks(1).collect();
+        let mut campaign = rows.to_vec();
+        for (i, row) in campaign.iter_mut().enumerate() {
+            let simd = pulp::Scalar::new();
+            let seen = simulation.errors.observe(simd, i, &columns, 0, &truth[i]);
+            row.outputs = seen.map(|z| {
+                let [mut re, mut im] = [[0.0]; 2];
+                z.re.store(&mut re);
+                z.im.store(&mut im);
+                Complex64::new(re[0], im[0]) * row.reference
+            });
+        }
+        let adjusted = Adjustment::new(&campaign, table, budget).unwrap();
+        let found = super::super::matrix::to_real(&adjusted.sensitivity(0));
+        let true_s = super::super::matrix::to_real(&truth[0]);
+        for p in 0..18 {
+            worst = worst.max((found[p] - true_s[p] - change[p]).abs() / u[p]);
+        }
+    }
+    worst
+}
+
+#[test]
+fn crosscheck_a_trial_ends_where_the_adjustment_of_its_campaign_does() {
+    let (rows, mut table, mut budget) = everything();
+    let worst = apart(&rows, &table, &budget);
+    assert!(worst < 0.1, "{worst} u");
+    // Spurious motion that is certain, of which the fit takes the derivatives by S as it was measured.
+    for entry in &mut table.entries {
+        entry.covariance = [[0.0; 3]; 3];
+    }
+    // Nothing proportional to a reading, which would weigh the runs by what each of the two predicts.
+    budget
+        .inputs
+        .retain(|i| !i.within_a_run() || i.acts == Acts::OutputAdditive);
+    // 0.002 u where a trial stops, and what else the derivatives by S of the fit leave out: factors of 0.2 %.
+    let worst = apart(&rows, &table, &budget);
+    assert!(worst < 0.01, "{worst} u");
+}
+
 #[test]
 fn law_the_seed_alone_decides() {
     let rows = rows(&published_plan(), &[160.0]);
