@@ -1,7 +1,28 @@
 //! Discrete Fourier transforms of real signals, without scaling.
 
-use realfft::RealFftPlanner;
 pub use realfft::num_complex::Complex;
+use realfft::{RealFftPlanner, RealToComplex};
+use std::cell::RefCell;
+use std::sync::Arc;
+
+/// A length, and how its transform is made.
+type Plan = (usize, Arc<dyn RealToComplex<f64>>);
+
+thread_local! {
+    /// The last plan of this thread: recordings of a campaign have one length, and a plan takes as long as its transform.
+    static LAST: RefCell<Option<Plan>> = const { RefCell::new(None) };
+}
+
+fn plan(n: usize) -> Arc<dyn RealToComplex<f64>> {
+    LAST.with_borrow_mut(|last| match last {
+        Some((length, plan)) if *length == n => plan.clone(),
+        _ => {
+            let plan = RealFftPlanner::<f64>::new().plan_fft_forward(n);
+            *last = Some((n, plan.clone()));
+            plan
+        }
+    })
+}
 
 /// X_k = Σ_n x_n e^{−2πikn/N} for 0 ≤ k ≤ N/2.
 ///
@@ -22,7 +43,7 @@ pub fn forward_owned(mut signal: Vec<f64>) -> Vec<Complex<f64>> {
     if signal.is_empty() {
         return Vec::new();
     }
-    let plan = RealFftPlanner::<f64>::new().plan_fft_forward(signal.len());
+    let plan = plan(signal.len());
     let mut spectrum = plan.make_output_vec();
     plan.process(&mut signal, &mut spectrum)
         .expect("buffers have the lengths the plan was made for");

@@ -19,6 +19,7 @@ use num_complex::Complex64;
 use pass::Ask;
 use proofmass_core::Error;
 use residue::Residue;
+use std::cell::OnceCell;
 use std::f64::consts::TAU;
 use tables::Tables;
 
@@ -371,6 +372,7 @@ impl SineApproximation {
             fitted,
             residues,
             residuals: self.residuals,
+            left: OnceCell::new(),
         })
     }
 }
@@ -383,6 +385,8 @@ struct State {
     fitted: Vec<Coefficients>,
     residues: Vec<Residue>,
     residuals: Residuals,
+    /// Of a short record, once it is asked for.
+    left: OnceCell<short::Left>,
 }
 
 /// Offset, drift per unit of τ, and the complex amplitudes about the middle of the record.
@@ -435,7 +439,11 @@ impl State {
     fn coloured(&self, channel: usize) -> ([f64; 3], f64) {
         let residue = &self.residues[channel];
         if self.is_short() {
-            short::covariance(residue, &self.tables, &self.basis, &self.inverse)
+            let (tables, basis, inverse) = (&self.tables, &self.basis, &self.inverse);
+            let left = self
+                .left
+                .get_or_init(|| short::Left::new(tables, basis, inverse));
+            short::covariance(residue, tables, basis, inverse, left)
         } else {
             noise::local(residue, &self.tables)
         }

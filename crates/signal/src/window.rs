@@ -42,19 +42,21 @@ impl Window {
 
     /// The n weights.
     pub fn weights(self, n: usize) -> Vec<f64> {
-        (0..n)
-            .map(|k| {
-                let z = k as f64 / n as f64;
-                self.cosines()
-                    .iter()
-                    .enumerate()
-                    .map(|(j, a)| {
-                        let sign = if j % 2 == 0 { 1.0 } else { -1.0 };
-                        sign * a * (2.0 * PI * j as f64 * z).cos()
-                    })
-                    .sum()
-            })
-            .collect()
+        // (−1)^j cos jφ is the Chebyshev polynomial T_j at −cos φ: one cosine for all terms, summed from the last one on.
+        let weight = |k: usize| {
+            let x = -(2.0 * PI * k as f64 / n as f64).cos();
+            let (mut sum, mut before) = (0.0, 0.0);
+            for a in self.cosines().iter().skip(1).rev() {
+                (sum, before) = (a + 2.0 * x * sum - before, sum);
+            }
+            self.cosines()[0] + x * sum - before
+        };
+        let mut weights: Vec<f64> = (0..n.min(n / 2 + 1)).map(weight).collect();
+        // The other half is its mirror image.
+        for k in weights.len()..n {
+            weights.push(weights[n - k]);
+        }
+        weights
     }
 }
 

@@ -135,6 +135,8 @@ pub struct Progress {
 
 /// Trials per block at least. **Source** `[S1] 7.9.4 b`.
 const BLOCK: usize = 10_000;
+/// Trials that one thread takes at a time where several share a block: a quarter of a strip.
+const LEAST_SHARE: usize = STRIP / 4;
 /// Blocks between two looks at the stopping rule; fixed, so that the number of threads cannot matter.
 const WAVE: usize = 8;
 /// Blocks between two words on progress where nothing can stop the calculation early.
@@ -255,9 +257,19 @@ impl MonteCarlo {
         let mut done = 0;
         while done < blocks && !stable {
             let wave = wave.min(blocks - done);
+            // Fewer blocks than threads: the trials within a block are made by several.
+            let share = if wave < rayon::current_num_threads() {
+                LEAST_SHARE
+            } else {
+                usize::MAX
+            };
+            let whole = Portion {
+                trials: block,
+                share,
+            };
             let values: Vec<Block> = (done..done + wave)
                 .into_par_iter()
-                .map(|number| self.block(model, &sampler, inputs, &circles, block, number))
+                .map(|number| self.block(model, &sampler, inputs, &circles, whole, number))
                 .collect();
             for block in values {
                 for (column, values) in columns.iter_mut().zip(&block.columns) {
@@ -314,9 +326,13 @@ impl MonteCarlo {
         sampler: &Sampler,
         inputs: &JointInputs,
         circles: &[Option<(f64, f64)>],
-        size: usize,
+        portion: Portion,
         number: usize,
     ) -> Block {
+        let Portion {
+            trials: size,
+            share,
+        } = portion;
         let m = circles.len();
         // Two odd constants keep neighbouring seeds and blocks apart before seed_from_u64 mixes them again.
         let stream = self.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15)
@@ -324,15 +340,28 @@ impl MonteCarlo {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(stream);
         let mut columns = vec![vec![0.0; size]; m];
         let mut strips = Strips::new(inputs.draws().len());
+        let mut ahead = (share < STRIP).then(|| Strips::new(inputs.draws().len()));
         let mut start = 0;
         while start < size {
-            sampler.fill(&mut strips, &mut rng);
+            if start == 0 || ahead.is_none() {
+                sampler.fill(&mut strips, &mut rng);
+            }
             let count = STRIP.min(size - start);
+            let x = strips.columns(count);
             let mut y: Vec<&mut [f64]> = columns
                 .iter_mut()
                 .map(|column| &mut column[start..start + count])
                 .collect();
-            model.trials(&strips.columns(count), &mut y);
+            if let Some(ahead) = &mut ahead {
+                // The next draws are made meanwhile.
+                rayon::join(
+                    || shared_out(model, &x, y, share),
+                    || sampler.fill(ahead, &mut rng),
+                );
+                std::mem::swap(&mut strips, ahead);
+            } else {
+                model.trials(&x, &mut y);
+            }
             start += count;
         }
         for (column, circle) in columns.iter_mut().zip(circles) {
@@ -360,6 +389,32 @@ impl MonteCarlo {
         };
         Block { columns, figures }
     }
+}
+
+/// How much is made at a time.
+#[derive(Clone, Copy)]
+struct Portion {
+    /// Trials of a block.
+    trials: usize,
+    /// Trials of it that one thread takes at least.
+    share: usize,
+}
+
+/// Trials by as many threads as have nothing else to do, no fewer than `share` at a time.
+fn shared_out<M: Trial + Sync>(model: &M, x: &[&[f64]], mut y: Vec<&mut [f64]>, share: usize) {
+    let count = y.first().map_or(0, |y| y.len());
+    if count / 2 < share {
+        model.trials(x, &mut y);
+        return;
+    }
+    // At a whole share, so that what is vectorised within the trials stays whole.
+    let middle = (count / 2).next_multiple_of(share);
+    let (x0, x1): (Vec<&[f64]>, Vec<&[f64]>) = x.iter().map(|x| x.split_at(middle)).unzip();
+    let (y0, y1) = y.into_iter().map(|y| y.split_at_mut(middle)).unzip();
+    rayon::join(
+        || shared_out(model, &x0, y0, share),
+        || shared_out(model, &x1, y1, share),
+    );
 }
 
 struct Block {

@@ -1,8 +1,8 @@
 //! Where the strongest line of a record lies: a start for the fit, and a check of what a table claims.
 
+use crate::Window;
+use crate::fourier::forward_owned;
 use proofmass_core::Error;
-use realfft::RealFftPlanner;
-use std::f64::consts::TAU;
 
 /// Frequency in Hz of the strongest line of a record, apart from its mean.
 ///
@@ -38,32 +38,22 @@ pub fn dominant_frequency(sampling_frequency: f64, x: &[f64]) -> Result<f64, Err
         });
     }
     let mean = x.iter().sum::<f64>() / n as f64;
-    let mut windowed: Vec<f64> = x
-        .iter()
-        .enumerate()
-        .map(|(i, v)| (v - mean) * (0.5 - 0.5 * (TAU * i as f64 / n as f64).cos()))
-        .collect();
-    let transform = RealFftPlanner::new().plan_fft_forward(n);
-    let mut spectrum = transform.make_output_vec();
-    transform
-        .process(&mut windowed, &mut spectrum)
-        .map_err(|_| Error::Length {
-            name: "samples",
-            expected: n,
-            got: n,
-        })?;
-    let modulus: Vec<f64> = spectrum.iter().map(|z| z.norm()).collect();
-    let last = modulus.len() - 1;
+    let window = Window::Hann.weights(n);
+    let windowed = x.iter().zip(window).map(|(v, w)| (v - mean) * w);
+    let spectrum = forward_owned(windowed.collect());
+    let last = spectrum.len() - 1;
+    let power = |k: usize| spectrum[k].norm_sqr();
     let k = (1..last)
-        .max_by(|&a, &b| modulus[a].total_cmp(&modulus[b]))
+        .max_by(|&a, &b| power(a).total_cmp(&power(b)))
         .unwrap_or(1);
-    let (side, neighbour) = if modulus[k + 1] > modulus[k - 1] {
-        (1.0, modulus[k + 1])
+    let modulus = |k: usize| spectrum[k].norm();
+    let (side, neighbour) = if modulus(k + 1) > modulus(k - 1) {
+        (1.0, modulus(k + 1))
     } else {
-        (-1.0, modulus[k - 1])
+        (-1.0, modulus(k - 1))
     };
-    let ratio = if modulus[k] > 0.0 {
-        neighbour / modulus[k]
+    let ratio = if modulus(k) > 0.0 {
+        neighbour / modulus(k)
     } else {
         0.0
     };

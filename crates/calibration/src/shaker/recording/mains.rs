@@ -2,8 +2,7 @@
 
 use super::RecordedTone;
 use crate::shaker::hum::{HEARD, MAINS, WANDERS};
-use proofmass_signal::fourier::forward_owned;
-use std::f64::consts::TAU;
+use proofmass_signal::{Window, fourier::forward_owned};
 
 /// Bins on either side of the drive and of its harmonics within which tones are fitted, or hidden.
 const FAR: f64 = 12.0;
@@ -46,13 +45,7 @@ pub(super) fn listen(
     if lines.is_empty() {
         return vec![];
     }
-    let step = TAU / n as f64;
-    let window: Vec<f64> = (0..n)
-        .map(|i| {
-            let x = step * i as f64;
-            0.35875 - 0.48829 * x.cos() + 0.14128 * (2.0 * x).cos() - 0.01168 * (3.0 * x).cos()
-        })
-        .collect();
+    let window = Window::BlackmanHarris.weights(n);
     let spectra: Vec<Vec<f64>> = channels
         .iter()
         .map(|x| {
@@ -62,7 +55,7 @@ pub(super) fn listen(
             spectrum.iter().map(|z| z.norm_sqr()).collect()
         })
         .collect();
-    let sum = 0.35875 * n as f64;
+    let sum: f64 = window.iter().sum();
     lines
         .into_iter()
         .map(|frequency| {
@@ -103,6 +96,7 @@ mod tests {
     use rand::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};
     use rand_xoshiro::Xoshiro256PlusPlus;
+    use std::f64::consts::TAU;
 
     fn record(rng: &mut Xoshiro256PlusPlus, drive: f64, hum: &[(f64, f64)]) -> Vec<f64> {
         (0..10_240)
