@@ -1,6 +1,7 @@
 //! Propagation against Monte Carlo: does the stated interval hold for each term of S?
 
 mod draws;
+mod envelope;
 mod estimator;
 mod lanes;
 
@@ -281,7 +282,7 @@ impl Simulation {
         let adjustment = Adjustment::new(&exact, spurious, budget)?;
         Ok(Self {
             errors: Errors::new(&exact, spurious, budget)?,
-            estimator: Estimator::new(&adjustment, &exact, spurious, budget),
+            estimator: Estimator::new(&adjustment, &exact, spurious, budget)?,
         })
     }
 }

@@ -1,5 +1,6 @@
 //! The estimator of the adjustment, applied to one trial after another.
 
+use super::envelope::{Envelope, Group};
 use super::lanes::{
     Complex, Motion, Real, WIDEST, leaning, response, tilted, turned, turned_back, wedge,
 };
@@ -9,6 +10,7 @@ use crate::shaker::budget::{Acts, Budget};
 use crate::shaker::matrix::Matrix;
 use crate::shaker::observation::{PhasorRow, SpuriousTable};
 use num_complex::Complex64;
+use proofmass_core::Error;
 use pulp::Simd;
 
 /// What an unknown of the adjustment does to a row.
@@ -38,17 +40,18 @@ struct Row {
     in_phase: bool,
 }
 
-/// Minimises the sum of squares of the adjustment by steps with the covariance of its solution.
+/// Minimises the sum of squares of the adjustment by steps with the normal equations of its solution.
 ///
-/// The gradient is taken where the parameters are, so the point found is the minimum itself; the fixed covariance
-/// only costs a few steps more.
+/// The gradient is taken where the parameters are, so the point found is the minimum itself; that the normal equations
+/// stay as they are only costs a few steps more.
 pub(super) struct Estimator {
     rows: Vec<Row>,
     frequencies: Vec<f64>,
     /// Solution of the noise-free campaign, in units of `scale`.
     start: Vec<f64>,
     truth: Vec<Matrix>,
-    covariance: Vec<f64>,
+    /// What gives a step from a gradient.
+    normal: Envelope,
     /// One over the standard deviation of each parameter; zero where there is none.
     precision: Vec<f64>,
     scale: f64,
@@ -69,13 +72,13 @@ impl Estimator {
         rows: &[PhasorRow],
         spurious: &SpuriousTable,
         budget: &Budget,
-    ) -> Self {
+    ) -> Result<Self, Error> {
         let first_draw = adjustment.first_draw();
         let count = adjustment.parameters.len();
-        let covariance = adjustment.covariances().to_vec();
+        let covariance = adjustment.covariances();
         let j = Complex64::new(0.0, 1.0);
         let one = Complex64::new(1.0, 0.0);
-        let model = rows
+        let model: Vec<Row> = rows
             .iter()
             .enumerate()
             .map(|(i, row)| {
@@ -140,7 +143,17 @@ impl Estimator {
                 }
             })
             .collect();
-        Self {
+        let groups: Vec<Group> = model
+            .iter()
+            .map(|row| {
+                let terms = 18 * row.frequency..18 * row.frequency + 18;
+                Group {
+                    block: row.frequency,
+                    unknowns: terms.chain(row.unknowns.iter().map(|u| u.0)).collect(),
+                }
+            })
+            .collect();
+        Ok(Self {
             rows: model,
             frequencies: adjustment.frequencies.clone(),
             truth: (0..adjustment.frequencies.len())
@@ -157,10 +170,10 @@ impl Estimator {
                     }
                 })
                 .collect(),
-            covariance,
+            normal: Envelope::new(covariance, &groups)?,
             scale: adjustment.scale,
             first_draw,
-        }
+        })
     }
 
     pub(super) fn frequencies(&self) -> &[f64] {
@@ -194,6 +207,7 @@ impl Estimator {
         let mut at = next.clone();
         let mut step = vec![zero; count];
         let mut newton = vec![zero; count];
+        let mut work = vec![zero; count];
         let mut gradient = vec![zero; count];
         let mut trials = [Descent::START; WIDEST];
         let trials = &mut trials[..S::F64_LANES];
@@ -202,7 +216,7 @@ impl Estimator {
         for _ in 0..EVALUATIONS {
             self.gradient(simd, &observed, &next, &mut gradient)
                 .store(&mut sums[..S::F64_LANES]);
-            self.newton(simd, &gradient, &mut newton);
+            self.normal.solve(simd, &gradient, &mut work, &mut newton);
             let mut most = zero;
             for (step, over) in newton.iter().zip(&self.precision) {
                 most = most.max((*step * *over).abs());
@@ -226,35 +240,6 @@ impl Estimator {
         }
         for ((change, a), s) in change.iter_mut().zip(&next).zip(&self.start) {
             ((*a - *s) * self.scale).store(change);
-        }
-    }
-
-    /// Covariance times gradient: four parameters at a time, so that no sum waits for the one before it.
-    #[inline(always)]
-    fn newton<S: Simd>(&self, simd: S, gradient: &[Real<S>], step: &mut [Real<S>]) {
-        let count = gradient.len();
-        let mut steps = step.chunks_exact_mut(4);
-        let mut rows = self.covariance.chunks_exact(4 * count);
-        for (step, rows) in (&mut steps).zip(&mut rows) {
-            let [mut a, mut b, mut c, mut d] = [Real::new(simd, 0.0); 4];
-            let (p, rest) = rows.split_at(count);
-            let (q, rest) = rest.split_at(count);
-            let (r, s) = rest.split_at(count);
-            for ((((g, p), q), r), s) in gradient.iter().zip(p).zip(q).zip(r).zip(s) {
-                a += *g * *p;
-                b += *g * *q;
-                c += *g * *r;
-                d += *g * *s;
-            }
-            step.copy_from_slice(&[a, b, c, d]);
-        }
-        let rest = rows.remainder().chunks_exact(count);
-        for (step, row) in steps.into_remainder().iter_mut().zip(rest) {
-            let mut sum = Real::new(simd, 0.0);
-            for (g, c) in gradient.iter().zip(row) {
-                sum += *g * *c;
-            }
-            *step = sum;
         }
     }
 

@@ -1,0 +1,217 @@
+//! Normal equations whose unknowns belong mostly to few runs, or to one frequency: solved within their envelope.
+
+use super::lanes::Real;
+use faer::{Mat, Side, linalg::solvers::Solve};
+use proofmass_core::Error;
+use pulp::Simd;
+
+/// Cholesky factor L of a positive definite matrix, every row from its first element that is not zero on.
+///
+/// What several blocks share comes last: the other rows of L then have little to the left of the diagonal.
+///
+/// **Source** `[GeorgeLiu1981]` chapter 4.
+pub(super) struct Envelope {
+    /// Unknown of each row, and its standard deviation.
+    unknowns: Vec<(usize, f64)>,
+    rows: Vec<Row>,
+    values: Vec<f64>,
+}
+
+/// A row of L: columns from `first` to the diagonal, whose reciprocal is apart.
+struct Row {
+    first: usize,
+    start: usize,
+    reciprocal: f64,
+}
+
+/// Unknowns that an equation connects, and the block (the frequency) it belongs to.
+pub(super) struct Group {
+    pub(super) block: usize,
+    pub(super) unknowns: Vec<usize>,
+}
+
+/// Additions that do not wait for each other.
+const SUMS: usize = 4;
+
+impl Envelope {
+    /// From the covariance (row-major) that is the inverse of the matrix, and the groups of unknowns that equations
+    /// connect; two that are in no group together have a zero there.
+    ///
+    /// # Errors
+    /// [`Error::Singular`] for a covariance that is not positive definite.
+    pub(super) fn new(covariance: &[f64], groups: &[Group]) -> Result<Self, Error> {
+        let singular = Error::Singular {
+            name: "normal equations of a trial",
+            condition: f64::INFINITY,
+        };
+        let count = covariance.len().isqrt();
+        let deviation: Vec<f64> = (0..count)
+            .map(|i| covariance[i * count + i].sqrt())
+            .collect();
+        // In units of the standard deviations, so that volts and radians are alike.
+        let correlation = Mat::from_fn(count, count, |i, j| {
+            covariance[i * count + j] / (deviation[i] * deviation[j])
+        });
+        let normal = correlation
+            .llt(Side::Lower)
+            .map_err(|_| singular.clone())?
+            .solve(Mat::<f64>::identity(count, count));
+        // Unknowns of one block together, in it those of few equations first; after them what several blocks share.
+        let mut keys = vec![(false, usize::MAX, 0, 0); count];
+        for (g, group) in groups.iter().enumerate() {
+            for &unknown in &group.unknowns {
+                let (shared, block, equations, last) = &mut keys[unknown];
+                *shared |= *equations > 0 && *block != group.block;
+                (*block, *last) = (group.block, g);
+                *equations += 1;
+            }
+        }
+        let mut order: Vec<usize> = (0..count).collect();
+        order.sort_by_key(|&unknown| match keys[unknown] {
+            (true, _, equations, last) => (true, 0, equations, last),
+            local => local,
+        });
+        let mut place = vec![0; count];
+        for (position, &unknown) in order.iter().enumerate() {
+            place[unknown] = position;
+        }
+        let mut first: Vec<usize> = (0..count).collect();
+        for group in groups {
+            let least = group.unknowns.iter().map(|&u| place[u]).min().unwrap_or(0);
+            for &unknown in &group.unknowns {
+                first[place[unknown]] = first[place[unknown]].min(least);
+            }
+        }
+        let mut rows: Vec<Row> = Vec::with_capacity(count);
+        let mut values: Vec<f64> = vec![];
+        for (i, &first) in first.iter().enumerate() {
+            let start = values.len();
+            let mut square = normal[(order[i], order[i])];
+            for j in first..i {
+                let row = &rows[j];
+                let from = first.max(row.first);
+                let mine = &values[start + from - first..];
+                let theirs = &values[row.start + from - row.first..];
+                let inner: f64 = mine[..j - from]
+                    .iter()
+                    .zip(theirs)
+                    .map(|(a, b)| a * b)
+                    .sum();
+                let value = (normal[(order[i], order[j])] - inner) * row.reciprocal;
+                square -= value * value;
+                values.push(value);
+            }
+            if !(square > 0.0) {
+                return Err(singular);
+            }
+            rows.push(Row {
+                first,
+                start,
+                reciprocal: 1.0 / square.sqrt(),
+            });
+        }
+        Ok(Self {
+            unknowns: order.iter().map(|&u| (u, deviation[u])).collect(),
+            rows,
+            values,
+        })
+    }
+
+    /// The elements of a row left of the diagonal.
+    #[inline(always)]
+    fn left(&self, i: usize) -> &[f64] {
+        let row = &self.rows[i];
+        &self.values[row.start..row.start + i - row.first]
+    }
+
+    /// Solves for the right-hand side of every trial; `work` has the same length.
+    #[inline(always)]
+    pub(super) fn solve<S: Simd>(
+        &self,
+        simd: S,
+        right: &[Real<S>],
+        work: &mut [Real<S>],
+        solution: &mut [Real<S>],
+    ) {
+        let zero = Real::new(simd, 0.0);
+        for (i, row) in self.rows.iter().enumerate() {
+            let (unknown, deviation) = self.unknowns[i];
+            let mut sums = [zero; SUMS];
+            let (l, x) = (self.left(i), &work[row.first..i]);
+            let (l4, x4) = (l.chunks_exact(SUMS), x.chunks_exact(SUMS));
+            for (l, x) in l4.remainder().iter().zip(x4.remainder()) {
+                sums[0] += *x * *l;
+            }
+            for (l, x) in l4.zip(x4) {
+                for k in 0..SUMS {
+                    sums[k] += x[k] * l[k];
+                }
+            }
+            let sum = (sums[0] + sums[1]) + (sums[2] + sums[3]);
+            work[i] = (right[unknown] * deviation - sum) * row.reciprocal;
+        }
+        for (i, row) in self.rows.iter().enumerate().rev() {
+            let (unknown, deviation) = self.unknowns[i];
+            let value = work[i] * row.reciprocal;
+            solution[unknown] = value * deviation;
+            for (x, l) in work[row.first..i].iter_mut().zip(self.left(i)) {
+                *x = *x - value * *l;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pulp::Scalar;
+
+    #[test]
+    fn law_the_solution_is_the_covariance_times_the_right_hand_side() {
+        // Two blocks of three unknowns that share two more; unknowns 0 and 1, 3 and 4 are in no equation together.
+        let groups = [
+            (0, vec![0, 2, 6, 7]),
+            (0, vec![1, 2, 6]),
+            (1, vec![3, 5, 7]),
+            (1, vec![4, 5, 6, 7]),
+        ]
+        .map(|(block, unknowns)| Group { block, unknowns });
+        let mut normal = Mat::<f64>::identity(8, 8);
+        for (g, group) in groups.iter().enumerate() {
+            for (a, &i) in group.unknowns.iter().enumerate() {
+                for (b, &j) in group.unknowns.iter().enumerate() {
+                    let part = |k: usize| ((1 + k + 3 * g) as f64).sin();
+                    normal[(i, j)] += part(a) * part(b);
+                }
+            }
+        }
+        // Units that are far apart.
+        let unit = |i: usize| 10f64.powi(i as i32 - 4);
+        let inverse = normal
+            .llt(Side::Lower)
+            .unwrap()
+            .solve(Mat::<f64>::identity(8, 8));
+        let covariance: Vec<f64> = (0..64)
+            .map(|k| inverse[(k / 8, k % 8)] * unit(k / 8) * unit(k % 8))
+            .collect();
+        let envelope = Envelope::new(&covariance, &groups).unwrap();
+        // Zeros that no equation fills are not kept.
+        assert!(
+            envelope.values.len() < 8 * 7 / 2,
+            "{}",
+            envelope.values.len()
+        );
+        let simd = Scalar::new();
+        let right: Vec<f64> = (0..8).map(|i| (i as f64 - 2.5) / unit(i)).collect();
+        let zero = Real::new(simd, 0.0);
+        let lanes: Vec<Real<Scalar>> = right.iter().map(|x| Real::new(simd, *x)).collect();
+        let (mut work, mut solution) = (vec![zero; 8], vec![zero; 8]);
+        envelope.solve(simd, &lanes, &mut work, &mut solution);
+        for i in 0..8 {
+            let mut found = [0.0];
+            solution[i].store(&mut found);
+            let expected: f64 = (0..8).map(|j| covariance[8 * i + j] * right[j]).sum();
+            assert!((found[0] / expected - 1.0).abs() < 1e-12, "{i}");
+        }
+    }
+}
