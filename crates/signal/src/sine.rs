@@ -144,6 +144,8 @@ pub struct SineFit {
 const ITERATIONS: usize = 30;
 /// Iterations in which the weights of the channels are taken anew.
 const REWEIGHTED: usize = 4;
+/// Step of the frequency, in units of its u, that ends the search: a thousandth of u cannot be told from the minimum.
+const NEAR: f64 = 1e-3;
 
 impl SineApproximation {
     /// Three parameters at a known frequency in Hz: offset, cosine, sine; residuals of any colour.
@@ -252,8 +254,8 @@ impl SineApproximation {
                 if !step.is_finite() {
                     break;
                 }
-                // Not worth another reading of the samples: the state is that of the minimum to a hundred-thousandth of u.
-                if (step * information.sqrt()).abs() < 1e-5 && (step * n as f64).abs() < 1e-6 {
+                // Not worth another reading of the samples: the state is that of the minimum to a thousandth of u.
+                if (step * information.sqrt()).abs() < NEAR && (step * n as f64).abs() < 1e-6 {
                     converged = true;
                     break;
                 }
@@ -267,14 +269,13 @@ impl SineApproximation {
                 }
                 omega += step;
                 state = self.solve(omega, n, channels, Some(state.fitted))?;
-                // Phase error left over the whole record, and the same in units of u.
-                if (step * n as f64).abs() < 1e-9 || (step * information.sqrt()).abs() < 1e-5 {
+                // Phase error left over the whole record, and the same in units of u: the next step is far shorter.
+                if (step * n as f64).abs() < 1e-9 || (step * information.sqrt()).abs() < NEAR {
                     converged = true;
                     break;
                 }
             }
-            // A thousandth of u cannot be told from the minimum.
-            converged |= (step * information.sqrt()).abs() < 1e-3;
+            converged |= (step * information.sqrt()).abs() < NEAR;
             if !converged {
                 return Err(Error::NotConverged {
                     name: "common frequency of the sine approximation",
