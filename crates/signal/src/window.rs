@@ -3,6 +3,9 @@
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
+/// Weights from one exact cosine to the next.
+const STRIDE: usize = 64;
+
 /// A window function, periodic (as a discrete Fourier transform sees it).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -42,16 +45,22 @@ impl Window {
 
     /// The n weights.
     pub fn weights(self, n: usize) -> Vec<f64> {
-        // (−1)^j cos jφ is the Chebyshev polynomial T_j at −cos φ: one cosine for all terms, summed from the last one on.
-        let weight = |k: usize| {
-            let x = -(2.0 * PI * k as f64 / n as f64).cos();
-            let (mut sum, mut before) = (0.0, 0.0);
-            for a in self.cosines().iter().skip(1).rev() {
-                (sum, before) = (a + 2.0 * x * sum - before, sum);
+        let turn = |k: usize| (2.0 * PI * k as f64 / n as f64).sin_cos();
+        // cos(φ + ψ) from exact sines and cosines of a few φ and ψ: two roundings more than its own.
+        let within: Vec<(f64, f64)> = (0..STRIDE).map(turn).collect();
+        let mut weights = Vec::with_capacity(n);
+        for start in (0..n.min(n / 2 + 1)).step_by(STRIDE) {
+            let (sine, cosine) = turn(start);
+            for (s, c) in &within[..STRIDE.min(n.min(n / 2 + 1) - start)] {
+                // (−1)^j cos jφ is the Chebyshev polynomial T_j at −cos φ: one cosine for all terms, summed from the last on.
+                let x = sine * s - cosine * c;
+                let (mut sum, mut before) = (0.0, 0.0);
+                for a in self.cosines().iter().skip(1).rev() {
+                    (sum, before) = (a + 2.0 * x * sum - before, sum);
+                }
+                weights.push(self.cosines()[0] + x * sum - before);
             }
-            self.cosines()[0] + x * sum - before
-        };
-        let mut weights: Vec<f64> = (0..n.min(n / 2 + 1)).map(weight).collect();
+        }
         // The other half is its mirror image.
         for k in weights.len()..n {
             weights.push(weights[n - k]);

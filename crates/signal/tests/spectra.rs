@@ -339,3 +339,34 @@ fn refuses_bad_signals() {
     assert!(slepian(64, 2.5, 0).is_err());
     assert!(slepian(64, 40.0, 4).is_err());
 }
+
+#[test]
+fn law_weights_are_the_sum_of_cosines() {
+    // Definitions of Heinzel, Rüdiger and Schilling, appendix C.
+    let coefficients: [(Window, &[f64]); 3] = [
+        (Window::Rectangular, &[1.0]),
+        (Window::Hann, &[0.5, 0.5]),
+        (
+            Window::BlackmanHarris,
+            &[0.35875, 0.48829, 0.14128, 0.01168],
+        ),
+    ];
+    for (window, coefficients) in coefficients {
+        for n in [0, 1, 2, 3, 64, 65, 127, 128, 129, 130, 1000, 4097] {
+            let weights = window.weights(n);
+            assert_eq!(weights.len(), n);
+            for (k, w) in weights.iter().enumerate() {
+                let angle = std::f64::consts::TAU * k as f64 / n as f64;
+                let terms = coefficients.iter().enumerate();
+                let expected: f64 = terms
+                    .map(|(j, a)| (-1f64).powi(j as i32) * a * (j as f64 * angle).cos())
+                    .sum();
+                // Rounding of the angles j 2πk/n, which the derivative of up to j = 3 carries on.
+                assert!(
+                    (w - expected).abs() < 4e-15,
+                    "{window:?} {n} {k}: {w} {expected}"
+                );
+            }
+        }
+    }
+}

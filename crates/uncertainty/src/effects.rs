@@ -155,7 +155,7 @@ impl MonteCarlo {
                     Xoshiro256PlusPlus::seed_from_u64(word)
                 };
                 let mut streams = [stream(0), stream(1)];
-                let (mut a, mut b) = (Strips::new(n), Strips::new(n));
+                let (mut a, mut b) = (Strips::of(n, STRIP), Strips::of(n, STRIP));
                 let room = || vec![vec![0.0; STRIP]; m];
                 let (mut fa, mut fb, mut f) = (room(), room(), room());
                 for _ in 0..BLOCK / STRIP {

@@ -135,8 +135,8 @@ pub struct Progress {
 
 /// Trials per block at least. **Source** `[S1] 7.9.4 b`.
 const BLOCK: usize = 10_000;
-/// Trials that one thread takes at a time where several share a block: a quarter of a strip.
-const LEAST_SHARE: usize = STRIP / 4;
+/// Trials that one thread takes at a time where several share a block.
+const LEAST_SHARE: usize = 16;
 /// Blocks between two looks at the stopping rule; fixed, so that the number of threads cannot matter.
 const WAVE: usize = 8;
 /// Blocks between two words on progress where nothing can stop the calculation early.
@@ -346,7 +346,7 @@ impl MonteCarlo {
             if start == 0 || ahead.is_none() {
                 sampler.fill(&mut strips, &mut rng);
             }
-            let count = STRIP.min(size - start);
+            let count = strips.trials.min(size - start);
             let x = strips.columns(count);
             let mut y: Vec<&mut [f64]> = columns
                 .iter_mut()

@@ -16,7 +16,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use source::Source;
 use stretch::Stretch;
 
-/// Trials drawn at a time: they stay in the first-level cache.
+/// Trials drawn at a time at most: they stay in the first-level cache.
 pub(crate) const STRIP: usize = 256;
 
 /// How the draws of one set of inputs are made.
@@ -236,9 +236,10 @@ impl Sampler {
         Ok(())
     }
 
-    /// Fills [`STRIP`] trials.
+    /// Fills all trials of the strips.
     pub fn fill(&self, strips: &mut Strips, rng: &mut Xoshiro256PlusPlus) {
         let mut factors = [1.0; STRIP];
+        let trials = strips.trials;
         let mut z = Vec::new();
         let mut common = Vec::new();
         for plan in &self.plans {
@@ -252,7 +253,7 @@ impl Sampler {
                     if most == 0 {
                         continue;
                     }
-                    for trial in 0..STRIP {
+                    for trial in 0..trials {
                         let k = rng.random_range(0..most);
                         for (&d, column) in draws.iter().zip(columns) {
                             strips.set(d, trial, column[k]);
@@ -260,7 +261,7 @@ impl Sampler {
                     }
                 }
                 Plan::SharedScale { draws, stretch } => {
-                    factors.fill_with(|| stretch.draw(rng));
+                    factors[..trials].fill_with(|| stretch.draw(rng));
                     for (d, source, middle) in draws {
                         let (column, words) = strips.column(*d);
                         source.fill(column, words, rng);
@@ -276,7 +277,7 @@ impl Sampler {
                     stretches,
                 } => {
                     let m = draws.len();
-                    for trial in 0..STRIP {
+                    for trial in 0..trials {
                         z.clear();
                         z.extend((0..m).map(|_| rng.sample::<f64, _>(StandardNormal)));
                         common.clear();

@@ -26,6 +26,7 @@ use super::spurious::pooled;
 use crate::frequency_response::FrequencyResponse;
 use proofmass_core::Error;
 use proofmass_uncertainty::{Estimate, Finding, Severity, SharedEffect};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// Which calculation.
@@ -332,22 +333,26 @@ fn methods(
     rows: &[PhasorRow],
     budget: &Budget,
 ) -> Result<Vec<MethodResult>, Error> {
-    let mut results = vec![];
-    for &method in &campaign.methods {
-        for correction in corrections {
+    let with = |method: ShakerMethod| corrections.iter().map(move |c| (method, c));
+    let all: Vec<(ShakerMethod, &Correction)> =
+        campaign.methods.iter().copied().flat_map(with).collect();
+    let results: Vec<Result<MethodResult, Error>> = all
+        .into_par_iter()
+        .map(|(method, correction)| {
             let table = &correction.table;
-            results.push(match method {
-                ShakerMethod::PublishedMagnitude => by_magnitudes(campaign, rows, correction)?,
+            match method {
+                ShakerMethod::PublishedMagnitude => by_magnitudes(campaign, rows, correction),
                 ShakerMethod::Complex => {
-                    rigorous(method, correction, complex(rows, table, budget)?, campaign)?
+                    rigorous(method, correction, complex(rows, table, budget)?, campaign)
                 }
                 ShakerMethod::Joint => {
-                    rigorous(method, correction, joint(rows, table, budget)?, campaign)?
+                    rigorous(method, correction, joint(rows, table, budget)?, campaign)
                 }
-            });
-        }
-    }
-    Ok(results)
+            }
+        })
+        .collect();
+    // The first error of all, whichever came first in time.
+    results.into_iter().collect()
 }
 
 fn rigorous(

@@ -5,6 +5,7 @@ use super::valid::Valid;
 use super::{CHUNK, Interval, Sampled, SampledOutput};
 use crate::region::region;
 use crate::{Covariance, Finding, Histogram, Refusal, Severity};
+use rayon::prelude::*;
 
 pub(super) fn summarise(
     outputs: Vec<(String, String)>,
@@ -20,31 +21,35 @@ pub(super) fn summarise(
     let columns: Vec<&Vec<f64>> = joint.map_or_else(|| own.clone(), |joint| joint.iter().collect());
     let m = columns.len();
     let moments: Vec<(f64, f64)> = columns.iter().map(|c| mean_and_sd(c)).collect();
+    let element = |i: usize, j: usize| {
+        let last = columns[i].len() as f64 - 1.0;
+        // Columns of unequal length exist only where no trial is valid in all of them.
+        let sum: f64 = if i == j {
+            // One that no number can hold is stated as absent.
+            moments[i].1.max(0.0).powi(2) * last
+        } else if columns[i].len() != columns[j].len() {
+            0.0
+        } else {
+            let chunks = columns[i].chunks(4096).zip(columns[j].chunks(4096));
+            let products = chunks.map(|(a, b)| {
+                let pairs = a.iter().zip(b);
+                pairs
+                    .map(|(a, b)| (a - moments[i].0) * (b - moments[j].0))
+                    .sum::<f64>()
+            });
+            products.sum()
+        };
+        sum / last
+    };
+    let triangle: Vec<Vec<f64>> = (0..m)
+        .into_par_iter()
+        .map(|i| (0..=i).map(|j| element(i, j)).collect())
+        .collect();
     let mut rows = vec![0.0; m * m];
-    for i in 0..m {
-        for j in 0..=i {
-            let last = columns[i].len() as f64 - 1.0;
-            // Columns of unequal length exist only where no trial is valid in all of them.
-            let sum: f64 = if i == j {
-                // One that no number can hold is stated as absent.
-                moments[i].1.max(0.0).powi(2) * last
-            } else if columns[i].len() != columns[j].len() {
-                0.0
-            } else {
-                let products =
-                    columns[i]
-                        .chunks(4096)
-                        .zip(columns[j].chunks(4096))
-                        .map(|(a, b)| {
-                            let pairs = a.iter().zip(b);
-                            pairs
-                                .map(|(a, b)| (a - moments[i].0) * (b - moments[j].0))
-                                .sum::<f64>()
-                        });
-                products.sum()
-            };
-            rows[i * m + j] = sum / last;
-            rows[j * m + i] = rows[i * m + j];
+    for (i, elements) in triangle.iter().enumerate() {
+        for (j, element) in elements.iter().enumerate() {
+            rows[i * m + j] = *element;
+            rows[j * m + i] = *element;
         }
     }
     let covariance = Covariance::try_from_rows(m, &rows)?;

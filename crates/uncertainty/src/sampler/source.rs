@@ -184,6 +184,7 @@ impl Source {
 
     /// One draw of a strip of trials.
     pub fn fill(&self, column: &mut [f64], words: &mut Words, rng: &mut Xoshiro256PlusPlus) {
+        let count = column.len();
         match self {
             Self::Stretched {
                 inner,
@@ -206,27 +207,27 @@ impl Source {
                 *rng = state;
             }
             Self::StudentT { location, scale, t } => {
-                fill_words(&mut words.first, rng);
+                fill_words(&mut words.first[..column.len()], rng);
                 for (x, word) in column.iter_mut().zip(&words.first) {
                     *x = location + scale * t.shape(*word, rng);
                 }
             }
             Self::Rectangular { lower, width } => {
-                fill_words(&mut words.first, rng);
+                fill_words(&mut words.first[..column.len()], rng);
                 for (x, word) in column.iter_mut().zip(&words.first) {
                     *x = lower + width * fraction(*word);
                 }
             }
             // Sum of two rectangular variables. `[S1]` 6.4.4.3
             Self::Trapezoidal { lower, top, slope } => {
-                words.fill(rng);
+                words.fill(count, rng);
                 for ((x, a), b) in column.iter_mut().zip(&words.first).zip(&words.second) {
                     *x = lower + top * fraction(*a) + slope * fraction(*b);
                 }
             }
             // The lower limit is drawn first and mirrored about the middle. `[S1]` 6.4.3.4
             Self::Curvilinear { lower, span, d } => {
-                words.fill(rng);
+                words.fill(count, rng);
                 for ((x, a), b) in column.iter_mut().zip(&words.first).zip(&words.second) {
                     let a = lower + 2.0 * d * fraction(*a);
                     *x = a + (span - 2.0 * a) * fraction(*b);
@@ -237,8 +238,8 @@ impl Source {
             Self::Arcsine { middle, half } => {
                 let mut filled = 0;
                 while filled < column.len() {
-                    words.fill(rng);
-                    for (a, b) in words.first.iter().zip(&words.second) {
+                    words.fill(count, rng);
+                    for (a, b) in words.first[..count].iter().zip(&words.second) {
                         let (a, b) = (2.0 * fraction(*a) - 1.0, fraction(*b));
                         let (a, b) = (a * a, b * b);
                         let Some(x) = column.get_mut(filled) else {
