@@ -198,18 +198,16 @@ impl<S: Simd> Lanes<S> {
     #[inline(always)]
     fn load(simd: S, x: &[f64; LANES]) -> Self {
         let mut lanes = Self::new(simd, 0.0);
-        let parts = S::as_simd_f64s(x).0;
-        for k in 0..Self::REGISTERS {
-            lanes.registers[k] = parts[k];
+        for (register, part) in lanes.registers.iter_mut().zip(S::as_simd_f64s(x).0) {
+            *register = *part;
         }
         lanes
     }
 
     #[inline(always)]
     fn store(self, x: &mut [f64; LANES]) {
-        let parts = S::as_mut_simd_f64s(x).0;
-        for k in 0..Self::REGISTERS {
-            parts[k] = self.registers[k];
+        for (part, register) in S::as_mut_simd_f64s(x).0.iter_mut().zip(self.registers) {
+            *part = register;
         }
     }
 

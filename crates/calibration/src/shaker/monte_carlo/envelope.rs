@@ -54,7 +54,7 @@ impl Envelope {
         });
         let normal = correlation
             .llt(Side::Lower)
-            .map_err(|_| singular.clone())?
+            .map_err(|_| singular)?
             .solve(Mat::<f64>::identity(count, count));
         // Unknowns of one block together, in it those of few equations first; after them what several blocks share.
         let mut keys = vec![(false, usize::MAX, 0, 0); count];
