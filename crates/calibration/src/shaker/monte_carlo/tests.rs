@@ -381,6 +381,16 @@ fn law_a_trial_does_not_know_its_neighbours() {
             assert_eq!(together[p][k].to_bits(), alone.to_bits(), "trial {k}, {p}");
         }
     }
+    // Nor how wide the registers are.
+    let mut narrow = vec![vec![0.0; 11]; 18];
+    let mut y: Vec<&mut [f64]> = narrow.iter_mut().map(Vec::as_mut_slice).collect();
+    let batch = Batch {
+        simulation: &simulation,
+        x: &x,
+        y: &mut y,
+    };
+    batch.with_simd(pulp::Scalar::new());
+    assert_eq!(narrow, together);
 }
 
 /// How far single trials end from the adjustment of their campaigns at most, in units of u.
