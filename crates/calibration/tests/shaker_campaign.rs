@@ -1,8 +1,10 @@
 //! From samples to matrices, as a laboratory would run it.
 
+mod budgets;
+
 use proofmass_calibration::shaker::{
-    Acts, Budget, Configuration, Correction, Key, ShakerCampaign, ShakerInput, ShakerMethod,
-    Spurious, SpuriousTable, calibrate,
+    Budget, Configuration, Correction, ShakerCampaign, ShakerMethod, Spurious, SpuriousTable,
+    calibrate,
     recording::{PhasorReading, RunInput},
     reference::{ReferencePoint, ReferenceTable},
 };
@@ -15,12 +17,7 @@ const REFERENCE: f64 = 9.9e-3;
 fn budget() -> Budget {
     let mut budget = Budget::published_bench();
     budget.inputs.retain(|i| i.key != "reference.calibration");
-    budget.inputs.push(ShakerInput::new(
-        "noise",
-        Acts::OutputAdditive,
-        5e-5,
-        &[Key::Run, Key::Channel],
-    ));
+    budget.inputs.push(budgets::noise());
     budget
 }
 

@@ -1,8 +1,10 @@
 //! The published case recomputed: figures quoted in `docs/published-triaxial-case.md`.
 
+mod budgets;
+
 use num_complex::Complex64;
 use proofmass_calibration::shaker::{
-    Acts, Budget, Key, PhasorRow, ShakerInput, SpuriousTable, complex,
+    Budget, PhasorRow, SpuriousTable, complex,
     derived::{expanded, inconsistency, intrinsic},
     geometry::published_plan,
     joint,
@@ -55,13 +57,7 @@ fn regenerated(s: &Matrix, frequency: f64) -> Vec<PhasorRow> {
 
 fn budget() -> Budget {
     let mut budget = Budget::published_bench();
-    // 24 bits over ±10 V and the noise of the chain: 50 µV on a phasor, so that an output near zero has a noise.
-    budget.inputs.push(ShakerInput::new(
-        "noise",
-        Acts::OutputAdditive,
-        5e-5,
-        &[Key::Run, Key::Channel],
-    ));
+    budget.inputs.push(budgets::noise());
     budget
 }
 

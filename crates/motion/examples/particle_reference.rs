@@ -23,6 +23,11 @@ const PARTICLES: usize = 40_000;
 /// Samples that are not judged.
 const SKIP: usize = 2000;
 
+/// A speed of so many samples per count that swings.
+fn counting(samples: f64) -> Motion {
+    creeping(INCREMENT / (samples * DT))
+}
+
 /// Moves of sin² out and back with rests as long between them.
 fn stop_and_go(speed: f64, time: f64) -> Motion {
     let hop = move |t: f64| -> [f64; 3] {
@@ -127,11 +132,11 @@ fn main() {
         .and_then(|n| n.parse().ok())
         .unwrap_or(4);
     let cases: [(&str, Motion); 9] = [
-        ("5 samples per count", creeping(INCREMENT / (5.0 * DT))),
-        ("20", creeping(INCREMENT / (20.0 * DT))),
-        ("50", creeping(INCREMENT / (50.0 * DT))),
-        ("100", creeping(INCREMENT / (100.0 * DT))),
-        ("200", creeping(INCREMENT / (200.0 * DT))),
+        ("5 samples per count", counting(5.0)),
+        ("20", counting(20.0)),
+        ("50", counting(50.0)),
+        ("100", counting(100.0)),
+        ("200", counting(200.0)),
         ("sine of 1 Hz, 10 mm/s", sine(10e-3 / TAU, 1.0)),
         ("dither of 0.3 counts, 7 Hz", sine(0.3 * INCREMENT, 7.0)),
         ("dither of 0.7 counts, 7 Hz", sine(0.7 * INCREMENT, 7.0)),

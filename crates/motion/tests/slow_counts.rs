@@ -15,6 +15,11 @@ const DT: f64 = 1e-3;
 const DELTA: f64 = 1.57e-4;
 const NOISE: f64 = 0.02;
 
+/// A speed of so many samples per count that swings.
+fn counting(samples: f64) -> Motion {
+    creeping(DELTA / (samples * DT))
+}
+
 /// Moves of sin² with a rest of the same length between them, out and back.
 fn stop_and_go(speed: f64, move_time: f64) -> Motion {
     Box::new(move |t| {
@@ -84,30 +89,10 @@ fn judge(result: &EstimateResult, truth: &[f64]) -> [(f64, f64); 2] {
 #[test]
 fn coverage_of_slow_counts_after_tuning() {
     let cases: [(&str, Motion, f64, f64); 9] = [
-        (
-            "20 samples per count",
-            creeping(DELTA / (20.0 * DT)),
-            0.115,
-            0.056,
-        ),
-        (
-            "50 samples per count",
-            creeping(DELTA / (50.0 * DT)),
-            0.131,
-            0.054,
-        ),
-        (
-            "100 samples per count",
-            creeping(DELTA / (100.0 * DT)),
-            0.182,
-            0.067,
-        ),
-        (
-            "200 samples per count",
-            creeping(DELTA / (200.0 * DT)),
-            0.263,
-            0.095,
-        ),
+        ("20 samples per count", counting(20.0), 0.115, 0.056),
+        ("50 samples per count", counting(50.0), 0.131, 0.054),
+        ("100 samples per count", counting(100.0), 0.182, 0.067),
+        ("200 samples per count", counting(200.0), 0.263, 0.095),
         ("sine of 1 mm/s", sine(1e-3 / TAU, 1.0), 0.282, 0.109),
         ("dither of 0.3 counts", sine(0.3 * DELTA, 7.0), 0.152, 0.056),
         ("dither of 0.7 counts", sine(0.7 * DELTA, 7.0), 0.156, 0.059),
@@ -163,8 +148,8 @@ fn coverage_of_slow_counts_after_tuning() {
 #[test]
 fn coverage_healthy_axes_raise_no_alarm() {
     let motions: [Motion; 6] = [
-        creeping(DELTA / (5.0 * DT)),
-        creeping(DELTA / (47.0 * DT)),
+        counting(5.0),
+        counting(47.0),
         sine(0.01, 3.0),
         sine(0.1, 1.0),
         stop_and_go(0.5, 0.3),

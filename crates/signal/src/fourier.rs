@@ -13,7 +13,8 @@ thread_local! {
     static LAST: RefCell<Option<Plan>> = const { RefCell::new(None) };
 }
 
-fn plan(n: usize) -> Arc<dyn RealToComplex<f64>> {
+/// How a forward transform of this length is made.
+pub(crate) fn plan(n: usize) -> Arc<dyn RealToComplex<f64>> {
     LAST.with_borrow_mut(|last| match last {
         Some((length, plan)) if *length == n => plan.clone(),
         _ => {

@@ -3,7 +3,7 @@
 use crate::{Density, Detrend, Window, window::equivalent_noise_bandwidth};
 use proofmass_core::Error;
 use rayon::prelude::*;
-use realfft::{RealFftPlanner, num_complex::Complex};
+use realfft::num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
 /// How a signal is cut and windowed.
@@ -140,7 +140,7 @@ pub(crate) fn segment_powers(
     rate: f64,
 ) -> Vec<f64> {
     let l = weights.len();
-    let plan = RealFftPlanner::<f64>::new().plan_fft_forward(l);
+    let plan = crate::fourier::plan(l);
     let bins = l / 2 + 1;
     let partial: Vec<Vec<f64>> = (0..count.div_ceil(BATCH))
         .into_par_iter()

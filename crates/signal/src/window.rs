@@ -48,10 +48,11 @@ impl Window {
         let turn = |k: usize| (2.0 * PI * k as f64 / n as f64).sin_cos();
         // cos(φ + ψ) from exact sines and cosines of a few φ and ψ: two roundings more than its own.
         let within: Vec<(f64, f64)> = (0..STRIDE).map(turn).collect();
+        let half = n.min(n / 2 + 1);
         let mut weights = Vec::with_capacity(n);
-        for start in (0..n.min(n / 2 + 1)).step_by(STRIDE) {
+        for start in (0..half).step_by(STRIDE) {
             let (sine, cosine) = turn(start);
-            for (s, c) in &within[..STRIDE.min(n.min(n / 2 + 1) - start)] {
+            for (s, c) in &within[..STRIDE.min(half - start)] {
                 // (−1)^j cos jφ is the Chebyshev polynomial T_j at −cos φ: one cosine for all terms, summed from the last on.
                 let x = sine * s - cosine * c;
                 let (mut sum, mut before) = (0.0, 0.0);
@@ -62,7 +63,7 @@ impl Window {
             }
         }
         // The other half is its mirror image.
-        for k in weights.len()..n {
+        for k in half..n {
             weights.push(weights[n - k]);
         }
         weights

@@ -11,7 +11,7 @@ pub(crate) use circle::{circles, nearest_turn};
 pub use sampled::{Interval, Sampled, SampledOutput};
 
 use crate::propagation::one_by_one;
-use crate::sampler::{STRIP, Sampler, Strips};
+use crate::sampler::{Sampler, Strips};
 use crate::{Finding, JointInputs, Model, Refusal, Severity};
 use order::{mean_and_sd, symmetric_interval};
 use proofmass_core::{Error, check};
@@ -258,18 +258,13 @@ impl MonteCarlo {
         while done < blocks && !stable {
             let wave = wave.min(blocks - done);
             // Fewer blocks than threads: the trials within a block are made by several.
-            let share = if wave < rayon::current_num_threads() {
-                LEAST_SHARE
-            } else {
-                usize::MAX
-            };
-            let whole = Portion {
+            let portion = Portion {
                 trials: block,
-                share,
+                shared: wave < rayon::current_num_threads(),
             };
             let values: Vec<Block> = (done..done + wave)
                 .into_par_iter()
-                .map(|number| self.block(model, &sampler, inputs, &circles, whole, number))
+                .map(|number| self.block(model, &sampler, inputs, &circles, portion, number))
                 .collect();
             for block in values {
                 for (column, values) in columns.iter_mut().zip(&block.columns) {
@@ -331,7 +326,7 @@ impl MonteCarlo {
     ) -> Block {
         let Portion {
             trials: size,
-            share,
+            shared,
         } = portion;
         let m = circles.len();
         // Two odd constants keep neighbouring seeds and blocks apart before seed_from_u64 mixes them again.
@@ -340,7 +335,7 @@ impl MonteCarlo {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(stream);
         let mut columns = vec![vec![0.0; size]; m];
         let mut strips = Strips::new(inputs.draws().len());
-        let mut ahead = (share < STRIP).then(|| Strips::new(inputs.draws().len()));
+        let mut ahead = shared.then(|| Strips::new(inputs.draws().len()));
         let mut start = 0;
         while start < size {
             if start == 0 || ahead.is_none() {
@@ -354,9 +349,10 @@ impl MonteCarlo {
                 .collect();
             if let Some(ahead) = &mut ahead {
                 // The next draws are made meanwhile.
+                let more = start + count < size;
                 rayon::join(
-                    || shared_out(model, &x, y, share),
-                    || sampler.fill(ahead, &mut rng),
+                    || shared_out(model, &x, y),
+                    || more.then(|| sampler.fill(ahead, &mut rng)),
                 );
                 std::mem::swap(&mut strips, ahead);
             } else {
@@ -396,25 +392,22 @@ impl MonteCarlo {
 struct Portion {
     /// Trials of a block.
     trials: usize,
-    /// Trials of it that one thread takes at least.
-    share: usize,
+    /// Whether several threads make it.
+    shared: bool,
 }
 
-/// Trials by as many threads as have nothing else to do, no fewer than `share` at a time.
-fn shared_out<M: Trial + Sync>(model: &M, x: &[&[f64]], mut y: Vec<&mut [f64]>, share: usize) {
+/// Trials by as many threads as have nothing else to do, no fewer than [`LEAST_SHARE`] at a time.
+fn shared_out<M: Trial + Sync>(model: &M, x: &[&[f64]], mut y: Vec<&mut [f64]>) {
     let count = y.first().map_or(0, |y| y.len());
-    if count / 2 < share {
+    if count / 2 < LEAST_SHARE {
         model.trials(x, &mut y);
         return;
     }
     // At a whole share, so that what is vectorised within the trials stays whole.
-    let middle = (count / 2).next_multiple_of(share);
+    let middle = (count / 2).next_multiple_of(LEAST_SHARE);
     let (x0, x1): (Vec<&[f64]>, Vec<&[f64]>) = x.iter().map(|x| x.split_at(middle)).unzip();
     let (y0, y1) = y.into_iter().map(|y| y.split_at_mut(middle)).unzip();
-    rayon::join(
-        || shared_out(model, &x0, y0, share),
-        || shared_out(model, &x1, y1, share),
-    );
+    rayon::join(|| shared_out(model, &x0, y0), || shared_out(model, &x1, y1));
 }
 
 struct Block {

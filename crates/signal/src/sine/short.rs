@@ -37,7 +37,7 @@ impl Left {
         let bins = (-most..=most)
             .filter(|&m| m != 0 && m as f64 + periods > 0.5)
             .map(|m| {
-                let c: Vec<Complex64> = terms.iter().map(|t| bin(t, tables, m)).collect();
+                let c: Vec<Complex64> = terms.iter().map(|t| tables.bin(t, m)).collect();
                 // cᴴ(ΦᵀΦ)⁻¹c with c = Σ φ e^{−jωn} e^{−j2πmb/B}: what the fit takes from a bin of white noise.
                 let mut taken = 0.0;
                 for (i, a) in c.iter().enumerate() {
@@ -53,16 +53,6 @@ impl Left {
     }
 }
 
-/// Σ z_b e^{−j2πmb/B}.
-fn bin(series: &[Complex64], tables: &Tables, m: isize) -> Complex64 {
-    let blocks = series.len();
-    let m = m.rem_euclid(blocks as isize) as usize;
-    let turned = series.iter().enumerate();
-    turned
-        .map(|(b, z)| tables.circle[(m * b) % blocks] * z)
-        .sum()
-}
-
 /// Covariance `[rr, ri, ii]` of a complex amplitude about the middle of the record with its degrees of freedom.
 ///
 /// Bins m of the demodulated residuals are divided by the part of white noise that the fit leaves there, and their mean
@@ -76,7 +66,7 @@ pub(super) fn covariance(
 ) -> ([f64; 3], f64) {
     let (mut power, mut kept) = (0.0, 0.0);
     for &(m, left) in &left.bins {
-        power += bin(&residue.series, tables, m).norm_sqr();
+        power += tables.bin(&residue.series, m).norm_sqr();
         kept += left;
     }
     let (c, s) = basis.fundamental();

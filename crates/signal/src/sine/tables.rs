@@ -102,6 +102,14 @@ impl Tables {
         2.0 * ((block * self.block) as f64 - self.middle) / self.samples as f64
     }
 
+    /// Σ z_b e^{−j2πmb/B} of a value per full block.
+    pub(crate) fn bin(&self, series: &[Complex64], m: isize) -> Complex64 {
+        let blocks = series.len();
+        let m = m.rem_euclid(blocks as isize) as usize;
+        let turned = series.iter().enumerate();
+        turned.map(|(b, z)| self.circle[(m * b) % blocks] * z).sum()
+    }
+
     /// τ per sample.
     pub(crate) fn scale(&self) -> f64 {
         2.0 / self.samples as f64

@@ -125,14 +125,7 @@ fn beside(state: &State, sampling_frequency: f64) -> Option<f64> {
         };
         let powers: Vec<(f64, isize)> = (-reach..=reach)
             .filter(|&m| free(m))
-            .map(|m| {
-                let step = m.rem_euclid(blocks as isize) as usize;
-                let series = residue.series.iter().enumerate();
-                let z: Complex64 = series
-                    .map(|(b, z)| tables.circle[(step * b) % blocks] * z)
-                    .sum();
-                (z.norm_sqr(), m)
-            })
+            .map(|m| (tables.bin(&residue.series, m).norm_sqr(), m))
             .collect();
         if powers.len() < 8 {
             continue;

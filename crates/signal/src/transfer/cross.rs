@@ -7,7 +7,6 @@ use crate::{Detrend, Welch, fourier};
 use num_complex::Complex64;
 use proofmass_core::{Error, Watch};
 use rayon::prelude::*;
-use realfft::RealFftPlanner;
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -78,7 +77,7 @@ impl CrossSpectra {
         check(input, rate, l)?;
         let (weights, step, count) = welch.segments(input.len())?;
         let bins = l / 2 + 1;
-        let plan = RealFftPlanner::<f64>::new().plan_fft_forward(l);
+        let plan = crate::fourier::plan(l);
         let done = AtomicU64::new(0);
         let batches = count.div_ceil(BATCH);
         let partial: Vec<Sums> = (0..batches)

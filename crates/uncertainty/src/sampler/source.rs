@@ -207,13 +207,13 @@ impl Source {
                 *rng = state;
             }
             Self::StudentT { location, scale, t } => {
-                fill_words(&mut words.first[..column.len()], rng);
+                fill_words(&mut words.first[..count], rng);
                 for (x, word) in column.iter_mut().zip(&words.first) {
                     *x = location + scale * t.shape(*word, rng);
                 }
             }
             Self::Rectangular { lower, width } => {
-                fill_words(&mut words.first[..column.len()], rng);
+                fill_words(&mut words.first[..count], rng);
                 for (x, word) in column.iter_mut().zip(&words.first) {
                     *x = lower + width * fraction(*word);
                 }

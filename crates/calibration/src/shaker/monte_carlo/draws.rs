@@ -1,6 +1,6 @@
 //! The errors of a trial: which draw of the general engine reaches which phasor of which run.
 
-use super::lanes::{Complex, Motion, Real, leaning, response, tilted, turned, wedge};
+use super::lanes::{Complex, Motion, Real, leaning, motion, response, tilted, turned, wedge};
 use crate::shaker::adjustment::model::root;
 use crate::shaker::budget::{Acts, Budget, Key, PART};
 use crate::shaker::matrix::{AXES, Matrix};
@@ -233,13 +233,9 @@ impl Row {
         let (mut modulus, mut phase) = ([one; 3], [zero; 3]);
         let (mut reference, mut turn) = (one, zero);
         let mut added = [Complex { re: zero, im: zero }; 3];
-        let mut read = Complex::new(simd, self.reference);
-        let [ex, ey, ez] = self.excitation;
-        let mut e = [
-            M::of(Complex::new(simd, ex)),
-            M::of(Complex::new(simd, ey)),
-            M::of(Complex::new(simd, ez)),
-        ];
+        let measured = Complex::new(simd, self.reference);
+        let mut read = measured;
+        let mut e: [M; 3] = motion(simd, self.excitation);
         for (draw, error) in &self.errors {
             let x = Real::load(simd, &x[*draw][first..]);
             match error {
@@ -269,7 +265,7 @@ impl Row {
                 Complex::new(simd, s[2][j]),
             ];
             let error = phase[j].turn() * modulus[j];
-            seen[j] = (response(&d, s) * error * self.reference + added[j]) * inverse;
+            seen[j] = (response(&d, s) * error * measured + added[j]) * inverse;
         }
         seen
     }

@@ -124,7 +124,8 @@ impl Envelope {
         &self.values[row.start..row.start + i - row.first]
     }
 
-    /// Solves for the right-hand side of every trial; `work` has the same length.
+    /// Solves for the right-hand side of every trial; `work` has the same length. Returns the largest part of the solution, in
+    /// standard deviations.
     #[inline(always)]
     pub(super) fn solve<S: Simd>(
         &self,
@@ -132,7 +133,7 @@ impl Envelope {
         right: &[Real<S>],
         work: &mut [Real<S>],
         solution: &mut [Real<S>],
-    ) {
+    ) -> Real<S> {
         let zero = Real::new(simd, 0.0);
         for (i, row) in self.rows.iter().enumerate() {
             let (unknown, deviation) = self.unknowns[i];
@@ -150,14 +151,17 @@ impl Envelope {
             let sum = (sums[0] + sums[1]) + (sums[2] + sums[3]);
             work[i] = (right[unknown] * deviation - sum) * row.reciprocal;
         }
+        let mut largest = zero;
         for (i, row) in self.rows.iter().enumerate().rev() {
             let (unknown, deviation) = self.unknowns[i];
             let value = work[i] * row.reciprocal;
             solution[unknown] = value * deviation;
+            largest = largest.max(value.abs());
             for (x, l) in work[row.first..i].iter_mut().zip(self.left(i)) {
                 *x = *x - value * *l;
             }
         }
+        largest
     }
 }
 
@@ -206,12 +210,17 @@ mod tests {
         let zero = Real::new(simd, 0.0);
         let lanes: Vec<Real<Scalar>> = right.iter().map(|x| Real::new(simd, *x)).collect();
         let (mut work, mut solution) = (vec![zero; 8], vec![zero; 8]);
-        envelope.solve(simd, &lanes, &mut work, &mut solution);
+        let largest = envelope.solve(simd, &lanes, &mut work, &mut solution);
+        let mut most = 0f64;
         for i in 0..8 {
             let mut found = [0.0];
             solution[i].store(&mut found);
             let expected: f64 = (0..8).map(|j| covariance[8 * i + j] * right[j]).sum();
             assert!((found[0] / expected - 1.0).abs() < 1e-12, "{i}");
+            most = most.max((expected / covariance[9 * i].sqrt()).abs());
         }
+        let mut found = [0.0];
+        largest.store(&mut found);
+        assert!((found[0] / most - 1.0).abs() < 1e-12);
     }
 }

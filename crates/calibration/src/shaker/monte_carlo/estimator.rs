@@ -1,8 +1,8 @@
-//! The estimator of the adjustment, applied to one trial after another.
+//! The estimator of the adjustment, applied to trials side by side.
 
 use super::envelope::{Envelope, Group};
 use super::lanes::{
-    Complex, Motion, Real, WIDEST, leaning, response, tilted, turned, turned_back, wedge,
+    Complex, Motion, Real, WIDEST, leaning, motion, response, tilted, turned, turned_back, wedge,
 };
 use crate::shaker::adjustment::Adjustment;
 use crate::shaker::adjustment::model::root;
@@ -52,13 +52,11 @@ pub(super) struct Estimator {
     truth: Vec<Matrix>,
     /// What gives a step from a gradient.
     normal: Envelope,
-    /// One over the standard deviation of each parameter; zero where there is none.
-    precision: Vec<f64>,
     scale: f64,
     first_draw: usize,
 }
 
-/// Largest number of gradients; two or three are the rule, angles of 15° need some ten.
+/// Largest number of gradients; three or four are the rule, angles of 15° need some ten.
 const EVALUATIONS: usize = 200;
 /// Share of its u by which a parameter may be off at the end.
 const ENOUGH: f64 = 0.002;
@@ -74,8 +72,6 @@ impl Estimator {
         budget: &Budget,
     ) -> Result<Self, Error> {
         let first_draw = adjustment.first_draw();
-        let count = adjustment.parameters.len();
-        let covariance = adjustment.covariances();
         let j = Complex64::new(0.0, 1.0);
         let one = Complex64::new(1.0, 0.0);
         let model: Vec<Row> = rows
@@ -160,17 +156,7 @@ impl Estimator {
                 .map(|f| adjustment.sensitivity(f))
                 .collect(),
             start: adjustment.parameters.clone(),
-            precision: (0..count)
-                .map(|i| covariance[i * count + i])
-                .map(|variance| {
-                    if variance > 0.0 {
-                        1.0 / variance.sqrt()
-                    } else {
-                        0.0
-                    }
-                })
-                .collect(),
-            normal: Envelope::new(covariance, &groups)?,
+            normal: Envelope::new(adjustment.covariances(), &groups)?,
             scale: adjustment.scale,
             first_draw,
         })
@@ -216,12 +202,9 @@ impl Estimator {
         for _ in 0..EVALUATIONS {
             self.gradient(simd, &observed, &next, &mut gradient)
                 .store(&mut sums[..S::F64_LANES]);
-            self.normal.solve(simd, &gradient, &mut work, &mut newton);
-            let mut most = zero;
-            for (step, over) in newton.iter().zip(&self.precision) {
-                most = most.max((*step * *over).abs());
-            }
-            most.store(&mut largest[..S::F64_LANES]);
+            self.normal
+                .solve(simd, &gradient, &mut work, &mut newton)
+                .store(&mut largest[..S::F64_LANES]);
             for (k, trial) in trials.iter_mut().enumerate() {
                 taken[k] = f64::from(u8::from(trial.takes(sums[k], largest[k])));
                 length[k] = trial.length;
@@ -293,12 +276,7 @@ impl Row {
         for factor in &mut factor {
             factor.re = Real::new(simd, 1.0);
         }
-        let [ex, ey, ez] = self.excitation;
-        let mut e = [
-            M::of(Complex::new(simd, ex)),
-            M::of(Complex::new(simd, ey)),
-            M::of(Complex::new(simd, ez)),
-        ];
+        let mut e: [M; 3] = motion(simd, self.excitation);
         for (index, unknown) in &self.unknowns {
             let z = at[*index];
             match unknown {
@@ -385,9 +363,12 @@ impl Row {
                 Unknown::Tilt(0, u) => (d[2].inner(of_d[1]) - d[1].inner(of_d[2])) * *u,
                 Unknown::Tilt(_, u) => (d[0].inner(of_d[2]) - d[2].inner(of_d[0])) * *u,
                 Unknown::Spurious(k, c) => of_e[*k].inner(M::of(Complex::new(simd, *c))),
-                Unknown::Factor(Some(j), c) => of_factor[*j].part(*c),
-                Unknown::Factor(None, c) => (of_factor[0] + of_factor[1] + of_factor[2]).part(*c),
-                Unknown::Additive(j, c) => w[*j].part(*c),
+                Unknown::Factor(Some(j), c) => of_factor[*j].inner(Complex::new(simd, *c)),
+                Unknown::Factor(None, c) => {
+                    let all = of_factor[0] + of_factor[1] + of_factor[2];
+                    all.inner(Complex::new(simd, *c))
+                }
+                Unknown::Additive(j, c) => w[*j].inner(Complex::new(simd, *c)),
             };
         }
         sum

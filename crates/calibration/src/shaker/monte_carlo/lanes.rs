@@ -188,12 +188,6 @@ impl<S: Simd> Complex<S> {
         self.im += x * c.im;
     }
 
-    /// Real part of c z.
-    #[inline(always)]
-    pub(super) fn part(self, c: Complex64) -> Real<S> {
-        self.re * c.re - self.im * c.im
-    }
-
     /// 1/z.
     #[inline(always)]
     pub(super) fn reciprocal(self) -> Self {
@@ -202,6 +196,16 @@ impl<S: Simd> Complex<S> {
         let lanes = square.simd.div_f64s(one.lanes, square.lanes);
         self.conj() * Real { lanes, ..square }
     }
+}
+
+/// The same motion in every trial.
+#[inline(always)]
+pub(super) fn motion<S: Simd, M: Motion<S>>(simd: S, [x, y, z]: [Complex64; 3]) -> [M; 3] {
+    [
+        M::of(Complex::new(simd, x)),
+        M::of(Complex::new(simd, y)),
+        M::of(Complex::new(simd, z)),
+    ]
 }
 
 /// e · m.
@@ -359,17 +363,6 @@ impl<S: Simd> Mul<Real<S>> for Complex<S> {
         Self {
             re: self.re * other,
             im: self.im * other,
-        }
-    }
-}
-
-impl<S: Simd> Mul<Complex64> for Complex<S> {
-    type Output = Self;
-    #[inline(always)]
-    fn mul(self, other: Complex64) -> Self {
-        Self {
-            re: self.re * other.re - self.im * other.im,
-            im: self.re * other.im + self.im * other.re,
         }
     }
 }

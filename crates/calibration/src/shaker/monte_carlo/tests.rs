@@ -24,6 +24,40 @@ fn rows(plan: &[Configuration], frequencies: &[f64]) -> Vec<PhasorRow> {
         .collect()
 }
 
+/// Spurious motion over that of the table, along each axis.
+const MOVES: Complex64 = Complex64::new(0.01, 0.002);
+
+/// A table that moves so on every wedge, measured with this covariance.
+fn moving(plan: &[Configuration], frequencies: &[f64], covariance: [f64; 3]) -> SpuriousTable {
+    let mut inclinations: Vec<f64> = plan.iter().map(|c| c.inclination).collect();
+    inclinations.sort_by(f64::total_cmp);
+    inclinations.dedup();
+    let at = |frequency: f64| {
+        let wedges = inclinations.iter();
+        wedges.map(move |&inclination| Spurious {
+            inclination,
+            frequency,
+            ratio: [MOVES; 3],
+            covariance: [covariance; 3],
+            dof: DegreesOfFreedom::INFINITE,
+        })
+    };
+    SpuriousTable {
+        entries: frequencies.iter().flat_map(|&f| at(f)).collect(),
+    }
+}
+
+/// What the device shows on such a table.
+fn see(rows: &mut [PhasorRow]) {
+    for row in rows {
+        let m = row.configuration.matrix();
+        let seen = std::array::from_fn(|i| {
+            row.reference * (m[i][2] + (0..3).map(|k| m[i][k] * MOVES).sum::<Complex64>())
+        });
+        row.outputs = row_times(seen, &sensitivity());
+    }
+}
+
 fn options(trials: u64) -> CheckOptions {
     CheckOptions {
         trials,
@@ -235,32 +269,10 @@ fn law_the_joint_estimator_is_tried_with_the_spurious_motion() {
     // joint method states it, and the trials of its own estimator agree.
     let plan: Vec<Configuration> = published_plan().into_iter().step_by(3).collect();
     let frequencies = [80.0, 160.0];
-    let mut entries = vec![];
-    let mut inclinations: Vec<f64> = plan.iter().map(|c| c.inclination).collect();
-    inclinations.sort_by(f64::total_cmp);
-    inclinations.dedup();
-    for &frequency in &frequencies {
-        for &inclination in &inclinations {
-            entries.push(Spurious {
-                inclination,
-                frequency,
-                ratio: [Complex64::new(0.01, 0.002); 3],
-                covariance: [[4e-5, 1e-5, 3e-5]; 3],
-                dof: DegreesOfFreedom::INFINITE,
-            });
-        }
-    }
-    let table = SpuriousTable { entries };
+    let table = moving(&plan, &frequencies, [4e-5, 1e-5, 3e-5]);
     let budget = bench();
     let mut rows = rows(&plan, &frequencies);
-    for row in &mut rows {
-        let m = row.configuration.matrix();
-        let e = [Complex64::new(0.01, 0.002); 3];
-        let seen = std::array::from_fn(|i| {
-            row.reference * (m[i][2] + (0..3).map(|k| m[i][k] * e[k]).sum::<Complex64>())
-        });
-        row.outputs = row_times(seen, &sensitivity());
-    }
+    see(&mut rows);
     let with = run(ShakerMethod::Joint, &rows, &table, &budget, 20_000);
     assert_eq!(with.len(), 2);
     let mut certain = table.clone();
@@ -320,28 +332,9 @@ fn everything() -> (Vec<PhasorRow>, SpuriousTable, Budget) {
             .push(ShakerInput::new(key, acts, 0.3 * degree, by));
     }
     let plan = published_plan();
-    let mut inclinations: Vec<f64> = plan.iter().map(|c| c.inclination).collect();
-    inclinations.sort_by(f64::total_cmp);
-    inclinations.dedup();
-    let entries = inclinations.iter().map(|&inclination| Spurious {
-        inclination,
-        frequency: 160.0,
-        ratio: [Complex64::new(0.01, 0.002); 3],
-        covariance: [[4e-6, 1e-6, 3e-6]; 3],
-        dof: DegreesOfFreedom::INFINITE,
-    });
-    let table = SpuriousTable {
-        entries: entries.collect(),
-    };
+    let table = moving(&plan, &[160.0], [4e-6, 1e-6, 3e-6]);
     let mut rows = rows(&plan, &[160.0]);
-    for row in &mut rows {
-        let m = row.configuration.matrix();
-        let e = [Complex64::new(0.01, 0.002); 3];
-        let seen = std::array::from_fn(|i| {
-            row.reference * (m[i][2] + (0..3).map(|k| m[i][k] * e[k]).sum::<Complex64>())
-        });
-        row.outputs = row_times(seen, &sensitivity());
-    }
+    see(&mut rows);
     (rows, table, budget)
 }
 
