@@ -67,8 +67,75 @@ fn coverage_map_of_tilts_that_nobody_or_too_little_declared() {
     assert!(undeclared.mean(&[4, 10, 12, 14]) < 0.85, "and it matters");
     let small = case("tilt ±0.3° declared ±0.1°").cell(&frequencies, 40);
     println!("{small:?}");
-    assert_eq!(small.said[1], 1.0, "a tilt declared too small is raised");
+    assert_eq!(small.said[1], 1.0, "a tilt declared too small is told");
     assert!(small.mean(&[4, 10, 12, 14]) > least(0.95, 40));
+}
+
+#[test]
+fn coverage_map_of_readings_and_gluings_beyond_the_budget() {
+    let frequencies = [10.0, 160.0, 1000.0];
+    let all: Vec<usize> = (0..18).collect();
+    for name in [
+        "12 gluings, readings × 1, gluing × 1",
+        "12 gluings, readings × 2, gluing × 1",
+        "12 gluings, readings × 1, gluing × 4",
+        "6 gluings, readings × 1, gluing × 2",
+        "6 gluings, readings × 1, gluing × 4",
+    ] {
+        let cell = case(name).cell(&frequencies, CAMPAIGNS);
+        println!("{name}: {:.3} {:?}", cell.mean(&all), cell.components);
+        for (p, share) in cell.components.iter().enumerate() {
+            assert!(*share > least(0.95, CAMPAIGNS), "{name}, {p}: {share}");
+        }
+        // Noisier readings are no missing tilt.
+        assert_eq!(cell.said[0], 0.0, "{name}");
+    }
+}
+
+/// Estimates of the variances are without bias, and scatter as their degrees of freedom say.
+#[test]
+fn law_the_runs_find_the_variances_of_readings_and_gluings() {
+    use proofmass_calibration::shaker::joint;
+    let usual = case("12 gluings, readings × 2, gluing × 1");
+    for (readings, gluing) in [(1.0, 1.0), (2.0, 1.0), (1.0, 3.0)] {
+        let case = Case {
+            beyond: [readings, gluing],
+            ..usual
+        };
+        let budget = case.budget();
+        let fits = (0..CAMPAIGNS as u64).map(|seed| {
+            let simulated = case.campaign(&[10.0, 160.0, 1000.0], 120_000 + seed);
+            joint(&simulated.rows, &simulated.spurious, &budget).expect("a fit")
+        });
+        let components: Vec<_> = fits.flat_map(|f| f.components).collect();
+        // The variance of a rectangular error varies less than that of a normal one, for which the freedom is stated.
+        for (key, truth) in [("readings", readings), ("gluing.angle", gluing)] {
+            let of_key: Vec<_> = components.iter().filter(|c| c.key == key).collect();
+            let n = of_key.len() as f64;
+            let mean = of_key.iter().map(|c| c.estimated.powi(2)).sum::<f64>() / n;
+            let stated = of_key
+                .iter()
+                .map(|c| 2.0 / c.freedom * c.estimated.powi(4))
+                .sum::<f64>()
+                / n;
+            let found = of_key
+                .iter()
+                .map(|c| (c.estimated.powi(2) - truth * truth).powi(2))
+                .sum::<f64>()
+                / n;
+            println!(
+                "{key} × {truth}: mean {:.3}, scatter {:.3} of {:.3}",
+                mean / (truth * truth),
+                found.sqrt() / (truth * truth),
+                stated.sqrt() / (truth * truth)
+            );
+            assert!(
+                (mean - truth * truth).abs() < 4.5 * (stated / n).sqrt(),
+                "{key}: {mean} for {truth}²"
+            );
+            assert!(found < 1.7 * stated, "{key}: {found} {stated}");
+        }
+    }
 }
 
 #[test]

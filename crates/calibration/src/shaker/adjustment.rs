@@ -7,6 +7,7 @@
 //! V = N + G Gᵀ, without ever forming V; and because the angles are unknowns, it can be solved with the angles
 //! where they are (errors in variables) and not where the drawing has them.
 
+mod components;
 pub(crate) mod model;
 mod parts;
 
@@ -68,6 +69,8 @@ pub(crate) struct Adjustment {
     pub(crate) links: Vec<Vec<Link>>,
     /// Whether the phase of every row is free.
     free: Vec<bool>,
+    /// Parameters that stay zero: imaginary parts of the terms that phases are counted from.
+    real: Vec<usize>,
 }
 
 /// What the residuals say of an angle that is not in the budget.
@@ -249,6 +252,7 @@ impl Adjustment {
                     })
                     .collect();
                 let adjustment = Self {
+                    real,
                     free: rows.iter().map(|r| r.free_phase).collect(),
                     frequencies,
                     of_row,
@@ -262,7 +266,7 @@ impl Adjustment {
                     weights,
                     links,
                 };
-                adjustment.check_phases(&real)?;
+                adjustment.check_phases()?;
                 return Ok(adjustment);
             }
             // Runs that contradict each other turn the angles far: the step is damped.
@@ -324,8 +328,8 @@ impl Adjustment {
     }
 
     /// Where the phases of the runs are free, those between the axes must be told by runs that excite two of them together.
-    fn check_phases(&self, real: &[usize]) -> Result<(), Error> {
-        for &p in real {
+    fn check_phases(&self) -> Result<(), Error> {
+        for &p in &self.real {
             let first = p / 18 * 18;
             for k in 0..3 {
                 let q = first + 8 * k;

@@ -224,6 +224,14 @@ impl ShakerInput {
         self
     }
 
+    /// Multiplies its standard uncertainty.
+    pub(crate) fn scale(&mut self, factor: f64) {
+        self.distribution = self.distribution.scaled(factor, 0.0);
+        for (_, u) in &mut self.at_frequencies {
+            *u *= factor;
+        }
+    }
+
     /// Whether the draws of two frequencies are the same.
     pub(crate) fn shared_by_frequencies(&self) -> bool {
         !self.varies_with.contains(&Key::Frequency) && !self.varies_with.contains(&Key::Run)
@@ -386,10 +394,7 @@ impl Budget {
     pub fn scaled(&self, key: &str, factor: f64) -> Self {
         let mut budget = self.clone();
         for input in budget.inputs.iter_mut().filter(|i| i.key == key) {
-            input.distribution = input.distribution.scaled(factor, 0.0);
-            for (_, u) in &mut input.at_frequencies {
-                *u *= factor;
-            }
+            input.scale(factor);
         }
         budget
     }

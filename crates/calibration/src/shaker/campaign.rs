@@ -13,8 +13,7 @@ use super::derived::{
 };
 use super::diagnosis::{SuspectRun, diagnose};
 use super::fit::{
-    AngleEstimate, Fit, FrequencyFit, Identifiability, RaisedInput, complex, joint,
-    raised_findings, supported, unsupported,
+    AngleEstimate, Fit, FrequencyFit, Identifiability, VarianceComponent, complex, joint,
 };
 use super::geometry::Configuration;
 use super::observation::{PhasorRow, SpuriousTable};
@@ -196,6 +195,9 @@ pub struct MethodResult {
     /// What the runs tell of the mounting and what no run can, for the joint method.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub identifiability: Option<Identifiability>,
+    /// What the runs tell of the declared uncertainties, and what was used.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub components: Vec<VarianceComponent>,
 }
 
 impl MethodResult {
@@ -247,9 +249,6 @@ pub struct ShakerCalibration {
     /// The results with them beside those without, at their frequencies.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub contested: Vec<Contested>,
-    /// Mounting angles that scatter more than declared, and the uncertainties that were used for them.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub raised: Vec<RaisedInput>,
     /// Doubts about the campaign.
     pub findings: Vec<Finding>,
 }
@@ -258,8 +257,8 @@ pub struct ShakerCalibration {
 ///
 /// Frequencies that the certificate does not reach, or that have too few directions, are left out with a finding
 /// that names their runs. Uncertainties of the spurious motion from few repeats are pooled ([`SpuriousTable::pooled`]). Runs that contradict the others are named; the result is without them, and at their frequencies
-/// its intervals reach the result with them until they are in `excluded`. Mounting angles that scatter more than declared
-/// get the uncertainty that the runs support.
+/// its intervals reach the result with them until they are in `excluded`. Errors that are larger in the runs than
+/// declared have the uncertainty that the runs support.
 ///
 /// # Errors
 /// As [`complex`], when no frequency is left.
@@ -286,19 +285,6 @@ pub fn calibrate(campaign: &ShakerCampaign) -> Result<ShakerCalibration, Error> 
     findings.extend(corrections.iter().filter_map(|c| doubts::gaps(c, &rows)));
     let (kept, set_aside) = undecided::parted(&rows, &suspects);
     let mut results = methods(campaign, corrections, &kept, &budget)?;
-    let (mut used, mut raised) = (budget.clone(), vec![]);
-    let scatter = |r: &MethodResult| {
-        let mut findings = r.findings.iter();
-        findings.any(|f| f.code() == "angle-prior-too-small")
-    };
-    if results.iter().any(scatter) {
-        raised = unsupported(&kept, &best.table, &budget)?;
-        if !raised.is_empty() {
-            used = supported(&budget, &raised);
-            results = methods(campaign, corrections, &kept, &used)?;
-            findings.extend(raised_findings(&raised));
-        }
-    }
     let mut contested = vec![];
     if !set_aside.is_empty() {
         for correction in corrections {
@@ -307,7 +293,7 @@ pub fn calibrate(campaign: &ShakerCampaign) -> Result<ShakerCalibration, Error> 
                 &rows,
                 &set_aside,
                 &mut results,
-                &used,
+                &budget,
                 campaign,
             )?);
         }
@@ -321,7 +307,6 @@ pub fn calibrate(campaign: &ShakerCampaign) -> Result<ShakerCalibration, Error> 
         suspects,
         set_aside,
         contested,
-        raised,
         findings,
     })
 }
@@ -391,6 +376,7 @@ fn rigorous(
         findings: fit.findings,
         shared: fit.shared,
         identifiability: fit.identifiability,
+        components: fit.components,
     })
 }
 
@@ -498,6 +484,7 @@ fn by_magnitudes(
         ],
         shared: None,
         identifiability: None,
+        components: vec![],
     })
 }
 

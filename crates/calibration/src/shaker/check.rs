@@ -32,7 +32,6 @@ pub fn check(
         mut rows, budget, ..
     } = observations(campaign)?;
     rows.retain(|r| !calibration.set_aside.contains(&r.run));
-    let budget = super::fit::supported(&budget, &calibration.raised);
     let table = campaign
         .corrections
         .first()

@@ -5,16 +5,16 @@ mod drift;
 mod excess;
 mod identifiability;
 pub(crate) mod missing;
+mod supported;
 
-pub(crate) use angles::raised_findings;
-pub use angles::{RaisedInput, supported, unsupported};
 pub use identifiability::{AngleInformation, FrameTurn, Identifiability};
+pub(crate) use supported::Supported;
+pub use supported::VarianceComponent;
 
 use super::adjustment::{Adjustment, Deletion};
 use super::budget::Budget;
 use super::matrix::{AXES, Matrix, inverse, inverse_jacobian, to_real};
 use super::observation::{PhasorRow, SpuriousTable};
-use excess::Excess;
 use faer::{Mat, Side};
 use num_complex::Complex64;
 use proofmass_core::Error;
@@ -100,6 +100,8 @@ pub struct Fit {
     pub shared: Option<Vec<SharedEffect>>,
     /// What the runs tell of the mounting angles; `None` without such angles, or where every frequency has its own.
     pub identifiability: Option<Identifiability>,
+    /// What the runs tell of the declared uncertainties.
+    pub components: Vec<VarianceComponent>,
     pub(crate) scale: f64,
 }
 
@@ -169,6 +171,7 @@ pub fn complex(
         total.runs.extend(fit.runs);
         total.angles.extend(fit.angles);
         total.findings.extend(fit.findings);
+        total.components.extend(fit.components);
     }
     total.runs.sort_by_key(|r| r.row);
     Ok(total)
@@ -184,35 +187,37 @@ pub fn complex(
 /// # Errors
 /// As [`complex`].
 pub fn joint(rows: &[PhasorRow], spurious: &SpuriousTable, budget: &Budget) -> Result<Fit, Error> {
-    let adjustment = Adjustment::new(rows, spurious, budget)?;
-    let drift = drift::finding(&adjustment);
-    let mut fit = reported(adjustment, rows, spurious, budget)?;
+    let declared = Adjustment::new(rows, spurious, budget)?;
+    let drift = drift::finding(&declared);
+    let mut fit = reported(&declared, rows, spurious, budget)?;
     fit.findings.extend(drift);
     Ok(fit)
 }
 
 fn adjust(rows: &[PhasorRow], spurious: &SpuriousTable, budget: &Budget) -> Result<Fit, Error> {
-    reported(
-        Adjustment::new(rows, spurious, budget)?,
-        rows,
-        spurious,
-        budget,
-    )
+    let declared = Adjustment::new(rows, spurious, budget)?;
+    reported(&declared, rows, spurious, budget)
 }
 
-/// Everything that is told of an adjustment.
+/// Everything that is told of a campaign: doubts by what is declared, the result by what the runs support.
 fn reported(
-    adjustment: Adjustment,
+    declared: &Adjustment,
     rows: &[PhasorRow],
     spurious: &SpuriousTable,
     budget: &Budget,
 ) -> Result<Fit, Error> {
-    let (chi_squared, dof) = (adjustment.chi_squared, adjustment.dof());
-    let excess = Excess::new(&adjustment);
-    let frequencies = (0..adjustment.frequencies.len())
-        .map(|f| frequency_fit(&adjustment, f, rows, (spurious, budget), &excess))
-        .collect::<Result<Vec<_>, _>>()?;
-    let deletions = match adjustment.deletions() {
+    let supported = Supported::new(declared, rows, budget)?;
+    let again = match supported.enlarged {
+        true => Some(Adjustment::new(
+            &supported.rows,
+            spurious,
+            &supported.budget,
+        )?),
+        false => None,
+    };
+    let adjustment = again.as_ref().unwrap_or(declared);
+    let frequencies = frequency_fits(adjustment, &supported, spurious)?;
+    let deletions = match declared.deletions() {
         // Runs of which none can be spared have nothing to be compared with.
         Err(Error::Unobservable { .. }) => vec![],
         other => other?,
@@ -221,8 +226,8 @@ fn reported(
         .into_iter()
         .enumerate()
         .map(|(row, deletion)| {
-            let f = adjustment.of_row[row];
-            let scale = adjustment.scale;
+            let f = declared.of_row[row];
+            let scale = declared.scale;
             let studentised = std::array::from_fn(|j| {
                 let e = deletion.prediction_error[j] / scale;
                 let v = &deletion.covariance;
@@ -252,27 +257,46 @@ fn reported(
             }
         })
         .collect();
-    let (angles, mut findings) = angles::angles(&adjustment, rows, budget)?;
-    findings.extend(missing::missing_angles(&adjustment, rows, spurious, budget));
-    findings.extend(excess.finding());
-    let identifiability = Identifiability::new(&adjustment, &frequencies, budget);
+    let mut findings = angles::findings(declared, budget)?;
+    // With what the runs support: readings noisier than declared are no missing tilt.
+    findings.extend(missing::missing_angles(
+        adjustment,
+        &supported.rows,
+        spurious,
+        &supported.budget,
+    ));
+    findings.extend(excess::finding(declared));
+    let identifiability = Identifiability::new(declared, &frequencies, budget);
     Ok(Fit {
         frequencies,
-        chi_squared,
-        dof,
+        chi_squared: declared.chi_squared,
+        dof: declared.dof(),
         runs,
-        angles,
+        angles: angles::estimates(adjustment, rows, &supported.budget),
         findings,
-        shared: Some(shared_effects(&adjustment, &excess)?),
+        shared: Some(shared_effects(adjustment)?),
         identifiability,
-        scale: adjustment.scale,
+        components: supported.components,
+        scale: declared.scale,
     })
+}
+
+/// The result of every frequency.
+pub(crate) fn frequency_fits(
+    adjustment: &Adjustment,
+    supported: &Supported,
+    spurious: &SpuriousTable,
+) -> Result<Vec<FrequencyFit>, Error> {
+    (0..adjustment.frequencies.len())
+        .into_par_iter()
+        .map(|f| frequency_fit(adjustment, f, supported, spurious))
+        .collect()
 }
 
 /// How the sensitivities of different frequencies depend on each other through the draws g that all share:
 /// C_fg = B_f B_gᵀ with B = C_sg C_gg^{−1/2}, exact because the normal equations have no other term between two
-/// frequencies. An excess of the residuals enlarges it as it enlarges the rest.
-fn shared_effects(adjustment: &Adjustment, excess: &Excess) -> Result<Vec<SharedEffect>, Error> {
+/// frequencies.
+fn shared_effects(adjustment: &Adjustment) -> Result<Vec<SharedEffect>, Error> {
     let offset = adjustment.first_draw();
     let common: Vec<usize> = (0..adjustment.draws.len())
         .filter(|&d| adjustment.draws[d].frequency.is_none())
@@ -296,18 +320,18 @@ fn shared_effects(adjustment: &Adjustment, excess: &Excess) -> Result<Vec<Shared
         .filter(|&e| eigen.S()[e] > 1e-14 * largest)
         .map(|e| {
             let root = eigen.S()[e].sqrt();
-            let along = |f: usize, p: usize| -> f64 {
+            let along = |p: usize| -> f64 {
                 let sum: f64 = common
                     .iter()
                     .enumerate()
                     .map(|(i, &g)| adjustment.covariance(p, g) * eigen.U()[(i, e)])
                     .sum();
-                adjustment.scale * (1.0 + excess.of[f]).sqrt() * sum / root
+                adjustment.scale * sum / root
             };
             SharedEffect {
                 key: format!("adjustment.{}", e + 1),
                 effects: (0..adjustment.frequencies.len())
-                    .map(|f| (18 * f..18 * f + 18).map(|p| along(f, p)).collect())
+                    .map(|f| (18 * f..18 * f + 18).map(along).collect())
                     .collect(),
             }
         })
@@ -317,36 +341,44 @@ fn shared_effects(adjustment: &Adjustment, excess: &Excess) -> Result<Vec<Shared
 fn frequency_fit(
     adjustment: &Adjustment,
     f: usize,
-    rows: &[PhasorRow],
-    (spurious, budget): (&SpuriousTable, &Budget),
-    excess: &Excess,
+    supported: &Supported,
+    spurious: &SpuriousTable,
 ) -> Result<FrequencyFit, Error> {
+    let Supported { rows, budget, .. } = supported;
     let sensitivity = adjustment.sensitivity(f);
     let exploitation = inverse(&sensitivity)?;
     let contributions = adjustment.contributions(f, rows, budget);
-    let mut influences = Vec::with_capacity(contributions.len() + 1);
-    let mut total = vec![0.0; 18 * 18];
+    let size = |elements: &[f64]| (0..18).map(|p| elements[19 * p]).sum::<f64>();
+    let differs = |index: usize| match budget.inputs.get(index) {
+        Some(input) => input.within_a_run(),
+        None => index == budget.inputs.len(),
+    };
+    let readings: f64 = contributions
+        .iter()
+        .enumerate()
+        .filter(|(index, _)| differs(*index))
+        .map(|(_, elements)| size(elements))
+        .sum();
+    let mut influences = Vec::with_capacity(contributions.len());
     for (index, elements) in contributions.into_iter().enumerate() {
         if elements.iter().all(|&v| v == 0.0) {
             continue;
         }
-        for (sum, v) in total.iter_mut().zip(&elements) {
-            *sum += v;
-        }
+        let share = size(&elements) / readings;
         let (key, description, evaluation, distribution, dof) = match budget.inputs.get(index) {
             Some(i) => (
                 i.key.clone(),
                 i.description.clone(),
                 i.evaluation,
                 i.distribution.name().to_owned(),
-                i.dof,
+                supported.dof(f, Some(index), share),
             ),
             None if index == budget.inputs.len() => (
                 "phasor.noise".to_owned(),
                 "noise of the sine approximations".to_owned(),
                 Evaluation::A,
                 "normal".to_owned(),
-                DegreesOfFreedom::INFINITE,
+                supported.dof(f, None, share),
             ),
             None => (
                 "spurious.motion".to_owned(),
@@ -364,20 +396,6 @@ fn frequency_fit(
             dof,
             effect: Effect::Joint {
                 covariance: Covariance::try_from_rows(18, &symmetric(elements))?,
-            },
-        });
-    }
-    // What contradicts the budget by this much is no part of it: the residuals say how large it is, not where.
-    if excess.of[f] > 0.0 {
-        total.iter_mut().for_each(|v| *v *= excess.of[f]);
-        influences.push(Influence {
-            key: "excess.residuals".to_owned(),
-            description: "residuals beyond the budget".to_owned(),
-            evaluation: Evaluation::A,
-            distribution: "normal".to_owned(),
-            dof: DegreesOfFreedom::new(excess.dof[f]).unwrap_or(DegreesOfFreedom::INFINITE),
-            effect: Effect::Joint {
-                covariance: Covariance::try_from_rows(18, &symmetric(total))?,
             },
         });
     }

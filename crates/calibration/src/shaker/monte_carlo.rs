@@ -8,7 +8,7 @@ mod lanes;
 use super::adjustment::Adjustment;
 use super::budget::Budget;
 use super::campaign::ShakerMethod;
-use super::fit::{complex, joint};
+use super::fit::{FrequencyFit, Supported, frequency_fits};
 use super::matrix::{AXES, row_times};
 use super::observation::{PhasorRow, SpuriousTable};
 use draws::Errors;
@@ -88,7 +88,10 @@ impl Default for CheckOptions {
 /// The estimator of the method is applied to it anew, until what is left of its steps is below 0.2 % of u. So the curvature of the model
 /// and of the estimator, the shapes of the distributions and their degrees of freedom are all in the result.
 ///
-/// The stated interval is compared with that of the trials; δ is half a unit of the last of `digits` significant digits
+/// Uncertainties are those that the runs support, as in the result, with the degrees of freedom that are declared: how well
+/// the runs tell them is in the stated interval and not in the trials.
+///
+/// The interval of that budget is compared with that of the trials; δ is half a unit of the last of `digits` significant digits
 /// of u, and a verdict that the number of trials cannot tell is left open.
 ///
 /// **Accuracy** The weights of the runs are those of the expectation, and the derivatives by S follow the spurious motion
@@ -98,7 +101,7 @@ impl Default for CheckOptions {
 /// **Source** `[S1]` 7.9.2, 8.
 ///
 /// # Errors
-/// As [`complex`]; [`Error::TooFew`] below 10⁴ trials, [`Error::OutOfRange`] for the published method, which has no
+/// As [`super::complex`]; [`Error::TooFew`] below 10⁴ trials, [`Error::OutOfRange`] for the published method, which has no
 /// budget of this kind; [`Refusal::Cancelled`].
 pub fn validate(
     method: ShakerMethod,
@@ -117,40 +120,23 @@ pub fn validate(
         .into());
     }
     match method {
-        ShakerMethod::Joint => {
-            let fit = joint(rows, spurious, budget)?;
-            together(rows, spurious, budget, fit, options, progress)
-        }
+        ShakerMethod::Joint => together(rows, spurious, budget, options, progress),
         ShakerMethod::Complex => {
-            let fit = complex(rows, spurious, budget)?;
-            let count = fit.frequencies.len();
+            let mut frequencies: Vec<f64> = rows.iter().map(|r| r.frequency).collect();
+            frequencies.sort_by(f64::total_cmp);
+            frequencies.dedup();
+            let count = frequencies.len();
             let mut checks = vec![];
-            for (index, f) in fit.frequencies.into_iter().enumerate() {
-                let here: Vec<PhasorRow> = rows
-                    .iter()
-                    .filter(|r| r.frequency == f.frequency)
-                    .cloned()
-                    .collect();
+            for (index, f) in frequencies.into_iter().enumerate() {
+                let here = rows.iter().filter(|r| r.frequency == f);
+                let here: Vec<PhasorRow> = here.cloned().collect();
                 let mut part = |p: Progress| {
                     progress(Progress {
                         done: index * p.most + p.done,
                         most: count * p.most,
                     })
                 };
-                let of_one = super::Fit {
-                    frequencies: vec![f],
-                    chi_squared: 0.0,
-                    dof: 0,
-                    runs: vec![],
-                    angles: vec![],
-                    findings: vec![],
-                    shared: None,
-                    identifiability: None,
-                    scale: fit.scale,
-                };
-                checks.extend(together(
-                    &here, spurious, budget, of_one, options, &mut part,
-                )?);
+                checks.extend(together(&here, spurious, budget, options, &mut part)?);
             }
             Ok(checks)
         }
@@ -169,16 +155,16 @@ fn together(
     rows: &[PhasorRow],
     spurious: &SpuriousTable,
     budget: &Budget,
-    fit: super::Fit,
     options: &CheckOptions,
     progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Vec<FrequencyCheck>, Refusal> {
-    let simulation = Simulation::new(rows, spurious, budget, &fit)?;
+    let (supported, stated) = propagated(rows, spurious, budget)?;
+    let simulation = Simulation::new(&supported.rows, spurious, &supported.budget, &stated)?;
     let sampled = MonteCarlo::new(options.seed)
         .trials(Trials::Fixed(options.trials as usize))
         .run_with(&simulation, simulation.errors.inputs(), progress)?;
     let trials = sampled.trials as u64;
-    fit.frequencies
+    stated
         .iter()
         .map(|stated| {
             let quantities: Vec<Quantity> = stated
@@ -242,6 +228,22 @@ fn name(frequency: f64, p: usize) -> String {
     format!("{frequency} Hz {}", component(p))
 }
 
+/// The result with the uncertainties that the runs support as if they were declared, and the runs with their budget.
+fn propagated(
+    rows: &[PhasorRow],
+    spurious: &SpuriousTable,
+    budget: &Budget,
+) -> Result<(Supported, Vec<FrequencyFit>), Error> {
+    let declared = Adjustment::new(rows, spurious, budget)?;
+    let supported = Supported::new(&declared, rows, budget)?.as_declared();
+    let adjustment = match supported.enlarged {
+        true => Adjustment::new(&supported.rows, spurious, &supported.budget)?,
+        false => declared,
+    };
+    let stated = frequency_fits(&adjustment, &supported, spurious)?;
+    Ok((supported, stated))
+}
+
 /// Errors of a trial, then the estimator.
 struct Simulation {
     errors: Errors,
@@ -254,7 +256,7 @@ impl Simulation {
         rows: &[PhasorRow],
         spurious: &SpuriousTable,
         budget: &Budget,
-        fit: &super::Fit,
+        fits: &[FrequencyFit],
     ) -> Result<Self, Refusal> {
         let exact: Vec<PhasorRow> = rows
             .iter()
@@ -270,7 +272,8 @@ impl Simulation {
                                 .map(|k| m[i][k] * ratio[k])
                                 .sum::<num_complex::Complex64>())
                 });
-                fit.at(r.frequency).map_or_else(
+                let fit = fits.iter().find(|f| f.frequency == r.frequency);
+                fit.map_or_else(
                     || r.clone(),
                     |f| PhasorRow {
                         outputs: row_times(seen, &f.sensitivity),

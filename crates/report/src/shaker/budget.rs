@@ -3,7 +3,7 @@
 use super::digits::{CROSS, MAIN, TERMS, Unit, degrees_of_freedom, representative};
 use crate::number::{plain, two_digits};
 use crate::{BarPlot, Block, Cell, Column, Section, Table};
-use proofmass_calibration::shaker::{FrequencyResult, MethodResult};
+use proofmass_calibration::shaker::{FrequencyResult, MethodResult, VarianceComponent};
 
 /// What a budget line is about, in the order of the budget.
 fn causes(result: &MethodResult) -> Vec<(String, String, String)> {
@@ -86,7 +86,47 @@ pub(super) fn section(result: &MethodResult, unit: Unit) -> Section {
             section = section.folded("Budgets of every term at the other frequencies", others);
         }
     }
-    section
+    if result.components.is_empty() {
+        return section;
+    }
+    section.table(supported(&result.components, &causes))
+}
+
+/// What the runs tell of the declared uncertainties.
+fn supported(components: &[VarianceComponent], causes: &[(String, String, String)]) -> Table {
+    let dof = |nu: f64| degrees_of_freedom(Some(nu));
+    components.iter().fold(
+        Table::new(
+            "Declared uncertainties as the runs have them",
+            [
+                Column::text("cause"),
+                Column::number("f", "Hz"),
+                Column::number("û/u", ""),
+                Column::number("ν of û", ""),
+                Column::number("used/u", ""),
+                Column::number("ν used", ""),
+            ],
+        )
+        .note(
+            "u as declared, û by restricted maximum likelihood with the degrees of freedom that the runs have for it. Used is the larger \
+             of the two; U is the larger of t(ν)·û and of what is declared. Causes that are not here are told by no run.",
+        ),
+        |table, c| {
+            let named = causes.iter().find(|k| k.0 == c.key);
+            let words = match c.key.as_str() {
+                "readings" => "readings and their noise".to_owned(),
+                key => named.map_or(key.to_owned(), |k| k.1.clone()),
+            };
+            table.row([
+                Cell::text(words),
+                c.frequency.map_or(Cell::Empty, |f| Cell::number(plain(f))),
+                Cell::number(format!("{:.2}", c.estimated)),
+                Cell::number(dof(c.freedom)),
+                Cell::number(format!("{:.2}", c.used)),
+                Cell::number(dof(c.dof.get())),
+            ])
+        },
+    )
 }
 
 /// One row per cause, one column per term.

@@ -2,6 +2,7 @@ use super::super::geometry::published_plan;
 use super::super::matrix::Matrix;
 use super::super::{Acts, Configuration, Key, ShakerInput, Spurious};
 use super::*;
+use crate::shaker::complex;
 use num_complex::Complex64;
 use proofmass_uncertainty::{DegreesOfFreedom, Distribution};
 
@@ -355,8 +356,8 @@ fn draws(simulation: &Simulation, count: usize, size: f64) -> Vec<Vec<f64>> {
 #[test]
 fn law_a_trial_does_not_know_its_neighbours() {
     let (rows, table, budget) = everything();
-    let fit = complex(&rows, &table, &budget).unwrap();
-    let simulation = Simulation::new(&rows, &table, &budget, &fit).unwrap();
+    let fits = complex(&rows, &table, &budget).unwrap().frequencies;
+    let simulation = Simulation::new(&rows, &table, &budget, &fits).unwrap();
     // Eleven trials fill no register; in one of them the angles are beyond what series hold.
     let mut columns = draws(&simulation, 11, 1.0);
     for column in &mut columns {
@@ -388,10 +389,10 @@ fn law_a_trial_does_not_know_its_neighbours() {
 
 /// How far single trials end from the adjustment of their campaigns at most, in units of u.
 fn apart(rows: &[PhasorRow], table: &SpuriousTable, budget: &Budget) -> f64 {
-    let fit = complex(rows, table, budget).unwrap();
-    let simulation = Simulation::new(rows, table, budget, &fit).unwrap();
+    let fits = complex(rows, table, budget).unwrap().frequencies;
+    let simulation = Simulation::new(rows, table, budget, &fits).unwrap();
     let truth: Vec<Matrix> = simulation.estimator.truths().copied().collect();
-    let u: Vec<f64> = fit.frequencies[0]
+    let u: Vec<f64> = fits[0]
         .estimate
         .quantities()
         .iter()
