@@ -2,12 +2,15 @@
 
 use crate::{Error, ErrorKind, Result};
 use serde::ser::{self, Serialize};
-use std::fmt;
+use std::{fmt, io};
 
-/// Indented JSON with a line end, or the place of a number that is not finite.
+/// Indented JSON with a line end, or the place of a number that is not finite. Lists stand on one line, so that a
+/// matrix is not a column of its elements.
 pub fn to_json(value: &impl Serialize) -> Result<Vec<u8>> {
     check(value)?;
-    let mut bytes = serde_json::to_vec_pretty(value).map_err(write_error)?;
+    let mut bytes = Vec::new();
+    let mut serializer = serde_json::Serializer::with_formatter(&mut bytes, Lines::default());
+    value.serialize(&mut serializer).map_err(write_error)?;
     bytes.push(b'\n');
     Ok(bytes)
 }
@@ -24,6 +27,66 @@ fn write_error(e: serde_json::Error) -> Error {
         format!("the value has no form in JSON: {e}"),
     )
     .because(e)
+}
+
+/// A line for each field of an object, at its depth; none for the elements of a list.
+#[derive(Default)]
+struct Lines {
+    depth: usize,
+    /// Whether the object that is being written has a field.
+    filled: bool,
+}
+
+impl Lines {
+    fn next<W: ?Sized + io::Write>(&self, writer: &mut W) -> io::Result<()> {
+        writer.write_all(b"\n")?;
+        (0..self.depth).try_for_each(|_| writer.write_all(b"  "))
+    }
+}
+
+impl serde_json::ser::Formatter for Lines {
+    fn begin_array_value<W: ?Sized + io::Write>(
+        &mut self,
+        writer: &mut W,
+        first: bool,
+    ) -> io::Result<()> {
+        writer.write_all(if first { b"" } else { b", " })
+    }
+
+    fn begin_object<W: ?Sized + io::Write>(&mut self, writer: &mut W) -> io::Result<()> {
+        self.depth += 1;
+        self.filled = false;
+        writer.write_all(b"{")
+    }
+
+    fn end_object<W: ?Sized + io::Write>(&mut self, writer: &mut W) -> io::Result<()> {
+        self.depth -= 1;
+        if self.filled {
+            self.next(writer)?;
+        }
+        self.filled = true;
+        writer.write_all(b"}")
+    }
+
+    fn begin_object_key<W: ?Sized + io::Write>(
+        &mut self,
+        writer: &mut W,
+        first: bool,
+    ) -> io::Result<()> {
+        if !first {
+            writer.write_all(b",")?;
+        }
+        self.next(writer)
+    }
+
+    fn begin_object_value<W: ?Sized + io::Write>(&mut self, writer: &mut W) -> io::Result<()> {
+        writer.write_all(b": ")
+    }
+
+    fn end_object_value<W: ?Sized + io::Write>(&mut self, _: &mut W) -> io::Result<()> {
+        self.filled = true;
+        Ok(())
+    }
 }
 
 fn check(value: &impl Serialize) -> Result<()> {
@@ -63,8 +126,23 @@ impl ser::Error for Fault {
 /// Serializer that writes nothing and stops at the first number that is not finite.
 #[derive(Default)]
 struct Walk {
-    path: Vec<String>,
+    path: Vec<Step>,
     index: Vec<usize>,
+}
+
+/// One step into a value; words are made of it only where something is wrong.
+enum Step {
+    Field(&'static str),
+    Element(usize),
+}
+
+impl fmt::Display for Step {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Field(name) => write!(f, ".{name}"),
+            Self::Element(index) => write!(f, "[{index}]"),
+        }
+    }
 }
 
 impl Walk {
@@ -74,11 +152,11 @@ impl Walk {
         }
         Err(Fault {
             what: format!("{v} may not be written; a missing value has to be left out"),
-            path: self.path.concat(),
+            path: self.path.iter().map(Step::to_string).collect(),
         })
     }
 
-    fn inside<T: Serialize + ?Sized>(&mut self, step: String, value: &T) -> Result<(), Fault> {
+    fn inside<T: Serialize + ?Sized>(&mut self, step: Step, value: &T) -> Result<(), Fault> {
         self.path.push(step);
         value.serialize(&mut *self)?;
         self.path.pop();
@@ -90,7 +168,7 @@ impl Walk {
             *i += 1;
             *i - 1
         });
-        self.inside(format!("[{i}]"), value)
+        self.inside(Step::Element(i), value)
     }
 }
 
@@ -145,7 +223,7 @@ impl<'a> ser::Serializer for &'a mut Walk {
         name: &'static str,
         value: &T,
     ) -> Result<(), Fault> {
-        self.inside(format!(".{name}"), value)
+        self.inside(Step::Field(name), value)
     }
     fn serialize_seq(self, _: Option<usize>) -> Result<Self, Fault> {
         self.index.push(0);
@@ -223,7 +301,7 @@ macro_rules! fields {
             type Ok = ();
             type Error = Fault;
             fn serialize_field<T: Serialize + ?Sized>(&mut self, name: &'static str, value: &T) -> Result<(), Fault> {
-                self.inside(format!(".{name}"), value)
+                self.inside(Step::Field(name), value)
             }
             fn end(self) -> Result<(), Fault> {
                 Ok(())

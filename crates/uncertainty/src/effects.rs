@@ -161,7 +161,7 @@ impl MonteCarlo {
                 for _ in 0..BLOCK / STRIP {
                     sampler.fill(&mut a, &mut streams[0]);
                     sampler.fill(&mut b, &mut streams[1]);
-                    let (a, b) = (a.columns(STRIP), b.columns(STRIP));
+                    let (a, b) = (a.columns(0, STRIP), b.columns(0, STRIP));
                     evaluate(&a, &mut fa);
                     evaluate(&b, &mut fb);
                     for (whole, column) in wholes.iter_mut().zip(&fa) {

@@ -342,8 +342,7 @@ impl MonteCarlo {
                 sampler.fill(&mut strips, &mut rng);
             }
             let count = strips.trials.min(size - start);
-            let x = strips.columns(count);
-            let mut y: Vec<&mut [f64]> = columns
+            let y: Columns = columns
                 .iter_mut()
                 .map(|column| &mut column[start..start + count])
                 .collect();
@@ -351,12 +350,12 @@ impl MonteCarlo {
                 // The next draws are made meanwhile.
                 let more = start + count < size;
                 rayon::join(
-                    || shared_out(model, &x, y),
+                    || shared_out(model, &strips, 0, y),
                     || more.then(|| sampler.fill(ahead, &mut rng)),
                 );
                 std::mem::swap(&mut strips, ahead);
             } else {
-                model.trials(&x, &mut y);
+                in_turn(model, &strips, y);
             }
             start += count;
         }
@@ -396,8 +395,24 @@ struct Portion {
     shared: bool,
 }
 
-/// Trials by as many threads as have nothing else to do, no fewer than [`LEAST_SHARE`] at a time.
-fn shared_out<M: Trial + Sync>(model: &M, x: &[&[f64]], mut y: Vec<&mut [f64]>) {
+/// Trials by as many threads as have nothing else to do, no fewer than [`LEAST_SHARE`] at a time; `y` begins with a group
+/// of the strips.
+fn shared_out<M: Trial + Sync>(model: &M, strips: &Strips, group: usize, y: Columns) {
+    let count = y.first().map_or(0, |y| y.len());
+    if count <= strips.group {
+        share_group(model, &strips.columns(group, count), y);
+        return;
+    }
+    let groups = count.div_ceil(strips.group) / 2;
+    let (y0, y1) = halves(y, groups * strips.group);
+    rayon::join(
+        || shared_out(model, strips, group, y0),
+        || shared_out(model, strips, group + groups, y1),
+    );
+}
+
+/// The trials of a group, likewise.
+fn share_group<M: Trial + Sync>(model: &M, x: &[&[f64]], mut y: Columns) {
     let count = y.first().map_or(0, |y| y.len());
     if count / 2 < LEAST_SHARE {
         model.trials(x, &mut y);
@@ -406,8 +421,33 @@ fn shared_out<M: Trial + Sync>(model: &M, x: &[&[f64]], mut y: Vec<&mut [f64]>) 
     // At a whole share, so that what is vectorised within the trials stays whole.
     let middle = (count / 2).next_multiple_of(LEAST_SHARE);
     let (x0, x1): (Vec<&[f64]>, Vec<&[f64]>) = x.iter().map(|x| x.split_at(middle)).unzip();
-    let (y0, y1) = y.into_iter().map(|y| y.split_at_mut(middle)).unzip();
-    rayon::join(|| shared_out(model, &x0, y0), || shared_out(model, &x1, y1));
+    let (y0, y1) = halves(y, middle);
+    rayon::join(
+        || share_group(model, &x0, y0),
+        || share_group(model, &x1, y1),
+    );
+}
+
+/// All trials of the strips, group by group.
+fn in_turn<M: Trial>(model: &M, strips: &Strips, mut y: Columns) {
+    for group in 0.. {
+        let count = y.first().map_or(0, |y| y.len());
+        if count <= strips.group {
+            model.trials(&strips.columns(group, count), &mut y);
+            return;
+        }
+        let (mut here, rest) = halves(y, strips.group);
+        model.trials(&strips.columns(group, strips.group), &mut here);
+        y = rest;
+    }
+}
+
+/// Outputs of some trials, a column each.
+type Columns<'a> = Vec<&'a mut [f64]>;
+
+/// The trials before one, and those from it on.
+fn halves(y: Columns<'_>, middle: usize) -> (Columns<'_>, Columns<'_>) {
+    y.into_iter().map(|y| y.split_at_mut(middle)).unzip()
 }
 
 struct Block {

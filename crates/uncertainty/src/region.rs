@@ -1,6 +1,8 @@
 //! Joint coverage regions of several outputs.
 
 use crate::Covariance;
+use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
+use faer::{Mat, Par};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -14,6 +16,9 @@ pub struct Region {
     /// Area (volume) of the smallest region, from a mesh; two and three outputs only.
     pub smallest_content: Option<f64>,
 }
+
+/// Trials whose distances are found at a time.
+const TOGETHER: usize = 1024;
 
 /// The hyper-ellipsoid that holds the share p of the trials, and the smallest region; `None` for a singular
 /// covariance.
@@ -39,19 +44,21 @@ pub(crate) fn region(
     }
     let llt = covariance.to_mat().llt(faer::Side::Lower).ok()?;
     let l = llt.L();
-    let mut distances: Vec<f64> = (0..trials)
-        .into_par_iter()
-        .with_min_len(4096)
-        .map(|t| {
-            // ‖L⁻¹(y − ȳ)‖² by forward substitution
-            let mut z = vec![0.0; m];
-            for i in 0..m {
-                let inner: f64 = (0..i).map(|k| l[(i, k)] * z[k]).sum();
-                z[i] = (columns[i][t] - moments[i].0 - inner) / l[(i, i)];
+    // ‖L⁻¹(y − ȳ)‖², some trials at a time.
+    let mut distances = vec![0.0; trials];
+    distances
+        .par_chunks_mut(TOGETHER)
+        .enumerate()
+        .for_each(|(chunk, distances)| {
+            let first = chunk * TOGETHER;
+            let mut z = Mat::from_fn(m, distances.len(), |i, t| {
+                columns[i][first + t] - moments[i].0
+            });
+            solve_lower_triangular_in_place(l, z.as_mut(), Par::Seq);
+            for (distance, z) in distances.iter_mut().zip(z.col_iter()) {
+                *distance = z.squared_norm_l2();
             }
-            z.iter().map(|z| z * z).sum()
-        })
-        .collect();
+        });
     let q = ((p * trials as f64).ceil() as usize).clamp(1, trials) - 1;
     let (_, k2, _) = distances.select_nth_unstable_by(q, f64::total_cmp);
     let ellipsoid_factor = k2.sqrt();

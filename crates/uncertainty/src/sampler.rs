@@ -245,8 +245,7 @@ impl Sampler {
         for plan in &self.plans {
             match plan {
                 Plan::Alone { draw, source } => {
-                    let (column, words) = strips.column(*draw);
-                    source.fill(column, words, rng);
+                    strips.fill(*draw, |column, words| source.fill(column, words, rng));
                 }
                 Plan::Rows { draws, columns } => {
                     let most = columns.first().map_or(0, Vec::len);
@@ -263,11 +262,12 @@ impl Sampler {
                 Plan::SharedScale { draws, stretch } => {
                     factors[..trials].fill_with(|| stretch.draw(rng));
                     for (d, source, middle) in draws {
-                        let (column, words) = strips.column(*d);
-                        source.fill(column, words, rng);
-                        for (x, factor) in column.iter_mut().zip(&factors) {
-                            *x = middle + factor * (*x - middle);
-                        }
+                        strips.fill(*d, |column, words| {
+                            source.fill(column, words, rng);
+                            for (x, factor) in column.iter_mut().zip(&factors) {
+                                *x = middle + factor * (*x - middle);
+                            }
+                        });
                     }
                 }
                 Plan::Correlated {

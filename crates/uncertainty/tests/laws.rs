@@ -485,6 +485,67 @@ fn law_threads_do_not_change_a_bit() {
     assert_ne!(one.outputs[0].mean, other.outputs[0].mean);
 }
 
+/// Draws beyond what the cache holds stand in groups of trials; every one is where the model looks for it.
+#[test]
+fn law_thousands_of_draws_come_to_the_trials_they_belong_to() {
+    struct Sum;
+    impl Trial for Sum {
+        fn names(&self) -> Vec<(String, String)> {
+            ["sum", "first", "last"]
+                .map(|n| (n.to_owned(), "1".to_owned()))
+                .into()
+        }
+        fn trial(&self, x: &[f64], y: &mut [f64]) {
+            y[0] = x[..x.len() - 1].iter().sum();
+            (y[1], y[2]) = (x[0], x[x.len() - 1]);
+        }
+    }
+    let count = 3000;
+    let runs: Vec<Labels> = (0..count).map(|i| Labels::new().with("run", i)).collect();
+    let unit = Distribution::Normal { mean: 0.0, u: 1.0 };
+    let bias = Distribution::Rectangular {
+        lower: 4.0,
+        upper: 6.0,
+    };
+    let joint = Inputs::new()
+        .add(Input::new("reading", "1", unit).varies_with(["run"]))
+        .add(Input::new("bias", "1", bias))
+        .joint(&runs)
+        .unwrap();
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        let run = MonteCarlo::new(7).trials(Trials::Fixed(10_000));
+        pool.install(|| run.run(&Sum, &joint)).unwrap()
+    };
+    let (one, three) = (on(1), on(3));
+    assert_eq!(one, three);
+    // 10 000 trials: u has 0.7 % of standard uncertainty, a mean 1 % of u.
+    let expected = [
+        (0.0, (count as f64).sqrt()),
+        (0.0, 1.0),
+        (5.0, 3f64.sqrt().recip()),
+    ];
+    for (output, (mean, u)) in one.outputs.iter().zip(expected) {
+        assert!(
+            (output.mean - mean).abs() < 0.04 * u,
+            "{}: {}",
+            output.name,
+            output.mean
+        );
+        let found = output.standard_uncertainty.unwrap();
+        assert!((found / u - 1.0).abs() < 0.03, "{}: {found}", output.name);
+    }
+    let correlation = one.covariance.correlation(0, 1).unwrap();
+    assert!(
+        (correlation - (count as f64).sqrt().recip()).abs() < 0.04,
+        "{correlation}"
+    );
+    assert!(one.covariance.correlation(0, 2).unwrap().abs() < 0.04);
+}
+
 #[test]
 fn law_adaptive_stops_when_stable() {
     let joint = end_gauge().single().unwrap();

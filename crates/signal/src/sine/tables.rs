@@ -4,7 +4,7 @@ use num_complex::Complex64;
 use std::f64::consts::TAU;
 
 /// Samples per block: the tables of a few harmonics stay in the first-level cache.
-const BLOCK: usize = 512;
+const BLOCK: usize = 256;
 
 /// cos(hωl) and sin(hωl) for one block, and the exact anchor of every block.
 pub(crate) struct Tables {

@@ -5,7 +5,10 @@ use super::valid::Valid;
 use super::{CHUNK, Interval, Sampled, SampledOutput};
 use crate::region::region;
 use crate::{Covariance, Finding, Histogram, Refusal, Severity};
-use rayon::prelude::*;
+use faer::Mat;
+
+/// Trials whose departures from the mean are held at a time.
+const CENTRED: usize = 4096;
 
 pub(super) fn summarise(
     outputs: Vec<(String, String)>,
@@ -21,39 +24,27 @@ pub(super) fn summarise(
     let columns: Vec<&Vec<f64>> = joint.map_or_else(|| own.clone(), |joint| joint.iter().collect());
     let m = columns.len();
     let moments: Vec<(f64, f64)> = columns.iter().map(|c| mean_and_sd(c)).collect();
-    let element = |i: usize, j: usize| {
-        let last = columns[i].len() as f64 - 1.0;
-        // Columns of unequal length exist only where no trial is valid in all of them.
-        let sum: f64 = if i == j {
-            // One that no number can hold is stated as absent.
-            moments[i].1.max(0.0).powi(2) * last
-        } else if columns[i].len() != columns[j].len() {
-            0.0
-        } else {
-            let chunks = columns[i].chunks(4096).zip(columns[j].chunks(4096));
-            let products = chunks.map(|(a, b)| {
-                let pairs = a.iter().zip(b);
-                pairs
-                    .map(|(a, b)| (a - moments[i].0) * (b - moments[j].0))
-                    .sum::<f64>()
-            });
-            products.sum()
-        };
-        sum / last
-    };
-    let triangle: Vec<Vec<f64>> = (0..m)
-        .into_par_iter()
-        .map(|i| (0..=i).map(|j| element(i, j)).collect())
-        .collect();
-    let mut rows = vec![0.0; m * m];
-    for (i, elements) in triangle.iter().enumerate() {
-        for (j, element) in elements.iter().enumerate() {
-            rows[i * m + j] = *element;
-            rows[j * m + i] = *element;
+    // Columns of unequal length exist only where no trial is valid in all of them.
+    let equal = columns.iter().all(|c| c.len() == columns[0].len());
+    let mut products = Mat::<f64>::zeros(m, m);
+    if equal && m > 1 {
+        for first in (0..columns[0].len()).step_by(CENTRED) {
+            let count = CENTRED.min(columns[0].len() - first);
+            let centred = Mat::from_fn(count, m, |i, j| columns[j][first + i] - moments[j].0);
+            products += centred.transpose() * &centred;
         }
     }
+    let mut rows = vec![0.0; m * m];
+    for i in 0..m {
+        let last = columns[i].len() as f64 - 1.0;
+        for j in 0..i {
+            rows[i * m + j] = products[(i, j)] / last;
+            rows[j * m + i] = rows[i * m + j];
+        }
+        // One that no number can hold is stated as absent.
+        rows[i * m + i] = moments[i].1.max(0.0).powi(2);
+    }
     let covariance = Covariance::try_from_rows(m, &rows)?;
-    let equal = columns.iter().all(|c| c.len() == columns[0].len());
     let region = (m > 1 && equal)
         .then(|| region(&columns, &moments, &covariance, p))
         .flatten();

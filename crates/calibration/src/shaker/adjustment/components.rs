@@ -4,6 +4,7 @@ use super::{Adjustment, dot, times};
 use crate::shaker::budget::Budget;
 use faer::{Mat, Side, linalg::solvers::Solve};
 use proofmass_core::Error;
+use rayon::prelude::*;
 
 /// How large one kind of error is, as the runs have it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,8 +34,9 @@ const STEPS: usize = 40;
 const MOST: f64 = 1e6;
 /// Likewise an angle of 10°: that is another mounting.
 const ANGLE: f64 = 10.0 * std::f64::consts::PI / 180.0;
-/// Relative change of all ratios at which it ends: a thousandth of a variance is nothing beside its own uncertainty.
-const SETTLED: f64 = 1e-3;
+/// Relative change of all ratios at which it ends: a hundredth of a variance is nothing beside its own uncertainty, and the
+/// next step would be far smaller.
+const SETTLED: f64 = 1e-2;
 /// Largest factor of one step.
 const REACH: f64 = 4.0;
 
@@ -117,10 +119,10 @@ impl Adjustment {
             let change = |(a, b): (&f64, &f64)| (a / b - 1.0).abs();
             let settled = next.iter().zip(&ratios).map(change).fold(0.0, f64::max) < SETTLED;
             ratios = next;
-            score = self.score_of(&blocks, &kinds, &ratios)?;
             if settled {
                 break;
             }
+            score = self.score_of(&blocks, &kinds, &ratios)?;
         }
         let known = freedoms(&score.information, &ratios);
         let mut components = Components {
@@ -224,7 +226,7 @@ impl Adjustment {
         let change = &c * &right;
         // A C over the parameters of each frequency.
         let spread: Vec<Mat<f64>> = blocks
-            .iter()
+            .par_iter()
             .map(|b| {
                 let here = Mat::from_fn(b.parameters.len(), count, |a, q| c[(b.parameters[a], q)]);
                 &b.normal * here

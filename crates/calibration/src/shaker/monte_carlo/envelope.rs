@@ -5,7 +5,7 @@ use faer::{Mat, Side, linalg::solvers::Solve};
 use proofmass_core::Error;
 use pulp::Simd;
 
-/// Cholesky factor L of a positive definite matrix, every row from its first element that is not zero on.
+/// Cholesky factor L of a positive definite matrix, without the runs of zeros of its rows.
 ///
 /// What several blocks share comes last: the other rows of L then have little to the left of the diagonal.
 ///
@@ -14,15 +14,24 @@ pub(super) struct Envelope {
     /// Unknown of each row, and its standard deviation.
     unknowns: Vec<(usize, f64)>,
     rows: Vec<Row>,
+    runs: Vec<Run>,
     values: Vec<f64>,
 }
 
-/// A row of L: columns from `first` to the diagonal, whose reciprocal is apart.
+/// A row of L: the end of its runs and the reciprocal of the diagonal.
 struct Row {
-    first: usize,
-    start: usize,
+    end: usize,
     reciprocal: f64,
 }
+
+/// Elements of a row from one column on, and where their values end.
+struct Run {
+    column: usize,
+    end: usize,
+}
+
+/// Zeros for which a run ends; fewer are cheaper to multiply than to step over.
+const GAP: usize = 6;
 
 /// Unknowns that an equation connects, and the block (the frequency) it belongs to.
 pub(super) struct Group {
@@ -82,46 +91,70 @@ impl Envelope {
                 first[place[unknown]] = first[place[unknown]].min(least);
             }
         }
-        let mut rows: Vec<Row> = Vec::with_capacity(count);
-        let mut values: Vec<f64> = vec![];
-        for (i, &first) in first.iter().enumerate() {
-            let start = values.len();
-            let mut square = normal[(order[i], order[i])];
+        // What is in no equation together is exactly zero, where the covariance left the rounding of its inverse.
+        let mut normal_of = vec![0.0; count * count];
+        for group in groups {
+            for &i in &group.unknowns {
+                for &j in &group.unknowns {
+                    normal_of[place[i] * count + place[j]] = normal[(i, j)];
+                }
+            }
+        }
+        let mut factor = Self {
+            unknowns: order.iter().map(|&u| (u, deviation[u])).collect(),
+            rows: Vec::with_capacity(count),
+            runs: vec![],
+            values: vec![],
+        };
+        // Row by row in full, so that a row can be subtracted from the next ones.
+        let mut l = normal_of;
+        for i in 0..count {
+            let (above, below) = l.split_at_mut(i * count);
+            let row = &mut below[..count];
+            let first = first[i];
+            // An unknown of the prior alone stands in no group.
+            let mut square = if row[i] != 0.0 {
+                row[i]
+            } else {
+                normal[(order[i], order[i])]
+            };
             for j in first..i {
-                let row = &rows[j];
-                let from = first.max(row.first);
-                let mine = &values[start + from - first..];
-                let theirs = &values[row.start + from - row.first..];
-                let inner: f64 = mine[..j - from]
-                    .iter()
-                    .zip(theirs)
-                    .map(|(a, b)| a * b)
-                    .sum();
-                let value = (normal[(order[i], order[j])] - inner) * row.reciprocal;
+                let theirs = &above[j * count..j * count + j];
+                let products = row[first..j].iter().zip(&theirs[first..]);
+                let inner: f64 = products.map(|(a, b)| a * b).sum();
+                let value = (row[j] - inner) * factor.rows[j].reciprocal;
                 square -= value * value;
-                values.push(value);
+                row[j] = value;
             }
             if !(square > 0.0) {
                 return Err(singular);
             }
-            rows.push(Row {
-                first,
-                start,
-                reciprocal: 1.0 / square.sqrt(),
-            });
+            factor.keep(&row[..i], 1.0 / square.sqrt());
         }
-        Ok(Self {
-            unknowns: order.iter().map(|&u| (u, deviation[u])).collect(),
-            rows,
-            values,
-        })
+        Ok(factor)
     }
 
-    /// The elements of a row left of the diagonal.
-    #[inline(always)]
-    fn left(&self, i: usize) -> &[f64] {
-        let row = &self.rows[i];
-        &self.values[row.start..row.start + i - row.first]
+    /// The next row of L.
+    fn keep(&mut self, row: &[f64], reciprocal: f64) {
+        let mut zeros = GAP;
+        for (column, &value) in row.iter().enumerate() {
+            if value == 0.0 {
+                zeros += 1;
+                continue;
+            }
+            if zeros >= GAP {
+                self.runs.push(Run { column, end: 0 });
+            } else {
+                self.values.extend(std::iter::repeat_n(0.0, zeros));
+            }
+            zeros = 0;
+            self.values.push(value);
+            if let Some(run) = self.runs.last_mut() {
+                run.end = self.values.len();
+            }
+        }
+        let end = self.runs.len();
+        self.rows.push(Row { end, reciprocal });
     }
 
     /// Solves for the right-hand side of every trial; `work` has the same length. Returns the largest part of the solution, in
@@ -135,19 +168,25 @@ impl Envelope {
         solution: &mut [Real<S>],
     ) -> Real<S> {
         let zero = Real::new(simd, 0.0);
+        let (mut first, mut start) = (0, 0);
         for (i, row) in self.rows.iter().enumerate() {
             let (unknown, deviation) = self.unknowns[i];
             let mut sums = [zero; SUMS];
-            let (l, x) = (self.left(i), &work[row.first..i]);
-            let (l4, x4) = (l.chunks_exact(SUMS), x.chunks_exact(SUMS));
-            for (l, x) in l4.remainder().iter().zip(x4.remainder()) {
-                sums[0] += *x * *l;
-            }
-            for (l, x) in l4.zip(x4) {
-                for k in 0..SUMS {
-                    sums[k] += x[k] * l[k];
+            for run in &self.runs[first..row.end] {
+                let l = &self.values[start..run.end];
+                let x = &work[run.column..run.column + l.len()];
+                let (l4, x4) = (l.chunks_exact(SUMS), x.chunks_exact(SUMS));
+                for (l, x) in l4.remainder().iter().zip(x4.remainder()) {
+                    sums[0] += *x * *l;
                 }
+                for (l, x) in l4.zip(x4) {
+                    for k in 0..SUMS {
+                        sums[k] += x[k] * l[k];
+                    }
+                }
+                start = run.end;
             }
+            first = row.end;
             let sum = (sums[0] + sums[1]) + (sums[2] + sums[3]);
             work[i] = (right[unknown] * deviation - sum) * row.reciprocal;
         }
@@ -157,8 +196,14 @@ impl Envelope {
             let value = work[i] * row.reciprocal;
             solution[unknown] = value * deviation;
             largest = largest.max(value.abs());
-            for (x, l) in work[row.first..i].iter_mut().zip(self.left(i)) {
-                *x = *x - value * *l;
+            let first = if i > 0 { self.rows[i - 1].end } else { 0 };
+            for run in first..row.end {
+                let start = if run > 0 { self.runs[run - 1].end } else { 0 };
+                let l = &self.values[start..self.runs[run].end];
+                let column = self.runs[run].column;
+                for (x, l) in work[column..column + l.len()].iter_mut().zip(l) {
+                    *x = *x - value * *l;
+                }
             }
         }
         largest
