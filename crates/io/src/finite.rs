@@ -4,12 +4,19 @@ use crate::{Error, ErrorKind, Result};
 use serde::ser::{self, Serialize};
 use std::{fmt, io};
 
-/// Indented JSON with a line end, or the place of a number that is not finite. Lists stand on one line, so that a
-/// matrix is not a column of its elements.
+/// Indented JSON with a line end, or the place of a number that is not finite.
 pub fn to_json(value: &impl Serialize) -> Result<Vec<u8>> {
     check(value)?;
+    let mut bytes = serde_json::to_vec_pretty(value).map_err(write_error)?;
+    bytes.push(b'\n');
+    Ok(bytes)
+}
+
+/// The same with every list on one line, so that a large matrix is not a column of its elements.
+pub fn to_json_with_rows(value: &impl Serialize) -> Result<Vec<u8>> {
+    check(value)?;
     let mut bytes = Vec::new();
-    let mut serializer = serde_json::Serializer::with_formatter(&mut bytes, Lines::default());
+    let mut serializer = serde_json::Serializer::with_formatter(&mut bytes, Rows::default());
     value.serialize(&mut serializer).map_err(write_error)?;
     bytes.push(b'\n');
     Ok(bytes)
@@ -31,20 +38,20 @@ fn write_error(e: serde_json::Error) -> Error {
 
 /// A line for each field of an object, at its depth; none for the elements of a list.
 #[derive(Default)]
-struct Lines {
+struct Rows {
     depth: usize,
     /// Whether the object that is being written has a field.
     filled: bool,
 }
 
-impl Lines {
+impl Rows {
     fn next<W: ?Sized + io::Write>(&self, writer: &mut W) -> io::Result<()> {
         writer.write_all(b"\n")?;
         (0..self.depth).try_for_each(|_| writer.write_all(b"  "))
     }
 }
 
-impl serde_json::ser::Formatter for Lines {
+impl serde_json::ser::Formatter for Rows {
     fn begin_array_value<W: ?Sized + io::Write>(
         &mut self,
         writer: &mut W,
@@ -311,3 +318,33 @@ macro_rules! fields {
 }
 
 fields!(SerializeStruct, SerializeStructVariant);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn known_lists_stand_on_one_line() {
+        let value = json!({"a": [[1.5, -2.0], []], "b": [{"c": null}, {}], "d": {}});
+        let text = String::from_utf8(to_json_with_rows(&value).unwrap()).unwrap();
+        let expected = "{\n  \"a\": [[1.5, -2.0], []],\n  \"b\": [{\n    \"c\": null\n  }, {}],\n  \"d\": {}\n}\n";
+        assert_eq!(text, expected);
+        let back: serde_json::Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(back, value);
+    }
+
+    #[test]
+    fn refuses_what_is_not_finite_with_its_place() {
+        #[derive(serde::Serialize)]
+        struct Point {
+            at: Vec<(f64, Option<f64>)>,
+        }
+        let point = Point {
+            at: vec![(1.0, None), (2.0, Some(f64::NAN))],
+        };
+        for written in [to_json(&point), to_json_with_rows(&point)] {
+            assert_eq!(written.unwrap_err().field(), Some(".at[1][1]"));
+        }
+    }
+}

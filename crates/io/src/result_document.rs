@@ -226,7 +226,7 @@ impl ResultDocument {
                 );
             }
         }
-        crate::finite::to_json(self)
+        crate::finite::to_json_with_rows(self)
     }
 
     /// Reads a result.
