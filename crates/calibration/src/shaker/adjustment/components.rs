@@ -26,6 +26,9 @@ pub(crate) struct Components {
 
 /// Degrees of freedom below which a kind of error stays as declared.
 const TOLD: f64 = 2.0;
+/// Share of the degrees of freedom at the declared variances that an estimate keeps at least: where a variance comes out
+/// small by chance its own freedom vanishes with it, and t with it grows beyond reason.
+const KEPT: f64 = 2.0 / 3.0;
 /// Ratios below are as good as zero: t(1) times the root of this is less than the normal factor.
 const LEAST: f64 = 0.02;
 /// Scoring gains a digit per step; a component that few runs tell moves slowly at first.
@@ -114,6 +117,7 @@ impl Adjustment {
                 _ => break,
             }
         }
+        let declared = freedoms(&score.information, &ratios);
         for _ in 0..STEPS {
             let next = score.step(&ratios, &most);
             let change = |(a, b): (&f64, &f64)| (a / b - 1.0).abs();
@@ -132,7 +136,7 @@ impl Adjustment {
         for (k, kind) in kinds.iter().enumerate() {
             let component = Some(Component {
                 ratio: ratios[k],
-                freedom: known[k].max(1.0),
+                freedom: known[k].max(KEPT * declared[k]).max(1.0),
             });
             match kind {
                 Kind::Reading(f) => components.readings[*f] = component,
