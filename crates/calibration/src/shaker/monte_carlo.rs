@@ -235,7 +235,7 @@ fn propagated(
     budget: &Budget,
 ) -> Result<(Supported, Vec<FrequencyFit>), Error> {
     let declared = Adjustment::new(rows, spurious, budget)?;
-    let supported = Supported::new(&declared, rows, budget)?.as_declared();
+    let supported = Supported::new(&declared, rows, budget)?.taken_as_declared();
     let adjustment = match supported.enlarged {
         true => Adjustment::new(&supported.rows, spurious, &supported.budget)?,
         false => declared,

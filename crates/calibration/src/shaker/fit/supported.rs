@@ -117,7 +117,7 @@ impl Supported {
     }
 
     /// The same uncertainties as if nobody had estimated them.
-    pub(crate) fn as_declared(self) -> Self {
+    pub(crate) fn taken_as_declared(self) -> Self {
         Self {
             readings: vec![f64::INFINITY; self.readings.len()],
             inputs: self.budget.inputs.iter().map(|i| i.dof.get()).collect(),
