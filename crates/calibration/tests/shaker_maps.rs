@@ -138,6 +138,36 @@ fn law_the_runs_find_the_variances_of_readings_and_gluings() {
     }
 }
 
+/// Who knows his gluings from thirty others says so, and the runs add to it; a certificate is told by no run, with whatever
+/// degrees of freedom it comes.
+#[test]
+fn known_a_declaration_with_degrees_of_freedom_counts_as_observations() {
+    use proofmass_calibration::shaker::joint;
+    use proofmass_uncertainty::DegreesOfFreedom;
+    let usual = case("12 gluings, readings × 1, gluing × 1");
+    let simulated = usual.campaign(&[10.0, 160.0, 1000.0], 1);
+    let freedom = |key: &str, nu: f64| {
+        let mut budget = usual.budget();
+        for input in budget.inputs.iter_mut().filter(|i| i.key == key) {
+            input.dof = DegreesOfFreedom::new(nu).expect("positive");
+        }
+        let fit = joint(&simulated.rows, &simulated.spurious, &budget).expect("a fit");
+        let mut components = fit.components.into_iter();
+        components.find(|c| c.key == key)
+    };
+    let by_runs = freedom("gluing.angle", f64::INFINITY).expect("told by the runs");
+    let with_others = freedom("gluing.angle", 29.0).expect("told by the runs");
+    assert!(
+        by_runs.freedom > 5.0 && by_runs.freedom < 12.0,
+        "{by_runs:?}"
+    );
+    let added = with_others.freedom - 29.0;
+    assert!(added > 5.0 && added < 12.0, "{with_others:?}");
+    assert!(with_others.dof.get() <= with_others.freedom);
+    assert_eq!(freedom("reference.calibration", 30.0), None);
+    assert_eq!(freedom("conditioner.gain", 30.0), None);
+}
+
 #[test]
 fn law_a_fault_of_one_run_is_named_first_and_no_other_run_is() {
     for (k, fault) in FAULTS.iter().enumerate() {

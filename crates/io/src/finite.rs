@@ -12,7 +12,7 @@ pub fn to_json(value: &impl Serialize) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The same with every list on one line, so that a large matrix is not a column of its elements.
+/// The same with the numbers of a list on one line, so that a large matrix is not a column of its elements.
 pub fn to_json_with_rows(value: &impl Serialize) -> Result<Vec<u8>> {
     check(value)?;
     let mut bytes = Vec::new();

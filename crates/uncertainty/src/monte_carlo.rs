@@ -395,8 +395,8 @@ struct Portion {
     shared: bool,
 }
 
-/// Trials by as many threads as have nothing else to do, no fewer than [`LEAST_SHARE`] at a time; `y` begins with a group
-/// of the strips.
+/// Trials by as many threads as have nothing else to do, a group of the strips at a time or some of it; `y` begins with a
+/// group.
 fn shared_out<M: Trial + Sync>(model: &M, strips: &Strips, group: usize, y: Columns) {
     let count = y.first().map_or(0, |y| y.len());
     if count <= strips.group {
@@ -411,7 +411,7 @@ fn shared_out<M: Trial + Sync>(model: &M, strips: &Strips, group: usize, y: Colu
     );
 }
 
-/// The trials of a group, likewise.
+/// The trials of a group, likewise, about [`LEAST_SHARE`] at a time.
 fn share_group<M: Trial + Sync>(model: &M, x: &[&[f64]], mut y: Columns) {
     let count = y.first().map_or(0, |y| y.len());
     if count / 2 < LEAST_SHARE {

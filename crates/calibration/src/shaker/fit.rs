@@ -76,7 +76,7 @@ pub struct AngleEstimate {
     pub value: f64,
     /// Its standard uncertainty after the data.
     pub standard_uncertainty: f64,
-    /// Its standard uncertainty before.
+    /// Its standard uncertainty before, as it was used.
     pub prior: f64,
 }
 

@@ -94,7 +94,7 @@ pub(super) fn section(result: &MethodResult, unit: Unit) -> Section {
 
 /// What the runs tell of the declared uncertainties.
 fn supported(components: &[VarianceComponent], causes: &[(String, String, String)]) -> Table {
-    let dof = |nu: f64| degrees_of_freedom(Some(nu));
+    let dof = |nu: f64| degrees_of_freedom(Some(nu).filter(|nu| nu.is_finite()));
     components.iter().fold(
         Table::new(
             "Declared uncertainties as the runs have them",
@@ -108,7 +108,8 @@ fn supported(components: &[VarianceComponent], causes: &[(String, String, String
             ],
         )
         .note(
-            "u as declared, û by restricted maximum likelihood with the degrees of freedom that the runs have for it. Used is the larger \
+            "u as declared, û by restricted maximum likelihood with the degrees of freedom that the runs (and the declaration, \
+             where it has any) have for it. Used is the larger \
              of the two; U is the larger of t(ν)·û and of what is declared. Causes that are not here are told by no run.",
         ),
         |table, c| {

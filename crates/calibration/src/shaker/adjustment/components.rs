@@ -86,6 +86,8 @@ struct Score {
     information: Mat<f64>,
     /// yᵀ P V_k P y − tr(P V_k).
     gradient: Vec<f64>,
+    /// What of T_kk comes from the degrees of freedom of a declaration.
+    declared: Vec<f64>,
 }
 
 impl Adjustment {
@@ -94,7 +96,7 @@ impl Adjustment {
     ///
     /// A declared uncertainty with degrees of freedom ν₀ counts as ν₀ observations of its variance. What stays as
     /// declared, because the runs have less than two degrees of freedom for it, is decided by the plan and not by the
-    /// readings.
+    /// readings. Scoring that has not settled after [`STEPS`] is taken where it is.
     ///
     /// **Source** `[Harville1977]`; T after `[KenwardRoger1997]`.
     pub(crate) fn components(&self, budget: &Budget) -> Result<Components, Error> {
@@ -105,7 +107,7 @@ impl Adjustment {
         let mut score = self.score_of(&blocks, &kinds, &ratios)?;
         // The least known first: what it leaves may tell the others.
         loop {
-            let known = freedoms(&score.information, &ratios);
+            let known = score.told_by_the_runs(&ratios);
             let least = (0..kinds.len()).min_by(|&a, &b| known[a].total_cmp(&known[b]));
             match least {
                 Some(k) if !(known[k] >= TOLD) => {
@@ -136,7 +138,7 @@ impl Adjustment {
         for (k, kind) in kinds.iter().enumerate() {
             let component = Some(Component {
                 ratio: ratios[k],
-                freedom: known[k].max(KEPT * declared[k]).max(1.0),
+                freedom: known[k].max(KEPT * declared[k]),
             });
             match kind {
                 Kind::Reading(f) => components.readings[*f] = component,
@@ -253,6 +255,7 @@ impl Adjustment {
         let mut score = Score {
             information: Mat::zeros(n, n),
             gradient: vec![0.0; n],
+            declared: vec![0.0; n],
         };
         for (k, kind) in kinds.iter().enumerate() {
             let phi = ratios[k];
@@ -280,6 +283,9 @@ impl Adjustment {
                         true => declared * (1.0 / (phi * phi) - 1.0 / phi),
                         false => 0.0,
                     };
+                    if declared.is_finite() {
+                        score.declared[k] = declared / (phi * phi);
+                    }
                     draws.iter().map(one).sum::<f64>() + prior
                 }
             };
@@ -299,15 +305,12 @@ impl Adjustment {
                         };
                         draws.iter().map(one).sum::<f64>() / both
                     }
-                    (Kind::Input(_, draws, declared), Kind::Input(_, others, _)) => {
+                    (Kind::Input(_, draws, _), Kind::Input(_, others, _)) => {
                         let pair = |d: usize, e: usize| {
                             (if d == e { 1.0 / phi } else { 0.0 } - c[(d, e)] / (phi * psi)).powi(2)
                         };
                         let row = |&d: &usize| others.iter().map(|&e| pair(d, e)).sum::<f64>();
-                        let prior = match k == l && declared.is_finite() {
-                            true => declared / (phi * phi),
-                            false => 0.0,
-                        };
+                        let prior = if k == l { score.declared[k] } else { 0.0 };
                         draws.iter().map(row).sum::<f64>() + prior
                     }
                     // Readings stand first among the kinds.
@@ -328,7 +331,24 @@ impl Score {
         Self {
             information: Mat::from_fn(n, n, |i, j| self.information[(of(i), of(j))]),
             gradient: (0..n).map(|i| self.gradient[of(i)]).collect(),
+            declared: (0..n).map(|i| self.declared[of(i)]).collect(),
         }
+    }
+
+    /// Degrees of freedom of each ratio by the runs alone; those that one kind would have by itself as long as there is one
+    /// of which they tell nothing, since that one would hide the others.
+    fn told_by_the_runs(&self, ratios: &[f64]) -> Vec<f64> {
+        let n = ratios.len();
+        let runs = Mat::from_fn(n, n, |i, j| {
+            self.information[(i, j)] - if i == j { self.declared[i] } else { 0.0 }
+        });
+        let alone: Vec<f64> = (0..n)
+            .map(|k| runs[(k, k)] * ratios[k] * ratios[k])
+            .collect();
+        if alone.iter().any(|d| *d < TOLD) {
+            return alone;
+        }
+        freedoms(&runs, ratios)
     }
 
     /// φ + T⁻¹ g within reach and above zero; a ratio at its bound that wants to be less stays there.
@@ -367,14 +387,14 @@ fn freedoms(information: &Mat<f64>, ratios: &[f64]) -> Vec<f64> {
         return vec![];
     }
     let scaled = Mat::from_fn(n, n, |i, j| information[(i, j)] * ratios[i] * ratios[j]);
-    // One that is told by nothing would hide all others.
-    let diagonal: Vec<f64> = (0..n).map(|k| scaled[(k, k)].max(0.0)).collect();
-    if diagonal.iter().any(|d| *d < TOLD) {
-        return diagonal;
-    }
     // Two kinds that act alike have next to none each, instead of an error.
     let lifted = Mat::from_fn(n, n, |i, j| {
-        scaled[(i, j)] * if i == j { 1.0 + 1e-9 } else { 1.0 }
+        scaled[(i, j)]
+            + if i == j {
+                1e-9 * (1.0 + scaled[(i, i)])
+            } else {
+                0.0
+            }
     });
     match lifted.llt(Side::Lower) {
         Ok(llt) => {

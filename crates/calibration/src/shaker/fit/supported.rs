@@ -20,10 +20,10 @@ pub struct VarianceComponent {
     pub estimated: f64,
     /// The one that was used over the declared one: the larger of the two.
     pub used: f64,
-    /// Degrees of freedom that the runs have for it.
+    /// Degrees of freedom that the runs have for it, with those of the declaration where it has any.
     pub freedom: f64,
     /// Degrees of freedom in the result: those with which t·û is the half width, or infinite where the declared one with
-    /// the normal factor is larger.
+    /// the normal factor is larger; no more than `freedom` where the declaration has degrees of freedom.
     pub dof: DegreesOfFreedom,
 }
 
@@ -63,11 +63,15 @@ impl Supported {
             inputs: budget.inputs.iter().map(|i| i.dof.get()).collect(),
             enlarged: false,
         };
-        let mut told = |key: &str, frequency, ratio: f64, freedom: f64| {
+        // `declared`: degrees of freedom of the declaration, which are in `freedom`.
+        let mut told = |key: &str, frequency, declared: f64, ratio: f64, freedom: f64| {
             let t = DegreesOfFreedom::new(freedom)
                 .unwrap_or(DegreesOfFreedom::INFINITE)
                 .coverage_factor(PROBABILITY);
-            let dof = dof_of_coverage_factor(t * ratio.min(1.0).sqrt(), PROBABILITY);
+            let dof = match dof_of_coverage_factor(t * ratio.min(1.0).sqrt(), PROBABILITY) {
+                dof if declared.is_finite() => dof.min(freedom),
+                dof => dof,
+            };
             supported.components.push(VarianceComponent {
                 key: key.to_owned(),
                 frequency,
@@ -78,19 +82,25 @@ impl Supported {
             });
             dof
         };
+        let only = match adjustment.frequencies[..] {
+            [frequency] => Some(frequency),
+            _ => None,
+        };
         let mut enlarged = vec![1.0; adjustment.frequencies.len()];
         for (f, component) in found.readings.iter().enumerate() {
             if let Some(c) = component {
                 let frequency = Some(adjustment.frequencies[f]);
-                supported.readings[f] = told(READINGS, frequency, c.ratio, c.freedom);
+                supported.readings[f] =
+                    told(READINGS, frequency, f64::INFINITY, c.ratio, c.freedom);
                 enlarged[f] = c.ratio.max(1.0);
             }
         }
         let mut factors = vec![1.0; budget.inputs.len()];
         for (index, component) in found.inputs.iter().enumerate() {
             if let Some(c) = component {
-                let dof = told(&budget.inputs[index].key, None, c.ratio, c.freedom);
-                supported.inputs[index] = supported.inputs[index].min(dof);
+                let input = &budget.inputs[index];
+                supported.inputs[index] =
+                    told(&input.key, only, input.dof.get(), c.ratio, c.freedom);
                 factors[index] = c.ratio.max(1.0).sqrt();
             }
         }
