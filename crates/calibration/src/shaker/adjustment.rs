@@ -11,11 +11,13 @@ mod components;
 pub(crate) mod model;
 mod parts;
 
+pub(crate) use parts::Part;
+
 use super::budget::{Acts, Budget};
 use super::fit::missing::Group;
 use super::free_phase;
 use super::matrix::{Matrix, from_real, to_real};
-use super::observation::{PhasorRow, SpuriousTable};
+use super::observation::{PhasorRow, SpuriousTable, ascending};
 use crate::adjustment::descend;
 use faer::{Mat, Side, linalg::solvers::Solve};
 pub(crate) use model::Link;
@@ -131,9 +133,7 @@ impl Adjustment {
         } else {
             rows
         };
-        let mut frequencies: Vec<f64> = rows.iter().map(|r| r.frequency).collect();
-        frequencies.sort_by(f64::total_cmp);
-        frequencies.dedup();
+        let frequencies = ascending(rows.iter().map(|r| r.frequency));
         let of_row: Vec<usize> = rows
             .iter()
             .map(|r| frequencies.partition_point(|&f| f < r.frequency))
@@ -302,6 +302,12 @@ impl Adjustment {
     /// The sensitivity matrix of a frequency in V/(m/s²).
     pub(crate) fn sensitivity(&self, f: usize) -> Matrix {
         from_real(&self.parameters[18 * f..18 * f + 18]).map(|row| row.map(|s| s * self.scale))
+    }
+
+    /// The draws of an input of the budget.
+    pub(crate) fn draws_of(&self, input: usize) -> impl Iterator<Item = usize> {
+        let own = move |d: &usize| self.draws[*d].input == Some(input);
+        (0..self.draws.len()).filter(own)
     }
 
     /// Place of the first draw among the parameters.

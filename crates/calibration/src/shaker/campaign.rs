@@ -16,7 +16,7 @@ use super::fit::{
     AngleEstimate, Fit, FrequencyFit, Identifiability, VarianceComponent, complex, joint,
 };
 use super::geometry::Configuration;
-use super::observation::{PhasorRow, SpuriousTable};
+use super::observation::{PhasorRow, SpuriousTable, ascending};
 use super::published::{self, MagnitudeBudget, MagnitudeRow, PublishedFit, SpuriousMagnitude};
 use super::recording::{QualityLimits, RunInput};
 use super::reference::ReferenceTable;
@@ -429,9 +429,7 @@ fn by_magnitudes(
     rows: &[PhasorRow],
     correction: &Correction,
 ) -> Result<MethodResult, Error> {
-    let mut frequencies: Vec<f64> = rows.iter().map(|r| r.frequency).collect();
-    frequencies.sort_by(f64::total_cmp);
-    frequencies.dedup();
+    let frequencies = ascending(rows.iter().map(|r| r.frequency));
     let published = frequencies
         .into_iter()
         .map(|frequency| {

@@ -14,7 +14,7 @@ pub use supported::VarianceComponent;
 use super::adjustment::{Adjustment, Deletion};
 use super::budget::Budget;
 use super::matrix::{AXES, Matrix, inverse, inverse_jacobian, to_real};
-use super::observation::{PhasorRow, SpuriousTable};
+use super::observation::{PhasorRow, SpuriousTable, ascending};
 use faer::{Mat, Side};
 use num_complex::Complex64;
 use proofmass_core::Error;
@@ -139,9 +139,7 @@ pub fn complex(
     spurious: &SpuriousTable,
     budget: &Budget,
 ) -> Result<Fit, Error> {
-    let mut frequencies: Vec<f64> = rows.iter().map(|r| r.frequency).collect();
-    frequencies.sort_by(f64::total_cmp);
-    frequencies.dedup();
+    let frequencies = ascending(rows.iter().map(|r| r.frequency));
     let fits: Vec<Fit> = frequencies
         .par_iter()
         .map(|&f| {
@@ -207,14 +205,7 @@ fn reported(
     budget: &Budget,
 ) -> Result<Fit, Error> {
     let supported = Supported::new(declared, rows, budget)?;
-    let again = match supported.enlarged {
-        true => Some(Adjustment::new(
-            &supported.rows,
-            spurious,
-            &supported.budget,
-        )?),
-        false => None,
-    };
+    let again = supported.adjusted(spurious)?;
     let adjustment = again.as_ref().unwrap_or(declared);
     let frequencies = frequency_fits(adjustment, &supported, spurious)?;
     let deletions = match declared.deletions() {

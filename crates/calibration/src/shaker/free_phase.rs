@@ -7,7 +7,7 @@
 //! of a run are turned to where they are predicted, and the direction of that turn has no weight.
 
 use super::matrix::{Matrix, row_times};
-use super::observation::{PhasorRow, SpuriousTable};
+use super::observation::{PhasorRow, SpuriousTable, ascending};
 use super::robust::{directions, solve};
 use num_complex::Complex64;
 
@@ -45,9 +45,7 @@ pub(super) fn origin(s: &Matrix) -> usize {
 /// frequency, whose origin of phase is real.
 pub(super) fn aligned(rows: &[PhasorRow], spurious: &SpuriousTable) -> Vec<PhasorRow> {
     let mut rows = rows.to_vec();
-    let mut frequencies: Vec<f64> = rows.iter().map(|r| r.frequency).collect();
-    frequencies.sort_by(f64::total_cmp);
-    frequencies.dedup();
+    let frequencies = ascending(rows.iter().map(|r| r.frequency));
     for f in frequencies {
         let here: Vec<usize> = (0..rows.len())
             .filter(|&i| rows[i].frequency == f)
@@ -78,13 +76,7 @@ pub(super) fn aligned(rows: &[PhasorRow], spurious: &SpuriousTable) -> Vec<Phaso
 /// Whether the runs of every frequency tie the phases of the three axes to each other: each axis is excited together with
 /// another one.
 pub(super) fn tied(rows: &[PhasorRow], spurious: &SpuriousTable) -> bool {
-    let mut frequencies: Vec<f64> = rows
-        .iter()
-        .filter(|r| r.free_phase)
-        .map(|r| r.frequency)
-        .collect();
-    frequencies.sort_by(f64::total_cmp);
-    frequencies.dedup();
+    let frequencies = ascending(rows.iter().filter(|r| r.free_phase).map(|r| r.frequency));
     frequencies.iter().all(|f| {
         let here: Vec<PhasorRow> = rows.iter().filter(|r| r.frequency == *f).cloned().collect();
         let mut pairs = [false; 3];

@@ -1,6 +1,7 @@
 //! Drives that cannot be told from the mains.
 
 use super::recording::{CHANNELS, RunInput};
+use crate::shaker::observation::ascending;
 use proofmass_uncertainty::{Finding, Severity};
 
 /// Frequencies of mains networks, Hz.
@@ -75,9 +76,7 @@ pub(super) fn hidden(runs: &[RunInput]) -> (Vec<(String, [f64; 4])>, Vec<Finding
                 *m = m.max(*a);
             }
         }
-        let mut frequencies: Vec<f64> = runs.iter().map(|(r, _)| r.frequency).collect();
-        frequencies.sort_by(f64::total_cmp);
-        frequencies.dedup();
+        let frequencies = ascending(runs.iter().map(|(r, _)| r.frequency));
         let names: Vec<String> = frequencies.iter().map(|f| format!("{f} Hz")).collect();
         let parts: Vec<String> = CHANNELS
             .iter()
@@ -140,9 +139,7 @@ fn unheard(runs: &[RunInput]) -> Option<Finding> {
     let weakest = hidden
         .iter()
         .min_by(|a, b| strongest(a).total_cmp(&strongest(b)))?;
-    let mut frequencies: Vec<f64> = hidden.iter().map(|r| r.frequency).collect();
-    frequencies.sort_by(f64::total_cmp);
-    frequencies.dedup();
+    let frequencies = ascending(hidden.iter().map(|r| r.frequency));
     let names: Vec<String> = frequencies.iter().map(|f| format!("{f} Hz")).collect();
     let amplitude = strongest(weakest);
     let size = if amplitude > 0.0 {

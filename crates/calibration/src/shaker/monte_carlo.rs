@@ -10,7 +10,7 @@ use super::budget::Budget;
 use super::campaign::ShakerMethod;
 use super::fit::{FrequencyFit, Supported, frequency_fits};
 use super::matrix::{AXES, row_times};
-use super::observation::{PhasorRow, SpuriousTable};
+use super::observation::{PhasorRow, SpuriousTable, ascending};
 use draws::Errors;
 use estimator::Estimator;
 use proofmass_core::Error;
@@ -122,9 +122,7 @@ pub fn validate(
     match method {
         ShakerMethod::Joint => together(rows, spurious, budget, options, progress),
         ShakerMethod::Complex => {
-            let mut frequencies: Vec<f64> = rows.iter().map(|r| r.frequency).collect();
-            frequencies.sort_by(f64::total_cmp);
-            frequencies.dedup();
+            let frequencies = ascending(rows.iter().map(|r| r.frequency));
             let count = frequencies.len();
             let mut checks = vec![];
             for (index, f) in frequencies.into_iter().enumerate() {
@@ -236,10 +234,7 @@ fn propagated(
 ) -> Result<(Supported, Vec<FrequencyFit>), Error> {
     let declared = Adjustment::new(rows, spurious, budget)?;
     let supported = Supported::new(&declared, rows, budget)?.taken_as_declared();
-    let adjustment = match supported.enlarged {
-        true => Adjustment::new(&supported.rows, spurious, &supported.budget)?,
-        false => declared,
-    };
+    let adjustment = supported.adjusted(spurious)?.unwrap_or(declared);
     let stated = frequency_fits(&adjustment, &supported, spurious)?;
     Ok((supported, stated))
 }

@@ -27,6 +27,14 @@ pub struct PhasorRow {
     pub reference_sensitivity: Option<Complex64>,
 }
 
+/// Each frequency once, in ascending order.
+pub(crate) fn ascending(frequencies: impl IntoIterator<Item = f64>) -> Vec<f64> {
+    let mut all: Vec<f64> = frequencies.into_iter().collect();
+    all.sort_by(f64::total_cmp);
+    all.dedup();
+    all
+}
+
 impl PhasorRow {
     /// A row without noise of its own: the budget carries everything.
     pub fn new(

@@ -2,6 +2,7 @@
 
 use super::fit::upper_tail;
 use super::recording::Quality;
+use crate::shaker::observation::ascending;
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Severity};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
@@ -136,9 +137,7 @@ impl Latency {
     /// Phases are read modulo a turn; of delays that explain them alike, the smallest counts. What the phases of several
     /// frequencies have in common is not known here: u is the larger one of that of independent and that of common errors.
     pub fn of(phases: &[(f64, f64, f64)]) -> (Option<Self>, Vec<Finding>) {
-        let mut frequencies: Vec<f64> = phases.iter().map(|p| p.0).collect();
-        frequencies.sort_by(f64::total_cmp);
-        frequencies.dedup();
+        let frequencies = ascending(phases.iter().map(|p| p.0));
         let (Some(&lowest), Some(&highest)) = (frequencies.first(), frequencies.last()) else {
             return (None, vec![]);
         };

@@ -4,7 +4,7 @@ use super::budget::{Acts, Budget, Key, ShakerInput};
 use super::campaign::ShakerCampaign;
 use super::geometry::Configuration;
 use super::hum::hidden;
-use super::observation::PhasorRow;
+use super::observation::{PhasorRow, ascending};
 use super::plan::conditioning;
 use super::recording::{Assessed, CHANNELS, RunInput, assess};
 use super::reference::ReferenceTable;
@@ -181,9 +181,7 @@ fn told_once(doubts: Vec<(&str, Finding)>) -> Vec<Finding> {
 
 /// Rows of frequencies whose directions determine S; one run alone at its frequency is mostly a slip of the table.
 fn determined(rows: Vec<PhasorRow>, findings: &mut Vec<Finding>) -> Vec<PhasorRow> {
-    let mut frequencies: Vec<f64> = rows.iter().map(|r| r.frequency).collect();
-    frequencies.sort_by(f64::total_cmp);
-    frequencies.dedup();
+    let frequencies = ascending(rows.iter().map(|r| r.frequency));
     let (mut lost, mut kept) = (vec![], vec![]);
     for &f in &frequencies {
         let here: Vec<&PhasorRow> = rows.iter().filter(|r| r.frequency == f).collect();
@@ -258,9 +256,7 @@ pub fn with_certificate(
     let Some(table) = reference else {
         return Ok(budget);
     };
-    let mut frequencies: Vec<f64> = frequencies.into_iter().collect();
-    frequencies.sort_by(f64::total_cmp);
-    frequencies.dedup();
+    let frequencies = ascending(frequencies);
     let mut shares = vec![];
     for frequency in frequencies {
         shares.push((frequency, table.shares_at(frequency)?));

@@ -1,6 +1,7 @@
 //! Comparison of a single-axis accelerometer with a reference: the n = 1 case of the bench.
 
 use super::reference::ReferenceTable;
+use crate::shaker::observation::ascending;
 use num_complex::Complex64;
 use proofmass_core::Error;
 use proofmass_uncertainty::{
@@ -255,9 +256,7 @@ pub fn combine(
     results: &[SingleAxis],
     budget: &ComparisonBudget,
 ) -> Result<(Vec<SingleAxis>, Vec<Finding>), Error> {
-    let mut frequencies: Vec<f64> = results.iter().map(|r| r.frequency).collect();
-    frequencies.sort_by(f64::total_cmp);
-    frequencies.dedup();
+    let frequencies = ascending(results.iter().map(|r| r.frequency));
     let (mut means, mut findings) = (vec![], vec![]);
     for frequency in frequencies {
         let group: Vec<usize> = (0..results.len())

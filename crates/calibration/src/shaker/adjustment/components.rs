@@ -152,8 +152,8 @@ impl Adjustment {
         let offset = self.first_draw();
         let readings = (0..self.frequencies.len()).map(Kind::Reading);
         let inputs = budget.inputs.iter().enumerate().map(|(index, input)| {
-            let own = (0..self.draws.len()).filter(|&d| self.draws[d].input == Some(index));
-            Kind::Input(index, own.map(|d| offset + d).collect(), input.dof.get())
+            let own = self.draws_of(index).map(|d| offset + d);
+            Kind::Input(index, own.collect(), input.dof.get())
         });
         let some = |kind: &Kind| !matches!(kind, Kind::Input(_, draws, _) if draws.len() < 2);
         readings.chain(inputs).filter(some).collect()

@@ -6,7 +6,7 @@ use crate::shaker::diagnosis::SuspectRun;
 use crate::shaker::fit::{FrequencyFit, complex};
 use crate::shaker::geometry::Configuration;
 use crate::shaker::matrix::{AXES, Matrix, from_real};
-use crate::shaker::observation::PhasorRow;
+use crate::shaker::observation::{PhasorRow, ascending};
 use crate::shaker::plan::conditioning;
 use proofmass_core::Error;
 use proofmass_uncertainty::{Finding, Severity};
@@ -65,9 +65,7 @@ pub(super) fn contested(
     campaign: &ShakerCampaign,
 ) -> Result<Vec<Contested>, Error> {
     let doubted = |r: &&PhasorRow| set_aside.contains(&r.run);
-    let mut frequencies: Vec<f64> = rows.iter().filter(doubted).map(|r| r.frequency).collect();
-    frequencies.sort_by(f64::total_cmp);
-    frequencies.dedup();
+    let frequencies = ascending(rows.iter().filter(doubted).map(|r| r.frequency));
     let mut list = vec![];
     for frequency in frequencies {
         let here: Vec<PhasorRow> = rows

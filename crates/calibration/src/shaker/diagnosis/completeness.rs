@@ -1,7 +1,7 @@
 //! Runs that are missing, there twice, or copies of another.
 
 use super::super::geometry::Configuration;
-use super::super::observation::PhasorRow;
+use super::super::observation::{PhasorRow, ascending};
 use super::words::degrees;
 use super::{SuspectRun, Suspicion};
 use proofmass_uncertainty::{Finding, Severity};
@@ -21,9 +21,7 @@ pub(super) fn completeness(rows: &[PhasorRow], plan: Option<&[Configuration]>) -
         },
         <[_]>::to_vec,
     );
-    let mut frequencies: Vec<f64> = rows.iter().map(|r| r.frequency).collect();
-    frequencies.sort_by(f64::total_cmp);
-    frequencies.dedup();
+    let frequencies = ascending(rows.iter().map(|r| r.frequency));
     for &f in &frequencies {
         let here: Vec<&PhasorRow> = rows.iter().filter(|r| r.frequency == f).collect();
         for c in &plan {

@@ -4,7 +4,7 @@ use super::super::adjustment::Adjustment;
 use super::super::budget::Budget;
 use super::super::fit::Fit;
 use super::super::matrix::{AXES, Matrix};
-use super::super::observation::{PhasorRow, SpuriousTable};
+use super::super::observation::{PhasorRow, SpuriousTable, ascending};
 use super::super::robust::wild;
 use num_complex::Complex64;
 use proofmass_core::Error;
@@ -62,9 +62,7 @@ fn total_chi_squared(
     spurious: &SpuriousTable,
     budget: &Budget,
 ) -> Result<f64, Error> {
-    let mut frequencies: Vec<f64> = rows.iter().map(|r| r.frequency).collect();
-    frequencies.sort_by(f64::total_cmp);
-    frequencies.dedup();
+    let frequencies = ascending(rows.iter().map(|r| r.frequency));
     let mut sum = 0.0;
     for f in frequencies {
         let subset: Vec<PhasorRow> = rows.iter().filter(|r| r.frequency == f).cloned().collect();
@@ -290,9 +288,7 @@ impl Class {
 
 /// Σ over the runs of their χ² against the others, none with more than [`MOST`].
 fn trimmed(rows: &[PhasorRow], spurious: &SpuriousTable, budget: &Budget) -> Result<f64, Error> {
-    let mut frequencies: Vec<f64> = rows.iter().map(|r| r.frequency).collect();
-    frequencies.sort_by(f64::total_cmp);
-    frequencies.dedup();
+    let frequencies = ascending(rows.iter().map(|r| r.frequency));
     let parts: Vec<f64> = frequencies
         .par_iter()
         .map(|f| {

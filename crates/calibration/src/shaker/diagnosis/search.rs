@@ -3,7 +3,7 @@
 use super::super::adjustment::Adjustment;
 use super::super::budget::Budget;
 use super::super::fit::upper_tail;
-use super::super::observation::{PhasorRow, SpuriousTable};
+use super::super::observation::{PhasorRow, SpuriousTable, ascending};
 use super::super::robust::strangeness;
 use super::trial::Trial;
 use super::{SuspectRun, Suspicion, completeness};
@@ -41,9 +41,7 @@ pub fn suspects(
     spurious: &SpuriousTable,
     budget: &Budget,
 ) -> Result<Vec<SuspectRun>, Error> {
-    let mut frequencies: Vec<f64> = rows.iter().map(|r| r.frequency).collect();
-    frequencies.sort_by(f64::total_cmp);
-    frequencies.dedup();
+    let frequencies = ascending(rows.iter().map(|r| r.frequency));
     let sorted: Vec<Sorted<'_>> = frequencies
         .par_iter()
         .map(|&frequency| sort(rows, frequency, spurious, budget))
@@ -94,9 +92,7 @@ pub fn strangest(
     spurious: &SpuriousTable,
     budget: &Budget,
 ) -> Vec<(String, f64)> {
-    let mut frequencies: Vec<f64> = rows.iter().map(|r| r.frequency).collect();
-    frequencies.sort_by(f64::total_cmp);
-    frequencies.dedup();
+    let frequencies = ascending(rows.iter().map(|r| r.frequency));
     let mut list = vec![];
     for frequency in frequencies {
         let here = rows.iter().filter(|r| r.frequency == frequency);

@@ -13,14 +13,10 @@ fn draws<'a>(
     adjustment: &'a Adjustment,
     budget: &'a Budget,
 ) -> impl Iterator<Item = (&'a ShakerInput, Vec<usize>)> {
-    let of = |index: usize| {
-        let own = |d: &usize| adjustment.draws[*d].input == Some(index);
-        (0..adjustment.draws.len()).filter(own).collect()
-    };
     let inputs = budget.inputs.iter().enumerate();
     inputs
         .filter(|(_, input)| input.acts.is_angle())
-        .map(move |(index, input)| (input, of(index)))
+        .map(|(index, input)| (input, adjustment.draws_of(index).collect()))
 }
 
 /// Angles after the data.

@@ -1,7 +1,7 @@
 //! Residuals beyond the budget, where they are.
 
 use super::upper_tail;
-use crate::shaker::adjustment::Adjustment;
+use crate::shaker::adjustment::{Adjustment, Part};
 use proofmass_uncertainty::{Finding, Severity};
 
 /// Probability of residuals as large by chance, over all frequencies, from which they count as beyond the budget.
@@ -12,28 +12,27 @@ const BEYOND: f64 = 1e-3;
 pub(super) fn finding(adjustment: &Adjustment) -> Option<Finding> {
     let (own, shared) = adjustment.parts();
     let count = own.len();
-    let (whole, dof) = (adjustment.chi_squared, adjustment.dof() as f64);
-    let beyond = |chi_squared: f64, dof: f64| {
+    let (chi_squared, dof) = (adjustment.chi_squared, adjustment.dof() as f64);
+    let beyond = |part: Part| {
+        let Part { chi_squared, dof } = part;
         dof > 0.5 && chi_squared > dof && upper_tail(chi_squared, dof) < BEYOND / count as f64
     };
     let mut places = vec![];
     if count == 1 {
-        if beyond(whole, dof) {
+        if beyond(Part { chi_squared, dof }) {
             places.push(format!("at {} Hz", adjustment.frequencies[0]));
         }
     } else {
-        let said = |what: String, chi_squared: f64, dof: f64| {
-            format!("{what} (χ² = {chi_squared:.1}, ν = {dof:.1})")
-        };
-        for (part, f) in own.iter().zip(&adjustment.frequencies) {
-            if beyond(part.chi_squared, part.dof) {
-                places.push(said(format!("at {f} Hz"), part.chi_squared, part.dof));
+        let mut told = |what: String, part: Part| {
+            if beyond(part) {
+                let Part { chi_squared, dof } = part;
+                places.push(format!("{what} (χ² = {chi_squared:.1}, ν = {dof:.1})"));
             }
+        };
+        for (part, f) in own.into_iter().zip(&adjustment.frequencies) {
+            told(format!("at {f} Hz"), part);
         }
-        if beyond(shared.chi_squared, shared.dof) {
-            let what = "in what the frequencies share".to_owned();
-            places.push(said(what, shared.chi_squared, shared.dof));
-        }
+        told("in what the frequencies share".to_owned(), shared);
     }
     (!places.is_empty()).then(|| {
         Finding::new(
@@ -45,8 +44,8 @@ pub(super) fn finding(adjustment: &Adjustment) -> Option<Finding> {
             ),
         )
         .evidence(format!(
-            "χ² = {whole:.1} with {dof:.0} degrees of freedom, a factor of {:.2} in u",
-            (whole / dof).sqrt()
+            "χ² = {chi_squared:.1} with {dof:.0} degrees of freedom, a factor of {:.2} in u",
+            (chi_squared / dof).sqrt()
         ))
         .advice(
             "the result is with the uncertainties that the runs support (`components`); look at the runs with the largest \

@@ -3,7 +3,7 @@
 use crate::shaker::adjustment::Adjustment;
 use crate::shaker::budget::Budget;
 use crate::shaker::derived::PROBABILITY;
-use crate::shaker::observation::PhasorRow;
+use crate::shaker::observation::{PhasorRow, SpuriousTable};
 use proofmass_core::Error;
 use proofmass_uncertainty::{DegreesOfFreedom, dof_of_coverage_factor};
 use serde::{Deserialize, Serialize};
@@ -37,7 +37,7 @@ pub(crate) struct Supported {
     /// Degrees of freedom of each input of the budget.
     inputs: Vec<f64>,
     /// Whether anything was enlarged.
-    pub(crate) enlarged: bool,
+    enlarged: bool,
 }
 
 /// Key of what differs from run to run.
@@ -124,6 +124,12 @@ impl Supported {
             }
         }
         Ok(supported)
+    }
+
+    /// The adjustment with what was enlarged; `None` where the declared one is it.
+    pub(crate) fn adjusted(&self, spurious: &SpuriousTable) -> Result<Option<Adjustment>, Error> {
+        let again = || Adjustment::new(&self.rows, spurious, &self.budget);
+        self.enlarged.then(again).transpose()
     }
 
     /// The same uncertainties as if nobody had estimated them.

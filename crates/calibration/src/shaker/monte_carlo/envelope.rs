@@ -92,11 +92,11 @@ impl Envelope {
             }
         }
         // What is in no equation together is exactly zero, where the covariance left the rounding of its inverse.
-        let mut normal_of = vec![0.0; count * count];
+        let mut l = vec![0.0; count * count];
         for group in groups {
             for &i in &group.unknowns {
                 for &j in &group.unknowns {
-                    normal_of[place[i] * count + place[j]] = normal[(i, j)];
+                    l[place[i] * count + place[j]] = normal[(i, j)];
                 }
             }
         }
@@ -107,7 +107,6 @@ impl Envelope {
             values: vec![],
         };
         // Row by row in full, so that a row can be subtracted from the next ones.
-        let mut l = normal_of;
         for i in 0..count {
             let (above, below) = l.split_at_mut(i * count);
             let row = &mut below[..count];

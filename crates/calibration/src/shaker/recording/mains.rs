@@ -2,6 +2,7 @@
 
 use super::RecordedTone;
 use crate::shaker::hum::{HEARD, MAINS, WANDERS};
+use crate::shaker::observation::ascending;
 use proofmass_signal::{Window, fourier::forward_owned};
 
 /// Bins on either side of the drive and of its harmonics within which tones are fitted, or hidden.
@@ -35,13 +36,12 @@ pub(super) fn listen(
         let harmonic = (f / drive).round() * drive;
         (f - harmonic).abs() < FAR * resolution + WANDERS * f
     };
-    let mut lines: Vec<f64> = MAINS
-        .iter()
-        .flat_map(|mains| (1..=HEARD).map(move |k| k as f64 * mains))
-        .filter(|f| *f < 0.45 * sampling_frequency && !hidden(*f))
-        .collect();
-    lines.sort_by(f64::total_cmp);
-    lines.dedup();
+    let lines = ascending(
+        MAINS
+            .iter()
+            .flat_map(|mains| (1..=HEARD).map(move |k| k as f64 * mains))
+            .filter(|f| *f < 0.45 * sampling_frequency && !hidden(*f)),
+    );
     if lines.is_empty() {
         return vec![];
     }
