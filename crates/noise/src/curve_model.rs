@@ -3,7 +3,7 @@
 use crate::allan_covariance::degrees_of_freedom;
 use crate::cosine_spectrum::CosineSpectrum;
 use crate::model::{allan_response, term_density};
-use crate::phase::Phase;
+use crate::phase::{Phase, STEP};
 use crate::quick_fit::{POWERS, quick_model};
 use crate::{EdfFormula, NoiseModel, NoiseRecord, NoiseType, Statistic, Term, equivalent_dof};
 
@@ -38,16 +38,18 @@ impl CurveModel {
     /// that span it for the long ones. The cost does not grow with the record.
     pub(crate) fn fit(stretches: &[Phase<'_>], sample_rate: f64) -> Option<Self> {
         let samples: usize = stretches.iter().map(|p| p.len() - 1).sum();
-        let factor = samples.div_ceil(FITTED).max(1);
-        let (long, seen) = fitted(
-            &averages(stretches, factor, usize::MAX),
-            sample_rate,
-            factor,
-        )?;
-        let (short, seen) = if factor == 1 {
-            (long.clone(), seen)
+        let factor = match samples.div_ceil(FITTED).max(1) {
+            // The phase is at hand at every so many points.
+            factor if factor > STEP => factor.next_multiple_of(STEP),
+            factor => factor,
+        };
+        let of = |factor, most| fitted(&averages(stretches, factor, most), sample_rate, factor);
+        let ((long, _), (short, seen)) = if factor == 1 {
+            let fit = of(1, usize::MAX)?;
+            (fit.clone(), fit)
         } else {
-            fitted(&averages(stretches, 1, FITTED), sample_rate, 1)?
+            let (long, short) = rayon::join(|| of(factor, usize::MAX), || of(1, FITTED));
+            (long?, short?)
         };
         Some(Self {
             short,

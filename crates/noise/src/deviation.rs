@@ -175,7 +175,7 @@ pub(crate) fn curve_of(
     let model = known.or(fitted.as_ref());
     let noises = identify(longest, statistic, &factors, options.noise, model);
     let points = factors
-        .iter()
+        .par_iter()
         .enumerate()
         .zip(noises)
         .map(|((index, &m), (noise, basis))| {

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 const SUB_BLOCK: usize = 1024;
 
 /// Points beyond a sub-block that a block reaches: the largest factor of a block, twice, fits the second-level cache.
-const NEAR: usize = 1 << 15;
+const NEAR: usize = 1 << 14;
 
 /// Starts that one task walks through.
 const TASK: usize = 1 << 18;
@@ -82,8 +82,9 @@ fn sliding(phase: &Phase<'_>, factors: &[usize]) -> Vec<f64> {
             let mut sums = vec![0.0; factors.len()];
             let (begin, end) = (task * TASK, ((task + 1) * TASK).min(starts));
             // The window holds `step` starts and, behind them, the 2m points the longest differences reach.
-            let mut window = vec![0.0; (step + 2 * longest).min(n - begin)];
-            phase.fill(begin, &mut window);
+            let mut room = Aligned::new((step + 2 * longest).min(n - begin));
+            let mut window = room.points();
+            phase.fill(begin, window);
             let mut at = begin;
             loop {
                 let last = (at + step).min(end);
@@ -96,8 +97,7 @@ fn sliding(phase: &Phase<'_>, factors: &[usize]) -> Vec<f64> {
                 }
                 let kept = window.len() - step;
                 window.copy_within(step.., 0);
-                let room = (step + 2 * longest).min(n - last);
-                window.truncate(room);
+                window = &mut window[..(step + 2 * longest).min(n - last)];
                 phase.fill(last + kept, &mut window[kept..]);
                 at = last;
             }
@@ -115,7 +115,8 @@ fn tall(phase: &Phase<'_>, factors: &[usize], row: usize) -> Vec<f64> {
             let (first, end) = (part * COLUMNS, ((part + 1) * COLUMNS).min(row));
             let width = end - first;
             let rows = (n - first).div_ceil(row);
-            let mut block = vec![0.0; rows * width];
+            let mut room = Aligned::new(rows * width);
+            let block = room.points();
             for (r, line) in block.chunks_exact_mut(width).enumerate() {
                 let start = r * row + first;
                 phase.fill(start, &mut line[..width.min(n - start)]);
@@ -131,6 +132,32 @@ fn tall(phase: &Phase<'_>, factors: &[usize], row: usize) -> Vec<f64> {
         })
         .collect::<Vec<_>>();
     in_order(&partial, factors.len())
+}
+
+/// Points that begin with a line of the cache: reading a register full of them touches one line, not two.
+struct Aligned {
+    points: Vec<f64>,
+    begin: usize,
+    count: usize,
+}
+
+impl Aligned {
+    const LINE: usize = 64;
+
+    fn new(count: usize) -> Self {
+        let points = vec![0.0_f64; count + Self::LINE / size_of::<f64>()];
+        // Where the address cannot be told any place serves.
+        let begin = points.as_ptr().align_offset(Self::LINE);
+        Self {
+            begin: begin.min(points.len() - count),
+            points,
+            count,
+        }
+    }
+
+    fn points(&mut self) -> &mut [f64] {
+        &mut self.points[self.begin..self.begin + self.count]
+    }
 }
 
 /// Sums of squares from the phase as a whole.
@@ -158,10 +185,10 @@ fn in_order(partial: &[Vec<f64>], count: usize) -> Vec<f64> {
 
 /// Adds to each sum the squares of the differences that start within the first `starts` points of `x`.
 ///
-/// The longest difference reaches twice its shift, at most to the end of `x`. One shift after the other: shifts that double could share
-/// their points, but then their sums are not kept side by side in vector registers.
+/// The longest difference reaches twice its shift, at most to the end of `x`. Shifts that double share their points: five of them
+/// read seven where each by itself reads three.
 fn accumulate(sums: &mut [f64], x: &[f64], shifts: &[usize], starts: usize) {
-    // The widest vectors the machine has; the eight partial sums are the same whatever their width.
+    // In the widest registers the machine has, with one sum for each place: the last digits depend on it.
     pulp::Arch::new().dispatch(Accumulate {
         sums,
         x,
@@ -177,43 +204,78 @@ struct Accumulate<'a> {
     starts: usize,
 }
 
+/// Shifts that double and share their points, at most: their sums and points have room in the registers.
+const OCTAVES: usize = 5;
+
 impl pulp::WithSimd for Accumulate<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
+    fn with_simd<S: pulp::Simd>(self, simd: S) {
         let Self {
-            sums,
+            mut sums,
             x,
-            shifts,
+            mut shifts,
             starts,
         } = self;
-        for (sum, &m) in sums.iter_mut().zip(shifts) {
-            *sum += squares(x, m, 0, x.len().saturating_sub(2 * m).min(starts));
+        let within = |shift: usize| x.len().saturating_sub(2 * shift).min(starts);
+        while let [m, others @ ..] = shifts {
+            let shared = others
+                .iter()
+                .take(OCTAVES - 1)
+                .zip(1..)
+                .take_while(|(shift, k)| **shift == m << k && within(**shift) == starts)
+                .count();
+            let (now, later) = sums.split_at_mut(1 + shared);
+            match shared {
+                4 => add_octaves::<S, 5>(simd, now, x, *m, starts),
+                3 => add_octaves::<S, 4>(simd, now, x, *m, starts),
+                2 => add_octaves::<S, 3>(simd, now, x, *m, starts),
+                1 => add_octaves::<S, 2>(simd, now, x, *m, starts),
+                _ => add_octaves::<S, 1>(simd, now, x, *m, within(*m)),
+            }
+            sums = later;
+            shifts = &others[shared..];
         }
     }
 }
 
-/// Σ (x_{i+2m} − 2 x_{i+m} + x_i)² over start ≤ i < end, in eight interleaved sums.
+/// Adds Σ (x_{i+2s} − 2 x_{i+s} + x_i)² over i < `starts` for the shifts s = m, 2m, … of so many octaves.
 #[inline(always)]
-fn squares(x: &[f64], m: usize, start: usize, end: usize) -> f64 {
-    if start >= end {
-        return 0.0;
+fn add_octaves<S: pulp::Simd, const N: usize>(
+    simd: S,
+    sums: &mut [f64],
+    x: &[f64],
+    m: usize,
+    starts: usize,
+) {
+    if starts == 0 {
+        return;
     }
-    let (a8, ar) = x[start..end].as_chunks::<8>();
-    let (b8, br) = x[start + m..end + m].as_chunks::<8>();
-    let (c8, cr) = x[start + 2 * m..end + 2 * m].as_chunks::<8>();
-    let mut lanes = [0.0; 8];
-    for ((a, b), c) in a8.iter().zip(b8).zip(c8) {
-        for k in 0..8 {
-            add_square(&mut lanes[k], a[k], b[k], c[k]);
+    let (here, rest) = S::as_simd_f64s(&x[..starts]);
+    let mut shifted = [here; OCTAVES + 1];
+    for (k, points) in shifted.iter_mut().take(N + 1).enumerate() {
+        *points = &S::as_simd_f64s(&x[m << k..(m << k) + starts]).0[..here.len()];
+    }
+    let minus_two = simd.splat_f64s(-2.0);
+    let mut squares = [simd.splat_f64s(0.0); N];
+    for i in 0..here.len() {
+        let first = here[i];
+        let mut middle = shifted[0][i];
+        for k in 0..N {
+            let last = shifted[k + 1][i];
+            let d = simd.mul_add_e_f64s(minus_two, middle, simd.add_f64s(first, last));
+            squares[k] = simd.mul_add_e_f64s(d, d, squares[k]);
+            middle = last;
         }
     }
-    let mut sum = lanes.iter().sum();
-    for ((a, b), c) in ar.iter().zip(br).zip(cr) {
-        add_square(&mut sum, *a, *b, *c);
+    for k in 0..N {
+        sums[k] += simd.reduce_sum_f64s(squares[k]);
+        let shift = m << k;
+        for i in starts - rest.len()..starts {
+            add_square(&mut sums[k], x[i], x[i + shift], x[i + 2 * shift]);
+        }
     }
-    sum
 }
 
 /// Adds (c − 2 b + a)²; the fused forms round once.

@@ -5,7 +5,7 @@ use proofmass_core::Error;
 use rayon::prelude::*;
 
 /// Rate samples from one kept value of the phase to the next.
-const STEP: usize = 64;
+pub(crate) const STEP: usize = 64;
 
 /// Kept steps that one task sums up; fixed, so that the order of summation does not depend on the threads.
 const TASK: usize = 1024;
@@ -25,10 +25,8 @@ pub(crate) struct Phase<'a> {
 enum Source<'a> {
     Rate {
         rate: &'a [f64],
-        /// The first sample, taken off every other before anything is summed.
-        first: f64,
-        /// Mean of what is left.
-        mean: f64,
+        /// The mean, as taken off every sample.
+        level: f64,
         /// Phase at every 64th point.
         kept: Vec<f64>,
     },
@@ -51,8 +49,8 @@ impl<'a> Phase<'a> {
                 check_count("rate samples", rate.len(), 2)?;
                 let phase = Self::of_rate(rate);
                 // What is not finite anywhere shows in the sum of all.
-                if let Source::Rate { mean, .. } = phase.source
-                    && !mean.is_finite()
+                if let Source::Rate { level, .. } = phase.source
+                    && !level.is_finite()
                 {
                     check_finite("rate", rate)?;
                 }
@@ -74,28 +72,27 @@ impl<'a> Phase<'a> {
 
     fn of_rate(rate: &'a [f64]) -> Self {
         let first = rate[0];
-        let sums: Vec<f64> = rate
-            .par_chunks(TASK * STEP)
-            .flat_map_iter(|part| part.chunks(STEP).map(|step| sum_beyond(step, first)))
-            .collect();
-        let mean = sums.iter().sum::<f64>() / rate.len() as f64;
+        // The sum of every step, then the phase before it.
+        let mut kept = vec![0.0; rate.len() / STEP + 1];
+        kept.par_chunks_mut(TASK)
+            .zip(rate.par_chunks(TASK * STEP))
+            .for_each(|(sums, samples)| {
+                for (sum, step) in sums.iter_mut().zip(samples.chunks(STEP)) {
+                    *sum = sum_beyond(step, first);
+                }
+            });
+        // Sums are beyond the first sample, points beyond the level: what rounds it is the same in both.
+        let level = first + kept.iter().sum::<f64>() / rate.len() as f64;
+        let mean = level - first;
         let mut x = 0.0;
-        let kept = std::iter::once(0.0)
-            .chain(sums.iter().map(|sum| {
-                x += sum - STEP as f64 * mean;
-                x
-            }))
-            // The last sum may be one of fewer samples; no point lies behind it.
-            .take(rate.len() / STEP + 1)
-            .collect();
+        for point in &mut kept {
+            let sum = *point;
+            *point = x;
+            x += sum - STEP as f64 * mean;
+        }
         Self {
             points: rate.len() + 1,
-            source: Source::Rate {
-                rate,
-                first,
-                mean,
-                kept,
-            },
+            source: Source::Rate { rate, level, kept },
         }
     }
 
@@ -113,13 +110,8 @@ impl<'a> Phase<'a> {
                     *x = (p - origin) * scale;
                 }
             }
-            Source::Rate {
-                rate,
-                first,
-                mean,
-                kept,
-            } => {
-                let level = |y: f64| (y - first) - mean;
+            Source::Rate { rate, level, kept } => {
+                let beyond = |y: f64| y - level;
                 let mut at = start;
                 let mut rest = out;
                 // Up to the next kept point, from the one before.
@@ -127,45 +119,34 @@ impl<'a> Phase<'a> {
                     let from = at / STEP * STEP;
                     let mut x = kept[at / STEP];
                     for y in &rate[from..at] {
-                        x += level(*y);
+                        x += beyond(*y);
                     }
                     let count = (STEP - at % STEP).min(rest.len());
                     let (part, tail) = rest.split_at_mut(count);
                     for (k, point) in part.iter_mut().enumerate() {
                         *point = x;
-                        x += rate.get(at + k).map_or(0.0, |y| level(*y));
+                        x += rate.get(at + k).map_or(0.0, |y| beyond(*y));
                     }
                     at += count;
                     rest = tail;
                 }
-                // Four steps side by side: each sum waits for itself only.
-                while rest.len() >= 4 * STEP && at + 4 * STEP <= rate.len() {
-                    let (part, tail) = rest.split_at_mut(4 * STEP);
-                    let samples = &rate[at..at + 4 * STEP];
-                    let mut x: [f64; 4] = std::array::from_fn(|s| kept[at / STEP + s]);
-                    let (a, b) = part.split_at_mut(2 * STEP);
-                    let (p, q) = a.split_at_mut(STEP);
-                    let (r, s) = b.split_at_mut(STEP);
-                    for k in 0..STEP {
-                        p[k] = x[0];
-                        q[k] = x[1];
-                        r[k] = x[2];
-                        s[k] = x[3];
-                        x[0] += level(samples[k]);
-                        x[1] += level(samples[STEP + k]);
-                        x[2] += level(samples[2 * STEP + k]);
-                        x[3] += level(samples[3 * STEP + k]);
-                    }
-                    at += 4 * STEP;
-                    rest = tail;
-                }
+                let steps = (rest.len() / STEP).min((rate.len() - at.min(rate.len())) / STEP);
+                let (part, tail) = rest.split_at_mut(steps * STEP);
+                pulp::Arch::new().dispatch(FillSteps {
+                    kept: &kept[at / STEP..],
+                    rate: &rate[at.min(rate.len())..],
+                    level: *level,
+                    out: part,
+                });
+                at += steps * STEP;
+                rest = tail;
                 while !rest.is_empty() {
                     let count = STEP.min(rest.len());
                     let (part, tail) = rest.split_at_mut(count);
                     let mut x = kept[at / STEP];
                     for (k, point) in part.iter_mut().enumerate() {
                         *point = x;
-                        x += rate.get(at + k).map_or(0.0, |y| level(*y));
+                        x += rate.get(at + k).map_or(0.0, |y| beyond(*y));
                     }
                     at += count;
                     rest = tail;
@@ -177,9 +158,16 @@ impl<'a> Phase<'a> {
     /// Every `stride`-th point from `first` on.
     pub(crate) fn thinned(&self, first: usize, stride: usize, count: usize) -> Vec<f64> {
         if stride < STEP {
-            let mut all = vec![0.0; (count.max(1) - 1) * stride + 1];
-            self.fill(first, &mut all);
-            return all.into_iter().step_by(stride).collect();
+            let mut points = Vec::with_capacity(count);
+            let mut block = [0.0; 64 * STEP];
+            while points.len() < count {
+                let start = first + points.len() * stride;
+                let needed = (count - points.len() - 1) * stride + 1;
+                let block = &mut block[..needed.min(64 * STEP)];
+                self.fill(start, block);
+                points.extend(block.iter().step_by(stride));
+            }
+            return points;
         }
         let mut point = [0.0];
         (0..count)
@@ -198,6 +186,73 @@ impl<'a> Phase<'a> {
             .for_each(|(task, part)| self.fill(task * TASK * STEP, part));
         all
     }
+}
+
+/// Whole steps of the phase, each from its kept value on.
+struct FillSteps<'a> {
+    kept: &'a [f64],
+    rate: &'a [f64],
+    level: f64,
+    out: &'a mut [f64],
+}
+
+impl pulp::WithSimd for FillSteps<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, simd: S) {
+        let level = simd.splat_f64s(self.level);
+        let behind = behind(simd);
+        let (out, _) = self.out.as_chunks_mut::<STEP>();
+        let (rate, _) = self.rate.as_chunks::<STEP>();
+        for ((points, samples), kept) in out.iter_mut().zip(rate).zip(self.kept) {
+            let mut x = simd.splat_f64s(*kept);
+            let (points, _) = S::as_mut_simd_f64s(points);
+            let (samples, _) = S::as_simd_f64s(samples);
+            for (point, sample) in points.iter_mut().zip(samples) {
+                let beyond = simd.sub_f64s(*sample, level);
+                let before = sums_before(simd, beyond, behind);
+                *point = simd.add_f64s(x, before);
+                let all = simd.add_f64s(before, beyond);
+                x = simd.add_f64s(x, last(simd, all));
+            }
+        }
+    }
+}
+
+/// Places of the widest register, halved until one is left.
+const DOUBLINGS: usize = 3;
+
+/// Which places lie behind the first, the first two and the first four.
+#[inline(always)]
+fn behind<S: pulp::Simd>(simd: S) -> [S::m64s; DOUBLINGS] {
+    let from = |place| simd.mask_between_m64s(place, S::F64_LANES as u64).mask();
+    [from(1), from(2), from(4)]
+}
+
+/// In every place of a register the sum of all places before it.
+#[inline(always)]
+fn sums_before<S: pulp::Simd>(simd: S, values: S::f64s, behind: [S::m64s; DOUBLINGS]) -> S::f64s {
+    let zero = simd.splat_f64s(0.0);
+    if S::F64_LANES == 1 {
+        return zero;
+    }
+    let mut sums = simd.select_f64s(behind[0], simd.rotate_right_f64s(values, 1), zero);
+    for doubling in 0..DOUBLINGS {
+        let places = 1 << doubling;
+        if places < S::F64_LANES {
+            let rotated = simd.rotate_right_f64s(sums, places);
+            sums = simd.add_f64s(sums, simd.select_f64s(behind[doubling], rotated, zero));
+        }
+    }
+    sums
+}
+
+/// The last place of a register in all places.
+#[inline(always)]
+fn last<S: pulp::Simd>(simd: S, values: S::f64s) -> S::f64s {
+    let places: &[f64] = pulp::bytemuck::cast_slice(std::slice::from_ref(&values));
+    simd.splat_f64s(places[S::F64_LANES - 1])
 }
 
 /// Sum of the samples beyond a level, in eight interleaved sums: one running sum would wait for every addition.

@@ -13,6 +13,7 @@ mod density;
 mod detrend;
 mod multitaper;
 mod oscillator;
+mod power_sum;
 mod pulse_shape;
 mod shock_spectrum;
 mod strong_motion;

@@ -1,9 +1,9 @@
 //! Welch's density: averaged periodograms of overlapping windowed segments.
 
+use crate::power_sum::{PowerSum, Segments, mean};
 use crate::{Density, Detrend, Window, window::equivalent_noise_bandwidth};
 use proofmass_core::Error;
 use rayon::prelude::*;
-use realfft::num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
 /// How a signal is cut and windowed.
@@ -57,9 +57,14 @@ impl Welch {
     /// ```
     pub fn density(&self, signal: &[f64], rate: f64) -> Result<Density, Error> {
         let l = self.segment;
-        check(signal, rate, l)?;
+        check_shape(signal, rate, l)?;
         let (weights, step, count) = self.segments(signal.len())?;
         let powers = segment_powers(signal, &weights, step, count, self.detrend, rate);
+        // What is not finite in any segment shows in the power at zero: no reading of its own looks for it.
+        let read = (count - 1) * step + l;
+        if !powers[0].is_finite() || signal[read..].iter().any(|v| !v.is_finite()) {
+            check_finite(signal)?;
+        }
         let squares: f64 = weights.iter().map(|w| w * w).sum();
         let nu = degrees_of_freedom(&weights, step, count);
         Ok(one_sided(
@@ -91,7 +96,13 @@ impl Welch {
     }
 }
 
+/// A signal of finite samples that holds a segment.
 pub(crate) fn check(signal: &[f64], rate: f64, segment: usize) -> Result<(), Error> {
+    check_shape(signal, rate, segment)?;
+    check_finite(signal)
+}
+
+fn check_shape(signal: &[f64], rate: f64, segment: usize) -> Result<(), Error> {
     if !(rate > 0.0 && rate.is_finite()) {
         return Err(Error::OutOfRange {
             name: "sample rate",
@@ -115,16 +126,17 @@ pub(crate) fn check(signal: &[f64], rate: f64, segment: usize) -> Result<(), Err
             got: signal.len(),
         });
     }
-    // A sum of finite numbers is almost always finite; only a doubtful one is searched.
-    if !signal.iter().sum::<f64>().is_finite()
-        && let Some(index) = signal.iter().position(|v| !v.is_finite())
-    {
-        return Err(Error::NotFinite {
+    Ok(())
+}
+
+fn check_finite(signal: &[f64]) -> Result<(), Error> {
+    match signal.par_iter().position_first(|v| !v.is_finite()) {
+        None => Ok(()),
+        Some(index) => Err(Error::NotFinite {
             name: "signal",
             index,
-        });
+        }),
     }
-    Ok(())
 }
 
 /// Segments handled by one task; fixed, so that the order of summation does not depend on the threads.
@@ -140,28 +152,25 @@ pub(crate) fn segment_powers(
     rate: f64,
 ) -> Vec<f64> {
     let l = weights.len();
-    let plan = crate::fourier::plan(l);
-    let bins = l / 2 + 1;
+    let segments = Segments {
+        signal,
+        weights,
+        step,
+        detrend,
+        rate,
+    };
+    let fft = rustfft::FftPlanner::new().plan_fft_forward(l);
     let partial: Vec<Vec<f64>> = (0..count.div_ceil(BATCH))
         .into_par_iter()
-        .map(|batch| {
-            let mut segment = vec![0.0; l];
-            let mut spectrum = vec![Complex::default(); bins];
-            let mut scratch = plan.make_scratch_vec();
-            let mut sums = vec![0.0; bins];
-            for k in batch * BATCH..((batch + 1) * BATCH).min(count) {
-                let part = &signal[k * step..k * step + l];
-                window_segment(part, weights, detrend, rate, &mut segment);
-                plan.process_with_scratch(&mut segment, &mut spectrum, &mut scratch)
-                    .expect("buffers have the lengths the plan was made for");
-                for (sum, value) in sums.iter_mut().zip(&spectrum) {
-                    *sum += value.norm_sqr();
-                }
-            }
-            sums
-        })
+        .map_init(
+            || PowerSum::new(&fft),
+            |sum, batch| {
+                sum.add(&segments, batch * BATCH..((batch + 1) * BATCH).min(count));
+                sum.take()
+            },
+        )
         .collect();
-    let mut sums = vec![0.0; bins];
+    let mut sums = vec![0.0; l / 2 + 1];
     for part in &partial {
         for (sum, value) in sums.iter_mut().zip(part) {
             *sum += value;
@@ -170,6 +179,7 @@ pub(crate) fn segment_powers(
     sums
 }
 
+/// Writes the part without its trend, times the weights.
 pub(crate) fn window_segment(
     part: &[f64],
     weights: &[f64],
@@ -177,30 +187,18 @@ pub(crate) fn window_segment(
     rate: f64,
     out: &mut [f64],
 ) {
-    match detrend {
-        Detrend::None | Detrend::Constant => {
-            let mean = if detrend == Detrend::None {
-                0.0
-            } else {
-                // Eight interleaved sums: one running sum would wait for every addition.
-                let (chunks, rest) = part.as_chunks::<8>();
-                let mut lanes = [0.0; 8];
-                for chunk in chunks {
-                    for (lane, v) in lanes.iter_mut().zip(chunk) {
-                        *lane += v;
-                    }
-                }
-                (lanes.iter().sum::<f64>() + rest.iter().sum::<f64>()) / part.len() as f64
-            };
-            for ((o, v), w) in out.iter_mut().zip(part).zip(weights) {
-                *o = (v - mean) * w;
-            }
-        }
+    let mean = match detrend {
+        Detrend::None => 0.0,
+        Detrend::Constant => mean(part),
         _ => {
             out.copy_from_slice(part);
             detrend.subtract(out, rate);
             out.iter_mut().zip(weights).for_each(|(o, w)| *o *= w);
+            return;
         }
+    };
+    for ((o, v), w) in out.iter_mut().zip(part).zip(weights) {
+        *o = (v - mean) * w;
     }
 }
 
