@@ -3,10 +3,12 @@
 mod blocks;
 mod outcome;
 mod reading;
+mod stream;
 
 pub use blocks::{NoiseBlock, NoiseBlocks};
 pub use outcome::NoiseOutcome;
-pub use reading::{NoiseReading, NoiseRecording, NoiseStream};
+pub use reading::{NoiseReading, NoiseRecording};
+pub use stream::NoiseStream;
 
 use crate::outcome::Job;
 use crate::trouble::{Result, Trouble};

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 /// Starts visited for every averaging time before the next: 8 kB of phase stay in the first-level cache.
 const SUB_BLOCK: usize = 1024;
 
-/// Points beyond a sub-block that a block reaches: the largest factor of a block, twice, fits the second-level cache.
+/// Longest factor that is taken from a window: four times as many points fit the second-level cache.
 const NEAR: usize = 1 << 14;
 
 /// Starts that one task walks through.
@@ -21,7 +21,7 @@ const SHORTEST_ROW: usize = 1 << 12;
 
 /// σ²(m) = 1/(2 m² (N − 2m)) Σ_i (x_{i+2m} − 2 x_{i+m} + x_i)² for every factor m.
 ///
-/// The record is read twice whatever the number of factors. Factors up to 8192 are taken from a window that slides
+/// The record is read twice whatever the number of factors. Factors up to 16 384 are taken from a window that slides
 /// over the record. Longer ones, as multiples of a common row length L, from tall blocks: the record
 /// written in rows of L points, x_{i+m} stands m/L rows below x_i, so that a few columns hold everything that their
 /// differences need, whatever m. Factors without a useful common row length are read from the whole phase.
@@ -74,7 +74,7 @@ fn sliding(phase: &Phase<'_>, factors: &[usize]) -> Vec<f64> {
     let n = phase.len();
     // The last start is that of the shortest factor.
     let starts = n - 2 * factors.iter().min().unwrap_or(&longest);
-    let step = SUB_BLOCK.max(longest);
+    let step = SUB_BLOCK.max(2 * longest);
     let tasks = starts.div_ceil(TASK);
     let partial = (0..tasks)
         .into_par_iter()
@@ -261,12 +261,14 @@ fn add_octaves<S: pulp::Simd, const N: usize>(
     let mut squares = [simd.splat_f64s(0.0); N];
     for i in 0..here.len() {
         let first = here[i];
-        let mut middle = shifted[0][i];
+        let mut points = [first; OCTAVES + 1];
+        for (point, points) in points.iter_mut().zip(shifted) {
+            *point = points[i];
+        }
         for k in 0..N {
-            let last = shifted[k + 1][i];
-            let d = simd.mul_add_e_f64s(minus_two, middle, simd.add_f64s(first, last));
+            let outer = simd.add_f64s(first, points[k + 1]);
+            let d = simd.mul_add_e_f64s(minus_two, points[k], outer);
             squares[k] = simd.mul_add_e_f64s(d, d, squares[k]);
-            middle = last;
         }
     }
     for k in 0..N {
