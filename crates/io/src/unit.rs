@@ -228,7 +228,7 @@ const SPELLINGS: &[(Unit, &str, &str, &[&str])] = &[
         &["rpm", "RPM", "rev/min", "turn/min", "1/min"],
     ),
     (Newton, "N", "N", &["newton", "newtons"]),
-    (One, "1", "1", &["-", "none", "dimensionless"]),
+    (One, "1", "1", &["-", "none", "dimensionless", "s/s"]),
 ];
 
 fn plain(text: &str) -> String {
@@ -341,7 +341,7 @@ impl FromStr for Unit {
     fn from_str(text: &str) -> Result<Self, String> {
         Self::recognise(text).ok_or_else(|| {
             format!(
-                "{text:?} is no known unit (m/s², g, mg, µg, m/s, km/h, m, mm, rad, °, turn, rad/s, °/s, °/h, r/min, N, V, mV, count, …)"
+                "{text:?} is no known unit (m/s², g, mg, µg, m/s, km/h, m, mm, rad, °, turn, rad/s, °/s, °/h, r/min, N, V, mV, count, 1 for fractional frequencies, …)"
             )
         })
     }

@@ -199,13 +199,12 @@ impl NoiseJob {
                 trace(&steady[rows.clone()], &c.rate[rows])
             })
             .collect();
-        Ok(NoiseOutcome::new(
-            self,
-            data,
-            analysis,
-            channels.iter().map(|c| c.sensor).collect(),
-            traces,
-        ))
+        let course = temperature.map(|t| {
+            let rows = analysis.rows.0..analysis.rows.1.min(t.len());
+            trace(&steady[rows.clone()], &t[rows])
+        });
+        let sensors = channels.iter().map(|c| c.sensor).collect();
+        Ok(NoiseOutcome::new(self, data, analysis, sensors, traces).with_temperature(course))
     }
 
     /// Refuses channels whose differences say nothing of each by itself.
@@ -312,8 +311,28 @@ impl NoiseJob {
         let hint = match error {
             Error::Cancelled { .. } => return Trouble::from(error),
             Error::TooFew { .. } => {
-                "record longer: coefficients need thousands of samples, a curve at least ten"
+                "record longer (coefficients need thousands of samples, a curve at least ten), or choose a shorter --segment"
             }
+            Error::OutOfRange {
+                name: "statistics or averaging times beyond the octaves of OADEV",
+                ..
+            } => {
+                return Trouble::request(
+                    "of a recording that is read as a stream there is OADEV at octave averaging times, and nothing else",
+                )
+                .detail(name)
+                .with_hint("leave --statistic and --taus out, or read it into memory, without --stream");
+            }
+            Error::OutOfRange {
+                name: "highest frequency in Hz",
+                ..
+            } => {
+                "give --highest-frequency above a hundred cycles of the record, and at most half the sampling rate"
+            }
+            Error::OutOfRange {
+                name: "probability",
+                ..
+            } => "give a probability between zero and one, such as 0.95",
             Error::Length {
                 name: "channels to be separated",
                 ..

@@ -410,7 +410,13 @@ fn outcome(
                     "coefficients could not be estimated",
                 )
                 .evidence(error.to_string())
-                .advice("record longer"),
+                .advice(match error {
+                    Error::TooFew {
+                        name: "cosines below the highest frequency",
+                        ..
+                    } => "choose a higher --highest-frequency, or record longer",
+                    _ => "record longer",
+                }),
             );
             None
         }

@@ -104,6 +104,17 @@ pub enum Verdict {
         /// Twice the loss of log-likelihood without the term.
         gain: f64,
     },
+    /// The caller asked for it, and zero lies in the interval ([`FitOptions::forced`]).
+    Reported {
+        /// The coefficient.
+        value: f64,
+        /// Half the interval over its coverage factor.
+        standard_uncertainty: f64,
+        /// Lower and upper limit at the probability of the fit.
+        interval: (f64, f64),
+        /// Twice the loss of log-likelihood without the term.
+        gain: f64,
+    },
     /// The data do not tell the term from none.
     NotIdentifiable {
         /// Why not.
@@ -126,15 +137,18 @@ impl Verdict {
         match *self {
             Self::Identified { value, .. }
             | Self::Present { value, .. }
+            | Self::Reported { value, .. }
             | Self::Fixed { value } => Some(value),
             Self::NotIdentifiable { .. } => None,
         }
     }
 
-    /// The interval, when it excludes zero.
+    /// The interval, when it excludes zero or was asked for.
     pub fn interval(&self) -> Option<(f64, f64)> {
         match *self {
-            Self::Identified { interval, .. } | Self::Present { interval, .. } => Some(interval),
+            Self::Identified { interval, .. }
+            | Self::Present { interval, .. }
+            | Self::Reported { interval, .. } => Some(interval),
             Self::NotIdentifiable { .. } | Self::Fixed { .. } => None,
         }
     }
@@ -149,6 +163,10 @@ impl Verdict {
             | Self::Present {
                 standard_uncertainty,
                 ..
+            }
+            | Self::Reported {
+                standard_uncertainty,
+                ..
             } => Some(standard_uncertainty),
             Self::NotIdentifiable { .. } | Self::Fixed { .. } => None,
         }
@@ -157,9 +175,9 @@ impl Verdict {
     /// What the coefficient cannot exceed: the upper end of its interval, or the limit.
     pub fn upper(&self) -> Option<f64> {
         match *self {
-            Self::Identified { interval, .. } | Self::Present { interval, .. } => {
-                Some(interval.1.abs().max(interval.0.abs()))
-            }
+            Self::Identified { interval, .. }
+            | Self::Present { interval, .. }
+            | Self::Reported { interval, .. } => Some(interval.1.abs().max(interval.0.abs())),
             Self::NotIdentifiable { upper_limit, .. } => upper_limit,
             Self::Fixed { value } => Some(value.abs()),
         }
@@ -170,6 +188,14 @@ impl Verdict {
         match *self {
             Self::NotIdentifiable { estimate, .. } => estimate,
             _ => self.value(),
+        }
+    }
+
+    /// What a filter should take: the most likely value, or the upper limit (`true`) where that is zero. `None` without either.
+    pub fn for_filters(&self) -> Option<(f64, bool)> {
+        match self.estimate() {
+            Some(value) if value > 0.0 => Some((value, false)),
+            _ => self.upper().map(|limit| (limit, true)),
         }
     }
 
@@ -185,7 +211,7 @@ pub(crate) struct Limits {
     pub(crate) needed: f64,
     /// Gain at which the interval excludes zero.
     pub(crate) excludes_zero: f64,
-    /// Whether the caller vouches for the term.
+    /// Whether the caller asked for the term whatever its interval.
     pub(crate) forced: bool,
     pub(crate) probability: f64,
 }
@@ -198,7 +224,7 @@ impl Limits {
             gain,
         } = *profile;
         let standard_uncertainty = self.standard_uncertainty(profile);
-        if self.forced || gain > self.needed.max(self.excludes_zero) {
+        if gain > self.needed.max(self.excludes_zero) {
             Verdict::Identified {
                 value,
                 standard_uncertainty,
@@ -207,6 +233,13 @@ impl Limits {
             }
         } else if gain > self.excludes_zero {
             Verdict::Present {
+                value,
+                standard_uncertainty,
+                interval,
+                gain,
+            }
+        } else if self.forced {
+            Verdict::Reported {
                 value,
                 standard_uncertainty,
                 interval,
@@ -314,12 +347,9 @@ impl CoefficientFit {
 
     /// The most likely random walk, or its upper limit (`true`) where that is zero.
     pub fn random_walk_or_limit(&self) -> (f64, bool) {
-        let best = self.model.random_walk;
-        let limit = self.get(Term::RandomWalk).and_then(|c| c.verdict.upper());
-        match limit {
-            Some(limit) if best <= 0.0 => (limit, true),
-            _ => (best, false),
-        }
+        let verdict = self.get(Term::RandomWalk).map(|c| c.verdict);
+        let limit = verdict.and_then(|v| v.for_filters());
+        limit.unwrap_or((self.model.random_walk, false))
     }
 
     /// Value of a term, if there is one to report.

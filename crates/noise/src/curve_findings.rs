@@ -71,17 +71,15 @@ pub(crate) fn of_the_curve(channel: &ChannelAnalysis) -> Option<Finding> {
             "part of the Allan curve is not that of the fitted model",
         )
         .evidence(format!(
-            "outside its limits at {} of {} averaging times, from {} to {} s{}",
+            "outside its limits at {} of {} averaging times, from {} to {} s{}; fitted below {} Hz",
             outside.len(),
             channel.fitted.len(),
             figure(*first),
             figure(*last),
-            words(&departures)
-        ))
-        .advice(format!(
-            "the coefficients rest on what lies below {} Hz; look at the density plot for resonances, and seek lines with --sinusoids",
+            words(&departures),
             figure(fit.band.highest_frequency)
         ))
+        .advice("look at the density plot: lines are sought with --sinusoids; beside a resonance or noise of a narrow band, choose what is fitted with --highest-frequency")
     })
 }
 

@@ -150,7 +150,10 @@ pub(crate) fn curve_of(
             };
             !several || r.len() >= fewest
         })
-        .map(|r| Phase::new(*r, sample_rate))
+        .map(|r| match statistic {
+            Statistic::OverlappingAllan => Phase::unread(*r, sample_rate),
+            _ => Phase::new(*r, sample_rate),
+        })
         .collect::<Result<Vec<_>, Error>>()?;
     let longest = phases.iter().max_by_key(|p| p.len()).ok_or(Error::TooFew {
         name: "rate samples",
@@ -166,6 +169,7 @@ pub(crate) fn curve_of(
         .iter()
         .map(|phase| Squares::of(phase, statistic, &factors, options.bias))
         .collect();
+    phases.iter().try_for_each(Phase::check_finite)?;
     let lengths: Vec<usize> = phases.iter().map(|p| p.len() - 1).collect();
     // A noise type that is given needs no model; otherwise the model gives the degrees of freedom of every τ.
     let fitted = match (options.noise, known) {

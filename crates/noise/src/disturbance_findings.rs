@@ -16,7 +16,7 @@ pub(crate) fn disturbance_findings(
     let mut findings = Vec::new();
     let together = joint.map_or(String::new(), |j| {
         format!(
-            "together they raise the Allan deviation at {} s by {:.1} %, {:.1} times its standard uncertainty",
+            "; all disturbances together raise the Allan deviation at {} s by {:.1} %, {:.1} times its standard uncertainty",
             figure(j.tau),
             100.0 * (1.0 / (1.0 - j.influence.clamp(0.0, 0.99)).sqrt() - 1.0),
             j.displacement.max(0.0)
@@ -30,7 +30,7 @@ pub(crate) fn disturbance_findings(
                 "disturbances-together",
                 "many small disturbances together move the Allan curve, though none does by itself",
             )
-            .evidence(format!("{} places; {together}", found.len()))
+            .evidence(format!("{} places{together}", found.len()))
             .advice("white noise and curve include them: remove the outliers, or state that they belong to the sensor"),
         );
     }
@@ -41,7 +41,7 @@ pub(crate) fn disturbance_findings(
                 "isolated-spikes",
                 "single samples lie further out than Gaussian noise allows",
             )
-            .evidence(format!("{spikes} {}; all disturbances {together}", if spikes == 1 { "sample" } else { "samples" }))
+            .evidence(format!("{spikes} {}{together}", if spikes == 1 { "sample" } else { "samples" }))
             .advice("many of them over the whole record mean noise with heavy tails, few of them lost bits"),
         );
     }

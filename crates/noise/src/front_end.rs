@@ -366,24 +366,10 @@ impl Described {
 /// Sought from half the sample rate down to `lowest`, without quantisation. In a narrower band the noise is shaped by less, and
 /// less is known of what shapes it: where nothing describes even that, nothing is said.
 pub(crate) fn describe(candidate: &Candidate<'_>, lowest: f64) -> Option<Described> {
-    let mut highest = 0.5 * candidate.sample_rate;
-    let whole = Trial::new(candidate, highest, true)?;
-    let losses: Vec<f64> = (0..=10).map(|k| 0.1 * f64::from(k)).collect();
-    let overlap: Family = |loss| FrontEnd::Overlap { loss };
-    if let Some(found) = whole.best(&losses, overlap) {
-        let shape = overlap(found.0);
-        let shaped = whole.with(shape);
-        if let Some(best) = whole.fitted(&shaped)
-            && whole.describes(&shaped, &best)
-        {
-            return Some(Described {
-                shape,
-                end: highest,
-                powers: &[],
-                admitted: whole.admitted(found, (0.0, 1.0), overlap, candidate.level),
-            });
-        }
+    if let Some(overlap) = overlap(candidate) {
+        return Some(overlap);
     }
+    let mut highest = 0.5 * candidate.sample_rate;
     while highest > 0.999 * lowest {
         let trial = Trial::new(candidate, highest, true)?;
         if let Some((coefficients, powers)) = trial.low_pass() {
@@ -397,6 +383,24 @@ pub(crate) fn describe(candidate: &Candidate<'_>, lowest: f64) -> Option<Describ
         highest /= STEP;
     }
     None
+}
+
+/// Averages that overlap, where they describe the whole spectrum.
+pub(crate) fn overlap(candidate: &Candidate<'_>) -> Option<Described> {
+    let end = 0.5 * candidate.sample_rate;
+    let whole = Trial::new(candidate, end, true)?;
+    let losses: Vec<f64> = (0..=10).map(|k| 0.1 * f64::from(k)).collect();
+    let family: Family = |loss| FrontEnd::Overlap { loss };
+    let found = whole.best(&losses, family)?;
+    let shape = family(found.0);
+    let shaped = whole.with(shape);
+    let best = whole.fitted(&shaped)?;
+    whole.describes(&shaped, &best).then(|| Described {
+        shape,
+        end,
+        powers: &[],
+        admitted: whole.admitted(found, (0.0, 1.0), family, candidate.level),
+    })
 }
 
 #[cfg(test)]

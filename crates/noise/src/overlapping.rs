@@ -1,7 +1,7 @@
 //! The overlapping Allan variance at many averaging times, read block by block.
 
 use crate::allan::{MeanSquare, scaled};
-use crate::phase::Phase;
+use crate::phase::{Kept, Phase, STEP};
 use rayon::prelude::*;
 
 /// Starts visited for every averaging time before the next: 8 kB of phase stay in the first-level cache.
@@ -33,6 +33,9 @@ pub(crate) fn overlapping_family(phase: &Phase<'_>, factors: &[usize]) -> Vec<Me
     let near: Vec<usize> = factors.iter().copied().filter(|m| *m <= NEAR).collect();
     let far: Vec<usize> = factors.iter().copied().filter(|m| *m > NEAR).collect();
     let row = far.iter().fold(0, |a, m| greatest_common_divisor(a, *m));
+    if near.is_empty() {
+        phase.kept();
+    }
     let (near_sums, far_sums) = (
         sliding(phase, &near),
         if far.is_empty() {
@@ -76,34 +79,89 @@ fn sliding(phase: &Phase<'_>, factors: &[usize]) -> Vec<f64> {
     let starts = n - 2 * factors.iter().min().unwrap_or(&longest);
     let step = SUB_BLOCK.max(2 * longest);
     let tasks = starts.div_ceil(TASK);
-    let partial = (0..tasks)
-        .into_par_iter()
-        .map(|task| {
-            let mut sums = vec![0.0; factors.len()];
-            let (begin, end) = (task * TASK, ((task + 1) * TASK).min(starts));
-            // The window holds `step` starts and, behind them, the 2m points the longest differences reach.
-            let mut room = Aligned::new((step + 2 * longest).min(n - begin));
-            let mut window = room.points();
-            phase.fill(begin, window);
-            let mut at = begin;
-            loop {
-                let last = (at + step).min(end);
-                for sub in (at..last).step_by(SUB_BLOCK) {
-                    let starts = SUB_BLOCK.min(last - sub);
-                    accumulate(&mut sums, &window[sub - at..], factors, starts);
-                }
-                if last == end {
-                    break sums;
-                }
-                let kept = window.len() - step;
-                window.copy_within(step.., 0);
-                window = &mut window[..(step + 2 * longest).min(n - last)];
-                phase.fill(last + kept, &mut window[kept..]);
-                at = last;
+    let unread = phase.is_unread();
+    let walk = |task: usize| {
+        let mut sums = vec![0.0; factors.len()];
+        let (begin, end) = (task * TASK, ((task + 1) * TASK).min(starts));
+        // A phase that is not yet known begins at zero in every task: second differences do not see it.
+        let mut points = Points {
+            phase,
+            at: begin,
+            x: unread.then_some(0.0),
+            kept: Vec::with_capacity(if unread { TASK / STEP + 1 } else { 0 }),
+        };
+        // The window holds `step` starts and, behind them, the 2m points the longest differences reach.
+        let mut room = Aligned::new((step + 2 * longest).min(n - begin));
+        let mut window = room.points();
+        points.next(window);
+        let mut at = begin;
+        loop {
+            let last = (at + step).min(end);
+            for sub in (at..last).step_by(SUB_BLOCK) {
+                let starts = SUB_BLOCK.min(last - sub);
+                accumulate(&mut sums, &window[sub - at..], factors, starts);
             }
-        })
-        .collect::<Vec<_>>();
-    in_order(&partial, factors.len())
+            if last == end {
+                break (sums, points.kept, points.x);
+            }
+            let kept = window.len() - step;
+            window.copy_within(step.., 0);
+            window = &mut window[..(step + 2 * longest).min(n - last)];
+            points.next(&mut window[kept..]);
+            at = last;
+        }
+    };
+    let partial: Vec<_> = (0..tasks).into_par_iter().map(walk).collect();
+    if unread {
+        keep(phase, &partial);
+    }
+    in_order(partial.iter().map(|(sums, ..)| sums), factors.len())
+}
+
+/// The points of a phase one after the other.
+struct Points<'a> {
+    phase: &'a Phase<'a>,
+    at: usize,
+    /// Of a phase that is not yet known: the next point.
+    x: Option<f64>,
+    /// Of such a phase: every 64th point.
+    kept: Vec<f64>,
+}
+
+impl Points<'_> {
+    fn next(&mut self, out: &mut [f64]) {
+        match self.x {
+            None => self.phase.fill(self.at, out),
+            Some(x) => {
+                self.x = Some(self.phase.continue_from(x, self.at, out));
+                let first = self.at.next_multiple_of(STEP) - self.at;
+                self.kept.extend(out.iter().skip(first).step_by(STEP));
+            }
+        }
+        self.at += out.len();
+    }
+}
+
+/// Sums of a task, every 64th of its points, and its last; the points as if the first of the task were zero.
+type Walked = (Vec<f64>, Vec<f64>, Option<f64>);
+
+/// Joins the points of all tasks.
+fn keep(phase: &Phase<'_>, tasks: &[Walked]) {
+    let own = TASK / STEP;
+    let (mut origin, mut last) = (0.0, 0.0);
+    let mut points = Vec::with_capacity(phase.len() / STEP + 1);
+    for (index, (_, kept, end)) in tasks.iter().enumerate() {
+        // A task sees the first points of the next as well.
+        let seen = if index + 1 < tasks.len() {
+            own
+        } else {
+            kept.len()
+        };
+        points.extend(kept[..seen].iter().map(|x| origin + x));
+        last = origin + end.unwrap_or(0.0);
+        origin += kept.get(own).copied().unwrap_or(0.0);
+    }
+    phase.keep(Kept { points, last });
 }
 
 /// Sums of squares from a few columns at a time of the record in rows; every factor is a multiple of `row`.
@@ -173,7 +231,7 @@ fn whole(x: &[f64], factors: &[usize]) -> Vec<f64> {
     in_order(&partial, factors.len())
 }
 
-fn in_order(partial: &[Vec<f64>], count: usize) -> Vec<f64> {
+fn in_order<'a>(partial: impl IntoIterator<Item = &'a Vec<f64>>, count: usize) -> Vec<f64> {
     let mut sums = vec![0.0; count];
     for row in partial {
         for (sum, value) in sums.iter_mut().zip(row) {
@@ -301,27 +359,67 @@ mod tests {
     /// Every way of reading gives the sum of the definition, to the rounding of the running sums.
     #[test]
     fn law_every_reading_is_the_definition() {
-        // 70 001 points: several windows, an unfinished tall block, an unfinished row.
-        let rate: Vec<f64> = (0..70_000_u64)
+        // Several tasks and windows, an unfinished tall block, an unfinished row, an unfinished step.
+        let rate: Vec<f64> = (0..600_005_u64)
             .map(|k| (k * k % 1013) as f64 * 1e-3 - 3.0 + 1e-6 * k as f64)
             .collect();
-        let phase = Phase::new(NoiseRecord::Rate(&rate), 1.0).unwrap();
-        let x = phase.to_vec();
-        let octaves: Vec<usize> = (0..15).map(|k| 1 << k).chain([24_576]).collect();
-        let decades = vec![1, 7, 1000, 9000, 20_000, 35_000];
+        let record = NoiseRecord::Rate(&rate);
+        let known = Phase::new(record, 1.0).unwrap();
+        let x = known.to_vec();
+        let octaves: Vec<usize> = (0..17).map(|k| 1 << k).chain([245_760]).collect();
+        let decades = vec![1, 7, 1000, 9000, 20_000, 300_002];
         let odd = vec![3, 8191, 8193, 34_999];
-        for factors in [octaves, decades, odd, vec![16_384], vec![8192]] {
-            for (&m, (found, terms)) in factors.iter().zip(overlapping_family(&phase, &factors)) {
-                let sum: f64 = (0..x.len() - 2 * m)
-                    .map(|i| (x[i + 2 * m] - 2.0 * x[i + m] + x[i]).powi(2))
-                    .sum();
-                let expected = sum / (2.0 * (m * m) as f64 * (x.len() - 2 * m) as f64);
-                assert_eq!(terms, x.len() - 2 * m);
-                assert!(
-                    (found / expected - 1.0).abs() < 1e-9,
-                    "m = {m}: {found:e}, {expected:e}"
-                );
+        for factors in [
+            octaves,
+            decades,
+            odd,
+            vec![16_384],
+            vec![8192],
+            vec![32_768],
+        ] {
+            let expected: Vec<f64> = factors
+                .iter()
+                .map(|&m| {
+                    let sum: f64 = (0..x.len() - 2 * m)
+                        .map(|i| (x[i + 2 * m] - 2.0 * x[i + m] + x[i]).powi(2))
+                        .sum();
+                    sum / (2.0 * (m * m) as f64 * (x.len() - 2 * m) as f64)
+                })
+                .collect();
+            let unread = Phase::unread(record, 1.0).unwrap();
+            for phase in [&known, &unread] {
+                let family = overlapping_family(phase, &factors);
+                for ((&m, (found, terms)), expected) in factors.iter().zip(family).zip(&expected) {
+                    assert_eq!(terms, x.len() - 2 * m);
+                    assert!(
+                        (found / expected - 1.0).abs() < 1e-9,
+                        "m = {m}: {found:e}, {expected:e}"
+                    );
+                }
             }
+            // The points that were met on the way are those of the record, but for the mean.
+            assert!(unread.check_finite().is_ok());
+            let met = unread.to_vec();
+            let slope = (met[x.len() - 1] - x[x.len() - 1]) / rate.len() as f64;
+            for (i, (a, b)) in met.iter().zip(&x).enumerate() {
+                assert!((a - b - slope * i as f64).abs() < 1e-6, "{i}: {a}, {b}");
+            }
+        }
+    }
+
+    /// A sample that is not finite is told wherever it lies.
+    #[test]
+    fn error_a_sample_that_is_not_finite() {
+        for place in [0, 1, 63, 64, 262_144, 262_207, 299_999, 300_030] {
+            let mut rate = vec![1.0; 300_031];
+            rate[place] = f64::NAN;
+            let phase = Phase::unread(NoiseRecord::Rate(&rate), 1.0).unwrap();
+            overlapping_family(&phase, &[1, 2, 4, 65_536]);
+            let refused = phase.check_finite().unwrap_err();
+            assert!(matches!(
+                refused,
+                proofmass_core::Error::NotFinite { index, .. } if index == place
+            ));
         }
     }
 }

@@ -3,6 +3,7 @@
 use crate::record::{NoiseRecord, check_count, check_finite, check_sample_rate};
 use proofmass_core::Error;
 use rayon::prelude::*;
+use std::sync::OnceLock;
 
 /// Rate samples from one kept value of the phase to the next.
 pub(crate) const STEP: usize = 64;
@@ -10,10 +11,13 @@ pub(crate) const STEP: usize = 64;
 /// Kept steps that one task sums up; fixed, so that the order of summation does not depend on the threads.
 const TASK: usize = 1024;
 
+/// Samples whose mean serves where any near the mean of all does.
+const SOME: usize = 1 << 14;
+
 /// Phase of a record in units of U·τ0, one point more than there are rate samples.
 ///
-/// x_0 = 0, x_{k+1} = x_k + (y_k − ȳ): the mean rate is removed, which no statistic of this crate sees, and the phase
-/// stays small, so that the second differences of 10⁷ samples keep some ten digits.
+/// x_0 = 0, x_{k+1} = x_k + (y_k − ȳ): the mean rate is removed, and the phase stays small, so that the second differences of 10⁷
+/// samples keep some ten digits.
 ///
 /// Of rate data every 64th point is kept and the others are summed up again at each use: memory for 10⁷ points
 /// takes longer to get than to fill, and a statistic that reads a record block by block needs no more than a block.
@@ -27,13 +31,20 @@ enum Source<'a> {
         rate: &'a [f64],
         /// The mean, as taken off every sample.
         level: f64,
-        /// Phase at every 64th point.
-        kept: Vec<f64>,
+        kept: OnceLock<Kept>,
     },
     Phase {
         phase: &'a [f64],
         scale: f64,
     },
+}
+
+/// What is remembered of a phase.
+pub(crate) struct Kept {
+    /// Every 64th point.
+    pub(crate) points: Vec<f64>,
+    /// The last point, which is finite where all are.
+    pub(crate) last: f64,
 }
 
 impl<'a> Phase<'a> {
@@ -47,13 +58,13 @@ impl<'a> Phase<'a> {
         match record {
             NoiseRecord::Rate(rate) => {
                 check_count("rate samples", rate.len(), 2)?;
-                let phase = Self::of_rate(rate);
-                // What is not finite anywhere shows in the sum of all.
-                if let Source::Rate { level, .. } = phase.source
-                    && !level.is_finite()
-                {
-                    check_finite("rate", rate)?;
-                }
+                let first = rate[0];
+                let sums = step_sums(rate, first);
+                // Sums are beyond the first sample, points beyond the level: what rounds it is the same in both.
+                let level = first + sums.iter().sum::<f64>() / rate.len() as f64;
+                let phase = Self::beyond(rate, level);
+                phase.keep(Kept::of(sums, level - first, rate.len()));
+                phase.check_finite()?;
                 Ok(phase)
             }
             NoiseRecord::Phase(phase) => {
@@ -70,29 +81,70 @@ impl<'a> Phase<'a> {
         }
     }
 
-    fn of_rate(rate: &'a [f64]) -> Self {
-        let first = rate[0];
-        // The sum of every step, then the phase before it.
-        let mut kept = vec![0.0; rate.len() / STEP + 1];
-        kept.par_chunks_mut(TASK)
-            .zip(rate.par_chunks(TASK * STEP))
-            .for_each(|(sums, samples)| {
-                for (sum, step) in sums.iter_mut().zip(samples.chunks(STEP)) {
-                    *sum = sum_beyond(step, first);
-                }
-            });
-        // Sums are beyond the first sample, points beyond the level: what rounds it is the same in both.
-        let level = first + kept.iter().sum::<f64>() / rate.len() as f64;
-        let mean = level - first;
-        let mut x = 0.0;
-        for point in &mut kept {
-            let sum = *point;
-            *point = x;
-            x += sum - STEP as f64 * mean;
-        }
+    /// Phase of a record that is not yet read, for statistics that see second differences alone and read it anyway.
+    ///
+    /// The mean that is taken off is that of some samples. Whoever asks for it says afterwards that the record is finite:
+    /// [`Phase::check_finite`].
+    ///
+    /// # Errors
+    /// Those of [`Phase::new`], but for samples of a rate that are not finite.
+    pub(crate) fn unread(record: NoiseRecord<'a>, sample_rate: f64) -> Result<Self, Error> {
+        check_sample_rate(sample_rate)?;
+        let NoiseRecord::Rate(rate) = record else {
+            return Self::new(record, sample_rate);
+        };
+        check_count("rate samples", rate.len(), 2)?;
+        let some = || rate.iter().step_by(rate.len().div_ceil(SOME));
+        let sum: f64 = some().map(|y| y - rate[0]).sum();
+        Ok(Self::beyond(rate, rate[0] + sum / some().count() as f64))
+    }
+
+    fn beyond(rate: &'a [f64], level: f64) -> Self {
         Self {
             points: rate.len() + 1,
-            source: Source::Rate { rate, level, kept },
+            source: Source::Rate {
+                rate,
+                level,
+                kept: OnceLock::new(),
+            },
+        }
+    }
+
+    /// Whether every sample is finite.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`] with the index of the first that is not.
+    pub(crate) fn check_finite(&self) -> Result<(), Error> {
+        match &self.source {
+            Source::Rate { rate, .. } if !self.kept().is_some_and(|k| k.last.is_finite()) => {
+                check_finite("rate", rate)
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Remembers the points, if they are not yet known.
+    pub(crate) fn keep(&self, found: Kept) {
+        if let Source::Rate { kept, .. } = &self.source {
+            // Whoever was first found the same.
+            let _ = kept.set(found);
+        }
+    }
+
+    /// Whether the record is yet to be read.
+    pub(crate) fn is_unread(&self) -> bool {
+        matches!(&self.source, Source::Rate { kept, .. } if kept.get().is_none())
+    }
+
+    /// Every 64th point of rate data, read for it if nobody has.
+    pub(crate) fn kept(&self) -> Option<&Kept> {
+        match &self.source {
+            Source::Rate { rate, level, kept } => kept.get().or_else(|| {
+                // Before it is locked: a thread that waits for a part of the sums may be given work that asks for them.
+                let found = Kept::of(step_sums(rate, *level), 0.0, rate.len());
+                Some(kept.get_or_init(|| found))
+            }),
+            Source::Phase { .. } => None,
         }
     }
 
@@ -103,6 +155,9 @@ impl<'a> Phase<'a> {
 
     /// The points from `start` on, as many as there is room for.
     pub(crate) fn fill(&self, start: usize, out: &mut [f64]) {
+        if out.is_empty() {
+            return;
+        }
         match &self.source {
             Source::Phase { phase, scale } => {
                 let origin = phase[0];
@@ -110,48 +165,31 @@ impl<'a> Phase<'a> {
                     *x = (p - origin) * scale;
                 }
             }
-            Source::Rate { rate, level, kept } => {
-                let beyond = |y: f64| y - level;
-                let mut at = start;
-                let mut rest = out;
-                // Up to the next kept point, from the one before.
-                if !at.is_multiple_of(STEP) && !rest.is_empty() {
-                    let from = at / STEP * STEP;
-                    let mut x = kept[at / STEP];
-                    for y in &rate[from..at] {
-                        x += beyond(*y);
-                    }
-                    let count = (STEP - at % STEP).min(rest.len());
-                    let (part, tail) = rest.split_at_mut(count);
-                    for (k, point) in part.iter_mut().enumerate() {
-                        *point = x;
-                        x += rate.get(at + k).map_or(0.0, |y| beyond(*y));
-                    }
-                    at += count;
-                    rest = tail;
-                }
-                let steps = (rest.len() / STEP).min((rate.len() - at.min(rate.len())) / STEP);
-                let (part, tail) = rest.split_at_mut(steps * STEP);
-                pulp::Arch::new().dispatch(FillSteps {
-                    kept: &kept[at / STEP..],
-                    rate: &rate[at.min(rate.len())..],
-                    level: *level,
-                    out: part,
-                });
-                at += steps * STEP;
-                rest = tail;
-                while !rest.is_empty() {
-                    let count = STEP.min(rest.len());
-                    let (part, tail) = rest.split_at_mut(count);
-                    let mut x = kept[at / STEP];
-                    for (k, point) in part.iter_mut().enumerate() {
-                        *point = x;
-                        x += rate.get(at + k).map_or(0.0, |y| beyond(*y));
-                    }
-                    at += count;
-                    rest = tail;
-                }
+            Source::Rate { rate, level, .. } => {
+                let kept = self.kept().map_or(0.0, |k| k.points[start / STEP]);
+                let from = start / STEP * STEP;
+                let x = rate[from..start].iter().fold(kept, |x, y| x + (y - level));
+                self.continue_from(x, start, out);
             }
+        }
+    }
+
+    /// The points from `start` on, whose value is `x`; returns that of the point behind them, or of the last. Phase data have their own values.
+    pub(crate) fn continue_from(&self, x: f64, start: usize, out: &mut [f64]) -> f64 {
+        if out.is_empty() {
+            return x;
+        }
+        match &self.source {
+            Source::Phase { .. } => {
+                self.fill(start, out);
+                x
+            }
+            Source::Rate { rate, level, .. } => pulp::Arch::new().dispatch(RunningSum {
+                x,
+                rate: &rate[start..],
+                level: *level,
+                out,
+            }),
         }
     }
 
@@ -188,35 +226,71 @@ impl<'a> Phase<'a> {
     }
 }
 
-/// Whole steps of the phase, each from its kept value on.
-struct FillSteps<'a> {
-    kept: &'a [f64],
+impl Kept {
+    /// From the sums of all steps beyond a level that lies this far below the mean.
+    fn of(mut sums: Vec<f64>, mean: f64, samples: usize) -> Self {
+        let mut x = 0.0;
+        for point in &mut sums {
+            let sum = *point;
+            *point = x;
+            x += sum - STEP as f64 * mean;
+        }
+        // The last step has fewer samples than the others, or none.
+        let missing = sums.len() * STEP - samples;
+        Self {
+            points: sums,
+            last: x + missing as f64 * mean,
+        }
+    }
+}
+
+/// Sums of the samples of every step beyond a level, and of what is left behind the last whole one.
+fn step_sums(rate: &[f64], level: f64) -> Vec<f64> {
+    let mut sums = vec![0.0; rate.len() / STEP + 1];
+    sums.par_chunks_mut(TASK)
+        .zip(rate.par_chunks(TASK * STEP))
+        .for_each(|(sums, samples)| {
+            for (sum, step) in sums.iter_mut().zip(samples.chunks(STEP)) {
+                *sum = sum_beyond(step, level);
+            }
+        });
+    sums
+}
+
+/// Points one after the other, from the first on; there may be one point more than samples.
+struct RunningSum<'a> {
+    x: f64,
     rate: &'a [f64],
     level: f64,
     out: &'a mut [f64],
 }
 
-impl pulp::WithSimd for FillSteps<'_> {
-    type Output = ();
+impl pulp::WithSimd for RunningSum<'_> {
+    /// The point behind, or the last where no sample leads to one behind.
+    type Output = f64;
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, simd: S) {
+    fn with_simd<S: pulp::Simd>(self, simd: S) -> f64 {
+        let whole = self.out.len().min(self.rate.len()) / S::F64_LANES * S::F64_LANES;
         let level = simd.splat_f64s(self.level);
         let behind = behind(simd);
-        let (out, _) = self.out.as_chunks_mut::<STEP>();
-        let (rate, _) = self.rate.as_chunks::<STEP>();
-        for ((points, samples), kept) in out.iter_mut().zip(rate).zip(self.kept) {
-            let mut x = simd.splat_f64s(*kept);
-            let (points, _) = S::as_mut_simd_f64s(points);
-            let (samples, _) = S::as_simd_f64s(samples);
-            for (point, sample) in points.iter_mut().zip(samples) {
-                let beyond = simd.sub_f64s(*sample, level);
-                let before = sums_before(simd, beyond, behind);
-                *point = simd.add_f64s(x, before);
-                let all = simd.add_f64s(before, beyond);
-                x = simd.add_f64s(x, last(simd, all));
-            }
+        let mut x = simd.splat_f64s(self.x);
+        let (points, rest) = self.out.split_at_mut(whole);
+        let (samples, rate) = self.rate.split_at(whole);
+        let (points, samples) = (S::as_mut_simd_f64s(points).0, S::as_simd_f64s(samples).0);
+        for (point, sample) in points.iter_mut().zip(samples) {
+            let beyond = simd.sub_f64s(*sample, level);
+            let before = sums_before(simd, beyond, behind);
+            *point = simd.add_f64s(x, before);
+            let all = simd.add_f64s(before, beyond);
+            x = simd.add_f64s(x, last(simd, all));
         }
+        let mut x = first(x);
+        for (k, point) in rest.iter_mut().enumerate() {
+            *point = x;
+            x += rate.get(k).map_or(0.0, |y| y - self.level);
+        }
+        x
     }
 }
 
@@ -255,6 +329,11 @@ fn last<S: pulp::Simd>(simd: S, values: S::f64s) -> S::f64s {
     simd.splat_f64s(places[S::F64_LANES - 1])
 }
 
+#[inline(always)]
+fn first<T: pulp::bytemuck::Pod>(values: T) -> f64 {
+    pulp::bytemuck::cast_slice(std::slice::from_ref(&values))[0]
+}
+
 /// Sum of the samples beyond a level, in eight interleaved sums: one running sum would wait for every addition.
 fn sum_beyond(samples: &[f64], level: f64) -> f64 {
     let (chunks, rest) = samples.as_chunks::<8>();
@@ -270,6 +349,42 @@ fn sum_beyond(samples: &[f64], level: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Registers of one, four and eight places give the same points, to the rounding of a sum, and the same point behind them.
+    #[test]
+    fn law_any_register_gives_the_running_sum() {
+        use pulp::WithSimd;
+        let rate: Vec<f64> = (0..83).map(|k| f64::from(k * 31 % 17) - 7.9).collect();
+        for (samples, points) in [(83, 84), (83, 80), (8, 9), (3, 4), (64, 64)] {
+            let rate = &rate[..samples];
+            let run = |how: &dyn Fn(RunningSum<'_>) -> f64| {
+                let mut out = vec![f64::NAN; points];
+                let behind = how(RunningSum {
+                    x: 0.25,
+                    rate,
+                    level: 0.1,
+                    out: &mut out,
+                });
+                out.push(behind);
+                out
+            };
+            let mut plain = vec![0.25];
+            for k in 0..points {
+                plain.push(plain[k] + rate.get(k).map_or(0.0, |y| y - 0.1));
+            }
+            let mut found = vec![
+                run(&|sum| sum.with_simd(pulp::Scalar::new())),
+                run(&|sum| pulp::Arch::new().dispatch(sum)),
+            ];
+            #[cfg(target_arch = "x86_64")]
+            if let Some(simd) = pulp::x86::V3::try_new() {
+                found.push(run(&|sum| pulp::Simd::vectorize(simd, sum)));
+            }
+            for (one, plain) in found.iter().flat_map(|f| f.iter().zip(&plain)) {
+                assert!((one - plain).abs() < 1e-12, "{one}, {plain}");
+            }
+        }
+    }
 
     /// Any stretch is the same as that part of the plain running sum, to the rounding of a sum of 64 samples.
     #[test]

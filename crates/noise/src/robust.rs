@@ -110,6 +110,12 @@ fn scale(verdict: &mut Verdict, factor: f64) {
             standard_uncertainty,
             interval,
             ..
+        }
+        | Verdict::Reported {
+            value,
+            standard_uncertainty,
+            interval,
+            ..
         } => {
             *value *= factor;
             *standard_uncertainty *= factor;

@@ -77,20 +77,17 @@ impl SpectrumBins {
         }
     }
 
-    /// Typical density of the [`BESIDE`] neighbours on either side of a Fourier index, without what a line there spoils; zero near the
-    /// ends.
+    /// Typical density of the [`BESIDE`] neighbours on either side of a Fourier index, as far as there are so many, without what a line
+    /// there spoils.
     fn beside(&self, k: usize) -> f64 {
         let spoilt = 2 * (TAPERS + 1);
-        let (Some(first), last) = (k.checked_sub(BESIDE), k + BESIDE) else {
-            return 0.0;
-        };
-        if last >= self.density.len() || first < TAPERS {
-            return 0.0;
-        }
-        let below = &self.density[first..=k - spoilt];
-        let mut near = [below, &self.density[k + spoilt..=last]].concat();
+        let first = k.saturating_sub(BESIDE).max(TAPERS);
+        let last = (k + BESIDE).min(self.density.len() - 1 - TAPERS);
+        let below = self.density.get(first..(k + 1).saturating_sub(spoilt));
+        let above = self.density.get(k + spoilt..=last);
+        let mut near = [below.unwrap_or_default(), above.unwrap_or_default()].concat();
         near.sort_by(f64::total_cmp);
-        near[near.len() / 2] / 0.891
+        near.get(near.len() / 2).map_or(0.0, |v| v / 0.891)
     }
 
     pub(crate) fn frequency(&self, index: f64) -> f64 {
@@ -117,7 +114,7 @@ impl SpectrumBins {
                 let local = if sorted.len() >= 32 {
                     median.max(expected)
                 } else {
-                    2.0 * expected
+                    expected
                 };
                 let ratio = self.density[k] / local;
                 // Within a resonance narrower than the bin the neighbours are as high.

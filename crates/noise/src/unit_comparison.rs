@@ -44,6 +44,9 @@ impl Parabolas {
             }
             | Verdict::Present {
                 value, interval, ..
+            }
+            | Verdict::Reported {
+                value, interval, ..
             } => (value, interval.0, interval.1),
             Verdict::NotIdentifiable {
                 reason: Reason::NoSupport { gain, needed },

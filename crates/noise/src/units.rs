@@ -223,51 +223,43 @@ pub fn kalman_noise(fit: &CoefficientFit, sample_rate: f64) -> Result<KalmanNois
 pub struct Conservative {
     /// The number.
     pub value: f64,
-    /// Whether it is a limit because no axis gives a value.
+    /// Whether it is the limit of an axis whose most likely value is zero.
     pub is_limit: bool,
     /// Why it is this.
     pub reason: String,
 }
 
-/// The largest value that an axis gives; where none gives one, the largest upper limit, so that no filter is told zero.
+/// What a filter should take for all axes: of each its most likely value, or its upper limit where that is zero, so that no filter is told
+/// that a bias cannot move; and the largest of these.
 ///
 /// `None` without an axis that has either.
 pub fn conservative(term: Term, axes: &[&CoefficientFit]) -> Option<Conservative> {
-    let verdicts: Vec<Verdict> = axes
+    let of_axes: Vec<(Verdict, f64, bool)> = axes
         .iter()
-        .filter_map(|fit| Some(fit.get(term)?.verdict))
-        .collect();
-    let given: Vec<Verdict> = verdicts
-        .iter()
-        .copied()
-        .filter(|v| v.value().is_some())
+        .filter_map(|fit| {
+            let verdict = fit.get(term)?.verdict;
+            let (value, is_limit) = verdict.for_filters()?;
+            Some((verdict, value, is_limit))
+        })
         .collect();
     let percent = 100.0 * axes.first()?.probability;
-    let by = |f: fn(&Verdict) -> Option<f64>| {
-        move |a: &&Verdict, b: &&Verdict| f(a).unwrap_or(0.0).total_cmp(&f(b).unwrap_or(0.0))
+    let (verdict, value, is_limit) = *of_axes.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let what = match (is_limit, verdict.interval(), verdict.upper()) {
+        (true, ..) => format!("upper limit ({percent:.0} %), since its most likely value is zero"),
+        (_, Some((low, high)), _) => {
+            format!("most likely value; {percent:.0} % interval {low:.3e} to {high:.3e}")
+        }
+        (_, None, Some(limit)) => {
+            format!("most likely value; not identifiable, below {limit:.3e} ({percent:.0} %)")
+        }
+        (_, None, None) => "most likely value".to_owned(),
     };
-    if let Some(largest) = given.iter().max_by(by(Verdict::value)) {
-        let value = largest.value()?;
-        let interval = largest.interval().map_or(String::new(), |(low, high)| {
-            format!("; {percent:.0} % interval {low:.3e} to {high:.3e}")
-        });
-        return Some(Conservative {
-            value,
-            is_limit: false,
-            reason: format!(
-                "largest value of {} of {} axes{interval}",
-                given.len(),
-                axes.len()
-            ),
-        });
-    }
-    let value = verdicts.iter().max_by(by(Verdict::upper))?.upper()?;
     Some(Conservative {
         value,
-        is_limit: true,
-        reason: format!(
-            "not identifiable: largest upper limit ({percent:.0} %) of {} axes",
-            axes.len()
-        ),
+        is_limit,
+        reason: match of_axes.len() {
+            1 => what,
+            count => format!("largest of {count} axes: {what}"),
+        },
     })
 }

@@ -1,7 +1,7 @@
 //! Up to which frequency a spectrum follows the noise terms: what lies behind a filter is left out.
 
 use crate::effects::Effects;
-use crate::front_end::{Described, FrontEnd, LowPass, Trial, describe};
+use crate::front_end::{Described, FrontEnd, LowPass, Trial, describe, overlap};
 use crate::variance_fit::Likelihood;
 
 /// Rise of the likelihood by a filter above which the band is made narrower.
@@ -67,6 +67,9 @@ pub(crate) fn usable_band(candidate: &Candidate<'_>) -> Band {
         filter,
         front_end: if cut {
             describe(candidate, highest)
+        } else if residual_in_upper_decade(candidate, nyquist, false) {
+            // Averages that overlap are no filter of the forms above, but may be what is left.
+            overlap(candidate)
         } else {
             None
         },

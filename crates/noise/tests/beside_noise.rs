@@ -9,6 +9,7 @@ use proofmass_noise::{
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
+use rayon::prelude::*;
 use std::f64::consts::PI;
 
 const RATE: f64 = 10.0;
@@ -272,6 +273,38 @@ fn law_slow_sinusoids_are_found() {
         for term in [Term::Flicker, Term::RandomWalk, Term::Ramp] {
             assert_eq!(fit.value(term), None, "{seed} {term:?}");
         }
+    }
+}
+
+/// Lines of eleven standard uncertainties are found whatever their frequency: those of few cycles by the likelihood, others in the
+/// spectrum; one in twenty may be missed.
+#[test]
+fn law_lines_are_found_at_any_frequency() {
+    let mut options = FitOptions::default();
+    options.terms.push(Term::Sinusoid);
+    let duration = 2000.0;
+    for cycles in [20.3, 33.3, 36.3, 50.3, 100.3, 330.3] {
+        let found = (0..20_u32)
+            .into_par_iter()
+            .filter(|seed| {
+                let model = NoiseModel {
+                    white: 2e-3,
+                    sinusoids: vec![Sinusoid {
+                        // Its variance is the one-sided density 2 N² over the record.
+                        amplitude: 11.0 * (2.0 * 2e-3_f64.powi(2) / duration).sqrt(),
+                        frequency: cycles / duration,
+                        phase: 0.3 * f64::from(*seed),
+                    }],
+                    ..Default::default()
+                };
+                let mut rng = Xoshiro256PlusPlus::seed_from_u64(u64::from(*seed) + 4000);
+                let rate = simulate(&model, 20_000, 10.0, &mut rng).unwrap();
+                let fit = whittle(&rate, 10.0, &options).unwrap();
+                let near = |f: f64| (f * duration - cycles).abs() < 1.0;
+                fit.model.sinusoids.iter().any(|s| near(s.frequency))
+            })
+            .count();
+        assert!(found >= 19, "{cycles} cycles: {found} of 20");
     }
 }
 

@@ -16,6 +16,8 @@ pub struct NoiseReport<'a> {
     pub head: Head<'a>,
     /// What is drawn of each channel against time, in the order of the analysis.
     pub traces: &'a [Trace],
+    /// The temperature that was recorded beside them, in kelvins or degrees Celsius.
+    pub temperature: Option<&'a Trace>,
 }
 
 impl NoiseReport<'_> {
@@ -26,6 +28,9 @@ impl NoiseReport<'_> {
             report = report.section(section);
         }
         if let Some(section) = separated(analysis) {
+            report = report.section(section);
+        }
+        if let Some(section) = self.temperature.and_then(temperature) {
             report = report.section(section);
         }
         for (i, channel) in analysis.channels.iter().enumerate() {
@@ -99,6 +104,28 @@ fn together(analysis: &Analysis) -> Option<Section> {
         drawn = true;
     }
     drawn.then_some(section)
+}
+
+/// What the thermometer read.
+fn temperature(trace: &Trace) -> Option<Section> {
+    let finite = || trace.y.iter().copied().filter(|t| t.is_finite());
+    let (low, high) = (finite().reduce(f64::min)?, finite().reduce(f64::max)?);
+    Some(
+        Section::new("Temperature")
+            .paragraph(format!(
+                "From {} to {}, in kelvins above the zero of the thermometer: of °C, unless its heading says K or °F.",
+                scientific(low, 4),
+                scientific(high, 4)
+            ))
+            .figure(
+                "The temperature beside the record",
+                XyPlot::new(
+                    Axis::linear("time", "s"),
+                    Axis::linear("temperature above the zero of its scale", "K"),
+                )
+                .series(Series::line("temperature", &trace.x, &trace.y)),
+            ),
+    )
 }
 
 /// Three sensors by themselves.

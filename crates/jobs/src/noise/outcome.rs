@@ -26,6 +26,9 @@ pub struct NoiseOutcome {
     findings: Vec<Finding>,
     analysis: Analysis,
     traces: Vec<Trace>,
+    /// The temperature beside them, where one was recorded.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    temperature: Option<Trace>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     imu: Option<ImuYaml>,
 }
@@ -46,7 +49,15 @@ impl NoiseOutcome {
             findings: findings(data.findings, &analysis),
             imu: imu(&analysis, &sensors, &job.rostopic),
             traces,
+            temperature: None,
             analysis,
+        }
+    }
+
+    pub(super) fn with_temperature(self, temperature: Option<Trace>) -> Self {
+        Self {
+            temperature,
+            ..self
         }
     }
 
@@ -64,6 +75,7 @@ impl NoiseOutcome {
         NoiseReport {
             head: record.head(self.title(record), &self.findings),
             traces: &self.traces,
+            temperature: self.temperature.as_ref(),
         }
     }
 
@@ -175,11 +187,16 @@ impl NoiseOutcome {
                 if index == 1 && channel.compensated.is_some() {
                     name += " without temperature";
                 }
+                let unit = if curve.statistic.is_time() {
+                    Term::Quantisation.unit(&channel.unit)
+                } else {
+                    channel.unit.clone()
+                };
                 for (k, p) in curve.points.iter().enumerate() {
                     let fitted = channel.fitted.get(k).filter(|_| beside);
                     table.push([
                         Cell::from(channel.name.as_str()),
-                        Cell::from(channel.unit.as_str()),
+                        Cell::from(unit.as_str()),
                         Cell::from(name.as_str()),
                         Cell::from(p.factor),
                         Cell::from(p.tau),
@@ -237,9 +254,13 @@ impl NoiseOutcome {
         ]);
         for channel in &self.analysis.channels {
             let mut row = |symbol: &str, verdict: &Verdict, unit: &str, parameter: Option<f64>| {
-                let (low, high) = match verdict.interval() {
-                    Some((low, high)) => (Some(low), Some(high)),
-                    None => (None, verdict.upper()),
+                let (low, high) = match (verdict.interval(), verdict.upper()) {
+                    (Some((low, high)), _) => (Some(low), Some(high)),
+                    // A limit of what may have either sign is one of its size.
+                    (None, Some(limit)) if ["R", "K_T"].contains(&symbol) => {
+                        (Some(-limit), Some(limit))
+                    }
+                    (None, limit) => (None, limit),
                 };
                 table.push([
                     Cell::from(channel.name.as_str()),
@@ -278,6 +299,7 @@ fn word(verdict: &Verdict) -> &'static str {
     match verdict {
         Verdict::Identified { .. } => "identified",
         Verdict::Present { .. } => "present",
+        Verdict::Reported { .. } => "reported",
         Verdict::NotIdentifiable { .. } => "not identifiable",
         Verdict::Fixed { .. } => "given",
     }

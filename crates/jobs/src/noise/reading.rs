@@ -25,7 +25,7 @@ pub struct NoiseReading {
         arg(long, value_name = "A,B,…", value_delimiter = ',')
     )]
     pub columns: Option<Vec<ColumnRef>>,
-    /// Unit of these columns, where the headings do not say it: m/s², g, mg, rad/s, °/s, °/h, V, count, …
+    /// Unit of these columns, where the headings do not say it: m/s², g, mg, rad/s, °/s, °/h, V, count, 1 (fractional frequency), …
     #[cfg_attr(feature = "clap", arg(long))]
     pub unit: Option<Unit>,
     /// Size of one count (or volt) in that unit, for raw outputs
@@ -105,6 +105,9 @@ impl NoiseReading {
         let name = source.name().display().to_string();
         let options = LayoutOptions::default();
         let layout = Layout::of(&mut source, &options)?;
+        if self.rate.is_none() && self.time_index(&layout)?.is_none() {
+            return Err(no_clock(name));
+        }
         let mut chosen = self.chosen(&layout, &name)?;
         let kelvin = self.kelvin(&layout, &chosen)?;
         chosen.extend(self.temperature.clone());
@@ -226,13 +229,7 @@ impl NoiseReading {
                 let known = self.time_unit.is_some() || layout.unit(index).is_some();
                 BlockClock::stamped(unit.per_second(rate).unwrap_or(1.0), rate, known)
             }
-            (_, None) => {
-                return Err(
-                    Trouble::request("neither a time column nor a sampling rate is known")
-                        .detail(name)
-                        .with_hint("add --rate or --time"),
-                );
-            }
+            (_, None) => return Err(no_clock(name)),
         };
         let findings = layout.findings();
         Ok(NoiseStream {
@@ -381,6 +378,12 @@ fn channel_name(name: &str, unit: Option<Unit>) -> ChannelName {
         },
         unit: unit.map_or_else(|| "U".to_owned(), |u| u.to_string()),
     }
+}
+
+fn no_clock(name: String) -> Trouble {
+    Trouble::request("neither a time column nor a sampling rate is known")
+        .detail(name)
+        .with_hint("add --rate or --time")
 }
 
 /// Differences of neighbours, missing where either is, or where samples between them are.

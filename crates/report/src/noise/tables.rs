@@ -41,7 +41,7 @@ pub(super) fn coefficients(analysis: &Analysis) -> Table {
             continue;
         };
         for c in &fit.coefficients {
-            let (value, interval, word) = words(&c.verdict);
+            let (value, interval, word) = words(&c.verdict, c.term == Term::Ramp);
             table = table.row([
                 Cell::text(channel.name.clone()),
                 Cell::text(name(c)),
@@ -53,7 +53,7 @@ pub(super) fn coefficients(analysis: &Analysis) -> Table {
             ]);
         }
         if let Some(t) = &fit.temperature {
-            let (value, interval, word) = words(&t.verdict);
+            let (value, interval, word) = words(&t.verdict, true);
             let lag = if t.lag > 0.0 {
                 format!(", lag {} s", scientific(t.lag, 3))
             } else {
@@ -120,7 +120,7 @@ pub(super) fn robust(analysis: &Analysis) -> Option<Table> {
             if !matches!(c.term, Term::White | Term::Flicker | Term::RandomWalk) {
                 continue;
             }
-            let (value, interval, _) = words(&c.verdict);
+            let (value, interval, _) = words(&c.verdict, c.term == Term::Ramp);
             let ordinary = fit.value(c.term);
             let difference = robust.differences.iter().find(|d| d.0 == c.term);
             table = table.row([
@@ -170,7 +170,7 @@ fn usual(channel: &ChannelAnalysis, c: &Coefficient) -> String {
 }
 
 /// Value, interval or limit, and the word for what is known of a coefficient.
-fn words(verdict: &Verdict) -> (String, String, String) {
+fn words(verdict: &Verdict, signed: bool) -> (String, String, String) {
     match *verdict {
         Verdict::Identified {
             value, interval, ..
@@ -182,6 +182,13 @@ fn words(verdict: &Verdict) -> (String, String, String) {
         Verdict::Present {
             value, interval, ..
         } => (scientific(value, 4), range(interval), "present".to_owned()),
+        Verdict::Reported {
+            value, interval, ..
+        } => (
+            scientific(value, 4),
+            range(interval),
+            "reported as asked; zero lies in the interval".to_owned(),
+        ),
         Verdict::Fixed { value } => (scientific(value, 4), String::new(), "given".to_owned()),
         Verdict::NotIdentifiable {
             reason,
@@ -189,7 +196,14 @@ fn words(verdict: &Verdict) -> (String, String, String) {
             ..
         } => (
             "–".to_owned(),
-            upper_limit.map_or(String::new(), |l| format!("below {}", scientific(l, 3))),
+            upper_limit.map_or(String::new(), |l| {
+                let limit = scientific(l, 3);
+                if signed {
+                    format!("within ±{limit}")
+                } else {
+                    format!("below {limit}")
+                }
+            }),
             match reason {
                 Reason::NoSupport { .. } => "not identifiable".to_owned(),
                 _ => reason.to_string(),
