@@ -148,6 +148,12 @@ impl Noise {
     }
 
     fn analyse(&self, path: &Path) -> Result<Outcome, Failure> {
+        for (k, (term, _)) in self.fix.iter().enumerate() {
+            if self.fix[..k].iter().any(|f| f.0 == *term) {
+                return Err(Failure::new(format!("--fix gives {} twice", term.symbol()))
+                    .hint("give each coefficient once"));
+            }
+        }
         let folder = self.delivery.begin(NoiseOutcome::KIND, &[path])?;
         let mut source = Source::open(path)?;
         let channels = self.reading.columns.as_ref().map_or(1, Vec::len) as u64;

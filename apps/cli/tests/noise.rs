@@ -264,6 +264,8 @@ fn options_reach_the_fit() {
     assert_eq!(verdict(&result, 0, "random_walk")["verdict"], "fixed");
     // Asked for, and nothing there.
     assert_eq!(verdict(&result, 0, "flicker")["verdict"], "reported");
+    let said = refuse(&["noise", text(&path), "--fix", "N=1e-3,N=2e-3"]);
+    assert!(said.contains("N twice"), "{said}");
     for wrong in [["--terms", "X"], ["--fix", "N"], ["--report-terms", "Q,Z"]] {
         let output = proofmass(&[&["noise", text(&path)][..], &wrong[..]].concat());
         assert_eq!(output.status.code(), Some(2));
@@ -276,10 +278,10 @@ fn jittering_stamps_keep_every_sample() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("jitter.csv");
     let mut gaussian = Gaussian(3);
-    let jitter: Vec<f64> = (0..20_000).map(|_| 0.1 * gaussian.next()).collect();
-    write(&path, &samples(20_000), |i| {
-        (i as f64 + jitter[i].clamp(-0.45, 0.45)) / RATE
-    });
+    // A fifth of the interval: some stamps lie before the one before them.
+    let jitter: Vec<f64> = (0..20_000).map(|_| 0.2 * gaussian.next()).collect();
+    assert!(jitter.windows(2).any(|w| w[1] - w[0] < -1.0));
+    write(&path, &samples(20_000), |i| (i as f64 + jitter[i]) / RATE);
     for stream in [false, true] {
         let mut arguments = vec!["noise", text(&path), "--json"];
         arguments.extend(stream.then_some("--stream"));

@@ -139,6 +139,10 @@ pub(crate) struct ClockEstimator {
     /// Repeats that were accepted until the nature of the clock was known.
     pub(crate) backward: Vec<(u64, Backward)>,
     pub(crate) backward_count: u64,
+    /// Whether a stamp may lie before the one before it by less than two intervals.
+    late_stamps: bool,
+    /// Whether one did.
+    crossed: bool,
 }
 
 impl ClockEstimator {
@@ -170,7 +174,15 @@ impl ClockEstimator {
             gap_count: 0,
             backward: Vec::new(),
             backward_count: 0,
+            late_stamps: false,
+            crossed: false,
         }
+    }
+
+    /// Takes stamps that cross their neighbours as jitter.
+    pub(crate) fn with_late_stamps(mut self) -> Self {
+        self.late_stamps = true;
+        self
     }
 
     /// Keeps every gap, for a recording that is in memory anyway.
@@ -214,6 +226,13 @@ impl ClockEstimator {
         }
         let parts = stamp.parts - last.parts;
         self.last = Some((sample, line, stamp));
+        if parts < 0 && self.late_stamps {
+            let typical = self.typical();
+            if typical.is_some_and(|t| -self.seconds(parts) < 2.0 * t) {
+                self.crossed = true;
+                return stamp;
+            }
+        }
         if parts < 0 {
             let from_s = last.value() / self.per_second;
             let to_s = stamp.value() / self.per_second;
@@ -263,22 +282,22 @@ impl ClockEstimator {
         }
     }
 
+    /// A step as most are.
+    fn typical(&self) -> Option<f64> {
+        match &self.settled {
+            Some(s) => Some(s.period),
+            None if self.waiting.len() >= 3 => {
+                let latest = self.waiting.iter().rev().take(99).map(|s| s.length);
+                Some(median(&mut latest.collect::<Vec<_>>()))
+            }
+            None => None,
+        }
+    }
+
     /// The turn of a counter that explains a step backwards: the stamp follows the one before as usual once it is
     /// added.
     fn turn(&self, stamp: Stamp, last: Stamp) -> Option<i128> {
-        let typical = match &self.settled {
-            Some(s) => s.period,
-            None if self.waiting.len() >= 3 => median(
-                &mut self
-                    .waiting
-                    .iter()
-                    .rev()
-                    .take(99)
-                    .map(|s| s.length)
-                    .collect::<Vec<_>>(),
-            ),
-            None => return None,
-        };
+        let typical = self.typical()?;
         let whole = self.decimals == 0;
         let bits = [8, 16, 24, 31, 32].map(|b| (whole, (1_i128 << b) * PARTS));
         // Microseconds and milliseconds of 32 bits that were written in another unit.
@@ -394,6 +413,11 @@ impl ClockEstimator {
         self.settled.as_ref().is_some_and(|s| s.repeats)
     }
 
+    /// Whether stamps crossed their neighbours by jitter. They may be equal by it then.
+    pub(crate) fn crossed(&self) -> bool {
+        self.crossed
+    }
+
     /// The clock, where two stamps tell one.
     pub(crate) fn finish(&mut self) -> Option<Clock> {
         if self.settled.is_none() {
@@ -403,6 +427,10 @@ impl ClockEstimator {
             self.settle();
         }
         self.close();
+        if self.crossed {
+            self.backward
+                .retain(|b| matches!(b.1, Backward::Runs { .. }));
+        }
         self.backward.sort_by_key(|b| b.0);
         let q = self.quantum();
         let settled = self.settled.as_ref()?;

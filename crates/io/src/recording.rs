@@ -116,6 +116,8 @@ pub struct RecordingOptions {
     pub unit: Option<Unit>,
     /// Rows are events that come when they come, such as the edges of an encoder, not samples of a clock.
     pub events: bool,
+    /// Samples are even and their stamps were put on later: one may lie before the one before it, by less than two intervals.
+    pub late_stamps: bool,
 }
 
 /// One column of a recording.
@@ -296,7 +298,12 @@ impl Recording {
                         let (scale, finding) =
                             time_scale(reader.layout(), column, options, *stamp)?;
                         findings.extend(finding);
-                        none.insert(TimeBaseBuilder::new(scale, options.events))
+                        let builder = TimeBaseBuilder::new(scale, options.events);
+                        none.insert(if options.late_stamps {
+                            builder.with_late_stamps()
+                        } else {
+                            builder
+                        })
                     }
                 };
                 times.push(*stamp, block.line(row));
@@ -527,7 +534,7 @@ fn signal_unit(layout: &Layout, index: usize, given: Option<Unit>) -> Result<Opt
     match (given, layout.unit(index)) {
         (Some(given), Some(stated)) if given != stated => Err(Error::new(
             ErrorKind::Column,
-            format!("the heading says {stated}, the campaign says {given}"),
+            format!("the heading says {stated}, {given} is stated"),
         )
         .column(layout.name(index))
         .line(layout.first_data_line.saturating_sub(1).max(1))

@@ -218,6 +218,13 @@ impl TimeBaseBuilder {
         }
     }
 
+    pub(crate) fn with_late_stamps(self) -> Self {
+        Self {
+            estimator: self.estimator.with_late_stamps(),
+            ..self
+        }
+    }
+
     pub(crate) fn push(&mut self, stamp: Stamp, line: u64) {
         if self.seconds.is_empty() && (stamp.value() / self.per_second).abs() >= FAR {
             self.origin = stamp;
@@ -248,7 +255,9 @@ impl TimeBaseBuilder {
             (Some(clock), None) => (clock, self.events),
             // The line through stamps that repeat is that of samples, not of events.
             // Without repeats two stamps differ by less than seconds so far from zero can tell.
-            (Some(clock), Some(_)) if !self.events && repeats => (clock, false),
+            (Some(clock), Some(_)) if !self.events && (repeats || self.estimator.crossed()) => {
+                (clock, false)
+            }
             (_, at) => {
                 let (line, at_s) = at.unwrap_or((0, self.seconds[0]));
                 return Err(backward(Backward::Repeats { at_s }).line(line));

@@ -161,7 +161,7 @@ fn refuses_a_unit_against_the_heading() {
     assert!(
         error
             .to_string()
-            .contains("the heading says g, the campaign says m/s²"),
+            .contains("the heading says g, m/s² is stated"),
         "{error}"
     );
 }

@@ -70,7 +70,13 @@ impl BlockClock {
         let before = self.tail.len();
         let mut all = std::mem::take(&mut self.tail);
         all.extend_from_slice(&stamps);
-        if let Some(row) = (1..all.len()).find(|i| all[*i] < all[i - 1] && *i >= before) {
+        let known = Some(self.nominal).filter(|r| r.is_finite());
+        let line = clock_line(&all, known).ok().filter(|_| all.len() > 2);
+        // Stamps that jitter may cross their neighbours.
+        let most = line.as_ref().map_or(0.0, |l| 2.0 / l.rate);
+        if let Some(row) = (before.max(1)..all.len())
+            .find(|i| all[*i] < all[i - 1] && all[*i] <= all[i - 1] - most)
+        {
             return Err((
                 row - before,
                 format!(
@@ -80,11 +86,8 @@ impl BlockClock {
                 ),
             ));
         }
-        let known = Some(self.nominal).filter(|r| r.is_finite());
         let mut breaks = Vec::new();
-        if all.len() > 2
-            && let Ok(line) = clock_line(&all, known)
-        {
+        if let Some(line) = line {
             if !self.nominal.is_finite() {
                 self.nominal = line.rate;
             }

@@ -446,9 +446,16 @@ fn densities(
             ..Welch::new(fine)
         };
         result.consistency = consistency(&welch.density(rate, sample_rate)?, curve);
+        // The curve has the straight line that was taken off, and all stretches of which the density has the longest.
+        let part = rate.len() as f64 / result.samples.max(rate.len()) as f64;
+        for p in &mut result.consistency {
+            p.from_density += 0.5 * (result.trend.slope * p.tau).powi(2);
+            p.relative_uncertainty /= part.sqrt();
+        }
         let worst = result
             .consistency
             .iter()
+            .filter(|p| p.ratio().is_finite())
             .filter(|p| (p.ratio() - 1.0).abs() > 0.1 + 4.0 * p.relative_uncertainty)
             .max_by(|a, b| (a.ratio() - 1.0).abs().total_cmp(&(b.ratio() - 1.0).abs()));
         if let Some(p) = worst {

@@ -12,6 +12,12 @@ const AT_RAIL: (usize, f64) = (20, 3.0);
 /// Share of neighbours that are equal from which samples are said to be repeated.
 const REPEATED: f64 = 0.15;
 
+/// Equal samples one after the other, at least, that are taken for an output that stood still.
+const SHORTEST_STANDSTILL: usize = 20;
+
+/// Chance of a record that a run of equal samples as long as a standstill comes about by itself.
+const BY_ITSELF: f64 = 1e-6;
+
 /// One trace with its size.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", tag = "kind")]
@@ -36,6 +42,15 @@ pub enum ConverterTrace {
         /// Share of samples that equal the one before.
         share: f64,
     },
+    /// The output stood still: runs of equal samples that chance does not bring.
+    Frozen {
+        /// First sample of the longest run.
+        first: usize,
+        /// Its length.
+        longest: usize,
+        /// Samples in all such runs.
+        samples: usize,
+    },
 }
 
 /// Traces of the converter in a record of a sensor at rest.
@@ -56,13 +71,51 @@ pub fn converter_traces(rate: &[f64]) -> Vec<ConverterTrace> {
     for side in [1.0, -1.0] {
         traces.extend(clipped(rate, side, step));
     }
-    let equal = rate.windows(2).filter(|w| w[0] == w[1]).count() as f64;
-    let share = equal / (rate.len() - 1) as f64;
+    let (frozen, share) = standstills(rate);
+    // Steps as large as the noise stand still by themselves.
+    traces.extend(frozen.filter(|_| step.is_none_or(|s| s < scatter)));
     let fine = step.is_none_or(|s| s < 0.2 * scatter.max(f64::MIN_POSITIVE));
     if fine && share > REPEATED {
         traces.push(ConverterTrace::Repeated { share });
     }
     traces
+}
+
+/// Runs of equal samples beyond chance, and the share of equal neighbours elsewhere.
+///
+/// With a share p of equal neighbours a run of L has the chance n p^{L−1}; p is doubled, since it may be larger in places. Where a third of
+/// the neighbours or more are equal anyway, by a coarse step or samples that stand twice, no run says anything.
+fn standstills(rate: &[f64]) -> (Option<ConverterTrace>, f64) {
+    let n = rate.len() as f64;
+    let runs = || {
+        rate.chunk_by(|a, b| a == b).scan(0, |first, run| {
+            let at = *first;
+            *first += run.len();
+            Some((at, run.len()))
+        })
+    };
+    let in_short: usize = runs()
+        .filter(|r| r.1 < SHORTEST_STANDSTILL)
+        .map(|r| r.1 - 1)
+        .sum();
+    let share = in_short as f64 / n;
+    let all = runs().map(|r| r.1 - 1).sum::<usize>() as f64 / n;
+    if share > 1.0 / 3.0 {
+        return (None, all);
+    }
+    let chance = (2.0 * share).max(0.1);
+    let needed = 1.0 + (BY_ITSELF / n).ln() / chance.ln();
+    let still = || runs().filter(|r| r.1 >= SHORTEST_STANDSTILL && r.1 as f64 >= needed);
+    let Some((first, longest)) = still().max_by_key(|r| r.1) else {
+        return (None, all);
+    };
+    let samples = still().map(|r| r.1).sum();
+    let frozen = ConverterTrace::Frozen {
+        first,
+        longest,
+        samples,
+    };
+    (Some(frozen), share)
 }
 
 fn clipped(rate: &[f64], side: f64, step: Option<f64>) -> Option<ConverterTrace> {
@@ -159,6 +212,20 @@ pub(crate) fn findings(traces: &[ConverterTrace], unit: &str) -> Vec<Finding> {
                 1.0 / (1.0 - share).max(1e-9)
             ))
             .advice("record at the output data rate of the sensor; the densities below a tenth of its rate hold"),
+            ConverterTrace::Frozen {
+                first,
+                longest,
+                samples,
+            } => Finding::new(
+                Severity::Decision,
+                "frozen",
+                "the output stood still: the sensor or what reads it hung",
+            )
+            .evidence(format!(
+                "{samples} samples in runs of equal values, the longest of {longest} from sample {} of the longest stretch",
+                first + 1
+            ))
+            .advice("leave these fields empty: they are a gap then; with them N is too small, and K may be what is not there"),
         })
         .collect()
 }

@@ -94,6 +94,10 @@ fn departures(channel: &ChannelAnalysis) -> Vec<Departure> {
             continue;
         };
         let factor = p.density / model;
+        // What is left of a record that is almost all ramp may be rounding.
+        if !(factor > 0.0 && factor.is_finite()) {
+            continue;
+        }
         let chance = if factor > 1.0 {
             (p.density / low).powf(STRONG)
         } else {

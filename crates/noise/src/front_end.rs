@@ -159,6 +159,18 @@ impl Trial {
         shaped.minimise(&[&self.none.squares], &free, Effects::Restricted)
     }
 
+    /// What the term that arises behind a front end explains: the rise of −2 ln L without it and without a front end.
+    pub(crate) fn behind(&self) -> f64 {
+        let Some(behind) = self.behind else {
+            return 0.0;
+        };
+        let mut held = vec![None; self.plain.terms()];
+        held[behind] = Some(0.0);
+        self.plain
+            .minimise(&[&self.none.squares], &held, Effects::Restricted)
+            .map_or(0.0, |m| m.value - self.none.value)
+    }
+
     /// Fall of −2 ln L.
     pub(crate) fn gain(&self, front_end: FrontEnd) -> f64 {
         self.fitted(&self.with(front_end))

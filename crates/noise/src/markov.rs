@@ -24,9 +24,10 @@ pub(crate) struct Markov {
     pub(crate) gain: f64,
 }
 
-/// Correlation times that a band can show: from where half the density is lost at its end to a fifth of the record.
+/// Correlation times that a band can show: from a period of its highest frequency (two samples of the whole spectrum) to a fifth of the
+/// record. What is correlated for less is white noise behind a front end.
 pub(crate) fn times(highest: f64, record: f64, per_decade: f64) -> impl Iterator<Item = f64> {
-    let (shortest, longest) = (0.5 / (std::f64::consts::PI * highest), 0.2 * record);
+    let (shortest, longest) = (1.0 / highest, 0.2 * record);
     let steps = ((longest / shortest).log10() * per_decade).floor().max(0.0) as usize;
     (0..=steps).map(move |i| shortest * 10_f64.powf(i as f64 / per_decade))
 }

@@ -7,6 +7,10 @@ use crate::variance_fit::Likelihood;
 /// Rise of the likelihood by a filter above which the band is made narrower.
 pub(crate) const ENOUGH: f64 = 2.7;
 
+/// The same where quantisation is seen, without a filter, over the whole spectrum: two terms of the upper spectrum leave a filter more room
+/// for chance, and taking Q out, as a filter would, makes N wrong. One record in 500 rises so far.
+const ENOUGH_BESIDE_QUANTISATION: f64 = 9.5;
+
 /// Steps of the highest frequency: ten per decade.
 pub(crate) const STEP: f64 = 1.258_925_411_794_167_2;
 
@@ -51,10 +55,18 @@ pub(crate) fn usable_band(candidate: &Candidate<'_>) -> Band {
     let mut filter = None;
     let mut cut = false;
     while highest > candidate.lowest {
-        let Some(found) = filter_gain(candidate, highest, cut) else {
+        let Some(trial) = Trial::new(candidate, highest, cut) else {
             break;
         };
-        if found.1 <= ENOUGH {
+        let Some(found) = filter_gain(candidate, &trial, highest) else {
+            break;
+        };
+        let enough = if trial.behind() > ENOUGH_BESIDE_QUANTISATION {
+            ENOUGH_BESIDE_QUANTISATION
+        } else {
+            ENOUGH
+        };
+        if found.1 <= enough {
             break;
         }
         // The filter is best described by the widest band that shows it.
@@ -123,8 +135,7 @@ pub(crate) fn below(
 }
 
 /// The filter that describes the spectrum up to a frequency best, and what it gains over none.
-fn filter_gain(candidate: &Candidate<'_>, highest: f64, cut: bool) -> Option<(LowPass, f64)> {
-    let trial = Trial::new(candidate, highest, cut)?;
+fn filter_gain(candidate: &Candidate<'_>, trial: &Trial, highest: f64) -> Option<(LowPass, f64)> {
     let mut best: Option<(LowPass, f64)> = None;
     for (order, widest) in [(1, 12.0), (2, 4.0)] {
         let limit = f64::min(widest * highest, 0.4999 * candidate.sample_rate);

@@ -309,7 +309,12 @@ fn law_overlapping_averages_are_told_without_quantisation() {
                 ..FitOptions::default()
             };
             let fit = whittle(&rate, 100.0, &options).unwrap();
-            assert!(fit.band.front_end.is_some(), "{seed}");
+            assert!(
+                fit.band.front_end.is_some(),
+                "{seed}: {:?} {:?}",
+                fit.coefficients,
+                fit.band
+            );
             assert!(
                 (fit.model.white - 1.0).abs() < 0.01,
                 "{seed}: {}",
@@ -317,6 +322,33 @@ fn law_overlapping_averages_are_told_without_quantisation() {
             );
             assert!(fit.model.gauss_markov.is_empty(), "{seed}");
         }
+    }
+}
+
+/// Quantisation above white noise is not taken for a filter, which would take Q out of the fit: N and Q hold.
+///
+/// 60 records a cell; 0.95 less three of √(0.95·0.05/60) is 0.866. A filter that is not there was seen in one record in ten before.
+#[test]
+fn coverage_beside_quantisation() {
+    for quantisation in [2e-4, 1e-3] {
+        let model = NoiseModel {
+            white: N,
+            quantisation,
+            ..Default::default()
+        };
+        let fits: Vec<CoefficientFit> = (0..60)
+            .into_par_iter()
+            .map(|seed| {
+                let rate = record(&model, 20_000, 100.0, seed + 7000);
+                whittle(&rate, 100.0, &FitOptions::default()).unwrap()
+            })
+            .collect();
+        let share = |f: &dyn Fn(&CoefficientFit) -> bool| {
+            fits.iter().filter(|fit| f(fit)).count() as f64 / fits.len() as f64
+        };
+        assert!(share(&|f| inside(f, Term::White, N)) >= 0.866);
+        assert!(share(&|f| inside(f, Term::Quantisation, quantisation)) >= 0.866);
+        assert!(share(&|f| f.band.cut) <= 0.04);
     }
 }
 

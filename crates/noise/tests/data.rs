@@ -5,7 +5,7 @@ use proofmass_noise::{
     converter_traces, simulate,
 };
 use rand::SeedableRng;
-use rand_distr::{Distribution, StandardNormal};
+use rand_distr::{Distribution, StandardNormal, Uniform};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 fn noise(n: usize, seed: u64) -> Vec<f64> {
@@ -103,6 +103,37 @@ fn law_bursts_lose_nothing() {
     assert!((line.rate / 100.0 - 1.0).abs() < 1e-5, "{}", line.rate);
 }
 
+/// Rows lost at random from an even grid, one in a hundred to one in three: each is a gap, and the rate is that of the grid.
+#[test]
+fn law_rows_lost_from_a_grid_are_gaps() {
+    for (seed, lost) in [(1, 0.01), (2, 0.05), (3, 0.2), (4, 0.33)] {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+        let chance = Uniform::new(0.0, 1.0).unwrap();
+        let mut missing = 0;
+        let mut stamps = Vec::new();
+        for k in 0..20_000 {
+            // The first and the last are there, so that all that is lost lies between.
+            if k == 0 || k == 19_999 || chance.sample(&mut rng) > lost {
+                // Microseconds of a clock that is a little fast.
+                stamps.push((f64::from(k) * 10_000.1).round() * 1e-6);
+            } else {
+                missing += 1;
+            }
+        }
+        let line = clock_line(&stamps, None).unwrap();
+        assert!(
+            (line.rate * 0.010_000_1 - 1.0).abs() < 1e-6,
+            "{lost}: {}",
+            line.rate
+        );
+        assert_eq!(
+            line.slips.iter().map(|s| s.samples).sum::<i64>(),
+            missing,
+            "{lost}"
+        );
+    }
+}
+
 #[test]
 fn refuses_stamps_without_a_clock() {
     assert!(clock_line(&[0.0, 1.0], None).is_err());
@@ -132,6 +163,31 @@ fn known_converter_traces() {
         converter_traces(&held)[..],
         [ConverterTrace::Repeated { share }] if (share - 0.75).abs() < 0.01
     ));
+}
+
+/// An output that stood still is named with its size, also where the values come in steps, and not as a sensor that is slower.
+#[test]
+fn known_standstill() {
+    for lsb in [0.0, 0.5] {
+        let mut y = noise(20_000, 21);
+        if lsb > 0.0 {
+            y.iter_mut().for_each(|v| *v = (*v / lsb).round() * lsb);
+        }
+        let value = y[4000];
+        y[4000..10_000].fill(value);
+        let traces = converter_traces(&y);
+        assert!(
+            matches!(
+                traces[..],
+                [ConverterTrace::Frozen {
+                    first: 3999..=4000,
+                    longest: 6000..=6010,
+                    ..
+                }]
+            ),
+            "{lsb}: {traces:?}"
+        );
+    }
 }
 
 /// Healthy records: white noise, noise in fine steps, a walk.

@@ -124,6 +124,7 @@ impl NoiseReading {
                 unit: self
                     .unit
                     .filter(|_| self.scale.is_none() && !self.phase && kelvin.is_none()),
+                late_stamps: true,
                 ..RecordingOptions::default()
             },
             &absent,
