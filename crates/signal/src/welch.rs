@@ -152,6 +152,13 @@ pub(crate) fn segment_powers(
     rate: f64,
 ) -> Vec<f64> {
     let l = weights.len();
+    if count == 1 {
+        // Alone, half a transform serves: it may be a whole record.
+        let mut segment = vec![0.0; l];
+        window_segment(&signal[..l], weights, detrend, rate, &mut segment);
+        let spectrum = crate::fourier::forward_owned(segment);
+        return spectrum.iter().map(|x| x.norm_sqr()).collect();
+    }
     let segments = Segments {
         signal,
         weights,
