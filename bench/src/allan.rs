@@ -198,7 +198,7 @@ fn main() -> Result<(), Failure> {
     };
     for (who, pass) in [("all threads", seconds(&by_all)), ("one", seconds(&by_one))] {
         println!(
-            "  reading the samples once takes {who} {:.1} ms; ours reads them three times: {:.1} times as long as that alone",
+            "  reading the samples once takes {who} {:.1} ms; ours takes {:.1} times as long as three such readings",
             1e3 * pass,
             oadev.clock / (3.0 * pass)
         );

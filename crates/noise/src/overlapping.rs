@@ -21,7 +21,7 @@ const SHORTEST_ROW: usize = 1 << 12;
 
 /// σ²(m) = 1/(2 m² (N − 2m)) Σ_i (x_{i+2m} − 2 x_{i+m} + x_i)² for every factor m.
 ///
-/// The record is read twice whatever the number of factors. Factors up to 16 384 are taken from a window that slides
+/// The record is read twice whatever the number of factors, which is all that a phase that was not yet read needs. Factors up to 16 384 are taken from a window that slides
 /// over the record. Longer ones, as multiples of a common row length L, from tall blocks: the record
 /// written in rows of L points, x_{i+m} stands m/L rows below x_i, so that a few columns hold everything that their
 /// differences need, whatever m. Factors without a useful common row length are read from the whole phase.

@@ -278,12 +278,18 @@ impl pulp::WithSimd for RunningSum<'_> {
         let (points, rest) = self.out.split_at_mut(whole);
         let (samples, rate) = self.rate.split_at(whole);
         let (points, samples) = (S::as_mut_simd_f64s(points).0, S::as_simd_f64s(samples).0);
+        // Eight registers in one turn of the loop: more samples are on their way from memory.
+        let (groups, points) = points.as_chunks_mut::<8>();
+        let (taken, samples) = samples.as_chunks::<8>();
+        for (points, samples) in groups.iter_mut().zip(taken) {
+            for k in 0..8 {
+                let beyond = simd.sub_f64s(samples[k], level);
+                (points[k], x) = running_sums(simd, x, beyond, behind);
+            }
+        }
         for (point, sample) in points.iter_mut().zip(samples) {
             let beyond = simd.sub_f64s(*sample, level);
-            let before = sums_before(simd, beyond, behind);
-            *point = simd.add_f64s(x, before);
-            let all = simd.add_f64s(before, beyond);
-            x = simd.add_f64s(x, last(simd, all));
+            (*point, x) = running_sums(simd, x, beyond, behind);
         }
         let mut x = first(x);
         for (k, point) in rest.iter_mut().enumerate() {
@@ -302,6 +308,19 @@ const DOUBLINGS: usize = 3;
 fn behind<S: pulp::Simd>(simd: S) -> [S::m64s; DOUBLINGS] {
     let from = |place| simd.mask_between_m64s(place, S::F64_LANES as u64).mask();
     [from(1), from(2), from(4)]
+}
+
+/// Points of these steps from the first, `x`, on, and the one behind them in all places.
+#[inline(always)]
+fn running_sums<S: pulp::Simd>(
+    simd: S,
+    x: S::f64s,
+    steps: S::f64s,
+    behind: [S::m64s; DOUBLINGS],
+) -> (S::f64s, S::f64s) {
+    let before = sums_before(simd, steps, behind);
+    let all = simd.add_f64s(before, steps);
+    (simd.add_f64s(x, before), simd.add_f64s(x, last(simd, all)))
 }
 
 /// In every place of a register the sum of all places before it.
