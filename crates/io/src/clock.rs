@@ -179,10 +179,12 @@ impl ClockEstimator {
         }
     }
 
-    /// Takes stamps that cross their neighbours as jitter.
-    pub(crate) fn with_late_stamps(mut self) -> Self {
-        self.late_stamps = true;
-        self
+    /// Whether stamps that cross their neighbours are jitter.
+    pub(crate) fn with_late_stamps(self, late_stamps: bool) -> Self {
+        Self {
+            late_stamps,
+            ..self
+        }
     }
 
     /// Keeps every gap, for a recording that is in memory anyway.

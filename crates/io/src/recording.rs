@@ -298,12 +298,10 @@ impl Recording {
                         let (scale, finding) =
                             time_scale(reader.layout(), column, options, *stamp)?;
                         findings.extend(finding);
-                        let builder = TimeBaseBuilder::new(scale, options.events);
-                        none.insert(if options.late_stamps {
-                            builder.with_late_stamps()
-                        } else {
-                            builder
-                        })
+                        none.insert(
+                            TimeBaseBuilder::new(scale, options.events)
+                                .with_late_stamps(options.late_stamps),
+                        )
                     }
                 };
                 times.push(*stamp, block.line(row));

@@ -218,9 +218,10 @@ impl TimeBaseBuilder {
         }
     }
 
-    pub(crate) fn with_late_stamps(self) -> Self {
+    /// Whether stamps that cross their neighbours are jitter.
+    pub(crate) fn with_late_stamps(self, late_stamps: bool) -> Self {
         Self {
-            estimator: self.estimator.with_late_stamps(),
+            estimator: self.estimator.with_late_stamps(late_stamps),
             ..self
         }
     }

@@ -192,19 +192,14 @@ impl NoiseJob {
                 .map(|i| i as f64 / rate)
                 .collect(),
         };
-        let traces = channels
-            .iter()
-            .map(|c| {
-                let rows = analysis.rows.0..analysis.rows.1.min(c.rate.len());
-                trace(&steady[rows.clone()], &c.rate[rows])
-            })
-            .collect();
-        let course = temperature.map(|t| {
-            let rows = analysis.rows.0..analysis.rows.1.min(t.len());
-            trace(&steady[rows.clone()], &t[rows])
-        });
+        let course = |values: &[f64]| {
+            let rows = analysis.rows.0..analysis.rows.1.min(values.len());
+            trace(&steady[rows.clone()], &values[rows])
+        };
+        let traces = channels.iter().map(|c| course(c.rate)).collect();
+        let temperature = temperature.map(course);
         let sensors = channels.iter().map(|c| c.sensor).collect();
-        Ok(NoiseOutcome::new(self, data, analysis, sensors, traces).with_temperature(course))
+        Ok(NoiseOutcome::new(self, data, analysis, sensors, traces).with_temperature(temperature))
     }
 
     /// Refuses channels whose differences say nothing of each by itself.

@@ -49,6 +49,11 @@ impl Term {
         }
     }
 
+    /// Whether the coefficient may be negative: that of a ramp.
+    pub fn is_signed(self) -> bool {
+        self == Self::Ramp
+    }
+
     /// The usual words.
     pub fn name(self) -> &'static str {
         match self {

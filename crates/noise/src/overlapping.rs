@@ -21,10 +21,10 @@ const SHORTEST_ROW: usize = 1 << 12;
 
 /// σ²(m) = 1/(2 m² (N − 2m)) Σ_i (x_{i+2m} − 2 x_{i+m} + x_i)² for every factor m.
 ///
-/// The record is read twice whatever the number of factors, which is all that a phase that was not yet read needs. Factors up to 16 384 are taken from a window that slides
-/// over the record. Longer ones, as multiples of a common row length L, from tall blocks: the record
-/// written in rows of L points, x_{i+m} stands m/L rows below x_i, so that a few columns hold everything that their
-/// differences need, whatever m. Factors without a useful common row length are read from the whole phase.
+/// The record is read twice whatever the number of factors; a phase that is not yet read becomes known with the first reading. Factors up
+/// to 16 384 are taken from a window that slides over the record. Longer ones, as multiples of a common row length L, from tall blocks: the
+/// record written in rows of L points, x_{i+m} stands m/L rows below x_i, so that a few columns hold everything that their differences need,
+/// whatever m. Factors without a useful common row length are read from the whole phase.
 ///
 /// Blocks have a fixed size and are summed in order: the result does not depend on the number of threads.
 ///
@@ -34,6 +34,7 @@ pub(crate) fn overlapping_family(phase: &Phase<'_>, factors: &[usize]) -> Vec<Me
     let far: Vec<usize> = factors.iter().copied().filter(|m| *m > NEAR).collect();
     let row = far.iter().fold(0, |a, m| greatest_common_divisor(a, *m));
     if near.is_empty() {
+        // Read before many threads ask for it.
         phase.kept();
     }
     let (near_sums, far_sums) = (

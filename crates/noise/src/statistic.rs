@@ -90,6 +90,15 @@ impl Statistic {
         )
     }
 
+    /// Unit of a deviation of a rate in this unit: itself, or times s.
+    pub fn unit(self, rate: &str) -> String {
+        if self.is_time() {
+            crate::Term::Quantisation.unit(rate)
+        } else {
+            rate.to_owned()
+        }
+    }
+
     /// Effective averaging time of factor m: m τ0, and 0.75 m τ0 for THEO1.
     pub fn tau(self, m: usize, sample_rate: f64) -> f64 {
         let tau = m as f64 / sample_rate;

@@ -79,9 +79,6 @@ pub(crate) fn usable_band(candidate: &Candidate<'_>) -> Band {
         filter,
         front_end: if cut {
             describe(candidate, highest)
-        } else if residual_in_upper_decade(candidate, nyquist, false) {
-            // Averages that overlap are no filter of the forms above, but may be what is left.
-            overlap(candidate)
         } else {
             None
         },
@@ -100,6 +97,13 @@ pub(crate) fn usable_band(candidate: &Candidate<'_>) -> Band {
                 band.highest = narrower;
             }
             return band;
+        }
+        if !moved {
+            // Averages that overlap are no filter of the forms above, but may be what is left; they describe the whole spectrum or nothing.
+            band.front_end = overlap(candidate);
+            if band.front_end.is_some() {
+                return band;
+            }
         }
         narrower /= STEP;
         moved = true;

@@ -83,7 +83,7 @@ fn together(analysis: &Analysis) -> Option<Section> {
         }
         let mut plot = XyPlot::new(
             Axis::log("averaging time τ", "s"),
-            Axis::log(kind.1, deviation_unit(channel, curve)),
+            Axis::log(kind.1, curve.statistic.unit(&channel.unit)),
         )
         .height(380.0);
         for (channel, curve) in same {
@@ -242,13 +242,5 @@ fn channel_section(channel: &ChannelAnalysis, trace: Option<&Trace>) -> Section 
                 },
             )),
         _ => section,
-    }
-}
-
-fn deviation_unit(channel: &ChannelAnalysis, curve: &DeviationCurve) -> String {
-    if curve.statistic.is_time() {
-        Term::Quantisation.unit(&channel.unit)
-    } else {
-        channel.unit.clone()
     }
 }

@@ -63,7 +63,7 @@ impl Welch {
         // What is not finite in any segment shows in the power at zero: no reading of its own looks for it.
         let read = (count - 1) * step + l;
         if !powers[0].is_finite() || signal[read..].iter().any(|v| !v.is_finite()) {
-            check_finite(signal)?;
+            proofmass_core::check::finite("signal", signal)?;
         }
         let squares: f64 = weights.iter().map(|w| w * w).sum();
         let nu = degrees_of_freedom(&weights, step, count);
@@ -99,7 +99,7 @@ impl Welch {
 /// A signal of finite samples that holds a segment.
 pub(crate) fn check(signal: &[f64], rate: f64, segment: usize) -> Result<(), Error> {
     check_shape(signal, rate, segment)?;
-    check_finite(signal)
+    proofmass_core::check::finite("signal", signal)
 }
 
 fn check_shape(signal: &[f64], rate: f64, segment: usize) -> Result<(), Error> {
@@ -127,16 +127,6 @@ fn check_shape(signal: &[f64], rate: f64, segment: usize) -> Result<(), Error> {
         });
     }
     Ok(())
-}
-
-fn check_finite(signal: &[f64]) -> Result<(), Error> {
-    match signal.par_iter().position_first(|v| !v.is_finite()) {
-        None => Ok(()),
-        Some(index) => Err(Error::NotFinite {
-            name: "signal",
-            index,
-        }),
-    }
 }
 
 /// Segments handled by one task; fixed, so that the order of summation does not depend on the threads.

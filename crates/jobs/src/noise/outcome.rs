@@ -187,11 +187,7 @@ impl NoiseOutcome {
                 if index == 1 && channel.compensated.is_some() {
                     name += " without temperature";
                 }
-                let unit = if curve.statistic.is_time() {
-                    Term::Quantisation.unit(&channel.unit)
-                } else {
-                    channel.unit.clone()
-                };
+                let unit = curve.statistic.unit(&channel.unit);
                 for (k, p) in curve.points.iter().enumerate() {
                     let fitted = channel.fitted.get(k).filter(|_| beside);
                     table.push([
@@ -253,13 +249,15 @@ impl NoiseOutcome {
             "parameter",
         ]);
         for channel in &self.analysis.channels {
-            let mut row = |symbol: &str, verdict: &Verdict, unit: &str, parameter: Option<f64>| {
+            let mut row = |symbol: &str,
+                           signed: bool,
+                           verdict: &Verdict,
+                           unit: &str,
+                           parameter: Option<f64>| {
                 let (low, high) = match (verdict.interval(), verdict.upper()) {
                     (Some((low, high)), _) => (Some(low), Some(high)),
                     // A limit of what may have either sign is one of its size.
-                    (None, Some(limit)) if ["R", "K_T"].contains(&symbol) => {
-                        (Some(-limit), Some(limit))
-                    }
+                    (None, Some(limit)) if signed => (Some(-limit), Some(limit)),
                     (None, limit) => (None, limit),
                 };
                 table.push([
@@ -276,19 +274,25 @@ impl NoiseOutcome {
             };
             for c in channel.whittle.iter().flat_map(|f| &f.coefficients) {
                 let parameter = c.parameter.map(|p| p.value);
-                row(c.term.symbol(), &c.verdict, &c.unit, parameter)?;
+                row(
+                    c.term.symbol(),
+                    c.term.is_signed(),
+                    &c.verdict,
+                    &c.unit,
+                    parameter,
+                )?;
             }
             if let Some(t) = channel
                 .whittle
                 .as_ref()
                 .and_then(|f| f.temperature.as_ref())
             {
-                row("K_T", &t.verdict, &t.unit, Some(t.lag))?;
+                row("K_T", true, &t.verdict, &t.unit, Some(t.lag))?;
             }
             for c in channel.robust.iter().flat_map(|r| &r.fit.coefficients) {
                 let parameter = c.parameter.map(|p| p.value);
                 let symbol = format!("{} robust", c.term.symbol());
-                row(&symbol, &c.verdict, &c.unit, parameter)?;
+                row(&symbol, c.term.is_signed(), &c.verdict, &c.unit, parameter)?;
             }
         }
         Ok(table)

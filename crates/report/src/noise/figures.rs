@@ -1,6 +1,5 @@
 //! Figures of a noise analysis.
 
-use super::deviation_unit;
 use crate::{Axis, Series, XyPlot, scientific};
 use proofmass_noise::{ChannelAnalysis, FittedPoint, Term};
 use proofmass_signal::Trace;
@@ -43,7 +42,7 @@ pub(super) fn stability(channel: &ChannelAnalysis) -> Option<XyPlot> {
         let of = |p: &&proofmass_noise::DeviationPoint| p.interval.map_or(p.deviation, side);
         points.iter().map(of).collect()
     };
-    let unit = deviation_unit(channel, curve);
+    let unit = curve.statistic.unit(&channel.unit);
     let mut plot = XyPlot::new(
         Axis::log("averaging time τ", "s"),
         Axis::log(curve.statistic.abbreviation(), unit),

@@ -1,6 +1,5 @@
 //! Tables of a noise analysis.
 
-use super::deviation_unit;
 use crate::{Cell, Column, Table, scientific};
 use proofmass_noise::{
     Analysis, ChannelAnalysis, Coefficient, DeviationCurve, Disturbance, DisturbanceKind,
@@ -41,7 +40,7 @@ pub(super) fn coefficients(analysis: &Analysis) -> Table {
             continue;
         };
         for c in &fit.coefficients {
-            let (value, interval, word) = words(&c.verdict, c.term == Term::Ramp);
+            let (value, interval, word) = words(&c.verdict, c.term.is_signed());
             table = table.row([
                 Cell::text(channel.name.clone()),
                 Cell::text(name(c)),
@@ -120,7 +119,7 @@ pub(super) fn robust(analysis: &Analysis) -> Option<Table> {
             if !matches!(c.term, Term::White | Term::Flicker | Term::RandomWalk) {
                 continue;
             }
-            let (value, interval, _) = words(&c.verdict, c.term == Term::Ramp);
+            let (value, interval, _) = words(&c.verdict, c.term.is_signed());
             let ordinary = fit.value(c.term);
             let difference = robust.differences.iter().find(|d| d.0 == c.term);
             table = table.row([
@@ -284,7 +283,7 @@ pub(super) fn deviations(
     curve: &DeviationCurve,
     without: &str,
 ) -> Table {
-    let unit = deviation_unit(channel, curve);
+    let unit = curve.statistic.unit(&channel.unit);
     let name = curve.statistic.abbreviation();
     let mut table = Table::new(
         format!(
