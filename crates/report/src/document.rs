@@ -1,39 +1,68 @@
 //! The document: sections of blocks, without a word about how they look.
 
 use crate::Plot;
+use crate::columns::Rounding;
 use crate::number::minus_signs;
 use proofmass_uncertainty::{Finding, Quantity};
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 /// A report as data.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     /// Title, on top and in the window.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub title: String,
     /// One line under the title; empty for none.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub subtitle: String,
     /// Language of the text as a BCP 47 tag, `en` by default.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub language: String,
     /// Label and value of what a reader files it by: device, date, operator, version.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub meta: Vec<(String, String)>,
     /// What to doubt, shown before everything else.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub findings: Vec<Finding>,
     /// The sections, in order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sections: Vec<Section>,
     /// Last line; empty for none.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub footer: String,
 }
 
 /// A titled part of a report.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Section {
+    /// Where it is printed.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub place: Place,
     /// Heading.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub title: String,
     /// What stands in it, in order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub blocks: Vec<Block>,
 }
 
+/// Where a section is printed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Place {
+    /// On the page alone.
+    #[default]
+    Page,
+    /// On the page and in the summary of a terminal.
+    Both,
+    /// In the summary of a terminal alone.
+    Summary,
+}
+
 /// One piece of a section.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Block {
     /// Running text.
     Paragraph(String),
@@ -60,44 +89,71 @@ pub enum Block {
 }
 
 /// One number a reader came for.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct KeyFigure {
     /// What it is.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub label: String,
     /// The number as printed.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub value: String,
     /// Its unit; empty for none.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub unit: String,
     /// A small line below; empty for none.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub note: String,
 }
 
 /// Columns, rows and notes.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Table {
+    /// Name of the file that holds the table as CSV; empty for none.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub file: String,
     /// Caption; empty for none.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub caption: String,
     /// The columns, left to right.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub columns: Vec<Column>,
     /// The rows; each as long as `columns`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rows: Vec<Vec<Cell>>,
     /// Notes below the table.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
 }
 
-/// Heading, unit and alignment of a table column.
-#[derive(Clone, Debug, PartialEq)]
+/// Heading, unit and alignment of a table column, its name in a file and how its numbers are rounded.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Column {
-    /// Heading.
+    /// Name in the file, unit included (`bias_m/s2`); empty where only the page shows the column.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub name: String,
+    /// Name of the standard uncertainty in the file, where the cells are values with theirs.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub uncertainty: String,
+    /// Heading on the page; empty where only the file has the column.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub heading: String,
     /// Unit of all numbers in the column; empty for none or where units differ.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub unit: String,
     /// How cells are aligned.
+    #[serde(default, skip_serializing_if = "is_default")]
     pub alignment: Alignment,
+    /// What a value of the file is multiplied by to be in the unit of the page.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scale: Option<f64>,
+    /// How values are printed on the page.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub rounding: Rounding,
 }
 
 /// How the cells of a column are aligned.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Alignment {
     /// Left, for text.
     #[default]
@@ -111,13 +167,19 @@ pub enum Alignment {
 }
 
 /// One entry of a table.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
 pub enum Cell {
+    /// A number as it is: a file holds it whole, a page rounds it as its column says.
+    Value(f64),
+    /// A value and its standard uncertainty: two columns of a file (`x`, `u_x`), `value(u)` on a page.
+    Estimate(f64, f64),
     /// Text.
     Text(String),
     /// A number as printed by the caller; a leading hyphen becomes a minus sign, `e-5` a power of ten.
     Number {
         /// The digits.
+        #[serde(rename = "number")]
         text: String,
     },
     /// A quantity, printed as it prints itself, `value(u)` with two digits of standard uncertainty; its unit
@@ -129,9 +191,10 @@ pub enum Cell {
 }
 
 /// A plot with its caption.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Figure {
     /// Caption.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub caption: String,
     /// What is drawn.
     pub plot: Plot,
@@ -175,6 +238,56 @@ impl Report {
         self
     }
 
+    /// The page and the summary of one result as one report, whose sections know where they are printed.
+    ///
+    /// A section that both have is kept once.
+    #[must_use]
+    pub fn with_summary(mut self, summary: Self) -> Self {
+        let mut after = 0;
+        for mut section in summary.sections {
+            match self.sections.iter().position(|s| *s == section) {
+                Some(at) => {
+                    self.sections[at].place = Place::Both;
+                    after = at + 1;
+                }
+                None => {
+                    section.place = Place::Summary;
+                    self.sections.insert(after, section);
+                    after += 1;
+                }
+            }
+        }
+        self
+    }
+
+    /// The sections for a place: the page, or else the summary of a terminal.
+    #[must_use]
+    pub fn of(mut self, place: Place) -> Self {
+        self.sections
+            .retain(|s| s.place == Place::Both || s.place == place);
+        self
+    }
+
+    /// Every table that names a file, in the order of the page.
+    pub fn filed_tables(&self) -> Vec<&Table> {
+        fn collect<'a>(blocks: &'a [Block], list: &mut Vec<&'a Table>) {
+            for block in blocks {
+                match block {
+                    Block::Table(table) => list.push(table),
+                    Block::Beside(tables) => list.extend(tables),
+                    Block::Folded { blocks, .. } => collect(blocks, list),
+                    _ => {}
+                }
+            }
+        }
+        let mut list = Vec::new();
+        for section in &self.sections {
+            collect(&section.blocks, &mut list);
+        }
+        list.retain(|table| !table.file.is_empty());
+        list
+    }
+
     /// Sets the last line.
     #[must_use]
     pub fn footer(mut self, text: impl Into<String>) -> Self {
@@ -188,8 +301,15 @@ impl Section {
     pub fn new(title: impl Into<String>) -> Self {
         Self {
             title: title.into(),
-            blocks: Vec::new(),
+            ..Self::default()
         }
+    }
+
+    /// Shows the section in the summary of a terminal too.
+    #[must_use]
+    pub fn summarised(mut self) -> Self {
+        self.place = Place::Both;
+        self
     }
 
     /// Adds any block.
@@ -307,6 +427,30 @@ impl Table {
         self.notes.push(note.into());
         self
     }
+
+    /// Names the file that holds the table as CSV.
+    #[must_use]
+    pub fn file(mut self, name: impl Into<String>) -> Self {
+        self.file = name.into();
+        self
+    }
+
+    /// The table without the columns that only the file has.
+    pub(crate) fn printed(&self) -> Cow<'_, Self> {
+        let shown = |c: &Column| c.name.is_empty() || !c.heading.is_empty();
+        if self.columns.iter().all(shown) {
+            return Cow::Borrowed(self);
+        }
+        let kept: Vec<usize> = (0..self.columns.len())
+            .filter(|i| shown(&self.columns[*i]))
+            .collect();
+        let of = |row: &Vec<Cell>| kept.iter().filter_map(|i| row.get(*i).cloned()).collect();
+        Cow::Owned(Self {
+            columns: kept.iter().map(|i| self.columns[*i].clone()).collect(),
+            rows: self.rows.iter().map(of).collect(),
+            ..self.clone()
+        })
+    }
 }
 
 impl Column {
@@ -314,8 +458,8 @@ impl Column {
     pub fn text(heading: impl Into<String>) -> Self {
         Self {
             heading: heading.into(),
-            unit: String::new(),
             alignment: Alignment::Left,
+            ..Self::default()
         }
     }
 
@@ -325,6 +469,7 @@ impl Column {
             heading: heading.into(),
             unit: unit.into(),
             alignment: Alignment::Decimal,
+            ..Self::default()
         }
     }
 
@@ -351,4 +496,8 @@ impl Cell {
     pub fn number(text: impl Into<String>) -> Self {
         Self::Number { text: text.into() }
     }
+}
+
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
 }

@@ -114,7 +114,7 @@ impl Page {
             Block::Beside(tables) => {
                 self.out.push_str("<div class=\"beside\">\n");
                 for table in tables {
-                    self.grid(table, None)?;
+                    self.grid(&table.printed(), None)?;
                 }
                 self.out.push_str("</div>\n");
             }
@@ -223,6 +223,7 @@ impl Page {
     }
 
     fn table(&mut self, table: &Table) -> Result<(), Error> {
+        let table = &*table.printed();
         let number = (!table.caption.is_empty()).then(|| {
             self.tables += 1;
             format!("Table {}.", self.tables)

@@ -24,6 +24,7 @@
 //! needs no network, no font and no script.
 
 mod bias;
+mod columns;
 mod comparison;
 mod compensation;
 mod coverage;
@@ -59,10 +60,13 @@ mod validation;
 mod velocity;
 
 pub use bias::{BiasLine, BiasReport};
+pub use columns::{Field, Rounding};
 pub use comparison::ComparisonReport;
 pub use compensation::CompensationReport;
 pub use deconvolution::DeconvolutionReport;
-pub use document::{Alignment, Block, Cell, Column, Figure, KeyFigure, Report, Section, Table};
+pub use document::{
+    Alignment, Block, Cell, Column, Figure, KeyFigure, Place, Report, Section, Table,
+};
 pub use error::Error;
 pub use head::Head;
 pub use linearity::LinearityReport;

@@ -136,10 +136,32 @@ pub(crate) fn quotient(quantity: &str, unit: &str) -> String {
 /// The text of a cell under its column.
 pub(crate) fn cell_text(cell: &Cell, column: &Column, row: usize) -> Result<String, Error> {
     Ok(match cell {
+        Cell::Value(value) => {
+            let value = finite(*value, column, row)? * column.scale.unwrap_or(1.0);
+            minus(&column.rounding.text(value))
+        }
+        Cell::Estimate(value, u) => {
+            let scale = column.scale.unwrap_or(1.0);
+            concise(
+                finite(*value, column, row)? * scale,
+                finite(*u, column, row)? * scale.abs(),
+            )
+        }
         Cell::Text(text) => text.clone(),
         Cell::Number { text } => minus(text),
         Cell::Quantity(quantity) => quantity_text(quantity, column, row)?,
         Cell::Empty => String::new(),
+    })
+}
+
+fn finite(value: f64, column: &Column, row: usize) -> Result<f64, Error> {
+    if value.is_finite() {
+        return Ok(value);
+    }
+    Err(Error::NotFinite {
+        series: column.heading.clone(),
+        index: row,
+        value,
     })
 }
 

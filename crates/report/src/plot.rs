@@ -30,11 +30,13 @@ pub use sphere::{SpherePlot, SpherePoint};
 pub use xy::{Panel, ReferenceLine, Series, Shade, Slope, Style, XyPlot};
 
 use crate::Error;
+use serde::{Deserialize, Serialize};
 
 pub(crate) use svg::{escape, text_width};
 
 /// Any plot.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Plot {
     /// Series over a common axis, in one or more panels.
     Xy(XyPlot),

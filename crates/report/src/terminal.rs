@@ -175,6 +175,7 @@ impl Text {
     }
 
     fn table(&mut self, table: &Table) -> Result<(), Error> {
+        let table = &*table.printed();
         check_shape(table)?;
         if !table.caption.is_empty() {
             self.wrapped(&table.caption, "");

@@ -4,9 +4,11 @@ use super::svg::power_of_ten;
 use super::ticks::{self, Ticks, widened};
 use crate::Error;
 use crate::number::quotient;
+use serde::{Deserialize, Serialize};
 
 /// Division of an axis.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Scale {
     /// Equal steps.
     #[default]
@@ -16,15 +18,18 @@ pub enum Scale {
 }
 
 /// What an axis measures.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Axis {
     /// Name of the quantity.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub label: String,
     /// Its unit; empty or `1` for a pure number.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub unit: String,
     /// Linear or logarithmic.
     pub scale: Scale,
     /// Range shown; `None` for that of the data.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub range: Option<(f64, f64)>,
 }
 

@@ -4,26 +4,31 @@ use super::svg::{Anchor, Svg, WIDEST, shortened, text_width};
 use super::{check_finite, colour};
 use crate::Error;
 use crate::number::{minus, scientific};
+use serde::{Deserialize, Serialize};
 
 /// Named bars, drawn in the order given.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BarPlot {
     /// What the length means, under the bars.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub label: String,
     /// The bars.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bars: Vec<Bar>,
     /// Whether the lengths are shares between 0 and 1, printed in per cent.
     pub shares: bool,
 }
 
 /// One bar.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bar {
     /// Name, left of the bar.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub name: String,
     /// Length; a negative one, such as the share of inputs that cancel, reaches to the left of zero.
     pub value: f64,
     /// Words after the number; empty for none.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub note: String,
 }
 

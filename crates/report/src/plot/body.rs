@@ -4,6 +4,7 @@ use super::colour;
 use super::svg::{Anchor, Svg};
 use super::{check_finite, check_length};
 use crate::Error;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// One surface in several deformed states, seen from the same point.
@@ -11,24 +12,30 @@ use std::collections::BTreeMap;
 /// Orthographic view from the side of the rising face; colour is the size of the displacement over its largest, light
 /// falls from above. The edges of the body at rest are thin lines. Displacements are drawn so that the largest is a
 /// tenth of the body.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BodyPlot {
     /// Points of the surface at rest.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub points: Vec<[f64; 3]>,
     /// Triangles, corners turning outwards.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub triangles: Vec<[u32; 3]>,
     /// States.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub states: Vec<BodyState>,
 }
 
 /// One deformed state.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BodyState {
     /// Words above it.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub title: String,
     /// Words below it, smaller.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub note: String,
     /// Displacement of every point, in any unit.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub displacement: Vec<[f64; 3]>,
 }
 

@@ -4,21 +4,26 @@ use super::axis::{Axis, Scale};
 use super::xy::{Series, XyPlot};
 use super::{check_finite, check_length};
 use crate::Error;
+use serde::{Deserialize, Serialize};
 
 /// Bins with given heights; nothing is counted here.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HistogramPlot {
     /// Horizontal axis.
     pub x: Axis,
     /// Vertical axis: counts or density.
     pub y: Axis,
     /// Edges of the bins, rising, one more than heights.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub edges: Vec<f64>,
     /// Heights of the bins.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub heights: Vec<f64>,
     /// Curves over the bins.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub curves: Vec<Series>,
     /// Marks with labels, such as the ends of a coverage interval.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub marks: Vec<(f64, String)>,
 }
 

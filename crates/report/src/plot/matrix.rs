@@ -5,13 +5,16 @@ use super::{check_finite, check_length, colour};
 use crate::Error;
 use crate::number::minus;
 use proofmass_uncertainty::Covariance;
+use serde::{Deserialize, Serialize};
 
 /// A square matrix of numbers between −1 and 1 with names of rows and columns.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MatrixPlot {
     /// Names, one per row.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub names: Vec<String>,
     /// Row-major, n × n; `None` where there is no correlation to speak of.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub elements: Vec<Option<f64>>,
 }
 

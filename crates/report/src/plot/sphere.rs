@@ -5,6 +5,7 @@ use super::svg::{Anchor, Svg, text_width};
 use super::ticks::{self, Ticks};
 use super::{check_finite, colour};
 use crate::Error;
+use serde::{Deserialize, Serialize};
 
 /// Directions, each coloured by a value.
 ///
@@ -12,26 +13,30 @@ use crate::Error;
 /// a book about their common +x point. Radius ρ = √(1 − |cos θ|), so equal areas on the sphere are equal on
 /// paper and clusters or holes of attitudes show as what they are. Positive values are discs, negative ones
 /// squares, so that the sign survives a black and white print.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SpherePlot {
     /// The points.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub points: Vec<SpherePoint>,
     /// What the value is, beside the colour bar.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub value_label: String,
     /// Its unit; empty or `1` for a pure number.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub unit: String,
     /// Names of the three axes.
     pub axes: [String; 3],
 }
 
 /// A direction with a value.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SpherePoint {
     /// Direction; its length is ignored.
     pub direction: [f64; 3],
     /// Value, shown by colour.
     pub value: f64,
     /// Label beside the point; empty for none.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub label: String,
 }
 

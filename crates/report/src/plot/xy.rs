@@ -1,6 +1,7 @@
 //! Series over a common horizontal axis, in one panel or several stacked ones.
 
 use super::axis::Axis;
+use serde::{Deserialize, Serialize};
 
 /// Panels stacked over one horizontal axis.
 ///
@@ -15,58 +16,72 @@ use super::axis::Axis;
 /// assert!(Plot::from(bode).svg("Frequency response", "bode")?.starts_with("<svg"));
 /// # Ok::<(), proofmass_report::Error>(())
 /// ```
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct XyPlot {
     /// The common horizontal axis.
     pub x: Axis,
     /// From top to bottom.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub panels: Vec<Panel>,
     /// Width in pixels.
     pub width: f64,
 }
 
 /// One rectangle of an [`XyPlot`].
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Panel {
     /// Vertical axis.
     pub y: Axis,
     /// What is drawn, first below.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub series: Vec<Series>,
     /// Horizontal reference lines.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub horizontal: Vec<ReferenceLine>,
     /// Vertical reference lines.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub vertical: Vec<ReferenceLine>,
     /// Power laws for comparison.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub slopes: Vec<Slope>,
     /// Shaded intervals of the horizontal axis.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub shades: Vec<Shade>,
     /// Words at a place: x, y, text.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<(f64, f64, String)>,
     /// Height of the rectangle in pixels.
     pub height: f64,
 }
 
 /// Points with what surrounds them.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Series {
     /// Name in the legend; empty for none.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub name: String,
     /// Abscissae.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub x: Vec<f64>,
     /// Ordinates.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub y: Vec<f64>,
     /// Line, markers or both.
     pub style: Style,
     /// Lower and upper end of a bar at each point, as ordinates.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bars: Option<(Vec<f64>, Vec<f64>)>,
     /// Lower and upper edge of a filled band, as ordinates.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub band: Option<(Vec<f64>, Vec<f64>)>,
     /// Colour, dash and marker by number; `None` takes the place in the panel.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub look: Option<usize>,
 }
 
 /// How the points of a series are shown.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Style {
     /// Joined by straight lines.
     #[default]
@@ -80,18 +95,20 @@ pub enum Style {
 }
 
 /// A labelled straight line across a panel.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReferenceLine {
     /// Where.
     pub at: f64,
     /// Label; empty for none.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub label: String,
 }
 
 /// A power law y = y₀ (x/x₀)ⁿ, straight where both axes are logarithmic.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Slope {
     /// Label, such as `τ⁻¹ᐟ²`.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub label: String,
     /// A point it passes through.
     pub through: (f64, f64),
@@ -100,11 +117,13 @@ pub struct Slope {
 }
 
 /// Shaded intervals of the horizontal axis, with one name in the legend.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Shade {
     /// Name in the legend; empty for none.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub name: String,
     /// From and to.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub intervals: Vec<(f64, f64)>,
 }
 

@@ -1,0 +1,217 @@
+//! The columns of a row type, declared once: file, page and terminal are made from it.
+
+use crate::document::{Alignment, Cell, Column, Table};
+use crate::number::{freedom, plain, scientific, two_digits};
+use serde::{Deserialize, Serialize};
+
+/// How the values of a column are printed on a page. A file holds them whole.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Rounding {
+    /// As many digits as bring the number back.
+    #[default]
+    Exact,
+    /// So many decimals.
+    Decimals(u8),
+    /// So many decimals, with a sign always.
+    Signed(u8),
+    /// So many significant digits, with a power of ten where it is shorter.
+    Significant(u8),
+    /// So many decimals of a number with a power of ten.
+    Power(u8),
+    /// Three decimals at most and no needless zeros.
+    Plain,
+    /// Two significant digits.
+    TwoDigits,
+    /// Degrees of freedom: `∞` where Student's t is the normal distribution.
+    Freedom,
+}
+
+impl Rounding {
+    /// A number as it is printed.
+    pub fn text(self, value: f64) -> String {
+        match self {
+            Self::Exact => value.to_string(),
+            Self::Decimals(n) => format!("{value:.*}", usize::from(n)),
+            Self::Signed(n) => format!("{value:+.*}", usize::from(n)),
+            Self::Significant(n) => scientific(value, usize::from(n)),
+            Self::Power(n) => format!("{value:.*e}", usize::from(n)),
+            Self::Plain => plain(value),
+            Self::TwoDigits => two_digits(value),
+            Self::Freedom => freedom(value),
+        }
+    }
+}
+
+/// One column of a row type: its name in a file, its heading on a page, and where its value comes from.
+///
+/// ```
+/// use proofmass_report::{Cell, Field, Rounding, Table};
+///
+/// struct Reading { angle: f64, output: (f64, f64), label: &'static str }
+/// let fields = [
+///     Field::new("label", |r: &Reading| r.label.into()).page("reading", ""),
+///     Field::new("angle_rad", |r: &Reading| r.angle.into()).page("angle", "°").scaled(57.29577951308232).rounded(Rounding::Decimals(1)),
+///     Field::estimate("output_V", "u_output_V", |r: &Reading| Some(r.output)).page("output", "V"),
+/// ];
+/// let readings = [Reading { angle: 0.5, output: (0.98, 0.001), label: "a" }];
+/// let table = Table::of("Readings", fields, &readings).file("readings.csv");
+/// assert_eq!(table.rows[0][1], Cell::Value(0.5));
+/// let (names, rows) = table.records();
+/// assert_eq!(names, ["label", "angle_rad", "output_V", "u_output_V"]);
+/// assert_eq!(rows[0][3], Cell::Value(0.001));
+/// ```
+pub struct Field<'a, R> {
+    column: Column,
+    get: Box<dyn Fn(&R) -> Cell + 'a>,
+}
+
+impl<'a, R> Field<'a, R> {
+    /// A column of a file, with the name it has there (unit included: `bias_m/s2`); an empty name keeps it out of the file.
+    ///
+    /// Without [`page`](Self::page) no page shows it.
+    pub fn new(name: impl Into<String>, get: impl Fn(&R) -> Cell + 'a) -> Self {
+        Self {
+            column: Column {
+                name: name.into(),
+                alignment: Alignment::Decimal,
+                ..Column::default()
+            },
+            get: Box::new(get),
+        }
+    }
+
+    /// Two columns of a file, a value and its standard uncertainty; one of a page, `value(u)`.
+    pub fn estimate(
+        name: impl Into<String>,
+        uncertainty: impl Into<String>,
+        get: impl Fn(&R) -> Option<(f64, f64)> + 'a,
+    ) -> Self {
+        let pair = move |row: &R| get(row).map_or(Cell::Empty, |(v, u)| Cell::Estimate(v, u));
+        let mut field = Self::new(name, pair);
+        field.column.uncertainty = uncertainty.into();
+        field
+    }
+
+    /// Shows it on the page, under this heading and unit.
+    #[must_use]
+    pub fn page(mut self, heading: impl Into<String>, unit: impl Into<String>) -> Self {
+        self.column.heading = heading.into();
+        self.column.unit = unit.into();
+        self
+    }
+
+    /// How the page rounds its values.
+    #[must_use]
+    pub fn rounded(mut self, rounding: Rounding) -> Self {
+        self.column.rounding = rounding;
+        self
+    }
+
+    /// What the values are multiplied by to be in the unit of the page.
+    #[must_use]
+    pub fn scaled(mut self, factor: f64) -> Self {
+        self.column.scale = Some(factor);
+        self
+    }
+
+    /// Aligned left, as text is.
+    #[must_use]
+    pub fn left(mut self) -> Self {
+        self.column.alignment = Alignment::Left;
+        self
+    }
+}
+
+impl Table {
+    /// The table of these rows.
+    pub fn of<'r, R: 'r>(
+        caption: impl Into<String>,
+        fields: impl IntoIterator<Item = Field<'r, R>>,
+        rows: impl IntoIterator<Item = impl std::borrow::Borrow<R>>,
+    ) -> Self {
+        let fields: Vec<Field<'r, R>> = fields.into_iter().collect();
+        let cells = |row: &R| fields.iter().map(|f| (f.get)(row)).collect();
+        let rows: Vec<Vec<Cell>> = rows.into_iter().map(|row| cells(row.borrow())).collect();
+        let mut columns: Vec<Column> = fields.into_iter().map(|f| f.column).collect();
+        // A column of words stands left.
+        for (i, column) in columns.iter_mut().enumerate() {
+            let mut filled = rows.iter().map(|r| &r[i]).filter(|c| **c != Cell::Empty);
+            if filled.clone().next().is_some() && filled.all(|c| matches!(c, Cell::Text(_))) {
+                column.alignment = Alignment::Left;
+            }
+        }
+        Self {
+            caption: caption.into(),
+            columns,
+            rows,
+            ..Self::default()
+        }
+    }
+
+    /// Names and rows as a file has them: numbers whole, a value and its uncertainty in two columns.
+    pub fn records(&self) -> (Vec<String>, Vec<Vec<Cell>>) {
+        let filed: Vec<usize> = (0..self.columns.len())
+            .filter(|i| !self.columns[*i].name.is_empty())
+            .collect();
+        let mut names = Vec::new();
+        for &i in &filed {
+            let column = &self.columns[i];
+            names.push(column.name.clone());
+            if !column.uncertainty.is_empty() {
+                names.push(column.uncertainty.clone());
+            }
+        }
+        let record = |row: &Vec<Cell>| {
+            let mut record = Vec::with_capacity(names.len());
+            for &i in &filed {
+                match &row[i] {
+                    Cell::Estimate(value, u) => {
+                        record.extend([Cell::Value(*value), Cell::Value(*u)]);
+                    }
+                    cell => {
+                        record.push(cell.clone());
+                        if !self.columns[i].uncertainty.is_empty() {
+                            record.push(Cell::Empty);
+                        }
+                    }
+                }
+            }
+            record
+        };
+        let rows = self.rows.iter().map(record).collect();
+        (names, rows)
+    }
+}
+
+impl From<f64> for Cell {
+    fn from(value: f64) -> Self {
+        Self::Value(value)
+    }
+}
+
+impl From<usize> for Cell {
+    fn from(value: usize) -> Self {
+        Self::Number {
+            text: value.to_string(),
+        }
+    }
+}
+
+impl From<&str> for Cell {
+    fn from(text: &str) -> Self {
+        Self::Text(text.into())
+    }
+}
+
+impl From<String> for Cell {
+    fn from(text: String) -> Self {
+        Self::Text(text)
+    }
+}
+
+impl<T: Into<Cell>> From<Option<T>> for Cell {
+    fn from(value: Option<T>) -> Self {
+        value.map_or(Self::Empty, Into::into)
+    }
+}
