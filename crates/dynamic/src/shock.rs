@@ -1,6 +1,7 @@
 //! Shock calibration: the pulse, its measures, and the sensitivity against a reference.
 
 mod doubts;
+mod pair_doubts;
 mod pulse;
 mod quiet;
 mod sensitivity;

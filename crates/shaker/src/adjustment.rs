@@ -14,7 +14,6 @@ mod parts;
 pub(crate) use parts::Part;
 
 use super::budget::{Acts, Budget};
-use super::fit::missing::Group;
 use super::free_phase;
 use super::matrix::{Matrix, from_real, to_real};
 use super::observation::{PhasorRow, SpuriousTable, ascending};
@@ -73,6 +72,15 @@ pub(crate) struct Adjustment {
     free: Vec<bool>,
     /// Parameters that stay zero: imaginary parts of the terms that phases are counted from.
     real: Vec<usize>,
+}
+
+/// What one draw of a missing angle belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Group {
+    /// A gluing: wedge and rotation.
+    Configuration,
+    /// A wedge.
+    Inclination,
 }
 
 /// What the residuals say of an angle that is not in the budget.

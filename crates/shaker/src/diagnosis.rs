@@ -4,6 +4,7 @@ mod causes;
 mod certificate;
 mod completeness;
 mod conventions;
+mod explanation;
 mod search;
 mod trial;
 mod words;

@@ -6,9 +6,9 @@
 //! runs that excite two axes together. The φ are found here well enough for a linear model; in the adjustment the outputs
 //! of a run are turned to where they are predicted, and the direction of that turn has no weight.
 
+use super::excitation::{directions, solve};
 use super::matrix::{Matrix, row_times};
 use super::observation::{PhasorRow, SpuriousTable, ascending};
-use super::robust::{directions, solve};
 use num_complex::Complex64;
 
 /// Standard deviation of a phase that nobody knows, rad: that of an even one over the whole turn. Beside it every reading is

@@ -20,6 +20,7 @@ pub mod check;
 pub mod check_standard;
 pub mod derived;
 pub mod diagnosis;
+mod excitation;
 pub mod fit;
 mod flat_top;
 mod free_phase;
@@ -43,7 +44,7 @@ pub mod transverse;
 
 pub use budget::{Acts, Budget, Key, ShakerInput};
 pub use campaign::{
-    AngleResult, Contested, Correction, FrequencyResult, MethodResult, PublishedResult, RunResult,
+    AngleResult, Contested, FrequencyResult, MethodResult, PublishedResult, RunResult,
     ShakerCalibration, ShakerCampaign, ShakerMethod, TermDifference, calibrate,
 };
 pub use check::{adopt, check};
@@ -54,7 +55,7 @@ pub use fit::{
 };
 pub use geometry::Configuration;
 pub use monte_carlo::{ComponentCheck, FrequencyCheck};
-pub use observation::{PhasorRow, Spurious, SpuriousTable};
+pub use observation::{Correction, PhasorRow, Spurious, SpuriousTable};
 pub use output_unit::OutputUnit;
 pub use screening::{Observations, observations, with_certificate};
 pub use swapped_cables::swapped_cables;

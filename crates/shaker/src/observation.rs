@@ -153,3 +153,12 @@ impl SpuriousTable {
         })
     }
 }
+
+/// One measurement of the spurious motion, or none.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Correction {
+    /// Label, such as `none` or `second`.
+    pub label: String,
+    /// The ratios.
+    pub table: SpuriousTable,
+}

@@ -1,11 +1,11 @@
 //! What a plan will achieve before anything is measured, and the best of the candidate configurations.
 
 use super::budget::Budget;
+use super::excitation::directions;
 use super::fit::complex;
 use super::geometry::Configuration;
 use super::matrix::{AXES, Matrix, row_times};
 use super::observation::{PhasorRow, SpuriousTable};
-use super::robust::directions;
 use faer::{Mat, Side};
 use num_complex::Complex64;
 use proofmass_core::Error;

@@ -2,6 +2,7 @@
 
 mod axis;
 mod consistency;
+mod findings;
 
 pub use axis::{AxisTrack, BiasEstimate};
 pub use consistency::{Consistency, DeviatingRest};
@@ -176,7 +177,7 @@ impl BiasTracking {
         };
         let [x, y, z] = &self.noise;
         let axes = [of(0, x)?, of(1, y)?, of(2, z)?];
-        let findings = consistency::findings(&axes, means);
+        let findings = findings::findings(&axes, means);
         let mut quantities = Vec::with_capacity(3);
         for (k, name) in ["bias.x", "bias.y", "bias.z"].into_iter().enumerate() {
             let end = axes[k].end();

@@ -1,5 +1,6 @@
 //! Multi-position calibration: bias, scale factors and misalignments from standstills in many attitudes.
 
+mod assembly;
 mod causes;
 mod compensated;
 mod evidence;
@@ -12,6 +13,7 @@ mod observability;
 mod problem;
 mod solved;
 mod suspects;
+mod term_equations;
 mod terms;
 mod wiring;
 

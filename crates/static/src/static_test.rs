@@ -10,9 +10,9 @@ mod tilt;
 mod zero_g;
 
 pub use centrifuge::Centrifuge;
-pub use linearity::{Linearity, PolynomialOrder};
+pub use linearity::Linearity;
 pub use orthogonality::Orthogonality;
-pub use readings::{CommonError, ReadingResidual, StaticFit};
+pub use readings::{CommonError, PolynomialOrder, ReadingResidual, StaticFit};
 pub use sensitivity::Sensitivity;
 pub use stability::{DatedEstimate, Drift, MONTH, Stability, StabilityFit};
 pub use tilt::Tilt;

@@ -3,6 +3,7 @@
 mod averaged;
 mod blocks;
 mod branches;
+mod coefficients;
 mod correlated_noise;
 mod findings;
 mod fit;
@@ -12,7 +13,7 @@ mod warm_up;
 
 pub use blocks::{Attitude, Blocks};
 pub use branches::Hysteresis;
-pub use fit::{AxisFit, OrderFit, TemperatureFit};
+pub use coefficients::{AxisFit, OrderFit, TemperatureFit};
 pub use steps::OutputStep;
 pub use warm_up::SelfHeating;
 

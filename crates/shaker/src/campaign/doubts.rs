@@ -1,7 +1,7 @@
 //! Doubts about a campaign as a whole.
 
-use super::{Correction, MethodResult};
-use crate::observation::PhasorRow;
+use super::MethodResult;
+use crate::observation::{Correction, PhasorRow};
 use proofmass_uncertainty::{Finding, Severity};
 
 /// Places of the campaign that a correction says nothing about.

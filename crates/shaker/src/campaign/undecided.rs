@@ -1,12 +1,12 @@
 //! Runs that contradict the others while nobody has decided about them.
 
-use super::{Correction, MethodResult, ShakerCampaign, ShakerMethod, frequency_result};
+use super::{MethodResult, ShakerCampaign, ShakerMethod, frequency_result};
 use crate::budget::Budget;
 use crate::diagnosis::SuspectRun;
 use crate::fit::{FrequencyFit, complex};
 use crate::geometry::Configuration;
 use crate::matrix::{AXES, Matrix, from_real};
-use crate::observation::{PhasorRow, ascending};
+use crate::observation::{Correction, PhasorRow, ascending};
 use crate::plan::conditioning;
 use proofmass_core::Error;
 use proofmass_uncertainty::{Finding, Severity};

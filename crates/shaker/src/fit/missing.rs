@@ -1,7 +1,7 @@
 //! Angles that a glued device on wedges has and the budget does not: what the runs say of them.
 
 use super::upper_tail;
-use crate::adjustment::{Adjustment, Score};
+use crate::adjustment::{Adjustment, Group, Score};
 use crate::budget::{Acts, Budget, ShakerInput};
 use crate::observation::{PhasorRow, SpuriousTable};
 use proofmass_uncertainty::{Finding, Severity};
@@ -79,15 +79,6 @@ pub(super) fn missing_angles(
         findings.push(lean_finding(score, p));
     }
     findings
-}
-
-/// What one draw of a missing angle belongs to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Group {
-    /// A gluing: wedge and rotation.
-    Configuration,
-    /// A wedge.
-    Inclination,
 }
 
 fn size(score: Score) -> String {

@@ -1,9 +1,8 @@
 //! The scatter of a reading, pooled over ratios of one kind: a few repeats of each know it together.
 
 use super::{Average, RatioRepeats, average};
-use crate::campaign::Correction;
 use crate::fit::upper_tail;
-use crate::observation::SpuriousTable;
+use crate::observation::{Correction, SpuriousTable};
 use proofmass_core::Error;
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Severity};
 use std::collections::BTreeMap;

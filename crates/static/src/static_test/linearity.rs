@@ -1,7 +1,9 @@
 //! Polynomial error model from readings at known accelerations and temperatures.
 
 use super::StaticFit;
-use super::readings::{CommonError, Solved, check, least_squares, not_negative, positive};
+use super::readings::{
+    CommonError, PolynomialOrder, Solved, check, least_squares, not_negative, positive,
+};
 use proofmass_core::Error;
 use proofmass_uncertainty::{Component, Finding, Severity, f_quantile};
 use serde::{Deserialize, Serialize};
@@ -34,23 +36,6 @@ impl Default for Linearity {
             largest_order: 3,
         }
     }
-}
-
-/// One order that was compared.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct PolynomialOrder {
-    /// Order.
-    pub order: usize,
-    /// Akaike's criterion, corrected for the number of readings, less that of the best order.
-    pub aicc: f64,
-    /// Weight by AICc among the orders.
-    pub weight: f64,
-    /// F of the last power; `None` for the first order.
-    pub f: Option<f64>,
-    /// What one in twenty exceeds without such a power.
-    pub f_limit: f64,
-    /// RMS error of each reading predicted from all others, output unit.
-    pub cross_validation: f64,
 }
 
 /// Names of the readings' inputs and what else moves them.

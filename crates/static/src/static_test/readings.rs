@@ -43,6 +43,23 @@ impl ReadingResidual {
     }
 }
 
+/// One order that was compared.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PolynomialOrder {
+    /// Order.
+    pub order: usize,
+    /// Akaike's criterion, corrected for the number of readings, less that of the best order.
+    pub aicc: f64,
+    /// Weight by AICc among the orders.
+    pub weight: f64,
+    /// F of the last power; `None` for the first order.
+    pub f: Option<f64>,
+    /// What one in twenty exceeds without such a power.
+    pub f_limit: f64,
+    /// RMS error of each reading predicted from all others, output unit.
+    pub cross_validation: f64,
+}
+
 /// What a static test found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StaticFit {
@@ -59,7 +76,7 @@ pub struct StaticFit {
     /// Largest departure from the straight line of the test, as a share of the full scale.
     pub nonlinearity: Option<f64>,
     /// Orders that were compared, where the test has a polynomial.
-    pub orders: Vec<super::PolynomialOrder>,
+    pub orders: Vec<PolynomialOrder>,
     /// What to doubt.
     pub findings: Vec<Finding>,
 }

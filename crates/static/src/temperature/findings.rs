@@ -1,10 +1,9 @@
 //! What to doubt in temperature coefficients.
 
-use super::TemperatureFit;
+use super::coefficients::{AXES, TemperatureFit};
 use proofmass_core::STANDARD_GRAVITY;
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Severity};
 
-const AXES: [&str; 3] = ["x", "y", "z"];
 const MG: f64 = 1e3 / STANDARD_GRAVITY;
 
 pub(super) fn of(

@@ -1,7 +1,8 @@
 //! All axes in one joint estimate, with every cause of their uncertainty.
 
 use super::averaged;
-use super::fit::{AXES, Axis, Context};
+use super::coefficients::AXES;
+use super::fit::{Axis, Context};
 use proofmass_core::{Error, norm};
 use proofmass_uncertainty::{
     Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Influence,
