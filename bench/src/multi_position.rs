@@ -3,8 +3,8 @@
 //! A production line or a fleet has the means; what it wants is the whole answer for each sensor: parameters, joint
 //! covariance, intervals with the scatter between standstills, and what there is to doubt.
 
-use proofmass_calibration::{Model, MultiPosition, Pose, Segment};
 use proofmass_core::{Gravity, Matrix3, SensorModel};
+use proofmass_static::{Model, MultiPosition, Pose, Segment};
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::time::Instant;

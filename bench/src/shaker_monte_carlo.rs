@@ -10,11 +10,11 @@ mod processor;
 use num_complex::Complex64;
 use peer::{Peers, best};
 use processor::processor_time;
-use proofmass_calibration::shaker::{
+use proofmass_shaker::geometry::published_plan;
+use proofmass_shaker::matrix::{Matrix, row_times};
+use proofmass_shaker::monte_carlo::{CheckOptions, validate};
+use proofmass_shaker::{
     Acts, Budget, ComponentCheck, Key, PhasorRow, ShakerInput, ShakerMethod, SpuriousTable,
-    geometry::published_plan,
-    matrix::{Matrix, row_times},
-    monte_carlo::{CheckOptions, validate},
 };
 
 fn case() -> Result<(Vec<PhasorRow>, Budget), proofmass_core::Error> {

@@ -2,8 +2,8 @@
 
 use crate::console::Progress;
 use crate::{Failure, Outcome, console};
-use proofmass::calibration::dynamic::model::ModelStructure;
-use proofmass::calibration::frequency_response::{Beyond, FilterDesign};
+use proofmass::dynamic::frequency_response::{Beyond, FilterDesign};
+use proofmass::dynamic::model::ModelStructure;
 use proofmass::io::{AtomicFile, ColumnRef, Input, Provenance, SigningKey, Source};
 use proofmass::jobs::apply::{
     ApplyData, ApplyJob, ApplyOutcome, CompensationMethod, Destination, OutOfRange,

@@ -4,9 +4,9 @@
 mod bench;
 mod support;
 
-use proofmass::calibration::shaker::Complex64;
 use proofmass::io::write_f32;
 use proofmass::rig::bench::{BenchVibrometer, BenchWedge};
+use proofmass::shaker::Complex64;
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::fmt::Write;

@@ -197,8 +197,8 @@ fn recognises_radians_declared_as_degrees() {
     );
 }
 
-fn num(modulus: f64, phase: f64) -> proofmass::calibration::shaker::Complex64 {
-    proofmass::calibration::shaker::Complex64::from_polar(modulus, phase)
+fn num(modulus: f64, phase: f64) -> proofmass::shaker::Complex64 {
+    proofmass::shaker::Complex64::from_polar(modulus, phase)
 }
 
 /// What is said about a campaign of recordings after something was done to its folder; nothing may be left behind.

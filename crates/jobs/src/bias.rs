@@ -11,10 +11,8 @@ pub use recording::BiasRecording;
 use crate::outcome::Job;
 use crate::standstills::found;
 use crate::trouble::{Result, Trouble};
-use proofmass_calibration::{
-    BiasObservations, BiasTracking, RestMean, Samples, Segment, Standstill,
-};
 use proofmass_core::{Error, Gravity, Watch};
+use proofmass_static::{BiasObservations, BiasTracking, RestMean, Samples, Segment, Standstill};
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
 

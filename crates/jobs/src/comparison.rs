@@ -4,9 +4,9 @@ use crate::frequency_response::PHASE_NOT_STATED;
 use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
-use proofmass_calibration::FrequencyResponse;
-use proofmass_calibration::frequency_response::{ReferenceComparison, ResponseComparison};
 use proofmass_core::Watch;
+use proofmass_dynamic::FrequencyResponse;
+use proofmass_dynamic::frequency_response::{ReferenceComparison, ResponseComparison};
 use proofmass_io::{Cell, StatedQuantity, Table, Unit};
 use proofmass_report::{ComparisonReport, Report};
 use proofmass_uncertainty::Finding;
@@ -16,8 +16,8 @@ use std::borrow::Cow;
 /// How calibrations are compared.
 ///
 /// ```
-/// use proofmass_calibration::FrequencyResponse;
-/// use proofmass_calibration::shaker::reference::{ReferencePoint, ReferenceTable};
+/// use proofmass_dynamic::FrequencyResponse;
+/// use proofmass_dynamic::reference_table::{ReferencePoint, ReferenceTable};
 /// use proofmass_jobs::comparison::{ComparisonData, ComparisonJob};
 /// use proofmass_jobs::{Job, Unwatched};
 ///

@@ -6,10 +6,10 @@ use crate::outcome::{Filed, Job, Outcome, section};
 use crate::record::Record;
 use crate::response::ResponseOutcome;
 use crate::trouble::{Result, Trouble};
-use proofmass_calibration::dynamic::deconvolution::{Deconvolution, Deconvolved};
-use proofmass_calibration::dynamic::model::{FitProblem, ModelFit, ModelStructure, ResponsePoints};
-use proofmass_calibration::dynamic::shock::PulseSearch;
 use proofmass_core::Watch;
+use proofmass_dynamic::deconvolution::{Deconvolution, Deconvolved};
+use proofmass_dynamic::model::{FitProblem, ModelFit, ModelStructure, ResponsePoints};
+use proofmass_dynamic::shock::PulseSearch;
 use proofmass_io::{
     AnyCalibration, Device, Input, LARGEST_DOCUMENT, Source, StatedQuantity, Table,
 };
@@ -21,9 +21,7 @@ use serde::{Deserialize, Serialize};
 /// How an output is turned back.
 ///
 /// ```
-/// use proofmass_calibration::dynamic::model::{
-///     FitProblem, Mode, ModelStructure, ResponsePoints, TransducerModel,
-/// };
+/// use proofmass_dynamic::model::{FitProblem, Mode, ModelStructure, ResponsePoints, TransducerModel};
 /// use proofmass_jobs::deconvolution::{DeconvolutionData, DeconvolutionJob};
 /// use proofmass_jobs::{Channel, Job, Outcome, Unwatched};
 /// use proofmass_signal::PulseShape;

@@ -1,8 +1,8 @@
 //! What a device gives: volts, an acceleration, counts.
 
 use crate::campaign::PhasorQuantity;
-use proofmass_calibration::shaker::OutputUnit;
 use proofmass_io::Unit;
+use proofmass_shaker::OutputUnit;
 use serde::{Deserialize, Serialize};
 
 /// What a device gives.

@@ -8,9 +8,6 @@ use crate::multi_position::gravity;
 use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
-use proofmass_calibration::{
-    AutoCalibration, AutoCalibrationFit, StillWindow, StillWindows, WindowRule,
-};
 use proofmass_core::{Error, Gravity, STANDARD_GRAVITY, Watch};
 use proofmass_io::{
     AnyCalibration, Cell, ColumnRef, Input, Layout, RowReader, StatedQuantity, Table, TimeUnit,
@@ -18,6 +15,9 @@ use proofmass_io::{
 };
 use proofmass_report::{
     Cell as ReportCell, Column, KeyFigure, Report, Section, Table as ReportTable,
+};
+use proofmass_static::{
+    AutoCalibration, AutoCalibrationFit, StillWindow, StillWindows, WindowRule,
 };
 use proofmass_uncertainty::{Estimate, Finding};
 use serde::{Deserialize, Serialize};

@@ -5,7 +5,7 @@ use crate::laboratory_table::LaboratoryTable;
 use crate::outcome::{CALIBRATION, RESULT};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
-use proofmass_calibration::FrequencyResponse;
+use proofmass_dynamic::FrequencyResponse;
 use proofmass_io::{
     AnyCalibration, Device, FrequencyResponseFile, Input, LARGEST_DOCUMENT, Source, Unit,
 };
@@ -133,8 +133,8 @@ pub fn read_calibration(
 /// The response of a file.
 ///
 /// ```
-/// use proofmass_calibration::FrequencyResponse;
-/// use proofmass_calibration::shaker::reference::{ReferencePoint, ReferenceTable};
+/// use proofmass_dynamic::FrequencyResponse;
+/// use proofmass_dynamic::reference_table::{ReferencePoint, ReferenceTable};
 /// use proofmass_io::{FrequencyResponseFile, Unit};
 /// use proofmass_jobs::{Record, frequency_response};
 ///

@@ -1,8 +1,8 @@
 //! The table of a laboratory: sensitivity of one axis over frequency, as certificates print it.
 
 use crate::device_output::DeviceOutput;
-use proofmass_calibration::FrequencyResponse;
-use proofmass_calibration::shaker::reference::{ReferencePoint, ReferenceTable};
+use proofmass_dynamic::FrequencyResponse;
+use proofmass_dynamic::reference_table::{ReferencePoint, ReferenceTable};
 use proofmass_io::sheet::{
     ACCELERATION_RATIO, ANGLE, COUNT_SENSITIVITY, Endings, FREQUENCY, PERCENT, Place, SENSITIVITY,
     Sheet, SheetRow,

@@ -11,13 +11,13 @@ pub use recordings::{MultiPositionRecordings, Stamps, segment};
 use crate::campaign::MethodModel;
 use crate::outcome::Job;
 use crate::trouble::{Result, Trouble};
-use proofmass_calibration::{
+use proofmass_core::{Gravity, Watch};
+use proofmass_io::{ColumnRef, Unit};
+use proofmass_static::{
     AttitudeUncertainty, Model, MultiPosition, Samples, Segment, Standstill, StandstillCalibration,
     StandstillEstimator, Terms, ThresholdSweep, WindowedVariance, clipping, frozen,
     suspected_clipping, temperature_drift,
 };
-use proofmass_core::{Gravity, Watch};
-use proofmass_io::{ColumnRef, Unit};
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 

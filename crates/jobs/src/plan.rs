@@ -5,18 +5,18 @@ use crate::outcome::{Job, Outcome};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use num_complex::Complex64;
-use proofmass_calibration::shaker::geometry::published_plan;
-use proofmass_calibration::shaker::matrix::Matrix;
-use proofmass_calibration::shaker::plan::{
-    Conditioning, Expected, PlanCost, Predicted, best, conditioning, costs, predict,
-};
-use proofmass_calibration::shaker::reference::ReferenceTable;
-use proofmass_calibration::shaker::{
-    Budget, Configuration, Correction, Spurious, SpuriousTable, with_certificate,
-};
 use proofmass_core::{Error, Watch};
+use proofmass_dynamic::reference_table::ReferenceTable;
 use proofmass_io::{Cell, Input, StatedQuantity, Table};
 use proofmass_report::{PlanReport, Report};
+use proofmass_shaker::geometry::published_plan;
+use proofmass_shaker::matrix::Matrix;
+use proofmass_shaker::plan::{
+    Conditioning, Expected, PlanCost, Predicted, best, conditioning, costs, predict,
+};
+use proofmass_shaker::{
+    Budget, Configuration, Correction, Spurious, SpuriousTable, with_certificate,
+};
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
 
@@ -26,7 +26,7 @@ pub const MOST_CANDIDATES: usize = 1000;
 /// Which plan is asked about.
 ///
 /// ```
-/// use proofmass_calibration::shaker::{Acts, Budget, ShakerInput, Key};
+/// use proofmass_shaker::{Acts, Budget, ShakerInput, Key};
 /// use proofmass_jobs::{Job, Unwatched, plan::PlanJob};
 /// let noise = ShakerInput::new("noise", Acts::OutputAdditive, 5e-5, &[Key::Run, Key::Channel]);
 /// let mut job = PlanJob::new(Budget::new(vec![noise])?);

@@ -18,12 +18,12 @@ use crate::channels::Channel;
 use crate::outcome::Job;
 use crate::trouble::{Result, Trouble};
 use num_complex::Complex64;
-use proofmass_calibration::dynamic::model::{
+use proofmass_core::Watch;
+use proofmass_dynamic::model::{
     FitProblem, ModelFit, ModelStructure, ResponseFigures, ResponsePoints,
 };
-use proofmass_calibration::dynamic::modes::resonances;
-use proofmass_calibration::shaker::reference::ReferenceTable;
-use proofmass_core::Watch;
+use proofmass_dynamic::modes::resonances;
+use proofmass_dynamic::reference_table::ReferenceTable;
 use proofmass_signal::transfer::{
     CrossSpectra, Estimator, Hit, LocalPolynomial, ResponseEstimate, turned,
 };

@@ -1,8 +1,8 @@
 //! The clock of a digital sensor beside that of the bench, as a result states it.
 
-use proofmass_calibration::shaker::derived::PROBABILITY;
-use proofmass_calibration::shaker::sample_clock::{ClockError, Latency, SampleClock};
 use proofmass_io::StatedQuantity;
+use proofmass_shaker::derived::PROBABILITY;
+use proofmass_shaker::sample_clock::{ClockError, Latency, SampleClock};
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity, Severity};
 use serde::{Deserialize, Serialize};
 

@@ -12,19 +12,19 @@ use crate::sensor_clock::{SensorClock, no_phase};
 use crate::shaker_triaxial::stated;
 use crate::trouble::{Result, Trouble};
 use num_complex::Complex64;
-use proofmass_calibration::FrequencyResponse;
-use proofmass_calibration::shaker::check_standard::{CheckPoint, against_known};
-use proofmass_calibration::shaker::derived::{Expanded, PROBABILITY};
-use proofmass_calibration::shaker::recording::{Assessed, Quality, QualityLimits, assess};
-use proofmass_calibration::shaker::reference::ReferenceTable;
-use proofmass_calibration::shaker::sample_clock::{ClockError, Latency, SampleClock};
-use proofmass_calibration::shaker::single_axis::{
-    ComparisonBudget, ComparisonRow, SingleAxis, combine, compare,
-};
-use proofmass_calibration::shaker::swapped_cables;
 use proofmass_core::Watch;
+use proofmass_dynamic::FrequencyResponse;
+use proofmass_dynamic::reference_table::ReferenceTable;
 use proofmass_io::{AnyCalibration, StatedQuantity, Table};
 use proofmass_report::{Report, SingleAxisReport};
+use proofmass_shaker::check_standard::{CheckPoint, against_known};
+use proofmass_shaker::derived::{Expanded, PROBABILITY};
+use proofmass_shaker::recording::{Assessed, Quality, QualityLimits, assess};
+use proofmass_shaker::sample_clock::{ClockError, Latency, SampleClock};
+use proofmass_shaker::single_axis::{
+    ComparisonBudget, ComparisonRow, SingleAxis, combine, compare,
+};
+use proofmass_shaker::swapped_cables;
 use proofmass_uncertainty::{Estimate, Finding, Quantity, Severity};
 use serde::{Deserialize, Serialize};
 use tables::{check_table, sensitivity};
@@ -33,9 +33,9 @@ use tables::{check_table, sensitivity};
 ///
 /// ```
 /// use num_complex::Complex64;
-/// use proofmass_calibration::shaker::recording::Quality;
-/// use proofmass_calibration::shaker::reference::{ReferencePoint, ReferenceTable};
-/// use proofmass_calibration::shaker::single_axis::{ComparisonBudget, ComparisonRow};
+/// use proofmass_shaker::recording::Quality;
+/// use proofmass_dynamic::reference_table::{ReferencePoint, ReferenceTable};
+/// use proofmass_shaker::single_axis::{ComparisonBudget, ComparisonRow};
 /// use proofmass_jobs::shaker_single::{ShakerSingleData, ShakerSingleJob, ShakerSingleRun};
 /// use proofmass_jobs::{Job, Outcome, Unwatched};
 /// use proofmass_uncertainty::DegreesOfFreedom;

@@ -14,16 +14,16 @@ use crate::outcome::Job;
 use crate::record::Record;
 use crate::sensor_clock::{SensorClock, no_phase};
 use crate::trouble::Result;
-use proofmass_calibration::shaker::monte_carlo::{self, CheckOptions};
-use proofmass_calibration::shaker::published::MagnitudeBudget;
-use proofmass_calibration::shaker::recording::{QualityLimits, RunInput};
-use proofmass_calibration::shaker::reference::ReferenceTable;
-use proofmass_calibration::shaker::sample_clock::{ClockError, Latency, SampleClock};
-use proofmass_calibration::shaker::{
+use proofmass_core::{Error, Watch};
+use proofmass_dynamic::reference_table::ReferenceTable;
+use proofmass_shaker::monte_carlo::{self, CheckOptions};
+use proofmass_shaker::published::MagnitudeBudget;
+use proofmass_shaker::recording::{QualityLimits, RunInput};
+use proofmass_shaker::sample_clock::{ClockError, Latency, SampleClock};
+use proofmass_shaker::{
     Acts, Budget, Configuration, Correction, Key, ShakerCalibration, ShakerCampaign, ShakerInput,
     ShakerMethod, adopt, calibrate, check,
 };
-use proofmass_core::{Error, Watch};
 use proofmass_uncertainty::{Finding, Refusal};
 use serde::{Deserialize, Serialize};
 
@@ -31,9 +31,9 @@ use serde::{Deserialize, Serialize};
 ///
 /// ```
 /// use num_complex::Complex64;
-/// use proofmass_calibration::shaker::geometry::published_plan;
-/// use proofmass_calibration::shaker::recording::{Quality, RunInput};
-/// use proofmass_calibration::shaker::{Acts, Budget, ShakerInput, Key};
+/// use proofmass_shaker::geometry::published_plan;
+/// use proofmass_shaker::recording::{Quality, RunInput};
+/// use proofmass_shaker::{Acts, Budget, ShakerInput, Key};
 /// use proofmass_jobs::{Job, Outcome, Unwatched, shaker_triaxial::{ShakerTriaxialData, ShakerTriaxialJob}};
 ///
 /// // Runs of a device of 10 mV/(m/s²) along every axis at 10 m/s², the reference already in m/s².

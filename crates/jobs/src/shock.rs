@@ -11,12 +11,12 @@ use self::standard::FlatStandard;
 use crate::channels::Channel;
 use crate::outcome::Job;
 use crate::trouble::{Result, Trouble};
-use proofmass_calibration::dynamic::shock::{
+use proofmass_core::Watch;
+use proofmass_dynamic::reference_table::ReferenceTable;
+use proofmass_dynamic::shock::{
     NoCalibration, NoPulse, PulseContext, PulseSearch, ShockCalibration, ShockReference,
     SpectrumDoubt, SpectrumTolerance, Tolerance, pulse_findings, required_at,
 };
-use proofmass_calibration::shaker::reference::ReferenceTable;
-use proofmass_core::Watch;
 use proofmass_signal::{Extremes, Peaks, Response, ShockSpectrum, Trace, octaves};
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
@@ -411,7 +411,7 @@ impl ShockJob {
         unit: String,
         acceleration: &[f64],
         relative: f64,
-        pulse: &proofmass_calibration::dynamic::shock::Pulse,
+        pulse: &proofmass_dynamic::shock::Pulse,
         rate: f64,
         findings: &mut Vec<Finding>,
         watch: &dyn Watch,

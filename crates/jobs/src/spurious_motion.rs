@@ -7,15 +7,15 @@ use crate::outcome::{Job, Outcome};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use num_complex::Complex64;
-use proofmass_calibration::shaker::recording::{Assessed, Quality, QualityLimits, assess};
-use proofmass_calibration::shaker::reference::ReferenceTable;
-use proofmass_calibration::shaker::spurious::{
-    Average, Comparison, RatioRepeats, RatioSummary, compare, ratio_from_velocity, summaries, table,
-};
-use proofmass_calibration::shaker::{Correction, SpuriousTable};
 use proofmass_core::Watch;
+use proofmass_dynamic::reference_table::ReferenceTable;
 use proofmass_io::{Cell, StatedQuantity, Table};
 use proofmass_report::{Report, SpuriousReport};
+use proofmass_shaker::recording::{Assessed, Quality, QualityLimits, assess};
+use proofmass_shaker::spurious::{
+    Average, Comparison, RatioRepeats, RatioSummary, compare, ratio_from_velocity, summaries, table,
+};
+use proofmass_shaker::{Correction, SpuriousTable};
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;

@@ -1,7 +1,7 @@
 //! Standstills at one threshold.
 
 use crate::trouble::{Result, Trouble};
-use proofmass_calibration::{Samples, Segment, Standstill, WindowedVariance};
+use proofmass_static::{Samples, Segment, Standstill, WindowedVariance};
 
 /// Those of samples with their rate and the places where time pauses, by a search at a threshold; `name` is that of the
 /// recording.

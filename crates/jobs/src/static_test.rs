@@ -9,13 +9,13 @@ pub use single_axis::SingleAxisReadings;
 use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
-use proofmass_calibration::static_test::{
-    Centrifuge, DatedEstimate, Linearity, Orthogonality, Sensitivity, Stability, StabilityFit,
-    StaticFit, Tilt, ZeroG,
-};
 use proofmass_core::Watch;
 use proofmass_io::{CalibrationFile, Cell, ResultDocument, StatedQuantity, Table, Unit};
 use proofmass_report::{Report, StaticTestReport};
+use proofmass_static::static_test::{
+    Centrifuge, DatedEstimate, Linearity, Orthogonality, Sensitivity, Stability, StabilityFit,
+    StaticFit, Tilt, ZeroG,
+};
 use proofmass_uncertainty::{Estimate, Finding};
 use serde::{Deserialize, Serialize};
 
@@ -79,7 +79,7 @@ impl StaticTest {
 /// A static test of a device.
 ///
 /// ```
-/// use proofmass_calibration::static_test::Tilt;
+/// use proofmass_static::static_test::Tilt;
 /// use proofmass_core::Gravity;
 /// use proofmass_jobs::static_test::{StaticTest, StaticTestData, StaticTestInput, StaticTestJob};
 /// use proofmass_jobs::{Job, Outcome, Unwatched};

@@ -4,8 +4,8 @@ use crate::channels::Channel;
 use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
-use proofmass_calibration::dynamic::step::StepFit;
 use proofmass_core::Watch;
+use proofmass_dynamic::step::StepFit;
 use proofmass_io::StatedQuantity;
 use proofmass_report::{Report, StepReport};
 use proofmass_signal::Trace;
@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 /// What is asked of a recorded step.
 ///
 /// ```
-/// use proofmass_calibration::dynamic::step::step_response;
+/// use proofmass_dynamic::step::step_response;
 /// use proofmass_jobs::step::{StepData, StepJob};
 /// use proofmass_jobs::{Channel, Job, Unwatched};
 ///

@@ -7,12 +7,12 @@ pub use recording::TemperatureRecording;
 use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
-use proofmass_calibration::{SweepData, TemperatureFit, TemperatureSweep};
 use proofmass_core::{Error, Matrix3, SensorModel, THERMAL_ORDER, Watch};
 use proofmass_io::{
     AnyCalibration, CalibrationFile, Cell, StatedQuantity, Table, ThermalBlock, Unit,
 };
 use proofmass_report::{Report, TemperatureReport};
+use proofmass_static::{SweepData, TemperatureFit, TemperatureSweep};
 use proofmass_uncertainty::{Component, Estimate, Finding};
 use serde::{Deserialize, Serialize};
 

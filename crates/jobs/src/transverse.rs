@@ -9,15 +9,15 @@ use crate::record::Record;
 use crate::shaker_triaxial::stated;
 use crate::trouble::{Result, Trouble};
 use num_complex::Complex64;
-use proofmass_calibration::shaker::recording::{Assessed, Quality, QualityLimits, assess};
-use proofmass_calibration::shaker::reference::ReferenceTable;
-use proofmass_calibration::shaker::transverse::{
+use proofmass_core::Watch;
+use proofmass_dynamic::reference_table::ReferenceTable;
+use proofmass_io::{Cell, StatedQuantity, Table};
+use proofmass_report::{Report, TransverseReport};
+use proofmass_shaker::recording::{Assessed, Quality, QualityLimits, assess};
+use proofmass_shaker::transverse::{
     AxialSensitivity, Motion, SeatUncertainty, TransverseRow, TransverseSensitivity,
     TransverseTest, keeps_to,
 };
-use proofmass_core::Watch;
-use proofmass_io::{Cell, StatedQuantity, Table};
-use proofmass_report::{Report, TransverseReport};
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Severity};
 use serde::{Deserialize, Serialize};
 
@@ -25,8 +25,8 @@ use serde::{Deserialize, Serialize};
 ///
 /// ```
 /// use num_complex::Complex64;
-/// use proofmass_calibration::shaker::recording::Quality;
-/// use proofmass_calibration::shaker::transverse::{Motion, SeatUncertainty};
+/// use proofmass_shaker::recording::Quality;
+/// use proofmass_shaker::transverse::{Motion, SeatUncertainty};
 /// use proofmass_jobs::transverse::{TransverseData, TransverseJob, TransverseRun};
 /// use proofmass_jobs::{Job, Outcome, Unwatched};
 ///

@@ -9,17 +9,17 @@ use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
 use crate::standstills::found;
 use crate::trouble::{Result, Trouble};
-use proofmass_calibration::{Calibrated, MeanNoise, Samples, Segment, Standstill, Validation};
 use proofmass_core::{Gravity, Matrix3, SensorModel, Watch};
 use proofmass_io::{CalibrationFile, StatedQuantity};
 use proofmass_report::{Report, ValidationReport};
+use proofmass_static::{Calibrated, MeanNoise, Samples, Segment, Standstill, Validation};
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
 
 /// How new standstills are looked for, and where they were recorded.
 ///
 /// ```
-/// use proofmass_calibration::{MultiPosition, Samples, Standstill, StandstillCalibration};
+/// use proofmass_static::{MultiPosition, Samples, Standstill, StandstillCalibration};
 /// use proofmass_core::Gravity;
 /// use proofmass_io::{CalibrationFile, Unit};
 /// use proofmass_jobs::validation::{ValidationData, ValidationJob};

@@ -4,9 +4,7 @@
 mod support;
 
 use num_complex::Complex64;
-use proofmass_calibration::frequency_response::{Beyond, FilterDesign};
-use proofmass_calibration::shaker::recording::{Quality, RunInput};
-use proofmass_calibration::shaker::{Acts, Budget, Configuration, Key, ShakerInput, ShakerMethod};
+use proofmass_dynamic::frequency_response::{Beyond, FilterDesign};
 use proofmass_io::{AnyCalibration, CalibrationFile, Source, Unit};
 use proofmass_jobs::apply::{
     ApplyData, ApplyJob, ApplyOutcome, CompensationMethod, Destination, OutOfRange,
@@ -16,6 +14,8 @@ use proofmass_jobs::{
     Filed, Job, Outcome, Record, Trouble, TroubleKind, Unwatched, frequency_response,
 };
 use proofmass_rig::bench::{Bench, Spread, published_plan};
+use proofmass_shaker::recording::{Quality, RunInput};
+use proofmass_shaker::{Acts, Budget, Configuration, Key, ShakerInput, ShakerMethod};
 use proofmass_uncertainty::Estimate;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;

@@ -1,11 +1,11 @@
 //! The bias of a recording, with the noise that an analysis found.
 
-use proofmass_calibration::Segment;
 use proofmass_core::Gravity;
 use proofmass_jobs::bias::{AxisNoise, BiasData, BiasJob, BiasOutcome};
 use proofmass_jobs::noise::{NoiseData, NoiseJob, NoiseOutcome};
 use proofmass_jobs::{Job, Outcome, Trouble, Unwatched};
 use proofmass_noise::{NoiseChannel, NoiseModel, Sensor, simulate};
+use proofmass_static::Segment;
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 

@@ -1,16 +1,16 @@
 //! Jobs on the shaker from memory alone: stopped by who watches, written, read again and rendered to the same bytes.
 
 use num_complex::Complex64;
-use proofmass_calibration::shaker::geometry::published_plan;
-use proofmass_calibration::shaker::recording::{Quality, RunInput};
-use proofmass_calibration::shaker::reference::{ReferencePoint, ReferenceTable};
-use proofmass_calibration::shaker::single_axis::{ComparisonBudget, ComparisonRow};
-use proofmass_calibration::shaker::{Acts, Budget, Key, ShakerInput, ShakerMethod};
+use proofmass_dynamic::reference_table::{ReferencePoint, ReferenceTable};
 use proofmass_jobs::plan::PlanJob;
 use proofmass_jobs::shaker_single::{ShakerSingleData, ShakerSingleJob, ShakerSingleRun};
 use proofmass_jobs::shaker_triaxial::{ShakerTriaxialData, ShakerTriaxialJob};
 use proofmass_jobs::spurious_motion::{SpuriousMotionData, SpuriousMotionJob, SpuriousRun};
 use proofmass_jobs::{Filed, Job, Outcome, Record, TroubleKind, Unwatched, Watch};
+use proofmass_shaker::geometry::published_plan;
+use proofmass_shaker::recording::{Quality, RunInput};
+use proofmass_shaker::single_axis::{ComparisonBudget, ComparisonRow};
+use proofmass_shaker::{Acts, Budget, Key, ShakerInput, ShakerMethod};
 use proofmass_uncertainty::DegreesOfFreedom;
 use std::ops::ControlFlow;
 

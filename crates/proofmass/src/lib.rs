@@ -4,8 +4,8 @@
 //!
 //! | question | door |
 //! |---|---|
-//! | What are bias, scale and misalignment of my triaxial sensor? | [`jobs::multi_position`], or [`calibration::MultiPosition`] on means of your own |
-//! | What is its sensitivity matrix at each frequency on the shaker? | [`jobs::campaign`], [`calibration::shaker`] |
+//! | What are bias, scale and misalignment of my triaxial sensor? | [`jobs::multi_position`], or [`statics::MultiPosition`] on means of your own |
+//! | What is its sensitivity matrix at each frequency on the shaker? | [`jobs::campaign`], [`shaker`] |
 //! | How do I compensate, on the desk and on the chip? | [`core::SensorModel`], a file by [`io::CalibrationFile`] |
 //! | How noisy is it, and what goes into my filter? | [`noise::analyse`] |
 //! | How fast does my axis move? | [`core::velocity`] sample by sample, [`motion`] with the whole record at hand |
@@ -20,7 +20,7 @@
 //! # From samples to a calibration
 //!
 //! ```
-//! use proofmass::calibration::{MultiPosition, Samples, Standstill, StandstillCalibration};
+//! use proofmass::statics::{MultiPosition, Samples, Standstill, StandstillCalibration};
 //! use proofmass::core::Gravity;
 //! use proofmass::rig::HandHeld;
 //!
@@ -43,9 +43,9 @@
 //! Each room is a feature, `full` (the default) is all of them; [`core`](mod@core) is always there. With
 //! `default-features = false` nothing but the crate for firmware is built.
 
-#[cfg(feature = "calibration")]
-pub use proofmass_calibration as calibration;
 pub use proofmass_core as core;
+#[cfg(feature = "dynamic")]
+pub use proofmass_dynamic as dynamic;
 #[cfg(feature = "fixture")]
 pub use proofmass_fixture as fixture;
 #[cfg(feature = "io")]
@@ -60,8 +60,12 @@ pub use proofmass_noise as noise;
 pub use proofmass_report as report;
 #[cfg(feature = "rig")]
 pub use proofmass_rig as rig;
+#[cfg(feature = "shaker")]
+pub use proofmass_shaker as shaker;
 #[cfg(feature = "signal")]
 pub use proofmass_signal as signal;
+#[cfg(feature = "static")]
+pub use proofmass_static as statics;
 #[cfg(feature = "uncertainty")]
 pub use proofmass_uncertainty as uncertainty;
 

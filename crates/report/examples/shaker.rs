@@ -3,15 +3,15 @@
 //! `cargo run -p proofmass-report --example shaker [FILE]` writes the page (`shaker.html` if no name is given) and prints
 //! the terminal form.
 
-use proofmass_calibration::shaker::monte_carlo::CheckOptions;
-use proofmass_calibration::shaker::{
-    Acts, Budget, Configuration, Correction, Key, PhasorRow, ShakerCampaign, ShakerInput,
-    ShakerMethod, Spurious, SpuriousTable, calibrate, check,
-    recording::{Quality, RunInput},
-    reference::{ReferencePoint, ReferenceTable},
-};
+use proofmass_dynamic::reference_table::{ReferencePoint, ReferenceTable};
 use proofmass_report::{Head, ShakerReport, html, terminal};
 use proofmass_rig::bench::{Bench, BenchWedge, SpuriousReading, published_plan, target_amplitude};
+use proofmass_shaker::monte_carlo::CheckOptions;
+use proofmass_shaker::recording::{Quality, RunInput};
+use proofmass_shaker::{
+    Acts, Budget, Configuration, Correction, Key, PhasorRow, ShakerCampaign, ShakerInput,
+    ShakerMethod, Spurious, SpuriousTable, calibrate, check,
+};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 

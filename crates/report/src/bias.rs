@@ -4,9 +4,9 @@ use crate::{
     Axis, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot, concise,
     scientific,
 };
-use proofmass_calibration::{AxisTrack, BiasEstimate, BiasTrack};
 use proofmass_core::STANDARD_GRAVITY;
 use proofmass_core::velocity::BiasModel;
+use proofmass_static::{AxisTrack, BiasEstimate, BiasTrack};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 const MG: f64 = 1e3 / STANDARD_GRAVITY;

@@ -2,7 +2,7 @@
 
 use crate::number::{minus, plain, two_digits};
 use crate::{Axis, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot};
-use proofmass_calibration::frequency_response::{
+use proofmass_dynamic::frequency_response::{
     ComparedPoint, Equivalence, ReferenceComparison, ReferenceElement, ResponseComparison,
 };
 

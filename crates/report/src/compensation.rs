@@ -1,7 +1,7 @@
 //! The report of a compensated recording.
 
 use crate::{Block, Cell, Column, Head, KeyFigure, Report, Section, Table};
-use proofmass_calibration::frequency_response::{BandMatrix, CompensationError};
+use proofmass_dynamic::frequency_response::{BandMatrix, CompensationError};
 
 /// What the report tells.
 #[derive(Clone, Debug, Default)]

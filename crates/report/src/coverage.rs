@@ -1,6 +1,6 @@
 //! What an expanded uncertainty is stated at, in words.
 
-use proofmass_calibration::shaker::derived::{Expanded, PROBABILITY};
+use proofmass_shaker::derived::{Expanded, PROBABILITY};
 
 /// `95 %`, or the coverage factor that was asked for with the probabilities it has.
 pub(crate) fn stated_at<'a>(quantities: impl IntoIterator<Item = &'a Expanded>) -> String {

@@ -3,7 +3,7 @@
 use crate::number::two_digits;
 use crate::parameters::parameters;
 use crate::{Axis, Head, KeyFigure, Report, Section, Series, XyPlot};
-use proofmass_calibration::dynamic::linearity::LevelLinearity;
+use proofmass_dynamic::linearity::LevelLinearity;
 
 /// What the report tells of a linearity over the level.
 #[derive(Clone, Debug)]

@@ -8,11 +8,11 @@ use crate::{
     Axis, BarPlot, Cell, Column, Head, KeyFigure, MatrixPlot, Report, Section, Series, SpherePlot,
     Table, XyPlot,
 };
-use proofmass_calibration::{
+use proofmass_signal::Trace;
+use proofmass_static::{
     CompensatedReading, ModelEvidence, MultiPositionFit, NextAttitude, PoseResidual,
     StandstillCalibration,
 };
-use proofmass_signal::Trace;
 use proofmass_uncertainty::{Format, Quantity};
 
 /// What the report tells beside the calibration itself.

@@ -5,10 +5,8 @@ use crate::plot::Style;
 use crate::{
     Axis, Cell, Column, Head, KeyFigure, Report, Section, Series, SpherePlot, Table, XyPlot,
 };
-use proofmass_calibration::shaker::{
-    Configuration,
-    plan::{Conditioning, PlanCost, Predicted},
-};
+use proofmass_shaker::Configuration;
+use proofmass_shaker::plan::{Conditioning, PlanCost, Predicted};
 
 /// What the report tells about a plan.
 #[derive(Clone, Debug, Default)]

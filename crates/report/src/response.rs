@@ -4,8 +4,8 @@ use crate::number::{concise, plain, two_digits};
 use crate::parameters::parameters;
 use crate::plot::Style;
 use crate::{Axis, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot};
-use proofmass_calibration::dynamic::model::{ModelFit, ResponseFigures};
-use proofmass_calibration::dynamic::modes::Resonance;
+use proofmass_dynamic::model::{ModelFit, ResponseFigures};
+use proofmass_dynamic::modes::Resonance;
 use proofmass_signal::transfer::ResponseEstimate;
 use proofmass_uncertainty::student_quantile;
 

@@ -14,15 +14,13 @@ use crate::number::plain;
 use crate::plot::SeatPlot;
 use crate::{Cell, Column, Head, KeyFigure, Report, Section, Table};
 use digits::{Unit, plus_minus, representative, scaled};
-use proofmass_calibration::shaker::{
-    FrequencyCheck, MethodResult, ShakerCalibration, ShakerMethod,
-};
+use proofmass_shaker::{FrequencyCheck, MethodResult, ShakerCalibration, ShakerMethod};
 
 /// What the report tells beside the calibration itself.
 ///
 /// ```no_run
 /// # use proofmass_report::{Head, ShakerReport, html};
-/// # fn show(calibration: &proofmass_calibration::shaker::ShakerCalibration) -> Result<String, proofmass_report::Error> {
+/// # fn show(calibration: &proofmass_shaker::ShakerCalibration) -> Result<String, proofmass_report::Error> {
 /// let report = ShakerReport {
 ///     head: Head {
 ///         title: "Triaxial accelerometer".into(),

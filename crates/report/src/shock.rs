@@ -2,7 +2,7 @@
 
 use crate::number::{concise, plain, two_digits};
 use crate::{Axis, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot};
-use proofmass_calibration::dynamic::shock::{
+use proofmass_dynamic::shock::{
     Pulse, PulseMeasures, ShockCalibration, SpectrumToleranceResult, ToleranceResult,
 };
 use proofmass_signal::{Extremes, Trace};

@@ -3,9 +3,9 @@
 use crate::coverage::stated_at;
 use crate::number::{minus, plain, rounded};
 use crate::{Axis, BarPlot, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot};
-use proofmass_calibration::shaker::check_standard::CheckPoint;
-use proofmass_calibration::shaker::derived::Expanded;
-use proofmass_calibration::shaker::single_axis::{ComparisonRow, SingleAxis, transverse_limit};
+use proofmass_shaker::check_standard::CheckPoint;
+use proofmass_shaker::derived::Expanded;
+use proofmass_shaker::single_axis::{ComparisonRow, SingleAxis, transverse_limit};
 use proofmass_uncertainty::DegreesOfFreedom;
 
 /// What the report tells beside the comparison itself.

@@ -3,10 +3,8 @@
 use crate::number::{plain, two_digits};
 use crate::plot::Style;
 use crate::{Axis, Block, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot};
-use proofmass_calibration::shaker::{
-    SpuriousTable,
-    spurious::{Average, Comparison, RatioSummary},
-};
+use proofmass_shaker::SpuriousTable;
+use proofmass_shaker::spurious::{Average, Comparison, RatioSummary};
 
 /// What the report tells about a measurement of the spurious motion.
 #[derive(Clone, Debug, Default)]

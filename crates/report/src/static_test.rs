@@ -4,7 +4,7 @@ use crate::number::freedom;
 use crate::{
     Axis, BarPlot, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot, concise,
 };
-use proofmass_calibration::static_test::{StabilityFit, StaticFit};
+use proofmass_static::static_test::{StabilityFit, StaticFit};
 use proofmass_uncertainty::Quantity;
 
 /// What the report tells beside the fit itself.
@@ -84,7 +84,7 @@ impl StaticTestReport<'_> {
     pub fn full(&self, fit: &StaticFit) -> Report {
         let mut report = self.summary(fit);
         if !fit.readings.is_empty() {
-            let of = |f: fn(&proofmass_calibration::static_test::ReadingResidual) -> f64| {
+            let of = |f: fn(&proofmass_static::static_test::ReadingResidual) -> f64| {
                 fit.readings.iter().map(f).collect::<Vec<f64>>()
             };
             let (x, residual) = (of(|r| r.input), of(|r| r.residual()));
@@ -150,8 +150,7 @@ impl StaticTestReport<'_> {
                 .iter()
                 .map(|t| {
                     d.level
-                        + d.drift.value * (t - d.mean_day)
-                            / proofmass_calibration::static_test::MONTH
+                        + d.drift.value * (t - d.mean_day) / proofmass_static::static_test::MONTH
                 })
                 .collect();
             let plot = XyPlot::new(

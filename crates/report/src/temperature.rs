@@ -2,8 +2,8 @@
 
 use crate::number::two_digits;
 use crate::{Axis, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot, concise};
-use proofmass_calibration::{AxisFit, TemperatureFit};
 use proofmass_core::STANDARD_GRAVITY;
+use proofmass_static::{AxisFit, TemperatureFit};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 const MG: f64 = 1e3 / STANDARD_GRAVITY;

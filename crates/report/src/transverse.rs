@@ -3,7 +3,7 @@
 use crate::coverage::stated_at;
 use crate::number::{plain, rounded, two_digits};
 use crate::{Axis, BarPlot, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot};
-use proofmass_calibration::shaker::transverse::{Motion, TransverseRow, TransverseSensitivity};
+use proofmass_shaker::transverse::{Motion, TransverseRow, TransverseSensitivity};
 
 /// What the report tells beside the results themselves.
 #[derive(Clone, Debug, Default)]

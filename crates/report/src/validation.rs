@@ -3,7 +3,7 @@
 use crate::{
     Axis, Cell, Column, Head, KeyFigure, Report, Section, Series, SpherePlot, Table, XyPlot,
 };
-use proofmass_calibration::Validation;
+use proofmass_static::Validation;
 
 /// What the report tells beside the validation itself.
 #[derive(Clone, Debug, Default)]

@@ -131,6 +131,8 @@
     reason = "!(x < bound) refuses NaN as well"
 )]
 
+pub mod adjustment;
+
 mod agreement;
 mod between_scatter;
 mod conformity;

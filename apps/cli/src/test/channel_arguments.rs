@@ -2,7 +2,7 @@
 
 use crate::Failure;
 use crate::number_arguments::positive;
-use proofmass::calibration::dynamic::model::ModelStructure;
+use proofmass::dynamic::model::ModelStructure;
 use proofmass::io::{ColumnRef, Source, Unit};
 use proofmass::jobs::campaign::{Certificate, CertificateOptions};
 use proofmass::jobs::{ChannelReading, RecordedChannels, WantedChannel};

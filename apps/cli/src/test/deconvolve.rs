@@ -6,7 +6,7 @@ use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::number_arguments::{not_negative, positive};
 use crate::{Failure, Outcome};
-use proofmass::calibration::dynamic::model::ModelStructure;
+use proofmass::dynamic::model::ModelStructure;
 use proofmass::io::Source;
 use proofmass::jobs::deconvolution::{DeconvolutionJob, DeconvolutionOutcome, FittedModel};
 use proofmass::jobs::{Filed, Outcome as _};

@@ -5,7 +5,7 @@ use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::number_arguments::{band, not_negative, positive};
 use crate::{Failure, Outcome};
-use proofmass::calibration::dynamic::model::ModelStructure;
+use proofmass::dynamic::model::ModelStructure;
 use proofmass::io::{ColumnRef, Source};
 use proofmass::jobs::response::{ModelJob, PointColumns, RecordedPoints, ResponseOutcome};
 use proofmass::jobs::{Filed, Job, Outcome as _};

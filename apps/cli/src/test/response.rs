@@ -6,7 +6,7 @@ use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::number_arguments::{band, not_negative, positive};
 use crate::{Failure, Outcome};
-use proofmass::calibration::dynamic::model::ModelStructure;
+use proofmass::dynamic::model::ModelStructure;
 use proofmass::io::{ColumnRef, Source, Unit};
 use proofmass::jobs::response::{Excitation, ResponseJob, ResponseOutcome, ResponseRecordings};
 use proofmass::jobs::{ChannelReading, Filed, Job, Outcome as _};

@@ -6,7 +6,7 @@ use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::number_arguments::{band, not_negative, positive};
 use crate::{Failure, Outcome};
-use proofmass::calibration::dynamic::shock::Tolerance;
+use proofmass::dynamic::shock::Tolerance;
 use proofmass::io::{ColumnRef, Source, Unit};
 use proofmass::jobs::shock::{ShockData, ShockJob, ShockOutcome, required_spectrum};
 use proofmass::jobs::{ChannelReading, Filed, Job, Outcome as _};

@@ -4,15 +4,15 @@ use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::gravity_arguments::GravityArguments;
 use crate::{Failure, Outcome, clock};
-use proofmass::calibration::static_test::{
-    Centrifuge, Linearity, Orthogonality, Sensitivity, Stability, Tilt, ZeroG,
-};
 use proofmass::io::{ColumnRef, Source};
 use proofmass::jobs::static_test::{
     ReadingColumns, StaticTest, StaticTestFiles, StaticTestJob, StaticTestOutcome,
 };
 use proofmass::jobs::velocity::SensorAxis;
 use proofmass::jobs::{Filed, Job, Outcome as _, RecordingReading};
+use proofmass::statics::static_test::{
+    Centrifuge, Linearity, Orthogonality, Sensitivity, Stability, Tilt, ZeroG,
+};
 use std::path::{Path, PathBuf};
 
 /// A table of readings of one axis.

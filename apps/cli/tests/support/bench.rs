@@ -1,11 +1,11 @@
 //! Small campaigns on the simulated bench, written as a laboratory would write them.
 #![allow(dead_code)] // every test file uses its own part
 
-use proofmass::calibration::shaker::Complex64;
 use proofmass::io::write_f32;
 use proofmass::rig::bench::{
     Bench, BenchCampaign, BenchWedge, published_plan, waveform::Acquisition,
 };
+use proofmass::shaker::Complex64;
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::fmt::Write;

@@ -2,10 +2,10 @@
 
 use crate::frequency_response;
 use crate::trouble::{Result, Trouble};
-use proofmass_calibration::frequency_response::{
+use proofmass_core::Watch;
+use proofmass_dynamic::frequency_response::{
     BandMatrix, CompensationError, CompensationFilter, FilterDesign, FilterStream,
 };
-use proofmass_core::Watch;
 use proofmass_io::AnyCalibration;
 use serde::{Deserialize, Serialize};
 
@@ -26,8 +26,8 @@ pub enum CompensationMethod {
 /// A calibration at work on samples in order.
 ///
 /// ```
-/// use proofmass_calibration::FrequencyResponse;
-/// use proofmass_calibration::shaker::reference::{ReferencePoint, ReferenceTable};
+/// use proofmass_dynamic::FrequencyResponse;
+/// use proofmass_dynamic::reference_table::{ReferencePoint, ReferenceTable};
 /// use proofmass_io::Unit;
 /// use proofmass_jobs::apply::{CompensationStream, CompensationMethod};
 /// use proofmass_jobs::{Record, Unwatched, frequency_response};

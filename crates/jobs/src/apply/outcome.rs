@@ -3,7 +3,7 @@
 use super::{ApplyJob, CompensationMethod, CompensationStream};
 use crate::outcome::Outcome;
 use crate::record::Record;
-use proofmass_calibration::frequency_response::{BandMatrix, CompensationError};
+use proofmass_dynamic::frequency_response::{BandMatrix, CompensationError};
 use proofmass_io::{AnyCalibration, CalibrationFile, Input, StatedQuantity};
 use proofmass_report::{CompensationReport, Report};
 use proofmass_uncertainty::{Finding, Severity};

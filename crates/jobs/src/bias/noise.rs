@@ -2,10 +2,10 @@
 
 use crate::noise::NoiseOutcome;
 use crate::trouble::{Result, Trouble};
-use proofmass_calibration::BiasNoise;
 use proofmass_core::velocity::BiasModel;
 use proofmass_io::Unit;
 use proofmass_noise::{ChannelAnalysis, CoefficientFit, GaussMarkov, Term};
+use proofmass_static::BiasNoise;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{LN_2, PI};
 

@@ -5,10 +5,10 @@ use crate::firmware::Firmware;
 use crate::outcome::{Outcome, section};
 use crate::record::Record;
 use crate::trouble::Result;
-use proofmass_calibration::{AxisTrack, BiasTrack, Segment};
 use proofmass_core::{BiasFilter, Error};
 use proofmass_io::{Cell, FirmwareBlock, StatedQuantity, Table};
 use proofmass_report::{BiasLine, BiasReport, Report};
+use proofmass_static::{AxisTrack, BiasTrack, Segment};
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 

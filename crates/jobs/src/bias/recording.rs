@@ -7,8 +7,8 @@ use crate::outcome::Filed;
 use crate::record::Record;
 use crate::recording::RecordingReading;
 use crate::trouble::{Result, Trouble};
-use proofmass_calibration::Segment;
 use proofmass_io::{Input, LARGEST_DOCUMENT, RecordedColumn, Recording, SegmentRow, Source};
+use proofmass_static::Segment;
 use proofmass_uncertainty::Finding;
 
 /// Outputs in m/s² with their time, rests where they are given, noise where a result is given.

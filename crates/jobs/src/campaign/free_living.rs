@@ -2,10 +2,10 @@
 
 use super::CampaignFile;
 use super::multi_position::{Axes, GravityInput, GravityTable, Prefixes, gravity};
-use proofmass_calibration::Stop;
 use proofmass_io::{
     ColumnRef, DecimalMark, Device, LayoutOptions, Result, Separator, TimeUnit, Unit,
 };
+use proofmass_static::Stop;
 use serde::Deserialize;
 
 /// A recording of days, calibrated from its still moments.

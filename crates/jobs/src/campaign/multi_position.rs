@@ -2,11 +2,11 @@
 
 use super::CampaignFile;
 use super::single_axis::twice;
-use proofmass_calibration::Terms;
 use proofmass_io::SegmentRow;
 use proofmass_io::{Ambient, Device};
 use proofmass_io::{ColumnRef, DecimalMark, LayoutOptions, Separator};
 use proofmass_io::{Input, Recording, RecordingOptions, Result, TimeUnit, Unit};
+use proofmass_static::Terms;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 

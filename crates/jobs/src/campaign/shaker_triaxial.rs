@@ -7,11 +7,11 @@ use super::shaker::{
 };
 use super::statement::coverage_factor;
 use crate::device_output::DeviceOutput;
-use proofmass_calibration::shaker::geometry::published_plan;
-use proofmass_calibration::shaker::{Configuration, Correction, ShakerMethod, SpuriousTable};
 use proofmass_io::sheet::{ACCELERATION_RATIO, COUNT_SENSITIVITY, SENSITIVITY};
 use proofmass_io::{Ambient, Device};
 use proofmass_io::{Error, ErrorKind, Input, Result, WaveformOptions};
+use proofmass_shaker::geometry::published_plan;
+use proofmass_shaker::{Configuration, Correction, ShakerMethod, SpuriousTable};
 use proofmass_uncertainty::Finding;
 use serde::Deserialize;
 

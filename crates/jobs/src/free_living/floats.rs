@@ -3,9 +3,9 @@
 use super::FreeLivingWindows;
 use crate::campaign::FreeLivingCampaign;
 use crate::trouble::{Result, Trouble};
-use proofmass_calibration::StillWindows;
 use proofmass_core::{STANDARD_GRAVITY, Watch};
 use proofmass_io::{ColumnRef, Source, Unit};
+use proofmass_static::StillWindows;
 use std::io::Read;
 
 /// Instants of a piece.

@@ -4,10 +4,10 @@ use super::{MultiPositionData, MultiPositionJob};
 use crate::campaign::MethodModel;
 use crate::plural::count;
 use crate::trouble::Trouble;
-use proofmass_calibration::{
+use proofmass_core::Error;
+use proofmass_static::{
     DirectionCoverage, MeanNoise, Samples, Segment, Standstill, ThresholdSweep, WindowedVariance,
 };
-use proofmass_core::Error;
 
 /// What a fit that failed says to the person who recorded the data.
 pub(super) fn explain(

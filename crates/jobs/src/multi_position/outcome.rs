@@ -5,10 +5,6 @@ use crate::campaign::MethodModel;
 use crate::outcome::{Outcome, section};
 use crate::record::Record;
 use crate::trouble::Result;
-use proofmass_calibration::{
-    CompensatedReading, DirectionCoverage, Ferraris, Misfit, Model, ModelEvidence, NextAttitude,
-    StandstillCalibration, WindowedVariance,
-};
 use proofmass_core::Gravity;
 use proofmass_io::{
     AnyCalibration, CalibrationFile, Cell, ColumnRef, CurvatureBlock, StatedQuantity, Table,
@@ -16,6 +12,10 @@ use proofmass_io::{
 };
 use proofmass_report::{MultiPositionReport, Report};
 use proofmass_signal::Trace;
+use proofmass_static::{
+    CompensatedReading, DirectionCoverage, Ferraris, Misfit, Model, ModelEvidence, NextAttitude,
+    StandstillCalibration, WindowedVariance,
+};
 use proofmass_uncertainty::{DegreesOfFreedom, Estimate, Finding, Quantity};
 use serde::{Deserialize, Serialize};
 

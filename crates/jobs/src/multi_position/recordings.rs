@@ -4,9 +4,9 @@ use super::{MultiPositionData, MultiPositionJob, Readings};
 use crate::campaign::{FileIs, GravityInput, MultiPositionCampaign, RowsAre};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
-use proofmass_calibration::{Direction, Segment, Standstill};
 use proofmass_core::{Error, Gravity, Watch};
 use proofmass_io::{ColumnRef, Input, Recording, SegmentRow, Unit};
+use proofmass_static::{Direction, Segment, Standstill};
 use proofmass_uncertainty::{Finding, Severity};
 
 /// All recordings of a campaign, one after the other, in SI where their unit has a place in it.

@@ -2,8 +2,8 @@
 
 use super::ObservedRun;
 use crate::campaign::{RunTable, ShakerRun};
-use proofmass_calibration::shaker::recording::{Line, UnevenStamps};
 use proofmass_io::Input;
+use proofmass_shaker::recording::{Line, UnevenStamps};
 use proofmass_uncertainty::{Finding, Severity};
 
 /// Findings of a reader, with the name of the run.

@@ -3,9 +3,9 @@
 use super::Lines;
 use crate::campaign::{CampaignFile, OutputRecording};
 use crate::trouble::{Result, Trouble};
-use proofmass_calibration::shaker::recording::Phasors;
-use proofmass_calibration::shaker::sample_clock::SampleClock;
 use proofmass_io::WaveformOptions;
+use proofmass_shaker::recording::Phasors;
+use proofmass_shaker::sample_clock::SampleClock;
 
 /// The files of a sensor that records by itself.
 pub(crate) struct SensorFiles<'a> {

@@ -3,10 +3,8 @@
 use super::{Excitation, ResponseJob, ResponseOutcome};
 use crate::outcome::Job;
 use crate::trouble::{Result, Trouble};
-use proofmass_calibration::dynamic::model::{
-    FitProblem, ModelStructure, ResponseFigures, ResponsePoints,
-};
 use proofmass_core::Watch;
+use proofmass_dynamic::model::{FitProblem, ModelStructure, ResponseFigures, ResponsePoints};
 use proofmass_signal::transfer::ResponseEstimate;
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
@@ -14,7 +12,7 @@ use serde::{Deserialize, Serialize};
 /// What is asked of points of a frequency response.
 ///
 /// ```
-/// use proofmass_calibration::dynamic::model::{ModelStructure, ResponsePoints, TransducerModel};
+/// use proofmass_dynamic::model::{ModelStructure, ResponsePoints, TransducerModel};
 /// use proofmass_jobs::response::{ModelData, ModelJob};
 /// use proofmass_jobs::{Job, Unwatched};
 ///

@@ -4,7 +4,7 @@ use super::ModelData;
 use crate::channels::{ChannelReading, RecordedChannel, WantedChannel};
 use crate::frequency_response;
 use crate::trouble::{Result, Trouble};
-use proofmass_calibration::dynamic::model::ResponsePoints;
+use proofmass_dynamic::model::ResponsePoints;
 use proofmass_io::{AnyCalibration, ColumnRef, Input, Source};
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};

@@ -2,7 +2,7 @@
 
 use super::ResponseData;
 use crate::trouble::{Result, Trouble};
-use proofmass_calibration::dynamic::sine_steps::{NoResponse, NoSteps, SineSteps, merged};
+use proofmass_dynamic::sine_steps::{NoResponse, NoSteps, SineSteps, merged};
 use proofmass_signal::transfer::ResponseEstimate;
 use proofmass_uncertainty::Finding;
 

@@ -1,6 +1,6 @@
 use super::*;
 use crate::{Filed, Outcome, Record, Unwatched, read_result};
-use proofmass_calibration::dynamic::model::{Mode, TransducerModel};
+use proofmass_dynamic::model::{Mode, TransducerModel};
 use proofmass_signal::fourier;
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};

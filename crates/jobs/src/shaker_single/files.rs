@@ -6,12 +6,10 @@ use crate::device_output::DeviceOutput;
 use crate::observed::{SensorFiles, observe};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
-use proofmass_calibration::shaker::recording::Quality;
-use proofmass_calibration::shaker::sample_clock::SampleClock;
-use proofmass_calibration::shaker::single_axis::{
-    ComparisonBudget, ComparisonRow, TransverseMotion,
-};
 use proofmass_core::Watch;
+use proofmass_shaker::recording::Quality;
+use proofmass_shaker::sample_clock::SampleClock;
+use proofmass_shaker::single_axis::{ComparisonBudget, ComparisonRow, TransverseMotion};
 use proofmass_uncertainty::DegreesOfFreedom;
 
 impl ShakerSingleCampaign {

@@ -2,10 +2,10 @@
 
 use crate::device_output::DeviceOutput;
 use crate::trouble::Result;
-use proofmass_calibration::shaker::check_standard::CheckPoint;
-use proofmass_calibration::shaker::derived::Expanded;
-use proofmass_calibration::shaker::single_axis::{ComparisonRow, SingleAxis};
 use proofmass_io::{Cell, Table};
+use proofmass_shaker::check_standard::CheckPoint;
+use proofmass_shaker::derived::Expanded;
+use proofmass_shaker::single_axis::{ComparisonRow, SingleAxis};
 
 pub(super) fn check_table(points: &[CheckPoint]) -> Result<Table> {
     let mut table = Table::new([

@@ -2,10 +2,9 @@
 
 use super::ShakerTriaxialData;
 use crate::trouble::Trouble;
-use proofmass_calibration::shaker::{
-    ShakerCampaign, SpuriousTable, diagnose, diagnosis::strangest, observations,
-};
 use proofmass_core::Error;
+use proofmass_shaker::diagnosis::strangest;
+use proofmass_shaker::{ShakerCampaign, SpuriousTable, diagnose, observations};
 use proofmass_uncertainty::{Finding, Severity};
 
 /// The error with every doubt about the runs that may have caused it.

@@ -7,12 +7,12 @@ use crate::outcome::Outcome;
 use crate::record::Record;
 use crate::sensor_clock::SensorClock;
 use crate::trouble::Result;
-use proofmass_calibration::shaker::published::MagnitudeBudget;
-use proofmass_calibration::shaker::recording::RunInput;
-use proofmass_calibration::shaker::sample_clock::SampleClock;
-use proofmass_calibration::shaker::{Budget, FrequencyCheck, OutputUnit, ShakerCalibration};
 use proofmass_io::{AnyCalibration, StatedQuantity, Table, Unit};
 use proofmass_report::{Report, ShakerReport};
+use proofmass_shaker::published::MagnitudeBudget;
+use proofmass_shaker::recording::RunInput;
+use proofmass_shaker::sample_clock::SampleClock;
+use proofmass_shaker::{Budget, FrequencyCheck, OutputUnit, ShakerCalibration};
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 

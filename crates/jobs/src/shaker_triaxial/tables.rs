@@ -1,12 +1,12 @@
 //! The results as tables.
 
 use crate::trouble::Result;
-use proofmass_calibration::shaker::derived::{Expanded, SensitivityTerm};
-use proofmass_calibration::shaker::recording::{CHANNELS, RunInput};
-use proofmass_calibration::shaker::{
+use proofmass_io::{Cell, StatedQuantity, Table};
+use proofmass_shaker::derived::{Expanded, SensitivityTerm};
+use proofmass_shaker::recording::{CHANNELS, RunInput};
+use proofmass_shaker::{
     FrequencyCheck, FrequencyResult, MethodResult, OutputUnit, ShakerCalibration, ShakerMethod,
 };
-use proofmass_io::{Cell, StatedQuantity, Table};
 use proofmass_uncertainty::{DegreesOfFreedom, Verdict};
 
 /// Moduli and phases of S and A at one frequency, by names such as `S.xx.modulus[frequency=10]`.
@@ -95,7 +95,7 @@ fn begin(result: &MethodResult, frequency: f64) -> Vec<Cell> {
     ]
 }
 
-type Published = proofmass_calibration::shaker::published::PublishedFit;
+type Published = proofmass_shaker::published::PublishedFit;
 /// Values and expanded uncertainties of nine terms.
 type Terms = ([[f64; 3]; 3], [[Option<f64>; 3]; 3]);
 

@@ -4,7 +4,7 @@ use super::ShockJob;
 use crate::outcome::{Outcome, section};
 use crate::record::Record;
 use crate::trouble::Result;
-use proofmass_calibration::dynamic::shock::{
+use proofmass_dynamic::shock::{
     Pulse, PulseMeasures, ShockCalibration, SpectrumToleranceResult, ToleranceResult,
 };
 use proofmass_io::{Cell, StatedQuantity, Table};

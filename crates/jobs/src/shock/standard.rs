@@ -1,7 +1,7 @@
 //! A reference that was calibrated over frequency, as one number for a pulse.
 
 use crate::trouble::{Result, Trouble};
-use proofmass_calibration::shaker::reference::ReferenceTable;
+use proofmass_dynamic::reference_table::ReferenceTable;
 use proofmass_uncertainty::{Finding, Severity};
 
 /// A constant sensitivity over the band of a pulse, with what it leaves out.

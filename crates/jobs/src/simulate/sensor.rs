@@ -2,9 +2,9 @@
 
 use super::Desk;
 use crate::trouble::{Result, Trouble};
-use proofmass_calibration::shaker::sample_clock::SampleClock;
 use proofmass_rig::bench::laboratory::PreparedRun;
 use proofmass_rig::bench::sensor::DigitalSensor;
+use proofmass_shaker::sample_clock::SampleClock;
 use serde::Serialize;
 use std::fmt::Write as _;
 

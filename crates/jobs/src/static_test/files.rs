@@ -4,11 +4,11 @@ use super::{StaticTest, StaticTestData, StaticTestInput, dated};
 use crate::record::Record;
 use crate::recording::RecordingReading;
 use crate::trouble::{Result, Trouble};
-use proofmass_calibration::static_test::DatedEstimate;
 use proofmass_io::{
     CalibrationFile, ColumnRef, Device, Input, LARGEST_DOCUMENT, RecordedColumn, Recording,
     RecordingOptions, Source, Unit,
 };
+use proofmass_static::static_test::DatedEstimate;
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 
@@ -228,8 +228,8 @@ fn to_si(column: &RecordedColumn, usual: Unit) -> Result<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proofmass_calibration::static_test::Tilt;
     use proofmass_core::Gravity;
+    use proofmass_static::static_test::Tilt;
 
     fn tilt() -> Result<StaticTest> {
         Ok(StaticTest::Tilt(Tilt::new(Gravity::given(9.80665, 1e-4)?)))

@@ -5,10 +5,10 @@ use crate::campaign::SingleAxisCampaign;
 use crate::multi_position::{Stamps, gravity};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
-use proofmass_calibration::static_test::{Sensitivity, Tilt};
-use proofmass_calibration::{MeanNoise, Samples, Segment, Standstill, WindowedVariance};
 use proofmass_core::Watch;
 use proofmass_io::{Input, RecordedColumn, Recording, Unit};
+use proofmass_static::static_test::{Sensitivity, Tilt};
+use proofmass_static::{MeanNoise, Samples, Segment, Standstill, WindowedVariance};
 use proofmass_uncertainty::Finding;
 
 /// Readings of one axis at known angles.

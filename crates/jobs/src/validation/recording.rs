@@ -6,12 +6,12 @@ use crate::multi_position::{Stamps, segment};
 use crate::record::Record;
 use crate::recording::RecordingReading;
 use crate::trouble::{Result, Trouble};
-use proofmass_calibration::Segment;
 use proofmass_core::Watch;
 use proofmass_io::{
     CalibrationFile, Input, Layout, LayoutOptions, Recording, RowReader, SegmentRow, Source,
     TimeUnit,
 };
+use proofmass_static::Segment;
 use proofmass_uncertainty::{Finding, Severity};
 
 /// A calibration, a recording of the same sensor in its unit, and standstills where they are given.

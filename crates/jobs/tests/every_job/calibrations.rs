@@ -3,12 +3,9 @@
 use crate::agreement::{check, figure};
 use crate::ask;
 use num_complex::Complex64;
-use proofmass_calibration::shaker::recording::Quality;
-use proofmass_calibration::shaker::reference::{ReferencePoint, ReferenceTable};
-use proofmass_calibration::shaker::single_axis::{ComparisonBudget, ComparisonRow};
-use proofmass_calibration::shaker::transverse::{Motion, SeatUncertainty};
-use proofmass_calibration::{FrequencyResponse, StillWindow};
 use proofmass_core::Gravity;
+use proofmass_dynamic::FrequencyResponse;
+use proofmass_dynamic::reference_table::{ReferencePoint, ReferenceTable};
 use proofmass_io::{AnyCalibration, Source, Unit};
 use proofmass_jobs::apply::{ApplyData, ApplyJob, CompensationMethod, Destination};
 use proofmass_jobs::bias::{AxisNoise, BiasData, BiasJob};
@@ -24,6 +21,10 @@ use proofmass_jobs::transverse::{TransverseData, TransverseJob, TransverseRun};
 use proofmass_jobs::validation::{ValidationData, ValidationJob};
 use proofmass_jobs::{AnyData, Gathered, Record, Sink, Unwatched, frequency_response};
 use proofmass_rig::HandHeld;
+use proofmass_shaker::recording::Quality;
+use proofmass_shaker::single_axis::{ComparisonBudget, ComparisonRow};
+use proofmass_shaker::transverse::{Motion, SeatUncertainty};
+use proofmass_static::StillWindow;
 use proofmass_uncertainty::DegreesOfFreedom;
 use std::sync::{Arc, OnceLock};
 

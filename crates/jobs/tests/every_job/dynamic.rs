@@ -2,10 +2,10 @@
 
 use crate::agreement::check;
 use crate::ask;
-use proofmass_calibration::dynamic::model::{
+use proofmass_dynamic::model::{
     FitProblem, Mode, ModelFit, ModelStructure, ResponsePoints, TransducerModel,
 };
-use proofmass_calibration::dynamic::step::step_response;
+use proofmass_dynamic::step::step_response;
 use proofmass_jobs::deconvolution::{DeconvolutionData, DeconvolutionJob};
 use proofmass_jobs::linearity::{LinearityData, LinearityJob};
 use proofmass_jobs::motion::{MotionData, MotionJob};

@@ -2,7 +2,6 @@
 
 use crate::agreement::{check, figure};
 use crate::ask;
-use proofmass_calibration::shaker::{Acts, Budget, Key, ShakerInput};
 use proofmass_io::Source;
 use proofmass_jobs::campaign::CampaignFile;
 use proofmass_jobs::inspect::{InspectData, InspectJob};
@@ -19,6 +18,7 @@ use proofmass_jobs::{AnyData, Gathered, Job, Memory, Sink, Store, Unwatched};
 use proofmass_noise::{
     NoiseChannel, NoiseLimit, NoiseModel, Sensor, Term, simulate as simulated_noise,
 };
+use proofmass_shaker::{Acts, Budget, Key, ShakerInput};
 use rand::SeedableRng;
 use std::sync::Arc;
 

@@ -3,13 +3,13 @@
 use crate::agreement::check;
 use crate::ask;
 use crate::calibrations::hand_held;
-use proofmass_calibration::static_test::{
-    Centrifuge, DatedEstimate, Linearity, Orthogonality, Sensitivity, Stability, Tilt, ZeroG,
-};
 use proofmass_core::{Gravity, STANDARD_GRAVITY};
 use proofmass_io::AnyCalibration;
 use proofmass_jobs::AnyData;
 use proofmass_jobs::static_test::{StaticTest, StaticTestData, StaticTestInput, StaticTestJob};
+use proofmass_static::static_test::{
+    Centrifuge, DatedEstimate, Linearity, Orthogonality, Sensitivity, Stability, Tilt, ZeroG,
+};
 
 /// One axis with a bias of 0.2 V and 0.1 V/(m/s²).
 fn outputs(accelerations: impl Iterator<Item = f64>) -> Vec<f64> {

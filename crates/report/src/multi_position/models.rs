@@ -2,7 +2,7 @@
 
 use super::MultiPositionFit;
 use crate::{Cell, Column, Section, Table};
-use proofmass_calibration::ModelEvidence;
+use proofmass_static::ModelEvidence;
 
 /// What the model of the result has beyond the matrix, in words.
 pub(super) fn beyond(fit: &MultiPositionFit) -> Option<String> {

@@ -2,10 +2,10 @@
 
 use crate::number::{rounded, two_digits};
 use crate::{Cell, Column, Section, Table};
-use proofmass_calibration::{
+use proofmass_core::STANDARD_GRAVITY;
+use proofmass_static::{
     CompensatedReading, Ferraris, Limiting, Misfit, MultiPositionFit, NextAttitude, WithoutSuspects,
 };
-use proofmass_core::STANDARD_GRAVITY;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 

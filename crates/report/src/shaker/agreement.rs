@@ -3,7 +3,7 @@
 use super::sign;
 use crate::number::{plain, two_digits};
 use crate::{Axis, Cell, Column, Section, Series, SpherePlot, Table, XyPlot};
-use proofmass_calibration::shaker::{
+use proofmass_shaker::{
     ComponentCheck, FrequencyCheck, MethodResult, RunResult, ShakerCalibration, Suspicion,
 };
 

@@ -3,7 +3,7 @@
 use super::digits::{CROSS, MAIN, TERMS, Unit, degrees_of_freedom, representative};
 use crate::number::{plain, two_digits};
 use crate::{BarPlot, Block, Cell, Column, Section, Table};
-use proofmass_calibration::shaker::{FrequencyResult, MethodResult, VarianceComponent};
+use proofmass_shaker::{FrequencyResult, MethodResult, VarianceComponent};
 
 /// What a budget line is about, in the order of the budget.
 fn causes(result: &MethodResult) -> Vec<(String, String, String)> {

@@ -4,7 +4,7 @@ use super::digits::{MAIN, TERMS, Unit, plus_minus};
 use super::{method_name, sign};
 use crate::number::plain;
 use crate::{Axis, Block, Cell, Column, Section, Series, Table, XyPlot};
-use proofmass_calibration::shaker::{MethodResult, ShakerCalibration, ShakerMethod};
+use proofmass_shaker::{MethodResult, ShakerCalibration, ShakerMethod};
 
 /// Value and expanded uncertainty of |S_k|, whatever the method.
 fn modulus(result: &MethodResult, frequency: f64, k: usize) -> Option<(f64, f64)> {

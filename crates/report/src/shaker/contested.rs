@@ -4,7 +4,7 @@ use super::digits::{TERMS, Unit};
 use super::sign;
 use crate::number::plain;
 use crate::{Cell, Column, Section, Table};
-use proofmass_calibration::shaker::ShakerCalibration;
+use proofmass_shaker::ShakerCalibration;
 
 /// Frequencies with runs that contradict the others, with them and without.
 pub(super) fn section(calibration: &ShakerCalibration, unit: Unit) -> Option<Section> {

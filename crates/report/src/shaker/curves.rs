@@ -4,7 +4,7 @@ use super::digits::{CROSS, MAIN, TERMS, Unit, degrees, degrees_of_freedom, plus_
 use crate::coverage::stated_at;
 use crate::number::plain;
 use crate::{Axis, Cell, Column, Section, Series, Table, XyPlot};
-use proofmass_calibration::shaker::{FrequencyResult, MethodResult};
+use proofmass_shaker::{FrequencyResult, MethodResult};
 
 /// Points of several series at one frequency are drawn this far apart, so that their bars can be told.
 const APART: f64 = 1.02;

@@ -1,10 +1,8 @@
 //! Units a reader of shaker results expects, and how many digits they deserve.
 
 use crate::number::{minus, rounded};
-use proofmass_calibration::shaker::{
-    FrequencyResult, MethodResult, OutputUnit, ShakerCalibration,
-    derived::{Expanded, SensitivityTerm},
-};
+use proofmass_shaker::derived::{Expanded, SensitivityTerm};
+use proofmass_shaker::{FrequencyResult, MethodResult, OutputUnit, ShakerCalibration};
 
 /// Unit in which sensitivities are printed: the prefix of the largest main term.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,7 +3,7 @@
 use super::digits::{TERMS, Unit, degrees, plus_minus, representative, scaled};
 use crate::number::plain;
 use crate::{Alignment, Block, Cell, Column, Section, Table};
-use proofmass_calibration::shaker::{FrequencyResult, MethodResult};
+use proofmass_shaker::{FrequencyResult, MethodResult};
 
 pub(super) fn section(result: &MethodResult, unit: Unit) -> Section {
     let shown = representative(result).map(|f| f.frequency);
@@ -33,10 +33,10 @@ pub(super) fn section(result: &MethodResult, unit: Unit) -> Section {
 }
 
 fn tables(f: &FrequencyResult, unit: Unit) -> Vec<Table> {
-    let phase = |terms: &[proofmass_calibration::shaker::derived::SensitivityTerm], k: usize| {
+    let phase = |terms: &[proofmass_shaker::derived::SensitivityTerm], k: usize| {
         degrees(&terms[k]).map_or("–".to_owned(), |(v, u)| plus_minus(v, u))
     };
-    let relative = |terms: &[proofmass_calibration::shaker::derived::SensitivityTerm], k: usize| {
+    let relative = |terms: &[proofmass_shaker::derived::SensitivityTerm], k: usize| {
         let m = &terms[k].modulus;
         percent(m.expanded / m.value)
     };
@@ -72,7 +72,7 @@ fn tables(f: &FrequencyResult, unit: Unit) -> Vec<Table> {
 }
 
 /// The diagonal of a normalised matrix is one by definition.
-fn normalised(k: usize, q: &proofmass_calibration::shaker::derived::Expanded) -> String {
+fn normalised(k: usize, q: &proofmass_shaker::derived::Expanded) -> String {
     if k.is_multiple_of(4) {
         "100".to_owned()
     } else {

@@ -4,7 +4,7 @@ use super::sign;
 use crate::number::plain;
 use crate::plot::Style;
 use crate::{Axis, Block, Cell, Column, Section, Series, Table, XyPlot};
-use proofmass_calibration::shaker::{Identifiability, MethodResult};
+use proofmass_shaker::{Identifiability, MethodResult};
 
 /// Mounting angles before and after the data, for a joint fit.
 pub(super) fn angles(result: &MethodResult) -> Option<Section> {

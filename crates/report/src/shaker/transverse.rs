@@ -3,7 +3,8 @@
 use super::digits::{Unit, plus_minus, scaled};
 use crate::number::plain;
 use crate::{Axis, Cell, Column, Section, Series, Table, XyPlot};
-use proofmass_calibration::shaker::{MethodResult, derived::Expanded};
+use proofmass_shaker::MethodResult;
+use proofmass_shaker::derived::Expanded;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 

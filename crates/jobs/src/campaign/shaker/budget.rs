@@ -2,8 +2,8 @@
 
 use crate::campaign::CampaignFile;
 use crate::device_output::DeviceOutput;
-use proofmass_calibration::shaker::{self as calibration, Acts, Key};
 use proofmass_io::{Error, ErrorKind, Input, Result};
+use proofmass_shaker::{Acts, Key};
 use proofmass_uncertainty::{Distribution, Evaluation, InputEntry};
 use serde::Deserialize;
 use std::path::Path;
@@ -28,7 +28,7 @@ pub(crate) enum BudgetSource {
 #[derive(Clone, Debug, PartialEq)]
 pub enum ShakerBudget {
     /// Inputs one by one, with the file they came from when it is not the campaign itself.
-    Inputs(calibration::Budget, Option<Input>),
+    Inputs(proofmass_shaker::Budget, Option<Input>),
     /// That of the published bench, known by name.
     Published,
 }
@@ -38,11 +38,11 @@ impl ShakerBudget {
     pub const BENCHES: &[&str] = &["published"];
 
     /// The inputs. Where a certificate is at hand it counts, and not the one that was printed.
-    pub fn budget(&self, certificate: bool) -> calibration::Budget {
+    pub fn budget(&self, certificate: bool) -> proofmass_shaker::Budget {
         match self {
             Self::Inputs(budget, _) => budget.clone(),
             Self::Published => {
-                let mut budget = calibration::Budget::published_bench();
+                let mut budget = proofmass_shaker::Budget::published_bench();
                 if certificate {
                     budget.inputs.retain(|i| i.acts != Acts::ReferenceModulus);
                 }
@@ -88,7 +88,7 @@ type Complaint = (String, String);
 fn input(
     entry: &InputEntry,
     output: DeviceOutput,
-) -> std::result::Result<calibration::ShakerInput, Complaint> {
+) -> std::result::Result<proofmass_shaker::ShakerInput, Complaint> {
     let choice = |what: &str, word: &str, valid: &[&str]| {
         let near = proofmass_io::spelling::nearest(word, valid.iter().copied())
             .map_or(String::new(), |k| format!("did you mean \"{k}\"? "));
@@ -156,7 +156,7 @@ fn input(
             ));
         }
     };
-    Ok(calibration::ShakerInput {
+    Ok(proofmass_shaker::ShakerInput {
         key: entry.name.clone(),
         description: entry
             .description
@@ -233,8 +233,8 @@ fn convert(
     path: &Path,
     text: &str,
     output: DeviceOutput,
-) -> Result<calibration::Budget> {
-    let mut inputs: Vec<calibration::ShakerInput> = Vec::new();
+) -> Result<proofmass_shaker::Budget> {
+    let mut inputs: Vec<proofmass_shaker::ShakerInput> = Vec::new();
     for entry in entries {
         let refuse = |what: String, hint: String| {
             let quoted = format!("\"{}\"", entry.name);
@@ -259,7 +259,7 @@ fn convert(
         }
         inputs.push(input);
     }
-    let budget = calibration::Budget::new(inputs).map_err(|e| {
+    let budget = proofmass_shaker::Budget::new(inputs).map_err(|e| {
         Error::new(ErrorKind::Configuration, e.to_string())
             .at(path)
             .column("budget")

@@ -2,9 +2,9 @@
 
 use crate::campaign::{CampaignFile, Prefixes};
 use crate::device_output::DeviceOutput;
-use proofmass_calibration::shaker::sample_clock::SampleClock;
 use proofmass_io::{ColumnRef, DecimalMark, LayoutOptions, Separator, TimeUnit};
 use proofmass_io::{Result, Unit, WaveformFormat, WaveformOptions};
+use proofmass_shaker::sample_clock::SampleClock;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 

@@ -1,9 +1,9 @@
 //! `[recording]`: how the waveforms of the runs are read.
 
 use crate::campaign::{CampaignFile, Prefixes};
-use proofmass_calibration::shaker::recording::Drive;
 use proofmass_io::{ColumnRef, DecimalMark, LayoutOptions, Separator, TimeUnit};
 use proofmass_io::{Result, Unit, WaveformFormat, WaveformOptions};
+use proofmass_shaker::recording::Drive;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 

@@ -1,10 +1,10 @@
 //! What a row of the table of runs says about the device or the motion, beside name, frequency and data.
 
-use proofmass_calibration::shaker::Configuration;
-use proofmass_calibration::shaker::transverse::Motion;
 use proofmass_io::Source;
 use proofmass_io::sheet::{ACCELERATION, ANGLE, PERCENT, Place, Sheet, SheetRow};
 use proofmass_io::{Input, Result};
+use proofmass_shaker::Configuration;
+use proofmass_shaker::transverse::Motion;
 
 /// Inclination and rotation of the device.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,10 +1,10 @@
 //! `spurious.csv`: the motion of the seat beside the excitation, per inclination and frequency.
 
 use num_complex::Complex64;
-use proofmass_calibration::shaker::{Correction, Spurious, SpuriousTable};
 use proofmass_io::Source;
 use proofmass_io::sheet::{ANGLE, FREQUENCY, Place, RATIO, Sheet, SheetRow};
 use proofmass_io::{Cell, Input, Result, Table};
+use proofmass_shaker::{Correction, Spurious, SpuriousTable};
 use proofmass_uncertainty::DegreesOfFreedom;
 
 /// One measurement of the spurious motion.

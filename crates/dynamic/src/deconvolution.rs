@@ -1,0 +1,430 @@
+//! Acceleration from the output of a device whose model is known: the stable inverse filter, with the uncertainty of every sample.
+
+use super::model::parameters::{Device, STEP};
+use super::model::{ModelStructure, TransducerModel};
+use num_complex::Complex64;
+use proofmass_core::Error;
+use proofmass_signal::{Density, Welch, fourier};
+use proofmass_uncertainty::Estimate;
+use serde::{Deserialize, Serialize};
+
+/// How an output is turned back.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct Deconvolution {
+    /// Corner of the zero-phase low-pass, Hz; where the sum of noise and bias is least when `None`.
+    pub corner: Option<f64>,
+    /// Samples before anything happens; they tell baseline and noise.
+    pub quiet: usize,
+}
+
+/// The acceleration with its uncertainty, sample by sample.
+///
+/// Â(f) = L(f) U(f)/S(f), L(f) = 1/(1 + (f/f_c)⁸) of zero phase, which keeps the inverse finite where the device no longer answers.
+/// Three causes, added in squares:
+///
+/// - **noise**: its density before anything happens, through |L/S|²; the same at every sample;
+/// - **model**: ∂â/∂θ by the same filter, with the covariance of all parameters (their common errors kept);
+/// - **regularisation**: what L removes is at most Δ = 2∫|1 − L| B df, B the modulus of Â where it is seen above the noise, beyond
+///   that falling as f⁻²; rectangular, u = Δ/√3.
+///
+/// **Assumes** a spectrum that falls at least as f⁻² beyond what is seen: a pulse without a step in its acceleration.
+///
+/// **Accuracy** the peak of a shock whose plain reading is wrong by a quarter lies within its 95 % interval in 200 runs
+/// (`coverage_deconvolved_peak`).
+///
+/// **Source** `[Elster2008]`, `[Eichstaedt2016]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Deconvolved {
+    /// Input of the device: m/s² for an accelerometer.
+    pub value: Vec<f64>,
+    /// Standard uncertainty of each sample.
+    pub standard_uncertainty: Vec<f64>,
+    /// Corner that was used, Hz.
+    pub corner: f64,
+    /// Its parts that are the same at every sample: noise, regularisation.
+    pub noise: f64,
+    /// Standard uncertainty by what the low-pass removes.
+    pub regularisation: f64,
+    /// Greatest part of the model.
+    pub model: f64,
+}
+
+fn low_pass(f: f64, corner: f64) -> f64 {
+    1.0 / (1.0 + (f / corner).powi(8))
+}
+
+impl Deconvolution {
+    /// Turns an output, sampled at `rate`, back into the input.
+    ///
+    /// The estimate holds the parameters of the model by their names (`sensitivity`, `mode.1.frequency`, …).
+    ///
+    /// # Errors
+    /// [`Error::TooFew`] with fewer than 32 quiet samples; [`Error::NotFinite`]; [`Error::OutOfRange`] for a corner beyond half the
+    /// rate or a model with a high-pass, whose inverse has no bound at low frequencies; an estimate without the model's parameters.
+    pub fn apply(
+        &self,
+        model: &TransducerModel,
+        structure: &ModelStructure,
+        estimate: &Estimate,
+        output: &[f64],
+        rate: f64,
+    ) -> Result<Deconvolved, Error> {
+        if !(rate > 0.0 && rate.is_finite()) {
+            return Err(Error::OutOfRange {
+                name: "sample rate",
+                value: rate,
+                min: f64::MIN_POSITIVE,
+                max: f64::MAX,
+            });
+        }
+        if let Some(index) = output.iter().position(|v| !v.is_finite()) {
+            return Err(Error::NotFinite {
+                name: "output",
+                index,
+            });
+        }
+        if self.quiet < 32 || self.quiet > output.len() {
+            return Err(Error::TooFew {
+                name: "quiet samples before the motion",
+                needed: 32,
+                got: self.quiet.min(output.len()),
+            });
+        }
+        if let Some(corner) = model.high_pass {
+            return Err(Error::OutOfRange {
+                name: "high-pass corner of the model",
+                value: corner,
+                min: 0.0,
+                max: 0.0,
+            });
+        }
+        if let Some(corner) = self.corner
+            && !(corner > 0.0 && corner <= 0.5 * rate)
+        {
+            return Err(Error::OutOfRange {
+                name: "corner of the low-pass",
+                value: corner,
+                min: 0.0,
+                max: 0.5 * rate,
+            });
+        }
+        let n = output.len();
+        let time = 1.0 / (std::f64::consts::PI * rate);
+        let device = Device::new(model, structure, estimate, time)?;
+        let baseline = output[..self.quiet].iter().sum::<f64>() / self.quiet as f64;
+        // As much again behind it: the tail of the inverse must not come round to the beginning.
+        let padded = fourier::fast_length(2 * n);
+        let mut signal: Vec<f64> = output.iter().map(|v| v - baseline).collect();
+        signal.resize(padded, 0.0);
+        let spectrum = fourier::forward_owned(signal);
+        let line = rate / padded as f64;
+        let segment = (self.quiet / 4).clamp(8, 1024);
+        let noise = Welch::new(segment).density(&output[..self.quiet], rate)?;
+        let response: Vec<Complex64> = (0..spectrum.len())
+            .map(|k| model.response(k as f64 * line))
+            .collect();
+        let envelope = envelope(&spectrum, &response, &noise, n, padded, rate);
+        let (corner, noise_u, bias_u) = match self.corner {
+            Some(corner) => {
+                let (noise_u, bias_u) = costs(corner, &response, &noise, &envelope, line, rate);
+                (corner, noise_u, bias_u)
+            }
+            None => best_corner(&response, &noise, &envelope, line, rate),
+        };
+        let inverse = |factor: &dyn Fn(usize) -> Complex64| -> Vec<f64> {
+            let filtered = spectrum
+                .iter()
+                .enumerate()
+                .map(|(k, u)| u * low_pass(k as f64 * line, corner) / response[k] * factor(k))
+                .collect();
+            let mut x = fourier::inverse(filtered, padded).unwrap_or_default();
+            x.truncate(n);
+            x
+        };
+        let value = inverse(&|_| Complex64::new(1.0, 0.0));
+        let sensitivities: Vec<Vec<f64>> = device
+            .shifted
+            .iter()
+            .map(|[low, high]| {
+                inverse(&|k| {
+                    let f = k as f64 * line;
+                    -(high.response(f) - low.response(f)) / (2.0 * STEP * response[k])
+                })
+            })
+            .collect();
+        let p = sensitivities.len();
+        let mut model_u = 0.0f64;
+        let standard_uncertainty = (0..n)
+            .map(|i| {
+                let mut v = 0.0;
+                for a in 0..p {
+                    for b in 0..p {
+                        v += sensitivities[a][i] * device.covariance[(a, b)] * sensitivities[b][i];
+                    }
+                }
+                model_u = model_u.max(v.max(0.0).sqrt());
+                (v.max(0.0) + noise_u * noise_u + bias_u * bias_u).sqrt()
+            })
+            .collect();
+        Ok(Deconvolved {
+            value,
+            standard_uncertainty,
+            corner,
+            noise: noise_u,
+            regularisation: bias_u,
+            model: model_u,
+        })
+    }
+}
+
+/// Modulus of the input's spectrum, in input × s, at every line: as seen, and beyond the noise as its f⁻² continuation.
+fn envelope(
+    spectrum: &[Complex64],
+    response: &[Complex64],
+    noise: &Density,
+    n: usize,
+    padded: usize,
+    rate: f64,
+) -> Vec<f64> {
+    let line = rate / padded as f64;
+    // A line of the noise: E|N|² = n f_s G/2.
+    let level = |f: f64| {
+        let k = ((f / noise.bin_width).round() as usize).clamp(1, noise.density.len() - 1);
+        (0.5 * n as f64 * rate * noise.density[k]).sqrt()
+    };
+    let count = spectrum.len();
+    let seen: Vec<f64> = (0..count)
+        .map(|k| spectrum[k].norm() / response[k].norm() / rate)
+        .collect();
+    let last = (1..count)
+        .take_while(|k| {
+            // Zeros of a pulse's spectrum go under: the greatest of an octave's third counts.
+            let to = (k + k / 4 + 2).min(count);
+            (*k..to).any(|m| spectrum[m].norm() > 5.0 * level(m as f64 * line))
+        })
+        .last()
+        .unwrap_or(1);
+    // Against the same power law the greatest of the last octave is the start of the continuation.
+    let from = (last / 2).max(1);
+    let start = (from..=last)
+        .map(|k| seen[k] * (k as f64 / last as f64).powi(2))
+        .fold(0.0, f64::max);
+    (0..count)
+        .map(|k| {
+            if k <= last {
+                seen[k]
+            } else {
+                start * (last as f64 / k as f64).powi(2)
+            }
+        })
+        .collect()
+}
+
+/// Standard uncertainties by noise and by what the low-pass removes.
+fn costs(
+    corner: f64,
+    response: &[Complex64],
+    noise: &Density,
+    envelope: &[f64],
+    line: f64,
+    rate: f64,
+) -> (f64, f64) {
+    let mut variance = 0.0;
+    let mut removed = 0.0;
+    for (k, s) in response.iter().enumerate() {
+        let f = k as f64 * line;
+        let l = low_pass(f, corner);
+        let g = ((f / noise.bin_width).round() as usize).min(noise.density.len() - 1);
+        variance += noise.density[g] * l * l / s.norm_sqr() * line;
+        removed += 2.0 * (1.0 - l) * envelope[k] * line;
+    }
+    // Beyond the last line the continuation goes on: ∫ B f⁻² df.
+    removed += 2.0 * envelope[envelope.len() - 1] * 0.5 * rate;
+    (variance.sqrt(), removed / 3f64.sqrt())
+}
+
+fn best_corner(
+    response: &[Complex64],
+    noise: &Density,
+    envelope: &[f64],
+    line: f64,
+    rate: f64,
+) -> (f64, f64, f64) {
+    let mut best = (0.25 * rate, f64::INFINITY, 0.0);
+    let mut least = f64::INFINITY;
+    for k in 0..60 {
+        let corner = 0.5 * rate * (20.0 * line / rate).max(1e-4).powf(f64::from(k) / 59.0);
+        let (a, b) = costs(corner, response, noise, envelope, line, rate);
+        let total = a.hypot(b);
+        if total < least {
+            least = total;
+            best = (corner, a, b);
+        }
+    }
+    best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::Mode;
+    use proofmass_signal::PulseShape;
+    use proofmass_uncertainty::{
+        Component, Covariance, DegreesOfFreedom, Effect, Evaluation, Influence,
+    };
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    const RATE: f64 = 200e3;
+
+    fn device(frequency: f64, damping: f64, sensitivity: f64) -> TransducerModel {
+        TransducerModel {
+            modes: vec![Mode {
+                frequency,
+                damping,
+                share: 1.0,
+            }],
+            ..TransducerModel::flat(sensitivity)
+        }
+    }
+
+    /// Through the device by its exact response.
+    fn recorded(truth: &[f64], model: &TransducerModel, noise: f64, seed: u64) -> Vec<f64> {
+        let n = truth.len();
+        let spectrum = fourier::forward(truth)
+            .iter()
+            .enumerate()
+            .map(|(k, v)| v * model.response(k as f64 * RATE / n as f64))
+            .collect();
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+        let clean = fourier::inverse(spectrum, n).unwrap();
+        clean
+            .iter()
+            .map(|v| {
+                let e: f64 = StandardNormal.sample(&mut rng);
+                v + 0.4 + noise * e
+            })
+            .collect()
+    }
+
+    fn estimate(model: &TransducerModel, u: [f64; 3]) -> Estimate {
+        let m = model.modes[0];
+        let components = vec![
+            Component::new("sensitivity", "V/(m/s²)", model.sensitivity),
+            Component::new("mode.1.frequency", "Hz", m.frequency),
+            Component::new("mode.1.damping", "1", m.damping),
+        ];
+        let covariance = Covariance::from_standard_uncertainties(&u).unwrap();
+        let influence = Influence {
+            key: "points".into(),
+            description: "calibration".into(),
+            evaluation: Evaluation::A,
+            distribution: "normal".into(),
+            dof: DegreesOfFreedom::INFINITE,
+            effect: Effect::Joint { covariance },
+        };
+        Estimate::new(components, vec![influence]).unwrap()
+    }
+
+    #[test]
+    fn coverage_deconvolved_peak() {
+        // A haversine of 0.2 ms under a resonance of 8 kHz: the plain reading overshoots.
+        let truth = PulseShape::Haversine.record(5000.0, 2e-4, 0.01, 8192, RATE);
+        let top = (0..8192)
+            .max_by(|a, b| truth[*a].total_cmp(&truth[*b]))
+            .unwrap();
+        let real = device(8000.0, 0.03, 1e-3);
+        let u = [2e-6, 20.0, 1e-3];
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(77);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+        let (mut inside, mut plain) = (0, 0);
+        for seed in 0..200 {
+            let output = recorded(&truth, &real, 2e-3, seed);
+            let found = device(
+                8000.0 + u[1] * normal(),
+                0.03 + u[2] * normal(),
+                1e-3 + u[0] * normal(),
+            );
+            let quiet = Deconvolution {
+                quiet: 1900,
+                ..Deconvolution::default()
+            };
+            let result = quiet
+                .apply(
+                    &found,
+                    &ModelStructure::default(),
+                    &estimate(&found, u),
+                    &output,
+                    RATE,
+                )
+                .unwrap();
+            let error = (result.value[top] - 5000.0).abs();
+            inside += usize::from(error <= 1.96 * result.standard_uncertainty[top]);
+            let reading = output.iter().copied().fold(0.0, f64::max) - 0.4;
+            plain += usize::from(
+                (reading / found.sensitivity - 5000.0).abs()
+                    <= 1.96 * result.standard_uncertainty[top],
+            );
+            // The bound on what is removed is generous, but three per cent at most.
+            assert!(
+                result.standard_uncertainty[top] < 150.0,
+                "{}",
+                result.standard_uncertainty[top]
+            );
+        }
+        // The bound on the regularisation is a bound: more than 95 % hold, 179 of 200 at least.
+        assert!(inside >= 179, "{inside}");
+        assert_eq!(plain, 0);
+    }
+
+    #[test]
+    fn refuses_what_has_no_inverse() {
+        let model = device(8000.0, 0.03, 1e-3);
+        let e = estimate(&model, [1e-6, 1.0, 1e-4]);
+        let output = vec![0.0; 1000];
+        let structure = ModelStructure::default();
+        let quiet = |quiet| Deconvolution {
+            quiet,
+            corner: None,
+        };
+        assert!(
+            quiet(8)
+                .apply(&model, &structure, &e, &output, RATE)
+                .is_err()
+        );
+        assert!(
+            quiet(2000)
+                .apply(&model, &structure, &e, &output, RATE)
+                .is_err()
+        );
+        let piezo = TransducerModel {
+            high_pass: Some(1.0),
+            ..model.clone()
+        };
+        assert!(
+            quiet(100)
+                .apply(&piezo, &structure.with_high_pass(), &e, &output, RATE)
+                .is_err()
+        );
+        let corner = Deconvolution {
+            corner: Some(RATE),
+            quiet: 100,
+        };
+        assert!(corner.apply(&model, &structure, &e, &output, RATE).is_err());
+        assert!(
+            quiet(100)
+                .apply(&model, &structure.with_delay(), &e, &output, RATE)
+                .is_err()
+        );
+        let mut bad = output.clone();
+        bad[3] = f64::NAN;
+        assert!(
+            quiet(100)
+                .apply(&model, &structure, &e, &bad, RATE)
+                .is_err()
+        );
+    }
+}

@@ -1,0 +1,570 @@
+//! Two calibrations over frequency, held against each other.
+
+use super::FrequencyResponse;
+use super::interpolation::Interpolation;
+use num_complex::Complex64;
+use proofmass_core::{Error, check};
+use proofmass_signal::transfer::polar;
+use proofmass_uncertainty::adjustment::{cholesky, solve};
+use proofmass_uncertainty::{
+    DegreesOfFreedom, En, Finding, Quantity, Severity, chi_squared_quantile,
+};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::{PI, TAU};
+
+/// One element at one frequency, as both calibrations have it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ComparedPoint {
+    /// Hz.
+    pub frequency: f64,
+    /// Name of the element: `K`, or `K.xy` for output x and acceleration along y.
+    pub element: String,
+    /// Both values.
+    pub value: [Complex64; 2],
+    /// (|K₁| − |K₂|)/|K₂|.
+    pub modulus_difference: f64,
+    /// Its expanded uncertainty.
+    pub modulus_expanded: f64,
+    /// E_n of the moduli.
+    pub modulus_en: f64,
+    /// Phase of K₁ against that of K₂, rad.
+    pub phase_difference: f64,
+    /// Its expanded uncertainty.
+    pub phase_expanded: f64,
+    /// E_n of the phases.
+    pub phase_en: f64,
+    /// dᵀ(C₁ + C₂)⁻¹d of real and imaginary part: χ² with two degrees of freedom.
+    pub chi_square: f64,
+}
+
+/// All differences together.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ComparedWhole {
+    /// dᵀ C⁻¹ d over all frequencies and elements.
+    pub chi_square: f64,
+    /// Number of differences.
+    pub freedom: usize,
+    /// Exceeded by chance once in a thousand.
+    pub limit: f64,
+}
+
+/// Two calibrations of the same device, held against each other where both are known.
+///
+/// Compared at the frequencies of the one that has fewer within the range of both; where the other has to be interpolated, the bound
+/// of the error of that is among the uncertainties. The whole is judged by χ² when both say what their frequencies have in common; where one does not, correlations between frequencies are unknown, and the
+/// smallest of all chances decides, which is right whatever they are.
+///
+/// **Assumes** nothing in common between the two: a reference standard that both go back to makes E_n too small.
+///
+/// **Accuracy** at most 1 % of agreeing pairs raise `calibrations-differ` (`coverage_of_agreeing_calibrations`).
+///
+/// **Source** E_n `[ISO13528] 9.7`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ResponseComparison {
+    /// Frequency by frequency, element by element.
+    pub points: Vec<ComparedPoint>,
+    /// χ² of everything; `None` where a calibration does not say what its frequencies share.
+    pub whole: Option<ComparedWhole>,
+    /// Whether they differ by more than chance.
+    pub differ: bool,
+    /// Probability of the expanded uncertainties.
+    pub probability: f64,
+    /// Unit of both.
+    pub unit: String,
+    /// What to doubt.
+    pub findings: Vec<Finding>,
+}
+
+/// Chance of the finding where nothing differs.
+const CHANCE: f64 = 1e-3;
+
+/// Elements and what is common to the frequencies, at one of them.
+pub(super) struct Seen {
+    pub(super) matrix: Vec<Complex64>,
+    pub(super) covariance: Vec<f64>,
+    /// One per shared effect.
+    shared: Vec<Vec<f64>>,
+    pub(super) dof: f64,
+}
+
+impl ResponseComparison {
+    /// Compares.
+    ///
+    /// # Errors
+    /// [`Error::Length`] for other outputs and axes, [`Error::OutOfRange`] for a probability outside (0, 1) or ranges that do not
+    /// meet, [`Error::NotPositiveDefinite`] where neither states an uncertainty.
+    pub fn of(
+        first: &FrequencyResponse,
+        second: &FrequencyResponse,
+        probability: f64,
+    ) -> Result<Self, Error> {
+        check::probability(probability)?;
+        let elements = first.outputs().len() * first.axes().len();
+        let others = second.outputs().len() * second.axes().len();
+        if elements != others || first.outputs().len() != second.outputs().len() {
+            return Err(Error::Length {
+                name: "elements of the second response",
+                expected: elements,
+                got: others,
+            });
+        }
+        let frequencies = common_frequencies(&[first, second])?;
+        let names = element_names(first);
+        let pair = [Side::new(first), Side::new(second)];
+        let (mut points, mut blocks) = (Vec::new(), Vec::new());
+        for f in &frequencies {
+            let seen = [pair[0].look(*f)?, pair[1].look(*f)?];
+            for (e, name) in names.iter().enumerate() {
+                points.push(point(&seen, e, elements, *f, name, probability)?);
+            }
+            blocks.push(seen);
+        }
+        let known = first.series().shared().is_some() && second.series().shared().is_some();
+        let whole = if known {
+            Some(together(&blocks, 2 * elements)?)
+        } else {
+            None
+        };
+        let count = points.len() as f64;
+        let worst = points
+            .iter()
+            .max_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
+        let differ = match (&whole, worst) {
+            (Some(whole), _) => whole.chi_square > whole.limit,
+            // exp(−χ²/2) is the chance of two degrees of freedom; of all points at most their number times that.
+            (None, Some(worst)) => count * (-0.5 * worst.chi_square).exp() < CHANCE,
+            (None, None) => false,
+        };
+        let findings = findings(&points, whole.as_ref(), differ, worst);
+        Ok(Self {
+            points,
+            whole,
+            differ,
+            probability,
+            unit: first.unit().to_owned(),
+            findings,
+        })
+    }
+}
+
+/// Frequencies of the sparsest response within the range of all.
+pub(super) fn common_frequencies(responses: &[&FrequencyResponse]) -> Result<Vec<f64>, Error> {
+    let (mut low, mut high) = (0.0f64, f64::INFINITY);
+    for response in responses {
+        let [a, b] = response.range();
+        (low, high) = (low.max(a), high.min(b));
+    }
+    let within = low * (1.0 - 1e-9)..=high * (1.0 + 1e-9);
+    let each = responses
+        .iter()
+        .map(|r| -> Vec<f64> { r.frequencies().filter(|f| within.contains(f)).collect() });
+    let sparsest = each.filter(|list| !list.is_empty()).min_by_key(Vec::len);
+    sparsest.ok_or(Error::OutOfRange {
+        name: "highest frequency that all calibrations have",
+        value: high,
+        min: low,
+        max: f64::MAX,
+    })
+}
+
+pub(super) fn element_names(response: &FrequencyResponse) -> Vec<String> {
+    FrequencyResponse::names(response.outputs(), response.axes())
+        .into_iter()
+        .step_by(2)
+        .map(|name| name.trim_end_matches(".re").to_owned())
+        .collect()
+}
+
+/// One of the calibrations.
+pub(super) struct Side<'a> {
+    response: &'a FrequencyResponse,
+    interpolation: Interpolation<'a>,
+    /// Bound of the relative error in every interval.
+    error: Vec<f64>,
+}
+
+impl<'a> Side<'a> {
+    pub(super) fn new(response: &'a FrequencyResponse) -> Self {
+        Self {
+            response,
+            interpolation: Interpolation::new(response),
+            error: response.interpolation_error().unwrap_or_default(),
+        }
+    }
+
+    pub(super) fn look(&self, f: f64) -> Result<Seen, Error> {
+        let points = self.response.series().points();
+        let (before, after) = self.interpolation.neighbours(f);
+        let matrix = self.interpolation.matrix(f);
+        let mut covariance = self.interpolation.covariance(f)?.elements().to_vec();
+        // Share of the upper neighbour, as the covariance has it.
+        let share = if before == after {
+            0.0
+        } else {
+            let ratio = (f / points[before].at).ln();
+            (ratio / (points[after].at / points[before].at).ln()).clamp(0.0, 1.0)
+        };
+        let between = (1e-6..=1.0 - 1e-6).contains(&share);
+        if let (true, Some(bound)) = (between, self.error.get(before)) {
+            let n = 2 * matrix.len();
+            for k in 0..n {
+                covariance[n * k + k] += (bound * matrix[k / 2].norm()).powi(2) / 3.0;
+            }
+        }
+        let shared = self.response.series().shared().unwrap_or_default();
+        let shared = shared
+            .iter()
+            .map(|effect| {
+                let parts = effect.effects[before].iter().zip(&effect.effects[after]);
+                parts.map(|(a, b)| a + share * (b - a)).collect()
+            })
+            .collect();
+        let dof = [(before, 1.0 - share), (after, share)]
+            .into_iter()
+            .filter(|(_, weight)| *weight > 1e-6)
+            .flat_map(|(i, _)| points[i].estimate.quantities())
+            .map(|q| q.dof.get())
+            .fold(f64::INFINITY, f64::min);
+        Ok(Seen {
+            matrix,
+            covariance,
+            shared,
+            dof,
+        })
+    }
+}
+
+fn point(
+    seen: &[Seen; 2],
+    element: usize,
+    elements: usize,
+    frequency: f64,
+    name: &str,
+    probability: f64,
+) -> Result<ComparedPoint, Error> {
+    let n = 2 * elements;
+    let (r, i) = (2 * element, 2 * element + 1);
+    let of = |s: &Seen| {
+        [
+            s.covariance[n * r + r],
+            s.covariance[n * r + i],
+            s.covariance[n * i + i],
+        ]
+    };
+    let z = [seen[0].matrix[element], seen[1].matrix[element]];
+    let c = [of(&seen[0]), of(&seen[1])];
+    let quantity = |value: f64, u: f64, s: &Seen| Quantity {
+        name: name.to_owned(),
+        unit: String::new(),
+        value,
+        standard_uncertainty: u,
+        dof: DegreesOfFreedom::new(s.dof).unwrap_or(DegreesOfFreedom::INFINITE),
+    };
+    let u = [polar(z[0], c[0]), polar(z[1], c[1])];
+    let modulus = En::new(
+        &quantity(z[0].norm(), u[0].0, &seen[0]),
+        &quantity(z[1].norm(), u[1].0, &seen[1]),
+        0.0,
+        probability,
+    )?;
+    let turn = (z[0] * z[1].conj()).arg().rem_euclid(TAU);
+    let turn = if turn > PI { turn - TAU } else { turn };
+    let phase = En::new(
+        &quantity(turn, u[0].1, &seen[0]),
+        &quantity(0.0, u[1].1, &seen[1]),
+        0.0,
+        probability,
+    )?;
+    let d = z[0] - z[1];
+    let [rr, ri, ii] = [0, 1, 2].map(|k| c[0][k] + c[1][k]);
+    let determinant = rr * ii - ri * ri;
+    if !(rr > 0.0 && determinant > 0.0) {
+        return Err(Error::NotPositiveDefinite {
+            name: "covariance of the difference of two responses",
+            row: r,
+            column: i,
+            value: determinant,
+        });
+    }
+    let chi_square = (ii * d.re * d.re - 2.0 * ri * d.re * d.im + rr * d.im * d.im) / determinant;
+    let size = z[1].norm().max(f64::MIN_POSITIVE);
+    Ok(ComparedPoint {
+        frequency,
+        element: name.to_owned(),
+        value: z,
+        modulus_difference: modulus.difference / size,
+        modulus_expanded: modulus.expanded / size,
+        modulus_en: modulus.value,
+        phase_difference: phase.difference,
+        phase_expanded: phase.expanded,
+        phase_en: phase.value,
+        chi_square,
+    })
+}
+
+/// χ² of all differences: blocks of the frequencies, joined by what each calibration has in common (Woodbury).
+fn together(blocks: &[[Seen; 2]], n: usize) -> Result<ComparedWhole, Error> {
+    let effects = blocks
+        .first()
+        .map_or(0, |b| b[0].shared.len() + b[1].shared.len());
+    let (mut square, mut inner) = (0.0, vec![0.0; effects * effects]);
+    let mut right = vec![0.0; effects];
+    for e in 0..effects {
+        inner[effects * e + e] = 1.0;
+    }
+    for [a, b] in blocks {
+        let shared: Vec<&Vec<f64>> = a.shared.iter().chain(&b.shared).collect();
+        let mut own: Vec<f64> = a
+            .covariance
+            .iter()
+            .zip(&b.covariance)
+            .map(|(p, q)| p + q)
+            .collect();
+        for effect in &shared {
+            for r in 0..n {
+                for c in 0..n {
+                    // A thousandth of it is left, lest nothing remain that weighs a point.
+                    own[n * r + c] -= 0.999 * effect[r] * effect[c];
+                }
+            }
+        }
+        if cholesky(&mut own, n).is_none() {
+            return Err(Error::NotPositiveDefinite {
+                name: "covariance of the difference of two responses",
+                row: 0,
+                column: 0,
+                value: 0.0,
+            });
+        }
+        let d: Vec<f64> = a
+            .matrix
+            .iter()
+            .zip(&b.matrix)
+            .flat_map(|(p, q)| [(p - q).re, (p - q).im])
+            .collect();
+        let mut weighted = d.clone();
+        solve(&own, &mut weighted);
+        square += d.iter().zip(&weighted).map(|(a, b)| a * b).sum::<f64>();
+        for (i, effect) in shared.iter().enumerate() {
+            right[i] += effect
+                .iter()
+                .zip(&weighted)
+                .map(|(a, b)| a * b)
+                .sum::<f64>();
+            let mut turned = (*effect).clone();
+            solve(&own, &mut turned);
+            for (j, other) in shared.iter().enumerate() {
+                inner[effects * i + j] +=
+                    other.iter().zip(&turned).map(|(a, b)| a * b).sum::<f64>();
+            }
+        }
+    }
+    if effects > 0 {
+        if cholesky(&mut inner, effects).is_none() {
+            return Err(Error::NotPositiveDefinite {
+                name: "covariance of what the frequencies share",
+                row: 0,
+                column: 0,
+                value: 0.0,
+            });
+        }
+        let mut explained = right.clone();
+        solve(&inner, &mut explained);
+        square -= right
+            .iter()
+            .zip(&explained)
+            .map(|(a, b)| a * b)
+            .sum::<f64>();
+    }
+    let freedom = n * blocks.len();
+    Ok(ComparedWhole {
+        chi_square: square.max(0.0),
+        freedom,
+        limit: chi_squared_quantile(1.0 - CHANCE, freedom as f64),
+    })
+}
+
+fn findings(
+    points: &[ComparedPoint],
+    whole: Option<&ComparedWhole>,
+    differ: bool,
+    worst: Option<&ComparedPoint>,
+) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    if let (true, Some(worst)) = (differ, worst) {
+        let evidence = match whole {
+            Some(w) => format!(
+                "χ² = {:.1} of {} differences, at most {:.1}",
+                w.chi_square, w.freedom, w.limit
+            ),
+            None => format!(
+                "χ² = {:.1} at one of {} points",
+                worst.chi_square,
+                points.len()
+            ),
+        };
+        findings.push(
+            Finding::new(
+                Severity::Decision,
+                "calibrations-differ",
+                "the two calibrations differ by more than their uncertainties allow",
+            )
+            .evidence(format!(
+                "{evidence}; most at {:.4} Hz, {}: {:+.2} % in modulus, {:+.2}° in phase (E_n {:.1} and {:.1})",
+                worst.frequency,
+                worst.element,
+                100.0 * worst.modulus_difference,
+                worst.phase_difference.to_degrees(),
+                worst.modulus_en,
+                worst.phase_en
+            ))
+            .advice("one of them understates its uncertainty, or the device has changed in between: look at the course of the differences over frequency"),
+        );
+    }
+    if whole.is_none() {
+        findings.push(
+            Finding::new(
+                Severity::Note,
+                "correlation-not-stated",
+                "a calibration does not say what its frequencies have in common",
+            )
+            .evidence(format!("{} points, each judged alone", points.len()))
+            .advice(
+                "differences that are the same at all frequencies may be one error seen many times",
+            ),
+        );
+    }
+    findings
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reference_table::{ReferencePoint, ReferenceTable};
+    use proofmass_uncertainty::{
+        Component, Covariance, Effect, Estimate, EstimateSeries, Evaluation, Influence,
+        SeriesPoint, SharedEffect,
+    };
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    fn truth(f: f64) -> Complex64 {
+        let r = f / 8000.0;
+        0.01 / Complex64::new(1.0 - r * r, 0.04 * r)
+    }
+
+    /// A calibration off by a common relative error and by independent ones, as it says.
+    fn calibration(f: &[f64], common: f64, own: f64, shift: f64, seed: u64) -> FrequencyResponse {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+        let scale = 1.0 + common * normal() + shift;
+        let (mut points, mut effects) = (Vec::new(), Vec::new());
+        for &at in f {
+            let k = truth(at) * scale;
+            let u = own * k.norm();
+            let z = k + Complex64::new(u * normal(), u * normal());
+            let joint = |key: &str, rows: [f64; 4]| Influence {
+                key: key.into(),
+                description: key.into(),
+                evaluation: Evaluation::B,
+                distribution: "normal".into(),
+                dof: DegreesOfFreedom::INFINITE,
+                effect: Effect::Joint {
+                    covariance: Covariance::try_from_rows(2, &rows).unwrap(),
+                },
+            };
+            let e = [common * z.re, common * z.im];
+            let outer = [e[0] * e[0], e[0] * e[1], e[0] * e[1], e[1] * e[1]];
+            let estimate = Estimate::new(
+                vec![
+                    Component::new("K.re", "V/(m/s²)", z.re),
+                    Component::new("K.im", "V/(m/s²)", z.im),
+                ],
+                vec![
+                    joint("noise", [u * u, 0.0, 0.0, u * u]),
+                    joint("reference", outer),
+                ],
+            )
+            .unwrap();
+            points.push(SeriesPoint { at, estimate });
+            effects.push(e.to_vec());
+        }
+        let shared = SharedEffect {
+            key: "reference".into(),
+            effects,
+        };
+        let axis = vec!["axis".to_owned()];
+        let series = EstimateSeries::new(points, Some(vec![shared])).unwrap();
+        FrequencyResponse::new(axis.clone(), axis, series).unwrap()
+    }
+
+    fn grid(n: usize) -> Vec<f64> {
+        (0..n)
+            .map(|k| 10.0 * 500f64.powf(k as f64 / (n - 1) as f64))
+            .collect()
+    }
+
+    #[test]
+    fn coverage_of_agreeing_calibrations() {
+        let f = grid(24);
+        let (mut alarms, mut outside, mut points) = (0, 0, 0);
+        let runs = 400;
+        for seed in 0..runs {
+            let a = calibration(&f, 0.01, 0.002, 0.0, seed);
+            let b = calibration(&f, 0.005, 0.003, 0.0, 5000 + seed);
+            let c = ResponseComparison::of(&a, &b, 0.95).unwrap();
+            alarms += usize::from(c.differ);
+            outside += c.points.iter().filter(|p| p.modulus_en.abs() > 1.0).count();
+            points += c.points.len();
+            assert_eq!(c.whole.unwrap().freedom, 48);
+        }
+        // One in a thousand by design: five of 400 would come by chance once in 20 000.
+        assert!(alarms < 5, "{alarms}");
+        // Neighbours are not independent: 5 % within 2 %.
+        let share = outside as f64 / points as f64;
+        assert!((0.03..0.07).contains(&share), "{share}");
+        // A shift that single points do not show: 0.5 % of independent error at 24 frequencies.
+        let differ = (0..40u64)
+            .filter(|s| {
+                let a = calibration(&f, 1e-4, 0.005, 0.01, *s);
+                let b = calibration(&f, 1e-4, 0.005, 0.0, 900 + s);
+                ResponseComparison::of(&a, &b, 0.95).unwrap().differ
+            })
+            .count();
+        assert!(differ >= 25, "{differ}");
+    }
+
+    #[test]
+    fn known_two_certificates_at_other_frequencies() {
+        let certificate = |f: &[f64], factor: f64| {
+            let lines = f
+                .iter()
+                .map(|&frequency| ReferencePoint {
+                    frequency,
+                    sensitivity: truth(frequency).norm() * factor,
+                    phase: truth(frequency).arg(),
+                    modulus_uncertainty: 0.005,
+                    phase_uncertainty: 0.005,
+                })
+                .collect();
+            FrequencyResponse::try_from(&ReferenceTable::new(lines).unwrap()).unwrap()
+        };
+        let (a, b) = (certificate(&grid(40), 1.0), certificate(&grid(9), 1.002));
+        let c = ResponseComparison::of(&a, &b, 0.95).unwrap();
+        assert_eq!(c.points.len(), 9);
+        assert!(!c.differ && c.whole.is_none());
+        assert_eq!(c.findings[0].code(), "correlation-not-stated");
+        for p in &c.points {
+            assert!((p.modulus_difference + 0.002).abs() < 1e-3, "{p:?}");
+            // 0.002 over 1.96 · 0.005 · √2.
+            assert!((p.modulus_en.abs() - 0.144).abs() < 0.08, "{p:?}");
+        }
+        let far = certificate(&grid(9), 1.2);
+        let c = ResponseComparison::of(&a, &far, 0.95).unwrap();
+        assert_eq!(c.findings[0].code(), "calibrations-differ");
+        let elsewhere = certificate(&[9000.0, 9500.0], 1.0);
+        assert!(ResponseComparison::of(&a, &elsewhere, 0.95).is_err());
+        assert!(ResponseComparison::of(&a, &b, 1.0).is_err());
+    }
+}

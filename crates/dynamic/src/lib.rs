@@ -1,0 +1,15 @@
+//! Accelerometers over frequency and in time: frequency responses, fitted models, shocks, steps, the inverse filter.
+
+pub mod deconvolution;
+pub mod frequency_response;
+pub mod linearity;
+pub mod model;
+pub mod modes;
+pub mod reference_table;
+pub mod shock;
+pub mod sine_steps;
+pub mod step;
+
+mod monotone_cubic;
+
+pub use frequency_response::FrequencyResponse;

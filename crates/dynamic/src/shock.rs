@@ -1,0 +1,17 @@
+//! Shock calibration: the pulse, its measures, and the sensitivity against a reference.
+
+mod doubts;
+mod pair_doubts;
+mod pulse;
+mod quiet;
+mod sensitivity;
+mod spectrum;
+mod spectrum_tolerance;
+#[cfg(test)]
+mod tests;
+
+pub use doubts::{PulseContext, pulse_findings};
+pub use pulse::{NoPulse, Pulse, PulseMeasures, PulseSearch, Tolerance, ToleranceResult};
+pub use sensitivity::{NoCalibration, ShockCalibration, ShockReference, SpectrumLine};
+pub use spectrum::SpectrumDoubt;
+pub use spectrum_tolerance::{SpectrumTolerance, SpectrumToleranceResult, required_at};

@@ -1,0 +1,72 @@
+//! What a campaign consists of, and which calculations are asked for.
+
+use crate::budget::Budget;
+use crate::geometry::Configuration;
+use crate::observation::Correction;
+use crate::published::MagnitudeBudget;
+use crate::recording::{QualityLimits, RunInput};
+use proofmass_dynamic::reference_table::ReferenceTable;
+use serde::{Deserialize, Serialize};
+
+/// Which calculation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ShakerMethod {
+    /// Magnitudes, as published; for comparison only.
+    #[serde(alias = "published")]
+    PublishedMagnitude,
+    /// Signed phasors, frequency by frequency.
+    Complex,
+    /// Signed phasors of all frequencies, with the mounting angles in common.
+    Joint,
+}
+
+/// A campaign on the shaker.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShakerCampaign {
+    /// Runs.
+    pub runs: Vec<RunInput>,
+    /// Certificate of the reference; `None` when the runs carry accelerations already.
+    pub reference: Option<ReferenceTable>,
+    /// Corrections to set side by side; empty is no correction alone.
+    pub corrections: Vec<Correction>,
+    /// Methods to set side by side.
+    pub methods: Vec<ShakerMethod>,
+    /// Budget. An input that acts on the reference modulus or phase is added from the certificate when none is
+    /// there.
+    pub budget: Budget,
+    /// Budget of the published method.
+    pub magnitude_budget: MagnitudeBudget,
+    /// What should have been measured at every frequency.
+    pub plan: Option<Vec<Configuration>>,
+    /// Target amplitudes (Hz, m/s²).
+    pub targets: Vec<(f64, f64)>,
+    /// Rules of a sound run.
+    pub limits: QualityLimits,
+    /// Datasheet sensitivity and its expanded uncertainty, V/(m/s²).
+    pub datasheet: Option<(f64, f64)>,
+    /// Runs that somebody decided to leave out, by name.
+    pub excluded: Vec<String>,
+    /// Whether the outputs of each run were sampled by another clock than the reference: their common phase is free.
+    pub free_phase: bool,
+}
+
+impl ShakerCampaign {
+    /// A campaign with every choice at its default: no correction, [`ShakerMethod::Joint`] and [`ShakerMethod::Complex`].
+    pub fn new(runs: Vec<RunInput>, budget: Budget) -> Self {
+        Self {
+            runs,
+            reference: None,
+            corrections: vec![],
+            methods: vec![ShakerMethod::Complex, ShakerMethod::Joint],
+            budget,
+            magnitude_budget: MagnitudeBudget::published(0.0035),
+            plan: None,
+            targets: vec![],
+            limits: QualityLimits::default(),
+            datasheet: None,
+            excluded: vec![],
+            free_phase: false,
+        }
+    }
+}

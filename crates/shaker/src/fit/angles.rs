@@ -1,0 +1,124 @@
+//! Mounting angles after the data, and whether they agree with what is declared.
+
+use super::{AngleEstimate, upper_tail};
+use crate::adjustment::Adjustment;
+use crate::budget::{Acts, Budget, ShakerInput};
+use crate::observation::PhasorRow;
+use faer::{Mat, Side};
+use proofmass_core::Error;
+use proofmass_uncertainty::{Finding, Severity};
+
+/// Draws of every angle of the budget.
+fn draws<'a>(
+    adjustment: &'a Adjustment,
+    budget: &'a Budget,
+) -> impl Iterator<Item = (&'a ShakerInput, Vec<usize>)> {
+    let inputs = budget.inputs.iter().enumerate();
+    inputs
+        .filter(|(_, input)| input.acts.is_angle())
+        .map(|(index, input)| (input, adjustment.draws_of(index).collect()))
+}
+
+/// Angles after the data.
+pub(super) fn estimates(
+    adjustment: &Adjustment,
+    rows: &[PhasorRow],
+    budget: &Budget,
+) -> Vec<AngleEstimate> {
+    let offset = adjustment.first_draw();
+    let mut estimates = vec![];
+    for (input, draws) in draws(adjustment, budget) {
+        let prior = input.standard_uncertainty();
+        for d in draws {
+            let p = offset + d;
+            let about = ["x", "y"][adjustment.draws[d].part % 2];
+            estimates.push(AngleEstimate {
+                key: match input.acts {
+                    Acts::Tilt => format!("{}.{about}", input.key),
+                    _ => input.key.clone(),
+                },
+                configuration: rows[adjustment.draws[d].row].configuration,
+                value: adjustment.parameters[p] * prior,
+                standard_uncertainty: adjustment.covariance(p, p).sqrt() * prior,
+                prior,
+            });
+        }
+    }
+    estimates
+}
+
+/// Whether the data agree with what is declared of the angles.
+pub(super) fn findings(adjustment: &Adjustment, budget: &Budget) -> Result<Vec<Finding>, Error> {
+    let mut findings = vec![];
+    for (input, draws) in draws(adjustment, budget) {
+        let Some((statistic, seen)) = agreement(adjustment, &draws)? else {
+            continue;
+        };
+        let prior = input.standard_uncertainty();
+        let nu = seen as f64;
+        let ratio = (statistic / nu).sqrt();
+        let evidence = format!(
+            "the data want {ratio:.2} times the declared {:.3}°: χ² = {statistic:.1} with {seen} degrees of freedom",
+            prior.to_degrees()
+        );
+        if upper_tail(statistic, nu) < 1e-4 {
+            findings.push(
+                Finding::new(
+                    Severity::Decision,
+                    "angle-prior-too-small",
+                    format!("the mounting angles of {} scatter more than declared", input.key),
+                )
+                .evidence(evidence)
+                .advice(
+                    "the result is with what the runs support; declare it so, or look for a configuration that was mounted wrongly",
+                ),
+            );
+        } else if 1.0 - upper_tail(statistic, nu) < 1e-4 {
+            findings.push(
+                Finding::new(
+                    Severity::Note,
+                    "angle-prior-too-large",
+                    format!(
+                        "the mounting angles of {} scatter less than declared",
+                        input.key
+                    ),
+                )
+                .evidence(evidence)
+                .advice("a smaller declared uncertainty would be defensible"),
+            );
+        }
+    }
+    Ok(findings)
+}
+
+/// χ² of the draws of an input in the directions that the data see, and their number: under the prior the estimates have
+/// covariance 1 − C. `None` where the data see none of them.
+fn agreement(adjustment: &Adjustment, draws: &[usize]) -> Result<Option<(f64, usize)>, Error> {
+    let (m, offset) = (draws.len(), adjustment.first_draw());
+    if m == 0 {
+        return Ok(None);
+    }
+    let spread = Mat::from_fn(m, m, |a, b| {
+        let c = adjustment.covariance(offset + draws[a], offset + draws[b]);
+        f64::from(a == b) - c
+    });
+    let eigen = spread
+        .self_adjoint_eigen(Side::Lower)
+        .map_err(|_| Error::NotConverged {
+            name: "eigenvalues of the angles",
+            iterations: 0,
+            step: f64::INFINITY,
+        })?;
+    let (mut statistic, mut seen) = (0.0, 0usize);
+    for e in 0..m {
+        let lambda = eigen.S()[e];
+        if lambda > 0.05 {
+            let along: f64 = (0..m)
+                .map(|a| eigen.U()[(a, e)] * adjustment.parameters[offset + draws[a]])
+                .sum();
+            statistic += along * along / lambda;
+            seen += 1;
+        }
+    }
+    Ok((seen > 0).then_some((statistic, seen)))
+}

@@ -1,0 +1,469 @@
+//! The fit of all three axes, order by order, and its average.
+
+use super::averaged::{self, Averaged};
+use super::branches::Branches;
+use super::coefficients::{AxisFit, OrderFit, TemperatureFit};
+use super::correlated_noise::{Noise, grid};
+use super::steps;
+use super::warm_up::{LEAST, WarmUp, own_part, unexplained};
+use super::{Attitude, Blocks, Hysteresis, TemperatureSweep, findings};
+use proofmass_core::{Error, norm};
+use proofmass_uncertainty::f_quantile;
+
+/// Columns of one model: nuisance first, then powers of z for the bias, then those for the scale.
+pub(super) struct Design {
+    nuisance: Vec<Vec<f64>>,
+    z: Vec<f64>,
+    /// Specific force along each axis at every block, m/s², where scale is told from bias.
+    force: Option<[Vec<f64>; 3]>,
+    /// Self-heating: its place among the columns, and what may stand there.
+    warm_up: Option<(usize, WarmUp)>,
+}
+
+impl Design {
+    fn columns(&self, order: usize, axis: usize) -> Vec<Vec<f64>> {
+        let power = |k: usize, factor: Option<&Vec<f64>>| -> Vec<f64> {
+            let powers = self.z.iter().enumerate();
+            powers
+                .map(|(i, z)| z.powi(k as i32) * factor.map_or(1.0, |f| f[i]))
+                .collect()
+        };
+        let mut columns = self.nuisance.clone();
+        columns.extend((1..=order).map(|k| power(k, None)));
+        if let Some(force) = &self.force {
+            columns.extend((1..=order).map(|k| power(k, Some(&force[axis]))));
+        }
+        columns
+    }
+
+    /// The columns with every time constant that self-heating may have.
+    fn alternatives(&self, order: usize, axis: usize) -> Vec<Vec<Vec<f64>>> {
+        let columns = self.columns(order, axis);
+        let Some((at, warm_up)) = &self.warm_up else {
+            return vec![columns];
+        };
+        let with = |decay: &Vec<f64>| {
+            let mut columns = columns.clone();
+            columns[*at].clone_from(decay);
+            columns
+        };
+        warm_up.decays.iter().map(with).collect()
+    }
+}
+
+pub(super) fn fit(settings: &TemperatureSweep, blocks: &Blocks) -> Result<TemperatureFit, Error> {
+    let range = blocks.range();
+    let reference = settings.reference.unwrap_or(0.5 * (range[0] + range[1]));
+    let half = 0.5 * (range[1] - range[0]);
+    if !((reference - range[0]).min(range[1] - reference) >= -half) {
+        return Err(Error::OutOfRange {
+            name: "reference temperature, °C",
+            value: reference,
+            min: range[0] - half,
+            max: range[1] + half,
+        });
+    }
+    let z: Vec<f64> = blocks
+        .temperature
+        .iter()
+        .map(|t| (t - reference) / half)
+        .collect();
+    let mut branches = Branches::of(blocks);
+    let force = separable(blocks);
+    let mut nuisance: Vec<Vec<f64>> = (0..blocks.attitudes.len())
+        .map(|s| {
+            blocks
+                .attitude
+                .iter()
+                .map(|a| f64::from(u8::from(*a == s)))
+                .collect()
+        })
+        .collect();
+    // A few plateaus do not tell powers that no others separate them by; two tell a straight line.
+    let power = |k: usize| -> Vec<f64> { z.iter().map(|z| z.powi(k as i32)).collect() };
+    let told = |top: usize| {
+        let all: Vec<Vec<f64>> = nuisance
+            .iter()
+            .cloned()
+            .chain((1..=top).map(power))
+            .collect();
+        // Of a power of z, which is of order one.
+        (unexplained(&all, all.len() - 1) / z.len() as f64).sqrt() >= LEAST
+    };
+    let mut settings = settings.clone();
+    while settings.largest_order > 1 && !told(settings.largest_order) {
+        settings.largest_order -= 1;
+    }
+    let settings = &settings;
+    let gap_at = nuisance.len();
+    if branches.common.is_some() {
+        let gap = (0..3).map(|k| {
+            let signed = branches.sign.iter().zip(&z);
+            signed
+                .map(|(s, z)| 0.5 * s * z.powi(k))
+                .collect::<Vec<f64>>()
+        });
+        nuisance.extend(gap);
+        // A few plateaus, each reached from one side alone, do not tell the branches from the temperature.
+        let powers =
+            (1..=settings.largest_order as i32).map(|k| z.iter().map(|z| z.powi(k)).collect());
+        let all: Vec<Vec<f64>> = nuisance.iter().cloned().chain(powers).collect();
+        if (gap_at..gap_at + 3).any(|at| own_part(&all, at) < LEAST) {
+            nuisance.truncate(gap_at);
+            branches.common = None;
+            branches.lag = false;
+        }
+    }
+    let lag_at = nuisance.len();
+    if branches.lag {
+        let fastest = branches.rate.iter().fold(0.0f64, |m, r| m.max(r.abs()));
+        nuisance.push(branches.rate.iter().map(|r| r / fastest).collect());
+    }
+    let warm_up = settings.warm_up.map(|longest| {
+        let warm_up = WarmUp::of(blocks, longest);
+        nuisance.extend(warm_up.decays.first().cloned());
+        (nuisance.len() - 1, warm_up)
+    });
+    let fixed = nuisance.len();
+    let design = Design {
+        nuisance,
+        z,
+        force,
+        warm_up,
+    };
+    let noises = grid(&blocks.time, blocks.duration);
+    let context = Context {
+        settings,
+        blocks,
+        branches: &branches,
+        design: &design,
+        noises: &noises,
+        half,
+        reference,
+        gap_at,
+        lag_at,
+        fixed,
+    };
+    let axes = [context.axis(0)?, context.axis(1)?, context.axis(2)?];
+    let estimate = context.estimate(&axes)?;
+    let scale = design.force.is_some();
+    let mut fit = TemperatureFit {
+        reference,
+        range,
+        largest_order: settings.largest_order,
+        scale,
+        axes: axes.map(|a| a.fit),
+        estimate,
+        blocks: blocks.clone(),
+        findings: Vec::new(),
+        direction: branches.sign,
+    };
+    fit.findings = findings::of(&fit, branches.common.is_some(), settings);
+    Ok(fit)
+}
+
+/// The specific force along each axis, where sweeps in attitudes far from each other tell scale from bias on all axes.
+fn separable(blocks: &Blocks) -> Option<[Vec<f64>; 3]> {
+    let [low, high] = blocks.range();
+    let swept: Vec<&Attitude> = blocks
+        .attitudes
+        .iter()
+        .filter(|a| a.range[1] - a.range[0] > 0.5 * (high - low))
+        .collect();
+    let cosine = |a: &Attitude, axis: usize| a.output[axis] / norm(a.output).max(f64::MIN_POSITIVE);
+    let told = (0..3).all(|axis| {
+        let c = swept.iter().map(|a| cosine(a, axis));
+        let (least, most) = (
+            c.clone().fold(f64::INFINITY, f64::min),
+            c.fold(f64::NEG_INFINITY, f64::max),
+        );
+        most - least > 0.5
+    });
+    told.then(|| {
+        std::array::from_fn(|axis| {
+            let of = |s: &usize| blocks.attitudes[*s].output[axis];
+            blocks.attitude.iter().map(of).collect()
+        })
+    })
+}
+
+pub(super) struct Context<'a> {
+    pub(super) settings: &'a TemperatureSweep,
+    pub(super) blocks: &'a Blocks,
+    pub(super) branches: &'a Branches,
+    pub(super) design: &'a Design,
+    pub(super) noises: &'a [Noise],
+    pub(super) half: f64,
+    pub(super) reference: f64,
+    pub(super) gap_at: usize,
+    pub(super) lag_at: usize,
+    pub(super) fixed: usize,
+}
+
+/// One axis with what the joint estimate needs.
+pub(super) struct Axis {
+    pub(super) fit: AxisFit,
+    /// Coefficients in powers of z: bias, then scale, each up to the largest order.
+    pub(super) coefficients: Vec<f64>,
+    pub(super) covariance: Vec<f64>,
+    /// Half the difference of the branches in the same coefficients.
+    pub(super) branch: Vec<f64>,
+    /// What a tilt across the jumps of the temperature would do to the same coefficients: one for each cause.
+    pub(super) tilt: Vec<Vec<f64>>,
+    /// Degrees of freedom of the covariance.
+    pub(super) dof: f64,
+}
+
+impl Context<'_> {
+    pub(super) fn kinds(&self) -> usize {
+        if self.design.force.is_some() { 2 } else { 1 }
+    }
+
+    fn axis(&self, axis: usize) -> Result<Axis, Error> {
+        let y: Vec<f64> = self.blocks.output.iter().map(|o| o[axis]).collect();
+        let top = self.settings.largest_order;
+        let kinds = self.kinds();
+        let (n, fixed) = (y.len(), self.fixed);
+        let mut runs: Vec<Averaged> = Vec::with_capacity(top);
+        for order in 1..=top {
+            runs.push(averaged::fit(
+                &self.design.alternatives(order, axis),
+                &y,
+                self.noises,
+            )?);
+        }
+        let criterion = |order: usize| {
+            // The variance and the two of the noise are estimated beside the coefficients.
+            let k = (fixed + kinds * order + 3) as f64;
+            let correction = 2.0 * k * (k + 1.0) / (n as f64 - k - 1.0).max(1.0);
+            -2.0 * runs[order - 1].log_likelihood + 2.0 * k + correction
+        };
+        let aicc: Vec<f64> = (1..=top).map(criterion).collect();
+        let best = aicc.iter().copied().fold(f64::INFINITY, f64::min);
+        let weights: Vec<f64> = aicc.iter().map(|a| (-0.5 * (a - best)).exp()).collect();
+        let total: f64 = weights.iter().sum();
+        // Padded to the largest order, so that one mixture holds all.
+        let size = fixed + kinds * top;
+        let place = |order: usize, i: usize| {
+            if i < fixed {
+                i
+            } else {
+                let (kind, k) = ((i - fixed) / order, (i - fixed) % order);
+                fixed + kind * top + k
+            }
+        };
+        let padded: Vec<(Vec<f64>, Vec<f64>)> = runs
+            .iter()
+            .enumerate()
+            .map(|(index, run)| {
+                let (order, p) = (index + 1, run.estimate.len());
+                let mut x = vec![0.0; size];
+                let mut c = vec![0.0; size * size];
+                for a in 0..p {
+                    x[place(order, a)] = run.estimate[a];
+                    for b in 0..p {
+                        c[place(order, a) * size + place(order, b)] = run.covariance[a * p + b];
+                    }
+                }
+                (x, c)
+            })
+            .collect();
+        // The largest order states the result: an average over orders is short of its interval where a power is small.
+        let (x, c) = &padded[top - 1];
+
+        let slope_weights = self.slope_weights(top);
+        let orders = (1..=top)
+            .map(|order| {
+                let (px, pc) = &padded[order - 1];
+                let (slope, u) = linear(&slope_weights, &px[fixed..], pc, size, fixed);
+                let f = (order > 1).then(|| {
+                    let at = place(order, fixed + order - 1);
+                    let variance = pc[at * size + at];
+                    if variance > 0.0 {
+                        px[at] * px[at] / variance
+                    } else {
+                        0.0
+                    }
+                });
+                OrderFit {
+                    order,
+                    aicc: aicc[order - 1] - best,
+                    weight: weights[order - 1] / total,
+                    cross_validation: self.cross_validation(order, axis, &y),
+                    f,
+                    f_limit: f_quantile(0.95, 1.0, (n - fixed - kinds * order) as f64),
+                    slope,
+                    slope_uncertainty: u,
+                }
+            })
+            .collect();
+        let count = kinds * top;
+        let coefficients = x[fixed..].to_vec();
+        let covariance = (0..count * count)
+            .map(|i| c[(fixed + i / count) * size + fixed + i % count])
+            .collect();
+        let hysteresis = self
+            .branches
+            .common
+            .map(|common| self.hysteresis(common, x, c, size));
+        let mut branch = vec![0.0; count];
+        if hysteresis.is_some() {
+            for k in 1..=top.min(2) {
+                branch[k - 1] = 0.5 * x[self.gap_at + k];
+            }
+        }
+        let lag = self.branches.lag.then(|| {
+            let fastest = self
+                .branches
+                .rate
+                .iter()
+                .fold(0.0f64, |m, r| m.max(r.abs()));
+            let at = self.lag_at;
+            [x[at] / fastest, c[at * size + at].sqrt() / fastest]
+        });
+        let best = runs[top - 1].best();
+        let mut designs = self.design.alternatives(top, axis);
+        let self_heating = self.design.warm_up.as_ref().map(|(at, warm_up)| {
+            let [amplitude, standard_uncertainty] = [x[*at], c[at * size + at].max(0.0).sqrt()];
+            warm_up.found(
+                amplitude,
+                standard_uncertainty,
+                &runs[top - 1].alternatives,
+                &designs,
+                *at,
+            )
+        });
+        let columns = designs.swap_remove(best);
+        let step = steps::largest(
+            self.blocks,
+            &columns,
+            &y,
+            &self.noises[runs[top - 1].noise],
+            (fixed, &slope_weights),
+        );
+        let tilt = self.tilt(axis, &columns)?;
+        let residuals = (0..n)
+            .map(|i| y[i] - (0..size).map(|a| columns[a][i] * x[a]).sum::<f64>())
+            .collect();
+        let mean_change = (0..n)
+            .map(|i| {
+                (1..=top)
+                    .map(|k| coefficients[k - 1] * self.design.z[i].powi(k as i32))
+                    .sum::<f64>()
+            })
+            .sum::<f64>()
+            / n as f64;
+        let powers = |offset: usize| {
+            std::array::from_fn(|k| {
+                if k < top {
+                    coefficients[offset + k] / self.half.powi(k as i32 + 1)
+                } else {
+                    0.0
+                }
+            })
+        };
+        Ok(Axis {
+            fit: AxisFit {
+                orders,
+                bias: powers(0),
+                scale: (kinds == 2).then(|| powers(top)),
+                hysteresis,
+                lag,
+                self_heating,
+                step,
+                mean_change,
+                residuals,
+            },
+            coefficients,
+            covariance,
+            branch,
+            tilt,
+            dof: runs[top - 1].dof,
+        })
+    }
+
+    /// Weights of z, z², z³ in the mean slope over the range, per K.
+    pub(super) fn slope_weights(&self, top: usize) -> Vec<f64> {
+        let [low, high] = self
+            .blocks
+            .range()
+            .map(|t| (t - self.reference) / self.half);
+        (1..=top as i32)
+            .map(|k| (high.powi(k) - low.powi(k)) / (2.0 * self.half))
+            .collect()
+    }
+
+    /// Ten stretches of time left out in turn; what is left fits them, intercepts and branches included.
+    fn cross_validation(&self, order: usize, axis: usize, y: &[f64]) -> f64 {
+        let designs = self.design.alternatives(order, axis);
+        let n = y.len();
+        let mut sum = 0.0;
+        let mut count = 0usize;
+        for fold in 0..10 {
+            let out = |i: usize| i * 10 / n == fold;
+            let keep: Vec<usize> = (0..n).filter(|i| !out(*i)).collect();
+            let pick = |c: &Vec<f64>| keep.iter().map(|i| c[*i]).collect::<Vec<f64>>();
+            let x: Vec<Vec<Vec<f64>>> = designs
+                .iter()
+                .map(|columns| columns.iter().map(pick).collect())
+                .collect();
+            let white = &self.noises[..1];
+            // A stretch that alone holds an attitude or a branch cannot be predicted by the others.
+            let Ok(run) = averaged::fit(&x, &pick(&y.to_vec()), white) else {
+                continue;
+            };
+            let columns = &designs[run.best()];
+            for i in (0..n).filter(|i| out(*i)) {
+                let model: f64 = columns
+                    .iter()
+                    .zip(&run.estimate)
+                    .map(|(c, e)| c[i] * e)
+                    .sum();
+                sum += (y[i] - model).powi(2);
+                count += 1;
+            }
+        }
+        (sum / count.max(1) as f64).sqrt()
+    }
+
+    fn hysteresis(&self, common: [f64; 2], x: &[f64], c: &[f64], size: usize) -> Hysteresis {
+        let at = self.gap_at;
+        let curve: Vec<[f64; 3]> = (0..=24)
+            .map(|i| {
+                let t = common[0] + (common[1] - common[0]) * f64::from(i) / 24.0;
+                let z = (t - self.reference) / self.half;
+                let w = [1.0, z, z * z];
+                let value = (0..3).map(|k| w[k] * x[at + k]).sum();
+                let mut variance = 0.0;
+                for a in 0..3 {
+                    for b in 0..3 {
+                        variance += w[a] * w[b] * c[(at + a) * size + at + b];
+                    }
+                }
+                [t, value, variance.max(0.0).sqrt()]
+            })
+            .collect();
+        let worst = curve.iter().fold(
+            curve[0],
+            |m, p| if p[1].abs() > m[1].abs() { *p } else { m },
+        );
+        Hysteresis {
+            difference: worst[1],
+            standard_uncertainty: worst[2],
+            temperature: worst[0],
+            curve,
+        }
+    }
+}
+
+/// Σ w_k x_k and its standard uncertainty; `x` and the covariance begin at `offset`.
+fn linear(w: &[f64], x: &[f64], c: &[f64], size: usize, offset: usize) -> (f64, f64) {
+    let value = w.iter().zip(x).map(|(w, x)| w * x).sum();
+    let mut variance = 0.0;
+    for (a, wa) in w.iter().enumerate() {
+        for (b, wb) in w.iter().enumerate() {
+            variance += wa * wb * c[(offset + a) * size + offset + b];
+        }
+    }
+    (value, variance.max(0.0).sqrt())
+}

@@ -1,0 +1,401 @@
+//! Static tests on simulated readings with known truth: coverage of nominal 95 % intervals.
+
+use proofmass_core::{Error, Gravity};
+use proofmass_static::static_test::*;
+use proofmass_uncertainty::{
+    Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Influence, Severity,
+};
+use rand::{RngExt, SeedableRng};
+use rand_distr::StandardNormal;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use std::collections::BTreeMap;
+
+const G: f64 = 9.80665;
+const TRIALS: u64 = 2000;
+
+struct Normal(Xoshiro256PlusPlus);
+
+impl Normal {
+    fn new(seed: u64) -> Self {
+        Self(Xoshiro256PlusPlus::seed_from_u64(seed))
+    }
+
+    fn draw(&mut self) -> f64 {
+        self.0.sample(StandardNormal)
+    }
+}
+
+/// Counts how often the interval of each named truth holds it.
+fn coverage(
+    mut trial: impl FnMut(u64) -> (Estimate, Vec<(&'static str, f64)>),
+) -> BTreeMap<&'static str, f64> {
+    let mut held: BTreeMap<&'static str, u64> = BTreeMap::new();
+    for seed in 0..TRIALS {
+        let (estimate, truths) = trial(seed);
+        for (name, truth) in truths {
+            let q = estimate.get(name).unwrap();
+            let inside = (q.value - truth).abs() <= q.expanded(0.95);
+            *held.entry(name).or_default() += u64::from(inside);
+        }
+    }
+    held.into_iter()
+        .map(|(name, n)| (name, n as f64 / TRIALS as f64))
+        .collect()
+}
+
+/// 95 % of 2000 less four binomial deviations (0.5 %); at most what a safe rule may add.
+fn check(coverage: BTreeMap<&'static str, f64>, upper: f64) {
+    for (name, share) in coverage {
+        assert!((0.93..=upper).contains(&share), "{name}: {share}");
+    }
+}
+
+fn gravity() -> Gravity {
+    Gravity::given(G, 2e-4).unwrap()
+}
+
+/// The errors common to all readings are drawn with each trial: their uncertainty counts as what it says.
+#[test]
+fn coverage_tilt() {
+    let (b, s, phase) = (0.3, 0.7, 0.4f64.to_radians());
+    check(
+        coverage(|seed| {
+            let mut n = Normal::new(seed);
+            let (g, zero) = (G + 2e-4 * n.draw(), 1e-3 * n.draw());
+            let angle: Vec<f64> = (0..12).map(|i| f64::from(30 * i).to_radians()).collect();
+            let output: Vec<f64> = angle
+                .iter()
+                .map(|t| b + s * g * (t + zero + phase).cos() + 2e-3 * n.draw())
+                .collect();
+            let mut test = Tilt::new(gravity());
+            test.zero_uncertainty = 1e-3;
+            let fit = test.fit(&angle, &output, "V").unwrap();
+            (
+                fit.estimate,
+                vec![("bias", b), ("sensitivity", s), ("misalignment", phase)],
+            )
+        }),
+        0.97,
+    );
+}
+
+#[test]
+fn law_a_straight_axis_shows_no_second_harmonic() {
+    let mut alarms = 0;
+    for seed in 0..500 {
+        let mut n = Normal::new(seed);
+        let angle: Vec<f64> = (0..24).map(|i| f64::from(15 * i).to_radians()).collect();
+        let output: Vec<f64> = angle
+            .iter()
+            .map(|t| 2.0 + t.cos() + 1e-3 * n.draw())
+            .collect();
+        let fit = Tilt::new(gravity()).fit(&angle, &output, "V").unwrap();
+        alarms += fit.findings.len();
+    }
+    // 1 % of 500 is 5; more than 14 once in four thousand times.
+    assert!(alarms <= 14, "{alarms}");
+}
+
+#[test]
+fn coverage_sensitivity() {
+    let (b, s) = (5e-4, 10e-3 / G);
+    check(
+        coverage(|seed| {
+            let mut n = Normal::new(seed);
+            let g = G + 2e-4 * n.draw();
+            let position: Vec<f64> = (0..6)
+                .map(|i| if i % 2 == 0 { 1.0 } else { -1.0 })
+                .collect();
+            let output: Vec<f64> = position
+                .iter()
+                .map(|p| b + s * p * g + 2e-7 * n.draw())
+                .collect();
+            let fit = Sensitivity::new(gravity())
+                .fit(&position, &output, "V")
+                .unwrap();
+            (fit.estimate, vec![("bias", b), ("sensitivity", s)])
+        }),
+        0.97,
+    );
+}
+
+/// Correlated noise and a level that is not level.
+#[test]
+fn coverage_zero_g() {
+    let truth = [3e-3, -2e-3, 4e-3];
+    let tilt = 0.02f64.to_radians();
+    check(
+        coverage(|seed| {
+            let mut n = Normal::new(seed);
+            let level = [G * tilt * n.draw(), G * tilt * n.draw(), G];
+            let outputs: [Vec<f64>; 3] = std::array::from_fn(|axis| {
+                let mut wander = 0.0;
+                (0..600)
+                    .map(|_| {
+                        wander = 0.8 * wander + 0.6 * n.draw();
+                        truth[axis] + level[axis] + 0.02 * wander
+                    })
+                    .collect()
+            });
+            let mut test = ZeroG::new(gravity());
+            test.levelling = tilt;
+            let [x, y, z] = &outputs;
+            let fit = test.fit([x, y, z]).unwrap();
+            (
+                fit.estimate,
+                vec![
+                    ("bias.x", truth[0]),
+                    ("bias.y", truth[1]),
+                    ("bias.z", truth[2]),
+                ],
+            )
+        }),
+        0.97,
+    );
+}
+
+/// Columns in another order, or mg taken as m/s²: somebody has to decide; a bias of 0.1 g is one.
+#[test]
+fn known_gravity_elsewhere() {
+    let told = |level: [f64; 3]| {
+        let mut n = Normal::new(3);
+        let outputs: [Vec<f64>; 3] =
+            level.map(|l| (0..200).map(|_| l + 1e-3 * n.draw()).collect::<Vec<f64>>());
+        let [x, y, z] = &outputs;
+        let fit = ZeroG::new(gravity()).fit([x, y, z]).unwrap();
+        let mut findings = fit.findings.into_iter();
+        findings.any(|f| f.code() == "gravity-elsewhere" && f.severity() == Severity::Decision)
+    };
+    assert!(told([0.01, G, 0.0]));
+    assert!(told([0.0, 0.0, -G]));
+    assert!(told([0.0, 0.0, 1e-3 * G]));
+    assert!(told([0.0, 0.0, 1e3 * G]));
+    assert!(!told([0.1 * G, -0.1 * G, 1.1 * G]));
+}
+
+/// Straight, curved, and curved just enough to be doubtful.
+#[test]
+fn coverage_linearity_whatever_the_order() {
+    for (k2, k3) in [(0.0, 0.0), (2e-3, 0.0), (1e-4, 2e-5), (1e-3, 2e-4)] {
+        let (b, k1) = (0.02, 0.1);
+        let levels = [-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0];
+        let result = coverage(|seed| {
+            let mut n = Normal::new(seed);
+            let a: Vec<f64> = levels.iter().chain(&levels).map(|l| l * G).collect();
+            let t: Vec<f64> = (0..a.len()).map(|i| 20.0 + i as f64).collect();
+            let output: Vec<f64> = a
+                .iter()
+                .zip(&t)
+                .map(|(a, t)| {
+                    b + k1 * (a + k2 * a * a + k3 * a * a * a) + 1e-4 * (t - 28.5) + 2e-3 * n.draw()
+                })
+                .collect();
+            let fit = Linearity::default()
+                .fit(&a, &output, Some(&t), "V")
+                .unwrap();
+            (
+                fit.estimate,
+                vec![
+                    ("bias", b),
+                    ("sensitivity", k1),
+                    ("curvature.2", k2),
+                    ("curvature.3", k3),
+                    ("temperature", 1e-4),
+                ],
+            )
+        });
+        check(result, 0.97);
+    }
+}
+
+#[test]
+fn coverage_centrifuge() {
+    let (b, k1, k2) = (1e-3, 7e-3 / G, 2e-6);
+    let result = coverage(|seed| {
+        let mut n = Normal::new(seed);
+        let mut test = Centrifuge::new(0.5);
+        test.radius_uncertainty = 1e-4;
+        test.speed_uncertainty = 1e-4;
+        test.inclination = 1e-3;
+        let (radius, speed_error) = (0.5 + 1e-4 * n.draw(), 1.0 + 1e-4 * n.draw());
+        let lean = G * 1e-3 * n.draw();
+        let speed: Vec<f64> = (0..20).map(|i| 10.0 + 4.5 * f64::from(i)).collect();
+        let output: Vec<f64> = speed
+            .iter()
+            .map(|w| {
+                let a = radius * (w * speed_error).powi(2) + lean;
+                b + k1 * (a + k2 * a * a) + 2e-4 * n.draw()
+            })
+            .collect();
+        let fit = test.fit(&speed, &output, "V").unwrap();
+        assert!(fit.nonlinearity.unwrap() < 0.02);
+        (
+            fit.estimate,
+            vec![("bias", b), ("sensitivity", k1), ("curvature.2", k2)],
+        )
+    });
+    check(result, 0.97);
+}
+
+fn calibrated(value: f64, u: f64, dof: f64) -> Estimate {
+    Estimate::new(
+        vec![Component::new("bias.x", "m/s²", value)],
+        vec![Influence {
+            key: "noise".into(),
+            description: "noise".into(),
+            evaluation: Evaluation::A,
+            distribution: "t".into(),
+            dof: DegreesOfFreedom::new(dof).unwrap(),
+            effect: Effect::Joint {
+                covariance: Covariance::try_from_rows(1, &[u * u]).unwrap(),
+            },
+        }],
+    )
+    .unwrap()
+}
+
+fn history(n: &mut Normal, drift: f64, between: f64) -> Vec<DatedEstimate> {
+    (0..6)
+        .map(|i| {
+            let day = 90.0 * f64::from(i);
+            let value = 0.05 + drift * day / MONTH + (1e-3f64).hypot(between) * n.draw();
+            DatedEstimate {
+                day,
+                estimate: calibrated(value, 1e-3, 30.0),
+                name: format!("{i}"),
+            }
+        })
+        .collect()
+}
+
+/// Drift with and without scatter between the calibrations; the rule is safe where there is none.
+#[test]
+fn coverage_stability() {
+    for between in [0.0, 3e-3] {
+        let mut held = 0;
+        let mut alarms = 0;
+        for seed in 0..TRIALS {
+            let mut n = Normal::new(seed);
+            let drift = 2e-4;
+            let fit = Stability::default()
+                .fit(&history(&mut n, drift, between))
+                .unwrap();
+            let q = &fit.drifts[0].drift;
+            held += u64::from((q.value - drift).abs() <= q.expanded(0.95));
+            let fit = Stability::default()
+                .fit(&history(&mut n, 0.0, between))
+                .unwrap();
+            alarms += u64::from(!fit.findings.is_empty());
+        }
+        let share = held as f64 / TRIALS as f64;
+        assert!((0.93..=0.995).contains(&share), "{between}: {share}");
+        // One in a hundred: 20, and four deviations.
+        assert!(alarms <= 38, "{alarms}");
+    }
+}
+
+#[test]
+fn known_due_date_of_a_drifting_bias() {
+    let exact = |day: f64, value: f64| DatedEstimate {
+        day,
+        estimate: calibrated(value, 1e-9, 1e9),
+        name: String::new(),
+    };
+    // 1 mm/s² per month without scatter: 5 mm/s² are used up after five months.
+    let values: Vec<DatedEstimate> = (0..5)
+        .map(|i| exact(f64::from(i) * MONTH, 1e-3 * f64::from(i)))
+        .collect();
+    let mut test = Stability::default();
+    test.tolerances = vec![("bias.x".to_owned(), 5e-3)];
+    let fit = test.fit(&values).unwrap();
+    assert!(
+        (fit.due_in / MONTH - 5.0).abs() < 0.01,
+        "{}",
+        fit.due_in / MONTH
+    );
+    test.tolerances[0].1 = 1.0;
+    assert_eq!(test.fit(&values).unwrap().due_in, 12.0 * MONTH);
+    assert!(matches!(test.fit(&values[..2]), Err(Error::TooFew { .. })));
+}
+
+#[test]
+fn refuses_readings_that_do_not_carry_the_test() {
+    let g = gravity();
+    let same = [0.0; 6];
+    let y = [1.0, 1.1, 0.9, 1.0, 1.0, 1.1];
+    assert!(Tilt::new(g).fit(&same, &y, "V").unwrap_err().is_data());
+    assert!(Tilt::new(g).fit(&[0.0, 1.0, 2.0], &y[..3], "V").is_err());
+    assert!(
+        Sensitivity::new(g)
+            .fit(&[1.0; 6], &y, "V")
+            .unwrap_err()
+            .is_data()
+    );
+    assert!(Sensitivity::new(g).fit(&[1.0, 0.5], &y[..2], "V").is_err());
+    let two = Sensitivity::new(g).fit(&[1.0, -1.0], &y[..2], "V");
+    assert!(
+        two.unwrap_err()
+            .to_string()
+            .contains("standard uncertainty")
+    );
+    assert!(
+        Linearity::default()
+            .fit(&[1.0; 12], &[1.0; 12], None, "V")
+            .is_err()
+    );
+    assert!(
+        Linearity::default()
+            .fit(&y, &[1.0, f64::NAN, 1.0, 1.0, 1.0, 1.0], None, "V")
+            .is_err()
+    );
+    assert!(Centrifuge::new(-1.0).fit(&y, &y, "V").is_err());
+    assert!(ZeroG::new(g).fit([&y, &y, &y]).unwrap_err().is_data());
+}
+
+/// One degree between two axes is 17 mg, 0.05° less than 1 mg.
+#[test]
+fn published_misalignment_of_one_degree_is_seventeen_mg() {
+    for (degrees, mg) in [(1.0f64, 17.45), (0.05, 0.873)] {
+        let m = degrees.to_radians().tan();
+        let k = [[2.0, 2.0 * m, 0.0], [0.0, 3.0, 0.0], [0.0, 0.0, 5.0]];
+        let covariance = Covariance::try_from_rows(1, &[1e-10]).unwrap();
+        let estimate = Estimate::new(
+            vec![Component::new("misalignment.xy", "rad", m)],
+            vec![Influence {
+                key: "noise".into(),
+                description: "noise".into(),
+                evaluation: Evaluation::A,
+                distribution: "normal".into(),
+                dof: DegreesOfFreedom::INFINITE,
+                effect: Effect::Joint { covariance },
+            }],
+        )
+        .unwrap();
+        let fit = Orthogonality::default().fit(&k, &estimate).unwrap();
+        let q = fit.estimate.get("cross_axis.xy").unwrap();
+        assert!(
+            (q.value / 9.80665e-3 - mg).abs() < 0.005,
+            "{}",
+            q.value / 9.80665e-3
+        );
+        // ∂(g sin δ)/∂m = g cos³ δ.
+        let u = 1e-5 * G * degrees.to_radians().cos().powi(3);
+        assert!((q.standard_uncertainty - u).abs() < 1e-9);
+        assert_eq!(fit.findings.is_empty(), degrees < 0.06);
+    }
+}
+
+/// One recording under two names, positions exchanged, g under the name of m/s²: each is a decision with its name.
+#[test]
+fn known_two_positions_that_cannot_be_have_names() {
+    let mut test = Sensitivity::new(Gravity::given(9.80665, 1e-5).unwrap());
+    test.reading = Some(1e-3);
+    let codes = |up: f64, down: f64| -> Vec<String> {
+        let fit = test.fit(&[1.0, -1.0], &[up, down], "m/s²").unwrap();
+        fit.findings.iter().map(|f| f.code().to_owned()).collect()
+    };
+    assert_eq!(codes(9.91, 9.91), ["no-response"]);
+    assert_eq!(codes(-9.71, 9.91), ["axis-inverted"]);
+    assert_eq!(codes(1.01, -0.99), ["sensitivity-implausible"]);
+    assert!(codes(9.91, -9.71).is_empty());
+}
