@@ -4,13 +4,17 @@ use std::collections::BTreeMap;
 use std::process::Command;
 
 /// Room and what it may use. `proofmass` (the façade) may use all, `proofmass-cli` the façade alone.
-const ROOMS: [(&str, &[&str]); 11] = [
+const ROOMS: [(&str, &[&str]); 12] = [
     ("core", &[]),
     ("uncertainty", &["core"]),
     ("signal", &["core", "uncertainty"]),
     ("noise", &["core", "uncertainty", "signal"]),
     ("calibration", &["core", "uncertainty", "signal"]),
     ("motion", &["core", "uncertainty", "signal", "noise"]),
+    (
+        "odometry",
+        &["core", "uncertainty", "signal", "noise", "motion"],
+    ),
     ("rig", &["core", "signal"]),
     ("fixture", &["core", "uncertainty"]),
     ("io", &["core", "uncertainty"]),
@@ -35,6 +39,7 @@ const ROOMS: [(&str, &[&str]); 11] = [
             "noise",
             "calibration",
             "motion",
+            "odometry",
             "rig",
             "fixture",
             "io",
@@ -107,6 +112,7 @@ fn law_mathematics_has_no_outside_world() {
         "noise",
         "calibration",
         "motion",
+        "odometry",
         "rig",
         "fixture",
     ] {
