@@ -50,9 +50,7 @@ pub use counting::{
 pub use estimator::{AxisSample, Estimator, Last, MixedTimeMemory};
 pub use input_guard::{InputFault, InputGuard, InputGuardState};
 pub use integrator::{Integrator, IntegratorRule, IntegratorState, Newmark, NewmarkState};
-pub use kalman::{
-    BiasModel, Hold, Innovation, Kalman, KalmanState, MotionNoise, ProcessNoise, SteadyKalman,
-};
+pub use kalman::{BiasModel, Hold, Kalman, KalmanState, MotionNoise, ProcessNoise, SteadyKalman};
 pub use observer::{Observer, ObserverState, TrackingLoop};
 pub use position_difference::{PositionDifference, PositionDifferenceState};
 pub use pulse::{

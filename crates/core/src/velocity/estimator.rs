@@ -314,7 +314,7 @@ impl<T: Float> Estimator<T> for CountingKalman<T> {
                     upwards: edge.upwards,
                 });
                 let count = state.count.wrapping_add(counts);
-                self.update(state, count, edge, sample.acceleration);
+                self.step(state, count, edge, sample.acceleration);
             }
             None => self.predict(state, sample.acceleration),
         }
