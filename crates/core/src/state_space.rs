@@ -143,8 +143,7 @@ impl<T: Float, const N: usize> Gain<T, N> {
     /// The covariance after the reading: P − K hᵀ P; row and column of a state that is read are K R, which a
     /// difference would lose of an exact reading.
     ///
-    /// **Accuracy** in single precision that of Joseph's form, which repeats the same products: over 372 filters of two and
-    /// three states it is within a factor of three of it, or better.
+    /// **Accuracy** in single precision that of Joseph's form: `law_single_precision_loses_no_more_than_josephs_form`.
     #[inline(always)]
     pub fn reduce(&self, p: &mut [[T; N]; N]) {
         for i in 0..N {
