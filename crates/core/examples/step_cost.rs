@@ -76,13 +76,13 @@ fn main() -> Result<(), Error> {
 
     let trapezoid = Integrator::<f64>::new(IntegratorRule::Trapezoid, dt)?;
     let mut s = IntegratorState::new(0.0);
-    task.measure("trapezoid", |_, a| trapezoid.update(&mut s, a));
+    task.measure("trapezoid", |_, a| trapezoid.step(&mut s, a));
     let tick = Integrator::<f64>::new(IntegratorRule::Tick, dt)?;
     let mut s = IntegratorState::new(0.0);
-    task.measure("tick", |_, a| tick.update(&mut s, a));
+    task.measure("tick", |_, a| tick.step(&mut s, a));
     let m = FixedTime::<f64>::new(1e-4, dt)?;
     let mut s = FixedTimeState::new(0);
-    task.measure("fixed-time", |x, _| m.update(&mut s, (1e4 * x) as i32));
+    task.measure("fixed-time", |x, _| m.step(&mut s, (1e4 * x) as i32));
     let mt = MixedTime::<f64>::new(1e-4, 1e6, 0.1)?;
     let mut s = MixedTimeState::new(Edge {
         count: 0,
@@ -97,31 +97,31 @@ fn main() -> Result<(), Error> {
             ticks: ticks.wrapping_sub(100),
             upwards: true,
         };
-        mt.update(&mut s, ticks, Some(edge)).velocity
+        mt.step(&mut s, ticks, Some(edge)).velocity
     });
     let fit = PositionDifference::<f64, 9>::savitzky_golay(2, dt)?;
     let mut s = PositionDifferenceState::new(0.0);
-    task.measure("savitzky-golay-9", |x, _| fit.update(&mut s, x));
+    task.measure("savitzky-golay-9", |x, _| fit.step(&mut s, x));
     let pll = TrackingLoop::<f64>::new(100.0, dt)?;
     let mut s = ObserverState::new(0.0, 0.0, 0.0);
-    task.measure("tracking-loop", |x, _| pll.update(&mut s, x));
+    task.measure("tracking-loop", |x, _| pll.step(&mut s, x));
     let two = TwoChannel::<f64>::new(0.1, 10.0, dt)?;
     let mut s = TwoChannelState::new(0.0, 0.0, 0.0);
-    task.measure("two-channels", |x, a| two.update(&mut s, x, a));
+    task.measure("two-channels", |x, a| two.step(&mut s, x, a));
     let observer = Observer::<f64>::new(5.0, 25.0, dt)?;
     let mut s = ObserverState::new(0.0, 0.0, 0.0);
-    task.measure("observer", |x, a| observer.update(&mut s, x, a));
+    task.measure("observer", |x, a| observer.step(&mut s, x, a));
     let observer32 = Observer::<f32>::new(5.0, 25.0, dt)?;
     let mut s = ObserverState::new(0.0, 0.0, 0.0);
     task.measure("observer-f32", |x, a| {
-        f64::from(observer32.update(&mut s, x as f32, a as f32))
+        f64::from(observer32.step(&mut s, x as f32, a as f32))
     });
     let third = Observer::<f64>::with_offset(15.0, 75.0, 125.0, dt)?;
     let mut s = ObserverState::new(0.0, 0.0, 0.0);
-    task.measure("observer-offset", |x, a| third.update(&mut s, x, a));
+    task.measure("observer-offset", |x, a| third.step(&mut s, x, a));
     let adaptive = AdaptiveObserver::<f64>::new(5.0, 25.0, 1.0, 1e-3, dt)?;
     let mut s = AdaptiveObserverState::new(0.0, 0.0, 0.0);
-    task.measure("observer-adaptive", |x, a| adaptive.update(&mut s, x, a));
+    task.measure("observer-adaptive", |x, a| adaptive.step(&mut s, x, a));
     let kalman = Kalman::<f64, 2>::new(&noise, Hold::Second, dt)?;
     let mut s = KalmanState::new([0.0; 2], [1.0; 2], 0.0);
     task.measure("kalman-2", |x, a| {
@@ -164,7 +164,7 @@ fn main() -> Result<(), Error> {
     let mut s = resolver.start(0.0);
     task.measure("resolver-loop-f32", |x, _| {
         let x = x as f32;
-        f64::from(resolver.update(&mut s, x, 1.0 - 0.5 * x * x, 0.0).velocity)
+        f64::from(resolver.step(&mut s, x, 1.0 - 0.5 * x * x, 0.0).velocity)
     });
     let counting = CountingKalman::<f32>::new(
         1e-4,

@@ -1,17 +1,18 @@
 //! The bias of a calibrated accelerometer, tracked on line from moments at which the acceleration is known.
 
-use crate::velocity::{BiasModel, Innovation};
+use crate::state_space::{Innovation, Reading, predict, predict_covariance, update};
+use crate::velocity::BiasModel;
 use crate::{Error, Float};
 
 /// Kalman filter of the bias of one axis.
 ///
 /// Between updates the bias moves by its model, ḃ = −b/τ + w (first-order Gauss–Markov) or ḃ = w (random walk). An update
 /// is a sample at which the true acceleration is known: gravity along the axis while the sensor rests in a known
-/// attitude ([`BiasFilter::update`]), or zero motion ([`BiasFilter::zero_motion`]).
+/// attitude, or zero motion where gravity does not reach. It is the filter of [`state_space`](crate::state_space) with one state.
 ///
 /// ```text
 /// b⁻ = φ b,  P⁻ = φ² P + Q        φ = e^{−T/τ}, Q = σ²(1 − φ²);  φ = 1, Q = q T for the random walk
-/// K = P⁻/(P⁻ + R),  b = b⁻ + K (ã − a − b⁻),  P = (1 − K)² P⁻ + K² R      (Joseph's form)
+/// K = P⁻/(P⁻ + R),  b = b⁻ + K (ã − a − b⁻),  P = P⁻ R/(P⁻ + R)
 /// ```
 ///
 /// The model is linear, so that the extended filter of the literature is this one.
@@ -36,32 +37,35 @@ use crate::{Error, Float};
 #[doc(alias("EKF", "zero-velocity update", "ZUPT"))]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BiasFilter<F> {
-    keep: F,
-    process: F,
+    keep: [[F; 1]; 1],
+    process: [[F; 1]; 1],
     noise: F,
 }
 
 /// Bias and its variance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BiasState<F> {
-    bias: F,
-    variance: F,
+    bias: [F; 1],
+    variance: [[F; 1]; 1],
 }
 
 impl<F: Float> BiasState<F> {
     /// A state that is known: a bias in m/s² and its variance in (m/s²)².
     pub const fn known(bias: F, variance: F) -> Self {
-        Self { bias, variance }
+        Self {
+            bias: [bias],
+            variance: [[variance]],
+        }
     }
 
     /// Estimate of the bias, m/s².
     pub fn bias(&self) -> F {
-        self.bias
+        self.bias[0]
     }
 
     /// Its variance, (m/s²)².
     pub fn variance(&self) -> F {
-        self.variance
+        self.variance[0][0]
     }
 }
 
@@ -95,61 +99,52 @@ impl<F: Float> BiasFilter<F> {
         check("time between samples", period, false)?;
         let initial = model.initial();
         Ok((
-            Self {
-                keep: F::from_f64(keep),
-                process: F::from_f64(process),
-                noise: F::from_f64(sample_variance),
-            },
-            BiasState {
-                bias: F::ZERO,
-                variance: F::from_f64(initial * initial),
-            },
+            Self::constant(
+                F::from_f64(keep),
+                F::from_f64(process),
+                F::from_f64(sample_variance),
+            ),
+            BiasState::known(F::ZERO, F::from_f64(initial * initial)),
         ))
     }
 
     /// From exported coefficients: φ, Q in (m/s²)² and R in (m/s²)² of one sampling period.
     pub const fn constant(keep: F, process: F, noise: F) -> Self {
         Self {
-            keep,
-            process,
+            keep: [[keep]],
+            process: [[process]],
             noise,
         }
     }
 
     /// φ, Q and R, as [`BiasFilter::constant`] takes them.
     pub fn coefficients(&self) -> [F; 3] {
-        [self.keep, self.process, self.noise]
+        [self.keep[0][0], self.process[0][0], self.noise]
     }
 
     /// One sampling period passes.
     #[inline]
     pub fn predict(&self, state: &mut BiasState<F>) {
-        state.bias = self.keep * state.bias;
-        state.variance = self.keep * self.keep * state.variance + self.process;
+        state.bias = predict(&self.keep, &state.bias, [F::ZERO]);
+        state.variance = predict_covariance(&self.keep, &state.variance, &self.process);
     }
 
-    /// A sample at which the true acceleration is known.
+    /// A sample at which the true acceleration is known, zero without motion where gravity does not reach.
     #[inline]
     pub fn update(&self, state: &mut BiasState<F>, measured: F, known: F) -> Innovation<F> {
-        let variance = state.variance + self.noise;
-        let value = measured - known - state.bias;
-        let gain = state.variance / variance;
-        let rest = F::ONE - gain;
-        state.bias += gain * value;
-        state.variance = rest * rest * state.variance + gain * gain * self.noise;
-        Innovation { value, variance }
-    }
-
-    /// A sample without motion along an axis that gravity does not reach.
-    #[inline]
-    pub fn zero_motion(&self, state: &mut BiasState<F>, measured: F) -> Innovation<F> {
-        self.update(state, measured, F::ZERO)
+        update(
+            &mut state.bias,
+            &mut state.variance,
+            Reading::State(0),
+            measured - known,
+            self.noise,
+        )
     }
 
     /// The measurement without the bias.
     #[inline]
     pub fn correct(&self, state: &BiasState<F>, measured: F) -> F {
-        measured - state.bias
+        measured - state.bias[0]
     }
 }
 

@@ -33,6 +33,7 @@ mod low_pass;
 mod matrix3;
 mod octave_allan;
 mod sensor_model;
+pub mod state_space;
 pub mod velocity;
 mod visible;
 mod watch;

@@ -19,6 +19,8 @@
 //!
 //! # Conventions
 //! - Position, velocity and acceleration share one length (or angle) unit and one sense.
+//! - One set of verbs: `predict` is the time update, where no reading came; `update` the measurement update alone; `step` a whole
+//!   sample with the readings that the estimator is made for; [`Estimator::estimate`] a whole sample of the axis.
 //! - Delay is that of the velocity of a slow motion: minus the slope of the phase at zero frequency.
 //! - [`Estimator`] is the one face of all of them: it takes the way since the last sample, which [`Counter`] and [`Circle`]
 //!   make of counters and angles that roll over, so that `f32` keeps its digits however far a motor turns. Fed with positions
@@ -50,9 +52,7 @@ pub use counting::{
 pub use estimator::{AxisSample, Estimator, Last, MixedTimeMemory};
 pub use input_guard::{InputFault, InputGuard, InputGuardState};
 pub use integrator::{Integrator, IntegratorRule, IntegratorState, Newmark, NewmarkState};
-pub use kalman::{
-    BiasModel, Hold, Innovation, Kalman, KalmanState, MotionNoise, ProcessNoise, SteadyKalman,
-};
+pub use kalman::{BiasModel, Hold, Kalman, KalmanState, MotionNoise, ProcessNoise, SteadyKalman};
 pub use observer::{Observer, ObserverState, TrackingLoop};
 pub use position_difference::{PositionDifference, PositionDifferenceState};
 pub use pulse::{

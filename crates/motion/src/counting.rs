@@ -9,6 +9,7 @@ use self::smoother::smooth;
 use crate::step_input::{shake, step_inputs};
 use crate::{KalmanModel, MotionRecord, PassedAt, ReadingSource};
 use proofmass_core::Error;
+use proofmass_core::state_space::Gain;
 use proofmass_core::velocity::{
     CountUse, CountingKalman, CountingNoise, CountingState, PassedEdge, TURNING,
 };
@@ -104,13 +105,17 @@ impl CountingModel {
     }
 }
 
-/// Filter of one sample as it is stored for the smoother.
-#[derive(Clone, Copy)]
-struct Step {
+/// A reading as the smoother goes back over it: its gain and its innovation.
+type Read = (Gain<f64, 3>, f64);
+
+/// The filter at one sample.
+struct Step<'a> {
     predicted: CountingState<f64>,
     filtered: CountingState<f64>,
-    /// Change of the count at this sample.
-    change: f64,
+    /// What was read of it.
+    read: &'a [Read],
+    /// Whether there was a count.
+    seen: bool,
 }
 
 /// A record made ready for passes.
@@ -183,7 +188,7 @@ impl<'a> Counted<'a> {
     fn pass(
         &self,
         model: &CountingModel,
-        mut keep: impl FnMut(&Step, bool),
+        mut keep: impl FnMut(&Step<'_>),
         mut innovation: impl FnMut(usize, f64),
     ) -> Result<f64, Error> {
         let dt = self.record.sample_time;
@@ -206,71 +211,62 @@ impl<'a> Counted<'a> {
         };
         let mut state = filter.start(last, velocity, (0.0, model.offset), 0.0);
         let (mut log_likelihood, mut age) = (0.0, 0usize);
+        let mut read: Vec<Read> = Vec::new();
         for (k, count) in self.counts.iter().enumerate() {
             if k > 0 {
-                filter.advance(&mut state, self.steps[k].0);
+                filter.predict_by(&mut state, self.steps[k].0);
                 shake(&mut state.p, self.unseen[k]);
             }
             age += 1;
             let predicted = state;
-            let mut change = 0.0;
+            read.clear();
+            let mut used = |nu: f64, s: f64| {
+                log_likelihood -= 0.5 * ((TAU * s).ln() + nu * nu / s);
+                innovation(k, nu / s.sqrt());
+            };
             if let Some(count) = *count {
                 let moved = count.wrapping_sub(last);
-                change = f64::from(moved);
-                let edges = if age == 1 && k > 0 {
-                    self.edges(k, moved)
-                } else {
-                    &[]
+                let edges = match age == 1 && k > 0 {
+                    true => self.edges(k, moved),
+                    false => &[],
                 };
-                if !edges.is_empty() {
-                    let mut at = last;
-                    for edge in edges {
-                        at = at.wrapping_add(if edge.upwards { 1 } else { -1 });
-                        let passed = PassedEdge {
-                            age: edge.age,
-                            upwards: edge.upwards,
-                        };
-                        let update = filter.observe(&mut state, at, Some(passed), self.steps[k].1);
-                        let (nu, s) = (update.innovation, update.variance);
-                        log_likelihood -= 0.5 * ((TAU * s).ln() + nu * nu / s);
-                        innovation(k, nu / s.sqrt());
+                let mean = self.steps[k].1;
+                let turning = (mean - state.x[2]).abs() > TURNING;
+                let mut at = last;
+                for edge in edges {
+                    at = at.wrapping_add(if edge.upwards { 1 } else { -1 });
+                    let passed = PassedEdge {
+                        age: edge.age,
+                        upwards: edge.upwards,
+                    };
+                    if let Some(u) = filter.update(&mut state, at, Some(passed), mean) {
+                        read.push((u.gain, u.innovation));
+                        used(u.innovation, u.gain.variance);
                     }
-                    (last, age) = (count, 0);
-                    keep(
-                        &Step {
-                            predicted,
-                            filtered: state,
-                            change,
-                        },
-                        true,
-                    );
-                    continue;
                 }
-                let turning = (self.steps[k].1 - state.x[2]).abs() > TURNING;
-                let (nu, s, used) = if moved != 0 && (age > 1 || moved.abs() > 1 || turning) {
-                    state.x[0] -= change;
+                let sampled = edges.is_empty();
+                if sampled && moved != 0 && (age > 1 || moved.abs() > 1 || turning) {
+                    state.x[0] -= f64::from(moved);
                     state.count = count;
-                    let (nu, s) = cell(&mut state, model.edge);
-                    (nu, s, true)
-                } else {
-                    let update = filter.observe(&mut state, count, None, self.steps[k].1);
-                    let used = update.kind == CountUse::Edge;
-                    (update.innovation, update.variance, used)
-                };
-                if used && k > 0 {
-                    log_likelihood -= 0.5 * ((TAU * s).ln() + nu * nu / s);
-                    innovation(k, nu / s.sqrt());
+                    let (cut, (nu, s)) = cell(&mut state, model.edge);
+                    read.push(cut);
+                    if k > 0 {
+                        used(nu, s);
+                    }
+                } else if sampled && let Some(u) = filter.update(&mut state, count, None, mean) {
+                    read.push((u.gain, u.innovation));
+                    if u.kind == CountUse::Edge && k > 0 {
+                        used(u.innovation, u.gain.variance);
+                    }
                 }
                 (last, age) = (count, 0);
             }
-            keep(
-                &Step {
-                    predicted,
-                    filtered: state,
-                    change,
-                },
-                count.is_some(),
-            );
+            keep(&Step {
+                predicted,
+                filtered: state,
+                read: &read,
+                seen: count.is_some(),
+            });
         }
         Ok(if log_likelihood.is_finite() {
             log_likelihood
@@ -284,7 +280,7 @@ impl<'a> Counted<'a> {
     /// # Errors
     /// Of the model.
     pub fn log_likelihood(&self, model: &CountingModel) -> Result<f64, Error> {
-        self.pass(model, |_, _| {}, |_, _| {})
+        self.pass(model, |_| {}, |_, _| {})
     }
 
     /// Filter and smoother of one model.
@@ -294,20 +290,21 @@ impl<'a> Counted<'a> {
     pub fn run(&self, model: &CountingModel) -> Result<CountingRun, Error> {
         let n = self.counts.len();
         let unit = self.increment / self.record.sample_time;
-        let mut steps = Vec::with_capacity(n);
-        let mut innovations = Vec::new();
+        let mut predicted = Vec::with_capacity(n);
+        let (mut read, mut innovations) = (Vec::new(), Vec::new());
         let (mut v, mut u) = (Vec::with_capacity(n), Vec::with_capacity(n));
         self.pass(
             model,
-            |step, seen| {
-                let (value, spread) = shown(&step.filtered, seen);
+            |step| {
+                let (value, spread) = shown(&step.filtered, step.seen);
                 v.push(value * unit);
                 u.push(spread * unit);
-                steps.push(*step);
+                predicted.push((step.predicted, read.len()));
+                read.extend_from_slice(step.read);
             },
             |k, z| innovations.push((k, z)),
         )?;
-        let smoothed = smooth(&steps, unit);
+        let smoothed = smooth(&predicted, &read, unit);
         if let Some(index) = (0..n).find(|&k| {
             let all = [v[k], u[k], smoothed.0[k], smoothed.1[k]];
             all.iter().any(|x| !x.is_finite())

@@ -143,10 +143,11 @@ impl<'a> Prepared<'a> {
         };
         for (k, reading) in self.record.reading.iter().enumerate() {
             if k > 0 {
-                system.advance(&mut state, self, k, active);
+                system.predict(&mut state, self, k, active);
             }
             if let Some(reading) = reading {
-                let Seen { e, s } = system.observe(&mut state, reading - self.first, active);
+                let Seen { e, gain } = system.update(&mut state, reading - self.first, active);
+                let s = gain.variance;
                 sums.n += 1;
                 sums.logs += s.ln();
                 add(&mut sums.g, &e, s, active);
@@ -167,11 +168,11 @@ impl<'a> Prepared<'a> {
             let mut list = Vec::with_capacity(self.record.reading.len());
             for (k, reading) in self.record.reading.iter().enumerate() {
                 if k > 0 {
-                    s.advance(&mut state, self, k, COLUMNS);
+                    s.predict(&mut state, self, k, COLUMNS);
                 }
                 if let Some(reading) = reading {
-                    let seen = s.observe(&mut state, reading - self.first, COLUMNS);
-                    list.push(total(&seen.e, solution) / seen.s.sqrt());
+                    let seen = s.update(&mut state, reading - self.first, COLUMNS);
+                    list.push(total(&seen.e, solution) / seen.gain.variance.sqrt());
                 }
             }
             list
@@ -187,11 +188,11 @@ impl<'a> Prepared<'a> {
             let mut list = Vec::with_capacity(self.record.reading.len());
             for (k, reading) in self.record.reading.iter().enumerate() {
                 if k > 0 {
-                    s.advance(&mut state, self, k, COLUMNS);
+                    s.predict(&mut state, self, k, COLUMNS);
                 }
                 if let Some(reading) = reading {
-                    let seen = s.observe(&mut state, reading - self.first, COLUMNS);
-                    add(&mut g, &seen.e, seen.s, COLUMNS);
+                    let seen = s.update(&mut state, reading - self.first, COLUMNS);
+                    add(&mut g, &seen.e, seen.gain.variance, COLUMNS);
                 }
                 let mut full = g;
                 for i in 0..COLUMNS {

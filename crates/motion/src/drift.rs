@@ -158,7 +158,7 @@ mod tests {
                     offset += sources.walk * 0.1 * normal();
                     // 0.2 m/s² for ten seconds.
                     let a = gain * 0.2 + STANDARD_GRAVITY * tilt.sin() + offset;
-                    v = trapezoid.update(&mut state, a + sources.noise * normal());
+                    v = trapezoid.step(&mut state, a + sources.noise * normal());
                 }
                 v - 2.0
             })
@@ -193,7 +193,7 @@ mod tests {
                 (0..=1000)
                     .map(|_| {
                         let e: f64 = StandardNormal.sample(&mut rng);
-                        trapezoid.update(&mut s, 0.1 * e)
+                        trapezoid.step(&mut s, 0.1 * e)
                     })
                     .last()
                     .unwrap_or(0.0)

@@ -3,9 +3,8 @@
 use crate::step_input::{Curve, blows, shake};
 use crate::{MotionRecord, ReadingSource};
 use proofmass_core::Error;
-use proofmass_core::velocity::{
-    BiasModel, Hold, Innovation, Kalman, KalmanState, MotionNoise, ProcessNoise,
-};
+use proofmass_core::state_space::Innovation;
+use proofmass_core::velocity::{BiasModel, Hold, Kalman, KalmanState, MotionNoise, ProcessNoise};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
@@ -139,7 +138,7 @@ fn time_update<const N: usize>(
         Some([x, v]) => {
             let mut input = [0.0; N];
             (input[0], input[1]) = (x, v);
-            kalman.advance(state, input);
+            kalman.predict_by(state, input);
         }
     }
 }
@@ -169,7 +168,7 @@ pub(crate) fn pass<const N: usize>(
         }
         pass.prior.push(state);
         pass.innovations
-            .push(reading.map(|r| Kalman::observe(&mut state, at, r, kalman.r)));
+            .push(reading.map(|r| kalman.update_state(&mut state, at, r)));
         pass.posterior.push(state);
     }
     pass

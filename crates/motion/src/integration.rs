@@ -163,9 +163,7 @@ pub fn integrate(
     let run = |rule| -> Result<Vec<f64>, Error> {
         let integrator = Integrator::<f64>::new(rule, sample_time)?;
         let mut state = IntegratorState::new(0.0);
-        Ok(a.iter()
-            .map(|a| integrator.update(&mut state, *a))
-            .collect())
+        Ok(a.iter().map(|a| integrator.step(&mut state, *a)).collect())
     };
     match method {
         OffLineIntegration::CausalHighPass {

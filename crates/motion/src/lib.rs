@@ -24,18 +24,19 @@
 //! - Standard uncertainties are those of the model: the whiteness test and the findings say whether to trust it.
 //!
 //! # Not covered
-//! Motion in a plane (a robot's yaw enters through two wheels that the caller averages) and flexible couplings.
+//! Motion in a plane (a robot's yaw enters through two wheels that the caller averages) and flexible couplings. The wheels of a
+//! vehicle are compared with each other in `proofmass-odometry`.
 
 mod comparison;
 mod condition;
 mod counting;
 mod crossover;
-mod dead_wheels;
 mod decode;
 mod diffuse;
 mod drift;
 mod edges;
 mod encoder_map;
+pub mod episode;
 mod excerpt;
 mod filtering;
 mod floor;
@@ -50,7 +51,6 @@ mod rest;
 mod ripple;
 mod rollover;
 mod search;
-mod several_wheels;
 mod slip;
 mod smoother;
 mod step_input;
@@ -59,7 +59,6 @@ mod threshold;
 mod timed;
 mod tuning;
 mod velocity;
-mod wheel_slip;
 mod whiteness;
 
 pub use comparison::{Agreement, MethodRow, agreement, compare_methods};
@@ -69,11 +68,11 @@ pub use crossover::{
     ChannelGain, Criterion, Crossover, Filter, SensorNoise, channels, crossover,
     crossover_by_smoother, kalman_by_smoother, noise_of, predicted_error, spectrum_error,
 };
-pub use dead_wheels::dead_wheels;
 pub use decode::{AbsoluteCode, Decoded, TimedEdge, absolute, quadrature, quadrature_edges};
 pub use diffuse::{ColouredNoise, Unknowns};
 pub use drift::{DriftBudget, DriftSources};
 pub use encoder_map::{EncoderMap, FoundMap, MapLine, MapSearch};
+pub use episode::Episode;
 pub use excerpt::excerpt;
 pub use filtering::{KalmanModel, KalmanRun};
 pub use glitch::drop_glitches;
@@ -90,8 +89,7 @@ pub use resolver::{Demodulated, Excitation, ResolverAngles, demodulated, resolve
 pub use rest::moves_while_still;
 pub use ripple::{Ripple, RippleLine, ripple};
 pub use rollover::{continued, rollover, turns_anew};
-pub use several_wheels::{Departure, Departures, Wheels};
-pub use slip::{Episode, SlipReport, SlipSearch};
+pub use slip::{SlipReport, SlipSearch};
 pub use stretch::{Ungapped, even_times, longest_stretch, mean_between, thin};
 pub use threshold::{leave_out_threshold, speed_increment};
 pub use timed::{edge_counts, edge_places, time_edges};
@@ -100,5 +98,4 @@ pub use velocity::{
     BesideReference, CompareResult, EstimateResult, TuneResult, TunedAtRate, compare, estimate,
     published_sweep, single_sensor_methods, tune,
 };
-pub use wheel_slip::{Axle, WheelSlip};
 pub use whiteness::Whiteness;

@@ -301,7 +301,7 @@ impl Method {
                         state = Some(ObserverState::new(x, v0, 0.0));
                         v0
                     }
-                    Some(state) => pll.update(state, x),
+                    Some(state) => pll.step(state, x),
                 });
                 (v, pll.delay())
             }
@@ -312,7 +312,7 @@ impl Method {
                 let v = record
                     .acceleration
                     .iter()
-                    .map(|a| integrator.update(&mut state, a - offset));
+                    .map(|a| integrator.step(&mut state, a - offset));
                 (v.collect(), 0.0)
             }
             Self::Newmark {
@@ -325,7 +325,7 @@ impl Method {
                 let v = record
                     .acceleration
                     .iter()
-                    .map(|a| newmark.update(&mut state, a - offset));
+                    .map(|a| newmark.step(&mut state, a - offset));
                 (v.collect(), (0.5 - gamma) * dt)
             }
             Self::HighPass {
@@ -356,7 +356,7 @@ impl Method {
                         state = Some(TwoChannelState::new(x, v, a));
                         v
                     }
-                    Some(state) => filter.update(state, x, a),
+                    Some(state) => filter.step(state, x, a),
                 });
                 (v, 0.0)
             }
@@ -378,7 +378,7 @@ impl Method {
                         state = Some(AdaptiveObserverState::new(x, v, a));
                         v
                     }
-                    Some(state) => observer.update(state, x, a),
+                    Some(state) => observer.step(state, x, a),
                 });
                 (v, 0.0)
             }

@@ -1,6 +1,6 @@
 //! Do both sensors see the same motion? Gain, sense and latency of one against the other.
 
-use crate::slip::held;
+use crate::episode::held;
 use crate::step_input::curve;
 use crate::{KalmanModel, MotionRecord, ReadingSource};
 use proofmass_core::{Error, STANDARD_GRAVITY};

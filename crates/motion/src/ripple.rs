@@ -1,6 +1,6 @@
 //! Errors of the encoder that repeat with the position: eccentricity once per turn, gears, lines.
 
-use crate::slip::held;
+use crate::episode::held;
 use crate::{HighPass, MotionRecord, ReadingSource};
 use proofmass_core::Error;
 use proofmass_uncertainty::{Finding, Severity};

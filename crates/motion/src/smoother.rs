@@ -1,25 +1,19 @@
 //! The fixed-interval smoother: every estimate uses all readings, before and after it.
 
-// Matrix algebra reads by its indices.
-#![allow(clippy::needless_range_loop)]
-
 use crate::filtering::{KalmanModel, KalmanRun, Pass, component, pass};
 use crate::step_input::curve;
 use crate::{MotionRecord, ReadingSource};
 use proofmass_core::Error;
+use proofmass_core::state_space::{Adjoint, Gain, Reading};
 use proofmass_core::velocity::{Kalman, KalmanState};
 
 impl KalmanModel {
     /// Smooths the record: the best estimate of the model off line, and the reference where no truth exists.
     ///
-    /// The Rauch–Tung–Striebel estimate, computed in Bryson and Frazier's modified form: backward for
-    /// λ̃ = −Hᵀν/S + (I − K H)ᵀ λ̂, λ̂ = Fᵀ λ̃ (and Λ likewise), x_s = x⁻ − P⁻ λ̃, P_s = P⁻ − P⁻ Λ̃ P⁻. No matrix is
-    /// inverted, so a singular covariance (a known start) is no trouble.
+    /// [`Adjoint`] goes back over the filter.
     ///
     /// # Errors
     /// As [`KalmanModel::filter`].
-    ///
-    /// **Source** `[Bierman73]`; `[RauchTungStriebel65]`.
     pub fn smooth(&self, record: &MotionRecord) -> Result<KalmanRun, Error> {
         record.check()?;
         let curve = curve(record, self);
@@ -38,72 +32,25 @@ impl KalmanModel {
     }
 }
 
+/// Smoothed states; of their covariance the diagonal.
 fn backward<const N: usize>(
     kalman: &Kalman<f64, N>,
     pass: &Pass<N>,
     source: ReadingSource,
 ) -> Vec<KalmanState<f64, N>> {
-    let at = component(source);
-    let mut vector = [0.0; N];
-    let mut matrix = [[0.0; N]; N];
+    let reading = Reading::State(component(source));
+    let mut after = Adjoint::<f64, N>::default();
     let mut smoothed = pass.prior.clone();
-    for k in (0..pass.prior.len()).rev() {
-        let prior = &pass.prior[k];
-        if let Some(innovation) = pass.innovations[k] {
-            let s = innovation.variance;
-            // (I − K H)ᵀ x = x − Hᵀ (K · x); its diagonal is R/S, which 1 − K would lose for an exact reading.
-            let gain: [f64; N] = std::array::from_fn(|i| prior.p[i][at] / s);
-            let rest = kalman.r / s;
-            let dot = |x: &dyn Fn(usize) -> f64| -> f64 {
-                let others = (0..N).filter(|i| *i != at);
-                rest * x(at) - others.map(|i| gain[i] * x(i)).sum::<f64>()
-            };
-            vector[at] = dot(&|i| vector[i]) - innovation.value / s;
-            for i in 0..N {
-                matrix[i][at] = dot(&|j| matrix[i][j]);
-            }
-            for j in 0..N {
-                matrix[at][j] = dot(&|i| matrix[i][j]);
-            }
-            matrix[at][at] += 1.0 / s;
+    for (state, innovation) in smoothed.iter_mut().zip(&pass.innovations).rev() {
+        let KalmanState { x, p, .. } = *state;
+        if let Some(innovation) = innovation {
+            after.update(&Gain::new(reading, &p, kalman.r), &[innovation.value]);
         }
-        let state = &mut smoothed[k];
-        let mut half = [[0.0; N]; N];
+        state.x = std::array::from_fn(|i| after.value(0, i, &x, &p));
         for i in 0..N {
-            for j in 0..N {
-                state.x[i] -= prior.p[i][j] * vector[j];
-                for l in 0..N {
-                    half[i][j] += prior.p[i][l] * matrix[l][j];
-                }
-            }
+            state.p[i][i] = after.variance(i, &p);
         }
-        for i in 0..N {
-            for j in 0..N {
-                for l in 0..N {
-                    state.p[i][j] -= half[i][l] * prior.p[l][j];
-                }
-            }
-        }
-        // A difference of doubles resolves no less of what it is taken from.
-        for i in 0..N {
-            state.p[i][i] = state.p[i][i].max(1e-12 * prior.p[i][i]);
-        }
-        // λ̂ = Fᵀ λ̃, Λ̂ = Fᵀ Λ̃ F
-        let f = &kalman.f;
-        vector = std::array::from_fn(|i| (0..N).map(|l| f[l][i] * vector[l]).sum());
-        let mut half = [[0.0; N]; N];
-        for i in 0..N {
-            for j in 0..N {
-                for l in 0..N {
-                    half[i][j] += matrix[i][l] * f[l][j];
-                }
-            }
-        }
-        for i in 0..N {
-            for j in 0..N {
-                matrix[i][j] = (0..N).map(|l| f[l][i] * half[l][j]).sum();
-            }
-        }
+        after.predict(&kalman.f, 1);
     }
     smoothed
 }

@@ -210,7 +210,7 @@ pub(crate) fn mixed_time(record: &MotionRecord, timeout: f64) -> Result<(Vec<f64
             // Where edges were lost the next interval begins anew.
             (_, None) => state = None,
             (Some(state), Some(edges)) => {
-                let reading = filter.update(state, *clock, edges.last().copied());
+                let reading = filter.step(state, *clock, edges.last().copied());
                 v = reading.velocity;
                 if reading.kind == ReadingKind::Measured {
                     delays.push(reading.delay);

@@ -9,6 +9,7 @@
 //! | How do I compensate, on the desk and on the chip? | [`core::SensorModel`], a file by [`io::CalibrationFile`] |
 //! | How noisy is it, and what goes into my filter? | [`noise::analyse`] |
 //! | How fast does my axis move? | [`core::velocity`] sample by sample, [`motion`] with the whole record at hand |
+//! | Which wheel of my vehicle slips? | [`odometry`] |
 //! | How uncertain is a result of my own equations? | [`uncertainty::propagate`], [`uncertainty::MonteCarlo`] |
 //! | What do the samples of a sine, a spectrum say? | [`signal`] |
 //! | What would my plan achieve? Does my code recover a known truth? | [`rig`] |
@@ -56,6 +57,8 @@ pub use proofmass_jobs as jobs;
 pub use proofmass_motion as motion;
 #[cfg(feature = "noise")]
 pub use proofmass_noise as noise;
+#[cfg(feature = "odometry")]
+pub use proofmass_odometry as odometry;
 #[cfg(feature = "report")]
 pub use proofmass_report as report;
 #[cfg(feature = "rig")]

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::process::Command;
 
 /// Room and what it may use. `proofmass` (the façade) may use all, `proofmass-cli` the façade alone.
-const ROOMS: [(&str, &[&str]); 13] = [
+const ROOMS: [(&str, &[&str]); 14] = [
     ("core", &[]),
     ("uncertainty", &["core"]),
     ("signal", &["core", "uncertainty"]),
@@ -13,6 +13,10 @@ const ROOMS: [(&str, &[&str]); 13] = [
     ("dynamic", &["core", "uncertainty", "signal"]),
     ("shaker", &["core", "uncertainty", "signal", "dynamic"]),
     ("motion", &["core", "uncertainty", "signal", "noise"]),
+    (
+        "odometry",
+        &["core", "uncertainty", "signal", "noise", "motion"],
+    ),
     ("rig", &["core", "signal"]),
     ("fixture", &["core", "uncertainty"]),
     ("io", &["core", "uncertainty"]),
@@ -41,6 +45,7 @@ const ROOMS: [(&str, &[&str]); 13] = [
             "dynamic",
             "shaker",
             "motion",
+            "odometry",
             "rig",
             "fixture",
             "io",
@@ -115,6 +120,7 @@ fn law_mathematics_has_no_outside_world() {
         "dynamic",
         "shaker",
         "motion",
+        "odometry",
         "rig",
         "fixture",
     ] {

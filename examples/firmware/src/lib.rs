@@ -84,7 +84,7 @@ impl Pipeline {
         let a = compensate(counts, temperature)[0];
         self.filter.predict(&mut self.bias);
         if stands {
-            self.filter.zero_motion(&mut self.bias, a);
+            self.filter.update(&mut self.bias, a, 0.0);
         }
         let a = self
             .low_pass
@@ -92,7 +92,7 @@ impl Pipeline {
         if stands {
             self.motion = IntegratorState::new(0.0);
         }
-        self.integrator.update(&mut self.motion, a)
+        self.integrator.step(&mut self.motion, a)
     }
 
     /// The bias that was learnt, m/s².

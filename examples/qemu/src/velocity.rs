@@ -44,7 +44,7 @@ pub fn costs() -> Result<[(&'static str, u32); 10], Error> {
     let fixed = FixedTime::<f32>::new(INCREMENT, PERIOD)?;
     let mut state = FixedTimeState::new(0);
     let fixed = measure(|s| {
-        black_box(fixed.update(&mut state, at(s).count));
+        black_box(fixed.step(&mut state, at(s).count));
     });
     let edge = |count, ticks| Edge {
         count,
@@ -57,7 +57,7 @@ pub fn costs() -> Result<[(&'static str, u32); 10], Error> {
     let mixed = measure(|s| {
         now = now.wrapping_add(1000);
         let last = edge(at(s).count, now.wrapping_sub(100));
-        black_box(mixed.update(&mut state, now, Some(last)));
+        black_box(mixed.step(&mut state, now, Some(last)));
     });
     let mut hall = Hall::new(HallSpacing::Wide);
     let hall = measure(|s| {
@@ -67,19 +67,19 @@ pub fn costs() -> Result<[(&'static str, u32); 10], Error> {
     let tracking = TrackingLoop::<f32>::new(100.0, PERIOD)?;
     let mut state = ObserverState::new(0.0, 0.0, 0.0);
     let tracking = measure(|s| {
-        black_box(tracking.update(&mut state, at(s).position));
+        black_box(tracking.step(&mut state, at(s).position));
     });
     let observer = Observer::<f32>::new(5.0, 25.0, PERIOD)?;
     let mut state = ObserverState::new(0.0, 0.0, 0.0);
     let observed = measure(|s| {
         let input = at(s);
-        black_box(observer.update(&mut state, input.position, input.acceleration));
+        black_box(observer.step(&mut state, input.position, input.acceleration));
     });
     let resolver = ResolverLoop::<f32>::tracking(100.0, 1.0, PERIOD)?;
     let mut state = resolver.start(0.0);
     let resolver = measure(|s| {
         let input = at(s);
-        black_box(resolver.update(&mut state, input.sine, input.cosine, 0.0));
+        black_box(resolver.step(&mut state, input.sine, input.cosine, 0.0));
     });
     let noise = MotionNoise {
         acceleration: 4e-4,

@@ -59,19 +59,19 @@ impl<T: Float> AdaptiveObserver<T> {
     }
 
     /// Velocity where no position came: on the acceleration times the learnt gain, which stays as it is.
-    pub fn coast(&self, state: &mut AdaptiveObserverState<T>, acceleration: T) -> T {
-        self.observer.coast(&mut state.sensitivity, acceleration);
+    pub fn predict(&self, state: &mut AdaptiveObserverState<T>, acceleration: T) -> T {
+        self.observer.predict(&mut state.sensitivity, acceleration);
         self.observer
-            .coast(&mut state.motion, state.gain * acceleration)
+            .predict(&mut state.motion, state.gain * acceleration)
     }
 
     /// Velocity at the time of these readings.
-    pub fn update(&self, state: &mut AdaptiveObserverState<T>, position: T, acceleration: T) -> T {
+    pub fn step(&self, state: &mut AdaptiveObserverState<T>, position: T, acceleration: T) -> T {
         self.observer
-            .update(&mut state.motion, position, state.gain * acceleration);
+            .step(&mut state.motion, position, state.gain * acceleration);
         // The same observer with a position of zero is the sensitivity: its error is p − x̂ with p = 0.
         self.observer
-            .update(&mut state.sensitivity, T::ZERO, acceleration);
+            .step(&mut state.sensitivity, T::ZERO, acceleration);
         let (ux, uv) = (state.sensitivity.position, state.sensitivity.velocity);
         let e = Observer::error(&state.motion);
         let change = self.step * ux * e / (self.floor + ux * ux);
@@ -99,8 +99,8 @@ mod tests {
         for n in 1..=30_000 {
             let t = dt * n as f64;
             let (x, v, a) = ((w * t).sin() / w, (w * t).cos(), -0.92 * w * (w * t).sin());
-            let e = adaptive.update(&mut s, x, a) - v;
-            let f = plain.update(&mut p, x, a) - v;
+            let e = adaptive.step(&mut s, x, a) - v;
+            let f = plain.step(&mut p, x, a) - v;
             if n > 25_000 {
                 worst = worst.max(e.abs());
                 worst_plain = worst_plain.max(f.abs());
@@ -116,7 +116,7 @@ mod tests {
         let adaptive = AdaptiveObserver::<f32>::new(10.0, 100.0, 1.0, 1e-3, 1e-3).unwrap();
         let mut s = AdaptiveObserverState::new(3.0, 0.0, 0.0);
         for _ in 0..10_000 {
-            adaptive.update(&mut s, 3.0, 0.0);
+            adaptive.step(&mut s, 3.0, 0.0);
         }
         assert_eq!(s.gain, 1.0);
     }

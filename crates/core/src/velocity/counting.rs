@@ -4,6 +4,7 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::{not_negative, positive};
+use crate::state_space::{Gain, Reading};
 use crate::{Error, Float};
 
 /// Kalman filter of position, velocity and the accelerometer's offset that takes a count for what it is.
@@ -36,7 +37,7 @@ use crate::{Error, Float};
 /// let filter = CountingKalman::<f32>::new(1e-3, 1e-3, &noise)?;
 /// let mut state = filter.start(0, (0.0, 0.1), (0.0, 0.1), 0.0);
 /// // 20 mm/s over increments of 1 mm: an edge every 50 samples.
-/// for n in 1..=5000 { filter.update(&mut state, n / 50, None, 0.0); }
+/// for n in 1..=5000 { filter.step(&mut state, n / 50, None, 0.0); }
 /// let (v, u) = filter.velocity(&state);
 /// assert!((v - 0.02).abs() < 3.0 * u && u < 3e-4);
 /// # Ok::<(), proofmass_core::Error>(())
@@ -99,8 +100,6 @@ pub struct CountingState<T> {
 /// What a count was used as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CountUse {
-    /// Nothing new.
-    Nothing,
     /// An edge was passed.
     Edge,
     /// Another cell was reached.
@@ -109,15 +108,15 @@ pub enum CountUse {
     Reminder,
 }
 
-/// What an update did.
+/// What a count said.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CountUpdate<T> {
     /// What the count was used as.
     pub kind: CountUse,
     /// Reading minus prediction, counts.
     pub innovation: T,
-    /// Its variance as predicted; zero where nothing was used.
-    pub variance: T,
+    /// What was read with which gain; its variance is that of the innovation.
+    pub gain: Gain<T, 3>,
 }
 
 impl<T: Float> CountingKalman<T> {
@@ -183,11 +182,21 @@ impl<T: Float> CountingKalman<T> {
             half * (state.acceleration + now),
         ];
         state.acceleration = now;
-        self.advance(state, input);
+        self.predict_by(state, input);
+    }
+
+    /// F: the offset moves the axis the other way.
+    pub fn transition() -> [[T; 3]; 3] {
+        let (o, half) = (T::ZERO, T::from_f64(0.5));
+        [
+            [T::ONE, T::ONE, -half],
+            [o, T::ONE, -T::ONE],
+            [o, o, T::ONE],
+        ]
     }
 
     /// Time update with what the acceleration does to position and velocity over the step, in counts and samples.
-    pub fn advance(&self, state: &mut CountingState<T>, input: [T; 2]) {
+    pub fn predict_by(&self, state: &mut CountingState<T>, input: [T; 2]) {
         let half = T::from_f64(0.5);
         let [x, v, b] = state.x;
         state.x = [x + v - half * b + input[0], v + input[1] - b, b];
@@ -213,34 +222,40 @@ impl<T: Float> CountingKalman<T> {
     }
 
     /// The count at a sample, the last edge before it where edges are timed, and the acceleration.
-    pub fn update(
+    #[inline]
+    pub fn step(
         &self,
         state: &mut CountingState<T>,
         count: i32,
         edge: Option<PassedEdge<T>>,
         acceleration: T,
-    ) -> CountUpdate<T> {
+    ) -> Option<CountUpdate<T>> {
         let before = state.acceleration;
         self.predict(state, acceleration);
         let mean = T::from_f64(0.5) * (before + state.acceleration);
-        self.observe(state, count, edge, mean)
+        self.update(state, count, edge, mean)
     }
 
-    /// What the count says after the time update; `mean` is the mean acceleration over the step, counts per sample².
-    pub fn observe(
+    /// Measurement update; `mean` is the mean acceleration over the step, counts per sample². `None` where the count says
+    /// nothing new.
+    #[inline]
+    pub fn update(
         &self,
         state: &mut CountingState<T>,
         count: i32,
         edge: Option<PassedEdge<T>>,
         mean: T,
-    ) -> CountUpdate<T> {
+    ) -> Option<CountUpdate<T>> {
         let change = count.wrapping_sub(state.count);
         state.count = count;
         state.x[0] -= T::from_f64(f64::from(change));
         let edge = edge.filter(|_| self.timed);
         let (half, twelfth) = (T::from_f64(0.5), T::from_f64(1.0 / 12.0));
         let turning = (mean - state.x[2]).abs() > T::from_f64(TURNING);
-        if edge.is_some() || ((change == 1 || change == -1) && !turning) {
+        let middle = [T::ONE, T::ZERO, T::ZERO];
+        let (kind, h, innovation, variance) = if edge.is_some()
+            || ((change == 1 || change == -1) && !turning)
+        {
             let (tau, tick) = match edge {
                 Some(edge) => (edge.age * self.per_second, self.tick),
                 None => (half, T::ONE),
@@ -255,48 +270,24 @@ impl<T: Float> CountingKalman<T> {
             let variance =
                 crossing * twelfth + self.edge + self.q * tau * tau * tau * T::from_f64(1.0 / 3.0);
             let h = [T::ONE, -tau, -bend];
-            return Self::correct(state, h, reading - predicted, variance, CountUse::Edge);
-        }
-        let kind = if change != 0 {
-            CountUse::Cell
+            (CountUse::Edge, h, reading - predicted, variance)
+        } else if change != 0 {
+            let off = half - state.x[0];
+            (CountUse::Cell, middle, off, twelfth + self.edge)
         } else if state.p[0][0] > T::from_f64(0.25) {
-            CountUse::Reminder
+            let off = half - state.x[0];
+            (CountUse::Reminder, middle, off, twelfth + self.edge)
         } else {
-            return CountUpdate {
-                kind: CountUse::Nothing,
-                innovation: T::ZERO,
-                variance: T::ZERO,
-            };
+            return None;
         };
-        let h = [T::ONE, T::ZERO, T::ZERO];
-        let innovation = half - state.x[0];
-        Self::correct(state, h, innovation, twelfth + self.edge, kind)
-    }
-
-    fn correct(
-        state: &mut CountingState<T>,
-        h: [T; 3],
-        innovation: T,
-        variance: T,
-        kind: CountUse,
-    ) -> CountUpdate<T> {
-        let ph: [T; 3] =
-            core::array::from_fn(|i| (0..3).fold(T::ZERO, |s, j| s + state.p[i][j] * h[j]));
-        let s = (0..3).fold(variance, |s, i| s + h[i] * ph[i]);
-        let inverse = T::ONE / s;
-        for i in 0..3 {
-            let gain = ph[i] * inverse;
-            state.x[i] += gain * innovation;
-            for j in 0..=i {
-                state.p[i][j] -= gain * ph[j];
-                state.p[j][i] = state.p[i][j];
-            }
-        }
-        CountUpdate {
+        let gain = Gain::new(Reading::Combination(h), &state.p, variance);
+        gain.correct(&mut state.x, innovation);
+        gain.reduce(&mut state.p);
+        Some(CountUpdate {
             kind,
             innovation,
-            variance: s,
-        }
+            gain,
+        })
     }
 
     /// Velocity and its standard uncertainty, SI.
@@ -374,7 +365,7 @@ mod tests {
         let expected = [
             (
                 1,
-                CountUse::Reminder,
+                Some(CountUse::Reminder),
                 [
                     0.537100248,
                     0.192147575,
@@ -385,7 +376,7 @@ mod tests {
             ),
             (
                 2,
-                CountUse::Edge,
+                Some(CountUse::Edge),
                 [
                     0.131954187,
                     0.334033618,
@@ -396,7 +387,7 @@ mod tests {
             ),
             (
                 3,
-                CountUse::Nothing,
+                None,
                 [
                     0.552780790,
                     0.564286255,
@@ -407,7 +398,7 @@ mod tests {
             ),
             (
                 4,
-                CountUse::Edge,
+                Some(CountUse::Edge),
                 [
                     0.660631299,
                     1.70603264,
@@ -418,7 +409,7 @@ mod tests {
             ),
             (
                 5,
-                CountUse::Cell,
+                Some(CountUse::Cell),
                 [
                     0.382754250,
                     3.26885730,
@@ -429,7 +420,7 @@ mod tests {
             ),
             (
                 7,
-                CountUse::Cell,
+                Some(CountUse::Cell),
                 [
                     0.630915786,
                     1.01245994,
@@ -440,7 +431,7 @@ mod tests {
             ),
             (
                 9,
-                CountUse::Edge,
+                Some(CountUse::Edge),
                 [
                     0.417977247,
                     -1.39511364,
@@ -451,7 +442,7 @@ mod tests {
             ),
             (
                 11,
-                CountUse::Edge,
+                Some(CountUse::Edge),
                 [
                     0.313780087,
                     -1.45335232,
@@ -464,17 +455,19 @@ mod tests {
         let mut count = 0;
         for n in 1..=11 {
             count += steps[n - 1];
-            let update = filter.update(&mut state, count, None, a[n - 1]);
+            let update = filter.step(&mut state, count, None, a[n - 1]);
             if n == 1 {
+                let update = update.unwrap();
                 near(update.innovation, -0.203333333);
-                near(update.variance, 0.456726000);
+                near(update.gain.variance, 0.456726000);
             }
             if n == 2 {
+                let update = update.unwrap();
                 near(update.innovation, 0.365162081);
-                near(update.variance, 0.0922242851);
+                near(update.gain.variance, 0.0922242851);
             }
             if let Some((_, kind, values)) = expected.iter().find(|(m, ..)| *m == n) {
-                assert_eq!(update.kind, *kind, "{n}");
+                assert_eq!(update.map(|u| u.kind), *kind, "{n}");
                 let [x, v, b] = state.x;
                 let ours = [x, v, b, state.p[0][0], state.p[1][1]];
                 for (ours, theirs) in ours.iter().zip(values) {
@@ -544,7 +537,7 @@ mod tests {
         ];
         for (count, edge, a, values) in rows {
             let edge = edge.map(|(age, upwards)| PassedEdge { age, upwards });
-            filter.update(&mut state, count, edge, a);
+            filter.step(&mut state, count, edge, a);
             let [x, v, b] = state.x;
             let ours = [x, v, b, state.p[0][0], state.p[0][1], state.p[1][1]];
             for (ours, theirs) in ours.iter().zip(&values) {
@@ -572,8 +565,8 @@ mod tests {
         for n in 1..=600_000u32 {
             let place = (speed * f64::from(n) + 0.3).floor() as i64;
             let count = (i64::from(start) + place) as i32;
-            single.update(&mut a, count, None, 0.0);
-            double.update(&mut b, count, None, 0.0);
+            single.step(&mut a, count, None, 0.0);
+            double.step(&mut b, count, None, 0.0);
             if n > 1000 {
                 let (v, u) = double.velocity(&b);
                 let off = (f64::from(single.velocity(&a).0) - v).abs() / u;
@@ -602,11 +595,13 @@ mod tests {
         let mut state = filter.start(0, (1.0, 2.0), (0.0, 0.01), 0.0);
         let (mut inside, mut n, mut turned) = (0, 0, 0);
         for k in 1..=2000 {
-            filter.advance(&mut state, [x(k) - x(k - 1) - v(k - 1), v(k) - v(k - 1)]);
+            filter.predict_by(&mut state, [x(k) - x(k - 1) - v(k - 1), v(k) - v(k - 1)]);
             let before = state.count;
-            let used = filter.observe(&mut state, x(k).floor() as i32, None, v(k) - v(k - 1));
+            let used = filter.update(&mut state, x(k).floor() as i32, None, v(k) - v(k - 1));
             turned += i32::from((state.count - before).abs() == 1);
-            assert!(used.kind != CountUse::Edge || (v(k) - v(k - 1)).abs() < TURNING);
+            assert!(
+                used.is_none_or(|u| u.kind != CountUse::Edge) || (v(k) - v(k - 1)).abs() < TURNING
+            );
             if k > 20 {
                 n += 1;
                 inside += i32::from((state.x[1] - v(k)).abs() < 3.0 * state.p[1][1].sqrt());

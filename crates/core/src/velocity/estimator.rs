@@ -110,7 +110,7 @@ impl<T: Float, const N: usize> Estimator<T> for PositionDifference<T, N> {
     fn estimate(&self, state: &mut Self::State, sample: &AxisSample<T>) -> T {
         if let Some(way) = sample.way {
             Self::rebase(&mut state.inner, way);
-            state.velocity = self.update(&mut state.inner, T::ZERO);
+            state.velocity = self.step(&mut state.inner, T::ZERO);
         }
         state.velocity
     }
@@ -129,7 +129,7 @@ impl<T: Float> Estimator<T> for FixedTime<T> {
     fn estimate(&self, state: &mut Self::State, sample: &AxisSample<T>) -> T {
         if let Some(counts) = sample.counts {
             state.inner = FixedTimeState::new(0);
-            state.velocity = self.update(&mut state.inner, counts);
+            state.velocity = self.step(&mut state.inner, counts);
         }
         state.velocity
     }
@@ -161,7 +161,7 @@ impl<T: Float> Estimator<T> for MixedTime<T> {
     fn estimate(&self, state: &mut Self::State, sample: &AxisSample<T>) -> T {
         match (&mut state.inner, sample.edge) {
             (Some(inner), edge) => {
-                let reading = self.update(inner, sample.clock, edge);
+                let reading = self.step(inner, sample.clock, edge);
                 state.reading = Some((reading.velocity, reading.standard_uncertainty));
             }
             (None, Some(edge)) => state.inner = Some(MixedTimeState::new(edge)),
@@ -186,9 +186,9 @@ impl<T: Float> Estimator<T> for Observer<T> {
         match sample.way {
             Some(way) => {
                 state.position -= way;
-                self.update(state, T::ZERO, sample.acceleration)
+                self.step(state, T::ZERO, sample.acceleration)
             }
-            None => self.coast(state, sample.acceleration),
+            None => self.predict(state, sample.acceleration),
         }
     }
 }
@@ -220,9 +220,9 @@ impl<T: Float> Estimator<T> for AdaptiveObserver<T> {
         match sample.way {
             Some(way) => {
                 state.motion.position -= way;
-                self.update(state, T::ZERO, sample.acceleration)
+                self.step(state, T::ZERO, sample.acceleration)
             }
-            None => self.coast(state, sample.acceleration),
+            None => self.predict(state, sample.acceleration),
         }
     }
 }
@@ -238,9 +238,9 @@ impl<T: Float> Estimator<T> for TwoChannel<T> {
         match sample.way {
             Some(way) => {
                 Self::rebase(state, way);
-                self.update(state, T::ZERO, sample.acceleration)
+                self.step(state, T::ZERO, sample.acceleration)
             }
-            None => self.coast(state, sample.acceleration),
+            None => self.predict(state, sample.acceleration),
         }
     }
 }
@@ -314,7 +314,7 @@ impl<T: Float> Estimator<T> for CountingKalman<T> {
                     upwards: edge.upwards,
                 });
                 let count = state.count.wrapping_add(counts);
-                self.update(state, count, edge, sample.acceleration);
+                self.step(state, count, edge, sample.acceleration);
             }
             None => self.predict(state, sample.acceleration),
         }
@@ -334,7 +334,7 @@ impl<T: Float> Estimator<T> for Integrator<T> {
     }
 
     fn estimate(&self, state: &mut Self::State, sample: &AxisSample<T>) -> T {
-        self.update(state, sample.acceleration)
+        self.step(state, sample.acceleration)
     }
 }
 
@@ -346,6 +346,6 @@ impl<T: Float> Estimator<T> for Newmark<T> {
     }
 
     fn estimate(&self, state: &mut Self::State, sample: &AxisSample<T>) -> T {
-        self.update(state, sample.acceleration)
+        self.step(state, sample.acceleration)
     }
 }

@@ -120,7 +120,7 @@ impl IntegratorRule {
 /// use proofmass_core::velocity::{Integrator, IntegratorRule, IntegratorState};
 /// let simpson = Integrator::<f64>::new(IntegratorRule::Simpson, 0.5)?;
 /// let mut state = IntegratorState::new(0.0);
-/// let v = [0.0, 0.25, 1.0].map(|a| simpson.update(&mut state, a)); // a = t², v = t³/3
+/// let v = [0.0, 0.25, 1.0].map(|a| simpson.step(&mut state, a)); // a = t², v = t³/3
 /// assert!((v[2] - 1.0 / 3.0).abs() < 1e-15);
 /// # Ok::<(), proofmass_core::Error>(())
 /// ```
@@ -164,7 +164,7 @@ impl<T: Float> Integrator<T> {
     }
 
     /// Velocity at the time of this acceleration; the second sample is reached by the trapezoid in every rule.
-    pub fn update(&self, state: &mut IntegratorState<T>, acceleration: T) -> T {
+    pub fn step(&self, state: &mut IntegratorState<T>, acceleration: T) -> T {
         let v = match state.samples {
             0 => state.v[0],
             1 => state.v[0] + self.half * (acceleration + state.a[0]),
@@ -245,7 +245,7 @@ impl<T: Float> Newmark<T> {
     }
 
     /// Velocity at the time of this acceleration; the position stands in the state.
-    pub fn update(&self, state: &mut NewmarkState<T>, acceleration: T) -> T {
+    pub fn step(&self, state: &mut NewmarkState<T>, acceleration: T) -> T {
         if let Some(last) = state.last {
             state.position +=
                 self.dt * state.velocity + self.x[0] * last + self.x[1] * acceleration;
@@ -280,7 +280,7 @@ mod tests {
         let (mut s, mut c) = (0.0, 0.0);
         for k in 0..n {
             let angle = theta * k as f64;
-            let v = integrator.update(&mut state, angle.cos());
+            let v = integrator.step(&mut state, angle.cos());
             if k >= n / 200 {
                 s += v * angle.sin();
                 c += v * angle.cos();
@@ -343,7 +343,7 @@ mod tests {
             let mut state = IntegratorState::new(0.0);
             let mut last = 0.0;
             for n in 0..=20 {
-                last = integrator.update(&mut state, (0.1 * n as f64).powi(degree));
+                last = integrator.step(&mut state, (0.1 * n as f64).powi(degree));
             }
             let exact = 2f64.powi(degree + 1) / f64::from(degree + 1);
             assert!((last - exact).abs() < 1e-12, "{rule:?} {last} {exact}");
@@ -358,8 +358,8 @@ mod tests {
         let (mut x, mut before) = (0.0, 1.0);
         for n in 0..500 {
             let acceleration = (0.3 * n as f64).sin();
-            let v = trapezoid.update(&mut b, acceleration);
-            assert!((newmark.update(&mut a, acceleration) - v).abs() < 1e-13);
+            let v = trapezoid.step(&mut b, acceleration);
+            assert!((newmark.step(&mut a, acceleration) - v).abs() < 1e-13);
             if n > 0 {
                 x += 0.005 * (v + before);
             }
@@ -374,7 +374,7 @@ mod tests {
             let integrator = Integrator::<f32>::new(rule, 0.001).unwrap();
             let mut state = IntegratorState::new(0.0);
             let v = (0..=10_000)
-                .map(|_| integrator.update(&mut state, 0.05))
+                .map(|_| integrator.step(&mut state, 0.05))
                 .last()
                 .unwrap();
             assert!((v - 0.5).abs() < 2e-4, "{rule:?}: {v}"); // 10⁴ roundings of f32 at 0.5

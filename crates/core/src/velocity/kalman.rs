@@ -1,9 +1,7 @@
 //! The Kalman filter of position and acceleration, with an optional offset of the accelerometer as third state.
 
-// Matrix algebra reads by its indices.
-#![allow(clippy::needless_range_loop)]
-
 use super::{not_negative, positive};
+use crate::state_space::{Gain, Innovation, Reading, predict, predict_covariance, update};
 use crate::{Error, Float};
 
 /// How the acceleration is taken between two samples.
@@ -109,7 +107,8 @@ impl BiasModel {
 /// Kalman filter with state [x, v] (N = 2) or [x, v, offset] (N = 3).
 ///
 /// x⁻ = F x + G₀ a_{n−1} + G₁ a_n + G₂ a_{n−2}, P⁻ = F P Fᵀ + Q; K = P⁻Hᵀ/(H P⁻ Hᵀ + R), H = [1, 0, …];
-/// P = (I − K H) P⁻ (I − K H)ᵀ + K R Kᵀ (Joseph's form: stays positive for any K).
+/// P = (I − K H) P⁻: the filter of
+/// [`state_space`](crate::state_space).
 ///
 /// **Delay** none. **Steady-state error** for an offset b: that of an observer with its gains (N = 2), zero (N = 3).
 /// **Assumes** white noise of both sensors. Encoder quantisation is white once the axis crosses an increment or
@@ -147,22 +146,6 @@ pub struct KalmanState<T, const N: usize> {
     pub p: [[T; N]; N],
     /// Accelerations of the last sample and of the one before.
     pub acceleration: [T; 2],
-}
-
-/// What a position reading said about the prediction.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Innovation<T> {
-    /// Reading minus predicted position.
-    pub value: T,
-    /// Its variance S as predicted.
-    pub variance: T,
-}
-
-impl<T: Float> Innovation<T> {
-    /// ν²/S: chi-square with one degree of freedom for a matched model.
-    pub fn normalised_squared(&self) -> T {
-        self.value * self.value / self.variance
-    }
 }
 
 impl<T: Float, const N: usize> KalmanState<T, N> {
@@ -332,87 +315,35 @@ impl<T: Float, const N: usize> Kalman<T, N> {
     /// Time update to the sample with this acceleration.
     pub fn predict(&self, state: &mut KalmanState<T, N>, acceleration: T) {
         let input = input(&self.g, &state.acceleration, acceleration);
-        self.advance(state, input);
+        self.predict_by(state, input);
         state.acceleration = [acceleration, state.acceleration[0]];
     }
 
     /// Time update with what the acceleration does to the state over the step already known, as off line, where
     /// the samples after it are at hand.
-    pub fn advance(&self, state: &mut KalmanState<T, N>, input: [T; N]) {
-        let mut x = input;
-        let mut fp = [[T::ZERO; N]; N];
-        for i in 0..N {
-            for k in 0..N {
-                x[i] += self.f[i][k] * state.x[k];
-                for j in 0..N {
-                    fp[i][j] += self.f[i][k] * state.p[k][j];
-                }
-            }
-        }
-        let mut p = self.q;
-        for i in 0..N {
-            for j in 0..=i {
-                for k in 0..N {
-                    p[i][j] += fp[i][k] * self.f[j][k];
-                }
-                p[j][i] = p[i][j];
-            }
-        }
-        (state.x, state.p) = (x, p);
+    pub fn predict_by(&self, state: &mut KalmanState<T, N>, input: [T; N]) {
+        state.x = predict(&self.f, &state.x, input);
+        state.p = predict_covariance(&self.f, &state.p, &self.q);
     }
 
-    /// Measurement update with a position reading.
+    /// Measurement update with a position.
     pub fn update(&self, state: &mut KalmanState<T, N>, position: T) -> Innovation<T> {
-        Self::observe(state, 0, position, self.r)
+        let shown = Reading::State(0);
+        update(&mut state.x, &mut state.p, shown, position, self.r)
     }
 
-    /// Measurement update with any state read directly, H the unit vector of `component`: 0 for a position, 1 for
-    /// a wheel speed or a tachometer.
+    /// Measurement update with a state that is read directly: 0 a position, 1 a wheel speed or a tachometer, whose variance is R.
     ///
     /// # Panics
     /// When `component` is not below N.
-    pub fn observe(
+    pub fn update_state(
+        &self,
         state: &mut KalmanState<T, N>,
         component: usize,
         reading: T,
-        variance: T,
     ) -> Innovation<T> {
-        let innovation = Innovation {
-            value: reading - state.x[component],
-            variance: state.p[component][component] + variance,
-        };
-        let inverse = T::ONE / innovation.variance;
-        let row = state.p[component];
-        let k = row.map(|p| p * inverse);
-        // Joseph: (I − K H) P (I − K H)ᵀ + K R Kᵀ.
-        for i in 0..N {
-            state.x[i] += k[i] * innovation.value;
-        }
-        // 1 − p/(p + R) is R/(p + R): the difference loses all digits of an exact reading.
-        let rest = variance * inverse;
-        let mut half = state.p;
-        for i in 0..N {
-            for j in 0..N {
-                half[i][j] = if i == component {
-                    rest * row[j]
-                } else {
-                    half[i][j] - k[i] * row[j]
-                };
-            }
-        }
-        for i in 0..N {
-            for j in 0..=i {
-                let kept = if j == component {
-                    rest * half[i][j]
-                } else {
-                    half[i][j] - half[i][component] * k[j]
-                };
-                let p = kept + k[i] * variance * k[j];
-                state.p[i][j] = p;
-                state.p[j][i] = p;
-            }
-        }
-        innovation
+        let shown = Reading::State(component);
+        update(&mut state.x, &mut state.p, shown, reading, self.r)
     }
 
     /// Time update, then measurement update when a position came.
@@ -457,10 +388,9 @@ impl<T: Float, const N: usize> Kalman<T, N> {
         let mut change = f64::INFINITY;
         for _ in 0..LIMIT {
             filter.predict(&mut state, 0.0);
-            let row = state.p[component];
-            let s = row[component] + filter.r;
-            let k = row.map(|p| p / s);
-            Kalman::observe(&mut state, component, 0.0, filter.r);
+            let gain = Gain::new(Reading::State(component), &state.p, filter.r);
+            gain.reduce(&mut state.p);
+            let k = gain.k;
             change = 0.0;
             for i in first..N {
                 change = f64::max(change, libm::fabs(k[i] - last[i]) / libm::fabs(k[i]));
@@ -502,12 +432,8 @@ pub struct SteadyKalman<T, const N: usize> {
 impl<T: Float, const N: usize> SteadyKalman<T, N> {
     /// One sample; returns the velocity. The covariance in the state is left as it is.
     pub fn step(&self, state: &mut KalmanState<T, N>, reading: Option<T>, acceleration: T) -> T {
-        let mut x = input(&self.g, &state.acceleration, acceleration);
-        for i in 0..N {
-            for k in 0..N {
-                x[i] += self.f[i][k] * state.x[k];
-            }
-        }
+        let input = input(&self.g, &state.acceleration, acceleration);
+        let mut x = predict(&self.f, &state.x, input);
         if let Some(reading) = reading {
             let innovation = reading - x[self.component];
             for i in 0..N {

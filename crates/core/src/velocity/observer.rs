@@ -17,7 +17,7 @@ use crate::{Error, Float};
 /// let observer = Observer::<f64>::new(5.0, 25.0, 0.001)?;
 /// let mut state = ObserverState::new(0.0, 0.0, 0.0);
 /// let mut v = 0.0;
-/// for _ in 0..20_000 { v = observer.update(&mut state, 0.0, 0.5); } // at rest, offset 0.5
+/// for _ in 0..20_000 { v = observer.step(&mut state, 0.0, 0.5); } // at rest, offset 0.5
 /// assert!((v - 0.5 * 5.0 / 25.0).abs() < 1e-12);
 /// # Ok::<(), proofmass_core::Error>(())
 /// ```
@@ -118,14 +118,14 @@ impl<T: Float> Observer<T> {
     }
 
     /// Velocity at the time of these readings.
-    pub fn update(&self, state: &mut ObserverState<T>, position: T, acceleration: T) -> T {
-        self.update_by(state, acceleration, |predicted| position - predicted)
+    pub fn step(&self, state: &mut ObserverState<T>, position: T, acceleration: T) -> T {
+        self.step_by(state, acceleration, |predicted| position - predicted)
     }
 
     /// The same from a sensor that tells a difference: by how much the axis is beyond the position it is given.
     ///
     /// The phase detector of a resolver is one, or a difference of angles wrapped into half a turn.
-    pub fn update_by(
+    pub fn step_by(
         &self,
         state: &mut ObserverState<T>,
         acceleration: T,
@@ -159,7 +159,7 @@ impl<T: Float> Observer<T> {
     }
 
     /// Velocity where no position came: on the acceleration alone.
-    pub fn coast(&self, state: &mut ObserverState<T>, acceleration: T) -> T {
+    pub fn predict(&self, state: &mut ObserverState<T>, acceleration: T) -> T {
         let input = acceleration + state.acceleration - state.offset - state.offset;
         let velocity = state.velocity + self.h * input;
         state.position += self.h * (velocity + state.velocity);
@@ -199,7 +199,7 @@ impl<T: Float> Observer<T> {
 /// let pll = TrackingLoop::<f64>::new(100.0, 0.001)?;
 /// let mut state = ObserverState::new(0.0, 0.0, 0.0);
 /// let mut w = 0.0;
-/// for n in 1..=1000 { w = pll.update(&mut state, 3.0 * 0.001 * n as f64); }
+/// for n in 1..=1000 { w = pll.step(&mut state, 3.0 * 0.001 * n as f64); }
 /// assert!((w - 3.0).abs() < 1e-12);
 /// # Ok::<(), proofmass_core::Error>(())
 /// ```
@@ -222,8 +222,8 @@ impl<T: Float> TrackingLoop<T> {
     }
 
     /// Velocity at the time of this position.
-    pub fn update(&self, state: &mut ObserverState<T>, position: T) -> T {
-        self.observer.update(state, position, T::ZERO)
+    pub fn step(&self, state: &mut ObserverState<T>, position: T) -> T {
+        self.observer.step(state, position, T::ZERO)
     }
 
     /// The observer it is.
@@ -257,7 +257,7 @@ mod tests {
             let mut state = ObserverState::new(1.0, -2.0, 3.0);
             for n in 1..2000 {
                 let t = 0.01 * n as f64;
-                let v = observer.update(&mut state, 1.0 - 2.0 * t + 1.5 * t * t, 3.0);
+                let v = observer.step(&mut state, 1.0 - 2.0 * t + 1.5 * t * t, 3.0);
                 assert!((v - (3.0 * t - 2.0)).abs() < 1e-9, "{n}");
             }
         }
@@ -269,7 +269,7 @@ mod tests {
         let mut state = ObserverState::new(0.0, 0.0, 0.2);
         let mut v = 1.0;
         for _ in 0..10_000 {
-            v = observer.update(&mut state, 0.0, 0.2);
+            v = observer.step(&mut state, 0.0, 0.2);
         }
         assert!(v.abs() < 1e-9);
         assert!((state.offset - 0.2).abs() < 1e-9);
@@ -283,7 +283,7 @@ mod tests {
         let mut w = 0.0;
         for n in 1..=2000 {
             let t = 1e-3 * n as f64;
-            w = pll.update(&mut state, 0.5 * a * t * t);
+            w = pll.step(&mut state, 0.5 * a * t * t);
         }
         assert!((a * 2.0 - w - 2.0 * a / b).abs() < 1e-9);
         assert!((pll.delay() - 0.04).abs() < 1e-15);
@@ -302,8 +302,8 @@ mod tests {
         for n in 1..20_000 {
             let t = 1e-3 * n as f64;
             let (x, a) = (t.sin(), -t.sin());
-            let v = d.update(&mut sd, x, a);
-            let w = s.update(&mut ss, x as f32, a as f32);
+            let v = d.step(&mut sd, x, a);
+            let w = s.step(&mut ss, x as f32, a as f32);
             // Rounding of the position (6e-8) through the loop's gain at its crossover (10 1/s), with margin.
             assert!((v - f64::from(w)).abs() < 2e-5, "{n}");
         }
@@ -319,13 +319,13 @@ mod tests {
             t += step;
             let v = observer
                 .after(step)
-                .update(&mut state, 1.0 - 2.0 * t + 1.5 * t * t, 3.0);
+                .step(&mut state, 1.0 - 2.0 * t + 1.5 * t * t, 3.0);
             assert!((v - (3.0 * t - 2.0)).abs() < 1e-9, "{n}");
         }
         // And where positions are missing.
         for _ in 0..50 {
             t += 0.01;
-            let v = observer.coast(&mut state, 3.0);
+            let v = observer.predict(&mut state, 3.0);
             assert!((v - (3.0 * t - 2.0)).abs() < 1e-9);
         }
     }

@@ -20,7 +20,7 @@ use crate::{Error, Float};
 /// let cubic = PositionDifference::<f64, 8>::savitzky_golay(2, 0.1)?;
 /// let mut state = PositionDifferenceState::new(0.0);
 /// let mut v = 0.0;
-/// for n in 0..8 { let t = 0.1 * n as f64; v = cubic.update(&mut state, 3.0 * t * t); }
+/// for n in 0..8 { let t = 0.1 * n as f64; v = cubic.step(&mut state, 3.0 * t * t); }
 /// assert!((v - 6.0 * 0.7).abs() < 1e-12);
 /// # Ok::<(), proofmass_core::Error>(())
 /// ```
@@ -87,7 +87,7 @@ impl<T: Float, const N: usize> PositionDifference<T, N> {
     }
 
     /// Velocity at the time of this position.
-    pub fn update(&self, state: &mut PositionDifferenceState<T, N>, position: T) -> T {
+    pub fn step(&self, state: &mut PositionDifferenceState<T, N>, position: T) -> T {
         state.newest = if state.newest == 0 {
             N - 1
         } else {
@@ -199,7 +199,7 @@ mod tests {
             let mut state = PositionDifferenceState::new(0.0);
             let mut v = 0.0;
             for n in 0..20 {
-                v = filter.update(&mut state, (0.05 * n as f64).powi(degree as i32));
+                v = filter.step(&mut state, (0.05 * n as f64).powi(degree as i32));
             }
             let exact = degree as f64 * 0.95f64.powi(degree as i32 - 1);
             assert!((v - exact).abs() < 1e-10, "degree {degree}: {v} {exact}");

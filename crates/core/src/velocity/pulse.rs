@@ -13,7 +13,7 @@ use crate::{Error, Float};
 /// use proofmass_core::velocity::{FixedTime, FixedTimeState};
 /// let m = FixedTime::<f64>::new(1e-3, 0.01)?;
 /// let mut state = FixedTimeState::new(i32::MAX);
-/// let v = m.update(&mut state, i32::MAX.wrapping_add(5));
+/// let v = m.step(&mut state, i32::MAX.wrapping_add(5));
 /// assert!((v - 0.5).abs() < 1e-12);
 /// # Ok::<(), proofmass_core::Error>(())
 /// ```
@@ -50,7 +50,7 @@ impl<T: Float> FixedTime<T> {
     }
 
     /// Mean velocity over the window that ends now.
-    pub fn update(&self, state: &mut FixedTimeState, count: i32) -> T {
+    pub fn step(&self, state: &mut FixedTimeState, count: i32) -> T {
         let steps = count.wrapping_sub(state.count);
         state.count = count;
         T::from_f64(f64::from(steps)) * self.resolution
@@ -206,7 +206,7 @@ pub fn pulse_rate(steps: i32, ticks: u32, clock: u32) -> Option<i64> {
 /// use proofmass_core::velocity::{Edge, MixedTime, MixedTimeState};
 /// let mt = MixedTime::<f64>::new(0.001, 1e6, 0.1)?;
 /// let mut state = MixedTimeState::new(Edge { count: 0, ticks: u32::MAX - 99, upwards: true });
-/// let reading = mt.update(&mut state, 1000, Some(Edge { count: 3, ticks: 900, upwards: true }));
+/// let reading = mt.step(&mut state, 1000, Some(Edge { count: 3, ticks: 900, upwards: true }));
 /// assert!((reading.velocity - 0.003 / 0.001).abs() < 1e-12); // 1000 ticks across the rollover
 /// # Ok::<(), proofmass_core::Error>(())
 /// ```
@@ -286,7 +286,7 @@ impl<T: Float> MixedTime<T> {
     }
 
     /// Reading at clock `now` from the last edge of the window, `None` when the window had none.
-    pub fn update(
+    pub fn step(
         &self,
         state: &mut MixedTimeState<T>,
         now: u32,
@@ -403,7 +403,7 @@ mod tests {
             // The true time lies half a tick before the captured one, on average.
             let t = (f64::from(edge.ticks) - 0.5) * 1e-6;
             if let Some(state) = &mut state {
-                let reading = mt.update(state, edge.ticks, Some(edge));
+                let reading = mt.step(state, edge.ticks, Some(edge));
                 let truth = (x(t) - x(last)) / (t - last);
                 if all > 0 {
                     let error = (reading.velocity.to_f64() - truth).abs();
@@ -443,7 +443,7 @@ mod tests {
                 ticks: 10_000 * n,
                 upwards,
             };
-            assert_eq!(mt.update(&mut state, 10_000 * n, Some(edge)).velocity, 0.0);
+            assert_eq!(mt.step(&mut state, 10_000 * n, Some(edge)).velocity, 0.0);
         }
     }
 
@@ -457,7 +457,7 @@ mod tests {
                 ticks,
                 upwards: true,
             };
-            let reading = mt.update(&mut state, ticks, Some(edge));
+            let reading = mt.step(&mut state, ticks, Some(edge));
             let rate = pulse_rate(steps, ticks, 1_000_000).unwrap();
             assert!((reading.velocity - rate as f64 / 256.0).abs() < 1.0 / 256.0);
         }
@@ -481,8 +481,8 @@ mod tests {
                 ticks: (f64::from(count) * delta / v * clock).floor() as u32,
                 upwards: true,
             };
-            worst_m = worst_m.max((m.update(&mut ms, count) - v).abs());
-            let reading = mt.update(&mut mts, (t * clock) as u32, Some(edge));
+            worst_m = worst_m.max((m.step(&mut ms, count) - v).abs());
+            let reading = mt.step(&mut mts, (t * clock) as u32, Some(edge));
             worst_mt = worst_mt.max((reading.velocity - v).abs());
             assert!(reading.delay < 0.0075 && reading.delay > 0.0049);
         }
@@ -499,7 +499,7 @@ mod tests {
     fn law_no_edge_means_bounded_then_standstill() {
         let mt = MixedTime::<f32>::new(1e-3, 1e6, 0.1).unwrap();
         let mut s = MixedTimeState::new(EDGE);
-        mt.update(
+        mt.step(
             &mut s,
             5_000,
             Some(Edge {
@@ -508,7 +508,7 @@ mod tests {
                 upwards: true,
             }),
         );
-        let first = mt.update(
+        let first = mt.step(
             &mut s,
             10_000,
             Some(Edge {
@@ -519,10 +519,10 @@ mod tests {
         );
         assert_eq!(first.kind, ReadingKind::Measured);
         assert!((first.velocity - 1.0).abs() < 1e-6);
-        let bounded = mt.update(&mut s, 29_000, None);
+        let bounded = mt.step(&mut s, 29_000, None);
         assert_eq!(bounded.kind, ReadingKind::Bounded);
         assert!((bounded.velocity - 0.05).abs() < 1e-7);
-        let still = mt.update(&mut s, 200_000, None);
+        let still = mt.step(&mut s, 200_000, None);
         assert_eq!((still.kind, still.velocity), (ReadingKind::Standstill, 0.0));
     }
 

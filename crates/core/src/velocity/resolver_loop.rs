@@ -21,7 +21,7 @@ use crate::{Error, Float};
 /// let mut v = 0.0;
 /// for n in 1..=5000 {
 ///     let angle = 300.0 * 1e-4 * n as f32;
-///     v = resolver.update(&mut state, 2.0 * angle.sin(), 2.0 * angle.cos(), 0.0).velocity;
+///     v = resolver.step(&mut state, 2.0 * angle.sin(), 2.0 * angle.cos(), 0.0).velocity;
 /// }
 /// assert!((v - 300.0).abs() < 0.05);
 /// # Ok::<(), proofmass_core::Error>(())
@@ -78,7 +78,7 @@ impl<T: Float> ResolverLoop<T> {
     }
 
     /// Angle and velocity at the time of these voltages; the acceleration is angular, zero without an accelerometer.
-    pub fn update(
+    pub fn step(
         &self,
         state: &mut ObserverState<T>,
         sine: T,
@@ -94,11 +94,11 @@ impl<T: Float> ResolverLoop<T> {
         };
         let velocity = if signal {
             let inverse = T::ONE / amplitude;
-            self.observer.update_by(state, acceleration, |predicted| {
+            self.observer.step_by(state, acceleration, |predicted| {
                 inverse * resolver_error(sine, cosine, predicted)
             })
         } else {
-            self.observer.coast(state, acceleration)
+            self.observer.predict(state, acceleration)
         };
         // One turn less where there is one: the angle never grows, and the error does not feel it.
         if state.position > self.pi {
@@ -129,8 +129,8 @@ mod tests {
             let t = dt * f64::from(n);
             let angle = 50.0 * libm::sin(2.0 * t);
             let reading =
-                resolver.update(&mut a, 0.8 * libm::sin(angle), 0.8 * libm::cos(angle), 0.0);
-            let v = plain.update(&mut b, angle);
+                resolver.step(&mut a, 0.8 * libm::sin(angle), 0.8 * libm::cos(angle), 0.0);
+            let v = plain.step(&mut b, angle);
             // Thirty time constants after a start at 100 rad/s; sin e is e less e³/6, and the lag a/b² is 2 mrad here.
             assert!(n < 1000 || (reading.velocity - v).abs() < 1e-3, "{n}");
             assert!(reading.angle.abs() <= 3.2 && (reading.amplitude - 0.8).abs() < 1e-12);
@@ -144,10 +144,10 @@ mod tests {
         let at = |n: i32| (0.05 * n as f32).sin_cos();
         for n in 1..=2000 {
             let (sine, cosine) = at(n);
-            resolver.update(&mut state, sine, cosine, 0.0);
+            resolver.step(&mut state, sine, cosine, 0.0);
         }
         for voltage in [0.0, 0.1, f32::NAN, f32::INFINITY] {
-            let reading = resolver.update(&mut state, voltage, voltage, 0.0);
+            let reading = resolver.step(&mut state, voltage, voltage, 0.0);
             assert!(
                 !reading.signal && (reading.velocity - 50.0).abs() < 0.1,
                 "{reading:?}"
@@ -156,7 +156,7 @@ mod tests {
         }
         for n in 2005..=3000 {
             let (sine, cosine) = at(n);
-            let reading = resolver.update(&mut state, sine, cosine, 0.0);
+            let reading = resolver.step(&mut state, sine, cosine, 0.0);
             assert!((reading.velocity - 50.0).abs() < 0.2, "{reading:?}");
         }
         assert!(ResolverLoop::<f32>::tracking(100.0, 0.0, 1e-3).is_err());

@@ -19,7 +19,7 @@ use crate::{Error, Float};
 /// let filter = TwoChannel::<f64>::new(0.0, 10.0, 0.001)?;
 /// let mut state = TwoChannelState::new(0.0, 0.0, 0.0);
 /// let mut v = 0.0;
-/// for _ in 0..5000 { v = filter.update(&mut state, 0.0, 0.5); } // at rest, offset 0.5
+/// for _ in 0..5000 { v = filter.step(&mut state, 0.0, 0.5); } // at rest, offset 0.5
 /// assert!((v - 0.05).abs() < 1e-12); // offset / k₂
 /// # Ok::<(), proofmass_core::Error>(())
 /// ```
@@ -83,7 +83,7 @@ impl<T: Float> TwoChannel<T> {
     }
 
     /// Velocity where no position came: on the acceleration, as if the position had gone with it.
-    pub fn coast(&self, state: &mut TwoChannelState<T>, acceleration: T) -> T {
+    pub fn predict(&self, state: &mut TwoChannelState<T>, acceleration: T) -> T {
         let velocity = state.velocity + self.h * (acceleration + state.acceleration);
         state.position += self.h * (velocity + state.velocity);
         state.velocity = velocity;
@@ -113,7 +113,7 @@ impl<T: Float> TwoChannel<T> {
     }
 
     /// Velocity at the time of these readings.
-    pub fn update(&self, state: &mut TwoChannelState<T>, position: T, acceleration: T) -> T {
+    pub fn step(&self, state: &mut TwoChannelState<T>, position: T, acceleration: T) -> T {
         let Self {
             alpha,
             beta,
@@ -155,7 +155,7 @@ mod tests {
             // v = sin, x = −cos/ω, a = ω cos
             let x = if encoder { -angle.cos() / w } else { 0.0 };
             let a = if accel { w * angle.cos() } else { 0.0 };
-            let v = filter.update(&mut state, x, a);
+            let v = filter.step(&mut state, x, a);
             if n > 300 * period {
                 re += v * angle.sin();
                 im += v * angle.cos();
@@ -193,7 +193,7 @@ mod tests {
             let mut state = TwoChannelState::new(5.0, 0.0, 0.1);
             let mut v = 0.0;
             for _ in 0..40_000 {
-                v = filter.update(&mut state, 5.0, 0.1);
+                v = filter.step(&mut state, 5.0, 0.1);
             }
             assert!((v - expected).abs() < 2e-6, "{k1}: {v}");
         }

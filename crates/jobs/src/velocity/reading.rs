@@ -8,9 +8,8 @@ use crate::trouble::Trouble;
 use proofmass_core::Error;
 use proofmass_core::encoder::Decoding;
 use proofmass_io::{ColumnRef, RecordedColumn, Recording, Unit};
-use proofmass_motion::{
-    AbsoluteCode, ReadingSource, Wheels, absolute, continued, dead_wheels, rollover, turns_anew,
-};
+use proofmass_motion::{AbsoluteCode, ReadingSource, absolute, continued, rollover, turns_anew};
+use proofmass_odometry::{Wheels, dead_wheels};
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;

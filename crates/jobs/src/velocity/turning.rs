@@ -5,7 +5,7 @@ use super::reading::Reading;
 use super::sensors::{stated_unit, unknown_unit};
 use crate::trouble::Trouble;
 use proofmass_io::{ColumnRef, Recording, Unit};
-use proofmass_motion::Axle;
+use proofmass_odometry::Axle;
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 

@@ -1,5 +1,7 @@
 //! A state that is known to lie in a cell: moments of the normal distribution cut at both edges.
 
+use super::Read;
+use proofmass_core::state_space::{Gain, Reading};
 use proofmass_core::velocity::CountingState;
 use std::f64::consts::PI;
 
@@ -42,22 +44,20 @@ pub(super) fn truncated(alpha: f64, beta: f64) -> (f64, f64) {
     (mean, variance.clamp(0.0, 1.0))
 }
 
-/// The state is somewhere in its cell: moments of the normal distribution cut at both edges. Innovation and variance
-/// are those of the cell's middle.
-pub(super) fn cell(state: &mut CountingState<f64>, edge: f64) -> (f64, f64) {
-    let row = state.p[0];
-    let x = state.x[0];
-    let innovation = (0.5 - x, row[0] + 1.0 / 12.0 + edge);
-    let s = (row[0] + edge).sqrt();
+/// The state is somewhere in its cell: moments of the normal distribution cut at both edges, which are those of a reading.
+/// Its gain and innovation; innovation and variance of the cell's middle.
+pub(super) fn cell(state: &mut CountingState<f64>, edge: f64) -> (Read, (f64, f64)) {
+    let (x, p) = (state.x[0], state.p[0][0]);
+    let middle = (0.5 - x, p + 1.0 / 12.0 + edge);
+    let s = (p + edge).sqrt();
     let (mean, rest) = truncated(-x / s, (1.0 - x) / s);
-    for i in 0..3 {
-        let gain = row[i] / (s * s);
-        state.x[i] += gain * s * mean;
-        for j in 0..3 {
-            state.p[i][j] -= gain * row[j] * (1.0 - rest);
-        }
-    }
-    innovation
+    // What the cut takes off the variance; where it cuts nothing the reading has no weight.
+    let cut = (1.0 - rest).max(1e-12);
+    let gain = Gain::new(Reading::State(0), &state.p, (edge + p * (1.0 - cut)) / cut);
+    let innovation = s * mean / cut;
+    gain.correct(&mut state.x, innovation);
+    gain.reduce(&mut state.p);
+    ((gain, innovation), middle)
 }
 
 /// Velocity and uncertainty of a state that is known to lie in its cell, counts per sample; nothing of it is fed back.

@@ -49,7 +49,7 @@ impl Counted<'_> {
                 offset,
                 walk: 0.0,
             };
-            Ok(self.pass(&model, |_, _| {}, |_, _| {})? + prior(q))
+            Ok(self.pass(&model, |_| {}, |_, _| {})? + prior(q))
         };
         let centre = floor.log10();
         let high = ceiling.log10().min(centre + 2.0).max(centre + 0.1);
@@ -98,7 +98,7 @@ impl Counted<'_> {
             if x.iter().any(|x| !(-24.0..3.0).contains(x)) {
                 return Ok(-1e300);
             }
-            self.pass(&model(x, edge), |_, _| {}, |_, _| {})
+            self.pass(&model(x, edge), |_| {}, |_, _| {})
         };
         let exact = self.exact();
         let mut best = (f64::NEG_INFINITY, [-6.0, -9.0], exact);

@@ -3,6 +3,7 @@
 use super::constants::{Solution, columns, solve};
 use super::system::{Seen, System, system};
 use super::{COLUMNS, GAIN, LATENCY, Noise, Prepared, Unknowns};
+use proofmass_core::state_space::predict;
 use std::array::from_fn;
 
 /// Most regressors of one pass.
@@ -126,28 +127,23 @@ impl Prepared<'_> {
         let mut g = [[0.0; ALL]; ALL];
         for (k, reading) in self.record.reading.iter().enumerate() {
             if k > 0 {
-                system.advance(&mut state, self, k, active);
+                system.predict(&mut state, self, k, active);
                 for m in &mut further[..count] {
-                    *m = system.carried(m);
+                    *m = predict(&system.f, m, [0.0; N]);
                 }
             }
             let Some(reading) = reading else { continue };
-            // The gain of the data, before their covariance is updated.
-            let column = system.column(&state.p);
-            let Seen { e, s } = system.observe(&mut state, reading - self.first, active);
-            let gain: [f64; N] = from_fn(|i| column[i] / s);
+            let Seen { e, gain } = system.update(&mut state, reading - self.first, active);
             let mut all = [0.0; ALL];
             all[..active].copy_from_slice(&e[..active]);
             for (j, m) in further[..count].iter_mut().enumerate() {
                 // The reading is the position plus the regressor times its coefficient.
-                let innovation = -regressors[j][k] - system.shown(m);
-                for i in 0..N {
-                    m[i] += gain[i] * innovation;
-                }
+                let innovation = -regressors[j][k] - system.reading.of(m);
+                gain.correct(m, innovation);
                 all[COLUMNS + j] = innovation;
             }
             for i in 0..COLUMNS + count {
-                let scaled = all[i] / s;
+                let scaled = all[i] / gain.variance;
                 for j in 0..=i {
                     g[i][j] += scaled * all[j];
                 }
@@ -159,12 +155,5 @@ impl Prepared<'_> {
             }
         }
         g
-    }
-}
-
-impl<const N: usize> System<N> {
-    /// F m.
-    fn carried(&self, m: &[f64; N]) -> [f64; N] {
-        from_fn(|i| (0..N).map(|j| self.f[i][j] * m[j]).sum())
     }
 }

@@ -9,14 +9,14 @@ use super::{
 use crate::filtering::component;
 use crate::step_input::shake;
 use crate::{MotionRecord, ProcessNoise, ReadingSource};
+use proofmass_core::state_space::{Gain, Reading, predict, predict_covariance};
 
 /// Transition, noise, start and reading of N states: position, velocity, then the walk, then the coloured part.
 pub(super) struct System<const N: usize> {
     pub(super) f: [[f64; N]; N],
     pub(super) q: [[f64; N]; N],
     pub(super) p: [[f64; N]; N],
-    pub(super) at: usize,
-    pub(super) colour: bool,
+    pub(super) reading: Reading<f64, N>,
     pub(super) r: f64,
 }
 
@@ -51,12 +51,19 @@ pub(super) fn system<const N: usize>(noise: &Noise, source: ReadingSource, t: f6
         q[N - 1][N - 1] = -variance * (-2.0 * t / time).exp_m1();
         p[N - 1][N - 1] = variance;
     }
+    // The coloured part, the last state, adds to what is read.
+    let at = component(source);
+    let reading = match noise.colour {
+        None => Reading::State(at),
+        Some(_) => Reading::Combination(std::array::from_fn(|i| {
+            f64::from(u8::from(i == at || i == N - 1))
+        })),
+    };
     System {
         f,
         q,
         p,
-        at: component(source),
-        colour: noise.colour.is_some(),
+        reading,
         r: noise.r,
     }
 }
@@ -68,11 +75,11 @@ pub(super) struct State<const N: usize> {
     pub(super) p: [[f64; N]; N],
 }
 
-/// Innovations of the columns and their common variance.
+/// Innovations of the columns and their common gain.
 #[derive(Clone, Copy)]
-pub(super) struct Seen {
+pub(super) struct Seen<const N: usize> {
     pub(super) e: [f64; COLUMNS],
-    pub(super) s: f64,
+    pub(super) gain: Gain<f64, N>,
 }
 
 impl<const N: usize> System<N> {
@@ -84,7 +91,7 @@ impl<const N: usize> System<N> {
         State { m, p: self.p }
     }
 
-    pub(super) fn advance(
+    pub(super) fn predict(
         &self,
         state: &mut State<N>,
         prepared: &Prepared<'_>,
@@ -105,71 +112,23 @@ impl<const N: usize> System<N> {
             _ => [0.0; 2],
         };
         for (column, m) in state.m.iter_mut().enumerate().take(active) {
-            let mut x = [0.0; N];
-            for i in 0..N {
-                for j in 0..N {
-                    x[i] += self.f[i][j] * m[j];
-                }
-            }
-            let [dx, dv] = input(column);
-            x[0] += dx;
-            x[1] += dv;
-            *m = x;
+            let mut shift = [0.0; N];
+            [shift[0], shift[1]] = input(column);
+            *m = predict(&self.f, m, shift);
         }
-        let mut half = [[0.0; N]; N];
-        for i in 0..N {
-            for j in 0..N {
-                for l in 0..N {
-                    half[i][j] += self.f[i][l] * state.p[l][j];
-                }
-            }
-        }
-        let mut p = self.q;
-        for i in 0..N {
-            for j in 0..=i {
-                for l in 0..N {
-                    p[i][j] += half[i][l] * self.f[j][l];
-                }
-                p[j][i] = p[i][j];
-            }
-        }
-        shake(&mut p, prepared.curve.unseen[k]);
-        state.p = p;
+        state.p = predict_covariance(&self.f, &state.p, &self.q);
+        shake(&mut state.p, prepared.curve.unseen[k]);
     }
 
-    /// h · x.
-    pub(super) fn shown(&self, x: &[f64; N]) -> f64 {
-        x[self.at] + if self.colour { x[N - 1] } else { 0.0 }
-    }
-
-    /// P hᵀ.
-    pub(super) fn column(&self, p: &[[f64; N]; N]) -> [f64; N] {
-        std::array::from_fn(|i| self.shown(&p[i]))
-    }
-
-    pub(super) fn observe(&self, state: &mut State<N>, reading: f64, active: usize) -> Seen {
-        let ph = self.column(&state.p);
-        let s = self.shown(&ph) + self.r;
+    pub(super) fn update(&self, state: &mut State<N>, reading: f64, active: usize) -> Seen<N> {
+        let gain = Gain::new(self.reading, &state.p, self.r);
         let mut e = [0.0; COLUMNS];
         for (j, m) in state.m.iter_mut().enumerate().take(active) {
-            e[j] = if j == DATA { reading } else { 0.0 } - self.shown(m);
-            for i in 0..N {
-                m[i] += ph[i] / s * e[j];
-            }
+            e[j] = if j == DATA { reading } else { 0.0 } - self.reading.of(m);
+            gain.correct(m, e[j]);
         }
-        for i in 0..N {
-            for j in 0..=i {
-                let p = if !self.colour && (i == self.at || j == self.at) {
-                    // 1 − P/(P + R) is R/(P + R): the difference would lose an exact reading's digits.
-                    state.p[i][j] * (self.r / s)
-                } else {
-                    state.p[i][j] - ph[i] * ph[j] / s
-                };
-                state.p[i][j] = p;
-                state.p[j][i] = p;
-            }
-        }
-        Seen { e, s }
+        gain.reduce(&mut state.p);
+        Seen { e, gain }
     }
 }
 

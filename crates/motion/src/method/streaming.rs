@@ -41,7 +41,7 @@ pub(super) fn window<const N: usize>(
     let mut state: Option<PositionDifferenceState<f64, N>> = None;
     let v = at_readings(record, |x, _| {
         let state = state.get_or_insert_with(|| PositionDifferenceState::new(x));
-        filter.update(state, x)
+        filter.step(state, x)
     });
     Ok((v, filter.delay()))
 }
@@ -75,7 +75,7 @@ pub(super) fn resolver_loop(
             match &mut state {
                 // From half a turn off a loop leaves slowly.
                 None => state = Some(ObserverState::new(sine.atan2(cosine), v / way, 0.0)),
-                Some(state) => v = way * tracking.update(state, sine, cosine, 0.0).velocity,
+                Some(state) => v = way * tracking.step(state, sine, cosine, 0.0).velocity,
             }
         }
         velocity.push(v);
@@ -140,7 +140,7 @@ pub(super) fn observe(record: &MotionRecord, observer: &Observer<f64>) -> Vec<f6
     let mut before = record.acceleration[0];
     for (p, a) in positions.iter().zip(&record.acceleration).skip(1) {
         let coast = state.position + dt * state.velocity + dt * dt * (before / 3.0 + a / 6.0);
-        velocity.push(observer.update(&mut state, p.unwrap_or(coast), *a));
+        velocity.push(observer.step(&mut state, p.unwrap_or(coast), *a));
         before = *a;
     }
     velocity

@@ -1,7 +1,8 @@
 //! Blows: something stops the axis short.
 
-use super::{Episode, SlipSearch, episodes, held, quiet};
+use super::SlipSearch;
 use crate::MotionRecord;
+use crate::episode::{Episode, episodes, held, quiet};
 
 impl SlipSearch {
     /// Jumps of the mean acceleration over the blow's duration, against the motion, far outside the quiet part.

@@ -13,7 +13,7 @@ pub fn self_check() -> Option<usize> {
     let mut state = TwoChannelState::new(0.0, 0.0, 0.0);
     for step in 0..16 {
         let (first, second) = (FIRST[step], SECOND[step]);
-        let result = TWO_CHANNEL.update(&mut state, first, second);
+        let result = TWO_CHANNEL.step(&mut state, first, second);
         let e = result - EXPECTED[step];
         if !(-3.8146973e-5..=3.8146973e-5).contains(&e) {
             return Some(step);

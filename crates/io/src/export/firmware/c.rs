@@ -178,13 +178,13 @@ fn bias(
          static inline void {name}_predict({name}_state *state, int axis)\n{{\n    \
          const {real} *k = {name}_coefficients[axis];\n    \
          state->bias[axis] = k[0] * state->bias[axis];\n    \
-         state->variance[axis] = k[0] * k[0] * state->variance[axis] + k[1];\n}}\n\n\
+         state->variance[axis] = k[1] + k[0] * state->variance[axis] * k[0];\n}}\n\n\
          /* A sample at which the true acceleration is known: gravity at rest, or zero. */\n\
          static inline void {name}_update({name}_state *state, int axis, {real} measured, {real} known)\n{{\n    \
          const {real} r = {name}_coefficients[axis][2], p = state->variance[axis];\n    \
-         const {real} gain = p / (p + r), rest = {one} - gain;\n    \
+         const {real} gain = p * ({one} / (p + r));\n    \
          state->bias[axis] += gain * (measured - known - state->bias[axis]);\n    \
-         state->variance[axis] = rest * rest * p + gain * gain * r;\n}}\n",
+         state->variance[axis] = gain * r;\n}}\n",
         one = s.n(1.0)
     );
     Step {

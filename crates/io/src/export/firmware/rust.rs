@@ -102,7 +102,7 @@ pub(super) fn text(
                     row(&c)
                 ),
                 "ObserverState::new(0.0, 0.0, 0.0)".to_owned(),
-                format!("{name}.update(&mut state, first, second)"),
+                format!("{name}.step(&mut state, first, second)"),
             )
         }
         FirmwareBlock::TwoChannel {
@@ -118,7 +118,7 @@ pub(super) fn text(
                     row(&c)
                 ),
                 "TwoChannelState::new(0.0, 0.0, 0.0)".to_owned(),
-                format!("{name}.update(&mut state, first, second)"),
+                format!("{name}.step(&mut state, first, second)"),
             )
         }
         FirmwareBlock::EncoderMap { turn, lines, unit } => {

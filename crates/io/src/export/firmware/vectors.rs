@@ -113,7 +113,7 @@ fn run<T: Float>(block: &FirmwareBlock, epsilon: f64) -> Result<Vectors, Error> 
             let mut state = ObserverState::new(T::ZERO, T::ZERO, T::ZERO);
             moving(*sample_time, &mut first, &mut second);
             pairs(&first, &second)
-                .map(|(p, a)| observer.update(&mut state, t(p), t(a)))
+                .map(|(p, a)| observer.step(&mut state, t(p), t(a)))
                 .collect()
         }
         FirmwareBlock::TwoChannel {
@@ -125,7 +125,7 @@ fn run<T: Float>(block: &FirmwareBlock, epsilon: f64) -> Result<Vectors, Error> 
             let mut state = TwoChannelState::new(T::ZERO, T::ZERO, T::ZERO);
             moving(*sample_time, &mut first, &mut second);
             pairs(&first, &second)
-                .map(|(p, a)| filter.update(&mut state, t(p), t(a)))
+                .map(|(p, a)| filter.step(&mut state, t(p), t(a)))
                 .collect()
         }
         FirmwareBlock::EncoderMap { turn, lines, .. } => {

@@ -1,9 +1,10 @@
 //! Two wheels of an axle beside a gyroscope: where they turn the vehicle otherwise than it turns, one of them slips.
 
 use crate::several_wheels::smallest_step;
-use crate::slip::{episodes, held, largest, others, quiet, slope};
-use crate::{Episode, ReadingSource};
+
 use proofmass_core::{Error, check};
+use proofmass_motion::ReadingSource;
+use proofmass_motion::episode::{Episode, episodes, held, largest, others, quiet, slope};
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
 
@@ -44,7 +45,7 @@ impl Axle<'_> {
     /// right − left = track · rate, of the mean speeds of a window after a sample less those of the window before it:
     /// unequal wheels and an offset of the gyroscope drop out. Centre and width of the quiet part are those of the shortest
     /// interval that holds 30 % of the differences. Where both wheels slip alike only the accelerometer tells
-    /// ([`SlipSearch`](crate::SlipSearch)).
+    /// ([`SlipSearch`](proofmass_motion::SlipSearch)).
     ///
     /// **Accuracy** healthy axles in curves: tests of this file.
     ///
