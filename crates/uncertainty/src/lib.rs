@@ -157,7 +157,7 @@ pub use coverage::DegreesOfFreedom;
 pub use distribution::Distribution;
 pub use effective_dof::welch_satterthwaite;
 pub use expression::Expression;
-pub use finding::{Finding, Severity};
+pub use finding::{EvidenceValue, Figure, Finding, FindingKind, Severity};
 pub use fixed_size::{propagate_fixed, propagate_independent, propagate_jacobian};
 pub use format::{Alphabet, DecimalMark, Format, Formatted, Notation, Rounded, ShowDof};
 pub use notation::{scientific, superscript};
