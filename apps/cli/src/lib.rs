@@ -8,6 +8,7 @@ mod compare;
 mod console;
 mod delivery;
 mod draft_arguments;
+mod explain;
 mod export;
 mod failure;
 mod gravity_arguments;
@@ -64,6 +65,7 @@ enum Command {
     Inspect(inspect::Inspect),
     Simulate(simulate::Simulate),
     Render(render::Render),
+    Explain(explain::Explain),
     Uncertainty(uncertainty::Uncertainty),
     Verify(verify::Verify),
     Keygen(keygen::Keygen),
@@ -115,6 +117,7 @@ fn execute(arguments: Arguments) -> Result<Outcome, Failure> {
         Command::Inspect(command) => command.run(),
         Command::Simulate(command) => command.run(),
         Command::Render(command) => command.run(),
+        Command::Explain(command) => command.run(),
         Command::Uncertainty(command) => command.run(),
         Command::Verify(command) => command.run(),
         Command::Keygen(command) => command.run(),

@@ -1,7 +1,8 @@
 //! What is to be doubted about the times of a recording, with what it amounts to.
 
 use crate::clock::{Clock, Gap, Wrap};
-use proofmass_uncertainty::{Finding, Severity};
+use crate::findings;
+use proofmass_uncertainty::Finding;
 
 /// Code of the finding about a counter that began again.
 pub(crate) const WRAPPED: &str = "clock-wrapped";
@@ -19,51 +20,29 @@ pub(crate) fn of(clock: &Clock, wraps: &[Wrap], gaps: &[Gap], on_the_line: bool)
     };
     let mut findings = Vec::new();
     if let Some(first) = wraps.first() {
-        findings.push(
-            Finding::new(
-                Severity::Note,
-                WRAPPED,
-                "the counter behind the time stamps began again and was continued",
-            )
-            .evidence(format!(
-                "{} times, one turn is {:.6} s, first in line {}",
-                clock.wraps, first.turn_s, first.line
-            ))
-            .advice("nothing, unless two recordings were joined there"),
-        );
+        findings.push(findings::clock_wrapped(
+            clock.wraps,
+            first.turn_s,
+            first.line,
+        ));
     }
     let varies = clock
         .jitter_s
         .is_some_and(|j| j > 1e-3 * clock.resolution_s);
     if clock.bursts {
-        findings.push(
-            Finding::new(
-                Severity::Warning,
-                "stamps-in-bursts",
-                "the time stamps come in bursts: they tell when samples were handed over, not when they were taken",
-            )
-            .evidence(format!(
-                "stamps scatter by {:.3e} s about equal steps of {period:.3e} s; rate {}",
-                clock.scatter_s,
-                rate(clock)
-            ))
-            .advice(format!("{line}; take the stamps at the sensor for anything finer")),
-        );
+        findings.push(findings::stamps_in_bursts(
+            clock.scatter_s,
+            period,
+            &rate(clock),
+            line,
+        ));
     } else if clock.resolution_s > COARSE * period && varies {
-        findings.push(
-            Finding::new(
-                Severity::Note,
-                "stamps-coarse",
-                "the time stamps are rounded to a large part of a sampling step",
-            )
-            .evidence(format!(
-                "resolution {} s, {:.0} % of a step; rate {}",
-                short(clock.resolution_s),
-                100.0 * clock.resolution_s / period,
-                rate(clock)
-            ))
-            .advice(format!("{line}; export the time with more digits")),
-        );
+        findings.push(findings::stamps_coarse(
+            &short(clock.resolution_s),
+            100.0 * clock.resolution_s / period,
+            &rate(clock),
+            line,
+        ));
     }
     findings.extend(missing(gaps, clock.rate_hz));
     findings
@@ -90,19 +69,11 @@ fn missing(gaps: &[Gap], rate_hz: f64) -> Option<Finding> {
         .iter()
         .map(|g| (g.step_s * rate_hz).round() - 1.0)
         .sum();
-    Some(
-        Finding::new(
-            Severity::Warning,
-            "time-gaps",
-            "samples are missing in the recording",
-        )
-        .evidence(format!(
-            "{} gaps, about {missing:.0} samples; the longest is {:.4} s after {:.4} s (line {})",
-            gaps.len(),
-            longest.step_s,
-            longest.at_s,
-            longest.line
-        ))
-        .advice("check the transport of the data, and the clock for a leap; a standstill that contains a gap counts fewer samples than it seems to"),
-    )
+    Some(findings::time_gaps(
+        gaps.len(),
+        missing,
+        longest.step_s,
+        longest.at_s,
+        longest.line,
+    ))
 }

@@ -2,8 +2,9 @@
 
 pub(crate) mod sniff;
 
+use crate::findings;
 use crate::{Error, ErrorKind, Result, Source, Unit, split_heading};
-use proofmass_uncertainty::{DecimalMark, Finding, Severity};
+use proofmass_uncertainty::{DecimalMark, Finding};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::path::Path;
@@ -158,15 +159,7 @@ impl Layout {
                 self.passed_over[n - 1].0
             ),
         };
-        vec![
-            Finding::new(
-                Severity::Note,
-                "preamble-skipped",
-                "lines above the data were passed over that are not marked as comments",
-            )
-            .evidence(format!("line {line}, \"{text}\"{more}"))
-            .advice("if one of them is a damaged row of data, correct or remove it; otherwise say `skip_lines`"),
-        ]
+        vec![findings::preamble_skipped(*line, text, &more)]
     }
 
     /// Name of a column without its unit; `column 3` without a header.

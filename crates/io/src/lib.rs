@@ -35,6 +35,7 @@ mod device;
 mod error;
 mod export;
 mod field;
+mod findings;
 pub mod finite;
 mod foreign_coefficients;
 mod frequency_response_file;
@@ -71,6 +72,7 @@ pub use export::{
     ExportForm, ExportNumber, ExportOptions, FirmwareBlock, LONGEST_AVERAGE, SelfCheck, export,
     export_block,
 };
+pub use findings::CATALOGUE;
 pub use foreign_coefficients::{CoefficientForm, import_coefficients};
 pub use frequency_response_file::{FREQUENCY_RESPONSE, FrequencyResponseFile};
 pub use gmsh::GmshMesh;

@@ -1,11 +1,12 @@
 //! A recording: selected columns of a delimited text as numbers, with their units and times.
 
+use crate::findings;
 use crate::layout::{ColumnRef, Layout, LayoutOptions};
 use crate::rows::{RowReader, bad_field, line_of};
 use crate::stamp::Stamp;
 use crate::time_base::TimeBaseBuilder;
 use crate::{Error, ErrorKind, Result, Source, TimeBase, Unit, split_heading};
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -465,18 +466,10 @@ pub(crate) fn time_column(layout: &Layout) -> Option<usize> {
 fn unused_time(layout: &Layout, options: &RecordingOptions, selected: &[usize]) -> Option<Finding> {
     let rate = options.sampling_rate_hz?;
     let index = time_column(layout).filter(|i| !selected.contains(i))?;
-    options.time.is_none().then(|| {
-        Finding::new(
-            Severity::Note,
-            "time-column-unused",
-            format!(
-                "the column {} holds times, which the stated sampling rate takes the place of",
-                layout.name(index)
-            ),
-        )
-        .evidence(format!("{rate} Hz is stated"))
-        .advice("leave the rate out to have it from the column, with gaps and jitter")
-    })
+    options
+        .time
+        .is_none()
+        .then(|| findings::time_column_unused(&layout.name(index), rate))
 }
 
 /// Units of the time column per second, and what was assumed about them.
@@ -517,12 +510,7 @@ fn time_scale(
         },
         None => {
             let (unit, why) = TimeUnit::since_1970(first.value());
-            let finding = Finding::new(
-                Severity::Note,
-                "time-unit-assumed",
-                format!("the heading of {name} names no unit, so its values are taken as {why}"),
-            )
-            .advice("say `time_unit` in [recording] when they are not");
+            let finding = findings::time_unit_assumed(&name, why);
             Ok((unit.per_second(None).unwrap_or(1.0), Some(finding)))
         }
     }

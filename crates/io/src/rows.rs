@@ -1,6 +1,7 @@
 //! Reading the rows of a delimited text as numbers, block by block, in bounded memory.
 
 use crate::field::{Fields, is_reading, parse_number, shown};
+use crate::findings;
 use crate::layout::{Layout, sniff};
 use crate::stamp::Stamp;
 use crate::{Error, ErrorKind, Input, Result, Source};
@@ -404,18 +405,7 @@ impl RowReader {
             ),
             None => (Severity::Note, String::new()),
         };
-        vec![
-            Finding::new(
-                severity,
-                "last-row-open",
-                "the last row has no line end: the file may have been cut inside its last number",
-            )
-            .evidence(format!(
-                "line {} ends with \"{}\"{more}",
-                end.line, end.field
-            ))
-            .advice("one sample is in doubt: compare the end of the file with its source, or remove that row"),
-        ]
+        vec![findings::last_row_open(end.line, &end.field, &more).at(severity)]
     }
 
     /// SHA-256 of the file in hexadecimal digits, once every block was read.

@@ -19,6 +19,7 @@ mod channels;
 pub mod comparison;
 pub mod deconvolution;
 mod device_output;
+pub mod findings;
 pub mod firmware;
 pub mod free_living;
 pub mod frequency_response;

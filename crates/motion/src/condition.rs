@@ -1,8 +1,9 @@
 //! What a record lacks before anything is computed from it: dead channels, missing and repeated readings, a start in
 //! motion.
 
+use crate::findings;
 use crate::{MotionRecord, ReadingSource};
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
 
 /// Findings on the record itself.
 pub fn conditions(record: &MotionRecord) -> Vec<Finding> {
@@ -27,18 +28,11 @@ fn dead(record: &MotionRecord) -> Option<Finding> {
         .acceleration
         .first()
         .filter(|_| record.accelerometer)?;
-    record.acceleration.iter().all(|a| *a == first).then(|| {
-        Finding::new(
-            Severity::Decision,
-            "constant-channel",
-            "the accelerometer never changes",
-        )
-        .evidence(format!(
-            "{first} in all {} samples",
-            record.acceleration.len()
-        ))
-        .advice("check column, cable and range: a working sensor shows at least its noise")
-    })
+    record
+        .acceleration
+        .iter()
+        .all(|a| *a == first)
+        .then(|| findings::constant_accelerometer(first, record.acceleration.len()))
 }
 
 /// Seconds over which an acceleration is averaged where it is asked whether the axis moves.
@@ -78,17 +72,16 @@ fn unmoved(record: &MotionRecord) -> Option<Finding> {
     };
     let (among, white) = (variance(&means), variance(a) / length as f64);
     (among > 10.0 * white && among.sqrt() > MOVES).then(|| {
-        Finding::new(
-            Severity::Decision,
-            "readings-never-change",
-            "the speed reads zero throughout while the accelerometer moves: the channel is dead",
+        findings::readings_never_change(
+            "the speed reads zero throughout while the accelerometer moves, so that its channel is dead",
+            0.0,
+            count,
+            &format!(
+                "; means of the acceleration over {:.2} s scatter by {:.3} m/s²",
+                length as f64 * record.sample_time,
+                among.sqrt()
+            ),
         )
-        .evidence(format!(
-            "0 in all {count} readings; means of the acceleration over {:.2} s scatter by {:.3} m/s²",
-            length as f64 * record.sample_time,
-            among.sqrt()
-        ))
-        .advice("check column and cable of the speed: the velocity and its uncertainty rest on a standstill that is none")
     })
 }
 
@@ -96,16 +89,12 @@ fn still(record: &MotionRecord) -> Option<Finding> {
     let first = record.reading.iter().flatten().next()?;
     let same = record.reading.iter().flatten().all(|r| r == first);
     same.then(|| {
-        Finding::new(
-            Severity::Decision,
-            "readings-never-change",
-            "the axis never leaves one increment, or the channel is dead",
+        findings::readings_never_change(
+            "the axis stays within one increment, or the channel is dead",
+            *first,
+            record.reading.iter().flatten().count(),
+            "",
         )
-        .evidence(format!(
-            "{first} in all {} readings",
-            record.reading.iter().flatten().count()
-        ))
-        .advice("nothing can be tuned on a standstill; check the column if the axis moved")
     })
 }
 
@@ -116,11 +105,7 @@ fn missing(record: &MotionRecord) -> Option<Finding> {
     let last = at.next_back().unwrap_or(first);
     let due = (last - first) / stride + 1;
     let got = record.reading.iter().flatten().count();
-    (got < due).then(|| {
-        Finding::new(Severity::Note, "missing-readings", "readings are missing")
-            .evidence(format!("{} of {due} readings missing", due - got))
-            .advice("fused methods coast on the acceleration there; the uncertainty grows with it")
-    })
+    (got < due).then(|| findings::missing_readings(due - got, due))
 }
 
 /// A slower sensor that was logged with the faster one repeats each value: n − 1 of n readings are no readings.
@@ -130,19 +115,12 @@ fn repeated(record: &MotionRecord) -> Option<Finding> {
         return None;
     }
     let n = repetition(record)?;
-    Some(
-        Finding::new(
-            Severity::Warning,
-            "repeated-readings",
-            "each reading stands several times: a slower sensor was logged with the faster one",
-        )
-        .evidence(format!(
-            "most values stand {n} times in a row, at {:.4} Hz of {:.4} Hz",
-            1.0 / (n as f64 * record.sample_time),
-            1.0 / record.sample_time
-        ))
-        .advice("take only the first of each: repeated values look like independent ones and make the uncertainty too small"),
-    )
+    Some(findings::repeated_readings(
+        "",
+        n,
+        1.0 / (n as f64 * record.sample_time),
+        1.0 / record.sample_time,
+    ))
 }
 
 /// How often each reading stands in a row, when nearly all that change stand equally often and more than once.
@@ -193,17 +171,7 @@ fn start(record: &MotionRecord) -> Option<Finding> {
         .iter()
         .fold(0.0f64, |m, a| m.max(a.abs()));
     let explained = record.increment.unwrap_or(0.0) / span + fastest * span;
-    ((mean - v0).abs() > 3.0 * explained).then(|| {
-        Finding::new(
-            Severity::Warning,
-            "start-in-motion",
-            "the record does not start at the stated velocity",
-        )
-        .evidence(format!(
-            "{mean:.4} over the first {span:.3} s, stated {v0:.4}"
-        ))
-        .advice("leave the initial velocity unknown")
-    })
+    ((mean - v0).abs() > 3.0 * explained).then(|| findings::start_in_motion(mean, span, v0))
 }
 
 #[cfg(test)]
@@ -242,7 +210,7 @@ mod tests {
     #[test]
     fn law_dead_channels_and_missing_readings_are_said() {
         let wave = |k: usize| Some((0.01 * k as f64).sin());
-        assert_eq!(codes(&record(wave, |_| 0.5)), ["constant-channel"]);
+        assert_eq!(codes(&record(wave, |_| 0.5)), ["constant-accelerometer"]);
         let noise = |k: usize| (k * 7919 % 101) as f64;
         assert_eq!(
             codes(&record(|_| Some(1.0), noise)),

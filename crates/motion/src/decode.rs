@@ -1,8 +1,9 @@
 //! Position from raw encoder signals over a whole recording.
 
+use crate::findings;
 use proofmass_core::Error;
 use proofmass_core::encoder::{Decoding, Quadrature, Unwrap, gray_to_binary};
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 
 /// A decoded recording.
@@ -112,20 +113,11 @@ fn run(
     }
     let mut findings = Vec::new();
     if !illegal.is_empty() {
-        findings.push(
-            Finding::new(
-                Severity::Warning,
-                "illegal-transitions",
-                "both encoder channels changed between two samples",
-            )
-            .evidence(format!(
-                "{} illegal transitions in {} samples, the first at sample {}; each may stand for two lost quarters",
-                illegal.len(),
-                count.len(),
-                illegal[0]
-            ))
-            .advice("sample faster than four times the line frequency, or check the encoder's supply and cable"),
-        );
+        findings.push(findings::illegal_transitions(
+            illegal.len(),
+            count.len(),
+            illegal[0],
+        ));
     }
     if let Some(finding) = index_consistency(&index) {
         findings.push(finding);
@@ -146,15 +138,7 @@ fn index_consistency(index: &[(usize, i64)]) -> Option<Finding> {
         .filter(|&n| n > 1)
         .collect();
     let (least, most) = (turns.iter().min()?, turns.iter().max()?);
-    (least != most).then(|| {
-        Finding::new(
-            Severity::Warning,
-            "unequal-turns",
-            "the counts between index pulses are not equal",
-        )
-        .evidence(format!("{least} to {most} counts between index pulses"))
-        .advice("counts were lost or the axis turned back between pulses; re-zero at every index")
-    })
+    (least != most).then(|| findings::unequal_turns(*least, *most))
 }
 
 /// Code of an absolute encoder.
@@ -209,20 +193,7 @@ pub fn absolute(code: AbsoluteCode, bits: u32, words: &[u32]) -> Result<Decoded,
         .unwrap_or(0);
     let mut findings = Vec::new();
     if largest as f64 > 0.25 * limit as f64 {
-        findings.push(
-            Finding::new(
-                Severity::Warning,
-                "large-step",
-                "the count moves by more than a quarter of its range between two samples",
-            )
-            .evidence(format!(
-                "largest step {largest} of a range of {}",
-                limit + 1
-            ))
-            .advice(
-                "beyond half the range the direction is lost: sample faster or use a wider counter",
-            ),
-        );
+        findings.push(findings::large_step(largest, limit + 1));
     }
     Ok(Decoded {
         count,

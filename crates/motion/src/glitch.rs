@@ -1,7 +1,8 @@
 //! Single readings that belong to no motion: a flipped bit, a torn word.
 
 use crate::MotionRecord;
-use proofmass_uncertainty::{Finding, Severity};
+use crate::findings;
+use proofmass_uncertainty::Finding;
 
 /// Takes single readings away that lie far off the line between their neighbours while these lie on one with theirs.
 ///
@@ -48,18 +49,11 @@ pub fn drop_glitches(record: &mut MotionRecord) -> Option<Finding> {
     for (j, _) in &dropped {
         record.reading[places[*j]] = None;
     }
-    Some(
-        Finding::new(
-            Severity::Warning,
-            "glitches",
-            "single readings belong to no motion and were left out",
-        )
-        .evidence(format!(
-            "{} of {n}; the first at sample {}; off by up to {largest:.3e}, {:.0} times what the readings scatter",
-            dropped.len(),
-            places[first],
-            (largest / least.max(f64::MIN_POSITIVE) * 8.0).min(99999.0)
-        ))
-        .advice("look for a word that is read while it changes, a flipped bit, or a disturbed cable"),
-    )
+    Some(findings::glitches(
+        dropped.len(),
+        n,
+        places[first],
+        largest,
+        (largest / least.max(f64::MIN_POSITIVE) * 8.0).min(99999.0),
+    ))
 }

@@ -1,6 +1,7 @@
 //! Do both sensors see the same motion? Gain, sense and latency of one against the other.
 
 use crate::episode::held;
+use crate::findings;
 use crate::step_input::curve;
 use crate::{KalmanModel, MotionRecord, ReadingSource};
 use proofmass_core::{Error, STANDARD_GRAVITY};
@@ -127,49 +128,37 @@ impl Pairing {
         if !self.is_clear() {
             return findings;
         }
-        let evidence = format!(
-            "velocity changes of the readings over those of the accelerometer: {:.4} (u = {:.4}), correlation {:.3}, windows of {:.3} s",
-            self.gain, self.gain_uncertainty, self.correlation, self.window
-        );
+        let gain_mismatch = || {
+            let details = format!(
+                "correlation {:.3} in windows of {:.3} s; velocity changes of the readings over those of the accelerometer",
+                self.correlation, self.window
+            );
+            findings::gain_mismatch("", self.gain, self.gain_uncertainty, &details)
+        };
         let allowed =
             (4.0 * self.gain_uncertainty + 1.0 - self.correlation * self.correlation).max(0.03);
         let size = self.gain.abs();
         if self.gain < -4.0 * self.gain_uncertainty {
-            findings.push(
-                Finding::new(
-                    Severity::Decision,
-                    "opposite-sense",
-                    "readings and accelerometer are positive in opposite senses",
-                )
-                .evidence(evidence.clone())
-                .advice("reverse one of them"),
-            );
+            findings.push(findings::opposite_sense(
+                self.gain,
+                self.gain_uncertainty,
+                self.correlation,
+                self.window,
+            ));
         }
         let near = |f: f64| (size / f - 1.0).abs() < allowed.max(0.08);
         if (size - 1.0).abs() > allowed {
             let mistaken = MISTAKEN.iter().find(|(f, _)| near(*f));
             findings.push(match mistaken {
-                Some((_, what)) => Finding::new(
-                    Severity::Decision,
-                    "unit-suspected",
-                    format!("a unit seems wrong: {what}"),
-                )
-                .evidence(evidence)
-                .advice("state the units of both columns; every fused velocity is wrong until they agree"),
-                None if (size - 1.0).abs() > 0.3 => Finding::new(
-                    Severity::Decision,
-                    "gain-mismatch",
-                    "readings and accelerometer do not agree on the size of the motion",
-                )
-                .evidence(evidence)
-                .advice("check units, increment, radius and axis; then calibrate the accelerometer"),
-                None => Finding::new(
-                    Severity::Warning,
-                    "gain-mismatch",
-                    "readings and accelerometer do not agree on the size of the motion",
-                )
-                .evidence(evidence)
-                .advice("calibrate the accelerometer, check the increment or the radius of the wheel, or use the observer that learns the gain"),
+                Some((_, what)) => findings::unit_suspected(
+                    what,
+                    self.gain,
+                    self.gain_uncertainty,
+                    self.correlation,
+                    self.window,
+                ),
+                None if (size - 1.0).abs() > 0.3 => gain_mismatch().at(Severity::Decision),
+                None => gain_mismatch(),
             });
         }
         if self.latency.abs() > (4.0 * self.latency_uncertainty).max(0.6 * step) {
@@ -178,20 +167,13 @@ impl Pairing {
             } else {
                 "earlier"
             };
-            findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "latency",
-                    format!("the accelerometer is {late} than the readings"),
-                )
-                .evidence(format!(
-                    "{:.3} ms (u = {:.3} ms), correlation {:.3}",
-                    1e3 * self.latency,
-                    1e3 * self.latency_uncertainty,
-                    self.correlation
-                ))
-                .advice("shift the accelerometer by this time before fusing"),
-            );
+            findings.push(findings::latency(
+                late,
+                "",
+                1e3 * self.latency,
+                1e3 * self.latency_uncertainty,
+                &format!(", correlation {:.3}", self.correlation),
+            ));
         }
         findings
     }

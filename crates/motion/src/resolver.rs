@@ -1,8 +1,9 @@
 //! A resolver over a whole recording: demodulation of its carrier, and its angle.
 
+use crate::findings;
 use proofmass_core::Error;
 use proofmass_core::encoder::resolver_angle;
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
 use std::f64::consts::{PI, TAU};
 
 /// What excites a resolver.
@@ -352,30 +353,17 @@ pub fn resolver(sine: &[f64], cosine: &[f64]) -> Result<ResolverAngles, Error> {
     let least = amplitudes.iter().copied().fold(f64::INFINITY, f64::min);
     let most = amplitudes.iter().copied().fold(0.0, f64::max);
     if least < 0.9 * most {
-        found.findings.push(
-            Finding::new(
-                Severity::Warning,
-                "resolver-amplitude",
-                "the amplitude of the resolver is not constant",
-            )
-            .evidence(format!("amplitude from {least:.4} to {most:.4} V"))
-            .advice("unequal windings, offsets or a failing excitation: the angle is wrong by up to half the relative difference; `velocity map --orders 1,2` finds what repeats"),
-        );
+        found
+            .findings
+            .push(findings::resolver_amplitude(least, most));
     }
     if let Some(first) = found.lost.first() {
-        found.findings.push(
-            Finding::new(
-                Severity::Warning,
-                "resolver-signal-lost",
-                "the resolver has no signal for a while: the velocity goes on without a reading",
-            )
-            .evidence(format!(
-                "{} of {} samples below a third of the usual amplitude of {usual:.4} V, the first is sample {first}",
-                found.lost.len(),
-                found.angle.len()
-            ))
-            .advice("a broken winding or connector, or an excitation that fails"),
-        );
+        found.findings.push(findings::resolver_signal_lost(
+            found.lost.len(),
+            found.angle.len(),
+            usual,
+            *first,
+        ));
     }
     Ok(found)
 }

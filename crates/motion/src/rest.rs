@@ -1,8 +1,9 @@
 //! An accelerometer alone: what is known is that the axis rests for a while.
 
+use crate::findings;
 use crate::floor::{noise_floor, variance};
 use crate::{BiasModel, KalmanModel, MotionRecord, ReadingSource};
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
 
 /// Standard deviation of a rest, m/s: none that matters, and none that rounding could not carry.
 const REST: f64 = 1e-7;
@@ -70,17 +71,10 @@ pub fn moves_while_still(acceleration: &[f64]) -> Option<Finding> {
     let white = 0.5 * steps.sum::<f64>() / (acceleration.len() - 1) as f64 / length as f64;
     let offset = (among / BATCHES as f64).sqrt();
     (among > 10.0 * white && among > 0.0).then(|| {
-        Finding::new(
-            Severity::Warning,
-            "still-stretch-moves",
-            "the acceleration changes in the stretch that is called still",
-        )
-        .evidence(format!(
-            "means of a tenth of it scatter by {:.2e} m/s², {:.0} times what its noise explains; the offset is uncertain by \
-             {offset:.2e} m/s², which makes {offset:.2e} m/s in a second",
+        findings::still_stretch_moves(
             among.sqrt(),
-            (among / white.max(f64::MIN_POSITIVE)).sqrt().min(9999.0)
-        ))
-        .advice("choose a stretch in which the axis rests, or one long enough for vibration to average")
+            (among / white.max(f64::MIN_POSITIVE)).sqrt().min(9999.0),
+            offset,
+        )
     })
 }

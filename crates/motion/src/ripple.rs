@@ -1,9 +1,10 @@
 //! Errors of the encoder that repeat with the position: eccentricity once per turn, gears, lines.
 
 use crate::episode::held;
+use crate::findings;
 use crate::{HighPass, MotionRecord, ReadingSource};
 use proofmass_core::Error;
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -178,15 +179,7 @@ pub fn ripple(
         })
         .collect();
     if !told.is_empty() {
-        findings.push(
-            Finding::new(
-                Severity::Note,
-                "encoder-ripple",
-                "the encoder has errors that repeat with the position",
-            )
-            .evidence(told.join("; "))
-            .advice("an eccentric disc or wheel repeats once per turn, a gear once per its turn: tabulate and subtract it, or place the crossover below its frequency"),
-        );
+        findings.push(findings::encoder_ripple(&told.join("; ")));
     }
     Ok(Ripple {
         lines,

@@ -1,6 +1,7 @@
 //! Counters and angles that begin anew after their range.
 
-use proofmass_uncertainty::{Finding, Severity};
+use crate::findings;
+use proofmass_uncertainty::Finding;
 
 /// Values continued over every step of more than half a range.
 pub fn continued(values: &[f64], range: f64) -> Vec<f64> {
@@ -43,27 +44,21 @@ pub fn rollover(counts: &[i64]) -> Option<Finding> {
     let values: Vec<f64> = counts.iter().map(|c| *c as f64).collect();
     let (bits, k) =
         (8..=32).find_map(|bits| begins_anew(&values, 2f64.powi(bits)).map(|k| (bits, k)))?;
-    Some(
-        Finding::new(
-            Severity::Decision,
-            "rollover-suspected",
-            format!("the count jumps like a counter of {bits} bits that rolls over"),
-        )
-        .evidence(format!("from {} to {}", counts[k], counts[k + 1]))
-        .advice(format!("add --bits {bits}")),
-    )
+    Some(findings::rollover_suspected(
+        &format!("count jumps like a counter of {bits} bits that rolls over"),
+        counts[k] as f64,
+        counts[k + 1] as f64,
+        &format!("state that the counter has {bits} bits"),
+    ))
 }
 
 /// Jumps by a turn, in angles that were said to go on.
 pub fn turns_anew(angle: &[f64], turn: f64) -> Option<Finding> {
     let k = begins_anew(angle, turn)?;
-    Some(
-        Finding::new(
-            Severity::Decision,
-            "rollover-suspected",
-            "the angle begins anew after each turn",
-        )
-        .evidence(format!("from {} to {}", angle[k], angle[k + 1]))
-        .advice("add --wraps"),
-    )
+    Some(findings::rollover_suspected(
+        "angle starts again after each turn",
+        angle[k],
+        angle[k + 1],
+        "state that the angle wraps",
+    ))
 }

@@ -3,9 +3,10 @@
 mod collision;
 
 use crate::episode::{Episode, episodes, held, largest, others, quiet, shortest, slope};
+use crate::findings;
 use crate::{MotionRecord, ReadingSource};
 use proofmass_core::Error;
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 
 /// Settings of the search.
@@ -131,43 +132,25 @@ impl SlipSearch {
             / n as f64;
         let mut findings = Vec::new();
         for e in largest(&slip) {
-            findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "slip",
-                    "encoder and accelerometer do not see the same motion",
-                )
-                .evidence(format!(
-                    "{:.3} s to {:.3} s: velocity change over {:.0} ms differs by {:.4} ({:.1} standard deviations of the quiet part, {:.4}){}",
-                    record.start + e.from as f64 * dt,
-                    record.start + e.to as f64 * dt,
-                    1e3 * self.window,
-                    e.velocity,
-                    e.deviations,
-                    deviation,
-                    others(&slip)
-                ))
-                .advice("the wheel slips, the coupling yields, or the accelerometer feels a rotation; the fused velocity is not valid there"),
-            );
+            findings.push(findings::slip(
+                record.start + e.from as f64 * dt,
+                record.start + e.to as f64 * dt,
+                1e3 * self.window,
+                e.velocity,
+                e.deviations,
+                deviation,
+                &others(&slip),
+            ));
         }
         for e in largest(&collisions) {
-            findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "collision",
-                    "something stopped the axis short: a strong deceleration against the motion",
-                )
-                .evidence(format!(
-                    "{:.3} s to {:.3} s: velocity change {:.4} within {:.0} ms ({:.1} standard deviations){}",
-                    record.start + e.from as f64 * dt,
-                    record.start + e.to as f64 * dt,
-                    e.velocity,
-                    1e3 * self.blow,
-                    e.deviations,
-                    others(&collisions)
-                ))
-                .advice("check the range and bandwidth of the accelerometer; what it may have missed of the blow is in the uncertainty"),
-            );
+            findings.push(findings::collision(
+                record.start + e.from as f64 * dt,
+                record.start + e.to as f64 * dt,
+                e.velocity,
+                1e3 * self.blow,
+                e.deviations,
+                &others(&collisions),
+            ));
         }
         Ok(SlipReport {
             slip,

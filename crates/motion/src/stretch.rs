@@ -1,6 +1,7 @@
 //! Stamped samples of one sensor before they share a time base with another: clock, gaps, stretches.
 
 use crate::condition::repetition;
+use crate::findings;
 use crate::{MotionRecord, out_of_order};
 use proofmass_uncertainty::{Finding, Severity};
 use std::ops::Range;
@@ -50,18 +51,7 @@ pub fn longest_stretch(time: &[f64]) -> Option<Ungapped> {
         .windows(2)
         .map(|w| (w[0], w[1]))
         .max_by_key(|(from, to)| to - from)?;
-    let finding = Finding::new(
-        Severity::Warning,
-        "gaps-in-acceleration",
-        "the accelerometer has gaps: only the longest stretch without one is used",
-    )
-    .evidence(format!(
-        "{} gaps of more than three steps; used {:.3} s to {:.3} s after the start",
-        cuts.len() - 2,
-        time[from],
-        time[to - 1]
-    ))
-    .advice("choose another stretch of time");
+    let finding = findings::gaps_in_acceleration(cuts.len() - 2, time[from], time[to - 1]);
     Some(Ungapped {
         used: from..to,
         finding,
@@ -83,15 +73,12 @@ pub fn thin(record: &mut MotionRecord) -> Option<Finding> {
         }
     }
     Some(
-        Finding::new(
-            Severity::Note,
-            "repeated-readings",
-            "each reading stands in several rows: only the first of each is taken",
-        )
-        .evidence(format!(
-            "most values stand {n} times in a row, at {:.4} Hz of {:.4} Hz",
+        findings::repeated_readings(
+            "; only the first of each is used",
+            n,
             1.0 / (n as f64 * record.sample_time),
-            1.0 / record.sample_time
-        )),
+            1.0 / record.sample_time,
+        )
+        .at(Severity::Note),
     )
 }

@@ -1,6 +1,7 @@
 //! Sensors of a speed: the step of their digits, and the speed below which they read zero.
 
-use proofmass_uncertainty::{Finding, Severity};
+use crate::findings;
+use proofmass_uncertainty::Finding;
 
 /// Step of the digits in which a speed was logged, where all its changes are multiples of one.
 ///
@@ -56,17 +57,7 @@ pub fn leave_out_threshold(time: &mut Vec<f64>, speed: &mut Vec<f64>) -> Option<
         pairs.map(|(v, _)| *v).collect()
     };
     (*time, *speed) = (kept(time), kept(speed));
-    (left > 0).then(|| {
-        Finding::new(
-            Severity::Note,
-            "speed-threshold",
-            "the sensor reads zero below a speed: its zeros next to a motion were left out",
-        )
-        .evidence(format!(
-            "no reading between 0 and {first:.4}; {left} of {n} readings, those within {AROUND} s of a motion"
-        ))
-        .advice("the accelerometer bridges them; the uncertainty grows with it")
-    })
+    (left > 0).then(|| findings::speed_threshold(first, left, n, AROUND))
 }
 
 #[cfg(test)]

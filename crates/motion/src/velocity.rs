@@ -12,6 +12,7 @@ pub use tune::{TuneResult, tune};
 
 use crate::diffuse::Trajectory;
 use crate::edges::on_edges;
+use crate::findings;
 use crate::rest::model_at_rest;
 use crate::tuning::Constants;
 use crate::{
@@ -24,7 +25,7 @@ use ground::{
     tuning_part, with_blows,
 };
 use proofmass_core::{Error, Watch};
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 
 /// Answer of [`estimate`].
@@ -204,18 +205,7 @@ pub fn estimate(
     let agreement = disagreement.as_ref().map(|d| d.share);
     if let Some(disagreement) = disagreement.filter(|d| d.matters()) {
         let share = disagreement.share;
-        findings.push(
-            Finding::new(
-                Severity::Warning,
-                "filter-and-smoother-disagree",
-                "filter and smoother differ by more than their uncertainties allow",
-            )
-            .evidence(format!(
-                "{:.1} % of the samples away from slip agree within two standard uncertainties; 95 % are expected",
-                100.0 * share
-            ))
-            .advice("tune on this record, or look for slip, latency and gain errors"),
-        );
+        findings.push(findings::filter_and_smoother_disagree(100.0 * share));
     }
     if trace.standard_uncertainty.is_none() {
         trace.standard_uncertainty = Some(beside(&trace, &smoother));

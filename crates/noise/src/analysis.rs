@@ -1,6 +1,7 @@
 //! The whole noise analysis of a record at rest: curve, density, coefficients, and what to doubt.
 
 use crate::channel_analysis::{Steps, analyse_channel};
+use crate::findings;
 use crate::record::check_count;
 use crate::{
     CoefficientFit, ConsistencyPoint, ConverterTrace, DeviationCurve, DeviationOptions,
@@ -352,25 +353,15 @@ fn separate(
 
 fn gap_finding(gaps: &[RecordGap], used: &[(usize, usize)], total: usize, policy: Gaps) -> Finding {
     let rows: usize = used.iter().map(|r| r.1 - r.0).sum();
-    let (severity, what) = if policy == Gaps::LongestStretch {
-        (
-            Severity::Warning,
-            "the record is interrupted; only its longest stretch was analysed",
-        )
-    } else {
-        (
-            Severity::Note,
-            "the record is interrupted; no statistic reaches across a gap",
-        )
+    let (severity, treatment) = match policy {
+        Gaps::LongestStretch => (Severity::Warning, "only its longest stretch was analysed"),
+        _ => (Severity::Note, "no statistic reaches across a gap"),
     };
-    Finding::new(severity, "gaps-in-record", what)
-        .evidence(format!(
-            "{} {}, the first at row {}; {rows} of {total} rows used",
-            gaps.len(),
-            if gaps.len() == 1 { "gap" } else { "gaps" },
-            gaps[0].row,
-        ))
-        .advice("averaging times longer than the stretches between gaps are lost: look for lost packets or a logger that pauses")
+    let number = match gaps.len() {
+        1 => "1 gap".to_owned(),
+        n => format!("{n} gaps"),
+    };
+    findings::gaps_in_record(&number, gaps[0].row, rows, total, treatment).at(severity)
 }
 
 /// Jitter, or a rate that is not the stated one.
@@ -379,32 +370,16 @@ fn stamp_finding(stamps: &[f64], sample_rate: f64) -> Option<Finding> {
     let line = clock_line(&finite, Some(sample_rate)).ok()?;
     let off = (line.rate / sample_rate - 1.0).abs();
     if off > 1e-3 {
-        return Some(
-            Finding::new(
-                Severity::Warning,
-                "uneven-time-stamps",
-                "the time stamps do not advance at the stated sample rate",
-            )
-            .evidence(format!(
-                "{:.6}({:.0e}) Hz by the stamps against {sample_rate} Hz stated",
-                line.rate, line.rate_uncertainty
-            ))
-            .advice(
-                "densities scale with the true rate; leave the rate out to use that of the stamps",
-            ),
-        );
+        return Some(findings::uneven_time_stamps(
+            line.rate,
+            line.rate_uncertainty,
+            sample_rate,
+        ));
     }
     (line.jitter > 0.1).then(|| {
-        Finding::new(
-            Severity::Note,
-            "jittering-time-stamps",
-            "the time stamps scatter about the line of an even clock; the samples are taken as even",
-        )
-        .evidence(format!(
-            "by {:.0} % of the sample interval; {} samples lost by the line",
+        findings::jittering_time_stamps(
             100.0 * line.jitter,
-            line.slips.iter().map(|s| s.samples.max(0)).sum::<i64>()
-        ))
-        .advice("usual where a computer stamps on arrival; if the sampling itself jitters, frequencies near half the rate are blurred")
+            line.slips.iter().map(|s| s.samples.max(0)).sum(),
+        )
     })
 }

@@ -1,12 +1,12 @@
 //! The noise analysis of one channel.
 
-use crate::coefficients::figure;
 use crate::cosine_spectrum::CosineSpectrum;
 use crate::curve_findings;
 use crate::curve_model::CurveModel;
 use crate::deviation::curve_of;
 use crate::disturbance_findings::disturbance_findings;
 use crate::dynamic::windows_of;
+use crate::findings;
 use crate::temperature_effect::Temperature;
 use crate::{
     AnalysisOptions, ChannelAnalysis, CoefficientFit, FitRecord, NoiseChannel, NoiseRecord,
@@ -15,7 +15,7 @@ use crate::{
 };
 use proofmass_core::{Error, Watch};
 use proofmass_signal::{Detrend, Trend, Welch};
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::{Figure, Finding};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Cosines in one point of the spectrum, at least.
@@ -85,15 +85,9 @@ pub(crate) fn analyse_channel(
     };
     let first = stretches[0][0];
     if stretches.iter().all(|s| s.iter().all(|y| *y == first)) {
-        result.findings.push(
-            Finding::new(
-                Severity::Decision,
-                "constant-channel",
-                "the channel does not vary: it has no noise to describe",
-            )
-            .evidence(format!("all {samples} samples are {first}"))
-            .advice("check that the channel is connected and its range not saturated"),
-        );
+        result
+            .findings
+            .push(findings::constant_channel(samples, first));
         return Ok(result);
     }
     let mut prepared: Vec<Vec<f64>> = Vec::new();
@@ -180,9 +174,10 @@ pub(crate) fn analyse_channel(
     seek_disturbances(&prepared, starts, sample_rate, options, &mut result)?;
     steps.one()?;
     result.converter = converter_traces(stretches[longest]);
-    result
-        .findings
-        .extend(converter::findings(&result.converter, channel.unit));
+    result.findings.extend(converter::converter_findings(
+        &result.converter,
+        channel.unit,
+    ));
     if let Some(fit) = &result.whittle {
         result.kalman = Some(kalman_noise(fit, sample_rate)?);
         result.states = Some(state_space(fit, sample_rate, samples as f64 / sample_rate)?);
@@ -264,15 +259,7 @@ fn without_temperature(
 }
 
 fn no_robust_fit(error: &Error) -> Finding {
-    Finding::new(
-        Severity::Warning,
-        "no-robust-fit",
-        "the fit without outliers could not be made",
-    )
-    .evidence(error.to_string())
-    .advice(
-        "with more than a tenth of the samples far out they are no outliers: look at the time plot",
-    )
+    findings::no_robust_fit(&error.to_string())
 }
 
 /// The curves, with the degrees of freedom of the fitted noise; `freed` of what follows the temperature.
@@ -403,21 +390,16 @@ fn outcome(
             Some(fit)
         }
         Err(error) => {
-            findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "no-coefficients",
-                    "coefficients could not be estimated",
-                )
-                .evidence(error.to_string())
-                .advice(match error {
+            findings.push(findings::no_coefficients(
+                &error.to_string(),
+                match error {
                     Error::TooFew {
                         name: "cosines below the highest frequency",
                         ..
-                    } => "choose a higher --highest-frequency, or record longer",
+                    } => "set a higher highest frequency, or record longer",
                     _ => "record longer",
-                }),
-            );
+                },
+            ));
             None
         }
     }
@@ -459,15 +441,9 @@ fn densities(
             .filter(|p| (p.ratio() - 1.0).abs() > 0.1 + 4.0 * p.relative_uncertainty)
             .max_by(|a, b| (a.ratio() - 1.0).abs().total_cmp(&(b.ratio() - 1.0).abs()));
         if let Some(p) = worst {
-            result.findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "density-and-allan-differ",
-                    "the Allan variance does not follow from the density",
-                )
-                .evidence(format!("ratio {:.3} at τ = {} s", p.ratio(), figure(p.tau)))
-                .advice("the record is not stationary: look at the time plot for a disturbance"),
-            );
+            result
+                .findings
+                .push(findings::density_and_allan_differ(p.ratio(), Figure(p.tau)));
         }
     }
     Ok(())

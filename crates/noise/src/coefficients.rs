@@ -3,7 +3,7 @@
 use crate::profile::Profile;
 use crate::{FrontEnd, GaussMarkov, NoiseModel, Sinusoid, TemperatureSensitivity, Term};
 use proofmass_core::Error;
-use proofmass_uncertainty::{Covariance, Finding};
+use proofmass_uncertainty::{Covariance, Figure, Finding};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -52,28 +52,7 @@ impl fmt::Display for Reason {
 
 /// Four significant digits as a person writes them: 31.67, 0.0042, 1.34×10⁻⁵.
 pub(crate) fn figure(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return value.to_string();
-    }
-    let rounded = format!("{value:.3e}");
-    let (mantissa, exponent) = rounded.split_once('e').unwrap_or((&rounded, "0"));
-    match exponent.parse::<i32>() {
-        Ok(e @ -3..=5) => format!("{value:.*}", usize::try_from(3 - e).unwrap_or(0)),
-        _ => {
-            let digit = |c: char| match c {
-                '-' => '⁻',
-                '0' => '⁰',
-                '1' => '¹',
-                '2' => '²',
-                '3' => '³',
-                _ => char::from_u32('⁰' as u32 + c.to_digit(10).unwrap_or(0)).unwrap_or(c),
-            };
-            format!(
-                "{mantissa}×10{}",
-                exponent.chars().map(digit).collect::<String>()
-            )
-        }
-    }
+    Figure(value).to_string()
 }
 
 /// What is known of one coefficient.

@@ -1,13 +1,14 @@
 //! Units or runs side by side: coefficients, curves, limits.
 
 use crate::coefficients::figure;
+use crate::findings;
 use crate::unit_comparison::equal_coefficients;
 use crate::{
     Analysis, ChannelAnalysis, CoefficientFit, Conformity, DeviationCurve, LimitCheck, NoiseLimit,
     Sensor, Term, TermComparison, Verdict, against_limit,
 };
 use proofmass_core::Error;
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 
 /// The terms with a coefficient that every unit has.
@@ -298,15 +299,7 @@ fn differing(
             )
         })
         .collect();
-    (!evidence.is_empty()).then(|| {
-        Finding::new(
-            Severity::Warning,
-            "units-differ",
-            "coefficients differ between the units by more than chance",
-        )
-        .evidence(evidence.join("; "))
-        .advice("state them for each unit; a common value holds for none of them")
-    })
+    (!evidence.is_empty()).then(|| findings::units_differ(&evidence.join("; ")))
 }
 
 /// What fails needs a decision, what is undecided a longer recording.
@@ -336,29 +329,11 @@ fn beyond(checked: &[CheckedLimit], names: &[&str]) -> Vec<Finding> {
     let mut findings = Vec::new();
     let fail = those(Conformity::Fail);
     if !fail.is_empty() {
-        findings.push(
-            Finding::new(
-                Severity::Decision,
-                "beyond-limit",
-                "coefficients lie beyond their limits with their whole interval",
-            )
-            .evidence(shortened(&fail))
-            .advice(
-                "the units do not meet the limits: their measurement uncertainty is allowed for",
-            ),
-        );
+        findings.push(findings::beyond_limit(&shortened(&fail)));
     }
     let undecided = those(Conformity::Undecided);
     if !undecided.is_empty() {
-        findings.push(
-            Finding::new(
-                Severity::Warning,
-                "limit-undecided",
-                "limits lie within intervals: neither met nor missed",
-            )
-            .evidence(shortened(&undecided))
-            .advice("record longer: the interval must come to lie on one side of the limit"),
-        );
+        findings.push(findings::limit_undecided(&shortened(&undecided)));
     }
     findings
 }
@@ -375,22 +350,8 @@ fn uncovered(checked: &[CheckedLimit], names: &[&str]) -> Option<Finding> {
         })
         .map(|(_, name)| (*name).to_owned())
         .collect();
-    (!without.is_empty()).then(|| {
-        Finding::new(
-            Severity::Note,
-            "no-limit-covers",
-            "units are under test that no limit covers",
-        )
-        .evidence(format!(
-            "{} of {}: {}",
-            without.len(),
-            names.len(),
-            shortened(&without)
-        ))
-        .advice(
-            "add limits for their quantities and channels, or compare these units by themselves",
-        )
-    })
+    (!without.is_empty())
+        .then(|| findings::no_limit_covers(without.len(), names.len(), &shortened(&without)))
 }
 
 fn shortened(list: &[String]) -> String {

@@ -1,6 +1,7 @@
 //! What a converter leaves in a record: steps as coarse as the noise, rails, samples that stand twice.
 
-use proofmass_uncertainty::{Finding, Severity};
+use crate::findings;
+use proofmass_uncertainty::{Figure, Finding};
 use serde::{Deserialize, Serialize};
 
 /// Fewest samples of which traces are sought.
@@ -174,58 +175,24 @@ pub(crate) fn difference_scatter(rate: &[f64]) -> f64 {
 }
 
 /// The traces as findings.
-pub(crate) fn findings(traces: &[ConverterTrace], unit: &str) -> Vec<Finding> {
-    use crate::coefficients::figure;
+pub(crate) fn converter_findings(traces: &[ConverterTrace], unit: &str) -> Vec<Finding> {
     traces
         .iter()
         .map(|trace| match *trace {
-            ConverterTrace::Coarse { step, scatter } => Finding::new(
-                Severity::Warning,
-                "coarse-resolution",
-                "the step of the converter is larger than the noise: the coefficients describe the steps",
-            )
-            .evidence(format!(
-                "step {} {unit}, standard deviation of a sample {} {unit}",
-                figure(step),
-                figure(scatter)
-            ))
-            .advice("record at a finer range or resolution; white noise below the step cannot be told"),
-            ConverterTrace::Clipped { rail, share } => Finding::new(
-                Severity::Decision,
-                "clipped",
-                "samples stand at a limit of the range: the noise beyond it is cut off",
-            )
-            .evidence(format!(
-                "{:.2} % of the samples are exactly {} {unit}",
-                100.0 * share,
-                figure(rail)
-            ))
-            .advice("choose a wider range; the white noise of a clipped record is too low"),
-            ConverterTrace::Repeated { share } => Finding::new(
-                Severity::Warning,
-                "repeated-samples",
-                "samples stand more than once: the sensor is slower than the recording",
-            )
-            .evidence(format!(
-                "{:.0} % of the samples equal the one before: about one new value in {:.1} rows",
-                100.0 * share,
-                1.0 / (1.0 - share).max(1e-9)
-            ))
-            .advice("record at the output data rate of the sensor; the densities below a tenth of its rate hold"),
+            ConverterTrace::Coarse { step, scatter } => {
+                findings::coarse_resolution(Figure(step), Figure(scatter), unit)
+            }
+            ConverterTrace::Clipped { rail, share } => {
+                findings::clipped(100.0 * share, Figure(rail), unit)
+            }
+            ConverterTrace::Repeated { share } => {
+                findings::repeated_samples(100.0 * share, 1.0 / (1.0 - share).max(1e-9))
+            }
             ConverterTrace::Frozen {
                 first,
                 longest,
                 samples,
-            } => Finding::new(
-                Severity::Decision,
-                "frozen",
-                "the output stood still: the sensor or what reads it hung",
-            )
-            .evidence(format!(
-                "{samples} samples in runs of equal values, the longest of {longest} from sample {} of the longest stretch",
-                first + 1
-            ))
-            .advice("leave these fields empty: they are a gap then; with them N is too small, and K may be what is not there"),
+            } => findings::frozen(samples, longest, first + 1),
         })
         .collect()
 }

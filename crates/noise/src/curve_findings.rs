@@ -2,6 +2,7 @@
 
 use crate::ChannelAnalysis;
 use crate::coefficients::figure;
+use crate::findings;
 use proofmass_uncertainty::{Finding, Severity};
 
 /// Averaging times outside the limits beyond which chance does not explain them: of twenty one is expected.
@@ -47,39 +48,32 @@ pub(crate) fn of_the_curve(channel: &ChannelAnalysis) -> Option<Finding> {
             })
             .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
             .unwrap_or((0.0, 0.0));
-        return Some(
-            Finding::new(
-                Severity::Warning,
-                "curve-and-model-differ",
-                "the fitted model lies outside the limits of the Allan curve",
-            )
-            .evidence(format!(
-                "at {within} of {} averaging times in the band that was fitted; at {} s the curve is {:+.1} % off the model{}",
+        return Some(findings::noise_model_misfit(
+            "Allan curve",
+            &format!(
+                "outside its limits at {within} of {} averaging times in the band that was fitted; by {:+.1} % at {} s{}",
                 seen.len(),
-                figure(worst.0),
                 100.0 * worst.1,
+                figure(worst.0),
                 words(&departures)
-            ))
-            .advice("the sensor does not follow the sum of the terms: prefer the curve itself to its coefficients, or seek a Gauss–Markov process or sinusoids"),
-        );
+            ),
+        ));
     }
     let (first, last) = (outside.first()?, outside.last()?);
     (outside.len() > BY_CHANCE).then(|| {
-        Finding::new(
-            Severity::Note,
-            "curve-and-model-differ",
-            "part of the Allan curve is not that of the fitted model",
+        findings::noise_model_misfit(
+            "Allan curve",
+            &format!(
+                "outside its limits at {} of {} averaging times, from {} to {} s{}; fitted below {} Hz",
+                outside.len(),
+                channel.fitted.len(),
+                figure(*first),
+                figure(*last),
+                words(&departures),
+                figure(fit.band.highest_frequency)
+            ),
         )
-        .evidence(format!(
-            "outside its limits at {} of {} averaging times, from {} to {} s{}; fitted below {} Hz",
-            outside.len(),
-            channel.fitted.len(),
-            figure(*first),
-            figure(*last),
-            words(&departures),
-            figure(fit.band.highest_frequency)
-        ))
-        .advice("look at the density plot: lines are sought with --sinusoids; beside a resonance or noise of a narrow band, choose what is fitted with --highest-frequency")
+        .at(Severity::Note)
     })
 }
 
@@ -149,5 +143,5 @@ fn words(departures: &[Departure]) -> String {
             )
         })
         .collect();
-    format!("; the spectrum departs most at {}", each.join(", "))
+    format!("; the spectrum deviates most at {}", each.join(", "))
 }

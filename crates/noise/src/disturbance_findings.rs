@@ -1,6 +1,7 @@
 //! What disturbances mean for the curve, in words.
 
 use crate::coefficients::figure;
+use crate::findings;
 use crate::{AnalysisOptions, Disturbance, DisturbanceKind, JointInfluence};
 use proofmass_uncertainty::{Finding, Severity};
 
@@ -24,25 +25,15 @@ pub(crate) fn disturbance_findings(
     });
     let moved = joint.is_some_and(|j| j.displacement >= 3.0);
     if moved && found.iter().all(|d| d.displacement < 3.0) {
-        findings.push(
-            Finding::new(
-                Severity::Decision,
-                "disturbances-together",
-                "many small disturbances together move the Allan curve, though none does by itself",
-            )
-            .evidence(format!("{} places{together}", found.len()))
-            .advice("white noise and curve include them: remove the outliers, or state that they belong to the sensor"),
-        );
+        findings.push(findings::disturbances_together(found.len(), &together));
     }
     if spikes > 0 {
         findings.push(
-            Finding::new(
-                if spikes > 3 { Severity::Note } else { Severity::Warning },
-                "isolated-spikes",
-                "single samples lie further out than Gaussian noise allows",
-            )
-            .evidence(format!("{spikes} {}{together}", if spikes == 1 { "sample" } else { "samples" }))
-            .advice("many of them over the whole record mean noise with heavy tails, few of them lost bits"),
+            findings::isolated_spikes(spikes, &together).at(if spikes > 3 {
+                Severity::Note
+            } else {
+                Severity::Warning
+            }),
         );
     }
     let mut rest: Vec<&Disturbance> = found.iter().filter(|d| !quiet_spike(d)).collect();
@@ -52,19 +43,13 @@ pub(crate) fn disturbance_findings(
     };
     let decisive = worst.displacement >= 3.0;
     findings.push(
-        Finding::new(
-            if decisive { Severity::Decision } else { Severity::Warning },
-            if decisive { "disturbance" } else { "weak-disturbance" },
+        findings::disturbance(
             if decisive {
-                "the record is disturbed: something other than noise happened, and the curve shows it"
+                "and it changes the Allan curve"
             } else {
-                "something other than noise happened, too little to move the curve"
+                "too little to change the Allan curve"
             },
-        )
-        .evidence(format!(
-            "{} {}; the worst a {} from {:.2} s to {:.2} s, {:.1} robust standard deviations where {:.1} occur by chance in one record of {:.0}; it raises the Allan variance by up to {:.1} %, {:.1} times its standard uncertainty",
             rest.len(),
-            if rest.len() == 1 { "place" } else { "places" },
             match worst.kind {
                 DisturbanceKind::Step => "step",
                 DisturbanceKind::Burst => "burst",
@@ -78,8 +63,12 @@ pub(crate) fn disturbance_findings(
             1.0 / options.disturbance_false_alarm_rate,
             100.0 * worst.influence,
             worst.displacement,
-        ))
-        .advice("cut the record there and analyse the longer part; coefficients of a disturbed record describe the disturbance"),
+        )
+        .at(if decisive {
+            Severity::Decision
+        } else {
+            Severity::Warning
+        }),
     );
     findings
 }

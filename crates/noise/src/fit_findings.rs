@@ -1,10 +1,11 @@
 //! What a fit to the spectrum leaves to doubt.
 
 use crate::coefficients::figure;
+use crate::findings;
 use crate::front_end::FrontEnd;
 use crate::profile::Fitted;
 use crate::usable_band::{Band, misfit};
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::{Figure, Finding};
 
 /// Chance of a departure from the model as large as the one that is reported.
 const MISFIT_CHANCE: f64 = 1e-3;
@@ -43,32 +44,23 @@ impl Misfit {
         if self.discrepancy <= 0.0 {
             return Vec::new();
         }
-        vec![
-            Finding::new(
-                Severity::Warning,
-                "noise-model-misfit",
-                "the spectrum departs from the sum of the noise terms",
-            )
-            .evidence(format!(
+        vec![findings::noise_model_misfit(
+            "spectrum",
+            &format!(
                 "by {:.1} % (root mean square over {} bins) beyond its scatter below {} Hz; χ² = {:.0} with {:.0} degrees of freedom",
                 100.0 * self.discrepancy,
                 self.groups,
                 figure(band.highest),
                 self.statistic,
                 self.dof,
-            ))
-            .advice("look at the density plot for a bump or a resonance: coefficients are biased by up to that share where the departure lies; seek a Gauss–Markov process or sinusoids, or give the highest frequency"),
-        ]
+            ),
+        )]
     }
 }
 
 /// The band that was used, where it is narrower than half the sample rate.
 pub(crate) fn of_the_band(band: &Band, sample_rate: f64) -> Option<Finding> {
-    let used = format!(
-        "used 0 to {} Hz of {} Hz",
-        figure(band.highest),
-        figure(0.5 * sample_rate)
-    );
+    let (used, half_rate) = (Figure(band.highest), Figure(0.5 * sample_rate));
     if band.filter.is_some_and(|(_, gain)| gain > FILTER_SEEN) {
         let rest = match &band.front_end {
             Some(d) => {
@@ -88,50 +80,14 @@ pub(crate) fn of_the_band(band: &Band, sample_rate: f64) -> Option<Finding> {
                 "neither a low-pass filter nor an overlap of averages describes the rest".to_owned()
             }
         };
-        return Some(
-            Finding::new(
-                Severity::Note,
-                "band-limited",
-                "the noise is filtered in front of the converter",
-            )
-            .evidence(format!("{used}; {rest}"))
-            .advice("quantisation cannot be determined behind a filter; give the highest frequency to choose otherwise"),
-        );
+        return Some(findings::band_limited(used, half_rate, &rest));
     }
-    band.resonance.then(|| {
-        Finding::new(
-            Severity::Note,
-            "band-limited",
-            "the upper part of the spectrum follows no noise term: it was left out",
-        )
-        .evidence(used)
-        .advice("look at the density plot for a resonance or a decimator; give the highest frequency to choose otherwise")
-    })
+    band.resonance
+        .then(|| findings::resonance_left_out(used, half_rate))
 }
 
 /// Tails heavier than Gaussian.
 pub(crate) fn of_the_tails(kurtosis: f64, widened: f64, samples: usize) -> Option<Finding> {
-    (kurtosis > 0.5 && 0.5 * kurtosis > 5.0 * (6.0 / samples as f64).sqrt()).then(|| {
-        Finding::new(
-            Severity::Note,
-            "heavy-tails",
-            "the samples scatter with heavier tails than Gaussian noise",
-        )
-        .evidence(format!(
-            "excess kurtosis {kurtosis:.2}; the interval of N is wider by {:.0} % for it",
-            100.0 * (widened.sqrt() - 1.0)
-        ))
-        .advice("look at the time plot for outliers: N includes them; --robust fits without them")
-    })
-}
-
-/// A temperature that was recorded and explains nothing.
-pub(crate) fn steady_temperature() -> Finding {
-    Finding::new(
-        Severity::Warning,
-        "steady-temperature",
-        "the temperature does not vary beyond the noise of its thermometer: no coefficient of it can be given",
-    )
-    .evidence("its slowest changes are no larger than its fastest".to_owned())
-    .advice("leave the temperature out, or let it change by several times the thermometer's noise")
+    (kurtosis > 0.5 && 0.5 * kurtosis > 5.0 * (6.0 / samples as f64).sqrt())
+        .then(|| findings::heavy_tails(kurtosis, 100.0 * (widened.sqrt() - 1.0)))
 }

@@ -61,6 +61,7 @@ mod disturbance_findings;
 mod dynamic;
 mod edf;
 mod effects;
+mod findings;
 mod fit_family;
 mod fit_findings;
 mod fit_record;
@@ -119,6 +120,7 @@ pub use disturbance::{
 };
 pub use dynamic::{DynamicWindow, dynamic_deviation};
 pub use edf::{EdfFormula, chi_square_interval, equivalent_dof};
+pub use findings::CATALOGUE;
 pub use fit_record::FitRecord;
 pub use front_end::{FrontEnd, LowPass};
 pub use gaps::{GapKind, Gaps, RecordGap, Stretches, stretches};

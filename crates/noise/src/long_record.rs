@@ -2,13 +2,13 @@
 
 use crate::allan_covariance::degrees_of_freedom;
 use crate::averages::Averages;
+use crate::findings;
 use crate::{
     Analysis, AnalysisOptions, DeviationCurve, NoiseBasis, NoiseChannel, NoiseModel, Sensor,
     Statistic, StreamingAllan, Taus, analyse, chi_square_interval, in_units, kalman_noise,
     state_space,
 };
 use proofmass_core::Error;
-use proofmass_uncertainty::{Finding, Severity};
 
 /// Averages kept of each channel.
 const KEPT: usize = 1 << 20;
@@ -207,19 +207,10 @@ impl LongRecord {
             }
         }
         if averaged > 1 {
-            analysis.findings.push(
-                Finding::new(
-                    Severity::Note,
-                    "averaged-record",
-                    "spectrum, coefficients and disturbances are those of the averaged recording; the Allan curve is \
-                     that of all samples",
-                )
-                .evidence(format!(
-                    "averages of {averaged} samples, {} Hz",
-                    sample_rate / averaged as f64
-                ))
-                .advice("the fit allows for the averaging; analyse a shorter part for frequencies above half that rate"),
-            );
+            analysis.findings.push(findings::averaged_record(
+                averaged,
+                sample_rate / averaged as f64,
+            ));
         }
         Ok(analysis)
     }

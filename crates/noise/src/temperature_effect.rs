@@ -1,11 +1,12 @@
 //! Temperature as a cause of drift: one more form beside the ramp, whose size is the sensitivity.
 
-use crate::coefficients::{Limits, figure};
+use crate::coefficients::Limits;
 use crate::cosine_spectrum::{Form, cosines, inverse_cosines};
+use crate::findings;
 use crate::fit_record::FitRecord;
 use crate::profile::{Fitted, form_level};
 use crate::{FitOptions, Reason, Verdict};
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::{Figure, Finding};
 use serde::{Deserialize, Serialize};
 
 /// Mean square of the temperature's cosines, in multiples of the thermometer's noise, below which only that noise is left.
@@ -152,40 +153,15 @@ impl Temperature {
     fn findings(&self, found: &TemperatureSensitivity, collinear: bool) -> Vec<Finding> {
         let mut findings = Vec::new();
         match found.ramp_correlation {
-            Some(r) if collinear => findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "temperature-like-ramp",
-                    "the temperature changes as a straight line does: a drift with time and one with temperature cannot be told apart",
-                )
-                .evidence(format!("correlation of their sizes {r:.5}; neither is given"))
-                .advice("forbid the ramp (--terms Q,N,B,K) to take all of the drift as that of temperature, or record through a temperature that rises and falls"),
-            ),
-            Some(r) if r * r > 0.8 => findings.push(
-                Finding::new(
-                    Severity::Note,
-                    "temperature-near-ramp",
-                    "the temperature changes nearly as a straight line does: its coefficient and the ramp are told apart badly",
-                )
-                .evidence(format!("correlation of their sizes {r:.3}; both intervals allow for it"))
-                .advice("record through a temperature that rises and falls"),
-            ),
+            Some(r) if collinear => findings.push(findings::temperature_like_ramp(r)),
+            Some(r) if r * r > 0.8 => findings.push(findings::temperature_near_ramp(r)),
             _ => {}
         }
         if self.noise_share > NOISY {
-            findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "noisy-thermometer",
-                    "the thermometer's own noise makes the temperature coefficient come out too small",
-                )
-                .evidence(format!(
-                    "by up to about {:.0} %: so much of the power of the temperature is noise, over a range of {} K",
-                    100.0 * (self.noise_share / (1.0 + self.noise_share)).min(1.0),
-                    figure(self.range.1 - self.range.0)
-                ))
-                .advice("let the temperature change more, or average the thermometer"),
-            );
+            findings.push(findings::noisy_thermometer(
+                100.0 * (self.noise_share / (1.0 + self.noise_share)).min(1.0),
+                Figure(self.range.1 - self.range.0),
+            ));
         }
         findings
     }

@@ -348,7 +348,7 @@ pub fn whittle_record(
         sensitivity
     });
     if record.temperature.is_some() && temperature.is_none() {
-        findings.push(fit_findings::steady_temperature());
+        findings.push(crate::findings::steady_temperature());
     }
     if options.seeks(Term::Ramp) {
         let collinear = sensitivity.as_ref().is_some_and(|s| s.is_collinear());

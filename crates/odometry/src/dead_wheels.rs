@@ -1,7 +1,8 @@
 //! Channels of several wheels that never change while the others move.
 
+use crate::findings;
 use crate::several_wheels::smallest_step;
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
 
 /// How far a wheel goes when it moves, in its smallest steps and in its changes from reading to reading (RMS): noise from
 /// reading to reading reaches seven of the latter in a million readings, a count that trembles one of the former.
@@ -26,13 +27,7 @@ pub fn dead_wheels(readings: &[Vec<Option<f64>>], names: &[&str]) -> (Vec<usize>
         .iter()
         .map(|(i, v)| format!("{}: {v} in all readings", names.get(*i).unwrap_or(&"")))
         .collect();
-    let what = match held.len() {
-        1 => "a wheel never changes while others move: it is left out of the mean",
-        _ => "wheels never change while others move: they are left out of the mean",
-    };
-    let finding = Finding::new(Severity::Decision, "constant-channel", what)
-        .evidence(told.join("; "))
-        .advice("check column and cable; name only the wheels that work");
+    let finding = findings::constant_wheels(&told.join("; "));
     (held.into_iter().map(|(i, _)| i).collect(), Some(finding))
 }
 
@@ -72,7 +67,7 @@ mod tests {
         let (dead, finding) = dead_wheels(&four, &NAMES);
         assert_eq!(dead, [2]);
         let finding = finding.unwrap();
-        assert_eq!(finding.code(), "constant-channel");
+        assert_eq!(finding.code(), "constant-wheels");
         assert!(finding.evidence_text().starts_with("rl: 0 in all"));
         four[0] = wheel(|_| 3.5);
         assert_eq!(dead_wheels(&four, &NAMES).0, [0, 2]);

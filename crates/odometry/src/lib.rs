@@ -8,10 +8,12 @@
 //! - A missing reading is `None`.
 
 mod dead_wheels;
+mod findings;
 mod rigid_vehicle;
 mod several_wheels;
 mod wheel_slip;
 
 pub use dead_wheels::dead_wheels;
+pub use findings::CATALOGUE;
 pub use several_wheels::{Departure, Departures, Wheels};
 pub use wheel_slip::{Axle, WheelSlip};

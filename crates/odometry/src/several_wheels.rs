@@ -1,10 +1,11 @@
 //! Three wheels and more of a vehicle: a wheel that departs from what the others allow slips.
 
+use crate::findings;
 use crate::rigid_vehicle::{Change, Rigid, sides};
 use proofmass_core::{Error, check};
 use proofmass_motion::ReadingSource;
 use proofmass_motion::episode::{Episode, episodes, held, largest, others, slope};
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 
 /// The wheels of a vehicle at equal steps of time.
@@ -172,25 +173,16 @@ impl Wheels<'_> {
         told.map(|Departure { wheels, episode: e }| {
             let names: Vec<&str> = wheels.iter().map(|i| self.names[*i]).collect();
             let faster = if e.velocity > 0.0 { "faster" } else { "slower" };
-            Finding::new(
-                Severity::Warning,
-                "wheel-slip",
-                match wheels.len() {
-                    1 => "a wheel departs from what the other wheels allow",
-                    _ => "two wheels depart from what the other wheels allow",
-                },
-            )
-            .evidence(format!(
-                "{}: {:.3} s to {:.3} s, {:.4} {faster} within {:.0} ms ({:.1} standard deviations of the quiet part){}",
-                names.join(", "),
+            findings::wheel_slip(
+                &names.join(", "),
                 e.from as f64 * dt,
                 e.to as f64 * dt,
                 e.velocity.abs(),
+                faster,
                 1e3 * span,
                 e.deviations,
-                others(&all)
-            ))
-            .advice("the mean of the wheels is not valid there: leave the wheel out, or the stretch")
+                &others(&all),
+            )
         })
         .collect()
     }

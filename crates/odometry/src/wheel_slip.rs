@@ -1,11 +1,12 @@
 //! Two wheels of an axle beside a gyroscope: where they turn the vehicle otherwise than it turns, one of them slips.
 
+use crate::findings;
 use crate::several_wheels::smallest_step;
 
 use proofmass_core::{Error, check};
 use proofmass_motion::ReadingSource;
 use proofmass_motion::episode::{Episode, episodes, held, largest, others, quiet, slope};
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 
 /// The wheels of an axle and the rate at which the vehicle turns, at equal steps of time.
@@ -124,22 +125,16 @@ impl Axle<'_> {
             |d| (d - centre, z(d)),
         );
         let findings = largest(&slip).into_iter().map(|e| {
-            Finding::new(
-                Severity::Warning,
-                "wheel-slip",
-                "one wheel of the axle turns otherwise than the vehicle does",
-            )
-            .evidence(format!(
-                "{:.3} s to {:.3} s: the right wheel became {:.4} faster than turning explains within {:.0} ms ({:.1} standard deviations of the quiet part, {:.4}){}",
+            findings::wheel_slip(
+                "right wheel, beside what turning explains",
                 e.from as f64 * dt,
                 e.to as f64 * dt,
-                e.velocity,
+                e.velocity.abs(),
+                if e.velocity > 0.0 { "faster" } else { "slower" },
                 1e3 * w as f64 * dt,
                 e.deviations,
-                deviation,
-                others(&slip)
-            ))
-            .advice("the mean of the wheels is not valid there; a sense, unit or track that is wrong shows in every curve")
+                &others(&slip),
+            )
         });
         Ok(WheelSlip {
             findings: findings.collect(),

@@ -11,8 +11,9 @@ mod repeats;
 pub use combination::{CommonErrors, WithCommonErrors};
 pub use repeats::{MeanOfRepeats, Repeats};
 
+use crate::findings;
 use crate::quantile::{chi_squared_quantile, dof_of_coverage_factor, f_quantile};
-use crate::{DegreesOfFreedom, Finding, Severity};
+use crate::{DegreesOfFreedom, Finding};
 use projection::Projection;
 use proofmass_core::{Error, check};
 use serde::{Deserialize, Serialize};
@@ -331,20 +332,13 @@ impl BetweenScatter {
     /// On healthy data it appears in 2.5 % of cases.
     pub fn finding(&self) -> Option<Finding> {
         (self.birge_ratio > self.birge_range[1]).then(|| {
-            Finding::new(
-                Severity::Warning,
-                "excess-residuals",
-                "the residuals exceed the noise: something varies between the observations that is not in the budget",
-            )
-            .evidence(format!(
-                "Birge ratio {:.2}, up to {:.2} without excess; τ = {} ({} to {})",
+            findings::excess_residuals(
                 self.birge_ratio,
                 self.birge_range[1],
-                crate::scientific(self.excess_variance.sqrt(), 2),
-                crate::scientific(self.excess_interval[0], 2),
-                crate::scientific(self.excess_interval[1], 2),
-            ))
-            .advice("the uncertainties contain it; look for its cause")
+                &crate::scientific(self.excess_variance.sqrt(), 2),
+                &crate::scientific(self.excess_interval[0], 2),
+                &crate::scientific(self.excess_interval[1], 2),
+            )
         })
     }
 }

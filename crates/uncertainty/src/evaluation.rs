@@ -191,8 +191,17 @@ impl UncertaintyModel {
         if let (None, Some(refusal), Err(_)) = (&linear, refused.first(), &sampled) {
             return Err(refusal.clone());
         }
-        findings.extend(refused.iter().map(doubts::no_linear_result));
-        findings.extend(sampled.as_ref().err().map(doubts::no_monte_carlo_result));
+        findings.extend(
+            refused
+                .iter()
+                .map(|why| crate::findings::no_linear_result(&why.to_string())),
+        );
+        findings.extend(
+            sampled
+                .as_ref()
+                .err()
+                .map(|why| crate::findings::no_monte_carlo_result(&why.to_string())),
+        );
         let sampled = sampled.ok();
         findings.extend(linear.iter().flat_map(|l| l.findings().iter().cloned()));
         findings.extend(sampled.iter().flat_map(|s| s.findings.iter().cloned()));

@@ -1,6 +1,13 @@
 //! Findings: what to doubt in an answer that could be computed.
 
+mod catalogue;
+mod evidence;
+
+pub use catalogue::FindingKind;
+pub use evidence::{EvidenceValue, Figure};
+
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::fmt;
 
 /// How much a finding weighs.
@@ -31,23 +38,35 @@ impl fmt::Display for Severity {
 /// here instead, and the number stands beside it. An answer that cannot be given at all is an
 /// [`Error`](proofmass_core::Error), not a finding.
 ///
-/// ```
-/// use proofmass_uncertainty::{Finding, Severity};
-///
-/// let finding = Finding::new(Severity::Warning, "excess-residuals", "the residuals exceed the noise of the means")
-///     .evidence("χ² = 311.2 with 105 degrees of freedom")
-///     .advice("check that the sensor stood still; the covariance was scaled by 2.96");
-/// assert_eq!(finding.code(), "excess-residuals");
-/// ```
+/// Its kind (code, sentences, advice) is declared once, with [`findings!`](crate::findings).
 #[doc(alias("warning", "diagnostic"))]
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Finding {
     severity: Severity,
     code: String,
     what: String,
     evidence: String,
     advice: String,
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    evidence_fields: BTreeMap<String, EvidenceValue>,
+    /// Severities that the kind admits; unknown once a finding was read back.
+    #[serde(skip)]
+    admitted: Option<&'static [Severity]>,
 }
+
+/// Two findings are equal when they say the same; where they come from does not count.
+impl PartialEq for Finding {
+    fn eq(&self, other: &Self) -> bool {
+        self.severity == other.severity
+            && self.code == other.code
+            && self.what == other.what
+            && self.evidence == other.evidence
+            && self.advice == other.advice
+            && self.evidence_fields == other.evidence_fields
+    }
+}
+
+impl Eq for Finding {}
 
 impl Finding {
     /// A finding with a stable kebab-case code and one sentence (no capital, no full stop) that says what is doubtful.
@@ -58,7 +77,41 @@ impl Finding {
             what: what.into(),
             evidence: String::new(),
             advice: String::new(),
+            evidence_fields: BTreeMap::new(),
+            admitted: None,
         }
+    }
+
+    /// A finding of a declared kind; called by [`findings!`](crate::findings) alone.
+    #[doc(hidden)]
+    pub fn of<const N: usize>(
+        kind: &'static FindingKind,
+        sentences: [String; 3],
+        values: [EvidenceValue; N],
+    ) -> Self {
+        let [what, evidence, advice] = sentences;
+        let names = kind.evidence_fields.iter().map(|n| (*n).to_owned());
+        Self {
+            severity: kind.usual_severity(),
+            code: kind.code.to_owned(),
+            what,
+            evidence,
+            advice,
+            evidence_fields: names.zip(values).collect(),
+            admitted: Some(kind.severities),
+        }
+    }
+
+    /// The same finding with another of the severities that its kind admits.
+    #[must_use]
+    pub fn at(mut self, severity: Severity) -> Self {
+        debug_assert!(
+            self.admitted.is_none_or(|s| s.contains(&severity)),
+            "the kind `{}` does not list the severity `{severity}`",
+            self.code
+        );
+        self.severity = severity;
+        self
     }
 
     /// Adds the numbers that speak for it.
@@ -72,6 +125,13 @@ impl Finding {
     #[must_use]
     pub fn advice(mut self, advice: impl Into<String>) -> Self {
         self.advice = advice.into();
+        self
+    }
+
+    /// The same finding of one part of the answer: the sentence begins with its name and a colon.
+    #[must_use]
+    pub fn of_part(mut self, part: impl fmt::Display) -> Self {
+        self.what = format!("{part}: {}", self.what);
         self
     }
 
@@ -93,6 +153,11 @@ impl Finding {
     /// The numbers that speak for it; empty when the sentence carries them.
     pub fn evidence_text(&self) -> &str {
         &self.evidence
+    }
+
+    /// The numbers and names of the evidence one by one, for machines.
+    pub fn evidence_fields(&self) -> &BTreeMap<String, EvidenceValue> {
+        &self.evidence_fields
     }
 
     /// What to do next; empty when nothing is to be done.

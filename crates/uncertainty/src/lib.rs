@@ -141,6 +141,11 @@ mod distribution;
 mod effective_dof;
 mod expression;
 mod finding;
+#[cfg_attr(
+    not(feature = "model"),
+    allow(dead_code, reason = "the catalogue is whole in every build")
+)]
+mod findings;
 mod fixed_size;
 mod format;
 mod notation;
@@ -159,7 +164,8 @@ pub use coverage::DegreesOfFreedom;
 pub use distribution::Distribution;
 pub use effective_dof::welch_satterthwaite;
 pub use expression::Expression;
-pub use finding::{Finding, Severity};
+pub use finding::{EvidenceValue, Figure, Finding, FindingKind, Severity};
+pub use findings::CATALOGUE;
 pub use fixed_size::{propagate_fixed, propagate_independent, propagate_jacobian};
 pub use format::{Alphabet, DecimalMark, Format, Formatted, Notation, Rounded, ShowDof};
 pub use notation::{scientific, superscript};

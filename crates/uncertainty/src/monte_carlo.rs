@@ -10,9 +10,10 @@ mod valid;
 pub(crate) use circle::{circles, nearest_turn};
 pub use sampled::{Interval, Sampled, SampledOutput};
 
+use crate::findings;
 use crate::propagation::one_by_one;
 use crate::sampler::{Sampler, Strips};
-use crate::{Finding, JointInputs, Model, Refusal, Severity};
+use crate::{JointInputs, Model, Refusal};
 use order::{mean_and_sd, symmetric_interval};
 use proofmass_core::{Error, check};
 use rand::SeedableRng;
@@ -291,26 +292,14 @@ impl MonteCarlo {
             .iter()
             .all(|o| o.standard_uncertainty.is_some());
         if let (Trials::Adaptive { digits, .. }, false, true) = (self.trials, stable, settled) {
-            result.findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "monte-carlo-not-stable",
-                    format!("the result is not stable to {digits} digits of u"),
-                )
-                .evidence(format!("{} trials", done * block))
-                .advice("allow more trials or ask for fewer digits"),
-            );
+            result
+                .findings
+                .push(findings::monte_carlo_not_stable(digits, done * block));
         }
         if !sampler.copula.is_empty() {
-            result.findings.push(
-                Finding::new(
-                    Severity::Note,
-                    "normal-copula",
-                    "correlated inputs that are not normal were joined by a normal copula",
-                )
-                .evidence(sampler.copula.join(", "))
-                .advice("their correlation coefficient then differs a little from the one given"),
-            );
+            result
+                .findings
+                .push(findings::normal_copula(&sampler.copula.join(", ")));
         }
         Ok(result)
     }

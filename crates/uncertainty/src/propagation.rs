@@ -4,9 +4,10 @@ mod second_order;
 
 pub use second_order::{SecondOrder, propagate_second_order};
 
+use crate::findings;
 use crate::{
     BudgetInput, BudgetLine, Component, Covariance, DegreesOfFreedom, Dual, Effect, Estimate,
-    Evaluation, Finding, Influence, JointInputs, Member, Number, Quantity, Severity,
+    Evaluation, Finding, Influence, JointInputs, Member, Number, Quantity,
 };
 use proofmass_core::Error;
 use serde::{Deserialize, Serialize};
@@ -238,15 +239,9 @@ pub fn linear(
         let name = &result.estimate.components()[k].name;
         let nu = result.dof[k].get();
         if variance > 0.0 && nu < 3.0 {
-            result.findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "few-effective-degrees-of-freedom",
-                    format!("the uncertainty of {name} is itself poorly known"),
-                )
-                .evidence(format!("ν_eff = {nu:.1}"))
-                .advice("repeat the dominant type A observation, or use the Monte Carlo interval"),
-            );
+            result
+                .findings
+                .push(findings::few_effective_degrees_of_freedom(name, nu));
         }
         if variance > 0.0 {
             result
@@ -364,15 +359,7 @@ fn separately_estimated(inputs: &JointInputs) -> Option<Finding> {
         let found = cluster.inputs.iter().filter(few).filter(single);
         names.extend(found.map(|&i| inputs.inputs[i].name.as_str()));
     }
-    (names.len() > 1).then(|| {
-        Finding::new(
-            Severity::Note,
-            "separately-estimated",
-            "correlated inputs with finite degrees of freedom were taken as estimated separately",
-        )
-        .evidence(names.join(", "))
-        .advice("if they were observed together, say so with `together`: their covariance then has one number of degrees of freedom")
-    })
+    (names.len() > 1).then(|| findings::separately_estimated(&names.join(", ")))
 }
 
 /// The central limit theorem needs many comparable contributions; one broad flat one is not that.
@@ -390,17 +377,12 @@ fn dominant_non_normal(
     let draws = inputs.draws.iter().filter(|d| d.input == i).count();
     let flat = !matches!(word, "normal" | "Student t" | "truncated normal");
     (flat && draws == 1 && share.total > 0.5 * variance).then(|| {
-        Finding::new(
-            Severity::Note,
-            "dominant-non-normal-input",
-            format!("one {word} input dominates {name}: the result is not normal"),
+        findings::dominant_non_normal_input(
+            word,
+            name,
+            &inputs.inputs[i].name,
+            100.0 * share.total / variance,
         )
-        .evidence(format!(
-            "{} has {:.0} % of the variance",
-            inputs.inputs[i].name,
-            100.0 * share.total / variance
-        ))
-        .advice("a coverage factor from Student's t overstates the interval; use the Monte Carlo interval")
     })
 }
 

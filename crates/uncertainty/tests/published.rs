@@ -305,7 +305,7 @@ fn published_s1_93_mass() {
         linear
             .findings()
             .iter()
-            .any(|f| f.code() == "second-order-matters")
+            .any(|f| f.code() == "linear-result-not-validated")
     );
 }
 

@@ -18,7 +18,7 @@ enum Figure {
     ShortLower,
     ShortUpper,
 }
-use Figure::*;
+use self::Figure::*;
 
 /// File, output, figure, published, allowed: half of its last digit, plus what 10⁶ trials leave open where they are meant.
 type Row = (&'static str, &'static str, Figure, f64, f64);

@@ -2,12 +2,13 @@
 
 use super::{EncoderMap, MapLine, check_source, check_turn};
 use crate::diffuse::{Prepared, REGRESSORS, Regression};
+use crate::findings;
 use crate::velocity::ground::{
     margin, paired_tuning, part, part_finding, runs, sensors, tuning_part,
 };
 use crate::{MotionRecord, Pairing, SlipReport, Tuned, Tuning};
 use proofmass_core::{Error, Watch};
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::f64::consts::TAU;
@@ -289,15 +290,7 @@ impl Used {
 fn findings(map: &EncoderMap, turns: f64, quarter: Option<f64>) -> Vec<Finding> {
     let mut list = Vec::new();
     if turns < 1.0 {
-        list.push(
-            Finding::new(
-                Severity::Warning,
-                "encoder-map-part-of-a-turn",
-                "the recording covers less than a turn: elsewhere the map is a guess",
-            )
-            .evidence(format!("{turns:.2} turns"))
-            .advice("turn the axis through two turns or more, in both senses"),
-        );
+        list.push(findings::encoder_map_part_of_a_turn(turns));
     }
     if !map.lines.is_empty() {
         let told: Vec<String> = map
@@ -318,15 +311,7 @@ fn findings(map: &EncoderMap, turns: f64, quarter: Option<f64>) -> Vec<Finding> 
                 )
             })
             .collect();
-        list.push(
-            Finding::new(
-                Severity::Note,
-                "encoder-map-found",
-                "the encoder has errors that repeat with its reading",
-            )
-            .evidence(told.join("; "))
-            .advice("subtract the map; an incremental encoder is set to zero at its index first"),
-        );
+        list.push(findings::encoder_map_found(&told.join("; ")));
     }
     list
 }

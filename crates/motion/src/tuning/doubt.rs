@@ -3,39 +3,23 @@
 use super::likelihood::RATIO;
 use crate::counting::LONG_RUN;
 use crate::diffuse::Noise;
+use crate::findings;
 use crate::{MotionRecord, Whiteness};
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
 
 /// Rounding that repeats with the motion (whole samples per period, or an axis that rests) passes for motion: the
 /// readings then fit better than their increment allows.
 ///
 /// Less than a fifth of R is chance.
 pub(super) fn rounding_repeats(found: f64, rounding: f64) -> Option<Finding> {
-    let note = Finding::new(
-        Severity::Note,
-        "rounding-repeats",
-        "the readings seem better than their increment: its rounding repeats with the motion, and the noise of a reading was set to it",
-    )
-    .evidence(format!(
-        "found {:.2e}, increment over the root of twelve {:.2e}",
-        found.sqrt(),
-        rounding.sqrt()
-    ))
-    .advice("a sample rate that is no multiple of the motion's frequency lets the rounding average");
+    let note = findings::rounding_repeats(found.sqrt(), rounding.sqrt());
     (found < 0.8 * rounding).then_some(note)
 }
 
 pub(super) fn at_bound(noise: &Noise, unit: f64) -> Option<Finding> {
     let ratio = (noise.q * unit / noise.r).log10();
-    (ratio <= RATIO.0 + 0.1 || ratio >= RATIO.1 - 0.1).then(|| {
-        Finding::new(
-            Severity::Warning,
-            "likelihood-at-bound",
-            "one sensor is ignored: the likelihood has no maximum inside the searched range",
-        )
-        .evidence(format!("log10(q T^4/R) = {ratio:.1} of {RATIO:?}"))
-        .advice("check that both sensors move and share unit and sense")
-    })
+    (ratio <= RATIO.0 + 0.1 || ratio >= RATIO.1 - 0.1)
+        .then(|| findings::likelihood_at_bound(ratio, RATIO.0, RATIO.1))
 }
 
 /// Readings that mostly stand in long runs of equal ones.
@@ -47,18 +31,7 @@ pub(super) fn resting(record: &MotionRecord) -> Option<Finding> {
         .filter(|&n| n >= LONG_RUN)
         .sum();
     let share = resting as f64 / readings.len().max(1) as f64;
-    (share > 0.1).then(|| {
-        Finding::new(
-            Severity::Note,
-            "slow-quantised-readings",
-            "the readings rest on one value for long stretches: they were used at the edges, where they change",
-        )
-        .evidence(format!(
-            "{:.0} % of the readings lie in runs of {LONG_RUN} and more equal ones",
-            100.0 * share
-        ))
-        .advice("timed edges know more where the axis is slow")
-    })
+    (share > 0.1).then(|| findings::slow_quantised_readings(100.0 * share, LONG_RUN))
 }
 
 /// Largest inflation of a variance by correlation that is still called white: the standard uncertainty is then wrong
@@ -82,21 +55,20 @@ pub(super) fn not_white(
     let matters = inflation > INFLATION && whiteness.mean_square > 0.25;
     (whiteness.p_white < 1e-3 && matters).then(|| {
         let (lag, rho) = whiteness.largest_correlation;
-        Finding::new(
-            Severity::Warning,
-            "innovations-not-white",
+        findings::innovations_not_white(
             match record.accelerometer {
-                true => "the innovations are correlated: the model does not describe both sensors",
-                false => "the innovations are correlated: the motion does not change at random",
+                true => "the model does not describe both sensors",
+                false => "the motion does not change at random",
+            },
+            whiteness.lags,
+            inflation,
+            rho,
+            lag,
+            whiteness.p_white,
+            match record.accelerometer {
+                true => "look for slip, a gain error, a latency that changes, or an error of the encoder that repeats",
+                false => "add an accelerometer, which would show the motion",
             },
         )
-        .evidence(format!(
-            "the variance of their mean over {} lags is {inflation:.2} times that of white ones; correlation {rho:.3} at lag {lag} (Ljung-Box p = {:.1e})",
-            whiteness.lags, whiteness.p_white
-        ))
-        .advice(match record.accelerometer {
-            true => "look for slip, a gain error, a latency that changes, or an error of the encoder that repeats; the stated uncertainty is then a lower bound",
-            false => "an accelerometer would show the motion; where it bends, the stated uncertainty is a lower bound",
-        })
     })
 }

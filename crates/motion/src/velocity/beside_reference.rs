@@ -1,6 +1,7 @@
 //! Scale and delay of an estimate beside a reference velocity.
 
-use proofmass_uncertainty::{Finding, Severity};
+use crate::findings;
+use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 
 /// How an estimate differs from a reference by a factor and a time.
@@ -82,26 +83,16 @@ impl BesideReference {
             return None;
         }
         let what = if off < 0.0 { "low" } else { "high" };
-        Some(
-            Finding::new(
-                Severity::Warning,
-                "reference-scale",
-                format!(
-                    "the velocity is {:.2} % {what} beside the reference",
-                    100.0 * off.abs()
-                ),
-            )
-            .evidence(format!(
-                "scale {:.5} (95 %: {:.5} to {:.5}) at a delay of {:.1} ms (u = {:.1} ms); {:.4} m/s RMS are left of the difference",
-                self.scale,
-                self.scale - 1.96 * self.scale_uncertainty,
-                self.scale + 1.96 * self.scale_uncertainty,
-                1e3 * self.delay,
-                1e3 * self.delay_uncertainty,
-                self.rms
-            ))
-            .advice("the radius of the wheel, the increment or the unit is off by this factor, if the reference is right"),
-        )
+        Some(findings::reference_scale(
+            100.0 * off.abs(),
+            what,
+            self.scale,
+            self.scale - 1.96 * self.scale_uncertainty,
+            self.scale + 1.96 * self.scale_uncertainty,
+            1e3 * self.delay,
+            1e3 * self.delay_uncertainty,
+            self.rms,
+        ))
     }
 }
 

@@ -4,6 +4,7 @@ use super::beside_reference::BesideReference;
 use super::ground::{check_sensors, paired_tuning, sensors, tuning_part, with_blows};
 use super::tune::{TuneResult, tune};
 use crate::edges::on_edges;
+use crate::findings;
 use crate::rest::model_at_rest;
 use crate::tuning::Constants;
 use crate::{
@@ -11,7 +12,7 @@ use crate::{
     agreement, compare_methods, conditions,
 };
 use proofmass_core::{Error, Watch};
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 
 /// A reference against which every fused method is late or early alike has a delay of its own. What is told is the delay of
@@ -33,19 +34,7 @@ fn reference_delay(rows: &[MethodRow], beside: &BesideReference) -> Option<Findi
     let matters = delay.abs() > (4.0 * u).max(2.0 / highest);
     (delays.len() > 2 && alike && matters).then(|| {
         let what = if delay < 0.0 { "late" } else { "early" };
-        Finding::new(
-            Severity::Warning,
-            "reference-delay",
-            format!(
-                "the reference is {what}: every fused velocity differs from it by the same time"
-            ),
-        )
-        .evidence(format!(
-            "{:.1} ms (u = {:.1} ms)",
-            1e3 * delay.abs(),
-            1e3 * u
-        ))
-        .advice("shift the reference by this time (--reference-latency), else the errors are mostly its delay")
+        findings::reference_delay(what, 1e3 * delay.abs(), 1e3 * u)
     })
 }
 
@@ -171,14 +160,7 @@ pub fn compare(
         Some(truth) => truth.to_vec(),
         None if record.rests_only() => model_at_rest(record).smooth(record)?.velocity,
         None => {
-            findings.push(
-                Finding::new(
-                    Severity::Note,
-                    "smoother-as-reference",
-                    "no true velocity was given: errors are differences to the smoother at the full rate",
-                )
-                .advice("what both sensors have wrong alike does not show"),
-            );
+            findings.push(findings::smoother_as_reference());
             let (part, _) = tuning_part(record, slip.as_ref());
             let mut tuned = paired_tuning(&part, &Tuning::default(), pairing.as_ref(), watch)?;
             match on_edges(&mut tuned, &part, record, watch)? {
@@ -231,23 +213,15 @@ pub fn compare(
                     }
                 }
                 rows.extend(own);
-                let at_rate = result.tuned.findings.iter().map(|f| {
-                    Finding::new(f.severity(), f.code(), format!("{named} Hz: {}", f.what()))
-                        .evidence(f.evidence_text())
-                        .advice(f.advice_text())
-                });
+                let at_rate = result.tuned.findings.iter().cloned();
+                let at_rate = at_rate.map(|f| f.of_part(format_args!("{named} Hz")));
                 findings.extend(at_rate);
                 tuned.push(TunedAtRate { rate, result });
             }
             Err(error) if error.is_cancelled() => return Err(error),
-            Err(error) => findings.push(
-                Finding::new(
-                    Severity::Note,
-                    "not-tuned",
-                    "too little is recorded to tune at this rate",
-                )
-                .evidence(format!("{named} Hz: {error}")),
-            ),
+            Err(error) => {
+                findings.push(findings::not_tuned(&named.to_string(), &error.to_string()))
+            }
         }
     }
     let mut beside = None;

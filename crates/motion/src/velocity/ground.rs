@@ -1,6 +1,7 @@
 //! What every question begins with: slip, pairing of the sensors, the part that is tuned on.
 
 use crate::crossover::kalman_beside;
+use crate::findings;
 use crate::tuning::Constants;
 use crate::{
     Blow, Crossover, Episode, Method, MotionRecord, Pairing, ReadingSource, SlipReport, SlipSearch,
@@ -153,18 +154,12 @@ pub(super) fn doubts(
         (found.value - expected).abs() > 3.0 * found.uncertainty
     };
     if let Some(gain) = gain.filter(|g| beyond(g, 1.0)) {
-        findings.push(
-            Finding::new(
-                Severity::Warning,
-                "gain-mismatch",
-                "readings and accelerometer do not agree on the size of the motion; the gain was found and is used",
-            )
-            .evidence(format!(
-                "the accelerometer reads {:.5} (u = {:.5}) times the acceleration of the readings",
-                gain.value, gain.uncertainty
-            ))
-            .advice("calibrate the accelerometer, or check the increment or the radius of the wheel: one of them is wrong by this factor"),
-        );
+        findings.push(findings::gain_mismatch(
+            "; the gain was estimated and is used",
+            gain.value,
+            gain.uncertainty,
+            "acceleration of the accelerometer over that of the readings",
+        ));
     }
     if let Some(latency) = latency.filter(|t| beyond(t, 0.0)) {
         let late = if latency.value > 0.0 {
@@ -173,19 +168,14 @@ pub(super) fn doubts(
             "earlier"
         };
         findings.push(
-            Finding::new(
-                Severity::Note,
-                "latency",
-                format!(
-                    "the accelerometer is {late} than the readings; the time was found and is used"
-                ),
-            )
-            .evidence(format!(
-                "{:.4} ms (u = {:.4} ms)",
+            findings::latency(
+                late,
+                "; the time was estimated and is used",
                 1e3 * latency.value,
-                1e3 * latency.uncertainty
-            ))
-            .advice("state it for methods that are run on line: they do not know it"),
+                1e3 * latency.uncertainty,
+                "",
+            )
+            .at(Severity::Note),
         );
     }
     findings
@@ -313,17 +303,11 @@ pub(crate) fn part_finding(record: &MotionRecord, samples: &Range<usize>) -> Opt
     let n = record.reading.len();
     let dt = record.sample_time;
     (samples.len() < n).then(|| {
-        Finding::new(
-            Severity::Note,
-            "tuned-on-a-part",
-            "the noise was found on a part: the longest without slip, of a long record the liveliest",
-        )
-        .evidence(format!(
-            "{:.3} s to {:.3} s of {:.3} s",
+        findings::tuned_on_a_part(
             record.start + samples.start as f64 * dt,
             record.start + samples.end as f64 * dt,
-            n as f64 * dt
-        ))
+            n as f64 * dt,
+        )
     })
 }
 

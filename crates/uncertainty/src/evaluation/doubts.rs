@@ -1,9 +1,9 @@
 //! What to doubt in the inputs of a model and in the comparison of the two roads.
 
 use super::Evaluate;
+use crate::findings;
 use crate::{
-    Finding, InputEntry, OutputEntry, Refusal, Severity, UncertaintyModel, Validation, Verdict,
-    scientific,
+    Finding, InputEntry, OutputEntry, Severity, UncertaintyModel, Validation, Verdict, scientific,
 };
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
@@ -17,15 +17,7 @@ impl UncertaintyModel {
                 continue;
             };
             if values.windows(2).all(|pair| pair[0] == pair[1]) {
-                findings.push(
-                    Finding::new(
-                        Severity::Warning,
-                        "no-scatter",
-                        format!("the observations of {} are all the same", input.name),
-                    )
-                    .evidence(format!("{} times {}", values.len(), values[0]))
-                    .advice("add an input for the resolution of the instrument: rectangular, one digit wide"),
-                );
+                findings.push(findings::no_scatter(&input.name, values.len(), values[0]));
             }
         }
         findings
@@ -60,47 +52,16 @@ fn groups(input: &InputEntry) -> Option<Finding> {
     let scatter = ((between - within) / size).max(0.0).sqrt();
     let f = between / within;
     let p = 1.0 - FisherSnedecor::new(j - 1.0, n - j).ok()?.cdf(f);
-    Some(
-        Finding::new(
-            Severity::Note,
-            "scatter-of-groups",
-            format!(
-                "the uncertainty of {} is that of the mean of {} groups, whatever their scatter is due to",
-                input.name,
-                groups.len()
-            ),
-        )
-        .evidence(format!(
-            "standard deviation within groups {}, between groups {}; F = {f:.2} with {} and {} degrees of freedom, \
-             p = {p:.3}",
-            scientific(within.sqrt(), 2),
-            scientific(scatter, 2),
-            groups.len() - 1,
-            total - groups.len()
-        )),
-    )
-}
-
-/// The law of propagation has no result.
-pub(super) fn no_linear_result(refusal: &Refusal) -> Finding {
-    Finding::new(
-        Severity::Warning,
-        "no-linear-result",
-        "the law of propagation has no result: the model has no value or no derivative at the estimates",
-    )
-    .evidence(refusal.to_string())
-    .advice("the result is that of Monte Carlo")
-}
-
-/// Monte Carlo has no result.
-pub(super) fn no_monte_carlo_result(refusal: &Refusal) -> Finding {
-    Finding::new(
-        Severity::Decision,
-        "no-monte-carlo-result",
-        "Monte Carlo has no result: almost no trial gave a number",
-    )
-    .evidence(refusal.to_string())
-    .advice("the linear result is not checked; state distributions that keep to what is possible")
+    Some(findings::scatter_of_groups(
+        &input.name,
+        groups.len(),
+        &scientific(within.sqrt(), 2),
+        &scientific(scatter, 2),
+        f,
+        groups.len() - 1,
+        total - groups.len(),
+        p,
+    ))
 }
 
 /// Difference over the half-width of the interval from which on somebody has to decide; below, the result is stated by
@@ -131,35 +92,23 @@ pub(super) fn verdict(
     match validation.verdict {
         Verdict::Validated => None,
         Verdict::NotValidated => Some(
-            Finding::new(
-                if validation.relative >= LARGE {
-                    Severity::Decision
-                } else {
-                    Severity::Warning
-                },
-                "linear-result-not-validated",
-                format!(
-                    "the linear and the Monte Carlo interval of {} differ",
-                    entry.name
-                ),
+            findings::linear_result_not_validated(
+                &entry.name,
+                "the Monte Carlo interval",
+                &evidence,
             )
-            .evidence(evidence)
-            .advice("report the Monte Carlo interval"),
+            .at(if validation.relative >= LARGE {
+                Severity::Decision
+            } else {
+                Severity::Warning
+            }),
         ),
-        Verdict::Undecided => Some(
-            Finding::new(
-                Severity::Warning,
-                "monte-carlo-undecided",
-                format!(
-                    "the trials do not tell whether the linear interval of {} stands",
-                    entry.name
-                ),
-            )
-            .evidence(format!(
+        Verdict::Undecided => Some(findings::monte_carlo_undecided(
+            &entry.name,
+            &format!(
                 "{evidence}, and the ends of the Monte Carlo interval scatter by {}{unit}",
                 scientific(validation.scatter, 1)
-            ))
-            .advice("allow more trials, or ask for fewer digits"),
-        ),
+            ),
+        )),
     }
 }

@@ -1,9 +1,9 @@
 //! Earlier results as inputs of a model, with the causes they share.
 
 use super::InputEntry;
+use crate::findings;
 use crate::{
     DegreesOfFreedom, Distribution, Effect, Estimate, Finding, Influence, Input, Inputs, Refusal,
-    Severity,
 };
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -260,14 +260,6 @@ impl Earlier {
 
     /// What was taken as common.
     pub fn finding(&self) -> Option<Finding> {
-        (!self.shared.is_empty()).then(|| {
-            Finding::new(
-                Severity::Note,
-                "shared-causes",
-                "causes that earlier results name alike, with the same u, were taken as the same: they correlate the results",
-            )
-            .evidence(self.shared.join(", "))
-            .advice("name those that are not under `independent` of one of the results")
-        })
+        (!self.shared.is_empty()).then(|| findings::shared_causes(&self.shared.join(", ")))
     }
 }

@@ -1,7 +1,8 @@
 //! Least squares of a model file: polynomials, and straight lines with errors in both variables.
 
 use super::entries::{FitEntry, FitWeights};
-use crate::{Covariance, Finding, LeastSquares, Model, NormalEquations, Number, Severity, Solved};
+use crate::findings;
+use crate::{Covariance, Finding, LeastSquares, Model, NormalEquations, Number, Solved};
 
 /// A polynomial through points.
 #[derive(Clone, Debug, PartialEq)]
@@ -260,17 +261,12 @@ impl Fit {
         let (chi, dof) = self.chi_squared(before, parameters);
         let limit = crate::chi_squared_quantile(0.999, dof as f64);
         (self.weighing != Weighing::Equal && dof > 0 && chi > limit).then(|| {
-            Finding::new(
-                Severity::Warning,
-                "residuals-exceed-uncertainty",
-                format!("the residuals of {} are larger than the uncertainty of its points", self.entry.name),
+            findings::residuals_exceed_uncertainty(
+                &self.entry.name,
+                &crate::scientific(chi / dof as f64, 2),
+                dof,
+                &crate::scientific(limit / dof as f64, 2),
             )
-            .evidence(format!(
-                "χ²/ν = {} with ν = {dof}; 99.9 % of healthy fits stay below {}",
-                crate::scientific(chi / dof as f64, 2),
-                crate::scientific(limit / dof as f64, 2)
-            ))
-            .advice("add the cause that is missing to the points, or another degree; scatter = \"residuals\" with equal weights takes it from the residuals")
         })
     }
 }

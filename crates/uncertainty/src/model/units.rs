@@ -5,6 +5,7 @@ use super::compile::Compiled;
 use super::equations::Block;
 use crate::dimension::Dimension;
 use crate::expression::{Function, Op};
+use crate::findings;
 use crate::{Finding, Severity};
 use serde::{Deserialize, Serialize};
 
@@ -108,14 +109,7 @@ impl UncertaintyModel {
             findings.extend(self.two_zeros(&compiled));
         }
         if !labels.is_empty() {
-            findings.push(
-                Finding::new(
-                    Severity::Note,
-                    "unknown-unit",
-                    "labels that are no unit this program knows; formulas with them are not checked for their units",
-                )
-                .evidence(labels.join(", ")),
-            );
+            findings.push(findings::unknown_unit(&labels.join(", ")));
         }
         findings
     }
@@ -137,14 +131,7 @@ impl UncertaintyModel {
             .chain(compiled.stated.iter().map(|(_, label)| label.as_str()));
         let labels: Vec<&str> = labels.map(str::trim).collect();
         let celsius = labels.iter().any(|l| ["°C", "℃", "degC"].contains(l));
-        (celsius && labels.contains(&"K")).then(|| {
-            Finding::new(
-                Severity::Decision,
-                "two-zeros-of-temperature",
-                "quantities in °C stand beside quantities in K: °C was converted as a difference, without 273.15",
-            )
-            .advice("keep to one scale, or write t + 273.15 where a temperature in °C is meant as a point of the scale")
-        })
+        (celsius && labels.contains(&"K")).then(|| findings::two_zeros_of_temperature())
     }
 }
 
@@ -178,15 +165,16 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    fn say(&mut self, severity: Severity, code: &str, what: String, advice: &str) {
-        let known = self
-            .findings
-            .iter()
-            .any(|f| f.code() == code && f.what() == what);
-        if !known {
-            self.findings
-                .push(Finding::new(severity, code, what).advice(advice));
+    fn say(&mut self, finding: Finding) {
+        let same = |f: &Finding| f.code() == finding.code() && f.what() == finding.what();
+        if !self.findings.iter().any(same) {
+            self.findings.push(finding);
         }
+    }
+
+    /// The formula contradicts units.
+    fn contradict(&mut self, contradiction: &str, remedy: &str) {
+        self.say(findings::units_do_not_fit(self.name, contradiction, remedy));
     }
 
     /// The unit of one result, from those before it.
@@ -264,13 +252,8 @@ impl Walk<'_> {
             (Unit::Degrees(x), Unit::Known(d)) | (Unit::Known(d), Unit::Degrees(x)) => {
                 // A converted angle is a number like any other.
                 if x.abs() >= CONVERTED || !d.is_number() {
-                    self.say(
-                        Severity::Decision,
-                        "units-do-not-fit",
-                        format!(
-                            "the formula of {} adds an angle in degrees to something else",
-                            self.name
-                        ),
+                    self.contradict(
+                        "adds an angle in degrees to something else",
                         "convert it with radians(…)",
                     );
                 }
@@ -279,27 +262,14 @@ impl Walk<'_> {
             (Unit::Known(x), Unit::Known(y)) => {
                 let sizes = x.factor.zip(y.factor);
                 if !x.is_like(&y) {
-                    self.say(
-                        Severity::Decision,
-                        "units-do-not-fit",
-                        format!(
-                            "the formula of {} adds or compares quantities of different dimensions",
-                            self.name
-                        ),
+                    self.contradict(
+                        "adds or compares quantities of different dimensions",
                         "check the formula and the units of its inputs",
                     );
                     return Unit::Unknown;
                 }
                 if sizes.is_some_and(|(f, g)| (f / g - 1.0).abs() > 1e-9) {
-                    self.say(
-                        Severity::Decision,
-                        "units-do-not-fit",
-                        format!(
-                            "the formula of {} adds or compares quantities in units of different size",
-                            self.name
-                        ),
-                        "keep to one unit, or let the units be converted: units = \"convert\" at the head of the file",
-                    );
+                    self.contradict("adds or compares quantities in units of different size", "keep to one unit, or let the units be converted: units = \"convert\" at the head of the file");
                     return Unit::Unknown;
                 }
                 Unit::Known(if x.factor.is_some() { x } else { y })
@@ -310,18 +280,10 @@ impl Walk<'_> {
     fn angle(&mut self, angle: Unit) -> Unit {
         match angle {
             Unit::Degrees(factor) if factor.abs() >= CONVERTED => {
-                let what = format!(
-                    "the formula of {} takes the sine, cosine or tangent of degrees as if they were radians ({})",
+                self.say(findings::degrees_in_trigonometry(
                     self.name,
-                    self.degrees.join(", ")
-                );
-                self.say(
-                    Severity::Decision,
-                    "degrees-in-trigonometry",
-                    what,
-                    "write radians(…) about the angle, state it in rad, or let the units be converted: units = \"convert\" at the head \
-                     of the file",
-                );
+                    &self.degrees.join(", "),
+                ));
                 Unit::Known(Dimension::one())
             }
             Unit::Degrees(_) => Unit::Known(Dimension::one()),
@@ -335,13 +297,7 @@ impl Walk<'_> {
             && !dimension.is_number()
         {
             self.say(
-                Severity::Warning,
-                "units-do-not-fit",
-                format!(
-                    "the formula of {} takes a function of a quantity with a dimension that is defined for pure numbers",
-                    self.name
-                ),
-                "divide by a unit or a reference value first",
+                findings::units_do_not_fit(self.name, "takes a function of a quantity with a dimension that is defined for pure numbers", "divide by a unit or a reference value first").at(Severity::Warning),
             );
         }
         Unit::Known(Dimension::one())
@@ -351,10 +307,7 @@ impl Walk<'_> {
     fn compare(&mut self, found: Unit, stated: Unit, label: &str) {
         let (what, advice) = match (found, stated) {
             (Unit::Known(x), Unit::Known(y)) if !x.is_like(&y) => (
-                format!(
-                    "the formula of {} has another dimension than its unit {label}",
-                    self.name
-                ),
+                format!("has another dimension than its unit {label}"),
                 "check formula and units",
             ),
             (Unit::Known(x), Unit::Known(y))
@@ -365,35 +318,27 @@ impl Walk<'_> {
                 let factor = x.factor.zip(y.factor).map_or(1.0, |(f, g)| f / g);
                 (
                     format!(
-                        "the formula of {} gives a unit {} times its unit {label}",
-                        self.name,
+                        "gives a unit {} times its unit {label}",
                         crate::scientific(factor, 6)
                     ),
                     "write the factor into the formula, state the unit it gives, or let the units be converted: units = \"convert\" \
                      at the head of the file",
                 )
             }
-            (Unit::Known(x), Unit::Degrees(_)) if !x.is_number() => (
-                format!("the formula of {} is no angle", self.name),
-                "check formula and units",
-            ),
+            (Unit::Known(x), Unit::Degrees(_)) if !x.is_number() => {
+                ("is no angle".to_owned(), "check formula and units")
+            }
             (Unit::Degrees(f), Unit::Known(y)) if f.abs() >= CONVERTED && y.is_number() => (
-                format!(
-                    "the formula of {} is an angle in degrees, its unit is {label}",
-                    self.name
-                ),
+                format!("is an angle in degrees, its unit is {label}"),
                 "write radians(…) about it, or state its unit as °",
             ),
             (Unit::Degrees(_), Unit::Known(y)) if !y.is_number() => (
-                format!(
-                    "the formula of {} is an angle, its unit is {label}",
-                    self.name
-                ),
+                format!("is an angle, its unit is {label}"),
                 "check formula and units",
             ),
             _ => return,
         };
-        self.say(Severity::Decision, "units-do-not-fit", what, advice);
+        self.contradict(&what, advice);
     }
 }
 

@@ -3,8 +3,9 @@
 use super::order::{heavy_tails, mean_and_sd, middle, ranks, smallest};
 use super::valid::Valid;
 use super::{CHUNK, Interval, Sampled, SampledOutput};
+use crate::findings;
 use crate::region::region;
-use crate::{Covariance, Finding, Histogram, Refusal, Severity};
+use crate::{Covariance, Histogram, Refusal};
 use faer::Mat;
 
 /// Trials whose departures from the mean are held at a time.
@@ -55,7 +56,7 @@ pub(super) fn summarise(
         .map(|((name, unit), (column, invalid))| {
             let output = output(name.clone(), unit.clone(), column, *invalid, p, heavy);
             if output.standard_uncertainty.is_none() {
-                findings.push(no_standard_deviation(name));
+                findings.push(findings::no_standard_deviation(name));
             }
             output
         })
@@ -68,18 +69,6 @@ pub(super) fn summarise(
         region,
         findings,
     })
-}
-
-fn no_standard_deviation(name: &str) -> Finding {
-    Finding::new(
-        Severity::Warning,
-        "no-standard-deviation",
-        format!("the trials of {name} have tails so heavy that their standard deviation does not settle"),
-    )
-    .advice(
-        "state the Monte Carlo interval with the median; look for a division by something that reaches zero, and for \
-         inputs from three observations or fewer",
-    )
 }
 
 fn output(

@@ -1,5 +1,6 @@
 //! Trials that gave no number.
 
+use crate::findings;
 use crate::{Finding, Refusal, Severity};
 use proofmass_core::Error;
 use rayon::prelude::*;
@@ -75,19 +76,13 @@ fn left_out(name: &str, invalid: usize, trials: usize, p: f64, enough: bool) -> 
     } else {
         Severity::Note
     };
-    let what = if enough {
-        format!(
-            "{name} is not a finite number in some trials; its Monte Carlo result is that of the others"
-        )
-    } else {
-        format!("{name} is not a finite number in almost all trials; it has no Monte Carlo result")
+    let (extent, consequence) = match enough {
+        true => ("some", "its Monte Carlo result is that of the others"),
+        false => ("almost all", "it has no Monte Carlo result"),
     };
+    let percentage = crate::scientific(100.0 * share, 2);
     Some(
-        Finding::new(severity, "invalid-trials", what)
-            .evidence(format!("{invalid} of {trials}, {} %", crate::scientific(100.0 * share, 2)))
-            .advice(
-                "state the distributions of the inputs so that they keep to what is possible: truncated, rectangular, \
-                 lognormal",
-            ),
+        findings::invalid_trials(name, extent, consequence, invalid, trials, &percentage)
+            .at(severity),
     )
 }

@@ -1,7 +1,8 @@
 //! Terms of second order.
 
 use super::{CHUNK, Linear, Model, derivatives, propagate, square_root};
-use crate::{Dual, Finding, JointInputs, Severity, scientific};
+use crate::findings;
+use crate::{Dual, JointInputs, scientific};
 use proofmass_core::Error;
 use serde::{Deserialize, Serialize};
 
@@ -121,23 +122,16 @@ pub fn propagate_second_order<M: Model>(model: &M, inputs: &JointInputs) -> Resu
         }));
         // One per cent of two digits of u is 0.5 in 10 to 99: 5 % is where the first printed digit moves.
         if (u2 - u1).abs() > 0.05 * u2 || shift[k].abs() > 0.25 * u2 {
-            result.findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "second-order-matters",
-                    format!(
-                        "the model bends within the uncertainty of its inputs: {}",
-                        component.name
-                    ),
-                )
-                .evidence(format!(
+            result.findings.push(findings::linear_result_not_validated(
+                &component.name,
+                "that with second-order terms",
+                &format!(
                     "for normal inputs u = {} to first order, {} to second; the mean shifts by {}",
                     scientific(u1, 3),
                     scientific(u2, 3),
                     scientific(shift[k], 2)
-                ))
-                .advice("use the Monte Carlo result"),
-            );
+                ),
+            ));
         }
     }
     Ok(result)

@@ -1,0 +1,63 @@
+//! Every finding of this room, declared once.
+
+use proofmass_uncertainty::findings;
+
+findings! {
+    /// What reading a recording may find.
+    pub CATALOGUE;
+
+    /// A counter of time went over its range.
+    clock_wrapped(times: u64, turn: f64, line: u64) =
+        "clock-wrapped", [Note],
+        what "the counter behind the time stamps started again and was continued",
+        evidence "{times} times, one turn is {turn:.6} s, first in line {line}",
+        advice "nothing is to be done, unless two recordings were joined there";
+
+    /// Stamps were given to packets, not to samples.
+    stamps_in_bursts(scatter: f64, period: f64, rate: &str, treatment: &str) =
+        "stamps-in-bursts", [Warning],
+        what "the time stamps come in bursts: they give the time when samples were handed over, not when they were taken",
+        evidence "stamps scatter by {scatter:.3e} s about equal steps of {period:.3e} s; rate {rate}",
+        advice "{treatment}; record the stamps at the sensor for anything finer";
+
+    /// The stamps have few digits.
+    stamps_coarse(resolution: &str, fraction: f64, rate: &str, treatment: &str) =
+        "stamps-coarse", [Note],
+        what "the time stamps are rounded to a large fraction of a sampling interval",
+        evidence "resolution {resolution} s, {fraction:.0} % of a sampling interval; rate {rate}",
+        advice "{treatment}; export the time with more digits";
+
+    /// Steps of the time stamps are longer than the sampling interval.
+    time_gaps(gaps: usize, missing: f64, longest: f64, after: f64, line: u64) =
+        "time-gaps", [Warning],
+        what "samples are missing in the recording",
+        evidence "{gaps} gaps, about {missing:.0} samples; the longest is {longest:.4} s after {after:.4} s (line {line})",
+        advice "check the transport of the data, and the clock for a leap; a standstill that contains a gap counts fewer samples than it seems to";
+
+    /// A sampling rate is stated beside a column of times.
+    time_column_unused(column: &str, rate: f64) =
+        "time-column-unused", [Note],
+        what "the stated sampling rate is used instead of the times in the column {column}",
+        evidence "{rate} Hz is stated",
+        advice "leave the rate out to have it from the column, with gaps and jitter";
+
+    /// The heading of the times has no unit.
+    time_unit_assumed(column: &str, assumption: &str) =
+        "time-unit-assumed", [Note],
+        what "the heading of {column} names no unit, so its values are taken as {assumption}",
+        advice "state `time_unit` in [recording] when they are not";
+
+    /// The head of the file has lines that are neither data nor comments.
+    preamble_skipped(line: u64, text: &str, more: &str) =
+        "preamble-skipped", [Note],
+        what "lines above the data that are not marked as comments were skipped",
+        evidence "line {line}, \"{text}\"{more}",
+        advice "if one of them is a damaged row of data, correct or remove it; otherwise state `skip_lines`";
+
+    /// The file ends without a line end; a warning where the last row is shorter than those before it.
+    last_row_open(line: u64, field: &str, more: &str) =
+        "last-row-open", [Note, Warning],
+        what "the last row has no line end: the file may have been cut inside its last number",
+        evidence "line {line} ends with \"{field}\"{more}",
+        advice "one sample is doubtful: compare the end of the file with its source, or remove that row";
+}

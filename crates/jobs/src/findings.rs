@@ -1,0 +1,141 @@
+//! The catalogue of every finding: what each room declares, in one list, as text and as a page.
+
+use crate::{Result, Trouble};
+use proofmass_uncertainty::{FindingKind, Severity};
+use serde::Serialize;
+use std::fmt::{self, Write as _};
+
+/// Every kind of finding with the room that declares it.
+pub fn catalogue() -> Vec<(&'static str, &'static FindingKind)> {
+    let rooms: [(&str, &'static [FindingKind]); 6] = [
+        ("uncertainty", proofmass_uncertainty::CATALOGUE),
+        ("io", proofmass_io::CATALOGUE),
+        ("noise", proofmass_noise::CATALOGUE),
+        ("motion", proofmass_motion::CATALOGUE),
+        ("odometry", proofmass_odometry::CATALOGUE),
+        ("fixture", proofmass_fixture::CATALOGUE),
+    ];
+    rooms
+        .into_iter()
+        .flat_map(|(room, kinds)| kinds.iter().map(move |kind| (room, kind)))
+        .collect()
+}
+
+/// What the catalogue says of one code. Numbers are shown by their names, `⟨like this⟩`.
+#[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
+pub struct Explanation {
+    /// Stable name of the kind.
+    pub code: &'static str,
+    /// The room that declares it.
+    pub room: &'static str,
+    /// The severities it may have; the first is the usual one.
+    pub severities: &'static [Severity],
+    /// What it means.
+    pub meaning: String,
+    /// What is doubtful.
+    pub what: String,
+    /// The numbers that speak for it.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub evidence: String,
+    /// What to do next.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub advice: String,
+    /// Names of the values in `evidence_fields` of such a finding.
+    pub evidence_fields: &'static [&'static str],
+    /// How often it is found in healthy data, where that was measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub false_alarms: Option<&'static str>,
+}
+
+impl Explanation {
+    fn of((room, kind): (&'static str, &'static FindingKind)) -> Self {
+        Self {
+            code: kind.code,
+            room,
+            severities: kind.severities,
+            meaning: kind.meaning_line(),
+            what: kind.what_line(),
+            evidence: kind.evidence_line(),
+            advice: kind.advice_line(),
+            evidence_fields: kind.evidence_fields,
+            false_alarms: kind.false_alarms,
+        }
+    }
+
+    /// Label and text of each line that a reader is shown.
+    fn lines(&self) -> Vec<(&'static str, String)> {
+        let severities: Vec<String> = self.severities.iter().map(Severity::to_string).collect();
+        let lines = [
+            ("severity", severities.join(", or ")),
+            ("sentence", self.what.clone()),
+            ("evidence", self.evidence.clone()),
+            ("advice", self.advice.clone()),
+            (
+                "false alarms",
+                self.false_alarms.unwrap_or_default().to_owned(),
+            ),
+        ];
+        lines
+            .into_iter()
+            .filter(|(_, text)| !text.is_empty())
+            .collect()
+    }
+}
+
+impl fmt::Display for Explanation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{} ({})\n{}\n", self.code, self.room, self.meaning)?;
+        for (label, text) in self.lines() {
+            writeln!(f, "{label:>12}: {text}")?;
+        }
+        Ok(())
+    }
+}
+
+/// Every kind, explained, in the order of the catalogue.
+pub fn explanations() -> Vec<Explanation> {
+    catalogue().into_iter().map(Explanation::of).collect()
+}
+
+/// What a code means.
+///
+/// # Errors
+/// No finding has this code; the hint names the nearest one.
+pub fn explain(code: &str) -> Result<Explanation> {
+    let all = catalogue();
+    if let Some(found) = all.iter().find(|(_, kind)| kind.code == code) {
+        return Ok(Explanation::of(*found));
+    }
+    let near = proofmass_io::spelling::nearest(code, all.iter().map(|(_, kind)| kind.code));
+    Err(
+        Trouble::request(format!("no finding has the code `{code}`")).with_hint(match near {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => "`proofmass explain` without a code lists all of them".to_owned(),
+        }),
+    )
+}
+
+/// The page `docs/findings.md`.
+pub fn page() -> String {
+    let mut page = String::from(
+        "# Findings\n\n\
+         A finding is a doubt about an answer that could be computed: what, the evidence in numbers, and what to do next.\n\
+         `proofmass explain CODE` shows an entry of this page. Numbers are shown by their names, ⟨like this⟩; the same names\n\
+         are the keys of `evidence_fields` of a finding in `result.json`. A *note* is worth knowing, a *warning* is a reservation,\n\
+         and a *decision* has to be made before the result is used (exit code 3 under `--strict`).\n\n\
+         This page is made from the catalogue: `cargo run -p proofmass-jobs --example findings_page`.\n",
+    );
+    let mut room = "";
+    for kind in explanations() {
+        if kind.room != room {
+            room = kind.room;
+            let _ = write!(page, "\n## {room}\n");
+        }
+        let _ = write!(page, "\n### `{}`\n\n{}\n\n", kind.code, kind.meaning);
+        for (label, text) in kind.lines() {
+            let _ = writeln!(page, "- {label}: {text}");
+        }
+    }
+    page
+}

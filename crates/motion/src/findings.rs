@@ -1,0 +1,244 @@
+//! Every finding of the motion room, declared once.
+
+use proofmass_uncertainty::findings;
+
+findings! {
+    /// What the estimation of velocity and its decoders may find.
+    pub CATALOGUE;
+
+    /// The accelerometer has one value throughout.
+    constant_accelerometer(value: f64, samples: usize) =
+        "constant-accelerometer", [Decision],
+        what "the accelerometer never changes",
+        evidence "{value} in all {samples} samples",
+        advice "check its column, cable and range: a working accelerometer shows at least its noise";
+
+    /// The position or the speed has one value throughout.
+    readings_never_change(cause: &str, value: f64, readings: usize, details: &str) =
+        "readings-never-change", [Decision],
+        what "the readings never change: {cause}",
+        evidence "{value} in all {readings} readings{details}",
+        advice "check column and cable if the axis moved; nothing can be tuned on a standstill";
+
+    /// Readings are missing where one was due.
+    missing_readings(missing: usize, due: usize) =
+        "missing-readings", [Note],
+        what "readings are missing",
+        evidence "{missing} of {due} readings missing",
+        advice "fused methods integrate the acceleration there; the uncertainty grows with it";
+
+    /// A slower sensor was logged at the rate of the faster one; a note where the repetitions were left out.
+    repeated_readings(treatment: &str, times: usize, rate: f64, log_rate: f64) =
+        "repeated-readings", [Warning, Note],
+        what "each reading is repeated: a slower sensor was logged with the faster one{treatment}",
+        evidence "most values stand {times} times in a row, at {rate:.4} Hz of {log_rate:.4} Hz",
+        advice "use only the first of each: repeated values look like independent ones and make the uncertainty too small";
+
+    /// The first readings contradict the stated initial velocity.
+    start_in_motion(mean: f64, span: f64, stated: f64) =
+        "start-in-motion", [Warning],
+        what "the record does not start at the stated velocity",
+        evidence "{mean:.4} over the first {span:.3} s, stated {stated:.4}",
+        advice "leave the initial velocity unknown";
+
+    /// The acceleration is not constant in the stretch that is stated as still.
+    still_stretch_moves(scatter: f64, ratio: f64, offset: f64) =
+        "still-stretch-moves", [Warning],
+        what "the acceleration changes in the stretch that is stated as still",
+        evidence "means of a tenth of it scatter by {scatter:.2e} m/s², {ratio:.0} times what its noise explains; the offset is uncertain by {offset:.2e} m/s², which makes {offset:.2e} m/s in a second",
+        advice "choose a stretch in which the axis rests, or one long enough for vibration to average";
+
+    /// Rounding is correlated with the motion.
+    rounding_repeats(found: f64, rounding: f64) =
+        "rounding-repeats", [Note],
+        what "the readings fit better than their increment allows: its rounding repeats with the motion, and the noise of a reading was set to it",
+        evidence "found {found:.2e}, increment over the root of twelve {rounding:.2e}",
+        advice "choose a sampling rate that is no multiple of the motion's frequency, so that the rounding averages";
+
+    /// The likelihood rises up to the end of the searched range.
+    likelihood_at_bound(ratio: f64, lowest: f64, highest: f64) =
+        "likelihood-at-bound", [Warning],
+        what "one sensor is ignored: the likelihood has no maximum inside the searched range",
+        evidence "log10(q T^4/R) = {ratio:.1}, searched from {lowest:.1} to {highest:.1}",
+        advice "check that both sensors move and share unit and sense";
+
+    /// The axis stays on one increment for long stretches.
+    slow_quantised_readings(fraction: f64, run: usize) =
+        "slow-quantised-readings", [Note],
+        what "the readings rest on one value for long stretches: they were used at the edges, where they change",
+        evidence "{fraction:.0} % of the readings lie in runs of {run} and more equal ones",
+        advice "record the times of the edges: they determine the motion better where the axis is slow";
+
+    /// The innovations of the filter are correlated.
+    innovations_not_white(model: &str, lags: usize, inflation: f64, correlation: f64, lag: usize, p_value: f64, remedy: &str) =
+        "innovations-not-white", [Warning],
+        what "the innovations are correlated: {model}",
+        evidence "the variance of their mean over {lags} lags is {inflation:.2} times that of white ones; correlation {correlation:.3} at lag {lag} (Ljung-Box p = {p_value:.1e})",
+        advice "{remedy}; the stated uncertainty is then a lower bound";
+
+    /// A count or an angle jumps by its whole range.
+    rollover_suspected(jump: &str, from: f64, to: f64, remedy: &str) =
+        "rollover-suspected", [Decision],
+        what "the {jump}",
+        evidence "from {from} to {to}",
+        advice "{remedy}";
+
+    /// The velocity is proportional to the reference with a factor that is not one.
+    reference_scale(deviation: f64, sense: &str, scale: f64, lower: f64, upper: f64, delay: f64, delay_uncertainty: f64, rms: f64) =
+        "reference-scale", [Warning],
+        what "the velocity is {deviation:.2} % {sense} compared with the reference",
+        evidence "scale {scale:.5} (95 %: {lower:.5} to {upper:.5}) at a delay of {delay:.1} ms (u = {delay_uncertainty:.1} ms); {rms:.4} m/s RMS are left of the difference",
+        advice "check the radius of the wheel, the increment and the unit: one of them is wrong by this factor, if the reference is right",
+        false_alarms "2 of 696 records of healthy axes";
+
+    /// The reference has a delay of its own.
+    reference_delay(sense: &str, delay: f64, uncertainty: f64) =
+        "reference-delay", [Warning],
+        what "the reference is {sense}: every fused velocity differs from it by the same time",
+        evidence "{delay:.1} ms (u = {uncertainty:.1} ms)",
+        advice "state this time as the latency of the reference; otherwise the errors are mostly its delay";
+
+    /// Methods were compared without a true velocity.
+    smoother_as_reference() =
+        "smoother-as-reference", [Note],
+        what "no true velocity was given: errors are differences from the smoother at the full rate",
+        advice "an error that both sensors share does not show";
+
+    /// A thinned record is too short for tuning.
+    not_tuned(rate: &str, reason: &str) =
+        "not-tuned", [Note],
+        what "the record is too short to tune at this rate",
+        evidence "{rate} Hz: {reason}";
+
+    /// The motion by the readings is not as large as that by the accelerometer.
+    gain_mismatch(treatment: &str, gain: f64, uncertainty: f64, details: &str) =
+        "gain-mismatch", [Warning, Decision],
+        what "readings and accelerometer do not agree on the size of the motion{treatment}",
+        evidence "{details}: {gain:.5} (u = {uncertainty:.5})",
+        advice "calibrate the accelerometer, or check units, axis, increment and radius of the wheel: one of them is wrong by this factor";
+
+    /// Readings and accelerometer are shifted in time. A note where the shift was estimated and is used.
+    latency(sense: &str, treatment: &str, latency: f64, uncertainty: f64, details: &str) =
+        "latency", [Warning, Note],
+        what "the accelerometer is {sense} than the readings{treatment}",
+        evidence "{latency:.4} ms (u = {uncertainty:.4} ms){details}",
+        advice "state this time, or shift the accelerometer by it; methods that run on line do not estimate it";
+
+    /// The tuning used a part of the record.
+    tuned_on_a_part(from: f64, to: f64, duration: f64) =
+        "tuned-on-a-part", [Note],
+        what "the noise was estimated from a part: the longest without slip, of a long record the one with most motion",
+        evidence "{from:.3} s to {to:.3} s of {duration:.3} s";
+
+    /// The encoder deviates periodically.
+    encoder_ripple(periods: &str) =
+        "encoder-ripple", [Note],
+        what "the encoder has errors that repeat with the position",
+        evidence "{periods}",
+        advice "an eccentric disc or wheel repeats once per turn, a gear once per its turn: map and subtract the error, or set the crossover below its frequency";
+
+    /// Encoder and accelerometer disagree for a short time.
+    slip(from: f64, to: f64, window: f64, change: f64, deviations: f64, quiet: f64, others: &str) =
+        "slip", [Warning],
+        what "encoder and accelerometer do not see the same motion",
+        evidence "{from:.3} s to {to:.3} s: velocity change over {window:.0} ms differs by {change:.4} ({deviations:.1} standard deviations of the quiet part, {quiet:.4}){others}",
+        advice "the wheel slips, the coupling yields, or the accelerometer feels a rotation; the fused velocity is not valid there";
+
+    /// A strong deceleration against the motion.
+    collision(from: f64, to: f64, change: f64, window: f64, deviations: f64, others: &str) =
+        "collision", [Warning],
+        what "an impact stopped the axis: a strong deceleration against the motion",
+        evidence "{from:.3} s to {to:.3} s: velocity change {change:.4} within {window:.0} ms ({deviations:.1} standard deviations){others}",
+        advice "check the range and bandwidth of the accelerometer; what it may have missed of the impact is in the uncertainty";
+
+    /// The accelerometer was not recorded without interruption.
+    gaps_in_acceleration(gaps: usize, from: f64, to: f64) =
+        "gaps-in-acceleration", [Warning],
+        what "the accelerometer has gaps: only the longest stretch without one is used",
+        evidence "{gaps} gaps of more than three steps; used {from:.3} s to {to:.3} s after the start",
+        advice "choose another stretch of time";
+
+    /// Both channels of an incremental encoder changed at once.
+    illegal_transitions(transitions: usize, samples: usize, first: usize) =
+        "illegal-transitions", [Warning],
+        what "both encoder channels changed between two samples",
+        evidence "{transitions} illegal transitions in {samples} samples, the first at sample {first}; each may stand for two lost quarters",
+        advice "sample faster than four times the line frequency, or check the encoder's supply and cable";
+
+    /// Turns have different numbers of counts.
+    unequal_turns(least: i64, most: i64) =
+        "unequal-turns", [Warning],
+        what "the counts between index pulses are not equal",
+        evidence "{least} to {most} counts between index pulses",
+        advice "counts were lost or the axis turned back between pulses; set the count to zero at every index";
+
+    /// An absolute encoder moves far between two samples.
+    large_step(step: i64, range: u64) =
+        "large-step", [Warning],
+        what "the count moves by more than a quarter of its range between two samples",
+        evidence "largest step {step} of a range of {range}",
+        advice "beyond half the range the direction is lost: sample faster or use a wider counter";
+
+    /// A speed sensor does not resolve slow motion.
+    speed_threshold(threshold: f64, left_out: usize, readings: usize, around: f64) =
+        "speed-threshold", [Note],
+        what "the sensor reads zero below a threshold speed: its zeros next to a motion were left out",
+        evidence "no reading between 0 and {threshold:.4}; {left_out} of {readings} readings, those within {around} s of a motion",
+        advice "the accelerometer bridges them; the uncertainty grows with it";
+
+    /// The encoder was recorded over a part of a turn.
+    encoder_map_part_of_a_turn(turns: f64) =
+        "encoder-map-part-of-a-turn", [Warning],
+        what "the recording covers less than a turn: elsewhere the map is an extrapolation",
+        evidence "{turns:.2} turns",
+        advice "turn the axis through two turns or more, in both senses";
+
+    /// Periodic errors of the encoder were estimated.
+    encoder_map_found(lines: &str) =
+        "encoder-map-found", [Note],
+        what "the encoder has errors that repeat with its reading",
+        evidence "{lines}",
+        advice "subtract the map; an incremental encoder is set to zero at its index first";
+
+    /// The intervals of filter and smoother overlap too rarely.
+    filter_and_smoother_disagree(fraction: f64) =
+        "filter-and-smoother-disagree", [Warning],
+        what "filter and smoother differ by more than their uncertainties allow",
+        evidence "{fraction:.1} % of the samples away from slip agree within two standard uncertainties; 95 % are expected",
+        advice "tune on this record, or look for slip, latency and gain errors";
+
+    /// Sine and cosine of a resolver do not lie on a circle.
+    resolver_amplitude(least: f64, most: f64) =
+        "resolver-amplitude", [Warning],
+        what "the amplitude of the resolver is not constant",
+        evidence "amplitude from {least:.4} to {most:.4} V",
+        advice "unequal windings, offsets or a failing excitation: the angle is wrong by up to half the relative difference; an encoder map of orders 1 and 2 finds what repeats";
+
+    /// The resolver has no signal.
+    resolver_signal_lost(lost: usize, samples: usize, usual: f64, first: usize) =
+        "resolver-signal-lost", [Warning],
+        what "the resolver has no signal for a while: the velocity is estimated without readings there",
+        evidence "{lost} of {samples} samples below a third of the usual amplitude of {usual:.4} V, the first is sample {first}",
+        advice "check windings, connectors and the excitation";
+
+    /// Single readings are outliers.
+    glitches(count: usize, readings: usize, first: usize, largest: f64, ratio: f64) =
+        "glitches", [Warning],
+        what "single readings are outliers of the motion and were left out",
+        evidence "{count} of {readings}; the first at sample {first}; off by up to {largest:.3e}, {ratio:.0} times the scatter of the readings",
+        advice "look for a word that is read while it changes, a flipped bit, or a disturbed cable";
+
+    /// Readings and accelerometer have opposite signs.
+    opposite_sense(gain: f64, uncertainty: f64, correlation: f64, window: f64) =
+        "opposite-sense", [Decision],
+        what "readings and accelerometer are positive in opposite senses",
+        evidence "velocity changes of the readings over those of the accelerometer: {gain:.4} (u = {uncertainty:.4}), correlation {correlation:.3}, windows of {window:.3} s",
+        advice "reverse one of them";
+
+    /// Readings and accelerometer differ by a factor that a wrong unit makes.
+    unit_suspected(mistake: &str, gain: f64, uncertainty: f64, correlation: f64, window: f64) =
+        "unit-suspected", [Decision],
+        what "a unit seems wrong: {mistake}",
+        evidence "velocity changes of the readings over those of the accelerometer: {gain:.4} (u = {uncertainty:.4}), correlation {correlation:.3}, windows of {window:.3} s",
+        advice "state the units of both columns; every fused velocity is wrong until they agree";
+}

@@ -1,0 +1,144 @@
+//! Every finding of this room, declared once.
+
+crate::findings! {
+    /// What the evaluation of uncertainty may find.
+    pub CATALOGUE;
+
+    /// The model is not linear within the uncertainty of its inputs: second-order terms, or Monte Carlo, contradict the law of
+    /// propagation. A decision is needed where the intervals differ by a fifth of their half-width and more.
+    linear_result_not_validated(name: &str, check: &str, evidence: &str) =
+        "linear-result-not-validated", [Warning, Decision],
+        what "the linear result of {name} differs from {check}",
+        evidence "{evidence}",
+        advice "report the Monte Carlo interval";
+
+    /// A unit label is not known to the program.
+    unknown_unit(labels: &str) =
+        "unknown-unit", [Note],
+        what "formulas with unknown unit labels are not checked for their units",
+        evidence "{labels}",
+        advice "write the unit as the SI brochure does, if it is one";
+
+    /// Temperatures in °C and in K stand in one model.
+    two_zeros_of_temperature() =
+        "two-zeros-of-temperature", [Decision],
+        what "quantities in °C stand beside quantities in K: °C was converted as a difference, without 273.15",
+        advice "use one scale, or write t + 273.15 where a temperature in °C is meant as a point of the scale";
+
+    /// The units of a formula contradict each other or the unit of the result.
+    units_do_not_fit(formula: &str, contradiction: &str, remedy: &str) =
+        "units-do-not-fit", [Decision, Warning],
+        what "the formula of {formula} {contradiction}",
+        advice "{remedy}";
+
+    /// An angle in degrees is the argument of a trigonometric function.
+    degrees_in_trigonometry(formula: &str, angles: &str) =
+        "degrees-in-trigonometry", [Decision],
+        what "the formula of {formula} takes the sine, cosine or tangent of degrees as if they were radians ({angles})",
+        advice "write radians(…) about the angle, state it in rad, or let the units be converted: units = \"convert\" at the head of the file";
+
+    /// χ² of a fit exceeds its quantile.
+    residuals_exceed_uncertainty(fit: &str, ratio: &str, dof: usize, limit: &str) =
+        "residuals-exceed-uncertainty", [Warning],
+        what "the residuals of {fit} are larger than the uncertainty of its points",
+        evidence "χ²/ν = {ratio} with ν = {dof}; 99.9 % of healthy fits stay below {limit}",
+        advice "add the missing cause to the points, or choose another degree; scatter = \"residuals\" with equal weights estimates it from the residuals",
+        false_alarms "0.1 % of healthy fits, by the level of the test";
+
+    /// Earlier results name causes alike.
+    shared_causes(causes: &str) =
+        "shared-causes", [Note],
+        what "causes that earlier results name alike, with the same u, were taken as the same: they correlate the results",
+        evidence "{causes}",
+        advice "list those that are not the same under `independent` of one of the results";
+
+    /// Repeated observations have one value.
+    no_scatter(input: &str, observations: usize, value: f64) =
+        "no-scatter", [Warning],
+        what "the observations of {input} are all the same",
+        evidence "{observations} times {value}",
+        advice "add an input for the resolution of the instrument: rectangular, one digit wide";
+
+    /// What grouped observations say of their scatter.
+    scatter_of_groups(input: &str, groups: usize, within: &str, between: &str, f: f64, between_dof: usize, within_dof: usize, p_value: f64) =
+        "scatter-of-groups", [Note],
+        what "the uncertainty of {input} is that of the mean of {groups} groups, whatever causes their scatter",
+        evidence "standard deviation within groups {within}, between groups {between}; F = {f:.2} with {between_dof} and {within_dof} degrees of freedom, p = {p_value:.3}";
+
+    /// The model has no value or no derivative at the estimates.
+    no_linear_result(reason: &str) =
+        "no-linear-result", [Warning],
+        what "the law of propagation has no result: the model has no value or no derivative at the estimates",
+        evidence "{reason}",
+        advice "the result is that of Monte Carlo";
+
+    /// Almost every trial failed.
+    no_monte_carlo_result(reason: &str) =
+        "no-monte-carlo-result", [Decision],
+        what "Monte Carlo has no result: almost no trial gave a number",
+        evidence "{reason}",
+        advice "the linear result is not checked; state distributions that stay within the possible values";
+
+    /// Monte Carlo has too few trials to check the linear interval.
+    monte_carlo_undecided(name: &str, evidence: &str) =
+        "monte-carlo-undecided", [Warning],
+        what "the trials are too few to check the linear interval of {name}",
+        evidence "{evidence}",
+        advice "allow more trials, or ask for fewer digits of the check";
+
+    /// The observations scatter more than their declared noise.
+    excess_residuals(birge_ratio: f64, limit: f64, excess: &str, lower: &str, upper: &str) =
+        "excess-residuals", [Warning],
+        what "the residuals exceed the noise: something varies between the observations that is not in the budget",
+        evidence "Birge ratio {birge_ratio:.2}, up to {limit:.2} without excess; τ = {excess} ({lower} to {upper})",
+        advice "the uncertainties contain it; look for its cause",
+        false_alarms "2.5 % of healthy data, by the level of the test";
+
+    /// The adaptive number of trials reached its limit.
+    monte_carlo_not_stable(digits: u32, trials: usize) =
+        "monte-carlo-not-stable", [Warning],
+        what "the Monte Carlo result is not stable to {digits} digits of u",
+        evidence "{trials} trials",
+        advice "allow more trials or ask for fewer digits";
+
+    /// Correlated inputs have distributions other than the normal one.
+    normal_copula(inputs: &str) =
+        "normal-copula", [Note],
+        what "correlated inputs that are not normal were joined by a normal copula",
+        evidence "{inputs}",
+        advice "their correlation coefficient differs a little from the one given";
+
+    /// The law of propagation gives few effective degrees of freedom.
+    few_effective_degrees_of_freedom(name: &str, dof: f64) =
+        "few-effective-degrees-of-freedom", [Warning],
+        what "the uncertainty of {name} is itself poorly known",
+        evidence "ν_eff = {dof:.1}",
+        advice "repeat the dominant type A observation, or use the Monte Carlo interval";
+
+    /// Correlated inputs have finite degrees of freedom.
+    separately_estimated(inputs: &str) =
+        "separately-estimated", [Note],
+        what "correlated inputs with finite degrees of freedom were taken as estimated separately",
+        evidence "{inputs}",
+        advice "if they were observed together, list them under `together`: their covariance then has one number of degrees of freedom";
+
+    /// One input, neither normal nor Student, has most of the variance.
+    dominant_non_normal_input(distribution: &str, name: &str, input: &str, fraction: f64) =
+        "dominant-non-normal-input", [Note],
+        what "one {distribution} input dominates {name}: the result is not normal",
+        evidence "{input} has {fraction:.0} % of the variance",
+        advice "a coverage factor from Student's t overstates the interval; use the Monte Carlo interval";
+
+    /// Trials without a finite value were left out. A note where they cannot move the ends of the interval.
+    invalid_trials(name: &str, extent: &str, consequence: &str, invalid: usize, trials: usize, percentage: &str) =
+        "invalid-trials", [Decision, Note],
+        what "{name} is not a finite number in {extent} trials; {consequence}",
+        evidence "{invalid} of {trials}, {percentage} %",
+        advice "state distributions of the inputs that stay within the possible values: truncated, rectangular, lognormal";
+
+    /// The standard deviation of the trials does not converge.
+    no_standard_deviation(name: &str) =
+        "no-standard-deviation", [Warning],
+        what "the trials of {name} have tails so heavy that their standard deviation does not converge",
+        advice "state the Monte Carlo interval with the median; look for a division by something that reaches zero, and for inputs from three observations or fewer";
+}
