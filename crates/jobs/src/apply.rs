@@ -2,6 +2,7 @@
 
 mod compensation;
 mod outcome;
+mod page;
 
 pub use compensation::{CompensationMethod, CompensationStream};
 pub use outcome::{ApplyOutcome, FilterFigures};

@@ -2,6 +2,7 @@
 
 mod noise;
 mod outcome;
+mod page;
 mod recording;
 
 pub use noise::AxisNoise;

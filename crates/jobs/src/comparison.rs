@@ -1,14 +1,17 @@
 //! Calibrations of one device over frequency, held against each other: two, or several and their reference value.
 
+mod page;
+
 use crate::frequency_response::PHASE_NOT_STATED;
 use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
+use page::ComparisonReport;
 use proofmass_core::Watch;
 use proofmass_dynamic::FrequencyResponse;
 use proofmass_dynamic::frequency_response::{ReferenceComparison, ResponseComparison};
 use proofmass_io::{Cell, StatedQuantity, Table, Unit};
-use proofmass_report::{ComparisonReport, Report};
+use proofmass_report::Report;
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;

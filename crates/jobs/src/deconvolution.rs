@@ -1,11 +1,14 @@
 //! The acceleration behind a device's output, from its fitted model, with the uncertainty of every sample.
 
+mod page;
+
 use crate::channels::{Channel, RecordedChannels};
 use crate::frequency_response;
 use crate::outcome::{Filed, Job, Outcome, section};
 use crate::record::Record;
 use crate::response::ResponseOutcome;
 use crate::trouble::{Result, Trouble};
+use page::DeconvolutionReport;
 use proofmass_core::Watch;
 use proofmass_dynamic::deconvolution::{Deconvolution, Deconvolved};
 use proofmass_dynamic::model::{FitProblem, ModelFit, ModelStructure, ResponsePoints};
@@ -13,7 +16,7 @@ use proofmass_dynamic::shock::PulseSearch;
 use proofmass_io::{
     AnyCalibration, Device, Input, LARGEST_DOCUMENT, Source, StatedQuantity, Table,
 };
-use proofmass_report::{DeconvolutionReport, Report};
+use proofmass_report::Report;
 use proofmass_signal::Trace;
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity, Severity};
 use serde::{Deserialize, Serialize};

@@ -33,6 +33,7 @@ pub mod noise;
 pub mod noise_comparison;
 mod observed;
 mod outcome;
+mod page;
 pub mod plan;
 mod plural;
 mod record;

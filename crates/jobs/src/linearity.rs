@@ -1,13 +1,16 @@
 //! Linearity over the level at one frequency.
 
+mod page;
+
 use crate::channels::{Channel, ChannelReading, RecordedChannels, WantedChannel};
 use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
+use page::LinearityReport;
 use proofmass_core::Watch;
 use proofmass_dynamic::linearity::LevelLinearity;
 use proofmass_io::{Input, Source, StatedQuantity, Table};
-use proofmass_report::{LinearityReport, Report};
+use proofmass_report::Report;
 use proofmass_uncertainty::{Estimate, Finding};
 use serde::{Deserialize, Serialize};
 

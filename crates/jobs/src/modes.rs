@@ -3,6 +3,7 @@
 mod campaign;
 mod file;
 mod outcome;
+mod page;
 mod solution;
 
 pub use campaign::{fixture_findings, read_fixtures};

@@ -1,6 +1,7 @@
 //! Figures of one recorded acceleration: strong motion, response spectrum, machine vibration.
 
 mod outcome;
+mod page;
 
 pub use outcome::{MotionOutcome, MotionSpectrum};
 

@@ -2,6 +2,7 @@
 
 mod explanation;
 mod outcome;
+mod page;
 mod recordings;
 
 pub use outcome::{Figures, MultiPositionOutcome};

@@ -2,6 +2,7 @@
 
 mod blocks;
 mod outcome;
+mod page;
 mod reading;
 mod stream;
 

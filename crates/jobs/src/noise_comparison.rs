@@ -1,15 +1,18 @@
 //! Noise of several units or runs, held against each other and against the limits of a data sheet.
 
+mod page;
+
 use crate::noise::NoiseOutcome;
 use crate::outcome::{Filed, Job, Outcome, RESULT};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
+use page::NoiseComparisonReport;
 use proofmass_core::Watch;
 use proofmass_io::{Cell, Input, LARGEST_DOCUMENT, Source, StatedQuantity, Table};
 use proofmass_noise::{
     Analysis, Conformity, NoiseLimit, Sensor, Term, UnitComparison, compare_units,
 };
-use proofmass_report::{NoiseComparisonReport, Report};
+use proofmass_report::Report;
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity};
 use serde::{Deserialize, Serialize};
 use std::path::Path;

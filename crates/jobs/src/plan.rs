@@ -1,14 +1,17 @@
 //! What a campaign on the shaker will achieve, before anything is measured.
 
+mod page;
+
 use crate::campaign::{ShakerBudget, ShakerTriaxialCampaign};
 use crate::outcome::{Job, Outcome};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use num_complex::Complex64;
+use page::PlanReport;
 use proofmass_core::{Error, Watch};
 use proofmass_dynamic::reference_table::ReferenceTable;
 use proofmass_io::{Cell, Input, StatedQuantity, Table};
-use proofmass_report::{PlanReport, Report};
+use proofmass_report::Report;
 use proofmass_shaker::geometry::published_plan;
 use proofmass_shaker::matrix::Matrix;
 use proofmass_shaker::plan::{

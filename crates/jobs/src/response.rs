@@ -3,6 +3,7 @@
 mod hits;
 mod model;
 mod outcome;
+mod page;
 mod points;
 mod recordings;
 mod steps;

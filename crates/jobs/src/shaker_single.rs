@@ -1,6 +1,7 @@
 //! A single-axis accelerometer against a reference on the shaker.
 
 mod files;
+mod page;
 mod tables;
 
 use crate::bench_runs::{BenchFiles, BenchRuns};
@@ -12,11 +13,12 @@ use crate::sensor_clock::{SensorClock, no_phase};
 use crate::shaker_triaxial::stated;
 use crate::trouble::{Result, Trouble};
 use num_complex::Complex64;
+use page::SingleAxisReport;
 use proofmass_core::Watch;
 use proofmass_dynamic::FrequencyResponse;
 use proofmass_dynamic::reference_table::ReferenceTable;
 use proofmass_io::{AnyCalibration, StatedQuantity, Table};
-use proofmass_report::{Report, SingleAxisReport};
+use proofmass_report::Report;
 use proofmass_shaker::check_standard::{CheckPoint, against_known};
 use proofmass_shaker::derived::{Expanded, PROBABILITY};
 use proofmass_shaker::recording::{Assessed, Quality, QualityLimits, assess};

@@ -2,6 +2,7 @@
 
 mod explanation;
 mod outcome;
+mod page;
 mod tables;
 
 pub use outcome::ShakerTriaxialOutcome;

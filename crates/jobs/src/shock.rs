@@ -1,6 +1,7 @@
 //! Shock: the pulse, the sensitivity against a reference, the shock response spectrum.
 
 mod outcome;
+mod page;
 mod required;
 mod standard;
 

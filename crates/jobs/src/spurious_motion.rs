@@ -1,5 +1,7 @@
 //! Motion of table and wedges beside the excitation, by a vibrometer and a reference.
 
+mod page;
+
 use crate::bench_runs::{BenchFiles, BenchRuns};
 use crate::campaign::{SpuriousFile, SpuriousMotionCampaign};
 use crate::observed::{listed, observe};
@@ -7,10 +9,11 @@ use crate::outcome::{Job, Outcome};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use num_complex::Complex64;
+use page::SpuriousReport;
 use proofmass_core::Watch;
 use proofmass_dynamic::reference_table::ReferenceTable;
 use proofmass_io::{Cell, StatedQuantity, Table};
-use proofmass_report::{Report, SpuriousReport};
+use proofmass_report::Report;
 use proofmass_shaker::recording::{Assessed, Quality, QualityLimits, assess};
 use proofmass_shaker::spurious::{
     Average, Comparison, RatioRepeats, RatioSummary, compare, ratio_from_velocity, summaries, table,

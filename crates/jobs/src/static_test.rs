@@ -1,6 +1,7 @@
 //! Static tests: inclination, sensitivity, zero-g, orthogonality, linearity, centrifuge, stability over calibrations.
 
 mod files;
+mod page;
 mod single_axis;
 
 pub use files::{ReadingColumns, StaticTestFiles};
@@ -9,9 +10,10 @@ pub use single_axis::SingleAxisReadings;
 use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
+use page::StaticTestReport;
 use proofmass_core::Watch;
 use proofmass_io::{CalibrationFile, Cell, ResultDocument, StatedQuantity, Table, Unit};
-use proofmass_report::{Report, StaticTestReport};
+use proofmass_report::Report;
 use proofmass_static::static_test::{
     Centrifuge, DatedEstimate, Linearity, Orthogonality, Sensitivity, Stability, StabilityFit,
     StaticFit, Tilt, ZeroG,

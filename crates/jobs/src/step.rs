@@ -1,13 +1,16 @@
 //! Step response: rise, overshoot, settling, natural frequency, damping.
 
+mod page;
+
 use crate::channels::Channel;
 use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
+use page::StepReport;
 use proofmass_core::Watch;
 use proofmass_dynamic::step::StepFit;
 use proofmass_io::StatedQuantity;
-use proofmass_report::{Report, StepReport};
+use proofmass_report::Report;
 use proofmass_signal::Trace;
 use proofmass_uncertainty::{Estimate, Finding};
 use serde::{Deserialize, Serialize};

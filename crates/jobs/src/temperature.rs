@@ -1,5 +1,6 @@
 //! How does the output of a resting accelerometer follow its temperature?
 
+mod page;
 mod recording;
 
 pub use recording::TemperatureRecording;
@@ -7,11 +8,12 @@ pub use recording::TemperatureRecording;
 use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
+use page::TemperatureReport;
 use proofmass_core::{Error, Matrix3, SensorModel, THERMAL_ORDER, Watch};
 use proofmass_io::{
     AnyCalibration, CalibrationFile, Cell, StatedQuantity, Table, ThermalBlock, Unit,
 };
-use proofmass_report::{Report, TemperatureReport};
+use proofmass_report::Report;
 use proofmass_static::{SweepData, TemperatureFit, TemperatureSweep};
 use proofmass_uncertainty::{Component, Estimate, Finding};
 use serde::{Deserialize, Serialize};

@@ -1,5 +1,7 @@
 //! Transverse sensitivity of a single-axis accelerometer.
 
+mod page;
+
 use crate::bench_runs::{BenchFiles, BenchRuns};
 use crate::campaign::TransverseCampaign;
 use crate::device_output::DeviceOutput;
@@ -9,10 +11,11 @@ use crate::record::Record;
 use crate::shaker_triaxial::stated;
 use crate::trouble::{Result, Trouble};
 use num_complex::Complex64;
+use page::TransverseReport;
 use proofmass_core::Watch;
 use proofmass_dynamic::reference_table::ReferenceTable;
 use proofmass_io::{Cell, StatedQuantity, Table};
-use proofmass_report::{Report, TransverseReport};
+use proofmass_report::Report;
 use proofmass_shaker::recording::{Assessed, Quality, QualityLimits, assess};
 use proofmass_shaker::transverse::{
     AxialSensitivity, Motion, SeatUncertainty, TransverseRow, TransverseSensitivity,
@@ -149,7 +152,6 @@ impl TransverseOutcome {
         TransverseReport {
             head,
             runs: &self.runs,
-            unit: self.output.unit(),
             limit: self.limit,
         }
     }

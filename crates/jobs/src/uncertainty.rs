@@ -1,15 +1,17 @@
 //! From a formula and what is known of its inputs to a result with its budget.
 
 mod model_text;
+mod page;
 
 pub use model_text::ModelText;
 
 use crate::record::Record;
 use crate::trouble::{Result, Trouble, TroubleKind};
 use crate::{Job, Outcome};
+use page::{GivenInput, UncertaintyReport};
 use proofmass_core::Watch;
 use proofmass_io::{Cell, StatedQuantity, Table};
-use proofmass_report::{GivenInput, Report, UncertaintyReport};
+use proofmass_report::Report;
 use proofmass_uncertainty::{
     Estimate, Evaluate, Finding, FitScatter, FitWeights, InputEntry, ModelResult, Refusal,
     StatementMethod, UncertaintyModel,

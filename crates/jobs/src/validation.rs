@@ -1,6 +1,7 @@
 //! Does a calibration hold on standstills it was not made from?
 
 mod averages;
+mod page;
 mod recording;
 
 pub use recording::ValidationRecording;
@@ -9,9 +10,10 @@ use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
 use crate::standstills::found;
 use crate::trouble::{Result, Trouble};
+use page::ValidationReport;
 use proofmass_core::{Gravity, Matrix3, SensorModel, Watch};
 use proofmass_io::{CalibrationFile, StatedQuantity};
-use proofmass_report::{Report, ValidationReport};
+use proofmass_report::Report;
 use proofmass_static::{Calibrated, MeanNoise, Samples, Segment, Standstill, Validation};
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};

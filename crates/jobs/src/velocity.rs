@@ -4,6 +4,7 @@ mod clock;
 mod drift;
 mod map;
 mod outcome;
+mod page;
 mod reading;
 mod reference;
 mod sensors;

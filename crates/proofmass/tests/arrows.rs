@@ -20,20 +20,7 @@ const ROOMS: [(&str, &[&str]); 14] = [
     ("rig", &["core", "signal"]),
     ("fixture", &["core", "uncertainty"]),
     ("io", &["core", "uncertainty"]),
-    (
-        "report",
-        &[
-            "core",
-            "uncertainty",
-            "signal",
-            "noise",
-            "static",
-            "dynamic",
-            "shaker",
-            "motion",
-            "fixture",
-        ],
-    ),
+    ("report", &["core", "uncertainty"]),
     (
         "jobs",
         &[

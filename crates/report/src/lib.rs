@@ -20,77 +20,27 @@
 //! # Ok::<(), proofmass_report::Error>(())
 //! ```
 //!
-//! Nothing is computed here and no clock is read: times, versions and digests are texts of the caller. The page
-//! needs no network, no font and no script.
+//! Only layout is here: what a page of a job says stands beside the job. Nothing is computed and no clock is read:
+//! times, versions and digests are texts of the caller. The page needs no network, no font and no script.
 
-mod bias;
 mod columns;
-mod comparison;
-mod compensation;
-mod coverage;
-mod deconvolution;
 mod document;
 mod error;
 mod head;
 pub mod html;
-mod linearity;
-mod modes;
-mod motion;
-mod multi_position;
-mod noise;
-mod noise_comparison;
-mod number;
-mod parameters;
-mod plan;
+pub mod number;
 pub mod plot;
-mod response;
-mod shaker;
-mod shock;
-mod simulation;
-mod single_axis;
-mod spurious;
-mod static_test;
-mod step;
 mod subscript;
-mod temperature;
 pub mod terminal;
-mod transverse;
-mod uncertainty;
-mod validation;
-mod velocity;
 
-pub use bias::{BiasLine, BiasReport};
 pub use columns::{Field, Rounding};
-pub use comparison::ComparisonReport;
-pub use compensation::CompensationReport;
-pub use deconvolution::DeconvolutionReport;
 pub use document::{
     Alignment, Block, Cell, Column, Figure, KeyFigure, Place, Report, Section, Table,
 };
 pub use error::Error;
 pub use head::Head;
-pub use linearity::LinearityReport;
-pub use modes::{ModesLine, ModesReport};
-pub use motion::MotionReport;
-pub use multi_position::MultiPositionReport;
-pub use noise::NoiseReport;
-pub use noise_comparison::NoiseComparisonReport;
 pub use number::{concise, scientific};
-pub use plan::PlanReport;
 pub use plot::{
     Axis, BarPlot, BodyPlot, BodyState, HistogramPlot, MatrixPlot, Panel, Plot, Scale, SeatPlot,
     Series, SpherePlot, SpherePoint, XyPlot,
 };
-pub use response::ResponseReport;
-pub use shaker::ShakerReport;
-pub use shock::{ShockReport, ShockSpectrumCurves};
-pub use simulation::SimulationReport;
-pub use single_axis::SingleAxisReport;
-pub use spurious::SpuriousReport;
-pub use static_test::StaticTestReport;
-pub use step::StepReport;
-pub use temperature::TemperatureReport;
-pub use transverse::TransverseReport;
-pub use uncertainty::{GivenInput, UncertaintyReport};
-pub use validation::ValidationReport;
-pub use velocity::{DriftReport, Entered, VelocityReport, unit_of};

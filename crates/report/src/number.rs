@@ -29,7 +29,7 @@ pub fn concise(value: f64, standard_uncertainty: f64) -> String {
 }
 
 /// A value and its expanded uncertainty, rounded to the same place: two digits of the uncertainty.
-pub(crate) fn rounded(value: f64, expanded: f64) -> (String, String) {
+pub fn rounded(value: f64, expanded: f64) -> (String, String) {
     if !(expanded > 0.0 && expanded.is_finite()) {
         return (value.to_string(), "0".to_owned());
     }
@@ -38,13 +38,13 @@ pub(crate) fn rounded(value: f64, expanded: f64) -> (String, String) {
 }
 
 /// A number as tables and plans give it, three decimals at most and no needless zeros: `31.5`, `160`.
-pub(crate) fn plain(value: f64) -> String {
+pub fn plain(value: f64) -> String {
     let text = format!("{value:.3}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 /// A number with two significant digits.
-pub(crate) fn two_digits(value: f64) -> String {
+pub fn two_digits(value: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();
     }
@@ -60,7 +60,7 @@ fn decimals(value: f64) -> usize {
 }
 
 /// A printed number with a true minus sign, no sign where only zeros are printed, and `e-5` as a power of ten.
-pub(crate) fn minus(text: &str) -> String {
+pub fn minus(text: &str) -> String {
     let size = text.strip_prefix('-').unwrap_or(text);
     if !size.starts_with(|c: char| c.is_ascii_digit() || c == '.') {
         return text.to_string();
@@ -87,7 +87,7 @@ pub(crate) fn minus(text: &str) -> String {
 }
 
 /// Degrees of freedom; above a hundred thousand Student's t is the normal distribution.
-pub(crate) fn freedom(nu: f64) -> String {
+pub fn freedom(nu: f64) -> String {
     if nu > 1e5 {
         "∞".to_owned()
     } else if nu < 100.0 {
@@ -98,7 +98,7 @@ pub(crate) fn freedom(nu: f64) -> String {
 }
 
 /// A sentence whose numbers have true minus signs: a hyphen before a digit, at the beginning or behind a space or bracket.
-pub(crate) fn minus_signs(text: impl Into<String>) -> String {
+pub fn minus_signs(text: impl Into<String>) -> String {
     let text = text.into();
     if !text.contains('-') {
         return text;

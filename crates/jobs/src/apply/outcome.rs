@@ -1,11 +1,12 @@
 //! What became of a compensated recording.
 
+use super::page::CompensationReport;
 use super::{ApplyJob, CompensationMethod, CompensationStream};
 use crate::outcome::Outcome;
 use crate::record::Record;
 use proofmass_dynamic::frequency_response::{BandMatrix, CompensationError};
 use proofmass_io::{AnyCalibration, CalibrationFile, Input, StatedQuantity};
-use proofmass_report::{CompensationReport, Report};
+use proofmass_report::Report;
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
 

@@ -1,5 +1,6 @@
 //! The bias over a recording, as it is filed.
 
+use super::page::{BiasLine, BiasReport};
 use super::{AxisNoise, BiasData, BiasJob};
 use crate::firmware::Firmware;
 use crate::outcome::{Outcome, section};
@@ -7,7 +8,7 @@ use crate::record::Record;
 use crate::trouble::Result;
 use proofmass_core::{BiasFilter, Error};
 use proofmass_io::{Cell, FirmwareBlock, StatedQuantity, Table};
-use proofmass_report::{BiasLine, BiasReport, Report};
+use proofmass_report::Report;
 use proofmass_static::{AxisTrack, BiasTrack, Segment};
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};

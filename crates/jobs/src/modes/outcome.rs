@@ -1,5 +1,6 @@
 //! What the modes of a fixture are.
 
+use super::page::{ModesLine, ModesReport};
 use super::solution::round;
 use crate::outcome::Outcome;
 use crate::record::Record;
@@ -9,7 +10,7 @@ use proofmass_fixture::{
     Search, TransferPoint, Update,
 };
 use proofmass_io::{Cell, StatedQuantity, Table, VtuField, vtu};
-use proofmass_report::{ModesLine, ModesReport, Report};
+use proofmass_report::Report;
 use proofmass_uncertainty::{Estimate, Finding};
 use serde::{Deserialize, Serialize};
 

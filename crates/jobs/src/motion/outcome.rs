@@ -1,11 +1,12 @@
 //! What a recorded acceleration came to.
 
 use super::MotionJob;
+use super::page::MotionReport;
 use crate::outcome::{Outcome, section};
 use crate::record::Record;
 use crate::trouble::Result;
 use proofmass_io::{StatedQuantity, Table};
-use proofmass_report::{MotionReport, Report};
+use proofmass_report::Report;
 use proofmass_signal::{StrongMotion, Trace, Vibration};
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity};
 use serde::{Deserialize, Serialize};

@@ -1,5 +1,6 @@
 //! What a multi-position calibration found.
 
+use super::page::MultiPositionReport;
 use super::{MultiPositionData, MultiPositionJob};
 use crate::campaign::MethodModel;
 use crate::outcome::{Outcome, section};
@@ -10,7 +11,7 @@ use proofmass_io::{
     AnyCalibration, CalibrationFile, Cell, ColumnRef, CurvatureBlock, StatedQuantity, Table,
     ThermalBlock, Unit,
 };
-use proofmass_report::{MultiPositionReport, Report};
+use proofmass_report::Report;
 use proofmass_signal::Trace;
 use proofmass_static::{
     CompensatedReading, DirectionCoverage, Ferraris, Misfit, Model, ModelEvidence, NextAttitude,

@@ -1,5 +1,6 @@
 //! What a noise analysis found.
 
+use super::page::NoiseReport;
 use super::{NoiseData, NoiseJob};
 use crate::outcome::Outcome;
 use crate::record::Record;
@@ -8,7 +9,7 @@ use proofmass_io::{Cell, ImuSensorNoise, ImuValue, ImuYaml, StatedQuantity, Tabl
 use proofmass_noise::{
     Analysis, AnalysisOptions, CoefficientFit, Sensor, StateSpace, Term, Verdict, conservative,
 };
-use proofmass_report::{NoiseReport, Report};
+use proofmass_report::Report;
 use proofmass_signal::Trace;
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity};
 use serde::{Deserialize, Serialize};

@@ -1,5 +1,6 @@
 //! What a frequency response came to.
 
+use super::page::ResponseReport;
 use super::{COMMON, ResponseJob};
 use crate::frequency_response;
 use crate::outcome::{Outcome, section};
@@ -10,7 +11,7 @@ use proofmass_dynamic::model::{ModelFit, ResponseFigures};
 use proofmass_dynamic::modes::Resonance;
 use proofmass_dynamic::reference_table::ReferenceTable;
 use proofmass_io::{AnyCalibration, Cell, StatedQuantity, Table, Unit};
-use proofmass_report::{Report, ResponseReport};
+use proofmass_report::Report;
 use proofmass_signal::transfer::{CrossSpectra, ResponseEstimate};
 use proofmass_uncertainty::{
     Component, Covariance, DegreesOfFreedom, Effect, Estimate, EstimateSeries, Evaluation, Finding,

@@ -1,5 +1,6 @@
 //! What a triaxial calibration on a shaker found.
 
+use super::page::ShakerReport;
 use super::{ShakerTriaxialData, ShakerTriaxialJob, tables};
 use crate::frequency_response;
 use crate::observed::listed;
@@ -8,7 +9,7 @@ use crate::record::Record;
 use crate::sensor_clock::SensorClock;
 use crate::trouble::Result;
 use proofmass_io::{AnyCalibration, StatedQuantity, Table, Unit};
-use proofmass_report::{Report, ShakerReport};
+use proofmass_report::Report;
 use proofmass_shaker::published::MagnitudeBudget;
 use proofmass_shaker::recording::RunInput;
 use proofmass_shaker::sample_clock::SampleClock;

@@ -1,6 +1,7 @@
 //! What a shock came to.
 
 use super::ShockJob;
+use super::page::{ShockReport, ShockSpectrumCurves};
 use crate::outcome::{Outcome, section};
 use crate::record::Record;
 use crate::trouble::Result;
@@ -8,7 +9,7 @@ use proofmass_dynamic::shock::{
     Pulse, PulseMeasures, ShockCalibration, SpectrumToleranceResult, ToleranceResult,
 };
 use proofmass_io::{Cell, StatedQuantity, Table};
-use proofmass_report::{Report, ShockReport, ShockSpectrumCurves};
+use proofmass_report::Report;
 use proofmass_signal::{Extremes, Trace};
 use proofmass_uncertainty::{DegreesOfFreedom, Estimate, Finding, Quantity};
 use serde::{Deserialize, Serialize};

@@ -1,13 +1,14 @@
 //! What a velocity from an accelerometer alone drifts, before anything is recorded.
 
 use super::outcome::quantity;
+use super::page::DriftReport;
 use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
 use proofmass_io::{Cell, StatedQuantity, Table};
 use proofmass_motion::{DriftBudget, DriftSources};
-use proofmass_report::{DriftReport, Report};
+use proofmass_report::Report;
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
 

@@ -1,6 +1,7 @@
 //! What the three questions to an axis found.
 
 use super::AxisData;
+use super::page::VelocityReport;
 use crate::firmware::{Firmware, GainsOf, of_method};
 use crate::outcome::{Outcome, section};
 use crate::record::Record;
@@ -10,7 +11,7 @@ use proofmass_motion::{
     CompareResult, EstimateResult, MotionRecord, ReadingSource, TuneResult, Tuned, Tuning,
     VelocityTrace,
 };
-use proofmass_report::{Report, VelocityReport};
+use proofmass_report::Report;
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity};
 use serde::{Deserialize, Serialize};
 
@@ -60,7 +61,7 @@ impl Head {
             quantities: quantities
                 .into_iter()
                 .map(|mut q| {
-                    q.unit = proofmass_report::unit_of(&q.unit, data.angular);
+                    q.unit = super::page::unit_of(&q.unit, data.angular);
                     StatedQuantity::new(&q, PROBABILITY)
                 })
                 .collect(),
@@ -85,7 +86,7 @@ impl Head {
 
     /// A unit or heading of a length as it is of an angle, where it is one.
     pub(super) fn unit(&self, of_length: &str) -> String {
-        proofmass_report::unit_of(of_length, self.angular)
+        super::page::unit_of(of_length, self.angular)
     }
 
     /// Time of a sample, s.

@@ -1,0 +1,81 @@
+//! Other models of the same standstills.
+
+use super::MultiPositionFit;
+use proofmass_report::{Cell, Column, Section, Table};
+use proofmass_static::ModelEvidence;
+
+/// What the model of the result has beyond the matrix, in words.
+pub(super) fn beyond(fit: &MultiPositionFit) -> Option<String> {
+    let beyond = fit.beyond()?;
+    let mut text = String::from("K and b above are those of small accelerations");
+    if let (Some(thermal), Some([low, high])) = (beyond.thermal, beyond.range) {
+        text = format!(
+            "K and b above hold at T₀ = {:.2} °C; with d = T − T₀ the biases are b + T1 d + T2 d² + T3 d³, and each row of K is multiplied by \
+             1 + T1 d + T2 d² + T3 d³ of its scale. Measured from {low:.1} to {high:.1} °C",
+            thermal.reference
+        );
+    }
+    if beyond.curvature.is_some() {
+        text.push_str(
+            "; where an output would be b + s x, it is b + s (x + k₂ x² + k₃ x³), with s its diagonal element of K, x = (K a)/s, and k its curvature",
+        );
+    }
+    text.push('.');
+    Some(proofmass_report::number::minus_signs(text))
+}
+
+/// Nothing where no models were compared.
+pub(super) fn section(fit: &MultiPositionFit, models: &[ModelEvidence]) -> Option<Section> {
+    if models.len() < 2 {
+        return None;
+    }
+    let mut section = Section::new("Models side by side").paragraph(
+        "Nothing is chosen by this table: stated is the model that was asked for. It shows what each leaves unexplained and how well it \
+         predicts standstills it has not seen.",
+    );
+    let stated = models.iter().find(|m| m.stated);
+    let predicted = models.iter().filter_map(|m| Some((m, m.cross_validation?)));
+    let best = predicted.min_by(|a, b| a.1.total_cmp(&b.1));
+    if let (Some(stated), Some((best, error))) = (stated, best)
+        && let Some(own) = stated.cross_validation
+    {
+        section = section.paragraph(match own > 1.1 * error {
+            true => format!(
+                "Model {best} predicts standstills with an error of {:.3} mm/s², the stated one with {:.3} mm/s²: a look at it is worth while.",
+                1e3 * error,
+                1e3 * own
+            ),
+            false => "No other predicts them more than a tenth better than the stated one.".to_owned(),
+        });
+    }
+    Some(section.table(table(fit, models)))
+}
+
+fn table(fit: &MultiPositionFit, models: &[ModelEvidence]) -> Table {
+    let noun = super::noun(fit);
+    let mut table = Table::new(
+        format!("Models of the same {noun}s, smallest first"),
+        [
+            Column::text("model"),
+            Column::number("parameters", ""),
+            Column::number("ΔAICc", ""),
+            Column::number("weight", ""),
+            Column::number("cross-validation", "mm/s²"),
+            Column::text(""),
+        ],
+    )
+    .note("b(T²): biases with the temperature up to its second power; K(T): scale factors with it; a², a³: curvature.")
+    .note("Cross-validation: RMS error of a tenth of them at a time, left out of the fit. ΔAICc: Akaike's criterion less that of the best model.");
+    for m in models {
+        table = table.row([
+            Cell::text(m.to_string()),
+            Cell::number(m.parameters.to_string()),
+            Cell::number(format!("{:.1}", m.aicc)),
+            Cell::number(format!("{:.3}", m.weight)),
+            m.cross_validation
+                .map_or(Cell::Empty, |v| Cell::number(format!("{:.3}", 1e3 * v))),
+            Cell::text(if m.stated { "stated" } else { "" }),
+        ]);
+    }
+    table
+}

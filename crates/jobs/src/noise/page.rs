@@ -1,0 +1,248 @@
+//! The report of a noise analysis.
+
+mod figures;
+mod tables;
+
+use figures::{over_time, spectrum, stability, time};
+use proofmass_noise::{Analysis, ChannelAnalysis, DeviationCurve, Term};
+use proofmass_report::{
+    Axis, Cell, Column, Head, Report, Section, Series, Table, XyPlot, scientific,
+};
+use proofmass_signal::Trace;
+use tables::{coefficients, deviations, disturbances, robust, units};
+
+/// What the report tells beside the analysis itself.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct NoiseReport<'a> {
+    /// Title, device, inputs, findings.
+    pub head: Head<'a>,
+    /// What is drawn of each channel against time, in the order of the analysis.
+    pub traces: &'a [Trace],
+    /// The temperature that was recorded beside them, in kelvins or degrees Celsius.
+    pub temperature: Option<&'a Trace>,
+}
+
+impl NoiseReport<'_> {
+    /// The whole report.
+    pub(crate) fn full(&self, analysis: &Analysis) -> Report {
+        let mut report = self.summary(analysis);
+        if let Some(section) = together(analysis) {
+            report = report.section(section);
+        }
+        if let Some(section) = separated(analysis) {
+            report = report.section(section);
+        }
+        if let Some(section) = self.temperature.and_then(temperature) {
+            report = report.section(section);
+        }
+        for (i, channel) in analysis.channels.iter().enumerate() {
+            report = report.section(channel_section(channel, self.traces.get(i)));
+        }
+        report.foot(&self.head)
+    }
+
+    /// What is worth a look in the terminal.
+    pub(crate) fn summary(&self, analysis: &Analysis) -> Report {
+        let channel = analysis.channels.first();
+        let samples = channel.map_or(analysis.rows.1 - analysis.rows.0, |c| c.samples);
+        let report = self.head.open().subtitle(format!(
+            "{samples} samples at {} Hz, {} s",
+            scientific(analysis.sample_rate, 6),
+            scientific(samples as f64 / analysis.sample_rate, 5),
+        ));
+        let mut section = Section::new("Coefficients").table(coefficients(analysis));
+        if let Some(table) = robust(analysis) {
+            section = section.table(table);
+        }
+        report
+            .section(section)
+            .findings(self.head.findings.iter().cloned())
+    }
+}
+
+/// The curves of all channels of one unit in one figure.
+fn together(analysis: &Analysis) -> Option<Section> {
+    let mut section = Section::new("All channels");
+    let mut drawn = false;
+    let mut seen: Vec<(&str, &str)> = Vec::new();
+    for channel in &analysis.channels {
+        let Some(curve) = &channel.curve else {
+            continue;
+        };
+        let kind = (channel.unit.as_str(), curve.statistic.abbreviation());
+        if seen.contains(&kind) {
+            continue;
+        }
+        seen.push(kind);
+        let same: Vec<(&ChannelAnalysis, &DeviationCurve)> = analysis
+            .channels
+            .iter()
+            .filter(|c| c.unit == channel.unit)
+            .filter_map(|c| Some((c, c.curve.as_ref()?)))
+            .collect();
+        if same.len() < 2 {
+            continue;
+        }
+        let mut plot = XyPlot::new(
+            Axis::log("averaging time τ", "s"),
+            Axis::log(kind.1, curve.statistic.unit(&channel.unit)),
+        )
+        .height(380.0);
+        for (channel, curve) in same {
+            let points: Vec<_> = curve.points.iter().filter(|p| p.deviation > 0.0).collect();
+            let tau: Vec<f64> = points.iter().map(|p| p.tau).collect();
+            let value: Vec<f64> = points.iter().map(|p| p.deviation).collect();
+            let side = |pick: fn((f64, f64)) -> f64| -> Vec<f64> {
+                let of =
+                    |p: &&proofmass_noise::DeviationPoint| p.interval.map_or(p.deviation, pick);
+                points.iter().map(of).collect()
+            };
+            plot = plot.series(
+                Series::line(channel.name.clone(), &tau, &value)
+                    .bars(&side(|i| i.0), &side(|i| i.1)),
+            );
+        }
+        section = section.figure(format!("{} of all channels in {}", kind.1, kind.0), plot);
+        drawn = true;
+    }
+    drawn.then_some(section)
+}
+
+/// What the thermometer read.
+fn temperature(trace: &Trace) -> Option<Section> {
+    let finite = || trace.y.iter().copied().filter(|t| t.is_finite());
+    let (low, high) = (finite().reduce(f64::min)?, finite().reduce(f64::max)?);
+    Some(
+        Section::new("Temperature")
+            .paragraph(format!(
+                "From {} to {}, in kelvins above the zero of the thermometer: of °C, unless its heading says K or °F.",
+                scientific(low, 4),
+                scientific(high, 4)
+            ))
+            .figure(
+                "The temperature beside the record",
+                XyPlot::new(
+                    Axis::linear("time", "s"),
+                    Axis::linear("temperature above the zero of its scale", "K"),
+                )
+                .series(Series::line("temperature", &trace.x, &trace.y)),
+            ),
+    )
+}
+
+/// Three sensors by themselves.
+fn separated(analysis: &Analysis) -> Option<Section> {
+    let points = &analysis.separated;
+    points.first()?;
+    let unit = analysis.channels.first()?.unit.clone();
+    let mut plot = XyPlot::new(
+        Axis::log("averaging time τ", "s"),
+        Axis::log("OADEV by itself", unit.clone()),
+    );
+    let mut table = Table::new(
+        "Allan variance of each sensor by itself, with its standard uncertainty",
+        [
+            Column::text("sensor"),
+            Column::number("τ", "s"),
+            Column::number("variance", format!("({unit})²")),
+            Column::number("u", format!("({unit})²")),
+        ],
+    );
+    for k in 0..3 {
+        let channel = analysis.channels.get(k);
+        let name = channel.map_or_else(|| "reference".to_owned(), |c| c.name.clone());
+        let positive: Vec<(f64, f64)> = points
+            .iter()
+            .filter_map(|p| Some((p.tau, p.deviation(k)?)))
+            .collect();
+        let (tau, value): (Vec<f64>, Vec<f64>) = positive.into_iter().unzip();
+        plot = plot.series(Series::markers(name.clone(), &tau, &value));
+        for p in points {
+            table = table.row([
+                Cell::text(name.clone()),
+                Cell::number(scientific(p.tau, 4)),
+                Cell::number(scientific(p.variances[k], 4)),
+                Cell::number(scientific(p.uncertainties[k], 2)),
+            ]);
+        }
+    }
+    Some(
+        Section::new("Sensors by themselves")
+            .paragraph(
+                "What all three share is left out: the covariance of the differences of one sensor to the two others. A variance below zero \
+                 says that the sensor is quieter than its uncertainty.",
+            )
+            .figure("Allan deviations of the sensors by themselves", plot)
+            .table(table),
+    )
+}
+
+fn channel_section(channel: &ChannelAnalysis, trace: Option<&Trace>) -> Section {
+    let unit = &channel.unit;
+    let mut section = Section::new(format!("Channel {}", channel.name)).paragraph(format!(
+        "Mean {} {unit}, standard deviation {} {unit}, slope of the straight line {} {}.",
+        scientific(channel.mean, 6),
+        scientific(channel.standard_deviation, 4),
+        scientific(channel.trend.slope, 3),
+        Term::Ramp.unit(unit),
+    ));
+    if let Some(plot) = stability(channel) {
+        section = section.figure(
+            "Stability of the channel with its intervals; dotted, the power laws of the identified coefficients",
+            plot,
+        );
+    }
+    if let Some(plot) = over_time(channel) {
+        section = section.figure(
+            "Dynamic Allan deviation: the curve of every window, with its intervals",
+            plot,
+        );
+    }
+    for curve in channel.curve.iter().chain(&channel.further) {
+        section = section.table(deviations(channel, curve, ""));
+    }
+    if let Some(curve) = &channel.compensated {
+        section = section.table(deviations(
+            channel,
+            curve,
+            " without what follows the temperature",
+        ));
+    }
+    if let Some(plot) = spectrum(channel) {
+        section = section.figure(
+            "One-sided amplitude density of the whole record with its confidence band; below, its ratio to the fitted model; shaded, what the fit \
+             leaves out",
+            plot,
+        );
+    }
+    if let Some(trace) = trace.filter(|t| t.x.len() > 1) {
+        section = section.figure(
+            "The record, smallest and largest values of short stretches, with its straight line",
+            time(channel, trace),
+        );
+    }
+    if !channel.disturbances.is_empty() {
+        section = section.table(disturbances(&channel.disturbances));
+    }
+    if !channel.units.is_empty() {
+        section = section.table(units(channel));
+    }
+    match &channel.kalman {
+        Some(k) if channel.whittle.as_ref().is_some_and(|f| f.model.white > 0.0) => section
+            .paragraph(format!(
+                "Kalman filter at this rate: measurement variance R = {}; process noise of (integral, bias) over one \
+                 step Q = [[{}, {}], [{}, {}]], in ({unit})² times s², s and 1{}.",
+                scientific(k.measurement_variance, 4),
+                scientific(k.process[0][0], 4),
+                scientific(k.process[0][1], 4),
+                scientific(k.process[1][0], 4),
+                scientific(k.process[1][1], 4),
+                if k.random_walk_is_limit {
+                    "; K is its upper limit, because its most likely value is zero"
+                } else {
+                    ""
+                },
+            )),
+        _ => section,
+    }
+}

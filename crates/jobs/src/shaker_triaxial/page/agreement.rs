@@ -1,0 +1,197 @@
+//! Whether the runs agree: residuals and Monte Carlo.
+
+use super::sign;
+use proofmass_report::number::{plain, two_digits};
+use proofmass_report::{Axis, Cell, Column, Section, Series, SpherePlot, Table, XyPlot};
+use proofmass_shaker::{
+    ComponentCheck, FrequencyCheck, MethodResult, RunResult, ShakerCalibration, Suspicion,
+};
+
+use proofmass_uncertainty::Verdict;
+
+/// Runs of one direction with the root mean square of their 18 studentised residuals … of every frequency.
+struct Direction<'a> {
+    direction: [f64; 3],
+    runs: Vec<&'a RunResult>,
+}
+
+impl Direction<'_> {
+    fn root_mean_square(&self) -> f64 {
+        let all = || self.runs.iter().flat_map(|r| r.studentised.as_flattened());
+        (all().map(|v| v * v).sum::<f64>() / all().count().max(1) as f64).sqrt()
+    }
+}
+
+fn directions(result: &MethodResult) -> Vec<Direction<'_>> {
+    let mut list: Vec<Direction> = vec![];
+    for run in &result.runs {
+        let same = |d: &Direction| (0..3).all(|k| (d.direction[k] - run.direction[k]).abs() < 1e-6);
+        match list.iter_mut().find(|d| same(d)) {
+            Some(d) => d.runs.push(run),
+            None => list.push(Direction {
+                direction: run.direction,
+                runs: vec![run],
+            }),
+        }
+    }
+    list
+}
+
+pub(super) fn residuals(calibration: &ShakerCalibration, result: &MethodResult) -> Section {
+    let chi = result.chi_squared.map_or(String::new(), |(chi, dof)| {
+        format!(
+            "χ² = {chi:.1} with {dof} degrees of freedom (a factor of {:.2} in u). ",
+            (chi / dof.max(1) as f64).sqrt()
+        )
+    });
+    let mut sphere = SpherePlot::new("rms studentised residual", "");
+    for d in directions(result) {
+        sphere = sphere.point(d.direction, d.root_mean_square(), "");
+    }
+    let number: Vec<f64> = (1..=result.runs.len()).map(|i| i as f64).collect();
+    let statistic: Vec<f64> = result.runs.iter().map(|r| r.statistic).collect();
+    let mut plot = XyPlot::new(
+        Axis::linear("run", "").range(0.0, result.runs.len() as f64 + 1.0),
+        Axis::linear("χ² of the run", ""),
+    )
+    .height(220.0)
+    // χ² with six degrees of freedom: 95 % and 99.9 %.
+    .horizontal(12.59, "95 %")
+    .horizontal(22.46, "99.9 %")
+    .series(Series::markers("", &number, &statistic));
+    let mut last = None;
+    for (i, run) in result.runs.iter().enumerate() {
+        if last != Some(run.frequency) && i > 0 {
+            plot = plot.vertical(i as f64 + 0.5, "");
+        }
+        last = Some(run.frequency);
+    }
+    let mut worst: Vec<&RunResult> = result.runs.iter().collect();
+    worst.sort_by(|a, b| b.statistic.total_cmp(&a.statistic));
+    let mut table = Table::new(
+        "The runs that differ most from what the others predict",
+        [
+            Column::text("run"),
+            Column::number("f", "Hz"),
+            Column::number("χ²", ""),
+            Column::text("studentised residuals x, y, z (real, imaginary)"),
+            Column::number("influence", "u"),
+            Column::text("explanation"),
+        ],
+    )
+    .note("Influence: largest change of a component of S without the run, in its standard uncertainties.");
+    for run in worst.iter().take(8) {
+        let residuals: Vec<String> = run
+            .studentised
+            .iter()
+            .map(|[re, im]| sign(format!("{re:.1}, {im:.1}")))
+            .collect();
+        let explanation = calibration
+            .suspects
+            .iter()
+            .find(|s| s.run == run.run)
+            .map_or("", |s| match s.suspicion {
+                Suspicion::Channels { .. } => "channels exchanged or inverted",
+                Suspicion::Mounting { .. } | Suspicion::UpsideDown => {
+                    "mounted as another configuration"
+                }
+                Suspicion::Gain { .. } => "read with another gain",
+                Suspicion::Dead { .. } => "without signal",
+                Suspicion::Frequency { .. } => "taken at another frequency",
+                Suspicion::Copied { .. } => "copied from another run",
+                Suspicion::Clipped { .. } => "cut off",
+                Suspicion::Either(..) => "one of two, see the findings",
+                _ => "none found",
+            });
+        table = table.row([
+            Cell::text(run.run.clone()),
+            Cell::number(plain(run.frequency)),
+            Cell::number(format!("{:.1}", run.statistic)),
+            Cell::text(residuals.join("; ")),
+            Cell::number(format!("{:.2}", run.influence)),
+            Cell::text(explanation),
+        ]);
+    }
+    Section::new("Agreement of the runs")
+        .paragraph(format!(
+            "{chi}Each run is compared with what all other runs predict for it: six real numbers, studentised, and their χ². \
+             One is the value to be expected of a studentised residual."
+        ))
+        .figure(
+            "Directions of the excitation in the axes of the device, coloured by the root mean square of the studentised \
+             residuals of all runs in that direction",
+            sphere,
+        )
+        .figure(
+            "χ² of every run in the order of the campaign; vertical lines part the frequencies",
+            plot,
+        )
+        .table(table)
+}
+
+/// Verdicts of the law of propagation against Monte Carlo.
+pub(super) fn monte_carlo(checks: &[FrequencyCheck]) -> Option<Section> {
+    let first = checks.first()?;
+    let total: usize = checks.iter().map(|c| c.components.len()).sum();
+    let count = |verdict| -> usize { checks.iter().map(|c| c.count(verdict)).sum() };
+    let mut table = Table::new(
+        "Law of propagation against Monte Carlo, per frequency",
+        [
+            Column::number("f", "Hz"),
+            Column::number("trials", ""),
+            Column::number("agree", ""),
+            Column::number("differ", ""),
+            Column::number("open", ""),
+            Column::text("largest departure of an end of an interval"),
+        ],
+    );
+    for check in checks {
+        let departure = |v: &ComponentCheck| {
+            (0..2)
+                .map(|e| (v.interval[e] - v.linear_interval[e]).abs() / v.linear)
+                .fold(0.0, f64::max)
+        };
+        let worst = check
+            .components
+            .iter()
+            .max_by(|a, b| departure(a).total_cmp(&departure(b)));
+        table = table.row([
+            Cell::number(plain(check.frequency)),
+            Cell::number(check.trials.to_string()),
+            Cell::number(check.count(Verdict::Validated).to_string()),
+            Cell::number(check.count(Verdict::NotValidated).to_string()),
+            Cell::number(check.count(Verdict::Undecided).to_string()),
+            Cell::text(worst.map_or(String::new(), |v| {
+                format!(
+                    "{} u at {}",
+                    two_digits(departure(v)),
+                    component(&v.component)
+                )
+            })),
+        ]);
+    }
+    Some(
+        Section::new("Monte Carlo check")
+            .paragraph(format!(
+                "Every input drawn from its distribution with its degrees of freedom and what shares it, angles through sines \
+                 and products through products, the spurious motion within what is known of it, and the estimator applied \
+                 anew in each of {} trials. Of {total} components of S, {} have 95 % intervals that agree with the stated ones \
+                 within half a unit of the first digit of u (JCGM 101:2008, clause 8), {} differ, and for {} so many trials \
+                 cannot tell.",
+                first.trials,
+                count(Verdict::Validated),
+                count(Verdict::NotValidated),
+                count(Verdict::Undecided),
+            ))
+            .table(table),
+    )
+}
+
+/// `xx.re` as Re S_xx.
+fn component(name: &str) -> String {
+    match name.split_once('.') {
+        Some((term, "re")) => format!("Re S_{term}"),
+        Some((term, "im")) => format!("Im S_{term}"),
+        _ => name.to_owned(),
+    }
+}

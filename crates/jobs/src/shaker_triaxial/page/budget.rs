@@ -1,0 +1,184 @@
+//! Where the uncertainty of every term comes from.
+
+use super::digits::{CROSS, MAIN, TERMS, Unit, degrees_of_freedom, representative};
+use proofmass_report::number::{plain, two_digits};
+use proofmass_report::{BarPlot, Block, Cell, Column, Section, Table};
+use proofmass_shaker::{FrequencyResult, MethodResult, VarianceComponent};
+
+/// What a budget line is about, in the order of the budget.
+fn causes(result: &MethodResult) -> Vec<(String, String, String)> {
+    let mut causes: Vec<(String, String, String)> = vec![];
+    for line in result
+        .frequencies
+        .iter()
+        .flat_map(|f| f.sensitivity.iter().flat_map(|t| &t.budget))
+    {
+        if !causes.iter().any(|c| c.0 == line.key) {
+            causes.push((
+                line.key.clone(),
+                line.description.clone(),
+                format!("{:?}", line.evaluation),
+            ));
+        }
+    }
+    causes
+}
+
+fn share(f: &FrequencyResult, k: usize, key: &str) -> f64 {
+    let mine = |l: &&proofmass_uncertainty::BudgetLine| l.key == key;
+    f.sensitivity[k]
+        .budget
+        .iter()
+        .find(mine)
+        .map_or(0.0, |l| l.share)
+}
+
+fn mean_share(result: &MethodResult, terms: &[usize], key: &str) -> f64 {
+    let all = result
+        .frequencies
+        .iter()
+        .flat_map(|f| terms.iter().map(move |&k| share(f, k, key)));
+    let count = (result.frequencies.len() * terms.len()).max(1) as f64;
+    all.sum::<f64>() / count
+}
+
+pub(super) fn section(result: &MethodResult, unit: Unit) -> Section {
+    let mut causes = causes(result);
+    let main = |key: &str| mean_share(result, &MAIN, key);
+    let cross = |key: &str| mean_share(result, &CROSS, key);
+    causes.sort_by(|a, b| {
+        let weight = |key: &str| main(key) + cross(key);
+        weight(&b.0).total_cmp(&weight(&a.0))
+    });
+    let mut section = Section::new("Uncertainty").paragraph(
+        "Law of propagation with one joint covariance: each cause is drawn once for everything that shares it (the \
+         calibration of the reference for all runs of a frequency, a wedge face for all rotations on it, a gluing for all \
+         frequencies), so that common errors are not averaged away. Contributions add in squares; terms are correlated, \
+         so combine them through the joint covariance of result.json.",
+    );
+    for (caption, which) in [
+        (
+            "Causes of the uncertainty of the main terms, mean over frequencies and axes",
+            &main as &dyn Fn(&str) -> f64,
+        ),
+        (
+            "Causes of the uncertainty of the cross terms, mean over frequencies and terms",
+            &cross,
+        ),
+    ] {
+        let mut bars = BarPlot::shares("share of the variance");
+        let mut sorted: Vec<_> = causes.iter().map(|c| (c, which(&c.0))).collect();
+        sorted.sort_by(|a, b| b.1.total_cmp(&a.1));
+        for (cause, share) in sorted {
+            bars = bars.bar(cause.1.clone(), share, "");
+        }
+        section = section.figure(caption, bars);
+    }
+    if let Some(f) = representative(result) {
+        section = section.table(table(f, &causes, unit));
+        let others: Vec<Block> = result
+            .frequencies
+            .iter()
+            .filter(|g| g.frequency != f.frequency)
+            .map(|g| Block::Table(table(g, &causes, unit)))
+            .collect();
+        if !others.is_empty() {
+            section = section.folded("Budgets of every term at the other frequencies", others);
+        }
+    }
+    if result.components.is_empty() {
+        return section;
+    }
+    section.table(supported(&result.components, &causes))
+}
+
+/// What the runs tell of the declared uncertainties.
+fn supported(components: &[VarianceComponent], causes: &[(String, String, String)]) -> Table {
+    let dof = |nu: f64| degrees_of_freedom(Some(nu).filter(|nu| nu.is_finite()));
+    components.iter().fold(
+        Table::new(
+            "Declared uncertainties as the runs have them",
+            [
+                Column::text("cause"),
+                Column::number("f", "Hz"),
+                Column::number("û/u", ""),
+                Column::number("ν of û", ""),
+                Column::number("used/u", ""),
+                Column::number("ν used", ""),
+            ],
+        )
+        .note(
+            "u as declared, û by restricted maximum likelihood with the degrees of freedom that the runs (and the declaration, \
+             where it has any) have for it. Used is the larger \
+             of the two; U is the larger of t(ν)·û and of what is declared. Causes that are not here are told by no run.",
+        ),
+        |table, c| {
+            let named = causes.iter().find(|k| k.0 == c.key);
+            let words = match c.key.as_str() {
+                "readings" => "readings and their noise".to_owned(),
+                key => named.map_or(key.to_owned(), |k| k.1.clone()),
+            };
+            table.row([
+                Cell::text(words),
+                c.frequency.map_or(Cell::Empty, |f| Cell::number(plain(f))),
+                Cell::number(format!("{:.2}", c.estimated)),
+                Cell::number(dof(c.freedom)),
+                Cell::number(format!("{:.2}", c.used)),
+                Cell::number(dof(c.dof.get())),
+            ])
+        },
+    )
+}
+
+/// One row per cause, one column per term.
+fn table(f: &FrequencyResult, causes: &[(String, String, String)], unit: Unit) -> Table {
+    // Contributions to sensitivities in per mille of the largest main term: one unit for all columns.
+    let largest = MAIN
+        .iter()
+        .map(|&k| f.sensitivity[k].modulus.value)
+        .fold(0.0, f64::max);
+    let (small, factor) = match unit.name {
+        "V/(m/s²)" => ("mV/(m/s²)", 1e3),
+        "mV/(m/s²)" => ("µV/(m/s²)", 1e6),
+        "count/(m/s²)" => ("10⁻³ count/(m/s²)", 1e3),
+        "(m/s²)/(m/s²)" => ("10⁻³", 1e3),
+        _ => ("nV/(m/s²)", 1e9),
+    };
+    let mut columns = vec![Column::text("cause (type)")];
+    columns.extend(TERMS.map(|t| Column::number(t, "")));
+    let mut table = Table::new(
+        format!(
+            "Budget of |S| at {} Hz: contribution of each cause to the standard uncertainty in {small}",
+            plain(f.frequency)
+        ),
+        columns,
+    );
+    for (key, description, evaluation) in causes {
+        let mut cells = vec![Cell::text(format!("{description} ({evaluation})"))];
+        cells.extend((0..9).map(|k| {
+            let line = f.sensitivity[k].budget.iter().find(|l| l.key == *key);
+            let value = line.map_or(0.0, |l| l.contribution);
+            // A millionth of the sensitivity is rounding, not a contribution.
+            Cell::number(if value < 1e-6 * largest {
+                "0".to_owned()
+            } else {
+                two_digits(factor * value)
+            })
+        }));
+        table = table.row(cells);
+    }
+    let mut total = |name: &str, value: &dyn Fn(usize) -> String| {
+        let mut cells = vec![Cell::text(name)];
+        cells.extend((0..9).map(|k| Cell::number(value(k))));
+        let row = std::mem::take(&mut table).row(cells);
+        table = row;
+    };
+    let modulus = |k: usize| &f.sensitivity[k].modulus;
+    total("u", &|k| {
+        two_digits(factor * modulus(k).standard_uncertainty)
+    });
+    total("ν_eff", &|k| degrees_of_freedom(modulus(k).dof));
+    total("k", &|k| format!("{:.2}", modulus(k).coverage_factor));
+    total("U", &|k| two_digits(factor * modulus(k).expanded));
+    table
+}

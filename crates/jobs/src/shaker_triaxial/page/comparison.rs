@@ -1,0 +1,306 @@
+//! Results side by side: corrections, methods, the datasheet.
+
+use super::digits::{MAIN, TERMS, Unit, plus_minus};
+use super::{method_name, sign};
+use proofmass_report::number::plain;
+use proofmass_report::{Axis, Block, Cell, Column, Section, Series, Table, XyPlot};
+use proofmass_shaker::{MethodResult, ShakerCalibration, ShakerMethod};
+
+/// Value and expanded uncertainty of |S_k|, whatever the method.
+fn modulus(result: &MethodResult, frequency: f64, k: usize) -> Option<(f64, f64)> {
+    let same = |f: f64| (f / frequency - 1.0).abs() < 1e-9;
+    if result.method == ShakerMethod::PublishedMagnitude {
+        let p = result.published.iter().find(|p| same(p.frequency))?;
+        return Some((
+            p.fit.sensitivity[k / 3][k % 3].abs(),
+            p.fit.sensitivity_expanded[k / 3][k % 3]?,
+        ));
+    }
+    let f = result.frequencies.iter().find(|f| same(f.frequency))?;
+    let m = &f.sensitivity[k].modulus;
+    Some((m.value, m.expanded))
+}
+
+fn frequencies(result: &MethodResult) -> Vec<f64> {
+    let rigorous = result.frequencies.iter().map(|f| f.frequency);
+    let published = result.published.iter().map(|p| p.frequency);
+    rigorous.chain(published).collect()
+}
+
+/// Departure of the main terms of some results from the first of them, in per cent, one panel per axis.
+fn departures(results: &[(&str, &MethodResult)]) -> XyPlot {
+    let mut plot = XyPlot::new(Axis::log("frequency", "Hz"), Axis::default());
+    plot.panels.clear();
+    for (panel, &k) in MAIN.iter().enumerate() {
+        plot = plot.below(Axis::linear(format!("Δ|S_{}|", TERMS[k]), "%"));
+        plot = plot.horizontal(0.0, "");
+        for (number, (name, result)) in results.iter().enumerate() {
+            let apart = 1.025f64.powf(number as f64 - 0.5 * (results.len() - 1) as f64);
+            let points: Vec<_> = frequencies(results[0].1)
+                .into_iter()
+                .filter_map(|f| {
+                    let (base, _) = modulus(results[0].1, f, k)?;
+                    let (value, expanded) = modulus(result, f, k)?;
+                    (expanded.is_finite()).then(|| {
+                        (
+                            f * apart,
+                            100.0 * (value / base - 1.0),
+                            100.0 * expanded / base,
+                        )
+                    })
+                })
+                .collect();
+            if !points.is_empty() {
+                let name = if panel == 0 { *name } else { "" };
+                plot = plot.series(Series::intervals(name, &points).look(number));
+            }
+        }
+    }
+    plot
+}
+
+/// Corrections of one method, when there are several.
+pub(super) fn corrections(
+    calibration: &ShakerCalibration,
+    principal: &MethodResult,
+    unit: Unit,
+) -> Option<Section> {
+    let mut same: Vec<(&str, &MethodResult)> = calibration
+        .results
+        .iter()
+        .filter(|r| r.method == principal.method)
+        .map(|r| (r.correction.as_str(), r))
+        .collect();
+    if same.len() < 2 {
+        return None;
+    }
+    // What was measured without any correction is what the others are held against.
+    same.sort_by_key(|(label, _)| *label != "none");
+    let mut columns = vec![Column::number("f", "Hz"), Column::text("term")];
+    columns.extend(
+        same.iter()
+            .map(|(label, _)| Column::number(correction_name(label), unit.name)),
+    );
+    let mut values = Table::new(
+        format!(
+            "Main terms by the {} method with each correction",
+            method_name(principal.method)
+        ),
+        columns,
+    );
+    for f in frequencies(principal) {
+        for k in MAIN {
+            let mut cells = vec![
+                Cell::number(plain(f)),
+                Cell::text(format!("|S_{}|", TERMS[k])),
+            ];
+            cells.extend(same.iter().map(|(_, r)| {
+                modulus(r, f, k).map_or(Cell::Empty, |(v, u)| {
+                    Cell::number(plus_minus(unit.factor * v, unit.factor * u))
+                })
+            }));
+            values = values.row(cells);
+        }
+    }
+    let mut differences = Table::new(
+        "Differences of the main terms between two corrections",
+        [
+            Column::text("between"),
+            Column::number("f", "Hz"),
+            Column::text("term"),
+            Column::number("difference", "%"),
+            Column::number("E_n", ""),
+        ],
+    )
+    .note(
+        "E_n is the difference over the expanded uncertainty that the measurements of the spurious motion alone give it: \
+         everything else is common to both. Above 1 the two corrections disagree.",
+    );
+    for d in &calibration.differences {
+        differences = differences.row([
+            Cell::text(format!(
+                "{} – {}",
+                correction_name(&d.between[1]),
+                correction_name(&d.between[0])
+            )),
+            Cell::number(plain(d.frequency)),
+            Cell::text(format!("|S_{}|", d.term)),
+            Cell::number(sign(format!("{:.2}", 100.0 * d.relative))),
+            d.e_n
+                .map_or(Cell::Empty, |e| Cell::number(format!("{e:.2}"))),
+        ]);
+    }
+    Some(
+        Section::new("Corrections compared")
+            .paragraph(
+                "The motion of the bench beside the excitation, measured with laser vibrometers, corrects what the device \
+                 is taken to have seen. Each measurement of it gives a result of its own.",
+            )
+            .figure(
+                format!(
+                    "Main terms with each correction, as departures from the first in the legend ({} method); bars are \
+                     intervals at {}",
+                    method_name(principal.method),
+                    super::curves::at(&principal.frequencies)
+                ),
+                departures(&same.iter().map(|&(l, r)| (correction_name(l), r)).collect::<Vec<_>>()),
+            )
+            .table(values)
+            .folded(
+                "Differences between the corrections, with E_n",
+                [Block::Table(differences)],
+            ),
+    )
+}
+
+pub(super) fn correction_name(label: &str) -> &str {
+    if label == "none" {
+        "uncorrected"
+    } else {
+        label
+    }
+}
+
+/// Methods with one correction, when there are several.
+pub(super) fn methods(
+    calibration: &ShakerCalibration,
+    principal: &MethodResult,
+    unit: Unit,
+) -> Option<Section> {
+    let mut same: Vec<(&str, &MethodResult)> = calibration
+        .results
+        .iter()
+        .filter(|r| r.correction == principal.correction)
+        .map(|r| (method_name(r.method), r))
+        .collect();
+    if same.len() < 2 {
+        return None;
+    }
+    same.sort_by_key(|(_, r)| match r.method {
+        ShakerMethod::Joint => 0,
+        ShakerMethod::Complex => 1,
+        ShakerMethod::PublishedMagnitude => 2,
+    });
+    let table = |caption: &str, which: &dyn Fn(usize) -> bool| {
+        let mut columns = vec![Column::number("f", "Hz"), Column::text("term")];
+        columns.extend(
+            same.iter()
+                .map(|(name, _)| Column::number(*name, unit.name)),
+        );
+        let mut table = Table::new(caption, columns);
+        for f in frequencies(principal) {
+            for k in (0..9).filter(|&k| which(k)) {
+                let mut cells = vec![
+                    Cell::number(plain(f)),
+                    Cell::text(format!("|S_{}|", TERMS[k])),
+                ];
+                cells.extend(same.iter().map(|(_, r)| match modulus(r, f, k) {
+                    Some((v, u)) if u.is_finite() => {
+                        Cell::number(plus_minus(unit.factor * v, unit.factor * u))
+                    }
+                    _ => Cell::Empty,
+                }));
+                table = table.row(cells);
+            }
+        }
+        table
+    };
+    let mut section = Section::new("Methods side by side").paragraph(format!(
+        "The same runs ({}) by each method. Complex: signed phasors with the joint covariance of everything, frequency by \
+         frequency. Joint: the same for all frequencies at once, with the mounting angles in common.{}",
+        correction_name(&principal.correction),
+        if same.iter().any(|(_, r)| r.method == ShakerMethod::PublishedMagnitude) {
+            " Published: least squares on magnitudes with element-wise uncertainties (k = 2), for comparison only: it \
+             loses the signs of cross terms and averages common errors away."
+        } else {
+            ""
+        }
+    ));
+    section = section.figure(
+        format!(
+            "Main terms by each method, as departures from the first in the legend; bars are intervals at {} (k = 2 for \
+             the published method)",
+            super::curves::at(&principal.frequencies)
+        ),
+        departures(&same),
+    );
+    Some(
+        section
+            .table(table("Main terms by each method, value ± U", &|k| {
+                k % 4 == 0
+            }))
+            .folded(
+                "Cross terms by each method",
+                [Block::Table(table(
+                    "Cross terms by each method, value ± U",
+                    &|k| k % 4 != 0,
+                ))],
+            ),
+    )
+}
+
+/// Main terms against the datasheet.
+pub(super) fn datasheet(
+    result: &MethodResult,
+    unit: Unit,
+    sheet: Option<(f64, f64)>,
+) -> Option<Section> {
+    if result.frequencies.iter().all(|f| f.datasheet.is_empty()) {
+        return None;
+    }
+    let mut columns = vec![Column::number("f", "Hz")];
+    for axis in ["xx", "yy", "zz"] {
+        columns.push(Column::number(format!("Δ|S_{axis}|"), "%"));
+        columns.push(Column::number("E_n", ""));
+    }
+    let mut table = Table::new("Main terms against the datasheet", columns);
+    let mut plot = XyPlot::new(
+        Axis::log("frequency", "Hz"),
+        Axis::linear("departure from the datasheet", "%"),
+    )
+    .horizontal(0.0, "datasheet");
+    for f in &result.frequencies {
+        let mut cells = vec![Cell::number(plain(f.frequency))];
+        for d in &f.datasheet {
+            cells.push(Cell::number(format!("{:.2}", 100.0 * d.relative)));
+            cells.push(Cell::number(format!("{:.2}", d.e_n)));
+        }
+        cells.resize(7, Cell::Empty);
+        table = table.row(cells);
+    }
+    for (number, &k) in MAIN.iter().enumerate() {
+        let points: Vec<_> = result
+            .frequencies
+            .iter()
+            .filter_map(|f| {
+                let d = f.datasheet.get(number)?;
+                let m = &f.sensitivity[k].modulus;
+                let scale = (1.0 + d.relative) / m.value;
+                Some((f.frequency, 100.0 * d.relative, 100.0 * m.expanded * scale))
+            })
+            .collect();
+        plot = plot.series(Series::intervals(format!("S_{}", TERMS[k]), &points).look(number));
+    }
+    let stated = sheet.map_or(String::new(), |(value, u)| {
+        format!(
+            " The datasheet states {} {}.",
+            plus_minus(unit.factor * value, unit.factor * u),
+            unit.name
+        )
+    });
+    Some(
+        Section::new("Against the datasheet")
+            .paragraph(format!(
+                "E_n = (|S_jj| − S_p)/√(U² + U_p²), S_p the sensitivity of the datasheet with U_p; beyond ±1 the two \
+                 disagree at 95 %.{stated}"
+            ))
+            .figure(
+                format!(
+                    "Main terms as departures from the datasheet; bars are the intervals of the calibration at {}",
+                    super::curves::at(&result.frequencies)
+                ),
+                plot,
+            )
+            .table(table),
+    )
+}

@@ -1,0 +1,320 @@
+//! The report of a comparison: error table, overlaid curves, channels and integrators.
+
+use super::{VelocityReport, figures, pairing};
+use proofmass_motion::{CompareResult, Family, Method, MethodRow, excerpt};
+use proofmass_report::{Axis, Cell, Column, Report, Section, Series, Table, XyPlot, scientific};
+use std::ops::Range;
+
+/// Whether two rates are the same.
+fn same(a: f64, b: f64) -> bool {
+    (a / b - 1.0).abs() < 1e-9
+}
+
+impl VelocityReport<'_> {
+    /// What is worth a look in the terminal.
+    pub(crate) fn compare_summary(&self, result: &CompareResult) -> Report {
+        let mut section = Section::new("Errors");
+        for rate in rates(result) {
+            section = section.table(errors(result, rate, false, self.angular));
+        }
+        self.head(result.reference.len()).section(section)
+    }
+
+    /// The whole report.
+    pub(crate) fn compare(&self, result: &CompareResult) -> Report {
+        let mut table = Section::new("Errors");
+        for rate in rates(result) {
+            table = table.table(errors(result, rate, true, self.angular));
+        }
+        let mut report = self.head(result.reference.len()).section(table);
+        let compared = (result.skip / self.sample_time).ceil() as usize;
+        let compared = compared.min(result.reference.len() - 1);
+        let zoom = excerpt(&result.reference[compared..]);
+        let zoom = zoom.start + compared..zoom.end + compared;
+        for rate in rates(result) {
+            let best = chosen(result, rate);
+            // Errors of several times the others' would fill the frame.
+            let smallest = best.iter().map(|r| r.agreement.rms);
+            let smallest = smallest.fold(f64::INFINITY, f64::min);
+            let best: Vec<_> = best.into_iter().enumerate().collect();
+            let (near, far): (Vec<_>, Vec<_>) = best
+                .iter()
+                .copied()
+                .partition(|(_, r)| r.agreement.rms < 12.0 * smallest);
+            let beyond = if far.is_empty() {
+                String::new()
+            } else {
+                let names: Vec<String> = far.iter().map(|(_, r)| short(result, r)).collect();
+                format!("; beyond the frame: {}", names.join(", "))
+            };
+            report = report.section(
+                Section::new(format!("Velocities at {} Hz", gain(rate)))
+                    .figure(
+                        "The whole recording: the reference and the best method of each family",
+                        self.overlaid(result, &best, rate, 0..result.reference.len(), false),
+                    )
+                    .figure(
+                        "The liveliest part of what is compared",
+                        self.overlaid(result, &best, rate, zoom.clone(), false),
+                    )
+                    .figure(
+                        format!("Errors in the same part{beyond}"),
+                        self.overlaid(result, &near, rate, zoom.clone(), true),
+                    ),
+            );
+        }
+        let mut section = Section::new("Models");
+        if let Some(found) = &result.pairing {
+            section = section.table(pairing(found));
+        }
+        if !result.tuned.is_empty() {
+            section = section.table(consistency(result, self.angular));
+        }
+        if let Some(first) = result.tuned.first() {
+            section = section.figure(
+                format!(
+                    "Correlation of the innovations at {} Hz: of a model that describes both sensors 95 % lie within the lines",
+                    gain(first.rate)
+                ),
+                figures::whiteness(&first.result.tuned),
+            );
+        }
+        report = report.section(section);
+        let mut section = Section::new("Channels and integrators");
+        if let Some(first) = result.tuned.first() {
+            let methods = [
+                ("two channels".to_owned(), first.result.two_channel.method),
+                ("observer".to_owned(), first.result.observer.method),
+            ];
+            if let Some(plot) = figures::bode(&methods, 1.0 / first.rate) {
+                section = section.figure(
+                    "Gain of the encoder's and the accelerometer's channel on the true velocity, of the tuned filters; the two of one filter add to one",
+                    plot,
+                );
+            }
+        }
+        section = section.figure(
+            "Integration rules: accuracy function (1 is exact), and noise amplification",
+            figures::integrators(),
+        );
+        self.foot(report.section(section))
+    }
+
+    fn overlaid(
+        &self,
+        result: &CompareResult,
+        rows: &[(usize, &MethodRow)],
+        rate: f64,
+        part: Range<usize>,
+        error: bool,
+    ) -> XyPlot {
+        let stride = (1.0 / (rate * self.sample_time)).round().max(1.0) as usize;
+        let reference = &result.reference[part.clone()];
+        let slow: Vec<usize> = (part.start.div_ceil(stride)..part.end.div_ceil(stride)).collect();
+        let t: Vec<f64> = slow.iter().map(|k| self.time(k * stride)).collect();
+        let of = |row: &MethodRow| -> Vec<f64> {
+            slow.iter()
+                .map(|&k| {
+                    if error {
+                        1e3 * (row.velocity[k] - result.reference[k * stride])
+                    } else {
+                        row.velocity[k]
+                    }
+                })
+                .collect()
+        };
+        let axis = if error {
+            Axis::linear("error", self.unit("mm/s"))
+        } else {
+            figures::framed("velocity", &self.unit("m/s"), reference)
+        };
+        let mut plot = XyPlot::new(Axis::linear("time", "s"), axis);
+        if !error {
+            let name = if result.reference_is_truth {
+                "reference"
+            } else {
+                "smoother at the full rate"
+            };
+            plot = plot.series(Series::line(name, &self.times(part), reference).look(4));
+        }
+        // A method looks alike in every figure of a rate.
+        for (i, row) in rows {
+            plot = plot.series(Series::line(short(result, row), &t, &of(row)).look(*i));
+        }
+        plot
+    }
+}
+
+/// Rates of a result, highest first.
+fn rates(result: &CompareResult) -> Vec<f64> {
+    let mut rates: Vec<f64> = Vec::new();
+    for row in &result.rows {
+        if !rates.iter().any(|r| same(*r, row.rate)) {
+            rates.push(row.rate);
+        }
+    }
+    rates
+}
+
+/// The best of each family, and the best Kalman filter, at a rate.
+fn chosen(result: &CompareResult, rate: f64) -> Vec<&MethodRow> {
+    let at = |wanted: &dyn Fn(&MethodRow) -> bool| {
+        result
+            .rows
+            .iter()
+            .filter(|r| same(r.rate, rate) && wanted(r))
+            .min_by(|a, b| a.agreement.rms.total_cmp(&b.agreement.rms))
+    };
+    let kalman = |r: &MethodRow| {
+        matches!(
+            r.method,
+            Method::Kalman { .. } | Method::SteadyKalman { .. }
+        )
+    };
+    [
+        at(&|r| r.family == Family::Position),
+        at(&|r| r.family == Family::Acceleration),
+        at(&|r| r.family == Family::Fused && !kalman(r)),
+        at(&kalman),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}
+
+/// Name with its gains and without its noise parameters; `tuned` where the gains were found on this recording.
+fn short(result: &CompareResult, row: &MethodRow) -> String {
+    let tuned = result
+        .tuned
+        .iter()
+        .any(|t| same(t.rate, row.rate) && t.result.methods().contains(&row.method));
+    let gains = |name: &str, gains: &[f64]| {
+        let list: Vec<String> = gains.iter().map(|g| gain(*g)).collect();
+        let found = if tuned { ", tuned" } else { "" };
+        format!("{name} {}{found}", list.join(";\u{a0}"))
+    };
+    match row.method {
+        Method::SavitzkyGolay { window, degree } => {
+            format!("Savitzky–Golay {window};\u{a0}{degree}")
+        }
+        Method::TwoChannel { k1, k2 } => gains("two channels", &[k1, k2]),
+        Method::Observer { k_x, k_v } => gains("observer", &[k_x, k_v]),
+        Method::Kalman { .. } if tuned => "Kalman, tuned".to_owned(),
+        Method::Kalman { .. } => "Kalman".to_owned(),
+        Method::SteadyKalman { .. } => "Kalman, steady gain".to_owned(),
+        Method::Smoother { .. } if tuned => "smoother, tuned".to_owned(),
+        Method::Smoother { .. } => "smoother".to_owned(),
+        _ => row.label.clone(),
+    }
+}
+
+/// Three digits, without zeros that say nothing.
+fn gain(value: f64) -> String {
+    let text = scientific(value, 3);
+    match text.contains('.') && !text.contains('×') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
+}
+
+/// One row per method; `full` with what a terminal has no room for.
+fn errors(result: &CompareResult, rate: f64, full: bool, angular: bool) -> Table {
+    let unit = |of_length: &str| super::unit_of(of_length, angular);
+    let more = vec![
+        Column::number("stated delay", "ms"),
+        Column::number("noise floor", unit("mm/s")),
+        Column::number("drift", unit("mm/s²")),
+    ];
+    let mut table = Table::new(
+        format!(
+            "{} at {} Hz",
+            if result.reference_is_truth {
+                "Errors against the reference"
+            } else {
+                "Differences to the smoother at the full rate"
+            },
+            gain(rate)
+        ),
+        [
+            Column::text("method"),
+            Column::text("sensors"),
+            Column::number("RMS", unit("mm/s")),
+            Column::number("largest", unit("mm/s")),
+            Column::number("mean", unit("mm/s")),
+            Column::number("delay", "ms"),
+        ]
+        .into_iter()
+        .chain(if full { more } else { Vec::new() }),
+    );
+    let number = |v: f64| Cell::number(scientific(v, 3));
+    let milli = |v: f64| number(1e3 * v);
+    for row in result.rows.iter().filter(|r| same(r.rate, rate)) {
+        let a = &row.agreement;
+        let mut cells = vec![
+            Cell::text(short(result, row)),
+            Cell::text(match row.family {
+                Family::Position => "encoder",
+                Family::Acceleration => "accel.",
+                Family::Fused => "both",
+                Family::OffLine => "both, off line",
+            }),
+            milli(a.rms),
+            milli(a.max),
+            milli(a.bias),
+            a.delay.map_or(Cell::Empty, milli),
+        ];
+        if full {
+            cells.extend([
+                milli(row.stated_delay),
+                milli(a.noise_floor),
+                milli(a.drift),
+            ]);
+        }
+        table = table.row(cells);
+    }
+    if full {
+        table = table.note(
+            "Numbers after a name are its settings: points and degree; k₁ and k₂ in rad/s; kx in 1/s and kv in 1/s². \
+             Delay is that of the largest cross-correlation with the reference, noise floor the scatter from sample to \
+             sample.",
+        );
+    }
+    table
+}
+
+/// What each rate's own samples say about its model, without any reference.
+fn consistency(result: &CompareResult, angular: bool) -> Table {
+    let unit = |of_length: &str| super::unit_of(of_length, angular);
+    let mut table = Table::new(
+        "Consistency of the tuned models with the readings: mean ν²/S is 1 of a matched model, p small where the innovations are correlated",
+        [
+            Column::number("rate", "Hz"),
+            Column::number("√q", unit("m/s²")),
+            Column::number("√R", unit("m or m/s")),
+            Column::number("mean ν²/S", "1"),
+            Column::number("p of whiteness", "1"),
+            Column::text("two channels k₁, k₂"),
+            Column::text("observer kx, kv"),
+        ],
+    );
+    for t in &result.tuned {
+        let (model, w) = (&t.result.tuned.model, &t.result.tuned.whiteness);
+        let pair = |a: f64, b: f64| format!("{}, {}", scientific(a, 3), scientific(b, 3));
+        table = table.row([
+            Cell::number(gain(t.rate)),
+            Cell::number(scientific(model.acceleration_noise.sqrt(), 3)),
+            Cell::number(scientific(model.reading_noise.sqrt(), 3)),
+            Cell::number(scientific(w.mean_square, 4)),
+            Cell::number(scientific(w.p_white, 2)),
+            Cell::text(match t.result.two_channel.method {
+                Method::TwoChannel { k1, k2 } => pair(k1, k2),
+                _ => String::new(),
+            }),
+            Cell::text(match t.result.observer.method {
+                Method::Observer { k_x, k_v } => pair(k_x, k_v),
+                _ => String::new(),
+            }),
+        ]);
+    }
+    table
+}

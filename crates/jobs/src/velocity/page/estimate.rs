@@ -1,0 +1,383 @@
+//! The report of an estimate: velocity with its uncertainty, and what speaks against it.
+
+use super::{VelocityReport, facts, figures, noise, pairing};
+use proofmass_motion::{EstimateResult, ReadingSource, VelocityTrace, excerpt};
+use proofmass_report::{
+    Axis, Cell, Column, KeyFigure, Report, Section, Series, Table, XyPlot, scientific,
+};
+use std::ops::Range;
+
+impl VelocityReport<'_> {
+    /// What is worth a look in the terminal.
+    pub(crate) fn estimate_summary(&self, result: &EstimateResult) -> Report {
+        self.head(result.trace.velocity.len()).section(
+            Section::new("Velocity")
+                .key_figures(self.key_figures(result))
+                .table(facts("Model", self.model(result))),
+        )
+    }
+
+    /// The whole report.
+    pub(crate) fn estimate(&self, result: &EstimateResult) -> Report {
+        let n = result.trace.velocity.len();
+        let zoom = excerpt(&result.smoother.velocity);
+        let mut report = self
+            .head(n)
+            .section(
+                Section::new("Velocity")
+                    .key_figures(self.key_figures(result))
+                    .figure(
+                        "Velocity over the whole recording, with the interval of 95 % that the model states",
+                        self.curves(result, 0..n),
+                    )
+                    .figure(
+                        format!(
+                            "The liveliest part, {} s to {} s",
+                            scientific(self.time(zoom.start), 4),
+                            scientific(self.time(zoom.end.saturating_sub(1)), 4)
+                        ),
+                        self.curves(result, zoom.clone()),
+                    )
+                    .figure(
+                        "The method beside the smoother in the same part: their difference, within the method's interval of 95 %",
+                        self.difference(result, zoom.clone()),
+                    ),
+            )
+            .section(self.trust(result));
+        if let Some((source, readings, accelerations)) = self.sensors {
+            let mut section = Section::new("Sensors as they entered").figure(
+                "Readings of the same part",
+                self.raw(source, readings, zoom.clone()),
+            );
+            if !self.alone {
+                let t = self.times(zoom.clone());
+                section = section.figure(
+                    "Acceleration of the same part",
+                    XyPlot::new(
+                        Axis::linear("time", "s"),
+                        Axis::linear("acceleration", self.unit("m/s²")),
+                    )
+                    .series(Series::line("", &t, &accelerations[zoom])),
+                );
+            }
+            report = report.section(section);
+        }
+        if let Some((offset, u)) = &result.offset {
+            report = report.section(self.offset(offset, u));
+        }
+        if let Some(section) = self.episodes(result) {
+            report = report.section(section);
+        }
+        if let Some(section) = self.ripple(result) {
+            report = report.section(section);
+        }
+        self.foot(report)
+    }
+
+    fn curves(&self, result: &EstimateResult, part: Range<usize>) -> XyPlot {
+        let t = self.times(part.clone());
+        let mut plot = XyPlot::new(
+            Axis::linear("time", "s"),
+            figures::framed(
+                "velocity",
+                &self.unit("m/s"),
+                &result.smoother.velocity[part.clone()],
+            ),
+        );
+        plot = self.shaded(plot, result, part.clone());
+        for (trace, name) in [
+            (&result.smoother, "smoother, off line"),
+            (&result.trace, kind(&result.trace)),
+        ] {
+            let v = &trace.velocity[part.clone()];
+            let mut series = Series::line(name, &t, v);
+            if let Some(u) = &trace.standard_uncertainty {
+                let edge = |sign: f64| -> Vec<f64> {
+                    let pairs = v.iter().zip(&u[part.clone()]);
+                    pairs.map(|(v, u)| v + sign * 1.96 * u).collect()
+                };
+                series = series.band(&edge(-1.0), &edge(1.0));
+            }
+            plot = plot.series(series);
+        }
+        plot
+    }
+
+    /// Slip and collisions as a ground below the curves.
+    fn shaded(&self, mut plot: XyPlot, result: &EstimateResult, part: Range<usize>) -> XyPlot {
+        if let Some(slip) = &result.slip {
+            let inside = |from: usize, to: usize| {
+                let (a, b) = (from.max(part.start), to.min(part.end));
+                (a < b).then(|| (self.time(a), self.time(b - 1)))
+            };
+            for (name, episodes) in [("slip", &slip.slip), ("collision", &slip.collisions)] {
+                let places: Vec<_> = episodes
+                    .iter()
+                    .filter_map(|e| inside(e.from, e.to))
+                    .collect();
+                if !places.is_empty() {
+                    plot = plot.shade(name, &places);
+                }
+            }
+        }
+        plot
+    }
+
+    /// Method minus smoother, with the interval of the method around nothing.
+    fn difference(&self, result: &EstimateResult, part: Range<usize>) -> XyPlot {
+        let t = self.times(part.clone());
+        let of = |k: usize| 1e3 * (result.trace.velocity[k] - result.smoother.velocity[k]);
+        let off: Vec<f64> = part.clone().map(of).collect();
+        let mut series = Series::line("difference", &t, &off);
+        let mut half = vec![0.0; off.len()];
+        if let Some(u) = &result.trace.standard_uncertainty {
+            half = u[part].iter().map(|u| 1e3 * 1.96 * u).collect();
+            let low: Vec<f64> = half.iter().map(|h| -h).collect();
+            series = series.band(&low, &half);
+        }
+        let unit = self.unit("mm/s");
+        let axis = figures::framed_interval("difference of velocities", &unit, &off, &half);
+        XyPlot::new(Axis::linear("time", "s"), axis).series(series)
+    }
+
+    /// Readings as they entered; where there was none, no mark.
+    fn raw(&self, source: ReadingSource, readings: &[Option<f64>], part: Range<usize>) -> XyPlot {
+        let (t, x): (Vec<f64>, Vec<f64>) = part
+            .filter_map(|k| {
+                readings
+                    .get(k)
+                    .copied()
+                    .flatten()
+                    .map(|x| (self.time(k), x))
+            })
+            .unzip();
+        let axis = match source {
+            ReadingSource::Position => Axis::linear("position", self.unit("m")),
+            ReadingSource::Speed => Axis::linear("speed", self.unit("m/s")),
+        };
+        XyPlot::new(Axis::linear("time", "s"), axis).series(Series::markers("", &t, &x))
+    }
+
+    /// Innovations in time, with slip and collisions below them.
+    fn innovations(&self, result: &EstimateResult) -> Option<XyPlot> {
+        let seen = result.innovations.iter().enumerate();
+        let (t, z): (Vec<f64>, Vec<f64>) = seen
+            .filter_map(|(k, z)| z.map(|z| (self.time(k), z)))
+            .unzip();
+        if z.len() < 2 {
+            return None;
+        }
+        let far = z.iter().fold(4.0f64, |m, z| m.max(1.05 * z.abs()));
+        let plot = XyPlot::new(
+            Axis::linear("time", "s"),
+            Axis::linear("innovation over its standard deviation", "1").range(-far, far),
+        );
+        let plot = self.shaded(plot, result, 0..result.trace.velocity.len());
+        Some(
+            plot.series(Series::line("", &t, &z))
+                .horizontal(1.96, "95 %")
+                .horizontal(-1.96, ""),
+        )
+    }
+
+    /// Why the numbers may be believed, or not.
+    fn trust(&self, result: &EstimateResult) -> Section {
+        let mut section =
+            Section::new("Model and its tests").table(facts("Model", self.model(result)));
+        if let Some(found) = &result.pairing {
+            section = section.table(pairing(found));
+        }
+        if let Some(plot) = self.innovations(result) {
+            section = section.figure(
+                "Innovations: readings less their predictions, over the standard deviation the model states; 95 % lie within the lines",
+                plot,
+            );
+        }
+        if let Some(tuned) = &result.tuned {
+            section = section.figure(
+                "Correlation of the innovations: of a model that describes both sensors 95 % lie within the lines",
+                figures::whiteness(tuned),
+            );
+            if let Some(plot) = figures::profile(tuned, self.angular) {
+                section = section.figure("Likelihood of the acceleration's noise", plot);
+            }
+        }
+        section
+    }
+
+    fn offset(&self, offset: &[f64], u: &[f64]) -> Section {
+        let edge = |sign: f64| -> Vec<f64> {
+            offset
+                .iter()
+                .zip(u)
+                .map(|(b, u)| b + sign * 1.96 * u)
+                .collect()
+        };
+        let plot = XyPlot::new(
+            Axis::linear("time", "s"),
+            Axis::linear("offset", self.unit("m/s²")),
+        )
+        .series(
+            Series::line("", &self.times(0..offset.len()), offset).band(&edge(-1.0), &edge(1.0)),
+        );
+        Section::new("Offset of the accelerometer")
+            .figure("Offset by the smoother, with its interval of 95 %", plot)
+    }
+
+    fn episodes(&self, result: &EstimateResult) -> Option<Section> {
+        let slip = result.slip.as_ref()?;
+        if slip.slip.is_empty() && slip.collisions.is_empty() {
+            return None;
+        }
+        let mut table = Table::new(
+            "Where encoder and accelerometer do not share one motion, the strongest first",
+            [
+                Column::text("kind"),
+                Column::number("from", "s"),
+                Column::number("to", "s"),
+                Column::number("velocity change", self.unit("m/s")),
+                Column::number("strength", "σ"),
+            ],
+        );
+        let mut all: Vec<_> = slip
+            .slip
+            .iter()
+            .map(|e| ("slip", e))
+            .chain(slip.collisions.iter().map(|e| ("collision", e)))
+            .collect();
+        all.sort_by(|a, b| b.1.deviations.abs().total_cmp(&a.1.deviations.abs()));
+        for (kind, e) in all.iter().take(20) {
+            table = table.row([
+                Cell::text(*kind),
+                Cell::number(format!("{:.3}", self.time(e.from))),
+                Cell::number(format!("{:.3}", self.time(e.to))),
+                Cell::number(format!("{:.4}", e.velocity)),
+                Cell::number(format!("{:.1}", e.deviations.abs())),
+            ]);
+        }
+        if all.len() > 20 {
+            table = table.note(format!("{} more are in result.json.", all.len() - 20));
+        }
+        Some(Section::new("Slip and collisions").table(table))
+    }
+}
+
+impl VelocityReport<'_> {
+    fn key_figures(&self, result: &EstimateResult) -> Vec<KeyFigure> {
+        let (fastest, _) = result.largest_speed();
+        let mut figures = vec![
+            match self.angular {
+                false => KeyFigure::new("largest speed", scientific(fastest, 4), "m/s"),
+                true => {
+                    KeyFigure::new("largest speed", scientific(fastest, 4), "rad/s").note(format!(
+                        "{} r/min",
+                        scientific(fastest * 30.0 / std::f64::consts::PI, 4)
+                    ))
+                }
+            },
+            KeyFigure::new(
+                "delay of the method",
+                scientific(1e3 * result.trace.stated_delay, 3),
+                "ms",
+            )
+            .note("of slow motion"),
+        ];
+        if let Some(u) = &result.trace.standard_uncertainty {
+            let mut sorted = u.clone();
+            sorted.sort_by(f64::total_cmp);
+            figures.push(
+                KeyFigure::new(
+                    "standard uncertainty",
+                    scientific(sorted[sorted.len() / 2], 2),
+                    self.unit("m/s"),
+                )
+                .note("median over the samples"),
+            );
+        }
+        if let Some(share) = result.agreement {
+            figures.push(
+                KeyFigure::new(
+                    "filter and smoother agree",
+                    format!("{:.1}", 100.0 * share),
+                    "%",
+                )
+                .note("of the samples without slip; 95 % are due"),
+            );
+        }
+        figures
+    }
+
+    fn model(&self, result: &EstimateResult) -> Vec<(String, String)> {
+        let mut rows = vec![("method".to_owned(), result.trace.label.clone())];
+        rows.extend(noise(&result.model, self.angular, self.alone));
+        if let Some(tuned) = &result.tuned {
+            let w = &tuned.whiteness;
+            if let Some((below, above)) = tuned.log_q_interval {
+                let q = result.model.acceleration_noise.sqrt();
+                rows.push((
+                    "interval of √q, 95 %".to_owned(),
+                    format!(
+                        "{} to {} {}",
+                        scientific(q * (-0.5 * below).exp(), 3),
+                        scientific(q * (0.5 * above).exp(), 3),
+                        self.unit("m/s²")
+                    ),
+                ));
+            }
+            rows.push((
+                "innovations white with probability".to_owned(),
+                format!(
+                    "{} ({} lags, largest correlation {} at lag {})",
+                    scientific(w.p_white, 2),
+                    w.lags,
+                    scientific(w.largest_correlation.1, 2),
+                    w.largest_correlation.0
+                ),
+            ));
+            rows.push((
+                "mean square of the normalised innovations".to_owned(),
+                format!("{} (1 is due)", scientific(w.mean_square, 4)),
+            ));
+        }
+        rows
+    }
+}
+
+/// One word for the legend.
+fn kind(trace: &VelocityTrace) -> &str {
+    trace.label.split(',').next().unwrap_or_default()
+}
+
+impl VelocityReport<'_> {
+    fn ripple(&self, result: &EstimateResult) -> Option<Section> {
+        let ripple = result.ripple.as_ref()?;
+        if ripple.lines.is_empty() && ripple.once_per_turn.is_none() {
+            return None;
+        }
+        let mut table = Table::new(
+            "Errors of the encoder that repeat with the position",
+            [
+                Column::text("line"),
+                Column::number("period", self.unit("mm")),
+                Column::number("amplitude", self.unit("mm")),
+                Column::number("standard uncertainty", self.unit("mm")),
+                Column::number("share of the velocity", "%"),
+            ],
+        );
+        let turn = ripple.once_per_turn.iter().map(|l| ("once per turn", l));
+        for (name, l) in turn.chain(ripple.lines.iter().map(|l| ("found", l))) {
+            table = table.row([
+                Cell::text(name),
+                Cell::number(scientific(1e3 * l.period, 4)),
+                Cell::number(scientific(1e3 * l.amplitude, 3)),
+                Cell::number(scientific(1e3 * l.amplitude_uncertainty, 2)),
+                Cell::number(scientific(100.0 * l.relative_velocity, 3)),
+            ]);
+        }
+        Some(Section::new("Ripple of the encoder").table(table.note(format!(
+        "Spectrum over {} {} of travel; a line stands five times above the median of the spectrum.",
+        scientific(ripple.distance, 3),
+        self.unit("m")
+    ))))
+    }
+}
