@@ -131,7 +131,7 @@ impl UncertaintyModel {
             .chain(compiled.stated.iter().map(|(_, label)| label.as_str()));
         let labels: Vec<&str> = labels.map(str::trim).collect();
         let celsius = labels.iter().any(|l| ["°C", "℃", "degC"].contains(l));
-        (celsius && labels.contains(&"K")).then(|| findings::two_zeros_of_temperature())
+        (celsius && labels.contains(&"K")).then(findings::two_zeros_of_temperature)
     }
 }
 
