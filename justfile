@@ -1,4 +1,4 @@
-# What CI runs: everything that must hold. `.ci/run` is the one list of its steps.
+# What CI runs: what every change must hold, and short forms of the campaigns below. `.ci/run` is the one list of its steps.
 check:
     .ci/run
 
@@ -25,6 +25,34 @@ docs:
 # The example of the README.
 example:
     cargo run --release -- calibrate examples/hand-held
+
+# Two builds from two folders are the same to the byte.
+reproducible:
+    .ci/reproducible
+
+# Fuzzing, so many seconds for each target.
+fuzz seconds="60":
+    .ci/fuzz {{seconds}}
+
+# So many random uncertainty models against GTC and numpy.
+models count="600":
+    .ci/models {{count}}
+
+# A run is killed at, or refused by, each call in turn; needs strace.
+faults:
+    .ci/faults --all
+
+# Every seed of the fuzzer's corpus damaged in so many ways.
+mutations count="20000":
+    PROOFMASS_MUTATIONS={{count}} cargo test --workspace --test mutations
+
+# Four commands, each killed so often at random instants.
+kills count="250":
+    PROOFMASS_KILLS={{count}} cargo test -p proofmass-cli --test killed_commands -- --nocapture
+
+# The coverage maps of the documents, or those whose name holds a word; hours for all.
+maps only="":
+    .ci/maps "{{only}}"
 
 # Instructions per step of the velocity estimators and of the compensation; needs valgrind.
 instructions:
