@@ -11,7 +11,7 @@ use proofmass_io::{
     WaveformOptions, inspect_source, read_budget, read_model,
 };
 use proofmass_jobs::campaign::Campaign;
-use proofmass_jobs::{Memory, read_result};
+use proofmass_jobs::{Memory, StoredResult};
 use proofmass_uncertainty::{Evaluate, Expression, Trials};
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -114,7 +114,7 @@ pub fn documents(data: &[u8]) {
 
 /// A result of any kind: what is read is rendered, and its files are files.
 pub fn results(data: &[u8]) {
-    let Ok(result) = read_result(data) else {
+    let Ok(result) = StoredResult::from_json(data) else {
         return;
     };
     let _ = result.summary();

@@ -9,7 +9,9 @@ use proofmass::jobs::apply::{
     ApplyData, ApplyJob, ApplyOutcome, CompensationMethod, Destination, OutOfRange,
 };
 use proofmass::jobs::deconvolution::{DeconvolutionJob, FittedModel};
-use proofmass::jobs::{Job, Outcome as _, RecordingReading, frequency_response};
+use proofmass::jobs::{
+    Job, Outcome as _, Record, RecordingReading, StoredResult, frequency_response,
+};
 use std::path::{Path, PathBuf};
 
 /// Compensate a recording with a calibration.
@@ -38,7 +40,12 @@ pub(crate) struct Apply {
     #[arg(long, requires = "filter")]
     hold: bool,
     /// Coverage factor of the expanded uncertainties (U_…) in the table of a laboratory
-    #[arg(long, value_name = "K")]
+    #[arg(
+        short = 'k',
+        long = "coverage-factor",
+        alias = "coverage",
+        value_name = "K"
+    )]
     coverage: Option<f64>,
     /// Column of the temperature in °C, by name or number: for a calibration that follows it
     #[arg(long, value_name = "COLUMN")]
@@ -140,11 +147,9 @@ impl Apply {
         job.quiet = self.turning.quiet;
         let outcome = job.evaluate_recording(&model, &recording, &Progress::new())?;
         outcome.findings().iter().for_each(console::finding);
-        let Some((_, table)) = outcome.tables()?.into_iter().next() else {
-            return Err(Failure::new("there is nothing to write"));
-        };
+        let result = StoredResult::new(Record::default(), &outcome)?;
         let mut file = AtomicFile::create(&self.output, &inputs)?;
-        file.write_all(&table.to_csv()?)?;
+        file.write_all(&result.table("input.csv")?)?;
         if file.is_kept() {
             let read = vec![recording.input.clone(), model.input.clone()];
             let mut provenance = Provenance::new(file.sha256(), read);

@@ -7,7 +7,7 @@ use crate::number_arguments::{not_negative, positive};
 use crate::{Failure, Outcome, clock, console};
 use proofmass::io::Source;
 use proofmass::jobs::bias::{AxisNoise, BiasJob, BiasOutcome, BiasRecording};
-use proofmass::jobs::{Filed, Job, Outcome as _, RecordingReading};
+use proofmass::jobs::{Job, Outcome as _, RecordingReading, StoredResult};
 use std::path::{Path, PathBuf};
 
 /// Track the bias of an accelerometer over a recording from its rests: known gravity, or zero motion.
@@ -150,6 +150,7 @@ impl Bias {
         let ending = if rests == 1 { "" } else { "s" };
         console::note(format!("{rests} rest{ending}"));
         let record = recording.record(Some(clock::today()));
-        self.delivery.deliver(folder, &Filed::new(record, outcome))
+        self.delivery
+            .deliver(folder, &StoredResult::new(record, &outcome)?)
     }
 }

@@ -74,7 +74,7 @@ impl Calibrate {
         }
         for (folder, campaign) in each {
             let result = campaign.evaluate(Some(clock::today()), &Progress::new())?;
-            outcome = outcome.or(self.delivery.deliver(Some(folder), result.as_ref())?);
+            outcome = outcome.or(self.delivery.deliver(Some(folder), &result)?);
         }
         Ok(outcome)
     }

@@ -5,7 +5,7 @@ use crate::delivery::Delivery;
 use crate::{Failure, Outcome, clock, console};
 use proofmass::io::Source;
 use proofmass::jobs::comparison::{ComparisonData, ComparisonJob, ComparisonOutcome};
-use proofmass::jobs::{Filed, Job, Outcome as _, Record, frequency_response};
+use proofmass::jobs::{Job, Outcome as _, Record, StoredResult, frequency_response};
 use std::path::{Path, PathBuf};
 
 /// Compare calibrations of one device over frequency: of two E_n point by point and χ² of the whole, of more their reference value.
@@ -23,7 +23,12 @@ pub(crate) struct Compare {
     #[arg(long, default_value_t = 0.95)]
     probability: f64,
     /// Coverage factor of the expanded uncertainties (U_…) in the table of a laboratory
-    #[arg(long, value_name = "K")]
+    #[arg(
+        short = 'k',
+        long = "coverage-factor",
+        alias = "coverage",
+        value_name = "K"
+    )]
     coverage: Option<f64>,
     #[command(flatten)]
     delivery: Delivery,
@@ -67,6 +72,7 @@ impl Compare {
             inputs: documents.into_iter().map(|d| d.input).collect(),
             ..Record::default()
         };
-        self.delivery.deliver(folder, &Filed::new(record, outcome))
+        self.delivery
+            .deliver(folder, &StoredResult::new(record, &outcome)?)
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::{Failure, Outcome, console};
 use proofmass::io::{OutputFolder, SigningKey};
-use proofmass::jobs::AnyResult;
+use proofmass::jobs::StoredResult;
 use std::path::{Path, PathBuf};
 
 /// Options that every command with results has.
@@ -69,23 +69,23 @@ impl Delivery {
     pub(crate) fn deliver(
         &self,
         folder: Option<OutputFolder>,
-        filed: &dyn AnyResult,
+        result: &StoredResult,
     ) -> Result<Outcome, Failure> {
         let mut place = None;
         if let Some(folder) = folder {
-            for (name, bytes) in filed.files()? {
+            for (name, bytes) in result.files()? {
                 folder.write(&name, bytes)?;
             }
             place = Some(folder.commit()?);
         }
         if self.json {
-            console::print_json(&filed.to_json()?)?;
+            console::print_json(&result.to_json()?)?;
         } else {
-            console::show(&filed.summary())?;
+            console::show(&result.summary())?;
         }
         if let Some(place) = place {
             console::note(format!("written: {}", place.display()));
         }
-        Ok(Outcome::of(self.strict, filed.findings()))
+        Ok(Outcome::of(self.strict, result.findings()))
     }
 }

@@ -4,7 +4,7 @@ use crate::console::Progress;
 use crate::{Failure, Outcome, console};
 use proofmass::io::Source;
 use proofmass::jobs::inspect::{InspectData, InspectJob};
-use proofmass::jobs::{Job, Outcome as _, Record};
+use proofmass::jobs::{Job, Record, StoredResult};
 use std::path::PathBuf;
 
 /// Show what is in a recording: columns, units, rate, gaps, ranges, statistics.
@@ -33,7 +33,7 @@ impl Inspect {
                 .map_err(|e| Failure::new(format!("the inspection cannot be written: {e}")))?;
             console::print_json(&json)?;
         } else {
-            console::show(&outcome.summary(&Record::default()))?;
+            console::show(&StoredResult::new(Record::default(), &outcome)?.summary())?;
         }
         Ok(Outcome::Done)
     }

@@ -4,7 +4,7 @@ use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::{Failure, Outcome, clock};
 use proofmass::jobs::modes::{ModesFile, ModesOutcome};
-use proofmass::jobs::{Filed, Job, Outcome as _};
+use proofmass::jobs::{Job, Outcome as _, StoredResult};
 use std::path::PathBuf;
 
 /// Natural frequencies, mode shapes and spurious motion of a wedge, by finite elements.
@@ -26,6 +26,7 @@ impl Modes {
         let folder = self.delivery.begin(ModesOutcome::KIND, &[&self.wedge])?;
         let outcome = file.job.evaluate(&file.data(), &Progress::new())?;
         let record = file.record(Some(clock::today()));
-        self.delivery.deliver(folder, &Filed::new(record, outcome))
+        self.delivery
+            .deliver(folder, &StoredResult::new(record, &outcome)?)
     }
 }

@@ -9,7 +9,7 @@ use crate::number_arguments::false_alarm_rate;
 use crate::{Failure, Outcome, console};
 use proofmass::io::{AtomicFile, Source};
 use proofmass::jobs::noise::{NoiseJob, NoiseOutcome, NoiseReading};
-use proofmass::jobs::{Filed, Job, Outcome as _};
+use proofmass::jobs::{Job, Outcome as _, StoredResult};
 use proofmass::noise::{
     AnalysisOptions, Bias, DeviationOptions, EdfFormula, FitOptions, Gaps, NoiseType, Statistic,
     Taus, Term,
@@ -188,7 +188,8 @@ impl Noise {
             write_imu_yaml(yaml, path, &imu.to_text())?;
         }
         let record = record(format!("Noise of {}", path.display()), vec![input]);
-        self.delivery.deliver(folder, &Filed::new(record, outcome))
+        self.delivery
+            .deliver(folder, &StoredResult::new(record, &outcome)?)
     }
 
     fn job(&self) -> NoiseJob {

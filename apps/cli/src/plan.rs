@@ -5,7 +5,7 @@ use crate::delivery::Delivery;
 use crate::{Failure, Outcome, clock};
 use proofmass::jobs::campaign::Campaign;
 use proofmass::jobs::plan::PlanOutcome;
-use proofmass::jobs::{Filed, Job, Outcome as _, Record};
+use proofmass::jobs::{Job, Outcome as _, Record, StoredResult};
 use std::path::PathBuf;
 
 /// Predict the uncertainties of a campaign on the shaker, and find the best of fewer configurations; or, of one held by
@@ -60,7 +60,7 @@ impl Plan {
                 .delivery
                 .begin(campaign.result_kind(), &[&self.campaign])?;
             let result = campaign.evaluate(Some(clock::today()), &Progress::new())?;
-            return self.delivery.deliver(folder, result.as_ref());
+            return self.delivery.deliver(folder, &result);
         }
         let folder = self.delivery.begin(PlanOutcome::KIND, &[&self.campaign])?;
         let campaign = match campaign {
@@ -84,6 +84,7 @@ impl Plan {
             inputs,
             ..Record::default()
         };
-        self.delivery.deliver(folder, &Filed::new(record, outcome))
+        self.delivery
+            .deliver(folder, &StoredResult::new(record, &outcome)?)
     }
 }

@@ -3,7 +3,7 @@
 use crate::delivery::Delivery;
 use crate::{Failure, Outcome};
 use proofmass::io::{LARGEST_DOCUMENT, Source};
-use proofmass::jobs::read_result;
+use proofmass::jobs::StoredResult;
 use std::path::PathBuf;
 
 /// Show a result again, or write its report and tables anew, from result.json alone.
@@ -26,9 +26,9 @@ impl Render {
             self.result.clone()
         };
         let (bytes, _) = Source::open(&path)?.into_bytes(LARGEST_DOCUMENT)?;
-        let result = read_result(&bytes)
+        let result = StoredResult::from_json(&bytes)
             .map_err(|trouble| Failure::from(trouble).detail(path.display().to_string()))?;
         let folder = self.delivery.begin(result.kind(), &[&path])?;
-        self.delivery.deliver(folder, result.as_ref())
+        self.delivery.deliver(folder, &result)
     }
 }

@@ -5,7 +5,7 @@ use crate::delivery::Delivery;
 use crate::{Failure, Outcome, clock};
 use proofmass::io::Source;
 use proofmass::jobs::uncertainty::{ModelText, UncertaintyOutcome};
-use proofmass::jobs::{Filed, Outcome as _, Record};
+use proofmass::jobs::{Outcome as _, Record, StoredResult};
 use proofmass::uncertainty::{Evaluate, Trials};
 use std::path::PathBuf;
 
@@ -55,7 +55,8 @@ impl Uncertainty {
             inputs: model.inputs(),
             ..Record::default()
         };
-        self.delivery.deliver(folder, &Filed::new(record, outcome))
+        self.delivery
+            .deliver(folder, &StoredResult::new(record, &outcome)?)
     }
 
     fn options(&self) -> Evaluate {

@@ -6,7 +6,7 @@ use crate::{Failure, Outcome, clock, console};
 use proofmass::core::Gravity;
 use proofmass::io::Source;
 use proofmass::jobs::validation::{ValidationJob, ValidationOutcome, ValidationRecording};
-use proofmass::jobs::{Filed, Job, Outcome as _, RecordingReading};
+use proofmass::jobs::{Job, Outcome as _, RecordingReading, StoredResult};
 use std::path::{Path, PathBuf};
 
 /// Check a calibration on a recording it was not made from.
@@ -72,6 +72,7 @@ impl Validate {
         let ending = if standstills == 1 { "" } else { "s" };
         console::note(format!("{standstills} standstill{ending} found"));
         let record = recording.record(Some(clock::today()));
-        self.delivery.deliver(folder, &Filed::new(record, outcome))
+        self.delivery
+            .deliver(folder, &StoredResult::new(record, &outcome)?)
     }
 }

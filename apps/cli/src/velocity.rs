@@ -7,7 +7,7 @@ use proofmass::jobs::velocity::{
     AxisRecordings, AxisSensors, Reference, VelocityCompareJob, VelocityDrift, VelocityDriftJob,
     VelocityEstimateJob, VelocityMapJob, VelocityTuneJob,
 };
-use proofmass::jobs::{Filed, Folder, Job, Outcome as _, Record};
+use proofmass::jobs::{Folder, Job, Outcome as _, Record, StoredResult};
 use proofmass::motion::{BiasChoice, DriftSources, Method, Tuning};
 use std::path::Path;
 
@@ -93,7 +93,8 @@ impl Drift {
             date: Some(clock::today()),
             ..Record::default()
         };
-        self.delivery.deliver(folder, &Filed::new(record, outcome))
+        self.delivery
+            .deliver(folder, &StoredResult::new(record, &outcome)?)
     }
 }
 
@@ -114,7 +115,7 @@ where
     let recordings: AxisRecordings = sensors.load(&Folder::new(""), reference, &watch)?;
     let outcome = job.evaluate(&recordings.data(), &watch)?;
     let record = recordings.record(Some(clock::today()));
-    delivery.deliver(folder, &Filed::new(record, outcome))
+    delivery.deliver(folder, &StoredResult::new(record, &outcome)?)
 }
 
 /// Velocity with its uncertainty; slip, collisions and ripple of the encoder are found and named.

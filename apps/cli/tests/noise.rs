@@ -64,7 +64,7 @@ fn codes(result: &serde_json::Value) -> Vec<&str> {
 
 /// The verdict on a term by maximum likelihood.
 fn verdict<'a>(result: &'a serde_json::Value, channel: usize, term: &str) -> &'a serde_json::Value {
-    let fit = &result["extra"]["outcome"]["analysis"]["channels"][channel]["whittle"];
+    let fit = &result["extra"]["noise"]["channels"][channel]["whittle"];
     let all = fit["coefficients"].as_array().expect("coefficients");
     let found = all.iter().find(|c| c["term"] == term);
     &found.unwrap_or_else(|| panic!("no {term}"))["verdict"]
@@ -172,10 +172,7 @@ fn counts_with_a_scale_give_the_same_coefficients() {
     let raw = succeed(&[&arguments[..], &["--unit", "count"]].concat());
     let result: serde_json::Value = serde_json::from_slice(&raw.stdout).unwrap();
     assert_within(verdict(&result, 0, "white"), WHITE / scale);
-    assert_eq!(
-        result["extra"]["outcome"]["analysis"]["channels"][0]["unit"],
-        "count"
-    );
+    assert_eq!(result["extra"]["noise"]["channels"][0]["unit"], "count");
 }
 
 #[test]
@@ -222,10 +219,7 @@ fn a_missing_value_is_a_gap_and_damage_is_refused() {
     let output = succeed(&["noise", text(&path), "--json"]);
     let result: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert!(codes(&result).contains(&"gaps-in-record"));
-    assert_eq!(
-        result["extra"]["outcome"]["analysis"]["channels"][0]["samples"],
-        1999
-    );
+    assert_eq!(result["extra"]["noise"]["channels"][0]["samples"], 1999);
     with(100, "1.980,rubbish,0.1");
     let out = folder.path().join("out");
     let said = refuse(&["noise", text(&path), "-o", text(&out)]);
@@ -258,7 +252,7 @@ fn options_reach_the_fit() {
         "512",
     ]);
     let result: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    let fit = &result["extra"]["outcome"]["analysis"]["channels"][0]["whittle"];
+    let fit = &result["extra"]["noise"]["channels"][0]["whittle"];
     assert_eq!(fit["band"]["highest_frequency"], 20.0);
     assert_eq!(fit["coefficients"].as_array().unwrap().len(), 3);
     assert_eq!(verdict(&result, 0, "random_walk")["verdict"], "fixed");
@@ -287,7 +281,7 @@ fn jittering_stamps_keep_every_sample() {
         arguments.extend(stream.then_some("--stream"));
         let output = succeed(&arguments);
         let result: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-        let analysis = &result["extra"]["outcome"]["analysis"];
+        let analysis = &result["extra"]["noise"];
         assert_eq!(
             analysis["channels"][0]["samples"], 20_000,
             "stream {stream}"
@@ -308,7 +302,7 @@ fn time_stamps_that_jump_are_gaps_and_never_bridged() {
     let output = succeed(&["noise", text(&path), "--json"]);
     let result: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert!(codes(&result).contains(&"gaps-in-record"));
-    let analysis = &result["extra"]["outcome"]["analysis"];
+    let analysis = &result["extra"]["noise"];
     assert_eq!(
         analysis["stretches"],
         serde_json::json!([[0, 1000], [1000, 3000]])
@@ -338,7 +332,7 @@ fn a_stream_gives_the_same_curve_and_coefficients() {
     for channel in 0..2 {
         assert_within(verdict(&stream, channel, "white"), WHITE);
         let points = |r: &serde_json::Value| {
-            r["extra"]["outcome"]["analysis"]["channels"][channel]["curve"]["points"].clone()
+            r["extra"]["noise"]["channels"][channel]["curve"]["points"].clone()
         };
         for k in 0..4 {
             let deviation = |r| points(r)[k]["deviation"].as_f64().unwrap();
@@ -347,7 +341,7 @@ fn a_stream_gives_the_same_curve_and_coefficients() {
         // Same mean and scatter, though never held as a whole.
         for key in ["mean", "standard_deviation"] {
             let value = |r: &serde_json::Value| {
-                r["extra"]["outcome"]["analysis"]["channels"][channel][key]
+                r["extra"]["noise"]["channels"][channel][key]
                     .as_f64()
                     .unwrap()
             };
@@ -371,7 +365,7 @@ fn a_stream_leaves_gaps_out_and_refuses_a_clock_that_runs_backwards() {
     let output = succeed(&["noise", text(&path), "--stream", "--json"]);
     let result: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert!(codes(&result).contains(&"gaps-in-record"));
-    let noise = &result["extra"]["outcome"]["analysis"];
+    let noise = &result["extra"]["noise"];
     assert!((noise["sample_rate"].as_f64().unwrap() / RATE - 1.0).abs() < 1e-6);
     assert_eq!(noise["channels"][0]["samples"], 3000);
     refuse(&["noise", text(&path), "--stream", "--refuse-gaps"]);
@@ -397,10 +391,7 @@ fn integrated_data_are_differenced() {
     for more in [&[][..], &["--stream"]] {
         let output = succeed(&[&["noise", text(&path), "--phase", "--json"], more].concat());
         let result: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-        assert_eq!(
-            result["extra"]["outcome"]["analysis"]["channels"][0]["unit"],
-            "m/s²"
-        );
+        assert_eq!(result["extra"]["noise"]["channels"][0]["unit"], "m/s²");
         assert_within(verdict(&result, 0, "white"), WHITE);
         assert_within(verdict(&result, 0, "random_walk"), WALK);
     }

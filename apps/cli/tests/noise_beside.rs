@@ -64,7 +64,7 @@ fn known_sensitivity_to_temperature() {
     let (value, u, expanded) = quantity(&result, "acc_x.K_T");
     assert!((value - 0.01).abs() < expanded && u < 1e-3, "{value} {u}");
     let walk = |result: &serde_json::Value| {
-        result["extra"]["outcome"]["analysis"]["channels"][0]["whittle"]["model"]["random_walk"]
+        result["extra"]["noise"]["channels"][0]["whittle"]["model"]["random_walk"]
             .as_f64()
             .unwrap()
     };
@@ -178,8 +178,7 @@ fn known_slow_sinusoid() {
     let result = analysed(&[text(&path), "--columns", "acc_x", "--sinusoids"], &out);
     let (value, _, expanded) = quantity(&result, "acc_x.A1");
     assert!((value - 0.01).abs() < 1.2 * expanded, "{value} {expanded}");
-    let parameter =
-        &result["extra"]["outcome"]["analysis"]["channels"][0]["whittle"]["coefficients"];
+    let parameter = &result["extra"]["noise"]["channels"][0]["whittle"]["coefficients"];
     let line = parameter
         .as_array()
         .unwrap()

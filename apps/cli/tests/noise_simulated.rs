@@ -51,9 +51,7 @@ fn known_simulated_noise_is_found() {
         text(&out),
     ]);
     let result = json(&out.join("result.json"));
-    let channels = result["extra"]["outcome"]["analysis"]["channels"]
-        .as_array()
-        .unwrap();
+    let channels = result["extra"]["noise"]["channels"].as_array().unwrap();
     assert_eq!(channels.len(), 2);
     for channel in channels {
         assert_eq!(channel["samples"], 19_800);

@@ -415,7 +415,7 @@ fn compared(car: &Car, wheel: &Path, along: &Path, satellite: &Path) {
     let result: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     let codes = codes(&result);
     assert!(codes.contains(&"reference-scale".to_owned()), "{codes:?}");
-    let beside = &result["extra"]["outcome"]["result"]["beside_reference"];
+    let beside = &result["extra"]["beside_reference"];
     let value = |name: &str| beside[name].as_f64().unwrap();
     let scale = (value("scale") - car.scale) / value("scale_uncertainty");
     println!("{beside}, scale {}, lag {}", car.scale, car.lag);

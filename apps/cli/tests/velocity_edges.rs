@@ -244,7 +244,11 @@ fn edges_that_are_missing_are_told() {
             .collect();
         std::fs::write(&path, format!("time_s,count\n{rows}")).unwrap();
         let result = estimate(&path, &folder.path().join(name), &told);
-        let found = codes(&result).contains(&"edges-lost".to_owned());
-        assert_eq!(found, lost.is_some(), "{name}: {:?}", codes(&result));
+        let found = codes(&result);
+        assert_eq!(
+            found.contains(&"edges-lost".to_owned()),
+            lost.is_some(),
+            "{name}: {found:?}"
+        );
     }
 }

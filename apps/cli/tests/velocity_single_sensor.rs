@@ -255,8 +255,12 @@ fn law_a_resolver_with_and_without_its_carrier() {
     for (name, recording, more) in cases {
         let out = folder.path().join(name);
         let result = estimate(recording, &out, &[&windings[..], more].concat());
-        let told = codes(&result).iter().any(|c| c == "resolver-demodulated");
-        assert_eq!(told, name != "plain", "{name}");
+        let wound = name != "plain";
+        assert_eq!(
+            codes(&result).iter().any(|c| c == "resolver-demodulated"),
+            wound,
+            "{name}"
+        );
         let table = out.join("velocity.csv");
         let (t, w) = (column(&table, "time_s"), column(&table, "velocity_rad/s"));
         // A loop follows 400 rad/s² with twice that over 300 rad/s.
@@ -284,13 +288,8 @@ fn law_a_resolver_with_and_without_its_carrier() {
     );
     both.extend(["-o".to_owned(), text(&out).to_owned()]);
     succeed(&both.iter().map(String::as_str).collect::<Vec<_>>());
-    let rows = json(&out.join("result.json"));
-    let of = |i: usize| {
-        let place = format!("/extra/outcome/result/rows/{i}/agreement/rms");
-        rows.pointer(&place)
-            .and_then(|v| v.as_f64())
-            .expect("a number")
-    };
+    let all = rows(&out.join("errors.csv"));
+    let of = |i: usize| number(&all[i], "rms_rad/s");
     assert!((of(0) / of(1) - 1.0).abs() < 0.01, "{} {}", of(0), of(1));
 
     let said = |recording: &Path, more: &[&str]| {
@@ -473,11 +472,6 @@ fn every_method_is_reached_from_the_command_line() {
     let out = folder.path().join("out");
     all.extend(["-o".to_owned(), text(&out).to_owned()]);
     succeed(&all.iter().map(String::as_str).collect::<Vec<_>>());
-    let rows = json(&out.join("result.json"));
-    let rows = rows["extra"]["outcome"]["result"]["rows"]
-        .as_array()
-        .expect("rows")
-        .len();
     // Those that were named, and the four that are tuned.
-    assert_eq!(rows, 28 + 4);
+    assert_eq!(rows(&out.join("errors.csv")).len(), 28 + 4);
 }

@@ -48,11 +48,12 @@ fn a_wheel_speed_is_fused_against_a_slow_reference() {
         "acc_long",
         "--reference",
         "gps",
-        "--json",
     ];
-    let all = run("compare", &path, &sensors);
-    let output = succeed(&all.iter().map(String::as_str).collect::<Vec<_>>());
-    let result: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let out = tempfile::tempdir().unwrap();
+    let mut all = run("compare", &path, &sensors);
+    all.extend(["-o".to_owned(), text(&out.path().join("out")).to_owned()]);
+    succeed(&all.iter().map(String::as_str).collect::<Vec<_>>());
+    let result = json(&out.path().join("out/result.json"));
     let codes = codes(&result);
     for code in ["repeated-readings", "slow-reference"] {
         assert!(codes.iter().any(|c| c == code), "{code}: {codes:?}");
@@ -60,15 +61,12 @@ fn a_wheel_speed_is_fused_against_a_slow_reference() {
     for code in ["unit-suspected", "gain-mismatch", "opposite-sense"] {
         assert!(!codes.iter().any(|c| c == code), "{code}: {codes:?}");
     }
-    let rows = result["extra"]["outcome"]["result"]["rows"]
-        .as_array()
-        .unwrap();
+    let rows = rows(&out.path().join("out/errors.csv"));
     let rms = |method: &str| {
-        let row = rows.iter().find(|r| r["method"]["method"] == method);
-        let row = row.unwrap_or_else(|| panic!("no {method}"));
-        row["agreement"]["rms"].as_f64().unwrap()
+        let row = rows.iter().find(|r| field(r, "method").contains(method));
+        number(row.unwrap_or_else(|| panic!("no {method}")), "rms_m/s")
     };
-    let (wheel, kalman) = (rms("speed-reading"), rms("kalman"));
+    let (wheel, kalman) = (rms("speed as read"), rms("Kalman"));
     println!(
         "wheel {wheel}, integral {}, Kalman {kalman}, smoother {}",
         rms("integration"),
@@ -185,9 +183,11 @@ fn crosscheck_logs_of_a_robot() {
         );
         let codes = codes(&result);
         println!("{name}: {codes:?}");
-        let found = &result["extra"]["outcome"]["result"];
         // 95 % are due of a matched model.
-        assert!(found["agreement"].as_f64().unwrap() > 0.9, "{name}");
+        assert!(
+            result["extra"]["agreement"].as_f64().unwrap() > 0.9,
+            "{name}"
+        );
         assert!(codes.iter().any(|c| c == "encoder-ripple"), "{name}");
         let slip = column(&out.join("velocity.csv"), "slip");
         let at = |t: f64| slip[(1000.0 * t) as usize] > 0.0;

@@ -31,6 +31,7 @@ mod float;
 mod gravity;
 mod low_pass;
 mod matrix3;
+pub mod numeric;
 mod octave_allan;
 mod sensor_model;
 pub mod state_space;

@@ -6,11 +6,9 @@ use num_complex::Complex64;
 use proofmass_core::Error;
 use proofmass_signal::{Density, Welch, fourier};
 use proofmass_uncertainty::Estimate;
-use serde::{Deserialize, Serialize};
 
 /// How an output is turned back.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Deconvolution {
     /// Corner of the zero-phase low-pass, Hz; where the sum of noise and bias is least when `None`.
@@ -35,7 +33,7 @@ pub struct Deconvolution {
 /// (`coverage_deconvolved_peak`).
 ///
 /// **Source** `[Elster2008]`, `[Eichstaedt2016]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Deconvolved {
     /// Input of the device: m/s² for an accelerometer.
     pub value: Vec<f64>,
@@ -51,11 +49,27 @@ pub struct Deconvolved {
     pub model: f64,
 }
 
+impl Deconvolved {
+    /// Sample of the greatest modulus.
+    pub fn top(&self) -> usize {
+        (0..self.value.len())
+            .max_by(|a, b| self.value[*a].abs().total_cmp(&self.value[*b].abs()))
+            .unwrap_or(0)
+    }
+}
+
 fn low_pass(f: f64, corner: f64) -> f64 {
     1.0 / (1.0 + (f / corner).powi(8))
 }
 
 impl Deconvolution {
+    /// The output over the static sensitivity, from the mean of the quiet samples on, as one reads it without a model.
+    pub fn plain(&self, sensitivity: f64, output: &[f64]) -> Vec<f64> {
+        let quiet = &output[..self.quiet];
+        let level = quiet.iter().sum::<f64>() / quiet.len().max(1) as f64;
+        output.iter().map(|v| (v - level) / sensitivity).collect()
+    }
+
     /// Turns an output, sampled at `rate`, back into the input.
     ///
     /// The estimate holds the parameters of the model by their names (`sensitivity`, `mode.1.frequency`, …).

@@ -1,8 +1,11 @@
 //! Accelerometers over frequency and in time: frequency responses, fitted models, shocks, steps, the inverse filter.
 
+pub mod blows;
 pub mod deconvolution;
+pub mod findings;
 pub mod frequency_response;
 pub mod linearity;
+pub mod measured;
 pub mod model;
 pub mod modes;
 pub mod reference_table;

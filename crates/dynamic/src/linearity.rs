@@ -1,11 +1,11 @@
 //! Linearity over the level at one frequency.
 
+use crate::findings;
 use proofmass_core::{Error, check};
 use proofmass_uncertainty::{
     Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence,
-    Severity, chi_squared_quantile,
+    chi_squared_quantile,
 };
-use serde::{Deserialize, Serialize};
 
 /// Output amplitudes over levels, as y = S a (1 + κ a).
 ///
@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 /// **Accuracy** S and κ within their 95 % intervals in 500 simulated series (`coverage_linearity`).
 ///
 /// **Source** `[ISO16063-21]`, clause on amplitude linearity by levels.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct LevelLinearity {
     /// `sensitivity` and `amplitude_coefficient` κ in 1/(m/s²).
     pub estimate: Estimate,
@@ -128,29 +128,14 @@ impl LevelLinearity {
         let mut findings = Vec::new();
         let limit = chi_squared_quantile(0.999, (n - 2) as f64);
         if chi > limit {
-            findings.push(
-                Finding::new(Severity::Decision, "not-a-parabola", "the outputs depart from a slope with one curvature by more than stated")
-                    .evidence(format!("χ² = {chi:.1}, at most {limit:.1} with {} degrees of freedom", n - 2))
-                    .advice("look at the levels one by one: a threshold, a saturation, or too small uncertainties"),
-            );
+            findings.push(findings::not_a_parabola(chi, limit, n - 2));
         }
         let uk = estimate.covariance().standard_uncertainty(1);
         if kappa.abs() > 3.3 * uk && (kappa * top).abs() > 1e-3 {
-            findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "sensitivity-depends-on-level",
-                    "the sensitivity changes with the level",
-                )
-                .evidence(format!(
-                    "{:+.2} % at the highest level, {:.0} standard uncertainties",
-                    100.0 * kappa * top,
-                    (kappa / uk).abs()
-                ))
-                .advice(
-                    "state the level with the sensitivity, or correct by the amplitude coefficient",
-                ),
-            );
+            findings.push(findings::sensitivity_depends_on_level(
+                100.0 * kappa * top,
+                (kappa / uk).abs(),
+            ));
         }
         Ok(Self {
             estimate,

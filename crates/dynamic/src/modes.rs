@@ -2,10 +2,10 @@
 
 use num_complex::Complex64;
 use proofmass_signal::transfer::{ResponseEstimate, polar};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// One resonance.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Resonance {
     /// Undamped natural frequency, Hz.
     pub frequency: f64,

@@ -27,6 +27,38 @@ pub struct ReferencePoint {
     pub phase_uncertainty: f64,
 }
 
+impl ReferencePoint {
+    /// Mean of repeats at one frequency: its variance is the mean of the stated ones and that of the mean by their scatter.
+    pub fn mean(group: &[Self]) -> Self {
+        let n = group.len() as f64;
+        let first = group[0];
+        if group.len() == 1 {
+            return first;
+        }
+        let mean = |of: &dyn Fn(&Self) -> f64| group.iter().map(of).sum::<f64>() / n;
+        let scatter = |of: &dyn Fn(&Self) -> f64, mean: f64| {
+            group.iter().map(|p| (of(p) - mean).powi(2)).sum::<f64>() / (n - 1.0) / n
+        };
+        // Turns are counted from the first row's phase.
+        let turned = |p: &Self| {
+            let turn = std::f64::consts::TAU;
+            p.phase - turn * ((p.phase - first.phase) / turn).round()
+        };
+        let sensitivity = mean(&|p| p.sensitivity);
+        let phase = mean(&turned);
+        let stated = mean(&|p| p.modulus_uncertainty.powi(2));
+        let apart = scatter(&|p| p.sensitivity, sensitivity) / (sensitivity * sensitivity);
+        let angle = mean(&|p| p.phase_uncertainty.powi(2));
+        Self {
+            frequency: first.frequency,
+            sensitivity,
+            phase,
+            modulus_uncertainty: (stated + apart).sqrt(),
+            phase_uncertainty: (angle + scatter(&turned, phase)).sqrt(),
+        }
+    }
+}
+
 /// A certificate, in ascending frequency.
 ///
 /// What its points have in common is an error of every frequency at once, which no number of frequencies averages away. A

@@ -7,11 +7,13 @@ mod quiet;
 mod sensitivity;
 mod spectrum;
 mod spectrum_tolerance;
+mod standard;
 #[cfg(test)]
 mod tests;
 
 pub use doubts::{PulseContext, pulse_findings};
 pub use pulse::{NoPulse, Pulse, PulseMeasures, PulseSearch, Tolerance, ToleranceResult};
 pub use sensitivity::{NoCalibration, ShockCalibration, ShockReference, SpectrumLine};
-pub use spectrum::SpectrumDoubt;
+pub use spectrum::{PulseSpectra, SpectrumDoubt, SpectrumRequest};
 pub use spectrum_tolerance::{SpectrumTolerance, SpectrumToleranceResult, required_at};
+pub use standard::FlatStandard;

@@ -6,15 +6,16 @@ mod tests;
 
 pub use plateaus::{NoSteps, Plateau};
 
+use crate::findings;
 use num_complex::Complex64;
 use proofmass_core::Error;
+use proofmass_core::numeric::EndRun;
 use proofmass_signal::sine::{Frequency, Residuals, SineApproximation, SineFit};
-use proofmass_uncertainty::{Finding, Severity};
-use serde::{Deserialize, Serialize};
+use proofmass_signal::transfer::ResponseEstimate;
+use proofmass_uncertainty::Finding;
 
 /// How steps are looked for and what of each is used.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct SineSteps {
     /// Share of a step, from its beginning, that is left to the device to settle.
@@ -34,7 +35,7 @@ impl Default for SineSteps {
 }
 
 /// One step: input and output as phasors, and what they say together.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct SineStep {
     /// Hz, from a fit common to both channels.
     pub frequency: f64,
@@ -170,46 +171,42 @@ impl SineSteps {
             few => few.join(", "),
         };
         if !short.is_empty() {
-            found.findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "steps-too-short",
-                    "some steps are too short and were left out",
-                )
-                .evidence(format!(
-                    "{}; {} periods must remain after settling",
-                    list(&short),
-                    self.periods
-                ))
-                .advice("stay longer at each frequency: twelve periods at least, and until the device has settled"),
-            );
+            found
+                .findings
+                .push(findings::steps_too_short(&list(&short), self.periods));
         }
         if !flat.is_empty() {
-            found.findings.push(
-                Finding::new(
-                    Severity::Decision,
-                    "saturated",
+            found
+                .findings
+                .push(proofmass_uncertainty::findings::clipped(
                     "a channel stays at the end of its range in some steps, which were left out",
-                )
-                .evidence(list(&flat))
-                .advice("widen the range or lower the level there, and record again"),
-            );
+                    &list(&flat),
+                    "lower the level there",
+                ));
         }
         if !restless.is_empty() {
-            found.findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "step-not-settled",
-                    "the response still changes within some steps",
-                )
-                .evidence(format!("between the two halves: {}", list(&restless)))
-                .advice("stay longer at these frequencies, or look whether the level changes within them"),
-            );
+            found
+                .findings
+                .push(findings::step_not_settled(&list(&restless)));
         }
         if found.steps.is_empty() {
             return Err(NoResponse::Unusable(found.findings));
         }
         Ok(found)
+    }
+}
+
+/// The response at the frequencies of steps, those of one frequency [`merged`].
+pub fn response_of(steps: Vec<SineStep>) -> ResponseEstimate {
+    let steps = merged(steps);
+    ResponseEstimate {
+        frequency: steps.iter().map(|s| s.frequency).collect(),
+        value: steps.iter().map(|s| s.response).collect(),
+        covariance: steps.iter().map(|s| s.covariance).collect(),
+        dof: steps.iter().map(|s| s.dof).collect(),
+        coherence: Vec::new(),
+        leakage: vec![Default::default(); steps.len()],
+        independent_every: 1,
     }
 }
 
@@ -303,11 +300,11 @@ fn flat_top(x: &[f64], period: f64) -> bool {
     let natural =
         period * (2.0 * resolution.min(amplitude) / amplitude).sqrt() / std::f64::consts::PI;
     [low, high].into_iter().any(|extreme| {
-        let (mut run, mut longest) = (0usize, 0usize);
-        for v in x {
-            run = if *v == extreme { run + 1 } else { 0 };
-            longest = longest.max(run);
-        }
-        longest >= 3 && longest as f64 > 2.0 * natural + 2.0
+        // What a sine repeats elsewhere follows from its resolution.
+        let run = EndRun {
+            elsewhere: 0,
+            ..EndRun::at(x, extreme)
+        };
+        run.is_cut(3, natural)
     })
 }

@@ -1,5 +1,6 @@
 //! Step response: an oscillator fitted to a record, and what is read from it.
 
+use crate::findings;
 use num_complex::Complex64;
 use proofmass_core::Error;
 use proofmass_uncertainty::adjustment::{Equations, adjust, cholesky, solve};
@@ -7,7 +8,6 @@ use proofmass_uncertainty::{
     Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence,
     Severity,
 };
-use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
 
 /// Response of an oscillator to a step, as a share of its final value, t seconds after the step.
@@ -47,7 +47,7 @@ pub fn step_response(t: f64, frequency: f64, damping: f64) -> f64 {
 /// **Errors** [`Error::TooFew`] below 40 samples, [`Error::NotFinite`], [`Error::Constant`], [`Error::NotConverged`].
 ///
 /// **Accuracy** f_n, ζ and height within their 95 % intervals in 120 simulated steps (`coverage_step_parameters`).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct StepFit {
     /// `baseline`, `height` (unit of the record), `instant` (s), `frequency` (Hz), `damping`.
     pub estimate: Estimate,
@@ -227,35 +227,22 @@ impl StepFit {
         let spread = (0.5 / quiet.max(1) as f64 + 0.5 / (n - quiet).max(1) as f64).sqrt();
         if early > 0.0 && residual_ratio > 1.0 + 5.0 * spread && late > 1e-3 * height.abs() {
             findings.push(
-                Finding::new(Severity::Warning, "model-does-not-describe", "one oscillator does not describe the step response")
-                    .evidence(format!("residuals {:.2} times the noise before the step, {:.2} % of the height", residual_ratio, 100.0 * late / height.abs()))
-                    .advice("the step itself may not be one (a slow release), or a second resonance answers"),
+                findings::model_does_not_describe(
+                    "the step response: it is not that of one oscillator",
+                    &format!(
+                        "residuals {residual_ratio:.2} times the noise before the step, {:.2} % of the height",
+                        100.0 * late / height.abs()
+                    ),
+                    "the step itself may not be one (a slow release), or a second resonance answers",
+                )
+                .at(Severity::Warning),
             );
         }
         if early == 0.0 {
-            findings.push(
-                Finding::new(
-                    Severity::Note,
-                    "no-quiet-before",
-                    "the record holds too little before the step to know the noise",
-                )
-                .evidence(format!("{quiet} samples"))
-                .advice("record some periods before the step"),
-            );
+            findings.push(findings::no_quiet_before(quiet));
         }
         if frequency * (length - value[2]) < 2.0 {
-            findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "step-cut-off",
-                    "the record ends before the step has settled",
-                )
-                .evidence(format!(
-                    "{:.2} periods after the step",
-                    frequency * (length - value[2])
-                ))
-                .advice("record longer: final value and damping are extrapolated"),
-            );
+            findings.push(findings::step_cut_off(frequency * (length - value[2])));
         }
         let reach = |level: f64| {
             // Monotonic up to its first passage: on a grid of a thousandth of a period.

@@ -1,25 +1,12 @@
-//! The clock behind time stamps: rate, resolution, gaps, wraps, in one pass and bounded memory.
+//! Time stamps exactly as they stand, for the clock behind them: counters that begin again, stamps that repeat or run backwards, lines of gaps.
 //!
-//! Stamps are readings of a clock that runs evenly; they are rounded to its resolution, scattered by what lies
-//! between the sampling and the reading, and sometimes handed over in bursts. The straight line through them,
-//! number of the sample against stamp, is known far better than any step:
-//!
-//! t_i = a_s + T i + e_i in every stretch s without a gap,
-//!
-//! with one period T for all stretches, by least squares. The covariance of the errors is taken as that of a
-//! first-order autoregression: u²(T) = s²/Σ(i − ī)² · (1 + ρ)/(1 − ρ), with s from the residuals and ρ from
-//! successive ones, never less than for ρ = 0. Stamps that are rounded without being spread over the resolution
-//! (every step alike) hold T within ±q over the whole elapsed time, a triangular distribution: q²/(6 N²) is added.
+//! The clock itself, its rate and what is missing, is read by [`proofmass_signal::clock`].
 
 use crate::stamp::{PARTS, Stamp};
+use proofmass_signal::clock::{self, RateChange};
 use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
 
-/// A step longer than this many periods is a gap.
-const GAP: f64 = 1.5;
-/// Steps at the beginning that settle the typical step and the limit of a gap.
-const FIRST_STEPS: usize = 1 << 16;
-/// Share and number of repeated stamps from which on they are the nature of the clock and not doubled rows.
-const REPEATS: (f64, usize) = (0.1, 10);
 /// Gaps that are kept by a bounded estimator; all are counted.
 pub(crate) const LISTED: usize = 100;
 
@@ -44,12 +31,12 @@ pub struct Clock {
     /// Standard uncertainty of the rate, Hz: from scatter and resolution of the stamps, not from the error of the
     /// clock itself.
     pub rate_u_hz: f64,
-    /// Standard deviation of the steps that are not gaps, s; `None` below two.
+    /// Standard deviation of the steps about the intervals they span, s; `None` below two.
     pub jitter_s: Option<f64>,
     /// Standard deviation of the stamps about the clock line, s.
     pub scatter_s: f64,
-    /// Resolution of the stamps, s: the largest unit of which all steps are multiples; where all steps are alike,
-    /// the last digit written.
+    /// Resolution of the stamps, s: the largest unit of which all steps are multiples; where these are whole sampling
+    /// intervals, the last digit written.
     pub resolution_s: f64,
     /// Whether the stamps come in bursts, so that a step says little about the sampling.
     pub bursts: bool,
@@ -57,8 +44,17 @@ pub struct Clock {
     pub wraps: u64,
     /// Number of gaps.
     pub gaps: u64,
-    /// Steps that are not gaps.
+    /// Samples missing in them.
+    #[serde(default)]
+    pub missing: u64,
+    /// Stamps that lie before the one before.
+    #[serde(default)]
+    pub crossing: u64,
+    /// Steps between neighbouring samples.
     pub steps: u64,
+    /// A rate that changes within the recording.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub change: Option<RateChange>,
 }
 
 /// Why a stamp was not accepted.
@@ -78,67 +74,25 @@ pub(crate) struct Wrap {
     pub turn_s: f64,
 }
 
-#[derive(Clone, Copy)]
-struct Step {
-    /// Index of the sample before it and its line.
-    sample: usize,
-    line: u64,
-    /// Time of that sample relative to the origin, in parts.
-    at: i128,
-    length: f64,
-    /// The length exactly, in parts.
-    parts: i128,
-}
-
-/// What the first steps settled.
-struct Settled {
-    /// Typical step, about which residuals are small.
-    period: f64,
-    limit: f64,
-    bursts: bool,
-    repeats: bool,
-}
-
-/// Sums of one stretch without a gap, about their means: number of the sample against residual.
-#[derive(Default)]
-struct Stretch {
-    n: f64,
-    mean_x: f64,
-    mean_r: f64,
-    residual: f64,
-}
-
 /// Takes stamps one by one and tells the clock at the end.
 pub(crate) struct ClockEstimator {
     per_second: f64,
+    estimator: clock::ClockEstimator,
     first: Option<Stamp>,
-    last: Option<(usize, u64, Stamp)>,
+    last: Option<Stamp>,
+    rows: usize,
     /// Turns that the counter has made, in parts.
     turned: i128,
     wraps: Vec<Wrap>,
     wrap_count: u64,
     decimals: u8,
-    /// Largest common unit of the steps that are not gaps, and the last two different ones.
-    common: i128,
-    recent: [i128; 2],
-    /// The latest step: parts, seconds.
-    latest: (i128, f64),
-    waiting: Vec<Step>,
-    repeats_waiting: Vec<(u64, f64)>,
-    settled: Option<Settled>,
-    stretch: Stretch,
-    sxx: f64,
-    sxr: f64,
-    srr: f64,
-    count: u64,
-    difference: f64,
-    difference2: f64,
+    /// Sample, line and time of the rows of which it is open what is missing before them, and of the one before these.
+    open: VecDeque<(usize, u64, f64)>,
     pub(crate) gaps: Vec<Gap>,
     all_gaps: bool,
-    gap_count: u64,
-    /// Repeats that were accepted until the nature of the clock was known.
+    /// Stamps that repeat, which may be the nature of the clock.
+    repeated: Vec<(u64, Backward)>,
     pub(crate) backward: Vec<(u64, Backward)>,
-    pub(crate) backward_count: u64,
     /// Whether a stamp may lie before the one before it by less than two intervals.
     late_stamps: bool,
     /// Whether one did.
@@ -150,30 +104,19 @@ impl ClockEstimator {
     pub(crate) fn new(per_second: f64) -> Self {
         Self {
             per_second,
+            estimator: clock::ClockEstimator::new(),
             first: None,
             last: None,
+            rows: 0,
             turned: 0,
             wraps: Vec::new(),
             wrap_count: 0,
             decimals: 0,
-            common: 0,
-            recent: [0; 2],
-            latest: (0, 0.0),
-            waiting: Vec::new(),
-            repeats_waiting: Vec::new(),
-            settled: None,
-            stretch: Stretch::default(),
-            sxx: 0.0,
-            sxr: 0.0,
-            srr: 0.0,
-            count: 0,
-            difference: 0.0,
-            difference2: 0.0,
+            open: VecDeque::new(),
             gaps: Vec::new(),
             all_gaps: false,
-            gap_count: 0,
+            repeated: Vec::new(),
             backward: Vec::new(),
-            backward_count: 0,
             late_stamps: false,
             crossed: false,
         }
@@ -205,101 +148,93 @@ impl ClockEstimator {
 
     /// Takes the stamp of a sample and returns it with wraps undone.
     pub(crate) fn add(&mut self, sample: usize, line: u64, stamp: Stamp) -> Stamp {
-        self.decimals = self.decimals.max(stamp.decimals);
-        let Some((before, before_line, last)) = self.last else {
-            self.first = Some(stamp);
-            self.last = Some((sample, line, stamp));
-            return stamp;
-        };
+        if stamp.decimals > self.decimals || self.rows == 0 {
+            self.decimals = self.decimals.max(stamp.decimals);
+            let digit = 10_i128.pow(15 - u32::from(self.decimals.min(15)));
+            self.estimator.set_digit(self.seconds(digit));
+        }
         let mut stamp = Stamp {
             parts: stamp.parts + self.turned,
             ..stamp
         };
-        if stamp.parts < last.parts
-            && let Some(turn) = self.turn(stamp, last)
-        {
-            self.turned += turn;
-            stamp.parts += turn;
-            self.wrap_count += 1;
-            if self.wraps.len() < LISTED {
-                let turn_s = self.seconds(turn);
-                self.wraps.push(Wrap { line, turn_s });
-            }
-        }
-        let parts = stamp.parts - last.parts;
-        self.last = Some((sample, line, stamp));
-        if parts < 0 && self.late_stamps {
-            let typical = self.typical();
-            if typical.is_some_and(|t| -self.seconds(parts) < 2.0 * t) {
-                self.crossed = true;
-                return stamp;
-            }
-        }
-        if parts < 0 {
-            let from_s = last.value() / self.per_second;
-            let to_s = stamp.value() / self.per_second;
-            self.tell(line, Backward::Runs { from_s, to_s });
-            // A new stretch: whatever comes after has another zero.
-            self.close();
-            return stamp;
-        }
-        let at = self.first.map_or(0, |f| last.parts - f.parts);
-        // Steps are mostly alike.
-        let length = match self.latest {
-            (same, length) if same == parts => length,
-            _ => self.seconds(parts),
-        };
-        self.latest = (parts, length);
-        let step = Step {
-            sample: before,
-            line: before_line,
-            at,
-            length,
-            parts,
-        };
-        if parts == 0 {
-            let at_s = stamp.value() / self.per_second;
-            match &self.settled {
-                None => self.repeats_waiting.push((line, at_s)),
-                Some(s) if !s.repeats => self.tell(line, Backward::Repeats { at_s }),
-                Some(_) => {}
-            }
-        }
-        match self.settled {
-            Some(_) => self.count(step),
-            None => {
-                self.waiting.push(step);
-                if self.waiting.len() == FIRST_STEPS {
-                    self.settle();
+        if let Some(last) = self.last {
+            if stamp.parts < last.parts
+                && let Some(turn) = self.turn(stamp, last)
+            {
+                self.turned += turn;
+                stamp.parts += turn;
+                self.wrap_count += 1;
+                if self.wraps.len() < LISTED {
+                    let turn_s = self.seconds(turn);
+                    self.wraps.push(Wrap { line, turn_s });
                 }
             }
+            self.look_back(line, stamp, last);
         }
+        self.last = Some(stamp);
+        let first = *self.first.get_or_insert(stamp);
+        let at = self.seconds(stamp.parts - first.parts);
+        self.open.push_back((sample, line, at));
+        self.rows += 1;
+        self.estimator.push(at);
+        self.list_gaps();
         stamp
     }
 
-    fn tell(&mut self, line: u64, what: Backward) {
-        self.backward_count += 1;
+    /// Tells of a stamp that is not later than the one before.
+    fn look_back(&mut self, line: u64, stamp: Stamp, last: Stamp) {
+        let parts = stamp.parts - last.parts;
+        if parts > 0 {
+            return;
+        }
+        let to_s = stamp.value() / self.per_second;
+        if parts == 0 {
+            if self.repeated.len() < LISTED {
+                self.repeated.push((line, Backward::Repeats { at_s: to_s }));
+            }
+            return;
+        }
+        if self.late_stamps {
+            let typical = self.estimator.interval();
+            if typical.is_some_and(|t| -self.seconds(parts) < 2.0 * t) {
+                self.crossed = true;
+                return;
+            }
+        }
         if self.backward.len() < LISTED {
-            self.backward.push((line, what));
+            let from_s = last.value() / self.per_second;
+            self.backward.push((line, Backward::Runs { from_s, to_s }));
         }
     }
 
-    /// A step as most are.
-    fn typical(&self) -> Option<f64> {
-        match &self.settled {
-            Some(s) => Some(s.period),
-            None if self.waiting.len() >= 3 => {
-                let latest = self.waiting.iter().rev().take(99).map(|s| s.length);
-                Some(median(&mut latest.collect::<Vec<_>>()))
+    /// Lists the gaps that are certain now.
+    fn list_gaps(&mut self) {
+        // Row of the first that is open.
+        let first = self.rows - self.open.len();
+        for slip in self.estimator.take_slips() {
+            let rows = (slip.row.wrapping_sub(first + 1), slip.row - first);
+            let (Some(before), Some(after)) = (self.open.get(rows.0), self.open.get(rows.1)) else {
+                continue;
+            };
+            if slip.samples > 0 && (self.all_gaps || self.gaps.len() < LISTED) {
+                self.gaps.push(Gap {
+                    after_sample: before.0,
+                    line: before.1,
+                    at_s: before.2,
+                    step_s: after.2 - before.2,
+                });
             }
-            None => None,
+        }
+        let open = self.estimator.undecided() + 1;
+        while self.open.len() > open {
+            self.open.pop_front();
         }
     }
 
     /// The turn of a counter that explains a step backwards: the stamp follows the one before as usual once it is
     /// added.
     fn turn(&self, stamp: Stamp, last: Stamp) -> Option<i128> {
-        let typical = self.typical()?;
+        let typical = self.estimator.interval()?;
         let whole = self.decimals == 0;
         let bits = [8, 16, 24, 31, 32].map(|b| (whole, (1_i128 << b) * PARTS));
         // Microseconds and milliseconds of 32 bits that were written in another unit.
@@ -318,80 +253,6 @@ impl ClockEstimator {
             .min()
     }
 
-    /// Decides from the first steps what a step of this clock looks like.
-    fn settle(&mut self) {
-        let waiting = std::mem::take(&mut self.waiting);
-        let steps: Vec<f64> = waiting.iter().map(|s| s.length).collect();
-        let common = waiting.iter().fold(0, |q, s| gcd(q, s.parts));
-        let settled = settled(&steps, self.seconds(common));
-        for (line, at_s) in std::mem::take(&mut self.repeats_waiting) {
-            if !settled.repeats {
-                self.tell(line, Backward::Repeats { at_s });
-            }
-        }
-        self.settled = Some(settled);
-        for step in waiting {
-            self.count(step);
-        }
-    }
-
-    /// Resolution so far, s.
-    fn quantum(&self) -> f64 {
-        let digit = 10_i128.pow(15 - u32::from(self.decimals.min(15)));
-        // With all steps alike, how finely the clock could tell is known from the digits alone.
-        let parts = if self.recent[1] == 0 {
-            digit
-        } else {
-            self.common
-        };
-        self.seconds(parts)
-    }
-
-    fn count(&mut self, step: Step) {
-        let Some(settled) = &self.settled else { return };
-        if step.length > settled.limit {
-            self.gap_count += 1;
-            if self.all_gaps || self.gaps.len() < LISTED {
-                self.gaps.push(Gap {
-                    after_sample: step.sample,
-                    line: step.line,
-                    at_s: self.seconds(step.at),
-                    step_s: step.length,
-                });
-            }
-            self.close();
-            return;
-        }
-        if step.length == 0.0 && !settled.repeats {
-            return;
-        }
-        if step.parts > 0 && !self.recent.contains(&step.parts) {
-            self.common = gcd(self.common, step.parts);
-            self.recent = [step.parts, self.recent[0]];
-        }
-        let difference = step.length - settled.period;
-        self.count += 1;
-        self.difference += difference;
-        self.difference2 += difference * difference;
-        if self.stretch.n == 0.0 {
-            self.stretch.n = 1.0;
-        }
-        let s = &mut self.stretch;
-        s.residual += difference;
-        let x = s.n;
-        s.n += 1.0;
-        let (dx, dr) = (x - s.mean_x, s.residual - s.mean_r);
-        s.mean_x += dx / s.n;
-        s.mean_r += dr / s.n;
-        self.sxx += dx * (x - s.mean_x);
-        self.sxr += dx * (s.residual - s.mean_r);
-        self.srr += dr * (s.residual - s.mean_r);
-    }
-
-    fn close(&mut self) {
-        self.stretch = Stretch::default();
-    }
-
     /// First stamp.
     pub(crate) fn first(&self) -> Option<Stamp> {
         self.first
@@ -399,7 +260,7 @@ impl ClockEstimator {
 
     /// Last stamp, wraps undone.
     pub(crate) fn last(&self) -> Option<Stamp> {
-        self.last.map(|l| l.2)
+        self.last
     }
 
     /// Wraps that were undone, the first hundred.
@@ -407,12 +268,9 @@ impl ClockEstimator {
         &self.wraps
     }
 
-    /// Whether stamps may repeat, because the clock is coarse or tells bursts; settles it where it is still open.
-    pub(crate) fn may_repeat(&mut self) -> bool {
-        if self.settled.is_none() && !self.waiting.is_empty() {
-            self.settle();
-        }
-        self.settled.as_ref().is_some_and(|s| s.repeats)
+    /// Whether stamps may repeat, because the clock is coarse or tells bursts.
+    pub(crate) fn may_repeat(&self) -> bool {
+        self.estimator.repeats()
     }
 
     /// Whether stamps crossed their neighbours by jitter. They may be equal by it then.
@@ -422,146 +280,25 @@ impl ClockEstimator {
 
     /// The clock, where two stamps tell one.
     pub(crate) fn finish(&mut self) -> Option<Clock> {
-        if self.settled.is_none() {
-            if self.waiting.is_empty() {
-                return None;
-            }
-            self.settle();
+        if !self.crossed && !self.may_repeat() {
+            self.backward.append(&mut self.repeated);
+            self.backward.sort_by_key(|b| b.0);
         }
-        self.close();
-        if self.crossed {
-            self.backward
-                .retain(|b| matches!(b.1, Backward::Runs { .. }));
-        }
-        self.backward.sort_by_key(|b| b.0);
-        let q = self.quantum();
-        let settled = self.settled.as_ref()?;
-        if self.count == 0 {
-            return None;
-        }
-        let n = self.count as f64;
-        let slope = if self.sxx > 0.0 {
-            self.sxr / self.sxx
-        } else {
-            self.difference / n
-        };
-        let period = settled.period + slope;
-        // Samples, less one intercept for each stretch, less the slope.
-        let free = self.count as f64 - 1.0;
-        let squares = (self.srr - slope * self.sxr).max(0.0);
-        let variance = if free > 0.0 { squares / free } else { 0.0 };
-        let step_variance =
-            (self.difference2 - 2.0 * slope * self.difference + n * slope * slope).max(0.0) / n;
-        let rho = if variance > 0.0 {
-            (1.0 - step_variance / (2.0 * variance)).clamp(0.0, 1.0 - 2.0 / (n + 2.0))
-        } else {
-            0.0
-        };
-        let white = if self.sxx > 0.0 {
-            variance / self.sxx
-        } else {
-            0.0
-        };
-        let scattered = white * (1.0 + rho) / (1.0 - rho);
-        // Rounding that is spread over the resolution has the standard deviation q/√12.
-        let spread = variance.sqrt() >= 0.8 * q / 12_f64.sqrt();
-        let rounded = if spread { 0.0 } else { q * q / (6.0 * n * n) };
-        let u = (scattered + rounded).sqrt();
-        let mean = self.difference / n;
-        let jitter = (self.count > 1)
-            .then(|| ((self.difference2 - n * mean * mean).max(0.0) / (n - 1.0)).sqrt());
+        let clock = self.estimator.finish()?;
+        self.list_gaps();
         Some(Clock {
-            rate_hz: 1.0 / period,
-            rate_u_hz: u / (period * period),
-            jitter_s: jitter,
-            scatter_s: variance.sqrt(),
-            resolution_s: q,
-            bursts: settled.bursts,
+            rate_hz: clock.rate_hz,
+            rate_u_hz: clock.rate_u_hz,
+            jitter_s: clock.jitter_s,
+            scatter_s: clock.scatter_s,
+            resolution_s: clock.resolution_s,
+            bursts: clock.bursts,
             wraps: self.wrap_count,
-            gaps: self.gap_count,
-            steps: self.count,
+            gaps: clock.gaps,
+            missing: clock.missing,
+            crossing: clock.crossing,
+            steps: clock.steps,
+            change: clock.change,
         })
-    }
-}
-
-/// Typical step and limit of a gap from the first steps, in seconds; `q` is the unit of which all are multiples.
-fn settled(steps: &[f64], q: f64) -> Settled {
-    let n = steps.len() as f64;
-    let zeros = steps.iter().filter(|s| **s == 0.0).count();
-    let repeats = zeros >= REPEATS.1 && zeros as f64 >= REPEATS.0 * n;
-    let mut sorted = steps.to_vec();
-    let median = median(&mut sorted);
-    // Rounding makes a step one unit longer than its neighbours. Where that would pass for a missing sample, many
-    // such steps, or evenly spaced ones, are rounding: samples are lost seldom and at random.
-    let one_more = (median + q) * (1.0 + 1e-9);
-    let mut limit = GAP * median;
-    if one_more > limit {
-        let at: Vec<usize> = (0..steps.len())
-            .filter(|&i| steps[i] > limit && steps[i] <= one_more)
-            .collect();
-        if at.len() as f64 >= 0.05 * n || evenly_spaced(&at) {
-            limit = one_more;
-        }
-    }
-    let mut long: Vec<f64> = steps.iter().copied().filter(|s| *s > limit).collect();
-    let quarter = |sorted: &mut [f64], p: f64| {
-        let k = ((n - 1.0) * p) as usize;
-        *sorted.select_nth_unstable_by(k, f64::total_cmp).1
-    };
-    // Many long steps among short and irregular ones: samples that were handed over together.
-    let bursts = long.len() as f64 > 0.02 * n && {
-        let spread = quarter(&mut sorted, 0.75) - quarter(&mut sorted, 0.25);
-        let typical = self::median(&mut long);
-        let irregular = repeats || spread > 0.3 * median + q;
-        let found = irregular && typical > 3.5 * median;
-        if found {
-            limit = GAP * typical + q;
-        }
-        found
-    };
-    let (sum, count) = steps
-        .iter()
-        .filter(|s| **s <= limit && (repeats || **s > 0.0))
-        .fold((0.0, 0_usize), |(sum, n), s| (sum + s, n + 1));
-    Settled {
-        period: sum / count.max(1) as f64,
-        limit,
-        bursts,
-        repeats,
-    }
-}
-
-/// Whether places follow one another at equal distances, as those of a beat do: four at least.
-fn evenly_spaced(at: &[usize]) -> bool {
-    let spaces = || at.windows(2).map(|w| w[1] - w[0]);
-    match (spaces().min(), spaces().max()) {
-        (Some(least), Some(most)) if at.len() >= 4 => most - least <= 2.max(most / 10),
-        _ => false,
-    }
-}
-
-fn gcd(mut a: i128, mut b: i128) -> i128 {
-    // Divisions of 64 bits where the numbers have no more, as steps have.
-    if let (Ok(mut short_a), Ok(mut short_b)) = (i64::try_from(a), i64::try_from(b)) {
-        while short_b != 0 {
-            (short_a, short_b) = (short_b, short_a.wrapping_rem(short_b));
-        }
-        return i128::from(short_a);
-    }
-    while b != 0 {
-        (a, b) = (b, a % b);
-    }
-    a
-}
-
-/// Median of a non-empty slice, which it reorders.
-pub(crate) fn median(values: &mut [f64]) -> f64 {
-    let n = values.len();
-    let (below, &mut upper, _) = values.select_nth_unstable_by(n / 2, f64::total_cmp);
-    if n % 2 == 1 {
-        upper
-    } else {
-        let lower = below.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        0.5 * (lower + upper)
     }
 }

@@ -26,6 +26,13 @@ pub(crate) fn of(clock: &Clock, wraps: &[Wrap], gaps: &[Gap], on_the_line: bool)
             first.line,
         ));
     }
+    if let Some(change) = clock.change {
+        findings.push(findings::rate_changes(
+            change.before_hz,
+            change.after_hz,
+            change.row,
+        ));
+    }
     let varies = clock
         .jitter_s
         .is_some_and(|j| j > 1e-3 * clock.resolution_s);
@@ -44,7 +51,7 @@ pub(crate) fn of(clock: &Clock, wraps: &[Wrap], gaps: &[Gap], on_the_line: bool)
             line,
         ));
     }
-    findings.extend(missing(gaps, clock.rate_hz));
+    findings.extend(missing(gaps, clock.missing));
     findings
 }
 
@@ -63,12 +70,8 @@ fn short(v: f64) -> String {
     }
 }
 
-fn missing(gaps: &[Gap], rate_hz: f64) -> Option<Finding> {
+fn missing(gaps: &[Gap], missing: u64) -> Option<Finding> {
     let longest = gaps.iter().max_by(|a, b| a.step_s.total_cmp(&b.step_s))?;
-    let missing: f64 = gaps
-        .iter()
-        .map(|g| (g.step_s * rate_hz).round() - 1.0)
-        .sum();
     Some(findings::time_gaps(
         gaps.len(),
         missing,

@@ -28,11 +28,19 @@ findings! {
         advice "{treatment}; export the time with more digits";
 
     /// Steps of the time stamps are longer than the sampling interval.
-    time_gaps(gaps: usize, missing: f64, longest: f64, after: f64, line: u64) =
+    time_gaps(gaps: usize, missing: u64, longest: f64, after: f64, line: u64) =
         "time-gaps", [Warning],
         what "samples are missing in the recording",
-        evidence "{gaps} gaps, about {missing:.0} samples; the longest is {longest:.4} s after {after:.4} s (line {line})",
+        evidence "{gaps} gaps, about {missing} samples; the longest is {longest:.4} s after {after:.4} s (line {line})",
         advice "check the transport of the data, and the clock for a leap; a standstill that contains a gap counts fewer samples than it seems to";
+
+    /// The stamps advance at two rates.
+    rate_changes(before: f64, after: f64, row: usize) =
+        "rate-changes", [Warning],
+        what "the sampling rate changes within the recording",
+        evidence "{before:.4} Hz, then {after:.4} Hz, from about sample {row}",
+        advice "split the recording there: one rate describes neither part",
+        false_alarms "none in 10⁷ evenly taken samples";
 
     /// A sampling rate is stated beside a column of times.
     time_column_unused(column: &str, rate: f64) =

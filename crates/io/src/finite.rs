@@ -57,7 +57,7 @@ impl serde_json::ser::Formatter for Rows {
         writer: &mut W,
         first: bool,
     ) -> io::Result<()> {
-        writer.write_all(if first { b"" } else { b", " })
+        writer.write_all(if first { b"" } else { b"," })
     }
 
     fn begin_object<W: ?Sized + io::Write>(&mut self, writer: &mut W) -> io::Result<()> {
@@ -328,7 +328,7 @@ mod tests {
     fn known_lists_stand_on_one_line() {
         let value = json!({"a": [[1.5, -2.0], []], "b": [{"c": null}, {}], "d": {}});
         let text = String::from_utf8(to_json_with_rows(&value).unwrap()).unwrap();
-        let expected = "{\n  \"a\": [[1.5, -2.0], []],\n  \"b\": [{\n    \"c\": null\n  }, {}],\n  \"d\": {}\n}\n";
+        let expected = "{\n  \"a\": [[1.5,-2.0],[]],\n  \"b\": [{\n    \"c\": null\n  },{}],\n  \"d\": {}\n}\n";
         assert_eq!(text, expected);
         let back: serde_json::Value = serde_json::from_str(&text).unwrap();
         assert_eq!(back, value);

@@ -61,6 +61,7 @@ mod time_base;
 mod unit;
 mod verification;
 mod vtu;
+mod waiting_rows;
 mod waveform;
 
 pub use any_calibration::{AnyCalibration, CALIBRATION_SCHEMA, CALIBRATION_VERSION};
@@ -107,4 +108,5 @@ pub use verification::{
     Fate, Link, PROVENANCE_SCHEMA, PROVENANCE_VERSION, Provenance, Verification, Vouching,
 };
 pub use vtu::{VtuField, vtu};
+pub use waiting_rows::{ReadyRows, WaitingRows, compensate, rows_outside};
 pub use waveform::{SampleTimes, Waveform, WaveformFormat, WaveformOptions, f32_bytes, write_f32};

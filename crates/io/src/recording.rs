@@ -363,11 +363,10 @@ impl Recording {
                 let base = times.finish().map_err(|e| e.column(layout.name(index)))?;
                 for finding in &mut findings {
                     if finding.code() == "time-unit-assumed" {
-                        *finding = finding.clone().evidence(format!(
-                            "{rows} samples in {:.6} s, {:.6} Hz",
-                            base.duration_s(),
-                            base.rate_hz()
-                        ));
+                        let (duration, rate) = (base.duration_s(), base.rate_hz());
+                        *finding = finding.clone().with_evidence(|_| {
+                            format!("{rows} samples in {duration:.6} s, {rate:.6} Hz")
+                        });
                     }
                 }
                 base

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 /// Name of the form.
 pub const RESULT_SCHEMA: &str = "proofmass.result";
 /// Version of the form.
-pub const RESULT_VERSION: u32 = 1;
+pub const RESULT_VERSION: u32 = 2;
 
 /// A quantity as stated in a result.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -57,6 +57,15 @@ impl StatedQuantity {
             interval: None,
             method: None,
         }
+    }
+
+    /// States quantities with their intervals of one probability.
+    pub fn list<'a>(
+        quantities: impl IntoIterator<Item = &'a Quantity>,
+        probability: f64,
+    ) -> Vec<Self> {
+        let quantities = quantities.into_iter();
+        quantities.map(|q| Self::new(q, probability)).collect()
     }
 }
 
@@ -229,10 +238,12 @@ impl ResultDocument {
         crate::finite::to_json_with_rows(self)
     }
 
-    /// Reads a result.
+    /// Reads a result of this version of the form or an earlier one.
+    ///
+    /// Version 1 has the state of its calculation (`extra.outcome`) in place of the page.
     ///
     /// # Errors
-    /// Another form or version, or a damaged file.
+    /// Another form or a later version, or a damaged file.
     pub fn from_json(bytes: &[u8]) -> Result<Self> {
         let document: Self = serde_json::from_slice(bytes).map_err(|e| {
             Error::new(
@@ -242,11 +253,12 @@ impl ResultDocument {
             .line(e.line() as u64)
             .because(e)
         })?;
-        if document.schema.name != RESULT_SCHEMA || document.schema.version != RESULT_VERSION {
+        let known = 1..=RESULT_VERSION;
+        if document.schema.name != RESULT_SCHEMA || !known.contains(&document.schema.version) {
             return Err(Error::new(
                 ErrorKind::Format,
                 format!(
-                    "is {} version {}; this program reads {RESULT_SCHEMA} version {RESULT_VERSION}",
+                    "is {} version {}; this program reads {RESULT_SCHEMA} up to version {RESULT_VERSION}",
                     document.schema.name, document.schema.version
                 ),
             )

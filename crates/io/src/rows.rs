@@ -73,6 +73,20 @@ impl RowBlock {
         &self.columns[selected]
     }
 
+    /// The same of some rows, multiplied by a factor after an offset was taken off.
+    pub fn scaled(
+        &self,
+        selected: usize,
+        rows: Range<usize>,
+        offset: f64,
+        factor: f64,
+    ) -> Vec<f64> {
+        self.columns[selected][rows]
+            .iter()
+            .map(|v| factor * (v - offset))
+            .collect()
+    }
+
     /// Line of the file on which a row stands.
     pub fn line(&self, row: usize) -> u64 {
         line_of(&self.lines, row)

@@ -344,3 +344,63 @@ fn regress_steps_that_vanish_so_far_from_zero_are_refused() {
     let error = read(&table("t_s", stamps.iter().map(|s| (*s).to_owned()))).unwrap_err();
     assert!(error.to_string().contains("repeats"), "{error}");
 }
+
+/// Rows lost at random from 100 Hz in milliseconds, one in a hundred to one in three: gaps, not rounding.
+#[test]
+fn known_rows_lost_at_random_are_gaps() {
+    let mut random = Random(9);
+    for share in [0.01, 0.1, 0.33] {
+        let kept = (0..30_000).filter(|k| *k == 0 || *k > 29_970 || random.next() >= share);
+        let kept: Vec<u32> = kept.collect();
+        let missing = 30_000 - kept.len() as u64;
+        let text = table(
+            "t_s",
+            kept.iter().map(|k| format!("{:.3}", f64::from(*k) * 0.01)),
+        );
+        let seen = inspect_source(Source::from_bytes("r", text.clone()).unwrap(), 100).unwrap();
+        let seen = seen.time.unwrap();
+        let recording = read(&text).unwrap();
+        assert_eq!(seen.rate_hz, recording.time.rate_hz());
+        assert!(
+            (seen.rate_hz / 100.0 - 1.0).abs() < 1e-9,
+            "{share}: {}",
+            seen.rate_hz
+        );
+        assert_eq!(seen.clock.missing, missing, "{share}");
+        assert_eq!(seen.gap_count, recording.time.gaps().len() as u64);
+    }
+}
+
+/// Stamps that cross by jitter belong to the line like all others, whether a reader takes them or only looks.
+#[test]
+fn known_stamps_that_cross_do_not_shift_the_rate() {
+    let mut random = Random(13);
+    let stamps =
+        (0..20_000).map(|k| format!("{:.6}", 1.0 + 0.01 * (f64::from(k) + 0.3 * random.normal())));
+    let text = table("t_s", stamps);
+    let seen = inspect_source(Source::from_bytes("r", text).unwrap(), 100).unwrap();
+    let time = seen.time.unwrap();
+    // √12 · 0.3 / n^1.5 is one standard uncertainty.
+    assert!(
+        (time.rate_hz / 100.0 - 1.0).abs() < 5.0 * 3.7e-7,
+        "{}",
+        time.rate_hz
+    );
+    assert_eq!(time.gap_count, 0);
+    assert!(time.clock.crossing > 100);
+}
+
+#[test]
+fn known_two_rates_are_said() {
+    let stamps = (0..20_000).map(|k| {
+        format!(
+            "{:.6}",
+            0.01 * f64::from(k.min(12_000)) + 0.02 * f64::from((k - 12_000).max(0))
+        )
+    });
+    let recording = read(&table("t_s", stamps)).unwrap();
+    let change = recording.time.clock().unwrap().change.unwrap();
+    assert!((change.before_hz / 100.0 - 1.0).abs() < 1e-3, "{change:?}");
+    assert!((change.after_hz / 50.0 - 1.0).abs() < 1e-3, "{change:?}");
+    assert!(codes(&recording).contains(&"rate-changes"));
+}

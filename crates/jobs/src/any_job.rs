@@ -1,9 +1,7 @@
 //! A job of whatever kind, as one plain request: what JSON of a server, a campaign and options of a command line become.
 
-use crate::any_result::{Reader, reader};
 use crate::apply::{ApplyData, ApplyJob};
 use crate::bias::{BiasData, BiasJob};
-use crate::campaign::Campaign;
 use crate::comparison::{ComparisonData, ComparisonJob};
 use crate::deconvolution::{DeconvolutionData, DeconvolutionJob};
 use crate::free_living::{FreeLivingJob, FreeLivingWindows};
@@ -14,7 +12,7 @@ use crate::motion::{MotionData, MotionJob};
 use crate::multi_position::{MultiPositionData, MultiPositionJob};
 use crate::noise::{NoiseData, NoiseJob};
 use crate::noise_comparison::{NoiseComparisonData, NoiseComparisonJob};
-use crate::outcome::{Filed, Job};
+use crate::outcome::{Job, Outcome};
 use crate::plan::PlanJob;
 use crate::response::{ModelData, ModelJob, ResponseData, ResponseJob};
 use crate::shaker_single::{ShakerSingleData, ShakerSingleJob};
@@ -34,7 +32,7 @@ use crate::velocity::{
     AxisData, VelocityCompareJob, VelocityDriftJob, VelocityEstimateJob, VelocityMapJob,
     VelocityTuneJob,
 };
-use crate::{AnyResult, Record};
+use crate::{Record, StoredResult};
 use proofmass_core::Watch;
 use serde::{Deserialize, Serialize};
 
@@ -144,7 +142,7 @@ macro_rules! jobs {
                 data: &AnyData<'_>,
                 record: Record,
                 watch: &dyn Watch,
-            ) -> Result<Box<dyn AnyResult>> {
+            ) -> Result<StoredResult> {
                 match self {
                     $(Self::$name(job) => {
                         let data: Option<&<$job as Job>::Data<'_>> = {
@@ -152,15 +150,21 @@ macro_rules! jobs {
                             $used
                         };
                         let data = data.ok_or_else(|| self.needs(stringify!($data)))?;
-                        Ok(Box::new(Filed::new(record, job.evaluate(data, watch)?)))
+                        StoredResult::new(record, &job.evaluate(data, watch)?)
                     })*
                 }
             }
         }
 
-        /// Every kind of result that can be read again, with what reads it.
-        pub(crate) fn readers() -> Vec<(&'static str, Reader)> {
-            vec![$(reader::<<$job as Job>::Outcome>()),*]
+        /// Every kind of result, as `kind` in result.json; two jobs may share one.
+        pub fn result_kinds() -> Vec<&'static str> {
+            let mut kinds: Vec<&str> = Vec::new();
+            for kind in [$(<$job as Job>::Outcome::KIND),*] {
+                if !kinds.contains(&kind) {
+                    kinds.push(kind);
+                }
+            }
+            kinds
         }
 
         $(impl From<$job> for AnyJob {
@@ -284,73 +288,5 @@ impl AnyJob {
         proofmass_io::finite::to_json(self)
             .map(|bytes| String::from_utf8_lossy(&bytes).into_owned())
             .map_err(Trouble::from)
-    }
-}
-
-impl Campaign {
-    /// Reads everything the campaign names, evaluates it and files the result: the same path for a folder and for the
-    /// parts of a request.
-    ///
-    /// # Errors
-    /// A file that cannot be read, data that do not carry the result, or `watch` wanted it to stop.
-    pub fn evaluate(&self, date: Option<String>, watch: &dyn Watch) -> Result<Box<dyn AnyResult>> {
-        match self {
-            Self::MultiPosition(campaign) => {
-                let files = campaign.load(watch)?;
-                let record = campaign.record(&files, date);
-                let job = AnyJob::from(campaign.job(&files)?);
-                job.evaluate(&AnyData::MultiPosition(files.data()), record, watch)
-            }
-            Self::FreeLiving(campaign) => {
-                let windows = campaign.load(watch)?;
-                let record = campaign.record(&windows, date);
-                let job = AnyJob::from(campaign.job()?);
-                job.evaluate(&AnyData::FreeLiving(&windows), record, watch)
-            }
-            Self::SingleAxis(campaign) => {
-                let readings = campaign.load(watch)?;
-                let record = campaign.record(&readings, date);
-                let job = AnyJob::from(campaign.job(&readings)?);
-                let unit = readings.unit();
-                job.evaluate(&AnyData::StaticTest(readings.data(&unit)), record, watch)
-            }
-            Self::ShakerTriaxial(campaign) => {
-                let files = campaign.load(watch)?;
-                let record = campaign.record(&files, date);
-                let data = AnyData::ShakerTriaxial(files.data());
-                AnyJob::from(files.job.clone()).evaluate(&data, record, watch)
-            }
-            Self::ShakerSingle(campaign) => {
-                let files = campaign.load(watch)?;
-                let record = campaign.record(&files, date);
-                let data = AnyData::ShakerSingle(files.data());
-                AnyJob::from(files.job.clone()).evaluate(&data, record, watch)
-            }
-            Self::Transverse(campaign) => {
-                let files = campaign.load(watch)?;
-                let record = campaign.record(&files, date);
-                let data = AnyData::Transverse(files.data());
-                AnyJob::from(files.job.clone()).evaluate(&data, record, watch)
-            }
-            Self::SpuriousMotion(campaign) => {
-                let files = campaign.load(watch)?;
-                let record = campaign.record(&files, date);
-                let data = AnyData::SpuriousMotion(files.data());
-                AnyJob::from(files.job.clone()).evaluate(&data, record, watch)
-            }
-        }
-    }
-
-    /// The file it was read from.
-    pub fn source(&self) -> &crate::campaign::CampaignFile {
-        match self {
-            Self::MultiPosition(campaign) => &campaign.source,
-            Self::FreeLiving(campaign) => &campaign.source,
-            Self::SingleAxis(campaign) => &campaign.source,
-            Self::ShakerTriaxial(campaign) => &campaign.source,
-            Self::ShakerSingle(campaign) => &campaign.source,
-            Self::Transverse(campaign) => &campaign.source,
-            Self::SpuriousMotion(campaign) => &campaign.source,
-        }
     }
 }

@@ -14,10 +14,9 @@ use crate::trouble::{Result, Trouble, TroubleKind};
 use proofmass_core::Watch;
 use proofmass_io::{
     AnyCalibration, ColumnRef, Input, Layout, LayoutOptions, Rewriter, RowBlock, RowReader, Source,
-    TimeUnit, Unit, split_heading,
+    TimeUnit, Unit, WaitingRows, split_heading,
 };
 use serde::{Deserialize, Serialize};
-use std::collections::VecDeque;
 use std::ops::Range;
 use std::path::Path;
 use std::rc::Rc;
@@ -149,9 +148,7 @@ impl Job for ApplyJob {
             clock: self.clock(&layout, &mut columns)?,
             compensation: None,
             factors,
-            waiting: VecDeque::new(),
-            ready: vec![VecDeque::new(); headings.len()],
-            skip: 0,
+            waiting: WaitingRows::new(headings.len()),
             figures: outcome::Figures::default(),
             writer: match &to {
                 Destination::File { path, inputs, .. } => {
@@ -293,10 +290,7 @@ struct Work<'a> {
     /// Made at the first block, which tells the rate.
     compensation: Option<CompensationStream>,
     factors: Vec<f64>,
-    waiting: VecDeque<(Rc<RowBlock>, Range<usize>)>,
-    ready: Vec<VecDeque<f64>>,
-    /// Rows of this stretch that will have no result.
-    skip: usize,
+    waiting: WaitingRows,
     figures: outcome::Figures,
     writer: Rewriter,
     name: String,
@@ -318,7 +312,7 @@ impl Work<'_> {
             let rate = rate.filter(|r| r.is_finite());
             let method = self.job.method;
             let made = CompensationStream::new(self.calibration, method, rate, watch)?;
-            self.skip = made.half();
+            self.waiting.begin(made.half());
             self.compensation = Some(made);
         }
         let mut edges = vec![0];
@@ -340,17 +334,13 @@ impl Work<'_> {
             .factors
             .iter()
             .enumerate()
-            .map(|(i, factor)| {
-                let column = &block.column(i)[rows.clone()];
-                column.iter().map(|v| factor * v).collect()
-            })
+            .map(|(i, factor)| block.scaled(i, rows.clone(), 0.0, *factor))
             .collect();
         let slices: Vec<&[f64]> = scaled.iter().map(Vec::as_slice).collect();
         self.figures.read += rows.len() as u64;
-        let temperature: Option<Vec<f64>> = self.temperature.map(|zero| {
-            let column = &block.column(self.factors.len())[rows.clone()];
-            column.iter().map(|t| t - zero).collect()
-        });
+        let outputs = self.factors.len();
+        let celsius = |zero| block.scaled(outputs, rows.clone(), zero, 1.0);
+        let temperature: Option<Vec<f64>> = self.temperature.map(celsius);
         if let (Some(temperature), AnyCalibration::Triaxial(file)) =
             (&temperature, self.calibration)
         {
@@ -368,7 +358,7 @@ impl Work<'_> {
                 Some(temperature) => compensation.push_at(&slices, temperature),
                 None => compensation.push(&slices),
             };
-            self.waiting.push_back((Rc::clone(block), rows));
+            self.waiting.wait(block, rows);
             self.accept(values)?;
         }
         Ok(())
@@ -376,40 +366,21 @@ impl Work<'_> {
 
     /// Writes the waiting rows as far as their values are there.
     fn accept(&mut self, values: Vec<Vec<f64>>) -> Result<()> {
-        for (ready, values) in self.ready.iter_mut().zip(values) {
-            ready.extend(values);
-        }
-        while let Some((block, rows)) = self.waiting.front_mut() {
-            let skipped = self.skip.min(rows.len());
-            self.skip -= skipped;
-            rows.start += skipped;
-            let n = rows.len().min(self.ready[0].len());
-            if n > 0 {
-                let values: Vec<Vec<f64>> = self
-                    .ready
-                    .iter_mut()
-                    .map(|r| r.drain(..n).collect())
-                    .collect();
-                let slices: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
-                let these = rows.start..rows.start + n;
-                let beyond = self.figures.count(self.calibration, &slices);
-                if let (Some(row), OutOfRange::Refuse) = (beyond, self.job.out_of_range) {
-                    let line = block.line(these.start + row);
-                    return Err(Trouble::new(
-                        TroubleKind::Data,
-                        "a sample is beyond the range in which the calibration was tested",
-                    )
-                    .detail(format!("{}:{line}", self.name))
-                    .with_hint("calibrate over a larger range, or have such samples reported"));
-                }
-                self.writer.rows(block, these, &slices)?;
-                self.figures.written += n as u64;
-                rows.start += n;
+        self.waiting.accept(values);
+        while let Some(ready) = self.waiting.take() {
+            let slices: Vec<&[f64]> = ready.values.iter().map(Vec::as_slice).collect();
+            let beyond = self.figures.count(self.calibration, &slices);
+            if let (Some(row), OutOfRange::Refuse) = (beyond, self.job.out_of_range) {
+                let line = ready.block.line(ready.rows.start + row);
+                return Err(Trouble::new(
+                    TroubleKind::Data,
+                    "a sample is beyond the range in which the calibration was tested",
+                )
+                .detail(format!("{}:{line}", self.name))
+                .with_hint("calibrate over a larger range, or have such samples reported"));
             }
-            if rows.start < rows.end {
-                break;
-            }
-            self.waiting.pop_front();
+            self.figures.written += ready.rows.len() as u64;
+            self.writer.rows(&ready.block, ready.rows, &slices)?;
         }
         Ok(())
     }
@@ -421,8 +392,7 @@ impl Work<'_> {
         let half = compensation.half();
         let rest = compensation.finish();
         self.accept(rest)?;
-        self.waiting.clear();
-        self.skip = half;
+        self.waiting.begin(half);
         Ok(())
     }
 }

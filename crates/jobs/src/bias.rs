@@ -6,15 +6,17 @@ mod page;
 mod recording;
 
 pub use noise::AxisNoise;
+pub(crate) use outcome::OnChip;
 pub use outcome::{BiasOutcome, BiasRest};
 pub use recording::BiasRecording;
 
+use crate::findings;
 use crate::outcome::Job;
 use crate::standstills::found;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{Error, Gravity, Watch};
 use proofmass_static::{BiasObservations, BiasTracking, RestMean, Samples, Segment, Standstill};
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 
 /// What is known of the sensor at rest, and its noise.
@@ -295,18 +297,7 @@ impl BiasJob {
             .filter(|(_, n)| n.walk_is_limit && n.markov.is_empty())
             .map(|(name, _)| name)
             .collect();
-        (!limited.is_empty()).then(|| {
-            Finding::new(
-                Severity::Note,
-                "walk-is-a-limit",
-                format!(
-                    "{}: how the bias walks is not identified; the upper limit is taken",
-                    limited.join(", ")
-                ),
-            )
-            .evidence("the noise result gives no random walk")
-            .advice("the intervals are wider than they need be: record the noise for longer")
-        })
+        (!limited.is_empty()).then(|| findings::walk_is_a_limit(&limited.join(", ")))
     }
 }
 

@@ -1,9 +1,6 @@
 //! The clock of a recording that goes by block by block.
 
-use proofmass_noise::clock_line;
-
-/// Stamps of a block kept for the next, against which its first stamps are compared.
-const REMEMBERED: usize = 128;
+use proofmass_signal::clock::ClockEstimator;
 
 /// What is known of the times while the recording goes by.
 pub(crate) struct BlockClock {
@@ -12,13 +9,11 @@ pub(crate) struct BlockClock {
     unit_is_known: bool,
     /// Samples per second: as stated, or by the line of the first block.
     pub(crate) nominal: f64,
-    /// Last stamps of the block before, s.
-    tail: Vec<f64>,
-    first: Option<f64>,
-    last: f64,
-    /// Rows so far, and samples missing among them.
-    rows: u64,
-    missing: i64,
+    estimator: ClockEstimator,
+    /// Whether a stamp before the one ahead of it is refused, by however little.
+    in_order: bool,
+    last: Option<f64>,
+    rows: usize,
     pub(crate) gaps: u64,
 }
 
@@ -28,11 +23,10 @@ impl BlockClock {
             per_second: None,
             unit_is_known: true,
             nominal: rate,
-            tail: Vec::new(),
-            first: None,
-            last: 0.0,
+            estimator: ClockEstimator::new(),
+            in_order: false,
+            last: None,
             rows: 0,
-            missing: 0,
             gaps: 0,
         }
     }
@@ -42,7 +36,16 @@ impl BlockClock {
             per_second: Some(per_second),
             unit_is_known,
             nominal: rate.unwrap_or(f64::NAN),
+            estimator: ClockEstimator::new().with_nominal(rate),
             ..Self::steady(0.0)
+        }
+    }
+
+    /// Refuses stamps that cross.
+    pub(crate) fn in_order(self) -> Self {
+        Self {
+            in_order: true,
+            ..self
         }
     }
 
@@ -60,60 +63,61 @@ impl BlockClock {
         self.per_second.unwrap_or(1.0)
     }
 
-    /// Rows of a block before which samples are missing, by the line of its stamps and the last ones before it.
+    /// Rows of a block before which samples are missing, decided at its end.
     pub(crate) fn breaks(
         &mut self,
         column: &[f64],
     ) -> std::result::Result<Vec<usize>, (usize, String)> {
         let per_second = self.units_per_second(column);
-        let stamps: Vec<f64> = column.iter().map(|t| t / per_second).collect();
-        let before = self.tail.len();
-        let mut all = std::mem::take(&mut self.tail);
-        all.extend_from_slice(&stamps);
-        let known = Some(self.nominal).filter(|r| r.is_finite());
-        let line = clock_line(&all, known).ok().filter(|_| all.len() > 2);
+        for stamp in column {
+            self.estimator.push(stamp / per_second);
+        }
+        self.estimator.decide_all();
         // Stamps that jitter may cross their neighbours.
-        let most = line.as_ref().map_or(0.0, |l| 2.0 / l.rate);
-        if let Some(row) = (before.max(1)..all.len())
-            .find(|i| all[*i] < all[i - 1] && all[*i] <= all[i - 1] - most)
-        {
-            return Err((
-                row - before,
-                format!(
-                    "the time does not advance, from {} s to {} s",
-                    all[row - 1],
-                    all[row]
-                ),
-            ));
-        }
-        let mut breaks = Vec::new();
-        if let Some(line) = line {
-            if !self.nominal.is_finite() {
-                self.nominal = line.rate;
-            }
-            for slip in line.slips.iter().filter(|s| s.row >= before && s.row > 0) {
-                breaks.push(slip.row - before);
-                self.missing += slip.samples;
-                self.gaps += 1;
+        let most = self.estimator.interval().filter(|_| !self.in_order);
+        let most = most.map_or(0.0, |t| 2.0 * t);
+        for (row, stamp) in column.iter().enumerate() {
+            let to = stamp / per_second;
+            let from = self.last.replace(to).unwrap_or(to);
+            if to < from && to <= from - most {
+                return Err((
+                    row,
+                    format!("the time does not advance, from {from} s to {to} s"),
+                ));
             }
         }
-        self.rows += stamps.len() as u64;
-        self.first = self.first.or(stamps.first().copied());
-        self.last = stamps.last().copied().unwrap_or(self.last);
-        let from = all.len().saturating_sub(REMEMBERED);
-        // A gap ends the memory: its far side belongs to another line.
-        let from = breaks.last().map_or(from, |b| from.max(b + before));
-        self.tail = all.split_off(from);
+        if !self.nominal.is_finite() {
+            self.nominal = self.rate().unwrap_or(f64::NAN);
+        }
+        let slips = self.estimator.take_slips();
+        self.gaps += slips.len() as u64;
+        let breaks = slips.iter().filter_map(|s| s.row.checked_sub(self.rows));
+        let breaks = breaks.collect();
+        self.rows += column.len();
         Ok(breaks)
     }
 
-    /// Samples per second over the whole recording, missing ones counted.
+    /// As [`breaks`](Self::breaks), those alone over which the time is longer than the shortest pause at the rate.
+    pub(crate) fn pauses(
+        &mut self,
+        column: &[f64],
+        shortest: impl Fn(f64) -> f64,
+    ) -> std::result::Result<Vec<usize>, (usize, String)> {
+        let before = self.last;
+        let mut breaks = self.breaks(column)?;
+        let (scale, shortest) = (self.per_second.unwrap_or(1.0), shortest(self.nominal));
+        breaks.retain(|&row| {
+            let from = row.checked_sub(1).map(|r| column[r] / scale).or(before);
+            from.is_some_and(|from| column[row] / scale - from > shortest)
+        });
+        Ok(breaks)
+    }
+
+    /// Samples per second by the line through all stamps.
     pub(crate) fn rate(&self) -> Option<f64> {
-        let Some(first) = self.first.filter(|_| self.per_second.is_some()) else {
+        if self.per_second.is_none() {
             return Some(self.nominal).filter(|r| r.is_finite());
-        };
-        let steps = self.rows as i64 - 1 + self.missing;
-        let rate = steps as f64 / (self.last - first);
-        (rate.is_finite() && rate > 0.0).then_some(rate)
+        }
+        self.estimator.clock().map(|c| c.rate_hz)
     }
 }

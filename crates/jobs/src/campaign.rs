@@ -27,7 +27,7 @@ pub use shaker_single::{
     CheckStandardTable, DeviceChannel, ReadingTable, ShakerSingleCampaign, TransverseTable,
 };
 pub use shaker_triaxial::{
-    CorrectionTable, PlanTable, PublishedInputs, ShakerMethods, ShakerTriaxialCampaign,
+    CorrectionTable, Datasheet, PlanTable, PublishedInputs, ShakerMethods, ShakerTriaxialCampaign,
 };
 pub use single_axis::{PositionTable, SingleAxisCampaign, SingleAxisMethod, SingleAxisTable};
 pub use spurious_motion::{SpuriousMotionCampaign, VibrometerTable};
@@ -36,44 +36,96 @@ pub use transverse::{
     TransverseCampaign, TransverseDatasheet, TransverseMounting, TransverseReading,
 };
 
-use crate::outcome::Outcome as _;
+use crate::outcome::{Job as _, Outcome as _};
 use crate::static_test::StaticTestOutcome;
-use crate::store::{Folder, Store};
+use crate::store::{Folder, Memory, Store};
+use crate::{StoredResult, trouble};
+use proofmass_core::Watch;
 use proofmass_io::{Error, ErrorKind, Input, LARGEST_DOCUMENT, Result, Source};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Kinds that can be read, as written after `kind =`.
-pub const KINDS: &[&str] = &[
-    "multi-position",
-    "free-living",
-    "single-axis",
-    "shaker-triaxial",
-    "shaker-single",
-    "transverse-sensitivity",
-    "spurious-motion",
-];
+/// Declares the kinds, each with its word in the file and the way from its files to an outcome.
+macro_rules! kinds {
+    ($($(#[$doc:meta])* $name:ident($campaign:ty, $kind:literal, |$given:ident, $files:ident, $watching:ident| $outcome:expr),)*) => {
+        /// Kinds that can be read, as written after `kind =`.
+        pub const KINDS: &[&str] = &[$($kind),*];
 
-/// A campaign of any kind.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum Campaign {
+        /// A campaign of any kind.
+        #[derive(Clone, Debug, PartialEq)]
+        #[non_exhaustive]
+        pub enum Campaign {
+            $($(#[$doc])* $name(Box<$campaign>),)*
+        }
+
+        impl Campaign {
+            /// The campaign of a file that says of which kind it is; `None` for a kind that is not known.
+            fn of_word(kind: &str, file: &CampaignFile) -> Result<Option<Self>> {
+                match kind {
+                    $($kind => {
+                        let mut campaign: Box<$campaign> = Box::new(file.parse()?);
+                        campaign.source = file.clone();
+                        campaign.check()?;
+                        Ok(Some(Self::$name(campaign)))
+                    })*
+                    _ => Ok(None),
+                }
+            }
+
+            /// The kind as written in the file.
+            pub fn kind(&self) -> &'static str {
+                match self {
+                    $(Self::$name(_) => $kind,)*
+                }
+            }
+
+            /// The file it was read from.
+            pub fn source(&self) -> &CampaignFile {
+                match self {
+                    $(Self::$name(campaign) => &campaign.source,)*
+                }
+            }
+
+            /// Reads everything the campaign names, evaluates it and files the result: the same path for a folder and
+            /// for the parts of a request.
+            ///
+            /// # Errors
+            /// A file that cannot be read, data that do not carry the result, or `watch` wanted it to stop.
+            pub fn evaluate(
+                &self,
+                date: Option<String>,
+                watch: &dyn Watch,
+            ) -> trouble::Result<StoredResult> {
+                match self {
+                    $(Self::$name(campaign) => {
+                        let files = campaign.load(watch)?;
+                        let record = campaign.record(&files, date);
+                        let ($given, $files, $watching) = (campaign, &files, watch);
+                        StoredResult::new(record, &$outcome?)
+                    })*
+                }
+            }
+        }
+    };
+}
+
+kinds! {
     /// A triaxial accelerometer held still in many positions.
-    MultiPosition(Box<MultiPositionCampaign>),
+    MultiPosition(MultiPositionCampaign, "multi-position", |campaign, files, watch| campaign.job(files)?.evaluate(&files.data(), watch)),
     /// Days of a logger, calibrated from its still moments.
-    FreeLiving(Box<FreeLivingCampaign>),
+    FreeLiving(FreeLivingCampaign, "free-living", |campaign, files, watch| campaign.job()?.evaluate(files, watch)),
     /// One axis at rest, up and down or at many known angles.
-    SingleAxis(Box<SingleAxisCampaign>),
+    SingleAxis(SingleAxisCampaign, "single-axis", |campaign, files, watch| campaign.job(files)?.evaluate(&files.data(&files.unit()), watch)),
     /// A triaxial accelerometer on a shaker.
-    ShakerTriaxial(Box<ShakerTriaxialCampaign>),
+    ShakerTriaxial(ShakerTriaxialCampaign, "shaker-triaxial", |_campaign, files, watch| files.job.evaluate(&files.data(), watch)),
     /// A single-axis accelerometer against a reference.
-    ShakerSingle(Box<ShakerSingleCampaign>),
+    ShakerSingle(ShakerSingleCampaign, "shaker-single", |_campaign, files, watch| files.job.evaluate(&files.data(), watch)),
     /// A single-axis accelerometer shaken across its axis.
-    Transverse(Box<TransverseCampaign>),
+    Transverse(TransverseCampaign, "transverse-sensitivity", |_campaign, files, watch| files.job.evaluate(&files.data(), watch)),
     /// Motion of table and wedges beside the excitation.
-    SpuriousMotion(Box<SpuriousMotionCampaign>),
+    SpuriousMotion(SpuriousMotionCampaign, "spurious-motion", |_campaign, files, watch| files.job.evaluate(&files.data(), watch)),
 }
 
 /// A campaign file as text, with the store of the files that it names: what every kind is read from.
@@ -144,54 +196,19 @@ impl Campaign {
                 "begin the file with kind = \"…\"; known kinds: {list}"
             )));
         };
-        match kind.get_ref().as_str() {
-            "multi-position" => {
-                MultiPositionCampaign::from_file(file).map(|c| Self::MultiPosition(Box::new(c)))
-            }
-            "free-living" => {
-                FreeLivingCampaign::from_file(file).map(|c| Self::FreeLiving(Box::new(c)))
-            }
-            "single-axis" => {
-                SingleAxisCampaign::from_file(file).map(|c| Self::SingleAxis(Box::new(c)))
-            }
-            "shaker-triaxial" => {
-                ShakerTriaxialCampaign::from_file(file).map(|c| Self::ShakerTriaxial(Box::new(c)))
-            }
-            "shaker-single" => {
-                ShakerSingleCampaign::from_file(file).map(|c| Self::ShakerSingle(Box::new(c)))
-            }
-            "transverse-sensitivity" => {
-                TransverseCampaign::from_file(file).map(|c| Self::Transverse(Box::new(c)))
-            }
-            "spurious-motion" => {
-                SpuriousMotionCampaign::from_file(file).map(|c| Self::SpuriousMotion(Box::new(c)))
-            }
-            other => {
-                let near = proofmass_io::spelling::nearest(other, KINDS.iter().copied())
-                    .map_or(String::new(), |k| format!("did you mean \"{k}\"? "));
-                Err(Error::new(
-                    ErrorKind::Configuration,
-                    format!("unknown kind \"{other}\""),
-                )
+        let word = kind.get_ref().as_str();
+        if let Some(campaign) = Self::of_word(word, &file)? {
+            return Ok(campaign);
+        }
+        let near = proofmass_io::spelling::nearest(word, KINDS.iter().copied())
+            .map_or(String::new(), |k| format!("did you mean \"{k}\"? "));
+        Err(
+            Error::new(ErrorKind::Configuration, format!("unknown kind \"{word}\""))
                 .at(&file.path)
                 .line(file.line_at(kind.span().start))
                 .column("kind")
-                .with_hint(format!("{near}known kinds: {list}")))
-            }
-        }
-    }
-
-    /// The kind as written in the file.
-    pub fn kind(&self) -> &'static str {
-        match self {
-            Self::MultiPosition(_) => "multi-position",
-            Self::FreeLiving(_) => "free-living",
-            Self::SingleAxis(_) => "single-axis",
-            Self::ShakerTriaxial(_) => "shaker-triaxial",
-            Self::ShakerSingle(_) => "shaker-single",
-            Self::Transverse(_) => "transverse-sensitivity",
-            Self::SpuriousMotion(_) => "spurious-motion",
-        }
+                .with_hint(format!("{near}known kinds: {list}")),
+        )
     }
 }
 
@@ -346,14 +363,17 @@ impl CampaignFile {
             .count() as u64
     }
 
-    /// Whether the budget is written as `[[budget]]` entries, not as one table.
-    pub(crate) fn has_budget_entries(&self) -> Result<bool> {
-        #[derive(Deserialize)]
-        struct Head {
-            budget: Option<toml::Value>,
+    /// Stands in a campaign until its own file is put in its place.
+    fn unread() -> Self {
+        Self {
+            path: PathBuf::new(),
+            input: Input {
+                path: String::new(),
+                sha256: String::new(),
+            },
+            text: String::new(),
+            store: Arc::new(Memory::new()),
         }
-        let head: Head = self.parse()?;
-        Ok(head.budget.is_some_and(|b| b.is_array()))
     }
 
     /// A file named in the campaign, as it stands in messages.

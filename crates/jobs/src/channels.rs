@@ -3,10 +3,9 @@
 use crate::trouble::{Result, Trouble};
 use proofmass_io::{ColumnRef, Input, Recording, RecordingOptions, Source, TimeUnit, Unit};
 use proofmass_uncertainty::Finding;
-use serde::{Deserialize, Serialize};
 
 /// A channel that is wanted, and its unit where the heading does not say it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct WantedChannel {
     /// Column by name or number.
     pub column: ColumnRef,
@@ -15,8 +14,7 @@ pub struct WantedChannel {
 }
 
 /// How the channels of a recording are to be read.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 #[non_exhaustive]
 pub struct ChannelReading {

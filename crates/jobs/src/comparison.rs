@@ -6,11 +6,10 @@ use crate::frequency_response::PHASE_NOT_STATED;
 use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
-use page::ComparisonReport;
 use proofmass_core::Watch;
 use proofmass_dynamic::FrequencyResponse;
 use proofmass_dynamic::frequency_response::{ReferenceComparison, ResponseComparison};
-use proofmass_io::{Cell, StatedQuantity, Table, Unit};
+use proofmass_io::{StatedQuantity, Unit};
 use proofmass_report::Report;
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
@@ -163,12 +162,10 @@ fn between(from: &str, to: &str) -> Option<f64> {
 }
 
 /// The answer.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ComparisonOutcome {
     names: Vec<String>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     comparison: Option<ResponseComparison>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     reference: Option<ReferenceComparison>,
     findings: Vec<Finding>,
 }
@@ -188,15 +185,6 @@ impl ComparisonOutcome {
     pub fn points(&self) -> usize {
         let pair = self.pair().map_or(0, |p| p.points.len());
         pair + self.reference().map_or(0, |r| r.points.len())
-    }
-
-    fn page(&self, record: &Record) -> ComparisonReport<'_> {
-        ComparisonReport {
-            head: record.head(self.title(record), &self.findings),
-            names: &self.names,
-            comparison: self.pair(),
-            reference: self.reference(),
-        }
     }
 }
 
@@ -227,134 +215,14 @@ impl Outcome for ComparisonOutcome {
         })
     }
 
-    fn tables(&self) -> Result<Vec<(String, Table)>> {
-        let mut list = Vec::new();
-        if let Some(pair) = self.pair() {
-            list.push(("comparison.csv".to_owned(), pair_table(pair)?));
-        }
-        if let Some(several) = self.reference() {
-            let (values, equivalences) = reference_tables(several, &self.names)?;
-            list.push(("reference.csv".to_owned(), values));
-            list.push(("equivalence.csv".to_owned(), equivalences));
-        }
-        Ok(list)
-    }
-
-    fn summary(&self, record: &Record) -> Report {
-        self.page(record).summary()
-    }
-
-    fn report(&self, record: &Record) -> Report {
-        self.page(record).full()
-    }
-}
-
-fn pair_table(pair: &ResponseComparison) -> Result<Table> {
-    let unit = &pair.unit;
-    let mut table = Table::new([
-        "frequency_Hz".to_owned(),
-        "element".to_owned(),
-        format!("modulus_first_{unit}"),
-        format!("modulus_second_{unit}"),
-        "difference_percent".to_owned(),
-        "U_percent".to_owned(),
-        "E_n".to_owned(),
-        "phase_first_deg".to_owned(),
-        "phase_second_deg".to_owned(),
-        "phase_difference_deg".to_owned(),
-        "phase_U_deg".to_owned(),
-        "phase_E_n".to_owned(),
-        "chi_squared".to_owned(),
-    ]);
-    for p in &pair.points {
-        table.push([
-            Cell::Number(p.frequency),
-            Cell::Text(p.element.clone()),
-            Cell::Number(p.value[0].norm()),
-            Cell::Number(p.value[1].norm()),
-            Cell::Number(100.0 * p.modulus_difference),
-            Cell::Number(100.0 * p.modulus_expanded),
-            Cell::Number(p.modulus_en),
-            Cell::Number(p.value[0].arg().to_degrees()),
-            Cell::Number(p.value[1].arg().to_degrees()),
-            Cell::Number(p.phase_difference.to_degrees()),
-            Cell::Number(p.phase_expanded.to_degrees()),
-            Cell::Number(p.phase_en),
-            Cell::Number(p.chi_square),
-        ])?;
-    }
-    Ok(table)
-}
-
-/// The reference values, and how far every laboratory is from them.
-fn reference_tables(several: &ReferenceComparison, names: &[String]) -> Result<(Table, Table)> {
-    let unit = &several.unit;
-    let mut values = Table::new([
-        "frequency_Hz".to_owned(),
-        "element".to_owned(),
-        format!("mean_modulus_{unit}"),
-        "u_mean_modulus_percent".to_owned(),
-        "mean_phase_deg".to_owned(),
-        "u_mean_phase_deg".to_owned(),
-        format!("median_modulus_{unit}"),
-        "u_median_modulus_percent".to_owned(),
-        "median_phase_deg".to_owned(),
-        "u_median_phase_deg".to_owned(),
-        "chance".to_owned(),
-    ]);
-    let mut equivalences = Table::new([
-        "frequency_Hz".to_owned(),
-        "element".to_owned(),
-        "laboratory".to_owned(),
-        format!("modulus_{unit}"),
-        "phase_deg".to_owned(),
-        "modulus_difference_percent".to_owned(),
-        "modulus_U_percent".to_owned(),
-        "modulus_E_n".to_owned(),
-        "phase_difference_deg".to_owned(),
-        "phase_U_deg".to_owned(),
-        "phase_E_n".to_owned(),
-        "modulus_from_median_percent".to_owned(),
-        "modulus_from_median_low_percent".to_owned(),
-        "modulus_from_median_high_percent".to_owned(),
-        "phase_from_median_deg".to_owned(),
-        "phase_from_median_low_deg".to_owned(),
-        "phase_from_median_high_deg".to_owned(),
-    ]);
-    for p in &several.points {
-        let [modulus, phase] = p.mean_uncertainty;
-        let [median_modulus, median_phase] = p.median_uncertainty;
-        values.push([
-            Cell::Number(p.frequency),
-            Cell::Text(p.element.clone()),
-            Cell::Number(p.mean.norm()),
-            Cell::Number(100.0 * modulus),
-            Cell::Number(p.mean.arg().to_degrees()),
-            Cell::Number(phase.to_degrees()),
-            Cell::Number(p.median.norm()),
-            Cell::Number(100.0 * median_modulus),
-            Cell::Number(p.median.arg().to_degrees()),
-            Cell::Number(median_phase.to_degrees()),
-            Cell::Number(p.chance),
-        ])?;
-        for (l, name) in p.laboratories.iter().zip(names) {
-            let mut row = vec![
-                Cell::Number(p.frequency),
-                Cell::Text(p.element.clone()),
-                Cell::Text(name.clone()),
-                Cell::Number(l.value.norm()),
-                Cell::Number(l.value.arg().to_degrees()),
-                Cell::Number(100.0 * l.modulus_difference),
-                Cell::Number(100.0 * l.modulus_expanded),
-                Cell::Number(l.modulus_en),
-                Cell::Number(l.phase_difference.to_degrees()),
-                Cell::Number(l.phase_expanded.to_degrees()),
-                Cell::Number(l.phase_en),
-            ];
-            row.extend(l.median_modulus.map(|v| Cell::Number(100.0 * v)));
-            row.extend(l.median_phase.map(|v| Cell::Number(v.to_degrees())));
-            equivalences.push(row)?;
+    fn page(&self, page: Report) -> Report {
+        let page = match self.pair() {
+            Some(pair) => page::pair(page, pair, &self.names),
+            None => page,
+        };
+        match self.reference() {
+            Some(several) => page::several(page, several, &self.names),
+            None => page,
         }
     }
-    Ok((values, equivalences))
 }

@@ -3,22 +3,20 @@
 mod page;
 
 use crate::channels::{Channel, RecordedChannels};
+use crate::findings;
 use crate::frequency_response;
-use crate::outcome::{Filed, Job, Outcome, section};
+use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
-use crate::response::ResponseOutcome;
+use crate::response::{ResponseOutcome, StoredModel};
+use crate::stored_result::read_section;
 use crate::trouble::{Result, Trouble};
-use page::DeconvolutionReport;
 use proofmass_core::Watch;
 use proofmass_dynamic::deconvolution::{Deconvolution, Deconvolved};
 use proofmass_dynamic::model::{FitProblem, ModelFit, ModelStructure, ResponsePoints};
 use proofmass_dynamic::shock::PulseSearch;
-use proofmass_io::{
-    AnyCalibration, Device, Input, LARGEST_DOCUMENT, Source, StatedQuantity, Table,
-};
+use proofmass_io::{AnyCalibration, Device, Input, LARGEST_DOCUMENT, Source, StatedQuantity};
 use proofmass_report::Report;
-use proofmass_signal::Trace;
-use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity, Severity};
+use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity};
 use serde::{Deserialize, Serialize};
 
 /// How an output is turned back.
@@ -115,15 +113,20 @@ impl FittedModel {
         let name = source.name().to_path_buf();
         let place = name.display().to_string();
         let (bytes, input) = source.into_bytes(LARGEST_DOCUMENT)?;
-        if let Ok(filed) = Filed::<ResponseOutcome>::from_json(&bytes) {
-            let Some(fit) = filed.outcome.fit() else {
+        let stored = read_section::<Option<StoredModel>>(
+            &bytes,
+            ResponseOutcome::KIND,
+            StoredModel::SECTION,
+        );
+        if let Ok((stored, document)) = stored {
+            let Some(model) = stored else {
                 return Err(Trouble::data(format!("{place} holds no fitted model"))
                     .with_hint("evaluate it again with --model 1mode"));
             };
             return Ok(Self {
-                fit: fit.clone(),
-                unit: filed.outcome.unit().to_owned(),
-                device: filed.record.device.clone(),
+                fit: model.fit,
+                unit: model.unit,
+                device: document.device,
                 input,
                 findings: Vec::new(),
             });
@@ -238,30 +241,16 @@ impl Job for DeconvolutionJob {
         watch.step("inverse filter", 1, 1)?;
         let mut findings = data.findings.to_vec();
         findings.extend(fit.findings.iter().cloned());
-        let top = (0..record.len())
-            .max_by(|a, b| result.value[*a].abs().total_cmp(&result.value[*b].abs()))
-            .unwrap_or(0);
+        let top = result.top();
         let highest = fit.residuals.iter().map(|r| r[0]).fold(0.0, f64::max);
         if result.corner > 1.05 * highest {
-            findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "model-extrapolated",
-                    "the inverse uses the model beyond the frequencies it was fitted to",
-                )
-                .evidence(format!(
-                    "corner {:.0} Hz, points up to {highest:.0} Hz",
-                    result.corner
-                ))
-                .advice("measure the response further up, or set the corner (--corner)"),
-            );
+            findings.push(findings::model_extrapolated(result.corner, highest));
         }
         if result.regularisation > 0.1 * result.value[top].abs() {
-            findings.push(
-                Finding::new(Severity::Warning, "little-is-left", "what the low-pass removes may be a tenth of the peak or more")
-                    .evidence(format!("standard uncertainty {:.3e} of {:.3e}", result.regularisation, result.value[top].abs()))
-                    .advice("the device does not follow this motion within its noise: the values are a smoothed picture of it"),
-            );
+            findings.push(findings::little_is_left(
+                result.regularisation,
+                result.value[top].abs(),
+            ));
         }
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
         // Output over input: what stands behind the stroke is the input's unit.
@@ -269,10 +258,7 @@ impl Job for DeconvolutionJob {
             .unit
             .split_once('/')
             .map_or("1", |(_, input)| input.trim_matches(['(', ')']));
-        let plain = record
-            .iter()
-            .map(|v| (v - mean(&record[..quiet])) / fit.model.sensitivity)
-            .collect();
+        let plain = method.plain(fit.model.sensitivity, record);
         Ok(DeconvolutionOutcome {
             request: *self,
             rate: data.rate,
@@ -285,12 +271,8 @@ impl Job for DeconvolutionJob {
     }
 }
 
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len().max(1) as f64
-}
-
 /// The answer.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct DeconvolutionOutcome {
     request: DeconvolutionJob,
     rate: f64,
@@ -326,40 +308,6 @@ impl DeconvolutionOutcome {
             dof: DegreesOfFreedom::INFINITE,
         }
     }
-
-    fn page(&self, record: &Record) -> DeconvolutionReport<'_> {
-        let time: Vec<f64> = (0..self.plain.len())
-            .map(|k| k as f64 / self.rate)
-            .collect();
-        let trace = |y: &[f64]| Trace::new(&time, y, Trace::RUNS);
-        let edge = |sign: f64| -> Vec<f64> {
-            let pairs = self
-                .result
-                .value
-                .iter()
-                .zip(&self.result.standard_uncertainty);
-            pairs.map(|(v, u)| v + sign * 1.96 * u).collect()
-        };
-        DeconvolutionReport {
-            head: record.head(self.title(record), &self.findings),
-            unit: &self.unit,
-            peak: self.peak(),
-            plain_peak: self
-                .plain
-                .iter()
-                .fold(0.0, |m: f64, v| if v.abs() > m.abs() { *v } else { m }),
-            corner: self.result.corner,
-            causes: [
-                self.result.noise,
-                self.result.model,
-                self.result.regularisation,
-            ],
-            value: trace(&self.result.value),
-            low: trace(&edge(-1.0)),
-            high: trace(&edge(1.0)),
-            plain: trace(&self.plain),
-        }
-    }
 }
 
 impl Outcome for DeconvolutionOutcome {
@@ -381,30 +329,7 @@ impl Outcome for DeconvolutionOutcome {
         Ok(vec![section("corner_Hz", &self.result.corner)?])
     }
 
-    fn tables(&self) -> Result<Vec<(String, Table)>> {
-        let unit = &self.unit;
-        let mut table = Table::new([
-            "time_s".to_owned(),
-            format!("value_{unit}"),
-            format!("u_{unit}"),
-            format!("U95_{unit}"),
-        ]);
-        let pairs = self
-            .result
-            .value
-            .iter()
-            .zip(&self.result.standard_uncertainty);
-        for (k, (v, u)) in pairs.enumerate() {
-            table.push([k as f64 / self.rate, *v, *u, 1.96 * u])?;
-        }
-        Ok(vec![("input.csv".to_owned(), table)])
-    }
-
-    fn summary(&self, record: &Record) -> Report {
-        self.page(record).summary()
-    }
-
-    fn report(&self, record: &Record) -> Report {
-        self.page(record).full()
+    fn page(&self, page: Report) -> Report {
+        page::add(page, self)
     }
 }

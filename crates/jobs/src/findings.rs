@@ -1,5 +1,9 @@
 //! The catalogue of every finding: what each room declares, in one list, as text and as a page.
 
+mod kinds;
+
+pub(crate) use kinds::*;
+
 use crate::{Result, Trouble};
 use proofmass_uncertainty::{FindingKind, Severity};
 use serde::Serialize;
@@ -7,13 +11,17 @@ use std::fmt::{self, Write as _};
 
 /// Every kind of finding with the room that declares it.
 pub fn catalogue() -> Vec<(&'static str, &'static FindingKind)> {
-    let rooms: [(&str, &'static [FindingKind]); 6] = [
+    let rooms: [(&str, &'static [FindingKind]); 10] = [
         ("uncertainty", proofmass_uncertainty::CATALOGUE),
         ("io", proofmass_io::CATALOGUE),
         ("noise", proofmass_noise::CATALOGUE),
+        ("static", proofmass_static::CATALOGUE),
+        ("shaker", proofmass_shaker::findings::CATALOGUE),
+        ("dynamic", proofmass_dynamic::findings::CATALOGUE),
         ("motion", proofmass_motion::CATALOGUE),
         ("odometry", proofmass_odometry::CATALOGUE),
         ("fixture", proofmass_fixture::CATALOGUE),
+        ("jobs", CATALOGUE),
     ];
     rooms
         .into_iter()

@@ -1,18 +1,17 @@
 //! What of a result firmware needs: the filter of a bias, the gains of a velocity, the map of an encoder.
 
-use crate::bias::BiasOutcome;
-use crate::outcome::{Filed, Outcome};
+use crate::bias::{BiasOutcome, OnChip};
+use crate::outcome::Outcome;
+use crate::stored_result::read_section;
 use crate::trouble::{Result, Trouble};
-use crate::velocity::{VelocityMap, VelocityTuning};
+use crate::velocity::{StoredMap, TunedGains, VelocityMap, VelocityTuning};
 use proofmass_core::velocity::{Kalman, MotionNoise, SteadyKalman};
 use proofmass_core::{Error, Matrix3};
 use proofmass_io::{FirmwareBlock, ResultDocument};
 use proofmass_motion::{EncoderMap, KalmanModel, Method, ReadingSource};
-use serde::{Deserialize, Serialize};
 
 /// Which gains of a tuning are wanted.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[non_exhaustive]
 pub enum GainsOf {
@@ -41,9 +40,15 @@ pub struct Firmware {
 pub fn firmware(bytes: &[u8], gains: GainsOf) -> Result<Firmware> {
     let kind = ResultDocument::from_json(bytes)?.kind;
     match kind.as_str() {
-        BiasOutcome::KIND => Ok(Filed::<BiasOutcome>::from_json(bytes)?.outcome.firmware()),
-        VelocityTuning::KIND => Filed::<VelocityTuning>::from_json(bytes)?.outcome.firmware(gains),
-        VelocityMap::KIND => Ok(Filed::<VelocityMap>::from_json(bytes)?.outcome.firmware()),
+        BiasOutcome::KIND => {
+            let (filter, _) = read_section::<OnChip>(bytes, &kind, OnChip::SECTION)?;
+            Ok(filter.firmware())
+        }
+        VelocityTuning::KIND => {
+            let (tuned, _) = read_section::<TunedGains>(bytes, &kind, TunedGains::SECTION)?;
+            tuned.firmware(gains)
+        }
+        VelocityMap::KIND => Ok(StoredMap::read(bytes)?.firmware()),
         other => Err(Trouble::data(format!(
             "a result of kind `{other}` has nothing for firmware"
         ))

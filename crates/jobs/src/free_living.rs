@@ -6,16 +6,14 @@ mod floats;
 use crate::campaign::{FreeLivingCampaign, StreamFormat};
 use crate::multi_position::gravity;
 use crate::outcome::{Job, Outcome, section};
+use crate::page::parameters::stated_parameters;
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{Error, Gravity, STANDARD_GRAVITY, Watch};
 use proofmass_io::{
-    AnyCalibration, Cell, ColumnRef, Input, Layout, RowReader, StatedQuantity, Table, TimeUnit,
-    Unit,
+    AnyCalibration, ColumnRef, Input, Layout, RowReader, StatedQuantity, TimeUnit, Unit,
 };
-use proofmass_report::{
-    Cell as ReportCell, Column, KeyFigure, Report, Section, Table as ReportTable,
-};
+use proofmass_report::{KeyFigure, Report, Section};
 use proofmass_static::{
     AutoCalibration, AutoCalibrationFit, StillWindow, StillWindows, WindowRule,
 };
@@ -236,11 +234,7 @@ impl Job for FreeLivingJob {
         findings.extend(fit.findings.iter().cloned());
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
         Ok(FreeLivingOutcome {
-            quantities: fit
-                .quantities()
-                .iter()
-                .map(|q| StatedQuantity::new(q, self.probability))
-                .collect(),
+            quantities: StatedQuantity::list(&fit.quantities(), self.probability),
             probability: self.probability,
             seen: data.seen,
             findings,
@@ -256,7 +250,7 @@ impl Job for FreeLivingJob {
 }
 
 /// Scale, offset and temperature coefficient of each axis.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct FreeLivingOutcome {
     quantities: Vec<StatedQuantity>,
     probability: f64,
@@ -264,9 +258,7 @@ pub struct FreeLivingOutcome {
     findings: Vec<Finding>,
     gravity: Gravity,
     /// Lowest and highest temperature of the still windows, °C.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     temperature_range: Option<[f64; 2]>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     columns: Option<[ColumnRef; 3]>,
     fit: AutoCalibrationFit,
 }
@@ -309,80 +301,37 @@ impl Outcome for FreeLivingOutcome {
         Ok(vec![section("fit", &self.fit.parameters)?])
     }
 
-    fn tables(&self) -> Result<Vec<(String, Table)>> {
-        let mut table = Table::new(["quantity", "value", "unit", "u", "U", "k", "nu_eff"]);
-        for q in &self.quantities {
-            let nu = q.nu_eff.map(|nu| nu.get()).filter(|nu| nu.is_finite());
-            table.push([
-                Cell::from(q.name.as_str()),
-                Cell::from(q.value),
-                Cell::from(q.unit.as_str()),
-                Cell::from(q.u),
-                Cell::from(q.expanded),
-                Cell::from(q.k),
-                Cell::from(nu),
-            ])?;
-        }
-        Ok(vec![("parameters.csv".to_owned(), table)])
-    }
-
     fn calibration(&self, record: &Record) -> Result<Option<AnyCalibration>> {
         Ok(Some(self.file(record)?.into()))
     }
 
-    fn summary(&self, record: &Record) -> Report {
+    fn page(&self, page: Report) -> Report {
         let fit = &self.fit;
         let figure = |label: &str, value: f64| KeyFigure::new(label, format!("{value:.2}"), "mg");
-        let mut table = ReportTable::new(
-            format!(
-                "Parameters with their {:.0} % intervals",
-                100.0 * self.probability
-            ),
-            [
-                Column::text("quantity"),
-                Column::number("value", ""),
-                Column::number("U", ""),
-                Column::text("unit"),
-                Column::number("k", ""),
-            ],
+        let caption = format!(
+            "Parameters with their {:.0} % intervals",
+            100.0 * self.probability
         );
-        for q in &self.quantities {
-            table = table.row([
-                ReportCell::text(q.name.clone()),
-                ReportCell::number(format!("{:.6}", q.value)),
-                ReportCell::number(format!("{:.6}", q.expanded)),
-                ReportCell::text(q.unit.clone()),
-                q.k.map_or(ReportCell::Empty, |k| ReportCell::number(format!("{k:.2}"))),
-            ]);
-        }
+        let six = |q: &StatedQuantity| [q.value, q.expanded].map(|v| format!("{v:.6}"));
         let temperature = fit
             .mean_temperature
             .map_or(String::new(), |t| format!(" T̄ = {t:.2} °C."));
-        let head = record.head(self.title(record), &self.findings);
-        head.open()
-            .subtitle(format!(
-                "Auto-calibration from {} still windows of {} ({} independent blocks of time)",
-                fit.windows, self.seen, fit.blocks
+        let result = Section::new("Result")
+            .paragraph(format!(
+                "Corrected output a = scale · (output + offset) + temperature · (T − T̄), axis by axis, in g.{temperature} \
+                 Offsets and scale factors make ‖a‖ = 1 g where the sensor was still; misalignment is not part of the model."
             ))
-            .findings(self.findings.iter().cloned())
-            .section(
-                Section::new("Result")
-                    .paragraph(format!(
-                        "Corrected output a = scale · (output + offset) + temperature · (T − T̄), axis by axis, in g.{temperature} \
-                         Offsets and scale factors make ‖a‖ = 1 g where the sensor was still; misalignment is not part of the model."
-                    ))
-                    .key_figures(vec![
-                        KeyFigure::new("still windows", fit.windows.to_string(), ""),
-                        figure("error before", fit.error_before_mg),
-                        figure("error after", fit.error_after_mg).note("mean of |‖a‖ − 1 g|"),
-                        KeyFigure::new("iterations", fit.iterations.to_string(), ""),
-                    ])
-                    .table(table),
-            )
-    }
-
-    fn report(&self, record: &Record) -> Report {
-        self.summary(record)
-            .foot(&record.head(self.title(record), &self.findings))
+            .key_figures([
+                KeyFigure::new("still windows", fit.windows.to_string(), ""),
+                figure("error before", fit.error_before_mg),
+                figure("error after", fit.error_after_mg).note("mean of |‖a‖ − 1 g|"),
+                KeyFigure::new("iterations", fit.iterations.to_string(), ""),
+            ])
+            .table(stated_parameters(caption, &self.quantities, six));
+        page.subtitle(format!(
+            "Auto-calibration from {} still windows of {} ({} independent blocks of time)",
+            fit.windows, self.seen, fit.blocks
+        ))
+        .section(result.summarised())
     }
 }

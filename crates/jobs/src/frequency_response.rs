@@ -1,15 +1,15 @@
 //! Frequency responses between the mathematics and their files.
 
-use crate::any_result::read_result;
+use crate::findings;
 use crate::laboratory_table::LaboratoryTable;
-use crate::outcome::{CALIBRATION, RESULT};
 use crate::record::Record;
+use crate::stored_result::{RESULT, StoredResult};
 use crate::trouble::{Result, Trouble};
 use proofmass_dynamic::FrequencyResponse;
 use proofmass_io::{
     AnyCalibration, Device, FrequencyResponseFile, Input, LARGEST_DOCUMENT, Source, Unit,
 };
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
 
 /// Finding on a table without phases.
 pub(crate) const PHASE_NOT_STATED: &str = "phase-not-stated";
@@ -38,15 +38,13 @@ pub fn read_document(source: Source, coverage: Option<f64>) -> Result<ResponseDo
     let (bytes, input) = source.into_bytes(LARGEST_DOCUMENT)?;
     let result = name.file_name().is_some_and(|n| n == RESULT);
     let (calibration, findings) = if result {
-        let files = read_result(&bytes)
-            .and_then(|filed| filed.files())
-            .map_err(|e| e.detail(place.clone()))?;
-        let Some((_, bytes)) = files.into_iter().find(|(name, _)| name == CALIBRATION) else {
+        let stored = StoredResult::from_json(&bytes).map_err(|e| e.detail(place.clone()))?;
+        let Some(calibration) = stored.calibration() else {
             return Err(Trouble::data(format!("{place} gives no calibration")).with_hint(
                 "an input in m/s² and an output in a known unit make a frequency response a calibration",
             ));
         };
-        (AnyCalibration::from_json(&bytes)?, Vec::new())
+        (calibration.clone(), Vec::new())
     } else {
         let (calibration, _, findings) =
             read_calibration(Source::from_bytes(name, bytes)?, coverage)?;
@@ -117,15 +115,10 @@ pub fn read_calibration(
     );
     let mut findings = table.findings;
     if !table.phase_stated {
-        findings.push(
-            Finding::new(
-                Severity::Warning,
-                PHASE_NOT_STATED,
-                "the table states no phase: it is taken as zero, and delays are unknown",
-            )
-            .evidence(table.input.path.clone())
-            .advice("add phase_deg and u_phase_deg where phases or delays count"),
-        );
+        findings.push(findings::phase_not_stated(
+            &table.input.path,
+            "it is taken as zero, and delays are unknown",
+        ));
     }
     Ok((file.into(), table.input, findings))
 }

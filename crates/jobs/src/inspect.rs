@@ -1,12 +1,13 @@
 //! What is in a recording, before anything is made of it.
 
-use crate::outcome::{Job, Outcome};
+use crate::outcome::{Job, Outcome, section};
+use crate::page::measures::lines;
 use crate::plural::count;
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
-use proofmass_io::{Inspection, Source, StatedQuantity, inspect_source};
-use proofmass_report::{Cell, Column, Report, Section, Table};
+use proofmass_io::{ColumnSummary, Inspection, Source, StatedQuantity, Statistics, inspect_source};
+use proofmass_report::{Cell, Field, Report, Section, Table};
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 use std::sync::Mutex;
@@ -69,7 +70,7 @@ impl InspectData {
 }
 
 /// What was seen.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct InspectOutcome {
     inspection: Inspection,
     damage: bool,
@@ -116,72 +117,66 @@ impl Outcome for InspectOutcome {
         &self.inspection.findings
     }
 
-    fn summary(&self, record: &Record) -> Report {
-        report(&self.inspection, self.damage, self.title(record))
+    fn sections(&self) -> Result<Vec<(&'static str, serde_json::Value)>> {
+        Ok(vec![section("inspection", &self.inspection)?])
     }
 
-    fn report(&self, record: &Record) -> Report {
-        self.summary(record).footer(record.software.to_string())
+    fn page(&self, page: Report) -> Report {
+        let page = head(page, &self.inspection).section(columns(&self.inspection).summarised());
+        match self.damage {
+            true => page.section(places(&self.inspection).summarised()),
+            false => page,
+        }
     }
 }
 
-fn report(inspection: &Inspection, damage: bool, title: String) -> Report {
+/// Size, layout and clock, in the head of the page.
+fn head(page: Report, inspection: &Inspection) -> Report {
     let layout = &inspection.layout;
-    let mut report = Report::new(title)
+    let separator = format!("{:?}", layout.separator).to_lowercase();
+    let header = if layout.header.is_some() { "yes" } else { "no" };
+    let page = page
         .meta("rows", inspection.rows.to_string())
-        .meta(
-            "separator",
-            format!("{:?}", layout.separator).to_lowercase(),
-        )
-        .meta("header", if layout.header.is_some() { "yes" } else { "no" });
-    if let Some(time) = &inspection.time {
-        report = report
-            .meta("time", format!("column {}", time.column))
-            .meta(
-                "rate",
-                format!(
-                    "{:.6} Hz, u = {:.1e} Hz",
-                    time.rate_hz, time.clock.rate_u_hz
-                ),
-            )
-            .meta(
-                "resolution of the stamps",
-                format!("{} s", significant(time.clock.resolution_s)),
-            )
-            .meta("duration", format!("{:.3} s", time.duration_s))
-            .meta("gaps", time.gap_count.to_string());
-        if let Some(jitter) = time.jitter_s {
-            report = report.meta("jitter", format!("{:.1e} s", jitter));
-        }
+        .meta("separator", separator)
+        .meta("header", header);
+    let Some(time) = &inspection.time else {
+        return page;
+    };
+    let clock = &time.clock;
+    let rate = format!("{:.6} Hz, u = {:.1e} Hz", time.rate_hz, clock.rate_u_hz);
+    let resolution = format!("{} s", significant(clock.resolution_s));
+    let page = page
+        .meta("time", format!("column {}", time.column))
+        .meta("rate", rate)
+        .meta("resolution of the stamps", resolution)
+        .meta("duration", format!("{:.3} s", time.duration_s))
+        .meta("gaps", time.gap_count.to_string());
+    match time.jitter_s {
+        Some(jitter) => page.meta("jitter", format!("{jitter:.1e} s")),
+        None => page,
     }
-    let mut table = Table::new(
-        "",
-        [
-            Column::number("no.", ""),
-            Column::text("name"),
-            Column::text("unit"),
-            Column::number("min", ""),
-            Column::number("mean", ""),
-            Column::number("max", ""),
-            Column::number("std dev", ""),
-            Column::number("step", ""),
-        ],
-    );
-    let number = |v: Option<f64>| v.map_or(Cell::Empty, |v| Cell::number(significant(v)));
-    for column in &inspection.columns {
-        let s = column.statistics.as_ref();
-        table = table.row([
-            Cell::number(column.number.to_string()),
-            Cell::text(column.name.clone()),
-            Cell::text(column.unit.map(|u| u.to_string()).unwrap_or_default()),
-            number(s.map(|s| s.min)),
-            number(s.map(|s| s.mean)),
-            number(s.map(|s| s.max)),
-            number(s.and_then(|s| s.standard_deviation)),
-            number(s.and_then(|s| s.resolution)),
-        ]);
-    }
-    let mut section = Section::new("Columns").table(table);
+}
+
+fn columns(inspection: &Inspection) -> Section {
+    let statistic = |heading: &str, of: fn(&Statistics) -> Option<f64>| {
+        let value = move |c: &ColumnSummary| c.statistics.as_ref().and_then(of);
+        Field::shown(heading, "", move |c: &ColumnSummary| {
+            value(c).map(|v| Cell::number(significant(v))).into()
+        })
+    };
+    let fields = [
+        Field::shown("no.", "", |c: &ColumnSummary| c.number.into()),
+        Field::shown("name", "", |c: &ColumnSummary| c.name.as_str().into()),
+        Field::shown("unit", "", |c: &ColumnSummary| {
+            Cell::text(c.unit.map(|u| u.to_string()).unwrap_or_default())
+        }),
+        statistic("min", |s| Some(s.min)),
+        statistic("mean", |s| Some(s.mean)),
+        statistic("max", |s| Some(s.max)),
+        statistic("std dev", |s| s.standard_deviation),
+        statistic("step", |s| s.resolution),
+    ];
+    let mut section = Section::new("Columns").table(Table::of("", fields, &inspection.columns));
     if let Some(time) = &inspection.time {
         if let Some(line) = time.backward_lines.first() {
             section = section.paragraph(format!(
@@ -215,73 +210,47 @@ fn report(inspection: &Inspection, damage: bool, title: String) -> Report {
             row.line
         ));
     }
-    let mut report = report
-        .section(section)
-        .findings(inspection.findings.iter().cloned());
-    if damage {
-        report = report.section(places(inspection));
-    }
-    report
+    section
 }
 
 /// Every damaged place, in the order of lines.
 fn places(inspection: &Inspection) -> Section {
-    let rows = inspection.bad_rows.iter().map(|b| {
-        let what = format!(
-            "{}, not {}",
-            count(b.fields, "field"),
-            inspection.layout.columns
-        );
-        (b.line, String::new(), what, b.text.clone())
-    });
-    let fields = inspection.bad.iter().map(|b| {
-        let what = "not a finite number".to_owned();
-        (b.line, b.column.clone(), what, b.text.clone())
-    });
-    let times = inspection.time.iter().flat_map(|t| {
-        let column = t.column.clone();
-        let backward = t.backward_lines.iter().map({
-            let column = column.clone();
-            move |line| {
-                (
-                    *line,
-                    column.clone(),
-                    "time does not run forward".to_owned(),
-                    String::new(),
-                )
-            }
-        });
-        let gaps = t.gaps.iter().map(move |g| {
+    /// Line, column, what is wrong, text.
+    type Place<'a> = (u64, &'a str, String, &'a str);
+    let width = inspection.layout.columns;
+    let rows = inspection.bad_rows.iter();
+    let mut all: Vec<Place<'_>> = rows
+        .map(|b| {
+            let what = format!("{}, not {width}", count(b.fields, "field"));
+            (b.line, "", what, b.text.as_str())
+        })
+        .collect();
+    let no_number = || "not a finite number".to_owned();
+    let fields = inspection.bad.iter();
+    all.extend(fields.map(|b| (b.line, b.column.as_str(), no_number(), b.text.as_str())));
+    if let Some(time) = &inspection.time {
+        let backward = || "time does not run forward".to_owned();
+        let lines = time.backward_lines.iter();
+        all.extend(lines.map(|line| (*line, time.column.as_str(), backward(), "")));
+        all.extend(time.gaps.iter().map(|g| {
             let what = format!("{:.6} s without a sample after this line", g.step_s);
-            (g.line, column.clone(), what, String::new())
-        });
-        backward.chain(gaps).collect::<Vec<_>>()
-    });
-    let mut all: Vec<_> = rows.chain(fields).chain(times).collect();
+            (g.line, time.column.as_str(), what, "")
+        }));
+    }
     all.sort_by_key(|p| p.0);
     if all.is_empty() {
         return Section::new("Damage").paragraph("None was found.");
     }
-    let table = Table::new(
-        "",
+    let rows = all.into_iter().map(|(line, column, what, text)| {
         [
-            Column::number("line", ""),
-            Column::text("column"),
-            Column::text("what"),
-            Column::text("text"),
-        ],
-    );
-    let table = all
-        .into_iter()
-        .fold(table, |table, (line, column, what, text)| {
-            table.row([
-                Cell::number(line.to_string()),
-                Cell::text(column),
-                Cell::text(what),
-                Cell::text(text),
-            ])
-        });
-    Section::new("Damage").table(table)
+            Cell::number(line.to_string()),
+            column.into(),
+            what.into(),
+            text.into(),
+        ]
+    });
+    let headings = [("line", ""), ("column", ""), ("what", ""), ("text", "")];
+    Section::new("Damage").table(lines("", headings, rows))
 }
 
 /// Six significant digits.

@@ -1,6 +1,7 @@
 //! The table of a laboratory: sensitivity of one axis over frequency, as certificates print it.
 
 use crate::device_output::DeviceOutput;
+use crate::findings;
 use proofmass_dynamic::FrequencyResponse;
 use proofmass_dynamic::reference_table::{ReferencePoint, ReferenceTable};
 use proofmass_io::sheet::{
@@ -8,7 +9,7 @@ use proofmass_io::sheet::{
     Sheet, SheetRow,
 };
 use proofmass_io::{Error, ErrorKind, Input, Result, Source};
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
 
 /// Headings of the sensitivity, in the order of `OUTPUTS`.
 const KINDS: [Endings; 3] = [SENSITIVITY, ACCELERATION_RATIO, COUNT_SENSITIVITY];
@@ -114,21 +115,13 @@ impl LaboratoryTable {
         let mut findings = Vec::new();
         let most = groups.iter().map(Vec::len).max().unwrap_or(0);
         if most > 1 {
-            findings.push(
-                Finding::new(
-                    Severity::Note,
-                    "rows-averaged",
-                    "rows of one frequency were taken as repeats and averaged",
-                )
-                .evidence(format!(
-                    "{}: up to {most} rows at each of {} frequencies",
-                    path.display(),
-                    groups.len()
-                ))
-                .advice("the mean keeps the stated uncertainty of a row, and that of the mean by their scatter beside it"),
-            );
+            findings.push(findings::repeats_averaged(
+                &path.display().to_string(),
+                most,
+                groups.len(),
+            ));
         }
-        let table = ReferenceTable::new(groups.iter().map(|g| averaged(g)).collect())
+        let table = ReferenceTable::new(groups.iter().map(|g| ReferencePoint::mean(g)).collect())
             .map_err(|e| Error::new(ErrorKind::Format, e.to_string()).at(&path))?;
         Ok(Self {
             input: sheet.input.clone(),
@@ -142,36 +135,6 @@ impl LaboratoryTable {
     /// The table as a frequency response.
     pub(crate) fn response(&self) -> Result<FrequencyResponse, proofmass_core::Error> {
         FrequencyResponse::of_table(&self.table, self.output.unit())
-    }
-}
-
-/// Mean of repeats.
-fn averaged(group: &[ReferencePoint]) -> ReferencePoint {
-    let n = group.len() as f64;
-    let first = group[0];
-    if group.len() == 1 {
-        return first;
-    }
-    let mean = |of: &dyn Fn(&ReferencePoint) -> f64| group.iter().map(of).sum::<f64>() / n;
-    let scatter = |of: &dyn Fn(&ReferencePoint) -> f64, mean: f64| {
-        group.iter().map(|p| (of(p) - mean).powi(2)).sum::<f64>() / (n - 1.0) / n
-    };
-    // Turns are counted from the first row's phase.
-    let turned = |p: &ReferencePoint| {
-        let turn = std::f64::consts::TAU;
-        p.phase - turn * ((p.phase - first.phase) / turn).round()
-    };
-    let sensitivity = mean(&|p| p.sensitivity);
-    let phase = mean(&turned);
-    let stated = mean(&|p| p.modulus_uncertainty.powi(2));
-    let apart = scatter(&|p| p.sensitivity, sensitivity) / (sensitivity * sensitivity);
-    let angle = mean(&|p| p.phase_uncertainty.powi(2));
-    ReferencePoint {
-        frequency: first.frequency,
-        sensitivity,
-        phase,
-        modulus_uncertainty: (stated + apart).sqrt(),
-        phase_uncertainty: (angle + scatter(&turned, phase)).sqrt(),
     }
 }
 
@@ -205,7 +168,9 @@ impl Stated {
                     &format!("U_{ending}"),
                     "an expanded uncertainty needs its coverage factor",
                 )
-                .with_hint("say it (`k = 2` in [reference], `--coverage 2`), or add a column `k`")),
+                .with_hint(
+                    "say it (`k = 2` in [reference], `--coverage-factor 2`), or add a column `k`",
+                )),
             (None, None) => Err(sheet
                 .header_error(&format!("u_{ending}"), "the table has no such column")
                 .with_hint(format!(

@@ -7,7 +7,6 @@
 //! [`Watch`], files as a [`Store`].
 
 mod any_job;
-mod any_result;
 pub mod apply;
 #[cfg(feature = "clap")]
 mod arguments;
@@ -49,6 +48,7 @@ mod standstills;
 pub mod static_test;
 pub mod step;
 mod store;
+mod stored_result;
 pub mod temperature;
 pub mod transverse;
 mod trouble;
@@ -57,15 +57,15 @@ pub mod validation;
 pub mod velocity;
 pub mod verification;
 
-pub use any_job::{AnyData, AnyJob};
-pub use any_result::{AnyResult, read_result, result_kinds};
+pub use any_job::{AnyData, AnyJob, result_kinds};
 pub use bench_runs::{BenchFiles, BenchRuns};
 pub use channels::{Channel, ChannelReading, RecordedChannel, RecordedChannels, WantedChannel};
 pub use device_output::DeviceOutput;
-pub use outcome::{CALIBRATION, Filed, Job, Outcome, QUANTITIES, REPORT, RESULT, section};
+pub use outcome::{Job, Outcome, QUANTITIES, section};
 pub use proofmass_core::{Unwatched, Watch};
 pub use record::Record;
 pub use recording::RecordingReading;
 pub use sensor_clock::SensorClock;
 pub use store::{Folder, Gathered, Memory, Sink, Store};
+pub use stored_result::{CALIBRATION, REPORT, RESULT, StoredResult};
 pub use trouble::{Result, Trouble, TroubleKind};

@@ -6,10 +6,9 @@ use crate::channels::{Channel, ChannelReading, RecordedChannels, WantedChannel};
 use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
-use page::LinearityReport;
 use proofmass_core::Watch;
 use proofmass_dynamic::linearity::LevelLinearity;
-use proofmass_io::{Input, Source, StatedQuantity, Table};
+use proofmass_io::{Input, Source, StatedQuantity};
 use proofmass_report::Report;
 use proofmass_uncertainty::{Estimate, Finding};
 use serde::{Deserialize, Serialize};
@@ -133,7 +132,7 @@ impl Job for LinearityJob {
 }
 
 /// The answer.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct LinearityOutcome {
     fit: LevelLinearity,
     findings: Vec<Finding>,
@@ -143,13 +142,6 @@ impl LinearityOutcome {
     /// The fit.
     pub fn linearity(&self) -> &LevelLinearity {
         &self.fit
-    }
-
-    fn page(&self, record: &Record) -> LinearityReport<'_> {
-        LinearityReport {
-            head: record.head(self.title(record), &self.findings),
-            linearity: &self.fit,
-        }
     }
 }
 
@@ -161,11 +153,7 @@ impl Outcome for LinearityOutcome {
     }
 
     fn quantities(&self) -> Vec<StatedQuantity> {
-        let stated = self.fit.estimate.quantities();
-        stated
-            .iter()
-            .map(|q| StatedQuantity::new(q, 0.95))
-            .collect()
+        StatedQuantity::list(&self.fit.estimate.quantities(), 0.95)
     }
 
     fn findings(&self) -> &[Finding] {
@@ -180,19 +168,7 @@ impl Outcome for LinearityOutcome {
         Ok(vec![section("non_linearity", &self.fit.non_linearity)?])
     }
 
-    fn tables(&self) -> Result<Vec<(String, Table)>> {
-        let mut table = Table::new(["level_m/s2", "departure", "u"]);
-        for row in &self.fit.departures {
-            table.push(*row)?;
-        }
-        Ok(vec![("departures.csv".to_owned(), table)])
-    }
-
-    fn summary(&self, record: &Record) -> Report {
-        self.page(record).summary()
-    }
-
-    fn report(&self, record: &Record) -> Report {
-        self.page(record).full()
+    fn page(&self, page: Report) -> Report {
+        page::add(page, &self.fit)
     }
 }

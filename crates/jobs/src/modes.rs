@@ -8,7 +8,7 @@ mod solution;
 
 pub use campaign::{fixture_findings, read_fixtures};
 pub use file::ModesFile;
-pub use outcome::{BodyMesh, LineOutcome, ModesOutcome};
+pub use outcome::{FixtureModes, ModesOutcome};
 
 use crate::outcome::Job;
 use crate::trouble::{Result, Trouble, TroubleKind};

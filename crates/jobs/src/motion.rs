@@ -6,13 +6,14 @@ mod page;
 pub use outcome::{MotionOutcome, MotionSpectrum};
 
 use crate::channels::Channel;
+use crate::findings;
 use crate::outcome::Job;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{STANDARD_GRAVITY, Watch};
 use proofmass_signal::{
     Baseline, Extremes, Peaks, Response, ShockSpectrum, StrongMotion, Trace, Vibration,
 };
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 
 /// What is asked of a recorded acceleration.
@@ -145,79 +146,38 @@ impl Job for MotionJob {
             .map(|(_, t)| *t)
             .fold(f64::INFINITY, f64::min);
         if later.is_finite() {
-            findings.push(
-                Finding::new(Severity::Note, "peak-after-record", "slow oscillators reach their peak after the record ends")
-                    .evidence(format!("from a period of {later:.3} s on"))
-                    .advice("the spectrum is that of the record alone; add what follows, or read it below that period"),
-            );
+            findings.push(findings::peak_after_record(later));
         }
         let high = self.vibration_band[1].min(0.45 * data.rate);
         let vibration = match Vibration::of(record, data.rate, [self.vibration_band[0], high]) {
             Ok(v) => Some(v),
             Err(why) => {
-                findings.push(
-                    Finding::new(
-                        Severity::Note,
-                        "no-vibration-velocity",
-                        "the vibration figures cannot be given for this band",
-                    )
-                    .evidence(why.to_string())
-                    .advice(
-                        "choose --vibration-band within what length and rate of the record resolve",
-                    ),
-                );
+                findings.push(findings::no_vibration_velocity(&why.to_string()));
                 None
             }
         };
         if vibration.is_some() && high < self.vibration_band[1] {
-            findings.push(
-                Finding::new(
-                    Severity::Note,
-                    "band-narrowed",
-                    "the band of the vibration velocity ends below the one asked for",
-                )
-                .evidence(format!(
-                    "{high:.1} Hz instead of {:.1} Hz",
-                    self.vibration_band[1]
-                ))
-                .advice("sample faster to hold the whole band"),
-            );
+            findings.push(findings::band_narrowed(high, self.vibration_band[1]));
         }
         let mean = record.iter().sum::<f64>() / record.len() as f64;
         let end = motion.velocity.last().copied().unwrap_or(0.0);
         let greatest = motion.velocity.iter().fold(0.0f64, |m, v| m.max(v.abs()));
         if greatest > 0.0 && end.abs() > 0.5 * greatest && record.len() > 100 {
-            findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "velocity-drifts",
-                    "the velocity does not return: an offset was integrated",
-                )
-                .evidence(format!(
-                    "{end:.4} m/s at the end, mean acceleration {mean:.3e} m/s²"
-                ))
-                .advice(
-                    "state a correction with --baseline: mean, before=SECONDS or velocity=DEGREE",
-                ),
-            );
+            findings.push(findings::velocity_drifts(end, mean));
         }
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
         let time: Vec<f64> = (0..record.len()).map(|k| k as f64 / data.rate).collect();
         let trace = |y: &[f64]| Trace::new(&time, y, Trace::RUNS);
         let extreme = |y: &[f64]| y.iter().fold(0.0f64, |m, v| m.max(v.abs()));
-        Ok(MotionOutcome::new(
-            self.clone(),
-            channel.name.to_owned(),
+        Ok(MotionOutcome {
+            request: self.clone(),
             figures,
-            [extreme(&motion.velocity), extreme(&motion.displacement)],
-            [
-                trace(&motion.acceleration),
-                trace(&motion.velocity),
-                trace(&motion.displacement),
-            ],
+            peaks: [extreme(&motion.velocity), extreme(&motion.displacement)],
+            traces: [&motion.acceleration, &motion.velocity, &motion.displacement]
+                .map(|y| trace(y)),
             spectrum,
             vibration,
             findings,
-        ))
+        })
     }
 }

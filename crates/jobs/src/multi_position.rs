@@ -7,7 +7,8 @@ mod recordings;
 
 pub use outcome::{Figures, MultiPositionOutcome};
 pub(crate) use recordings::gravity;
-pub use recordings::{MultiPositionRecordings, Stamps, segment};
+pub use recordings::{MultiPositionRecordings, segment};
+pub(crate) use recordings::{pauses, shortest_pause};
 
 use crate::campaign::MethodModel;
 use crate::outcome::Job;

@@ -8,18 +8,19 @@ mod stream;
 
 pub use blocks::{NoiseBlock, NoiseBlocks};
 pub use outcome::NoiseOutcome;
+pub(crate) use outcome::read_noise;
 pub use reading::{NoiseReading, NoiseRecording};
 pub use stream::NoiseStream;
 
 use crate::outcome::Job;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{Error, Watch};
+use proofmass_noise::findings::gaps_in_record;
 use proofmass_noise::{
     AnalysisOptions, ChannelName, Gaps, LongRecord, NoiseChannel, analyse_beside_temperature,
-    clock_line,
 };
-use proofmass_signal::Trace;
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_signal::{Trace, clock};
+use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 use std::sync::Mutex;
 
@@ -169,9 +170,9 @@ impl NoiseJob {
             (Some(rate), _) => rate,
             (None, Some(stamps)) => {
                 let finite: Vec<f64> = stamps.iter().copied().filter(|t| t.is_finite()).collect();
-                clock_line(&finite, None)
-                    .map_err(|e| self.explain(e, data.name))?
-                    .rate
+                let (clock, _) =
+                    clock::read(&finite, None).map_err(|e| self.explain(e, data.name))?;
+                clock.rate_hz
             }
             (None, None) => {
                 return Err(Trouble::request(format!(
@@ -275,15 +276,13 @@ impl NoiseJob {
             .map_err(|e| self.explain(e, data.name))?;
         if gaps > 0 {
             analysis.findings.retain(|f| f.code() != "gaps-in-record");
-            analysis.findings.push(
-                Finding::new(
-                    Severity::Note,
-                    "gaps-in-record",
-                    "the record is interrupted; no statistic reaches across a gap",
-                )
-                .evidence(format!("{gaps} gaps; {} samples in all", record.samples()))
-                .advice("averaging times longer than the stretches between gaps are lost: look for lost packets or a logger that pauses"),
-            );
+            analysis.findings.push(gaps_in_record(
+                &format!("{gaps} gaps"),
+                "",
+                record.samples() as usize,
+                record.samples() as usize,
+                "no statistic reaches across a gap",
+            ));
         }
         let step = analysis.averaged as f64 / rate;
         let traces = (0..channels.len())

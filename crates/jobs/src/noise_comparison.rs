@@ -2,16 +2,14 @@
 
 mod page;
 
-use crate::noise::NoiseOutcome;
-use crate::outcome::{Filed, Job, Outcome, RESULT};
+use crate::noise::read_noise;
+use crate::outcome::{Job, Outcome};
 use crate::record::Record;
+use crate::stored_result::RESULT;
 use crate::trouble::{Result, Trouble};
-use page::NoiseComparisonReport;
 use proofmass_core::Watch;
-use proofmass_io::{Cell, Input, LARGEST_DOCUMENT, Source, StatedQuantity, Table};
-use proofmass_noise::{
-    Analysis, Conformity, NoiseLimit, Sensor, Term, UnitComparison, compare_units,
-};
+use proofmass_io::{Input, LARGEST_DOCUMENT, Source, StatedQuantity};
+use proofmass_noise::{Analysis, NoiseLimit, Sensor, Term, UnitComparison, compare_units};
 use proofmass_report::Report;
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity};
 use serde::{Deserialize, Serialize};
@@ -40,7 +38,7 @@ impl Default for NoiseComparisonJob {
 /// Results of `proofmass noise`.
 pub struct NoiseComparisonData<'a> {
     /// The results.
-    pub results: &'a [&'a NoiseOutcome],
+    pub results: &'a [&'a Analysis],
     /// What they are called.
     pub names: &'a [&'a str],
 }
@@ -49,7 +47,7 @@ pub struct NoiseComparisonData<'a> {
 #[derive(Clone, Debug)]
 pub struct NoiseDocument {
     /// The result.
-    pub outcome: NoiseOutcome,
+    pub analysis: Analysis,
     /// The file and its digest.
     pub input: Input,
 }
@@ -62,14 +60,11 @@ impl NoiseDocument {
     pub fn read(source: Source) -> Result<Self> {
         let name = source.name().display().to_string();
         let (bytes, input) = source.into_bytes(LARGEST_DOCUMENT)?;
-        let filed = Filed::<NoiseOutcome>::from_json(&bytes).map_err(|e| {
+        let (analysis, _) = read_noise(&bytes).map_err(|e| {
             e.detail(name)
                 .with_hint("give the folders, or result.json, of `proofmass noise … -o FOLDER`")
         })?;
-        Ok(Self {
-            outcome: filed.outcome,
-            input,
-        })
+        Ok(Self { analysis, input })
     }
 
     /// Refuses a result that is given twice, by whatever name: its unit would count twice.
@@ -264,13 +259,13 @@ impl Job for NoiseComparisonJob {
             )
             .with_hint("give each of them with its name"));
         }
-        let analyses: Vec<_> = data.results.iter().map(|r| r.analysis()).collect();
-        with_coefficients(data.names, &analyses, least)?;
+        let analyses = data.results;
+        with_coefficients(data.names, analyses, least)?;
         for limit in &self.limits {
             meaningful(limit)?;
-            known_channels(limit, &analyses)?;
+            known_channels(limit, analyses)?;
         }
-        let comparison = compare_units(data.names, &analyses, &self.limits, self.false_alarm_rate)?;
+        let comparison = compare_units(data.names, analyses, &self.limits, self.false_alarm_rate)?;
         if comparison.channels.is_empty() && self.limits.is_empty() {
             let channels: Vec<String> = analyses
                 .iter()
@@ -320,7 +315,7 @@ impl Job for NoiseComparisonJob {
 /// The answer: coefficients side by side, whether they are equal, and how they stand to the limits.
 ///
 /// The quantities are `CHANNEL.N` and so on: the value that suits all units, where its interval excludes zero.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct NoiseComparisonOutcome {
     names: Vec<String>,
     probability: f64,
@@ -331,92 +326,6 @@ impl NoiseComparisonOutcome {
     /// What was compared.
     pub fn comparison(&self) -> &UnitComparison {
         &self.comparison
-    }
-
-    fn page(&self, record: &Record) -> NoiseComparisonReport<'_> {
-        NoiseComparisonReport {
-            head: record.head(self.title(record), &self.comparison.findings),
-            names: &self.names,
-            probability: self.probability,
-            comparison: &self.comparison,
-        }
-    }
-
-    fn coefficients(&self) -> Result<Table> {
-        let mut table = Table::new([
-            "channel",
-            "coefficient",
-            "unit_of_coefficient",
-            "name",
-            "value",
-            "low",
-            "high",
-            "common",
-            "chi_squared",
-            "freedom",
-            "chance",
-        ]);
-        for channel in &self.comparison.channels {
-            for term in &channel.terms {
-                for (unit, verdict) in channel.units.iter().zip(&term.verdicts) {
-                    let equal = term.equal.as_ref();
-                    let (low, high) = match verdict.interval() {
-                        Some((low, high)) => (Some(low), Some(high)),
-                        None => (None, verdict.upper()),
-                    };
-                    table.push([
-                        Cell::from(channel.name.as_str()),
-                        Cell::from(term.term.symbol()),
-                        Cell::from(term.unit.as_str()),
-                        Cell::from(self.names[*unit].as_str()),
-                        Cell::from(verdict.estimate()),
-                        Cell::from(low),
-                        Cell::from(high),
-                        Cell::from(equal.map(|e| e.common)),
-                        Cell::from(equal.map(|e| e.statistic)),
-                        equal.map_or(Cell::Missing, |e| Cell::from(e.freedom)),
-                        Cell::from(equal.map(|e| e.chance)),
-                    ])?;
-                }
-            }
-        }
-        Ok(table)
-    }
-
-    fn limits(&self) -> Result<Table> {
-        let mut table = Table::new([
-            "channel",
-            "coefficient",
-            "limit",
-            "unit",
-            "meaning",
-            "name",
-            "value",
-            "low",
-            "high",
-            "conformity",
-        ]);
-        for limit in &self.comparison.limits {
-            for (unit, check) in &limit.checks {
-                table.push([
-                    Cell::from(limit.channel.as_str()),
-                    Cell::from(limit.limit.term.symbol()),
-                    Cell::from(limit.limit.most),
-                    Cell::from(limit.limit.unit.as_str()),
-                    Cell::from(limit.meaning.as_str()),
-                    Cell::from(self.names[*unit].as_str()),
-                    Cell::from(check.and_then(|c| c.value)),
-                    Cell::from(check.map(|c| c.interval.0)),
-                    Cell::from(check.map(|c| c.interval.1)),
-                    Cell::from(match check.map(|c| c.conformity) {
-                        Some(Conformity::Pass) => "pass",
-                        Some(Conformity::Fail) => "fail",
-                        _ => "undecided",
-                    }),
-                ])?;
-            }
-        }
-        Ok(table)
     }
 }
 
@@ -463,22 +372,7 @@ impl Outcome for NoiseComparisonOutcome {
         &self.comparison.findings
     }
 
-    fn tables(&self) -> Result<Vec<(String, Table)>> {
-        let mut list = Vec::new();
-        if !self.comparison.channels.is_empty() {
-            list.push(("coefficients.csv".to_owned(), self.coefficients()?));
-        }
-        if !self.comparison.limits.is_empty() {
-            list.push(("limits.csv".to_owned(), self.limits()?));
-        }
-        Ok(list)
-    }
-
-    fn summary(&self, record: &Record) -> Report {
-        self.page(record).summary()
-    }
-
-    fn report(&self, record: &Record) -> Report {
-        self.page(record).full()
+    fn page(&self, page: Report) -> Report {
+        page::add(page, self)
     }
 }

@@ -6,7 +6,7 @@ mod sensor_files;
 pub(crate) use sensor_files::SensorFiles;
 
 use crate::campaign::{DriveFrequency, RunData, RunPhasor, RunTable, ShakerRecording, ShakerRun};
-use crate::record::Record;
+use crate::findings;
 use crate::trouble::{Result, Trouble};
 use doubts::{durations, named, uneven, unusable};
 use num_complex::Complex64;
@@ -14,7 +14,7 @@ use proofmass_core::Watch;
 use proofmass_io::{Input, Waveform, WaveformOptions};
 use proofmass_shaker::recording::{Drive, Line, PhasorReading, Phasors, Quality};
 use proofmass_signal::sine::Frequency;
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
 use rayon::prelude::*;
 use sensor_files::{elsewhere, together, tolerance};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -140,15 +140,7 @@ pub(crate) fn observe<S: Sync + Clone>(
         _,
     )) = recording
     {
-        observed.findings.push(
-            Finding::new(
-                Severity::Note,
-                "clipping-unchecked",
-                "the full scale of the recordings is not known, so clipped samples go unnoticed",
-            )
-            .evidence("[recording] has no full_scale_V")
-            .advice("add full_scale_V = … to [recording]"),
-        );
+        observed.findings.push(findings::clipping_unchecked());
     }
     Ok(observed)
 }
@@ -277,7 +269,7 @@ impl Bench<'_> {
             let phasors = match &bench.lines[k] {
                 Line::Found(phasors) => (**phasors).clone(),
                 line => {
-                    findings.push(doubt(line, &bench.input));
+                    findings.extend(doubt(line, &bench.input));
                     runs.push(None);
                     continue;
                 }
@@ -290,7 +282,7 @@ impl Bench<'_> {
                             "the strongest line in the file of the sensor is at {:.4} Hz",
                             seen.measured_frequency
                         );
-                        findings.push(doubt(&Line::Missing(why), &own.input));
+                        findings.extend(doubt(&Line::Missing(why), &own.input));
                         runs.push(None);
                         continue;
                     }
@@ -300,7 +292,7 @@ impl Bench<'_> {
                         (both.0, Some(both.1))
                     }
                     line => {
-                        findings.push(doubt(line, &own.input));
+                        findings.extend(doubt(line, &own.input));
                         runs.push(None);
                         continue;
                     }
@@ -446,17 +438,4 @@ impl ObservedRun {
             },
         }
     }
-}
-
-/// Names and digests for a report: hundreds of recordings stand in result.json, one by one.
-pub(crate) fn listed(record: &Record, recordings: usize) -> Vec<(String, String)> {
-    let mut list = record.digests();
-    if recordings > 0 && recordings <= list.len() {
-        list.truncate(list.len() - recordings);
-        list.push((
-            format!("{recordings} recordings"),
-            "each in result.json".to_owned(),
-        ));
-    }
-    list
 }

@@ -3,8 +3,8 @@
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
-use proofmass_io::{AnyCalibration, Cell, NamedCovariance, ResultDocument, StatedQuantity, Table};
-use proofmass_report::{Report, html};
+use proofmass_io::{AnyCalibration, StatedQuantity};
+use proofmass_report::Report;
 use proofmass_uncertainty::{Estimate, Finding, Severity};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -25,12 +25,12 @@ pub trait Job: Serialize + DeserializeOwned {
     fn evaluate(&self, data: &Self::Data<'_>, watch: &dyn Watch) -> Result<Self::Outcome>;
 }
 
-/// The answer of a job, typed, written and read again as the same type.
+/// The answer of a job, typed; [`StoredResult`](crate::StoredResult) is what is written of it and read again.
 ///
 /// What the result is (value, U, k, ν, by which method, what is to be doubted) is decided when an outcome is made.
 /// Files, pages, terminal and servers repeat it; nothing here computes.
 #[doc(alias("result"))]
-pub trait Outcome: Serialize + DeserializeOwned {
+pub trait Outcome {
     /// Kind of the result, as `kind` in result.json.
     const KIND: &'static str;
 
@@ -64,14 +64,6 @@ pub trait Outcome: Serialize + DeserializeOwned {
         Ok(Vec::new())
     }
 
-    /// Tables, by file name.
-    ///
-    /// # Errors
-    /// A number that is not finite.
-    fn tables(&self) -> Result<Vec<(String, Table)>> {
-        Ok(Vec::new())
-    }
-
     /// Files of other kinds, by name.
     ///
     /// # Errors
@@ -88,11 +80,11 @@ pub trait Outcome: Serialize + DeserializeOwned {
         Ok(None)
     }
 
-    /// What is worth a look in a terminal.
-    fn summary(&self, record: &Record) -> Report;
-
-    /// The whole report.
-    fn report(&self, record: &Record) -> Report;
+    /// Adds to an opened page what the result says: a line under the title, sections with their tables and figures.
+    ///
+    /// Sections of the summary say so by their [`Place`](proofmass_report::Place); tables that name a file are written there too. Findings,
+    /// inputs, device and the last line are added by whoever opened the page.
+    fn page(&self, page: Report) -> Report;
 
     /// Whether a finding needs a decision before the result is used.
     fn needs_decision(&self) -> bool {
@@ -102,173 +94,8 @@ pub trait Outcome: Serialize + DeserializeOwned {
     }
 }
 
-/// An outcome with what it is filed with: what `result.json` holds.
-#[doc(alias("result.json"))]
-#[derive(Clone, Debug, PartialEq)]
-pub struct Filed<O> {
-    /// Device, conditions, date, inputs, software.
-    pub record: Record,
-    /// The answer.
-    pub outcome: O,
-}
-
-/// Name of result.json in a folder of results.
-pub const RESULT: &str = "result.json";
-/// Name of the report in a folder of results.
-pub const REPORT: &str = "report.html";
 /// Name of the table of the principal result, where a job has none of its own.
 pub const QUANTITIES: &str = "quantities.csv";
-/// Name of the calibration in a folder of results.
-pub const CALIBRATION: &str = "calibration.json";
-
-impl<O: Outcome> Filed<O> {
-    /// Files an outcome.
-    pub fn new(record: Record, outcome: O) -> Self {
-        Self { record, outcome }
-    }
-
-    /// The result document.
-    ///
-    /// # Errors
-    /// A number that is not finite.
-    pub fn document(&self) -> Result<ResultDocument> {
-        let record = &self.record;
-        let mut document = ResultDocument::new(O::KIND)
-            .device(&record.device)
-            .findings(self.outcome.findings());
-        document.software = record.software.clone();
-        document.title = Some(self.outcome.title(record));
-        document.model = self.outcome.model();
-        document.inputs = record.inputs.clone();
-        document.quantities = self.outcome.quantities();
-        if let Some(estimate) = self.outcome.estimate() {
-            document.covariance = Some(NamedCovariance::of(estimate));
-            document.estimate = Some(estimate.clone());
-        }
-        document = document.section("date", &record.date)?;
-        document = document.section("ambient", &record.ambient)?;
-        for (name, value) in self.outcome.sections()? {
-            document = document.section(name, &value)?;
-        }
-        Ok(document.section("outcome", &self.outcome)?)
-    }
-
-    /// Bytes of result.json.
-    ///
-    /// # Errors
-    /// A number that is not finite.
-    pub fn to_json(&self) -> Result<Vec<u8>> {
-        Ok(self.document()?.to_json()?)
-    }
-
-    /// Reads a result again.
-    ///
-    /// # Errors
-    /// Another kind of file or of result, or a damaged one.
-    pub fn from_json(bytes: &[u8]) -> Result<Self> {
-        let mut document = ResultDocument::from_json(bytes)?;
-        if document.kind != O::KIND {
-            return Err(Trouble::data(format!(
-                "the result is of kind `{}`, not `{}`",
-                document.kind,
-                O::KIND
-            )));
-        }
-        let part = |name: &str, value: Option<serde_json::Value>| {
-            value.ok_or_else(|| {
-                Trouble::data(format!("the result has no section `{name}`"))
-                    .with_hint("it was written by an earlier version: calibrate again")
-            })
-        };
-        let damaged = |e: serde_json::Error| Trouble::data(format!("the result is damaged: {e}"));
-        let outcome = part("outcome", document.extra.remove("outcome"))?;
-        let mut section = |name: &str| document.extra.remove(name).unwrap_or_default();
-        let date = serde_json::from_value(section("date")).map_err(damaged)?;
-        let ambient = match section("ambient") {
-            serde_json::Value::Null => Default::default(),
-            value => serde_json::from_value(value).map_err(damaged)?,
-        };
-        Ok(Self {
-            record: Record {
-                title: document.title,
-                device: document.device,
-                ambient,
-                date,
-                inputs: document.inputs,
-                software: document.software,
-            },
-            outcome: serde_json::from_value(outcome).map_err(damaged)?,
-        })
-    }
-
-    /// What is worth a look in a terminal.
-    pub fn summary(&self) -> Report {
-        self.outcome.summary(&self.record)
-    }
-
-    /// The page.
-    ///
-    /// # Errors
-    /// A number that cannot be drawn.
-    pub fn html(&self) -> Result<String> {
-        Ok(html::render(&self.outcome.report(&self.record))?)
-    }
-
-    /// Every file of the result, by name: `result.json`, `report.html`, tables, a calibration where it is one.
-    ///
-    /// # Errors
-    /// A number that is not finite.
-    pub fn files(&self) -> Result<Vec<(String, Vec<u8>)>> {
-        let mut files = vec![
-            (RESULT.to_owned(), self.to_json()?),
-            (REPORT.to_owned(), self.html()?.into_bytes()),
-        ];
-        if let Some(calibration) = self.outcome.calibration(&self.record)? {
-            files.push((CALIBRATION.to_owned(), calibration.to_json()?));
-        }
-        let quantities = self.outcome.quantities();
-        if O::PRINCIPAL_TABLE == QUANTITIES && !quantities.is_empty() {
-            files.push((QUANTITIES.to_owned(), stated(&quantities)?.to_csv()?));
-        }
-        for (name, table) in self.outcome.tables()? {
-            files.push((name, table.to_csv()?));
-        }
-        files.extend(self.outcome.attachments(&self.record)?);
-        Ok(files)
-    }
-}
-
-/// A table of quantities as they are stated, one to a row; what is not known is an empty field.
-pub(crate) fn stated(quantities: &[StatedQuantity]) -> Result<Table> {
-    let mut table = Table::new([
-        "quantity",
-        "value",
-        "unit",
-        "u",
-        "U",
-        "k",
-        "nu_eff",
-        "probability",
-        "low",
-        "high",
-    ]);
-    for q in quantities {
-        let nu = q.nu_eff.map(|nu| nu.get()).filter(|nu| nu.is_finite());
-        table.push([
-            Cell::from(q.name.as_str()),
-            Cell::from(q.value),
-            Cell::from(q.unit.as_str()),
-            Cell::from(q.u),
-            Cell::from(q.expanded),
-            Cell::from(q.k),
-            Cell::from(nu),
-            Cell::from(q.probability),
-            Cell::from(q.interval.map(|[low, _]| low)),
-            Cell::from(q.interval.map(|[_, high]| high)),
-        ])?;
-    }
-    Ok(table)
-}
 
 /// A section for [`Outcome::sections`].
 ///

@@ -3,24 +3,21 @@
 mod page;
 
 use crate::campaign::{ShakerBudget, ShakerTriaxialCampaign};
+use crate::findings;
 use crate::outcome::{Job, Outcome};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
-use num_complex::Complex64;
-use page::PlanReport;
 use proofmass_core::{Error, Watch};
 use proofmass_dynamic::reference_table::ReferenceTable;
-use proofmass_io::{Cell, Input, StatedQuantity, Table};
+use proofmass_io::{Input, StatedQuantity};
 use proofmass_report::Report;
 use proofmass_shaker::geometry::published_plan;
-use proofmass_shaker::matrix::Matrix;
 use proofmass_shaker::plan::{
-    Conditioning, Expected, PlanCost, Predicted, best, conditioning, costs, predict,
+    Conditioning, Expected, ExpectedSpurious, PlanCost, Predicted, best, conditioning, costs,
+    predict, sound_matrix, usual_sizes,
 };
-use proofmass_shaker::{
-    Budget, Configuration, Correction, Spurious, SpuriousTable, with_certificate,
-};
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_shaker::{Budget, Configuration, Correction, SpuriousTable, with_certificate};
+use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 
 /// Most candidates: their joint prediction is adjusted as one campaign, which grows with the cube of their number.
@@ -95,75 +92,25 @@ impl PlanJob {
         let Some(correction) = &self.correction else {
             return (SpuriousTable::default(), None);
         };
-        let entries = &correction.table.entries;
-        let far = |e: &Spurious| (e.frequency / self.frequency).ln().abs();
-        let Some(nearest) = entries.iter().min_by(|a, b| far(a).total_cmp(&far(b))) else {
+        let Some(expected) =
+            ExpectedSpurious::of(&correction.table, self.frequency, &self.candidates)
+        else {
             return (SpuriousTable::default(), None);
         };
-        let at = nearest.frequency;
-        let mut table = SpuriousTable {
-            entries: entries
-                .iter()
-                .filter(|e| e.frequency == at)
-                .cloned()
-                .collect(),
-        };
-        for e in &mut table.entries {
-            e.frequency = self.frequency;
-        }
-        let size = |e: &Spurious| e.covariance.iter().map(|c| c[0] + c[2]).sum::<f64>();
-        let worst = table
-            .entries
-            .iter()
-            .max_by(|a, b| size(a).total_cmp(&size(b)))
-            .cloned();
-        let mut missing = 0;
-        for c in &self.candidates {
-            if table.get(c.inclination, self.frequency).is_none()
-                && let Some(worst) = &worst
-            {
-                missing += 1;
-                table.entries.push(Spurious {
-                    inclination: c.inclination,
-                    ratio: [Complex64::new(0.0, 0.0); 3],
-                    ..worst.clone()
-                });
-            }
-        }
-        let root = (worst.as_ref().map_or(0.0, size) / 6.0).sqrt();
-        let told = Finding::new(
-            Severity::Note,
-            "spurious-motion-expected",
-            format!(
-                "the uncertainty of the spurious motion is that of the correction \"{}\" at {at} Hz",
-                correction.label
-            ),
-        )
-        .evidence(format!(
-            "u = {root:.1e} of the excitation in each part of a ratio where it is known least; {missing} inclinations are not \
-             in the table and were reckoned with that"
-        ))
-        .advice("more repeats of the measurement of the spurious motion bring the cross terms down");
+        let ExpectedSpurious {
+            table,
+            at,
+            missing,
+            root,
+        } = expected;
+        let told = findings::spurious_motion_expected(&correction.label, at, root, missing);
         (table, Some(told))
-    }
-
-    /// Equal main terms and cross terms of 1 %: what a sound device has.
-    fn matrix(&self) -> Matrix {
-        let main = self.sensitivity.unwrap_or(0.01);
-        std::array::from_fn(|i| {
-            std::array::from_fn(|j| Complex64::new(main * if i == j { 1.0 } else { 0.01 }, 0.0))
-        })
     }
 
     fn sizes(&self) -> Result<Vec<usize>> {
         let count = self.candidates.len();
         if self.sizes.is_empty() {
-            let mut sizes: Vec<usize> = [4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 60, 100]
-                .into_iter()
-                .filter(|&n| n < count)
-                .collect();
-            sizes.push(count);
-            return Ok(sizes);
+            return Ok(usual_sizes(count));
         }
         let mut sizes = self.sizes.clone();
         sizes.sort_unstable();
@@ -179,14 +126,13 @@ impl PlanJob {
 }
 
 /// Conditioning, predicted uncertainties and what fewer configurations would cost.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct PlanOutcome {
     findings: Vec<Finding>,
     budget: Budget,
     candidates: Vec<Configuration>,
     origin: String,
     configurations: Vec<Configuration>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     chosen: Option<Vec<usize>>,
     conditioning: Conditioning,
     predicted: Vec<Predicted>,
@@ -211,34 +157,6 @@ impl PlanOutcome {
     pub fn costs(&self) -> &[PlanCost] {
         &self.costs
     }
-
-    fn page(&self, record: &Record) -> PlanReport<'_> {
-        let mut head = record.head(self.title(record), &self.findings);
-        head.meta = vec![
-            (
-                "Candidates".to_owned(),
-                format!("{}, {}", self.candidates.len(), self.origin),
-            ),
-            (
-                "Expected".to_owned(),
-                format!(
-                    "{} mV/(m/s²) at {} m/s², reference as at {} Hz",
-                    1e3 * self.sensitivity,
-                    self.amplitude,
-                    self.frequency
-                ),
-            ),
-        ];
-        if let Some(date) = &record.date {
-            head.meta.push(("Evaluated on".to_owned(), date.clone()));
-        }
-        PlanReport {
-            head,
-            candidates: &self.candidates,
-            chosen: self.chosen.as_deref(),
-            costs: &self.costs,
-        }
-    }
 }
 
 impl Outcome for PlanOutcome {
@@ -259,21 +177,8 @@ impl Outcome for PlanOutcome {
         &self.findings
     }
 
-    fn tables(&self) -> Result<Vec<(String, Table)>> {
-        Ok(vec![
-            ("plan.csv".to_owned(), configurations(&self.configurations)?),
-            ("predicted.csv".to_owned(), prediction(&self.predicted)?),
-            ("costs.csv".to_owned(), cost_table(&self.costs)?),
-        ])
-    }
-
-    fn summary(&self, record: &Record) -> Report {
-        self.page(record)
-            .summary(&self.conditioning, &self.predicted)
-    }
-
-    fn report(&self, record: &Record) -> Report {
-        self.page(record).full(&self.conditioning, &self.predicted)
+    fn page(&self, page: Report) -> Report {
+        page::add(page, self)
     }
 }
 
@@ -315,7 +220,7 @@ impl Job for PlanJob {
             Some(list) => list.iter().map(|&k| self.candidates[k]).collect(),
             None => self.candidates.clone(),
         };
-        let s = self.matrix();
+        let s = sound_matrix(self.sensitivity.unwrap_or(0.01));
         let quality = conditioning(&plan).map_err(hopeless)?;
         let (spurious, told) = self.spurious();
         let expected = Expected {
@@ -336,15 +241,7 @@ impl Job for PlanJob {
         let mut findings = self.findings.clone();
         findings.extend(told);
         if self.sensitivity.is_none() {
-            findings.push(
-                Finding::new(
-                    Severity::Note,
-                    "sensitivity-assumed",
-                    "the expected sensitivity is not stated, so 10 mV/(m/s²) was reckoned with",
-                )
-                .evidence("the campaign has no [datasheet]")
-                .advice("it matters where additive noise does; add [datasheet] with sensitivity, tolerance and unit"),
-            );
+            findings.push(findings::sensitivity_assumed());
         }
         Ok(PlanOutcome {
             findings,
@@ -411,7 +308,7 @@ impl ShakerTriaxialCampaign {
                 job.correction = Some(Correction { label, table });
             }
         }
-        job.sensitivity = self.datasheet.map(|d| d.0);
+        job.sensitivity = self.datasheet()?.map(|d| d.0);
         if let Some(amplitude) = self.plan.as_ref().and_then(|p| p.amplitude) {
             job.amplitude = amplitude;
         }
@@ -425,56 +322,4 @@ impl ShakerTriaxialCampaign {
         job.findings = self.fixture_findings(&points.collect::<Vec<_>>())?;
         Ok((job, inputs))
     }
-}
-
-/// The plan as a campaign reads it.
-fn configurations(plan: &[Configuration]) -> Result<Table> {
-    let mut table = Table::new(["configuration", "inclination_deg", "rotation_deg"]);
-    for (i, c) in plan.iter().enumerate() {
-        // Radians of whole degrees come back with rounding in the last digit.
-        let degrees = |angle: f64| Cell::from((angle.to_degrees() * 1e9).round() / 1e9);
-        table.push([
-            Cell::from(i + 1),
-            degrees(c.inclination),
-            degrees(c.rotation),
-        ])?;
-    }
-    Ok(table)
-}
-
-fn prediction(predicted: &[Predicted]) -> Result<Table> {
-    let mut table = Table::new(["term", "u_real_%", "u_imaginary_%"]);
-    for p in predicted {
-        table.push([
-            Cell::from(p.term.as_str()),
-            Cell::from(100.0 * p.relative_real),
-            Cell::from(100.0 * p.relative_imaginary),
-        ])?;
-    }
-    Ok(table)
-}
-
-fn cost_table(costs: &[PlanCost]) -> Result<Table> {
-    let mut table = Table::new([
-        "configurations",
-        "u_main_%",
-        "u_cross_%",
-        "condition",
-        "D_efficiency",
-        "A_efficiency",
-        "candidates",
-    ]);
-    for c in costs {
-        let chosen: Vec<String> = c.chosen.iter().map(|k| (k + 1).to_string()).collect();
-        table.push([
-            Cell::from(c.conditioning.count),
-            Cell::from(100.0 * c.main),
-            Cell::from(100.0 * c.cross),
-            Cell::from(c.conditioning.condition),
-            Cell::from(c.conditioning.d_efficiency),
-            Cell::from(c.conditioning.a_efficiency),
-            Cell::Text(chosen.join(" ")),
-        ])?;
-    }
-    Ok(table)
 }

@@ -1,8 +1,6 @@
 //! What a result is filed with: device, conditions, date, inputs. The caller knows it, not the mathematics.
 
 use proofmass_io::{Ambient, Device, Input, Software};
-use proofmass_report::Head;
-use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 
 /// Everything about a result that is no result: who, what, when, from which files.
@@ -63,17 +61,6 @@ impl Record {
         .into_iter()
         .filter_map(|(label, value)| Some((label.to_owned(), value?)))
         .collect()
-    }
-
-    /// Head of a page of this title with these findings.
-    pub fn head<'a>(&self, title: String, findings: &'a [Finding]) -> Head<'a> {
-        Head {
-            title,
-            meta: self.meta(),
-            inputs: self.digests(),
-            findings,
-            footer: self.software.to_string(),
-        }
     }
 
     /// Names and digests of the inputs.

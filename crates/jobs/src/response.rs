@@ -11,23 +11,25 @@ mod steps;
 mod tests;
 
 pub use model::{ModelData, ModelJob};
-pub use outcome::{ResponseOutcome, ResponsePower};
+pub use outcome::ResponseOutcome;
+pub(crate) use outcome::StoredModel;
 pub use points::{PointColumns, RecordedPoints};
+pub use proofmass_dynamic::measured::ResponsePower;
 pub use recordings::ResponseRecordings;
 
 use crate::channels::Channel;
+use crate::findings;
 use crate::outcome::Job;
 use crate::trouble::{Result, Trouble};
-use num_complex::Complex64;
 use proofmass_core::Watch;
+use proofmass_core::numeric::EndRun;
+use proofmass_dynamic::measured::{CommonInput, Lead, by_standard, driven_band, leaking};
 use proofmass_dynamic::model::{
     FitProblem, ModelFit, ModelStructure, ResponseFigures, ResponsePoints,
 };
 use proofmass_dynamic::modes::resonances;
 use proofmass_dynamic::reference_table::ReferenceTable;
-use proofmass_signal::transfer::{
-    CrossSpectra, Estimator, Hit, LocalPolynomial, ResponseEstimate, turned,
-};
+use proofmass_signal::transfer::{CrossSpectra, Estimator, Hit, LocalPolynomial, ResponseEstimate};
 use proofmass_signal::{Welch, Window};
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
@@ -117,18 +119,6 @@ pub struct ResponseData<'a> {
     pub name: &'a str,
 }
 
-/// Causes of an error of the input that all frequencies have in common: keys and what they are.
-const COMMON: [(&str, &str); 2] = [
-    (
-        "reference.modulus",
-        "relative error of the input that its frequencies have in common",
-    ),
-    (
-        "reference.phase",
-        "phase of the input that its frequencies have in common",
-    ),
-];
-
 impl ResponseJob {
     /// This excitation, everything else by its default: H₁, all frequencies, no model.
     pub fn new(excitation: Excitation) -> Self {
@@ -145,17 +135,12 @@ impl ResponseJob {
         }
     }
 
-    /// Relative errors of the response that all its frequencies have in common, at one of them: a cause for the modulus, one for
-    /// the phase.
-    fn common(&self, frequency: f64) -> Result<[Complex64; 2]> {
-        let of_standard = match &self.standard {
-            Some(standard) => standard.shares_at(frequency)?.common,
-            None => [0.0; 2],
-        };
-        Ok([
-            Complex64::new(self.input_uncertainty.hypot(of_standard[0]), 0.0),
-            Complex64::new(0.0, of_standard[1]),
-        ])
+    /// What the errors of the input have in common.
+    fn input(&self) -> CommonInput<'_> {
+        CommonInput {
+            relative: self.input_uncertainty,
+            standard: self.standard.as_ref(),
+        }
     }
 
     /// The response to the acceleration behind the volts of the standard, as far as its calibration reaches.
@@ -170,8 +155,7 @@ impl ResponseJob {
             return Ok(response);
         };
         let [first, last] = standard.range();
-        let [low, high] = standard.reach();
-        let mut kept = response.within(low, high);
+        let kept = by_standard(&response, standard)?;
         let lost = response.lines() - kept.lines();
         if kept.lines() == 0 {
             return Err(
@@ -183,50 +167,20 @@ impl ResponseJob {
         }
         if lost > 0 {
             findings.push(
-                Finding::new(
-                    Severity::Note,
-                    "reference-out-of-range",
-                    "the calibration of the input does not reach all lines",
+                proofmass_shaker::findings::reference_out_of_range(
+                    "all lines",
+                    &format!(
+                        "{lost} lines of {} were left out; it covers {first} Hz to {last} Hz",
+                        response.lines()
+                    ),
                 )
-                .evidence(format!(
-                    "{lost} lines of {} were left out; it covers {first} Hz to {last} Hz",
-                    response.lines()
-                ))
-                .advice("have the transducer at the input calibrated there, or state the band"),
+                .at(Severity::Note),
             );
-        }
-        for k in 0..kept.lines() {
-            let point = standard.at(kept.frequency[k])?;
-            let s = Complex64::from_polar(point.sensitivity, point.phase);
-            kept.value[k] *= s;
-            kept.covariance[k] = turned(kept.covariance[k], s);
-            // What its calibration has of this frequency alone, beside the noise.
-            let own = standard.shares_at(kept.frequency[k])?.own;
-            let z = kept.value[k];
-            for e in [z * own[0], Complex64::i() * z * own[1]] {
-                kept.covariance[k][0] += e.re * e.re;
-                kept.covariance[k][1] += e.re * e.im;
-                kept.covariance[k][2] += e.im * e.im;
-            }
-            if let Some(leakage) = kept.leakage.get_mut(k) {
-                *leakage *= s;
-            }
         }
         if let Some(power) = power {
             power.seen_by(standard)?;
         }
         Ok(kept)
-    }
-
-    /// With what the input has in common at all frequencies.
-    fn with_reference(&self, mut points: ResponsePoints) -> Result<ResponsePoints> {
-        let common = points.frequency.iter().map(|f| self.common(*f));
-        let common = common.collect::<Result<Vec<_>>>()?;
-        for (part, (key, description)) in COMMON.into_iter().enumerate() {
-            let relative: Vec<Complex64> = common.iter().map(|c| c[part]).collect();
-            points = points.with_common(key, description, &relative)?;
-        }
-        Ok(points)
     }
 
     fn estimate(
@@ -285,7 +239,7 @@ impl ResponseJob {
             Excitation::Sweep => {
                 let [x, y] = one()?;
                 let mut method = LocalPolynomial::default();
-                method.band = self.band.unwrap_or_else(|| driven(x.data, rate));
+                method.band = self.band.unwrap_or_else(|| driven_band(x.data, rate));
                 if let Some(wide) = self.segment {
                     method.half_width = wide / 2;
                 }
@@ -295,27 +249,6 @@ impl ResponseJob {
                 Ok((response, None))
             }
         }
-    }
-}
-
-/// The band that holds the sweep: where the input's density stays above a thousandth of its greatest.
-fn driven(input: &[f64], rate: f64) -> [f64; 2] {
-    let segment = (input.len() / 8).clamp(64, 4096);
-    let Ok(density) = Welch::new(segment).density(input, rate) else {
-        return [0.0, 0.5 * rate];
-    };
-    let greatest = density.density.iter().skip(1).copied().fold(0.0, f64::max);
-    let inside: Vec<f64> = density
-        .frequency
-        .iter()
-        .zip(&density.density)
-        .skip(1)
-        .filter(|(_, g)| **g > 1e-3 * greatest)
-        .map(|(f, _)| *f)
-        .collect();
-    match (inside.first(), inside.last()) {
-        (Some(low), Some(high)) => [*low, *high],
-        _ => [0.0, 0.5 * rate],
     }
 }
 
@@ -364,15 +297,7 @@ impl Job for ResponseJob {
             order(&response, &mut findings);
         }
         if self.standard.is_none() && x.unit == "V" && y.unit == "m/s²" {
-            findings.push(
-                Finding::new(
-                    Severity::Note,
-                    "input-in-volts",
-                    "the input is a voltage and the output an acceleration",
-                )
-                .evidence(format!("{} in V, {} in m/s²", x.name, y.name))
-                .advice("of an exciter that is so; of a device the two columns may be swapped, or --standard tells the acceleration behind the volts"),
-            );
+            findings.push(findings::input_in_volts(x.name, y.name));
         }
         let unit = match (y.unit, input_unit) {
             (a, b) if a == b => "1".to_owned(),
@@ -388,7 +313,7 @@ impl Job for ResponseJob {
                     }
                     None => points,
                 };
-                let seen = self.with_reference(seen)?;
+                let seen = self.input().on(seen)?;
                 let fit = FitProblem::new(structure)
                     .fit(&seen)
                     .map_err(|e| Trouble::from(e).about("the model").detail(data.name))?;
@@ -397,7 +322,7 @@ impl Job for ResponseJob {
             }
             None => None,
         };
-        let points = self.with_reference(ResponsePoints::of(&response, &unit))?;
+        let points = self.input().on(ResponsePoints::of(&response, &unit))?;
         let fitted = fit.as_ref().and_then(|f| {
             let q = f.estimate.get("mode.1.damping")?;
             Some((q.value, q.standard_uncertainty))
@@ -410,19 +335,19 @@ impl Job for ResponseJob {
         let high = response.frequency.last().copied().unwrap_or(0.0);
         let modes = resonances(&response, low, high);
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
-        Ok(ResponseOutcome::new(
-            self.clone(),
-            [(x.name, input_unit), (y.name, y.unit)]
-                .map(|(name, unit)| (name.to_owned(), unit.to_owned())),
+        let channels = [(x.name, input_unit), (y.name, y.unit)];
+        Ok(ResponseOutcome {
+            request: self.clone(),
+            channels: channels.map(|(name, unit)| (name.to_owned(), unit.to_owned())),
             unit,
-            spectra.map_or(0.0, |s| s.independent),
+            independent: spectra.map_or(0.0, |s| s.independent),
             response,
             power,
             modes,
             figures,
             fit,
             findings,
-        ))
+        })
     }
 }
 
@@ -438,81 +363,34 @@ fn saturation(channel: &Channel<'_>, findings: &mut Vec<Finding>) {
             channel.data.iter().copied().fold(f64::MAX, f64::min),
         ),
     ] {
-        let (mut longest, mut run, mut elsewhere, mut other) = (0usize, 0usize, 1usize, 1usize);
-        for (k, v) in channel.data.iter().enumerate() {
-            run = if *v == extreme { run + 1 } else { 0 };
-            longest = longest.max(run);
-            other = if k > 0 && *v == channel.data[k - 1] && *v != extreme {
-                other + 1
-            } else {
-                1
-            };
-            elsewhere = elsewhere.max(other);
-        }
-        if longest >= 4 && longest > 2 * elsewhere {
-            findings.push(
-                Finding::new(
-                    Severity::Decision,
-                    "saturated",
-                    format!("{} stays at the {side} end of its range", channel.name),
-                )
-                .evidence(format!(
-                    "{longest} samples at {extreme:.6}, at most {elsewhere} equal elsewhere"
-                ))
-                .advice("widen the range and record again"),
-            );
+        let run = EndRun::at(channel.data, extreme);
+        if run.is_cut(4, 0.0) {
+            let EndRun { longest, elsewhere } = run;
+            findings.push(proofmass_uncertainty::findings::clipped(
+                &format!("{} stays at the {side} end of its range", channel.name),
+                &format!("{longest} samples at {extreme:.6}, at most {elsewhere} equal elsewhere"),
+                "the response is distorted",
+            ));
         }
     }
 }
 
-/// The output of a device comes after its input. Up to where the phase has turned by a quarter, it falls with frequency; where it
-/// rises by five standard uncertainties, the channels are swapped or not sampled together.
+/// Where the output seems to come before the input.
 fn order(response: &ResponseEstimate, findings: &mut Vec<Finding>) {
-    let step = response.independent_every.max(1);
-    let lines: Vec<(f64, f64, f64)> = (0..response.lines())
-        .step_by(step)
-        .take_while(|k| response.value[*k].arg().abs() < std::f64::consts::FRAC_PI_2)
-        .filter(|k| response.coherence.get(*k).is_none_or(|c| *c > 0.5))
-        .map(|k| {
-            let (_, u) = response.polar_uncertainty(k);
-            (response.frequency[k], response.value[k].arg(), u)
-        })
-        .filter(|(.., u)| *u > 0.0 && u.is_finite())
-        .collect();
-    if lines.len() < 8 {
-        return;
-    }
-    let weight: f64 = lines.iter().map(|(.., u)| u.powi(-2)).sum();
-    let mean = |of: fn(&(f64, f64, f64)) -> f64| -> f64 {
-        lines.iter().map(|l| of(l) * l.2.powi(-2)).sum::<f64>() / weight
-    };
-    let (f0, p0) = (mean(|l| l.0), mean(|l| l.1));
-    let spread: f64 = lines.iter().map(|(f, _, u)| ((f - f0) / u).powi(2)).sum();
-    if !(spread > 0.0) {
-        return;
-    }
-    let slope = lines
-        .iter()
-        .map(|(f, p, u)| (f - f0) * (p - p0) / (u * u))
-        .sum::<f64>()
-        / spread;
-    let rise = slope * (lines[lines.len() - 1].0 - lines[0].0);
-    if slope * spread.sqrt() > 5.0 && rise > 0.02 {
+    if let Some(lead) = Lead::of(response) {
         findings.push(
-            Finding::new(
-                Severity::Warning,
-                "output-leads",
-                "the output comes before the input",
+            proofmass_dynamic::findings::output_leads(
+                "input",
+                &format!(
+                    "the phase rises by {:.2} rad from {:.1} Hz to {:.1} Hz, as if {:.2e} s early; standard uncertainty {:.1e} s",
+                    lead.rise,
+                    lead.band[0],
+                    lead.band[1],
+                    lead.time,
+                    lead.time_uncertainty
+                ),
             )
-            .evidence(format!(
-                "the phase rises by {:.2} rad from {:.1} Hz to {:.1} Hz, as if {:.2e} s early; standard uncertainty {:.1e} s",
-                rise,
-                lines[0].0,
-                lines[lines.len() - 1].0,
-                slope / std::f64::consts::TAU,
-                spread.powf(-0.5) / std::f64::consts::TAU
-            ))
-            .advice("look whether the two channels are swapped, or sampled one after the other"),
+            .at(Severity::Warning),
         );
     }
 }
@@ -522,42 +400,13 @@ fn quality(response: &ResponseEstimate, findings: &mut Vec<Finding>) {
     if response.coherence.len() == n && n > 0 {
         let poor = response.coherence.iter().filter(|c| **c < 0.75).count();
         if 10 * poor > 3 * n {
-            findings.push(
-                Finding::new(Severity::Warning, "low-coherence", "input and output are hardly related over much of the band")
-                    .evidence(format!("coherence below 0.75 at {poor} of {n} lines"))
-                    .advice("raise the excitation, check the channels, or narrow --band; noise on the input asks for H2 or Hv"),
-            );
+            findings.push(findings::low_coherence(poor, n));
         }
     }
-    let worst = (0..n)
-        .map(|k| (k, response.leakage[k].norm() / response.value[k].norm()))
-        .max_by(|a, b| a.1.total_cmp(&b.1));
-    if let Some((k, share)) = worst {
-        let noise = (response.covariance[k][0] + response.covariance[k][2]
-            - response.leakage[k].norm_sqr())
-        .max(0.0)
-        .sqrt();
-        if share > 0.02 && response.leakage[k].norm() > 3.0 * noise {
-            findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "leakage",
-                    "a resonance is narrower than the lines resolve",
-                )
-                .evidence(format!(
-                    "bias of {:.1} % of the modulus at {:.2} Hz",
-                    100.0 * share,
-                    response.frequency[k]
-                ))
-                .advice("give longer segments (--segment)"),
-            );
-        }
+    if let Some((frequency, share)) = leaking(response) {
+        findings.push(findings::leakage(100.0 * share, frequency));
     }
     if response.dof.first().is_some_and(|d| *d < 10.0) {
-        findings.push(
-            Finding::new(Severity::Note, "few-averages", "the bands rest on few averages")
-                .evidence(format!("{:.0} degrees of freedom to a line", response.dof[0]))
-                .advice("average more segments or blows: an uncertainty that is itself uncertain makes wide intervals"),
-        );
+        findings.push(findings::few_averages(response.dof[0]));
     }
 }

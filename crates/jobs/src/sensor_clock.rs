@@ -3,19 +3,16 @@
 use proofmass_io::StatedQuantity;
 use proofmass_shaker::derived::PROBABILITY;
 use proofmass_shaker::sample_clock::{ClockError, Latency, SampleClock};
-use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity, Severity};
-use serde::{Deserialize, Serialize};
+use proofmass_uncertainty::{DegreesOfFreedom, Quantity};
 
 /// What a result with a sensor's own file says about its clock.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorClock {
     /// Whose clock it is.
     pub clock: SampleClock,
     /// Error of its rate against the bench.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<ClockError>,
     /// Delay of its samples, where the clock is shared.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub delay: Option<Latency>,
 }
 
@@ -87,13 +84,4 @@ fn delay(latency: &Latency) -> StatedQuantity {
         },
         PROBABILITY,
     )
-}
-
-/// A clock of its own tells no phase against the bench.
-pub(crate) fn no_phase(what: &str, rest: &str) -> Finding {
-    Finding::new(Severity::Note, "own-clock", what)
-        .evidence("the sensor samples by a clock of its own, which starts with every file")
-        .advice(format!(
-            "{rest}; for phases stamp both files by one clock (clock = \"shared\")"
-        ))
 }

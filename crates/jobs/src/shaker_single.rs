@@ -2,34 +2,33 @@
 
 mod files;
 mod page;
-mod tables;
 
 use crate::bench_runs::{BenchFiles, BenchRuns};
 use crate::device_output::DeviceOutput;
+use crate::findings;
 use crate::frequency_response;
 use crate::outcome::{Job, Outcome};
 use crate::record::Record;
-use crate::sensor_clock::{SensorClock, no_phase};
+use crate::sensor_clock::SensorClock;
 use crate::shaker_triaxial::stated;
 use crate::trouble::{Result, Trouble};
 use num_complex::Complex64;
-use page::SingleAxisReport;
 use proofmass_core::Watch;
 use proofmass_dynamic::FrequencyResponse;
 use proofmass_dynamic::reference_table::ReferenceTable;
-use proofmass_io::{AnyCalibration, StatedQuantity, Table};
+use proofmass_io::{AnyCalibration, StatedQuantity};
 use proofmass_report::Report;
 use proofmass_shaker::check_standard::{CheckPoint, against_known};
 use proofmass_shaker::derived::{Expanded, PROBABILITY};
+use proofmass_shaker::findings::{excluded_run, off_datasheet, reference_out_of_range};
 use proofmass_shaker::recording::{Assessed, Quality, QualityLimits, assess};
 use proofmass_shaker::sample_clock::{ClockError, Latency, SampleClock};
 use proofmass_shaker::single_axis::{
     ComparisonBudget, ComparisonRow, SingleAxis, combine, compare,
 };
 use proofmass_shaker::swapped_cables;
-use proofmass_uncertainty::{Estimate, Finding, Quantity, Severity};
+use proofmass_uncertainty::{Estimate, Finding, Quantity};
 use serde::{Deserialize, Serialize};
-use tables::{check_table, sensitivity};
 
 /// What is to be compared, and how well a reading is known.
 ///
@@ -134,7 +133,7 @@ pub struct ShakerSingleRun {
 pub type ShakerSingleData<'a> = BenchRuns<'a, ShakerSingleRun>;
 
 /// Sensitivity at every frequency.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ShakerSingleOutcome {
     quantities: Vec<StatedQuantity>,
     findings: Vec<Finding>,
@@ -142,15 +141,10 @@ pub struct ShakerSingleOutcome {
     /// Run by run, before the mean of repeats.
     single: Vec<SingleAxis>,
     runs: Vec<ComparisonRow>,
-    #[serde(default)]
     output: DeviceOutput,
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     check_standard: Vec<CheckPoint>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     reference: Option<String>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     clock: Option<SensorClock>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     coverage_factor: Option<f64>,
 }
 
@@ -163,21 +157,6 @@ impl ShakerSingleOutcome {
     /// The check standard against what is known of it, where there is one.
     pub fn check_standard(&self) -> &[CheckPoint] {
         &self.check_standard
-    }
-
-    fn page(&self, record: &Record) -> SingleAxisReport<'_> {
-        let mut head = record.head(self.title(record), &self.findings);
-        if let Some(reference) = &self.reference {
-            head.meta.push(("Reference".to_owned(), reference.clone()));
-        }
-        head.meta
-            .extend(self.clock.iter().flat_map(SensorClock::lines));
-        SingleAxisReport {
-            head,
-            runs: &self.runs,
-            check_standard: &self.check_standard,
-            coverage_factor: self.coverage_factor,
-        }
     }
 }
 
@@ -200,31 +179,6 @@ impl Outcome for ShakerSingleOutcome {
         &self.findings
     }
 
-    fn tables(&self) -> Result<Vec<(String, Table)>> {
-        let mut tables = vec![
-            (
-                "sensitivity.csv".to_owned(),
-                sensitivity(None, self.output, &self.results, self.coverage_factor)?,
-            ),
-            (
-                "repeats.csv".to_owned(),
-                sensitivity(
-                    Some(&self.runs),
-                    self.output,
-                    &self.single,
-                    self.coverage_factor,
-                )?,
-            ),
-        ];
-        if !self.check_standard.is_empty() {
-            tables.push((
-                "check_standard.csv".to_owned(),
-                check_table(&self.check_standard)?,
-            ));
-        }
-        Ok(tables)
-    }
-
     fn calibration(&self, record: &Record) -> Result<Option<AnyCalibration>> {
         let points: Vec<_> = self
             .results
@@ -243,12 +197,8 @@ impl Outcome for ShakerSingleOutcome {
         Ok(Some(file.into()))
     }
 
-    fn summary(&self, record: &Record) -> Report {
-        self.page(record).summary(&self.results)
-    }
-
-    fn report(&self, record: &Record) -> Report {
-        self.page(record).full(&self.results)
+    fn page(&self, page: Report) -> Report {
+        page::add(page, self)
     }
 }
 
@@ -321,7 +271,7 @@ impl ShakerSingleJob {
         findings.extend(about);
         let delay = match clock {
             SampleClock::Own => {
-                findings.push(no_phase(
+                findings.push(findings::own_clock(
                     "the phase against the reference is not determined",
                     "moduli are calibrated; calibration.json, which needs a phase, is not written",
                 ));
@@ -389,14 +339,7 @@ impl ShakerSingleJob {
         for run in data.runs {
             let row = &run.row;
             if self.excluded.contains(&row.run) {
-                findings.push(
-                    Finding::new(
-                        Severity::Note,
-                        "excluded-run",
-                        format!("run {} was left out as asked", row.run),
-                    )
-                    .evidence(format!("{} Hz", row.frequency)),
-                );
+                findings.push(excluded_run(&row.run, row.frequency));
                 continue;
             }
             let Ok(point) = self
@@ -447,15 +390,10 @@ impl ShakerSingleJob {
                 .detail(format!("{covers}; runs {}", beyond.join(", ")))
                 .with_hint("have the reference calibrated there"));
             }
-            findings.push(
-                Finding::new(
-                    Severity::Decision,
-                    "reference-out-of-range",
-                    "the certificate of the reference does not reach some runs, which were left out",
-                )
-                .evidence(format!("{covers}; runs {}", beyond.join(", ")))
-                .advice("have the reference calibrated there, or take these runs out"),
-            );
+            findings.push(reference_out_of_range(
+                "some runs, which were left out",
+                &format!("{covers}; runs {}", beyond.join(", ")),
+            ));
         }
         Ok(rows)
     }
@@ -472,21 +410,15 @@ fn against_datasheet(datasheet: Option<(f64, f64)>, results: &[SingleAxis]) -> V
             let q = result.estimate.get("modulus")?;
             let off = q.value - nominal;
             (off.abs() > tolerance.hypot(q.expanded(PROBABILITY))).then(|| {
-                Finding::new(
-                    Severity::Warning,
-                    "off-datasheet",
-                    format!(
-                        "the sensitivity at {} Hz is not that of the datasheet",
-                        result.frequency
+                off_datasheet(
+                    result.frequency,
+                    &format!(
+                        "{:+.1} %, tolerance {:.1} %, U = {:.2} %",
+                        100.0 * off / nominal,
+                        100.0 * tolerance / nominal,
+                        100.0 * q.expanded(PROBABILITY) / q.value
                     ),
                 )
-                .evidence(format!(
-                    "{:+.1} %, tolerance {:.1} %, U = {:.2} %",
-                    100.0 * off / nominal,
-                    100.0 * tolerance / nominal,
-                    100.0 * q.expanded(PROBABILITY) / q.value
-                ))
-                .advice("check gain and cables; near a resonance the datasheet does not hold")
             })
         })
         .collect()

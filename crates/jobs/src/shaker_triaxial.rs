@@ -10,10 +10,11 @@ pub(crate) use tables::stated;
 
 use crate::bench_runs::{BenchFiles, BenchRuns};
 use crate::campaign::{Mounting, RunTable, ShakerBudget, ShakerRecording, ShakerTriaxialCampaign};
+use crate::findings;
 use crate::observed::{SensorFiles, observe};
 use crate::outcome::Job;
 use crate::record::Record;
-use crate::sensor_clock::{SensorClock, no_phase};
+use crate::sensor_clock::SensorClock;
 use crate::trouble::Result;
 use proofmass_core::{Error, Watch};
 use proofmass_dynamic::reference_table::ReferenceTable;
@@ -174,6 +175,12 @@ impl Job for ShakerTriaxialJob {
         findings.extend(calibration.findings.iter().cloned());
         let principal = calibration.results.first().into_iter();
         findings.extend(principal.flat_map(|r| r.findings.clone()));
+        // The page shows a rigorous method where the first is not one.
+        for finding in page::principal(&calibration).map_or(&[][..], |r| &r.findings) {
+            if !findings.contains(finding) {
+                findings.push(finding.clone());
+            }
+        }
         findings.extend(monte_carlo::findings(&checks, self.monte_carlo.digits));
         let clock = self.clock(data, &calibration, &mut findings);
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
@@ -211,7 +218,7 @@ impl ShakerTriaxialJob {
         let frequencies = rigorous.next().map_or(&[][..], |r| &r.frequencies);
         let delay = match clock {
             SampleClock::Own => {
-                findings.push(no_phase(
+                findings.push(findings::own_clock(
                     "phases are those among the axes of the sensor, not against the reference",
                     "at each frequency phases count from that of S_xx (of the next axis where x is faint), which is real by \
                      definition; calibration.json, which needs them over frequency, is not written",
@@ -316,7 +323,7 @@ impl ShakerTriaxialCampaign {
                 job.targets.push((run.frequency_hz, target));
             }
         }
-        job.datasheet = self.datasheet;
+        job.datasheet = self.datasheet()?;
         job.excluded = self
             .runs
             .as_ref()

@@ -3,22 +3,21 @@
 mod outcome;
 mod page;
 mod required;
-mod standard;
 
 pub use outcome::{ShockChannel, ShockOutcome, ShockSpectra, SpectrumVerdict};
 pub use required::required_spectrum;
 
-use self::standard::FlatStandard;
 use crate::channels::Channel;
+use crate::findings;
 use crate::outcome::Job;
 use crate::trouble::{Result, Trouble};
-use proofmass_core::Watch;
+use proofmass_core::{Error, Watch};
 use proofmass_dynamic::reference_table::ReferenceTable;
 use proofmass_dynamic::shock::{
-    NoCalibration, NoPulse, PulseContext, PulseSearch, ShockCalibration, ShockReference,
-    SpectrumDoubt, SpectrumTolerance, Tolerance, pulse_findings, required_at,
+    FlatStandard, NoCalibration, NoPulse, PulseContext, PulseSearch, ShockCalibration,
+    ShockReference, SpectrumRequest, SpectrumTolerance, Tolerance, pulse_findings, required_at,
 };
-use proofmass_signal::{Extremes, Peaks, Response, ShockSpectrum, Trace, octaves};
+use proofmass_signal::{Extremes, Peaks, Trace, octaves};
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
 
@@ -114,6 +113,38 @@ fn no_pulse(role: &str, why: NoPulse, name: &str) -> Trouble {
         .with_hint("check trigger and columns; the quiet stretch belongs before the pulse")
 }
 
+/// The standard as one number, refused in words.
+fn flat(standard: &ReferenceTable, duration: f64) -> Result<FlatStandard> {
+    FlatStandard::of(standard, duration).map_err(|e| match e {
+        Error::OutOfRange { value: wanted, .. } => {
+            let [first, last] = standard.range();
+            Trouble::data(
+                "the calibration of the reference begins above the band of the pulse",
+            )
+            .detail(format!(
+                "it covers {first} Hz to {last} Hz; a pulse of {duration:.3e} s ends at {wanted:.0} Hz"
+            ))
+            .with_hint("have the reference calibrated at lower frequencies, or by shock")
+        }
+        e => e.into(),
+    })
+}
+
+/// A band that the calibration does not cover.
+fn uncovered(flat: &FlatStandard) -> Option<Finding> {
+    let ([first, last], wanted) = (flat.range, flat.wanted);
+    (!flat.covered).then(|| {
+            proofmass_shaker::findings::reference_out_of_range(
+                "all of the band of the pulse; beyond it is taken as within",
+                &format!(
+                    "it covers {first:.1} Hz to {last:.1} Hz, the pulse reaches from rest to {wanted:.0} Hz; sensitivity {:.1} % apart within",
+                    200.0 * flat.spread
+                ),
+            )
+            .at(Severity::Warning)
+    })
+}
+
 impl Job for ShockJob {
     type Data<'a> = ShockData<'a>;
     type Outcome = ShockOutcome;
@@ -141,19 +172,15 @@ impl Job for ShockJob {
         let pulse = found
             .map_err(|e| Trouble::from(e).detail(data.name))?
             .map_err(|why| no_pulse("reference", why, data.name))?;
-        let duration = pulse
-            .start
-            .zip(pulse.end)
-            .map_or(reference.data.len() as f64 / 4.0, |(s, e)| e - s)
-            / data.rate;
-        let scale = FlatStandard::of(standard, duration).map_err(|e| e.detail(data.name))?;
+        let duration = pulse.duration_in(reference.data.len()) / data.rate;
+        let scale = flat(standard, duration).map_err(|e| e.detail(data.name))?;
         let acceleration: Vec<f64> = reference
             .data
             .iter()
             .map(|v| v / scale.sensitivity)
             .collect();
         let mut findings = data.findings.to_vec();
-        findings.extend(scale.finding);
+        findings.extend(uncovered(&scale));
         let mut job = self.clone();
         let stated = self.reference.relative_uncertainty;
         job.reference.relative_uncertainty = stated.hypot(scale.relative_uncertainty);
@@ -220,14 +247,7 @@ impl ShockJob {
             Some(t) => {
                 let result = t.judge(&pulse, judged.data, data.rate, measures.velocity_change);
                 if result.is_none() {
-                    findings.push(
-                        Finding::new(
-                            Severity::Decision,
-                            "tolerance-not-judged",
-                            "the tolerance cannot be judged",
-                        )
-                        .advice("the pulse must be whole, the nominal peak and duration positive"),
-                    );
+                    findings.push(findings::tolerance_not_judged());
                 }
                 result
             }
@@ -270,9 +290,9 @@ impl ShockJob {
                 }
             })
             .collect();
-        Ok(ShockOutcome::new(
-            self.clone(),
-            data.rate,
+        Ok(ShockOutcome {
+            request: self.clone(),
+            rate: data.rate,
             channels,
             pulse,
             measures,
@@ -281,7 +301,7 @@ impl ShockJob {
             spectrum_tolerance,
             spectra,
             findings,
-        ))
+        })
     }
 
     fn check(&self, data: &ShockData<'_>) -> Result<()> {
@@ -331,19 +351,7 @@ impl ShockJob {
             if !(t.peak > 0.0 && t.duration > 0.0) {
                 return Ok(None);
             }
-            // The nominal pulse with a duration of rest to either side, sampled as the record or finer.
-            let fine = rate.max(400.0 / t.duration);
-            let samples = (3.0 * t.duration * fine) as usize;
-            let pulse = t
-                .shape
-                .record(t.peak, t.duration, t.duration, samples, fine);
-            let spectrum = ShockSpectrum {
-                peaks: self.peaks,
-                ..ShockSpectrum::new(frequency.clone(), self.quality)
-            };
-            spectrum
-                .evaluate_watched(&pulse, fine, watch)?
-                .curve(Extremes::maximax)
+            t.spectrum(frequency, self.quality, self.peaks, rate, watch)?
         } else {
             let at = |f: &f64| required_at(&self.required, *f).unwrap_or(0.0);
             frequency.iter().map(at).collect()
@@ -357,15 +365,7 @@ impl ShockJob {
             self.spectrum_tolerance
                 .judge(&required, &measured, &judged.maximax_uncertainty);
         if judged.unit != "m/s²" || result.is_none() {
-            findings.push(
-                Finding::new(
-                    Severity::Decision,
-                    "spectrum-not-judged",
-                    "the tolerance of the spectrum cannot be judged",
-                )
-                .evidence(format!("spectrum in {}", judged.unit))
-                .advice("the channel must be an acceleration, and its natural frequencies (--frequencies) among those required"),
-            );
+            findings.push(findings::spectrum_not_judged(&judged.unit));
             return Ok(None);
         }
         Ok(result.map(|result| SpectrumVerdict { required, result }))
@@ -417,15 +417,13 @@ impl ShockJob {
         findings: &mut Vec<Finding>,
         watch: &dyn Watch,
     ) -> Result<ShockSpectra> {
-        let duration = pulse
-            .start
-            .zip(pulse.end)
-            .map_or(acceleration.len() as f64 / 4.0, |(s, e)| e - s)
-            / rate;
-        // From where a pulse is a mere velocity step to where the samples end to describe an oscillation.
-        let [low, high] = self
-            .frequencies
-            .unwrap_or([0.05 / duration, (20.0 / duration).min(rate / 10.0)]);
+        let request = SpectrumRequest {
+            band: self.frequencies,
+            per_octave: self.per_octave,
+            quality: self.quality,
+            peaks: self.peaks,
+        };
+        let [low, high] = request.band_of(pulse, acceleration.len(), rate);
         let frequencies = octaves(low, high, self.per_octave);
         if frequencies.is_empty() {
             return Err(Trouble::request(format!(
@@ -433,40 +431,20 @@ impl ShockJob {
             )));
         }
         if high > 0.1 * rate && self.peaks == Peaks::AtSamples {
-            findings.push(
-                Finding::new(Severity::Note, "few-samples-per-oscillation", "the highest oscillators are sampled less than ten times a period")
-                    .evidence(format!("{high:.0} Hz at {rate:.0} samples/s: peaks low by up to {:.0} %", (50.0 * (std::f64::consts::PI * high / rate).powi(2)).min(100.0)))
-                    .advice("look for extremes between the samples (--peaks between-samples), or stay below a tenth of the rate"),
-            );
+            findings.push(findings::few_samples_per_oscillation(
+                high,
+                rate,
+                (50.0 * (std::f64::consts::PI * high / rate).powi(2)).min(100.0),
+            ));
         }
-        let end = pulse.end.map(|e| (e as usize + 2).min(acceleration.len()));
-        let one = |response: Response| -> Result<Vec<Extremes>> {
-            let spectrum = ShockSpectrum {
-                damping: 0.5 / self.quality,
-                response,
-                peaks: self.peaks,
-                shock_end: end,
-                ..ShockSpectrum::new(frequencies.clone(), self.quality)
-            };
-            Ok(spectrum
-                .evaluate_watched(acceleration, rate, watch)?
-                .extremes)
-        };
-        let absolute_acceleration = one(Response::AbsoluteAcceleration)?;
-        let doubt = SpectrumDoubt {
-            quiet: &acceleration[..pulse.quiet.min(acceleration.len())],
-            rate,
-            quality: self.quality,
-            relative,
-            peaks: self.peaks,
-        };
+        let found = request.of(acceleration, frequencies, pulse, rate, relative, watch)?;
         Ok(ShockSpectra {
             name: name.to_owned(),
             unit,
-            maximax_uncertainty: doubt.of(&frequencies, &absolute_acceleration),
-            absolute_acceleration,
-            relative_displacement: one(Response::RelativeDisplacement)?,
-            frequency: frequencies,
+            maximax_uncertainty: found.maximax_uncertainty,
+            absolute_acceleration: found.absolute_acceleration,
+            relative_displacement: found.relative_displacement,
+            frequency: found.frequency,
         })
     }
 }

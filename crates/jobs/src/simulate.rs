@@ -23,7 +23,6 @@ use crate::outcome::{Job, Outcome};
 use crate::record::Record;
 use crate::store::Sink;
 use crate::trouble::{Result, Trouble, TroubleKind};
-use page::SimulationReport;
 use proofmass_core::Watch;
 use proofmass_io::{Input, StatedQuantity};
 use proofmass_report::Report;
@@ -70,7 +69,7 @@ pub enum SimulateJob {
 }
 
 /// What was simulated: the files with their digests, and the truth.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct SimulateOutcome {
     scenario: String,
     files: Vec<Input>,
@@ -86,20 +85,6 @@ impl SimulateOutcome {
     /// What truth.json holds.
     pub fn truth(&self) -> &serde_json::Value {
         &self.truth
-    }
-
-    fn page(&self, record: &Record) -> SimulationReport<'_> {
-        let mut head = record.head(self.title(record), &[]);
-        let scenario = ("Scenario".to_owned(), self.scenario.clone());
-        head.meta.insert(0, scenario);
-        SimulationReport {
-            head,
-            files: self
-                .files
-                .iter()
-                .map(|f| (f.path.clone(), f.sha256.clone()))
-                .collect(),
-        }
     }
 }
 
@@ -118,12 +103,8 @@ impl Outcome for SimulateOutcome {
         &[]
     }
 
-    fn summary(&self, record: &Record) -> Report {
-        self.page(record).page()
-    }
-
-    fn report(&self, record: &Record) -> Report {
-        self.page(record).page()
+    fn page(&self, page: Report) -> Report {
+        page::add(page, self)
     }
 }
 

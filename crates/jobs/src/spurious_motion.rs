@@ -3,34 +3,27 @@
 mod page;
 
 use crate::bench_runs::{BenchFiles, BenchRuns};
-use crate::campaign::{SpuriousFile, SpuriousMotionCampaign};
-use crate::observed::{listed, observe};
+use crate::campaign::SpuriousMotionCampaign;
+use crate::findings;
+use crate::observed::observe;
 use crate::outcome::{Job, Outcome};
+use crate::page::AXES;
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use num_complex::Complex64;
-use page::SpuriousReport;
 use proofmass_core::Watch;
 use proofmass_dynamic::reference_table::ReferenceTable;
-use proofmass_io::{Cell, StatedQuantity, Table};
+use proofmass_io::StatedQuantity;
 use proofmass_report::Report;
 use proofmass_shaker::recording::{Assessed, Quality, QualityLimits, assess};
+pub use proofmass_shaker::spurious::Vibrometer;
 use proofmass_shaker::spurious::{
-    Average, Comparison, RatioRepeats, RatioSummary, compare, ratio_from_velocity, summaries, table,
+    Comparison, RatioRepeats, RatioSummary, compare, disagreeing, gather, ratio_from_velocity,
+    summaries, table,
 };
 use proofmass_shaker::{Correction, SpuriousTable};
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
-use std::f64::consts::TAU;
-
-/// The decoder of a vibrometer.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Vibrometer {
-    /// Sensitivity in V/(m/s).
-    pub sensitivity: f64,
-    /// Delay behind the motion, s.
-    pub delay: f64,
-}
 
 /// How the runs are to be read.
 ///
@@ -99,7 +92,7 @@ pub struct SpuriousRun {
 pub type SpuriousMotionData<'a> = BenchRuns<'a, SpuriousRun>;
 
 /// One measurement, by its label.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Measurement {
     /// Label.
     pub label: String,
@@ -114,13 +107,12 @@ pub struct Measurement {
 }
 
 /// Spurious motion of a bench, measurement by measurement.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct SpuriousMotionOutcome {
     measurements: Vec<Measurement>,
     /// The first measurement against each of the others and against calculated motions, by label.
     comparisons: Vec<(String, Vec<Comparison>)>,
     findings: Vec<Finding>,
-    recordings: usize,
 }
 
 /// Files of the corrections, measurement by measurement.
@@ -135,19 +127,6 @@ impl SpuriousMotionOutcome {
     /// Measurements in the order of the runs; there is one at least.
     pub fn measurements(&self) -> &[Measurement] {
         &self.measurements
-    }
-
-    fn page(&self, record: &Record) -> SpuriousReport<'_> {
-        let mut head = record.head(self.title(record), &self.findings);
-        head.inputs = listed(record, self.recordings);
-        SpuriousReport {
-            head,
-            comparisons: self
-                .comparisons
-                .iter()
-                .map(|(label, list)| (label.as_str(), list.as_slice()))
-                .collect(),
-        }
     }
 }
 
@@ -166,32 +145,8 @@ impl Outcome for SpuriousMotionOutcome {
         &self.findings
     }
 
-    fn tables(&self) -> Result<Vec<(String, Table)>> {
-        let mut list = vec![("ratios.csv".to_owned(), ratios(&self.measurements)?)];
-        for (name, measurement) in CORRECTIONS.iter().zip(&self.measurements) {
-            list.push(((*name).to_owned(), SpuriousFile::table(&measurement.table)?));
-        }
-        if let (Some(first), false) = (self.measurements.first(), self.comparisons.is_empty()) {
-            list.push((
-                "comparison.csv".to_owned(),
-                comparison_table(&first.label, &self.comparisons)?,
-            ));
-        }
-        Ok(list)
-    }
-
-    fn summary(&self, record: &Record) -> Report {
-        match self.measurements.first() {
-            Some(first) => self.page(record).summary(&first.summaries, &first.table),
-            None => Report::new(self.title(record)),
-        }
-    }
-
-    fn report(&self, record: &Record) -> Report {
-        match self.measurements.first() {
-            Some(first) => self.page(record).full(&first.summaries, &first.table),
-            None => Report::new(self.title(record)),
-        }
+    fn page(&self, page: Report) -> Report {
+        page::add(page, self)
     }
 }
 
@@ -214,12 +169,8 @@ impl Job for SpuriousMotionJob {
                 .map(|other| (other.label.clone(), compare(&first.table, &other.table)))
                 .collect();
             findings.extend(comparisons.iter().filter_map(|(label, list)| {
-                disagreement(
-                    list,
-                    "measurements-disagree",
-                    format!("the measurements {} and {label} disagree", first.label),
-                    "repeats in a row do not see what changes between two set-ups; take their difference into the uncertainty",
-                )
+                disagreement(list)
+                    .map(|evidence| findings::measurements_disagree(&first.label, label, &evidence))
             }));
             for model in &self.models {
                 let list = compare(&first.table, &model.table);
@@ -230,16 +181,9 @@ impl Job for SpuriousMotionJob {
                     ))
                     .with_hint("calculate it at the frequencies of the runs: frequencies_Hz in [transfer]"));
                 }
-                findings.extend(disagreement(
-                    &list,
-                    "calculated-motion-disagrees",
-                    format!(
-                        "the calculated motion {} and the measurement {} disagree",
-                        model.label, first.label
-                    ),
-                    "a model of the wedge alone knows nothing of the table's own motion, which is nearly the same at all frequencies; \
-                     what grows with frequency is the base or the gluing",
-                ));
+                findings.extend(disagreement(&list).map(|evidence| {
+                    findings::calculated_motion_disagrees(&model.label, &first.label, &evidence)
+                }));
                 comparisons.push((model.label.clone(), list));
             }
         }
@@ -249,7 +193,6 @@ impl Job for SpuriousMotionJob {
             measurements,
             comparisons,
             findings,
-            recordings: data.recordings,
         })
     }
 }
@@ -282,10 +225,7 @@ impl SpuriousMotionJob {
                 );
             }
             let velocity = match &self.vibrometer {
-                // The decoder speaks late by its delay.
-                Some(v) => {
-                    run.phasors[1] / v.sensitivity * Complex64::from_polar(1.0, TAU * f * v.delay)
-                }
+                Some(v) => v.velocity(run.phasors[1], f),
                 None => run.phasors[1],
             };
             let assessed = Assessed {
@@ -311,28 +251,15 @@ impl SpuriousMotionJob {
                     list.len() - 1
                 });
             let measurement = &mut list[m];
-            let same = |r: &RatioRepeats| {
-                (r.inclination - run.inclination).abs() < 1e-6
-                    && r.frequency == f
-                    && r.axis == run.axis
-            };
-            let k = measurement
-                .repeats
-                .iter()
-                .position(same)
-                .unwrap_or_else(|| {
-                    measurement.repeats.push(RatioRepeats {
-                        inclination: run.inclination,
-                        frequency: f,
-                        axis: run.axis,
-                        ratios: Vec::new(),
-                    });
-                    measurement.runs.push(Vec::new());
-                    measurement.repeats.len() - 1
-                });
-            measurement.repeats[k]
-                .ratios
-                .push(ratio_from_velocity(velocity, acceleration, f));
+            let ratio = ratio_from_velocity(velocity, acceleration, f);
+            let k = gather(
+                &mut measurement.repeats,
+                (run.inclination, f, run.axis),
+                ratio,
+            );
+            if k == measurement.runs.len() {
+                measurement.runs.push(Vec::new());
+            }
             measurement.runs[k].push(run.run.clone());
         }
         if list.is_empty() {
@@ -355,7 +282,7 @@ impl SpuriousMotionJob {
                     return Err(Trouble::data(format!(
                     "{}: run {only} is the only repeat along {}′ at inclination {:.0}°, {} Hz",
                     data.name,
-                    ["x", "y", "z"][repeats.axis],
+                    AXES[repeats.axis],
                     repeats.inclination.to_degrees(),
                     repeats.frequency
                 ))
@@ -363,11 +290,10 @@ impl SpuriousMotionJob {
                 }
             }
             let (mut table, doubts) = table(&measurement.repeats)?;
-            delayed(&mut table, self.front_end);
+            table.delayed(self.front_end);
             measurement.table = table;
             measurement.summaries = summaries(&measurement.repeats)?;
             findings.extend(doubts.into_iter().map(|f| {
-                let text = f.evidence_text();
                 // The finding knows the place, the table of runs its names.
                 let runs = measurement
                     .repeats
@@ -376,7 +302,7 @@ impl SpuriousMotionJob {
                     .find(|(r, _)| {
                         f.what().contains(&format!(
                             "{}′ at inclination {:.0}°, {} Hz",
-                            ["x", "y", "z"][r.axis],
+                            AXES[r.axis],
                             r.inclination.to_degrees(),
                             r.frequency
                         ))
@@ -384,147 +310,26 @@ impl SpuriousMotionJob {
                     .map_or(String::new(), |(_, runs)| {
                         format!("; runs {}", runs.join(", "))
                     });
-                Finding::new(f.severity(), f.code(), f.what())
-                    .evidence(format!("{}: {text}{runs}", measurement.label))
-                    .advice(f.advice_text())
+                f.with_evidence(|text| format!("{}: {text}{runs}", measurement.label))
             }));
         }
         Ok(list)
     }
 }
 
-/// What is not known of the delay between the channels turns every ratio: along z′ the whole motion, of which the departure
-/// from the excitation is the small part.
-fn delayed(table: &mut SpuriousTable, delay: f64) {
-    for entry in &mut table.entries {
-        let phase = TAU * entry.frequency * delay;
-        for (axis, (z, c)) in entry.ratio.iter().zip(&mut entry.covariance).enumerate() {
-            // An axis that was not measured has no ratio to turn.
-            if c[0] + c[2] > 0.0 {
-                let turn = Complex64::new(0.0, phase) * (z + f64::from(axis == 2));
-                c[0] += turn.re * turn.re;
-                c[1] += turn.re * turn.im;
-                c[2] += turn.im * turn.im;
-            }
-        }
-    }
-}
-
-/// P(X ≥ `count`) of `of` ratios that each lie beyond their 95 % limit by chance.
-fn by_chance(count: usize, of: usize) -> f64 {
-    let mut probability = 0.95f64.powi(of as i32);
-    let mut below = 0.0;
-    for k in 0..count {
-        below += probability;
-        probability *= (of - k) as f64 / (k + 1) as f64 * 0.05 / 0.95;
-    }
-    1.0 - below
-}
-
-/// Two measurements that do not agree within their uncertainties: more ratios apart than chance has in one campaign of two hundred, or one far apart (E_n above 3).
-fn disagreement(
-    list: &[Comparison],
-    code: &'static str,
-    what: String,
-    advice: &'static str,
-) -> Option<Finding> {
-    let apart: Vec<&Comparison> = list
-        .iter()
-        .filter(|c| c.e_n.is_some_and(|e| e > 1.0))
-        .collect();
-    let worst = apart
-        .iter()
-        .max_by(|a, b| a.e_n.unwrap_or(0.0).total_cmp(&b.e_n.unwrap_or(0.0)))?;
-    if by_chance(apart.len(), list.len()) > 0.005 && worst.e_n.unwrap_or(0.0) <= 3.0 {
-        return None;
-    }
-    Some(
-        Finding::new(Severity::Warning, code, what)
-            .evidence(format!(
-                "E_n > 1 for {} of {} ratios; the worst along {}′ at inclination {:.0}°, {} Hz: E_n = {:.1}, difference {:.3} %",
-                apart.len(),
-                list.len(),
-                worst.axis,
-                worst.inclination.to_degrees(),
-                worst.frequency,
-                worst.e_n.unwrap_or(0.0),
-                100.0 * worst.difference
-            ))
-            .advice(advice),
-    )
-}
-
-fn ratios(measurements: &[Measurement]) -> Result<Table> {
-    let mut table = Table::new([
-        "measurement",
-        "inclination_deg",
-        "frequency_Hz",
-        "axis",
-        "repeats",
-        "averaged",
-        "real",
-        "imaginary",
-        "u_real",
-        "u_imaginary",
-        "mean_resultant_length",
-        "rayleigh_p",
-        "circular_standard_deviation_deg",
-    ]);
-    for m in measurements {
-        for (repeats, summary) in m.repeats.iter().zip(&m.summaries) {
-            let estimate = match &summary.average {
-                Average::Coherent(estimate) => Some(estimate),
-                Average::Incoherent { .. } => None,
-            };
-            let mut row = vec![
-                Cell::from(m.label.as_str()),
-                Cell::from((repeats.inclination.to_degrees() * 1e9).round() / 1e9),
-                Cell::from(repeats.frequency),
-                Cell::from(summary.axis.as_str()),
-                Cell::from(repeats.ratios.len()),
-                Cell::from(if estimate.is_some() { "yes" } else { "no" }),
-            ];
-            row.push(Cell::from(estimate.map(|e| e.mean.re)));
-            row.push(Cell::from(estimate.map(|e| e.mean.im)));
-            row.extend([0, 2].map(|k| Cell::from(estimate.map(|e| e.covariance[k].sqrt()))));
-            row.extend(
-                [
-                    summary.phases.resultant,
-                    summary.phases.rayleigh_p,
-                    summary.phases.standard_deviation.to_degrees(),
-                ]
-                .map(Cell::from),
-            );
-            table.push(row)?;
-        }
-    }
-    Ok(table)
-}
-
-fn comparison_table(first: &str, comparisons: &[(String, Vec<Comparison>)]) -> Result<Table> {
-    let mut table = Table::new([
-        "first",
-        "second",
-        "inclination_deg",
-        "frequency_Hz",
-        "axis",
-        "difference",
-        "E_n",
-    ]);
-    for (label, list) in comparisons {
-        for c in list {
-            table.push([
-                Cell::from(first),
-                Cell::from(label.as_str()),
-                Cell::from(c.inclination.to_degrees()),
-                Cell::from(c.frequency),
-                Cell::from(c.axis.as_str()),
-                Cell::from(c.difference),
-                Cell::from(c.e_n),
-            ])?;
-        }
-    }
-    Ok(table)
+/// Two measurements that do not agree within their uncertainties.
+fn disagreement(list: &[Comparison]) -> Option<String> {
+    let (apart, worst) = disagreeing(list)?;
+    Some(format!(
+        "E_n > 1 for {} of {} ratios; the worst along {}′ at inclination {:.0}°, {} Hz: E_n = {:.1}, difference {:.3} %",
+        apart,
+        list.len(),
+        worst.axis,
+        worst.inclination.to_degrees(),
+        worst.frequency,
+        worst.e_n.unwrap_or(0.0),
+        100.0 * worst.difference
+    ))
 }
 
 /// Everything the files of a campaign say.

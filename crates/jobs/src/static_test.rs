@@ -10,9 +10,8 @@ pub use single_axis::SingleAxisReadings;
 use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
-use page::StaticTestReport;
 use proofmass_core::Watch;
-use proofmass_io::{CalibrationFile, Cell, ResultDocument, StatedQuantity, Table, Unit};
+use proofmass_io::{CalibrationFile, ResultDocument, StatedQuantity, Unit};
 use proofmass_report::Report;
 use proofmass_static::static_test::{
     Centrifuge, DatedEstimate, Linearity, Orthogonality, Sensitivity, Stability, StabilityFit,
@@ -180,10 +179,7 @@ impl Job for StaticTestJob {
         Ok(StaticTestOutcome {
             test: self.test.clone(),
             probability: self.probability,
-            quantities: quantities
-                .iter()
-                .map(|q| StatedQuantity::new(q, self.probability))
-                .collect(),
+            quantities: StatedQuantity::list(&quantities, self.probability),
             findings,
             found,
         })
@@ -284,8 +280,7 @@ fn day_of(date: &str) -> Option<f64> {
 }
 
 /// What a test found.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Debug, PartialEq)]
 pub enum StaticTestFit {
     /// Quantities of one test.
     Test(StaticFit),
@@ -294,7 +289,7 @@ pub enum StaticTestFit {
 }
 
 /// The result of a static test.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct StaticTestOutcome {
     test: StaticTest,
     probability: f64,
@@ -307,13 +302,6 @@ impl StaticTestOutcome {
     /// The fit itself.
     pub fn found(&self) -> &StaticTestFit {
         &self.found
-    }
-
-    fn page(&self, record: &Record) -> StaticTestReport<'_> {
-        StaticTestReport {
-            head: record.head(self.title(record), &self.findings),
-            probability: self.probability,
-        }
     }
 }
 
@@ -365,58 +353,8 @@ impl Outcome for StaticTestOutcome {
         })
     }
 
-    fn tables(&self) -> Result<Vec<(String, Table)>> {
-        Ok(match &self.found {
-            StaticTestFit::Test(fit) => {
-                let mut table = Table::new(["input", "output", "model", "residual"]);
-                for r in &fit.readings {
-                    table.push([
-                        Cell::from(r.input),
-                        Cell::from(r.output),
-                        Cell::from(r.model),
-                        Cell::from(r.residual()),
-                    ])?;
-                }
-                vec![("readings.csv".to_owned(), table)]
-            }
-            StaticTestFit::History(fit) => {
-                let mut table = Table::new([
-                    "quantity",
-                    "day",
-                    "value",
-                    "u",
-                    "lower_limit",
-                    "upper_limit",
-                ]);
-                for d in &fit.drifts {
-                    for (value, limit) in d.values.iter().zip(&d.limits) {
-                        table.push([
-                            Cell::from(d.name.as_str()),
-                            Cell::from(value[0]),
-                            Cell::from(value[1]),
-                            Cell::from(value[2]),
-                            Cell::from(limit[1]),
-                            Cell::from(limit[2]),
-                        ])?;
-                    }
-                }
-                vec![("control_chart.csv".to_owned(), table)]
-            }
-        })
-    }
-
-    fn summary(&self, record: &Record) -> Report {
-        match &self.found {
-            StaticTestFit::Test(fit) => self.page(record).summary(fit),
-            StaticTestFit::History(fit) => self.page(record).history_summary(fit),
-        }
-    }
-
-    fn report(&self, record: &Record) -> Report {
-        match &self.found {
-            StaticTestFit::Test(fit) => self.page(record).full(fit),
-            StaticTestFit::History(fit) => self.page(record).history(fit),
-        }
+    fn page(&self, page: Report) -> Report {
+        page::add(page, self)
     }
 }
 

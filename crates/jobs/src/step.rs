@@ -6,7 +6,6 @@ use crate::channels::Channel;
 use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
-use page::StepReport;
 use proofmass_core::Watch;
 use proofmass_dynamic::step::StepFit;
 use proofmass_io::StatedQuantity;
@@ -96,7 +95,7 @@ impl Job for StepJob {
 }
 
 /// The answer.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct StepOutcome {
     channel: (String, String),
     figures: [f64; 3],
@@ -111,16 +110,6 @@ impl StepOutcome {
     pub fn figures(&self) -> [f64; 3] {
         self.figures
     }
-
-    fn page(&self, record: &Record) -> StepReport<'_> {
-        StepReport {
-            head: record.head(self.title(record), &self.findings),
-            channel: (&self.channel.0, &self.channel.1),
-            quantities: self.estimate.quantities(),
-            figures: self.figures,
-            traces: &self.traces,
-        }
-    }
 }
 
 impl Outcome for StepOutcome {
@@ -131,11 +120,7 @@ impl Outcome for StepOutcome {
     }
 
     fn quantities(&self) -> Vec<StatedQuantity> {
-        let stated = self.estimate.quantities();
-        stated
-            .iter()
-            .map(|q| StatedQuantity::new(q, 0.95))
-            .collect()
+        StatedQuantity::list(&self.estimate.quantities(), 0.95)
     }
 
     fn findings(&self) -> &[Finding] {
@@ -159,11 +144,7 @@ impl Outcome for StepOutcome {
         )?])
     }
 
-    fn summary(&self, record: &Record) -> Report {
-        self.page(record).summary()
-    }
-
-    fn report(&self, record: &Record) -> Report {
-        self.page(record).full()
+    fn page(&self, page: Report) -> Report {
+        page::add(page, self)
     }
 }

@@ -6,13 +6,11 @@ mod recording;
 pub use recording::TemperatureRecording;
 
 use crate::outcome::{Job, Outcome, section};
+use crate::page::AXES;
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
-use page::TemperatureReport;
 use proofmass_core::{Error, Matrix3, SensorModel, THERMAL_ORDER, Watch};
-use proofmass_io::{
-    AnyCalibration, CalibrationFile, Cell, StatedQuantity, Table, ThermalBlock, Unit,
-};
+use proofmass_io::{AnyCalibration, CalibrationFile, StatedQuantity, ThermalBlock, Unit};
 use proofmass_report::Report;
 use proofmass_static::{SweepData, TemperatureFit, TemperatureSweep};
 use proofmass_uncertainty::{Component, Estimate, Finding};
@@ -127,12 +125,7 @@ impl Job for TemperatureJob {
             .transpose()?;
         watch.step("temperature", 2, 2)?;
         Ok(TemperatureOutcome {
-            quantities: fit
-                .estimate
-                .quantities()
-                .iter()
-                .map(|q| StatedQuantity::new(q, sweep.probability))
-                .collect(),
+            quantities: StatedQuantity::list(&fit.estimate.quantities(), sweep.probability),
             probability: sweep.probability,
             findings,
             fit,
@@ -194,7 +187,6 @@ fn refusal(error: Error, data: &TemperatureData<'_>) -> Trouble {
 /// A change Δa of the compensated reading is K Δa of the output; relative changes of scale are those of the axes, for
 /// misalignment of a hundredth times a difference of 10⁻⁴ is beyond any uncertainty.
 fn completed(file: &CalibrationFile, fit: &TemperatureFit) -> Result<CalibrationFile> {
-    const AXES: [&str; 3] = ["x", "y", "z"];
     let mut file = file.clone();
     let top = fit.largest_order;
     let kind = if fit.scale { "bias" } else { "output" };
@@ -277,13 +269,12 @@ fn completed(file: &CalibrationFile, fit: &TemperatureFit) -> Result<Calibration
 }
 
 /// Temperature coefficients, and the calibration they complete.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct TemperatureOutcome {
     quantities: Vec<StatedQuantity>,
     probability: f64,
     findings: Vec<Finding>,
     fit: TemperatureFit,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     calibration: Option<CalibrationFile>,
 }
 
@@ -291,14 +282,6 @@ impl TemperatureOutcome {
     /// The fit itself.
     pub fn fit(&self) -> &TemperatureFit {
         &self.fit
-    }
-
-    fn page(&self, record: &Record) -> TemperatureReport<'_> {
-        TemperatureReport {
-            head: record.head(self.title(record), &self.findings),
-            probability: self.probability,
-            combined: self.calibration.is_some(),
-        }
     }
 }
 
@@ -335,30 +318,6 @@ impl Outcome for TemperatureOutcome {
         ])
     }
 
-    fn tables(&self) -> Result<Vec<(String, Table)>> {
-        let blocks = &self.fit.blocks;
-        let mut table = Table::new([
-            "time_s",
-            "temperature_degC",
-            "direction",
-            "attitude",
-            "acceleration_x_m/s2",
-            "acceleration_y_m/s2",
-            "acceleration_z_m/s2",
-        ]);
-        for i in 0..blocks.len() {
-            let mut row = vec![
-                Cell::from(blocks.time[i]),
-                Cell::from(blocks.temperature[i]),
-                Cell::from(self.fit.direction[i]),
-                Cell::from(blocks.attitude[i] as f64 + 1.0),
-            ];
-            row.extend(blocks.output[i].iter().map(|v| Cell::from(*v)));
-            table.push(row)?;
-        }
-        Ok(vec![("blocks.csv".to_owned(), table)])
-    }
-
     fn calibration(&self, record: &Record) -> Result<Option<AnyCalibration>> {
         Ok(self.calibration.clone().map(|mut file| {
             file.schema = CalibrationFile::schema();
@@ -368,11 +327,7 @@ impl Outcome for TemperatureOutcome {
         }))
     }
 
-    fn summary(&self, record: &Record) -> Report {
-        self.page(record).summary(&self.fit)
-    }
-
-    fn report(&self, record: &Record) -> Report {
-        self.page(record).full(&self.fit)
+    fn page(&self, page: Report) -> Report {
+        page::add(page, self)
     }
 }

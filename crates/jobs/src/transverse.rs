@@ -5,23 +5,24 @@ mod page;
 use crate::bench_runs::{BenchFiles, BenchRuns};
 use crate::campaign::TransverseCampaign;
 use crate::device_output::DeviceOutput;
+use crate::findings;
 use crate::observed::observe;
 use crate::outcome::{Job, Outcome};
 use crate::record::Record;
 use crate::shaker_triaxial::stated;
 use crate::trouble::{Result, Trouble};
 use num_complex::Complex64;
-use page::TransverseReport;
 use proofmass_core::Watch;
 use proofmass_dynamic::reference_table::ReferenceTable;
-use proofmass_io::{Cell, StatedQuantity, Table};
+use proofmass_io::StatedQuantity;
 use proofmass_report::Report;
+use proofmass_shaker::findings::{excluded_run, transverse_motion_unknown};
 use proofmass_shaker::recording::{Assessed, Quality, QualityLimits, assess};
 use proofmass_shaker::transverse::{
     AxialSensitivity, Motion, SeatUncertainty, TransverseRow, TransverseSensitivity,
-    TransverseTest, keeps_to,
+    TransverseTest, Untold, keeps_to, like_radians, untold,
 };
-use proofmass_uncertainty::{DegreesOfFreedom, Finding, Severity};
+use proofmass_uncertainty::{DegreesOfFreedom, Finding};
 use serde::{Deserialize, Serialize};
 
 /// What is to be evaluated, and how well the device sits.
@@ -125,16 +126,14 @@ pub struct TransverseRun {
 pub type TransverseData<'a> = BenchRuns<'a, TransverseRun>;
 
 /// Transverse sensitivity at every frequency.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct TransverseOutcome {
     quantities: Vec<StatedQuantity>,
     findings: Vec<Finding>,
     results: Vec<TransverseSensitivity>,
     runs: Vec<TransverseRow>,
     output: DeviceOutput,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     limit: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     reference: Option<String>,
 }
 
@@ -142,18 +141,6 @@ impl TransverseOutcome {
     /// Transverse sensitivities in ascending frequency.
     pub fn results(&self) -> &[TransverseSensitivity] {
         &self.results
-    }
-
-    fn page(&self, record: &Record) -> TransverseReport<'_> {
-        let mut head = record.head(self.title(record), &self.findings);
-        if let Some(reference) = &self.reference {
-            head.meta.push(("Reference".to_owned(), reference.clone()));
-        }
-        TransverseReport {
-            head,
-            runs: &self.runs,
-            limit: self.limit,
-        }
     }
 }
 
@@ -176,19 +163,8 @@ impl Outcome for TransverseOutcome {
         &self.findings
     }
 
-    fn tables(&self) -> Result<Vec<(String, Table)>> {
-        Ok(vec![
-            ("transverse.csv".to_owned(), transverse(&self.results)?),
-            ("runs.csv".to_owned(), runs(&self.runs, self.output)?),
-        ])
-    }
-
-    fn summary(&self, record: &Record) -> Report {
-        self.page(record).summary(&self.results)
-    }
-
-    fn report(&self, record: &Record) -> Report {
-        self.page(record).full(&self.results)
+    fn page(&self, page: Report) -> Report {
+        page::add(page, self)
     }
 }
 
@@ -262,14 +238,7 @@ impl TransverseJob {
         let mut rows = Vec::with_capacity(data.runs.len());
         for run in data.runs {
             if self.excluded.contains(&run.run) {
-                findings.push(
-                    Finding::new(
-                        Severity::Note,
-                        "excluded-run",
-                        format!("run {} was left out as asked", run.run),
-                    )
-                    .evidence(format!("{} Hz", run.frequency)),
-                );
+                findings.push(excluded_run(&run.run, run.frequency));
                 continue;
             }
             if run.reference.norm() == 0.0 {
@@ -351,15 +320,7 @@ impl TransverseJob {
                 let mean = along.iter().sum::<Complex64>() / along.len() as f64;
                 let off = mean.norm() / known.sensitivity - 1.0;
                 if off.abs() > 0.05 {
-                    findings.push(
-                        Finding::new(
-                            Severity::Decision,
-                            "axis-not-as-calibrated",
-                            format!("along its axis the device at {frequency} Hz is not what [axis] says"),
-                        )
-                        .evidence(format!("{:+.1} %; the runs were used", 100.0 * off))
-                        .advice("look at gains, cables and the device of [axis]"),
-                    );
+                    findings.push(findings::axis_not_as_calibrated(frequency, 100.0 * off));
                 }
             }
             return Ok((None, certificate));
@@ -389,45 +350,27 @@ impl TransverseJob {
 
     /// Refuses with words what the evaluation would refuse with numbers.
     fn can_be_told(&self, name: &str, frequency: f64, group: &[&TransverseRow]) -> Result<()> {
-        let mut directions: Vec<f64> = Vec::new();
-        let mut across = 0;
-        for row in group {
-            if let Motion::Transverse { rotation } = row.motion {
-                across += 1;
-                let turn = std::f64::consts::TAU;
-                let apart = |d: &f64| {
-                    let off = (rotation - d).rem_euclid(turn);
-                    off.min(turn - off) > 1e-6
-                };
-                if directions.iter().all(apart) {
-                    directions.push(rotation);
-                }
-            }
-        }
-        let first = directions.first().copied().unwrap_or(0.0);
-        let spread = directions.iter().map(|d| (d - first).sin().abs());
-        if spread.fold(0.0, f64::max) < 1e-3 {
-            return Err(Trouble::data(format!(
-                "{name}: at {frequency} Hz the device was shaken along one line across its axis, which is half of a transverse sensitivity"
+        let what = match untold(&self.seat, group) {
+            None => return Ok(()),
+            Some(what) => what,
+        };
+        let at = format!("{name}: at {frequency} Hz");
+        Err(match what {
+            Untold::OneLine => Trouble::data(format!(
+                "{at} the device was shaken along one line across its axis, which is half of a transverse sensitivity"
             ))
-            .with_hint("measure two directions at a right angle at least; twelve around the circle tell the table from the device"));
-        }
-        let needed = directions.len().min(3);
-        if needed == 2 && self.seat.squareness.is_none() {
-            return Err(Trouble::data(format!(
-                "{name}: at {frequency} Hz the device was shaken in two directions, which cannot tell how square it sat"
+            .with_hint("measure two directions at a right angle at least; twelve around the circle tell the table from the device"),
+            Untold::Squareness => Trouble::data(format!(
+                "{at} the device was shaken in two directions, which cannot tell how square it sat"
             ))
             .with_hint(
                 "state u_squareness_deg in [mounting], or measure a third direction (180° opposite one of the two is one)",
-            ));
-        }
-        if needed >= 2 && across <= needed && self.seat.reading.is_none() {
-            return Err(Trouble::data(format!(
-                "{name}: at {frequency} Hz {across} runs across the axis leave none to show their scatter"
+            ),
+            Untold::Scatter { across } => Trouble::data(format!(
+                "{at} {across} runs across the axis leave none to show their scatter"
             ))
-            .with_hint("repeat a direction, measure one more, or state u_relative in [reading]"));
-        }
-        Ok(())
+            .with_hint("repeat a direction, measure one more, or state u_relative in [reading]"),
+        })
     }
 
     fn against_datasheet(&self, results: &[TransverseSensitivity]) -> Vec<Finding> {
@@ -451,71 +394,28 @@ impl TransverseJob {
         let (beyond, undecided) = (list(Some(false)), list(None));
         let mut findings = Vec::new();
         if !beyond.is_empty() {
-            findings.push(
-                Finding::new(
-                    Severity::Decision,
-                    "transverse-exceeds-datasheet",
-                    format!("the transverse sensitivity exceeds {:.2} %", 100.0 * limit),
-                )
-                .evidence(beyond.join("; "))
-                .advice("look at the mounting surface and the torque; else the device does not keep to its datasheet"),
-            );
+            findings.push(findings::transverse_exceeds_datasheet(
+                100.0 * limit,
+                &beyond.join("; "),
+            ));
         }
         if !undecided.is_empty() {
-            findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "transverse-undecided",
-                    format!(
-                        "whether the transverse sensitivity keeps to {:.2} % cannot be said",
-                        100.0 * limit
-                    ),
-                )
-                .evidence(undecided.join("; "))
-                .advice("the limit lies inside the interval: the budget says which cause to make smaller"),
-            );
+            findings.push(findings::transverse_undecided(
+                100.0 * limit,
+                &undecided.join("; "),
+            ));
         }
         findings
     }
 }
 
-/// Many directions within six degrees are a circle in radians.
 fn rotation_unit(rows: &[TransverseRow]) -> Option<Finding> {
-    let mut turns: Vec<f64> = rows
-        .iter()
-        .filter_map(|r| match r.motion {
-            Motion::Transverse { rotation } => Some(rotation.to_degrees()),
-            Motion::Axial => None,
-        })
-        .collect();
-    turns.sort_by(f64::total_cmp);
-    turns.dedup();
-    let (first, last) = (turns.first()?, turns.last()?);
-    (turns.len() > 2 && last - first > 1.0 && first.abs().max(last.abs()) <= 6.3).then(|| {
-        Finding::new(
-            Severity::Decision,
-            "rotation-unit",
-            "the directions look like radians under a heading of degrees",
-        )
-        .evidence(format!(
-            "{} directions from {first}° to {last}°",
-            turns.len()
-        ))
-        .advice("call the column rotation_rad")
-    })
+    like_radians(rows).map(|(count, [first, last])| findings::rotation_unit(count, first, last))
 }
 
 fn motion_unknown(rows: &[TransverseRow]) -> Option<Finding> {
     let unknown = rows.iter().filter(|r| r.transverse.is_none()).count();
-    (unknown > 0).then(|| {
-        Finding::new(
-            Severity::Note,
-            "transverse-motion-unknown",
-            "the motion of the table across the vibration was not measured",
-        )
-        .evidence(format!("{unknown} of {} runs", rows.len()))
-        .advice("give it as transverse_%; the vibration generator of ISO 16063-31 keeps it small")
-    })
+    (unknown > 0).then(|| transverse_motion_unknown(unknown, rows.len()))
 }
 
 /// Everything the files of a campaign say.
@@ -595,78 +495,4 @@ impl TransverseCampaign {
     pub fn record(&self, files: &TransverseFiles, date: Option<String>) -> Record {
         files.record(&self.title, &self.device, &self.ambient, date)
     }
-}
-
-fn transverse(results: &[TransverseSensitivity]) -> Result<Table> {
-    let mut table = Table::new([
-        "frequency_Hz",
-        "transverse_%",
-        "u_transverse_%",
-        "U_transverse_%",
-        "k",
-        "nu_eff",
-        "direction_deg",
-        "U_direction_deg",
-        "x_real_%",
-        "x_imaginary_%",
-        "y_real_%",
-        "y_imaginary_%",
-        "constant_real_%",
-        "constant_imaginary_%",
-        "scatter_%",
-        "runs",
-        "directions",
-    ]);
-    for r in results {
-        let [s, x, y] = r.sensitivities();
-        let q = &r.ratio;
-        let mut cells: Vec<Cell> = vec![r.frequency.into()];
-        cells.extend([q.value, q.standard_uncertainty, q.expanded].map(|v| Cell::from(100.0 * v)));
-        cells.push(q.coverage_factor.into());
-        cells.push(q.dof.into());
-        let angle = r.direction.as_ref();
-        cells.push(angle.map(|d| d.value.to_degrees().rem_euclid(180.0)).into());
-        cells.push(angle.map(|d| d.expanded.to_degrees()).into());
-        for z in [x / s, y / s] {
-            cells.extend([z.re, z.im].map(|v| Cell::from(100.0 * v)));
-        }
-        let constant = r.constant_fitted.then_some(r.constant);
-        cells.push(constant.map(|c| 100.0 * c.re).into());
-        cells.push(constant.map(|c| 100.0 * c.im).into());
-        cells.push(r.scatter.map(|s| 100.0 * s).into());
-        cells.extend([r.runs, r.directions].map(Cell::from));
-        table.push(cells)?;
-    }
-    Ok(table)
-}
-
-fn runs(rows: &[TransverseRow], output: DeviceOutput) -> Result<Table> {
-    let unit = output.unit().replace('²', "2");
-    let mut table = Table::new([
-        "run".to_owned(),
-        "frequency_Hz".to_owned(),
-        "inclination_deg".to_owned(),
-        "rotation_deg".to_owned(),
-        format!("real_{unit}"),
-        format!("imaginary_{unit}"),
-        format!("modulus_{unit}"),
-        "phase_deg".to_owned(),
-    ]);
-    for row in rows {
-        let (inclination, rotation) = match row.motion {
-            Motion::Axial => (0.0, None),
-            Motion::Transverse { rotation } => (90.0, Some(rotation.to_degrees())),
-        };
-        table.push(vec![
-            Cell::from(row.run.as_str()),
-            row.frequency.into(),
-            inclination.into(),
-            rotation.into(),
-            row.ratio.re.into(),
-            row.ratio.im.into(),
-            row.ratio.norm().into(),
-            row.ratio.arg().to_degrees().into(),
-        ])?;
-    }
-    Ok(table)
 }

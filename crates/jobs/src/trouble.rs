@@ -1,6 +1,8 @@
 //! Why a job came to no result: what is wrong, where, what to do about it.
 
+use std::error::Error;
 use std::fmt;
+use std::sync::Arc;
 
 /// What kind of trouble it is, for callers that act on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -22,13 +24,35 @@ pub enum TroubleKind {
 ///
 /// The display is one line; [`Trouble::place`] has the lines that say where and on what evidence, [`Trouble::hint`]
 /// the remedy.
-#[derive(Debug, Clone, PartialEq, Eq)]
+///
+/// [`Error::source`](std::error::Error::source) is the error of the room where it arose; [`Trouble::cause`] is the one
+/// of the mathematics, to be matched:
+///
+/// ```
+/// use proofmass_core::Error;
+/// use proofmass_jobs::Trouble;
+///
+/// let trouble = Trouble::from(Error::Unobservable { parameter: "bias.x", condition: 1e17 });
+/// assert!(matches!(trouble.about("run 7").cause(), Some(Error::Unobservable { parameter: "bias.x", .. })));
+/// ```
+#[derive(Debug, Clone)]
 pub struct Trouble {
     what: String,
     place: Vec<String>,
     hint: Option<String>,
     kind: TroubleKind,
+    source: Option<Arc<dyn Error + Send + Sync>>,
 }
+
+/// What it says; where it arose is not compared.
+impl PartialEq for Trouble {
+    fn eq(&self, other: &Self) -> bool {
+        let said = |t: &Self| (t.what.clone(), t.place.clone(), t.hint.clone(), t.kind);
+        said(self) == said(other)
+    }
+}
+
+impl Eq for Trouble {}
 
 /// Result with [`Trouble`].
 pub type Result<T, E = Trouble> = std::result::Result<T, E>;
@@ -41,6 +65,16 @@ impl Trouble {
             place: Vec::new(),
             hint: None,
             kind,
+            source: None,
+        }
+    }
+
+    /// What an error of another room says, with the error itself.
+    fn of(kind: TroubleKind, error: impl Error + Send + Sync + 'static) -> Self {
+        Self {
+            what: error.to_string(),
+            source: Some(Arc::new(error)),
+            ..Self::new(kind, "")
         }
     }
 
@@ -85,6 +119,18 @@ impl Trouble {
         &self.place
     }
 
+    /// The error of the mathematics behind it, where there is one.
+    pub fn cause(&self) -> Option<&proofmass_core::Error> {
+        let mut source = self.source();
+        while let Some(error) = source {
+            if let Some(found) = error.downcast_ref() {
+                return Some(found);
+            }
+            source = error.source();
+        }
+        None
+    }
+
     /// What to do about it.
     pub fn hint(&self) -> Option<&str> {
         self.hint.as_deref()
@@ -97,7 +143,12 @@ impl fmt::Display for Trouble {
     }
 }
 
-impl std::error::Error for Trouble {}
+impl Error for Trouble {
+    fn source(&self) -> Option<&(dyn Error + 'static)> {
+        let source = self.source.as_deref()?;
+        Some(source)
+    }
+}
 
 impl From<proofmass_core::Error> for Trouble {
     fn from(error: proofmass_core::Error) -> Self {
@@ -106,7 +157,7 @@ impl From<proofmass_core::Error> for Trouble {
         } else {
             TroubleKind::Data
         };
-        Self::new(kind, error.to_string())
+        Self::of(kind, error)
     }
 }
 
@@ -118,25 +169,22 @@ impl From<proofmass_io::Error> for Trouble {
             proofmass_io::ErrorKind::Closed => TroubleKind::Closed,
             _ => TroubleKind::Data,
         };
-        let trouble = Self::new(kind, error.to_string());
-        match error.hint() {
-            Some(hint) => trouble.with_hint(hint),
-            None => trouble,
+        let hint = error.hint().map(str::to_owned);
+        Self {
+            hint,
+            ..Self::of(kind, error)
         }
     }
 }
 
 impl From<proofmass_uncertainty::Refusal> for Trouble {
     fn from(refusal: proofmass_uncertainty::Refusal) -> Self {
-        Self::data(refusal.to_string())
+        Self::of(TroubleKind::Data, refusal)
     }
 }
 
 impl From<proofmass_report::Error> for Trouble {
     fn from(error: proofmass_report::Error) -> Self {
-        Self::new(
-            TroubleKind::Output,
-            format!("the report cannot be drawn: {error}"),
-        )
+        Self::of(TroubleKind::Output, error).about("the report cannot be drawn")
     }
 }

@@ -8,9 +8,8 @@ pub use model_text::ModelText;
 use crate::record::Record;
 use crate::trouble::{Result, Trouble, TroubleKind};
 use crate::{Job, Outcome};
-use page::{GivenInput, UncertaintyReport};
 use proofmass_core::Watch;
-use proofmass_io::{Cell, StatedQuantity, Table};
+use proofmass_io::StatedQuantity;
 use proofmass_report::Report;
 use proofmass_uncertainty::{
     Estimate, Evaluate, Finding, FitScatter, FitWeights, InputEntry, ModelResult, Refusal,
@@ -99,7 +98,7 @@ pub fn trouble(refusal: &Refusal) -> Trouble {
 }
 
 /// The result of a model, with the model.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct UncertaintyOutcome {
     /// The model.
     pub model: UncertaintyModel,
@@ -158,41 +157,21 @@ impl Outcome for UncertaintyOutcome {
         self.result.estimate.as_ref()
     }
 
-    fn tables(&self) -> Result<Vec<(String, Table)>> {
-        let mut tables = vec![("budget.csv".to_owned(), self.budget()?)];
-        if self.result.outputs.iter().any(|o| !o.effects.is_empty()) {
-            tables.push(("effects.csv".to_owned(), self.effects()?));
-        }
-        Ok(tables)
-    }
-
-    fn summary(&self, record: &Record) -> Report {
-        self.page(record).summary(&self.result)
-    }
-
-    fn report(&self, record: &Record) -> Report {
-        self.page(record).full(&self.result)
+    fn page(&self, page: Report) -> Report {
+        page::add(page, self)
     }
 }
 
 impl UncertaintyOutcome {
-    fn page(&self, record: &Record) -> UncertaintyReport<'_> {
-        UncertaintyReport {
-            head: record.head(self.title(record), &self.result.findings),
-            intermediate: self.parts(),
-            given: self.model.input.iter().map(given).collect(),
-        }
-    }
-
     /// Names and formulas of what is computed on the way to the outputs.
-    fn parts(&self) -> Vec<(String, String)> {
+    fn parts(&self) -> Vec<[String; 2]> {
         let intermediate = self.model.intermediate.iter();
-        let mut parts: Vec<(String, String)> = intermediate
-            .map(|i| (i.name.clone(), i.expression.clone()))
+        let mut parts: Vec<[String; 2]> = intermediate
+            .map(|i| [i.name.clone(), i.expression.clone()])
             .collect();
         for solve in &self.model.solve {
             let text = format!("solve {}", solve.equations.join("; "));
-            parts.push((solve.unknown.join(", "), text));
+            parts.push([solve.unknown.join(", "), text]);
         }
         for fit in &self.model.fit {
             let text = format!(
@@ -211,100 +190,14 @@ impl UncertaintyOutcome {
                     _ => "",
                 }
             );
-            parts.push((fit.parameters.join(", "), text));
+            parts.push([fit.parameters.join(", "), text]);
         }
         parts
     }
-
-    /// One row per output and cause: what it does by Monte Carlo.
-    fn effects(&self) -> Result<Table> {
-        let columns = [
-            "output",
-            "unit",
-            "cause",
-            "u_alone",
-            "share_first",
-            "share_total",
-        ];
-        let mut table = Table::new(columns);
-        for output in &self.result.outputs {
-            for cause in &output.effects {
-                table.push([
-                    Cell::from(output.name.as_str()),
-                    Cell::from(output.unit.as_str()),
-                    Cell::from(cause.inputs.join(" ").as_str()),
-                    Cell::from(cause.alone),
-                    Cell::from(cause.first),
-                    Cell::from(cause.total),
-                ])?;
-            }
-        }
-        Ok(table)
-    }
-
-    /// One row per output and input, and one that closes each output.
-    fn budget(&self) -> Result<Table> {
-        let mut table = Table::new([
-            "output",
-            "unit",
-            "input",
-            "description",
-            "input_unit",
-            "estimate",
-            "u",
-            "distribution",
-            "dof",
-            "sensitivity",
-            "contribution",
-            "share",
-        ]);
-        // Infinite degrees of freedom are an empty field.
-        let finite = |nu: proofmass_uncertainty::DegreesOfFreedom| {
-            Cell::from((!nu.is_infinite()).then(|| nu.get()))
-        };
-        for output in &self.result.outputs {
-            let Some(linear) = &output.linear else {
-                continue;
-            };
-            for line in &linear.budget {
-                let input = line.input.as_ref();
-                table.push([
-                    Cell::from(output.name.as_str()),
-                    Cell::from(output.unit.as_str()),
-                    Cell::from(line.key.as_str()),
-                    Cell::from(line.description.as_str()),
-                    input.map_or(Cell::Missing, |i| Cell::from(i.unit.as_str())),
-                    Cell::from(input.map(|i| i.value)),
-                    Cell::from(input.map(|i| i.standard_uncertainty)),
-                    Cell::from(line.distribution.as_str()),
-                    finite(line.dof),
-                    Cell::from(input.map(|i| i.sensitivity)),
-                    Cell::from(line.contribution),
-                    Cell::from(line.share),
-                ])?;
-            }
-            let q = &linear.quantity;
-            table.push([
-                Cell::from(output.name.as_str()),
-                Cell::from(output.unit.as_str()),
-                Cell::from(output.name.as_str()),
-                Cell::from("combined"),
-                Cell::from(output.unit.as_str()),
-                Cell::from(q.value),
-                Cell::from(q.standard_uncertainty),
-                Cell::Missing,
-                finite(q.dof),
-                Cell::Missing,
-                Cell::from(q.standard_uncertainty),
-                Cell::from(linear.budget.iter().map(|line| line.share).sum::<f64>()),
-            ])?;
-        }
-        Ok(table)
-    }
 }
 
-/// An input in words, as far as its model states it.
-fn given(entry: &InputEntry) -> GivenInput {
+/// Name, unit, what is known and description of an input, as far as its model states it.
+fn given(entry: &InputEntry) -> [String; 4] {
     let list = |values: &[f64]| -> String {
         let values: Vec<String> = values.iter().map(f64::to_string).collect();
         values.join(", ")
@@ -321,12 +214,12 @@ fn given(entry: &InputEntry) -> GivenInput {
     if let Some(word) = &entry.together {
         known += &format!("; together as {word}");
     }
-    GivenInput {
-        name: entry.name.clone(),
-        unit: entry.unit.clone(),
-        description: entry.description.clone().unwrap_or_default(),
+    [
+        entry.name.clone(),
+        entry.unit.clone(),
         known,
-    }
+        entry.description.clone().unwrap_or_default(),
+    ]
 }
 
 /// A value with its uncertainty, in the words of its statement.

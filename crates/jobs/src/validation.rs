@@ -6,16 +6,16 @@ mod recording;
 
 pub use recording::ValidationRecording;
 
+use crate::findings;
 use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
 use crate::standstills::found;
 use crate::trouble::{Result, Trouble};
-use page::ValidationReport;
 use proofmass_core::{Gravity, Matrix3, SensorModel, Watch};
 use proofmass_io::{CalibrationFile, StatedQuantity};
 use proofmass_report::Report;
 use proofmass_static::{Calibrated, MeanNoise, Samples, Segment, Standstill, Validation};
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 
 /// How new standstills are looked for, and where they were recorded.
@@ -167,37 +167,13 @@ impl Job for ValidationJob {
         let mut findings = data.findings.to_vec();
         findings.extend(validation.findings.iter().cloned());
         if file.inputs.iter().any(|i| data.sha256 == Some(&i.sha256)) {
-            findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "same-recording",
-                    "the calibration was made from this very recording: agreement proves nothing",
-                )
-                .advice("record new standstills and validate with them"),
-            );
+            findings.push(findings::same_recording());
         }
         if let Some(block) = &file.temperature {
-            findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "temperature-not-followed",
-                    "the comparison takes the calibration at its reference temperature",
-                )
-                .evidence(format!("{:.1} °C", block.reference))
-                .advice(
-                    "record at that temperature, or validate the recording after `proofmass apply`",
-                ),
-            );
+            findings.push(findings::temperature_not_followed(block.reference));
         }
         if file.estimate.components().is_empty() {
-            findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "calibration-without-uncertainty",
-                    "the calibration states no uncertainty: the comparison takes its coefficients as exact",
-                )
-                .advice("judge by the errors in mg, not by χ²; or calibrate here"),
-            );
+            findings.push(findings::calibration_without_uncertainty());
         }
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
         watch.step("comparison", 2, 2)?;
@@ -210,7 +186,7 @@ impl Job for ValidationJob {
 }
 
 /// How a calibration did on new standstills.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ValidationOutcome {
     model: String,
     findings: Vec<Finding>,
@@ -221,12 +197,6 @@ impl ValidationOutcome {
     /// The comparison itself.
     pub fn validation(&self) -> &Validation {
         &self.validation
-    }
-
-    fn page(&self, record: &Record) -> ValidationReport<'_> {
-        ValidationReport {
-            head: record.head(self.title(record), &self.findings),
-        }
     }
 }
 
@@ -256,11 +226,7 @@ impl Outcome for ValidationOutcome {
         Ok(vec![section("validation", &self.validation)?])
     }
 
-    fn summary(&self, record: &Record) -> Report {
-        self.page(record).summary(&self.validation)
-    }
-
-    fn report(&self, record: &Record) -> Report {
-        self.page(record).full(&self.validation)
+    fn page(&self, page: Report) -> Report {
+        page::add(page, &self.validation)
     }
 }

@@ -8,11 +8,12 @@ mod page;
 mod reading;
 mod reference;
 mod sensors;
-mod speed;
 mod turning;
 
 pub use drift::{VelocityDrift, VelocityDriftJob};
+pub(crate) use map::StoredMap;
 pub use map::{VelocityMap, VelocityMapJob};
+pub(crate) use outcome::TunedGains;
 pub use outcome::{VelocityComparison, VelocityEstimate, VelocityTuning};
 pub use reading::Reading;
 pub use reference::Reference;

@@ -11,7 +11,7 @@ use proofmass_jobs::apply::{
 };
 use proofmass_jobs::shaker_triaxial::{ShakerTriaxialData, ShakerTriaxialJob};
 use proofmass_jobs::{
-    Filed, Job, Outcome, Record, Trouble, TroubleKind, Unwatched, frequency_response,
+    Job, Outcome, Record, StoredResult, Trouble, TroubleKind, Unwatched, frequency_response,
 };
 use proofmass_rig::bench::{Bench, Spread, published_plan};
 use proofmass_shaker::recording::{Quality, RunInput};
@@ -103,8 +103,8 @@ fn calibrated(seed: u64) -> Vec<u8> {
     let outcome = job
         .evaluate(&ShakerTriaxialData::new(&runs), &Unwatched)
         .expect("a calibration");
-    let files = Filed::new(Record::default(), outcome)
-        .files()
+    let files = StoredResult::new(Record::default(), &outcome)
+        .and_then(|result| result.files())
         .expect("files");
     let found = files
         .into_iter()
@@ -299,7 +299,7 @@ fn law_an_outcome_is_read_again_and_a_job_is_stopped() {
     }
     let method = CompensationMethod::Band([50.0, 300.0]);
     let (outcome, _) = apply(method, calibration(), motion.recording(100, None)).expect("band");
-    law_outcome_comes_back(outcome);
+    law_outcome_comes_back(&outcome);
 }
 
 #[test]

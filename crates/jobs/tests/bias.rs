@@ -110,7 +110,8 @@ fn coverage_with_the_noise_of_an_analysis() {
     // Six noise recordings, ten recordings of the bias for each.
     let six = |model: &NoiseModel| -> (usize, usize) {
         (0..6).fold((0, 0), |(inside, doubted), seed| {
-            let found = AxisNoise::of(&analysed(model, 70 + seed), ["x", "y", "z"]).expect("noise");
+            let found = AxisNoise::of(analysed(model, 70 + seed).analysis(), ["x", "y", "z"])
+                .expect("noise");
             for noise in &found {
                 assert!((noise.white / 1e-3 - 1.0).abs() < 0.05, "{noise:?}");
             }
@@ -165,10 +166,10 @@ fn refuses_noise_that_does_not_fit() {
             .expect("a noise analysis")
     };
     let columns = ["ax", "ay", "az"];
-    assert!(AxisNoise::of(&result(&["one"], "m/s²"), columns).is_ok());
-    assert!(AxisNoise::of(&result(&["one"], "count"), columns).is_err());
-    assert!(AxisNoise::of(&result(&["u", "v"], "m/s²"), columns).is_err());
-    let in_g = AxisNoise::of(&result(&["one"], "g"), columns).expect("noise");
+    assert!(AxisNoise::of(result(&["one"], "m/s²").analysis(), columns).is_ok());
+    assert!(AxisNoise::of(result(&["one"], "count").analysis(), columns).is_err());
+    assert!(AxisNoise::of(result(&["u", "v"], "m/s²").analysis(), columns).is_err());
+    let in_g = AxisNoise::of(result(&["one"], "g").analysis(), columns).expect("noise");
     assert!((in_g[0].white / (1e-3 * G) - 1.0).abs() < 0.1);
     let read = [vec![0.0; 100], vec![0.0; 100], vec![0.0; 100]];
     let good = AxisNoise::walk(1e-3, 1e-4);

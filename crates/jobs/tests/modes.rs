@@ -3,7 +3,7 @@
 use proofmass_fixture::{Fineness, WedgeMesh};
 use proofmass_jobs::campaign::CampaignFile;
 use proofmass_jobs::modes::{Body, ModesFile, ModesOutcome, fixture_findings, read_fixtures};
-use proofmass_jobs::{Filed, Job, Memory, Unwatched};
+use proofmass_jobs::{Job, Memory, StoredResult, Unwatched};
 use std::fmt::Write;
 use std::sync::Arc;
 
@@ -37,18 +37,17 @@ fn open(files: &[(&str, String)]) -> Result<ModesFile, proofmass_io::Error> {
     ModesFile::of(CampaignFile::read(Arc::new(store), files[0].0)?)
 }
 
-fn evaluate(file: &ModesFile) -> Filed<ModesOutcome> {
-    let outcome = file.job.evaluate(&file.data(), &Unwatched).unwrap();
-    Filed::new(file.record(Some("2026-11-21".into())), outcome)
+fn evaluate(file: &ModesFile) -> ModesOutcome {
+    file.job.evaluate(&file.data(), &Unwatched).unwrap()
 }
 
 #[test]
 fn law_a_result_read_back_is_the_same_and_looks_the_same() {
     let file = open(&[("wedge.toml", WEDGE.to_owned())]).unwrap();
-    let filed = evaluate(&file);
+    let record = file.record(Some("2026-11-21".into()));
+    let filed = StoredResult::new(record, &evaluate(&file)).unwrap();
     let bytes = filed.to_json().unwrap();
-    let again: Filed<ModesOutcome> = Filed::from_json(&bytes).unwrap();
-    assert_eq!(filed.outcome, again.outcome);
+    let again = StoredResult::from_json(&bytes).unwrap();
     assert_eq!(filed.files().unwrap(), again.files().unwrap());
     // Request as data, both ways.
     let text = serde_json::to_string(&file.job).unwrap();
@@ -121,11 +120,9 @@ fn crosscheck_a_mesh_file_against_the_dimensions() {
     let meshed = open(&[("m.toml", toml.clone()), ("w.msh", text.clone())]).unwrap();
     let (a, b) = (evaluate(&file), evaluate(&meshed));
     // First level of both: the same mesh.
-    let first =
-        |o: &ModesOutcome| serde_json::to_value(o).unwrap()["levels"][0]["frequencies"].clone();
-    let (a, b) = (first(&a.outcome), first(&b.outcome));
+    let (a, b) = (&a.levels()[0].frequencies, &b.levels()[0].frequencies);
     for m in 0..4 {
-        let (f, g) = (a[m].as_f64().unwrap(), b[m].as_f64().unwrap());
+        let (f, g) = (a[m], b[m]);
         assert!((f / g - 1.0).abs() < 1e-6, "{f} {g}");
     }
     let wrong = toml.replace("on the table", "floor");
@@ -138,7 +135,7 @@ fn crosscheck_a_mesh_file_against_the_dimensions() {
 #[test]
 fn known_findings_of_a_campaign_that_names_the_wedge() {
     let file = open(&[("wedge.toml", WEDGE.to_owned())]).unwrap();
-    let filed = evaluate(&file);
+    let filed = StoredResult::new(file.record(None), &evaluate(&file)).unwrap();
     let store = Memory::new()
         .file("campaign.toml", "kind = \"shaker-triaxial\"\n")
         .file("w/result.json", filed.to_json().unwrap());
@@ -146,8 +143,8 @@ fn known_findings_of_a_campaign_that_names_the_wedge() {
     let fixtures = read_fixtures(&campaign, &["w/result.json".to_owned()]).unwrap();
     let alpha = 55f64.to_radians();
     let resonance = fixtures[0]
-        .resonances()
-        .into_iter()
+        .resonances
+        .iter()
         .find(|r| r[2] >= 0.01)
         .unwrap()[0];
     let codes = |points: &[(f64, f64)]| -> Vec<String> {

@@ -21,7 +21,7 @@ fn law_outcome_comes_back_to_the_byte() {
     let data = MultiPositionData::new([x, y, z], recording.rate, Unit::Count);
     let outcome = job().evaluate(&data, &Unwatched).unwrap();
     assert_eq!(outcome.quantities().len(), 10);
-    support::law_outcome_comes_back(outcome);
+    support::law_outcome_comes_back(&outcome);
 }
 
 #[test]

@@ -4,27 +4,27 @@ use proofmass_core::{Matrix3, SensorModel, Unwatched, norm};
 use proofmass_io::{AnyCalibration, ColumnRef, Source};
 use proofmass_jobs::apply::{ApplyData, ApplyJob, Destination};
 use proofmass_jobs::campaign::Campaign;
-use proofmass_jobs::{AnyResult, Job, Trouble};
+use proofmass_jobs::{Job, StoredResult, Trouble};
 use std::fmt::Write;
 use std::path::Path;
 
 const GRAVITY: &str = "[gravity]\nvalue = 9.81\nstandard_uncertainty = 1e-4\n";
 const G: f64 = 9.81;
 
-fn calibrate(folder: &Path, text: &str) -> Result<Box<dyn AnyResult>, Trouble> {
+fn calibrate(folder: &Path, text: &str) -> Result<StoredResult, Trouble> {
     let path = folder.join("campaign.toml");
     std::fs::write(&path, text).unwrap();
     Campaign::open(&path)?.evaluate(Some("2026-01-01".to_owned()), &Unwatched)
 }
 
-fn file(result: &dyn AnyResult, name: &str) -> serde_json::Value {
+fn file(result: &StoredResult, name: &str) -> serde_json::Value {
     let files = result.files().unwrap();
     let (_, bytes) = files.iter().find(|(n, _)| n == name).unwrap();
     serde_json::from_slice(bytes).unwrap()
 }
 
 /// Value, u and U of a quantity.
-fn quantity(result: &dyn AnyResult, name: &str) -> [f64; 3] {
+fn quantity(result: &StoredResult, name: &str) -> [f64; 3] {
     let document = file(result, "result.json");
     let all = document["quantities"].as_array().unwrap().clone();
     let q = all.iter().find(|q| q["name"] == name).unwrap();
@@ -86,20 +86,20 @@ fn known_axis_up_and_down_from_two_files() {
         )
     };
     let level = calibrate(folder.path(), &campaign(0.0)).unwrap();
-    let [bias, u, _] = quantity(level.as_ref(), "bias");
+    let [bias, u, _] = quantity(&level, "bias");
     // Uniform noise of ±10 mm/s² has 5.8 mm/s²; the half sum of two means of 400 some 0.2 mm/s².
     let expected = 0.01 / 3f64.sqrt() / 400f64.sqrt() / 2f64.sqrt();
     assert!((u / expected - 1.0).abs() < 0.2, "{u} {expected}");
     assert!((bias - 0.02).abs() < 4.0 * u);
-    let [scale, u, _] = quantity(level.as_ref(), "sensitivity");
+    let [scale, u, _] = quantity(&level, "sensitivity");
     assert!((scale - 1.004).abs() < 4.0 * u);
     // Half a degree in each position, by hand: δ² of the sensitivity, δ²/2 of g in the bias.
     let tilted = calibrate(folder.path(), &campaign(0.5)).unwrap();
     let square = 0.5f64.to_radians().powi(2);
-    let [_, with, _] = quantity(tilted.as_ref(), "sensitivity");
+    let [_, with, _] = quantity(&tilted, "sensitivity");
     assert!(((with * with - u * u).sqrt() / (1.004 * square) - 1.0).abs() < 1e-3);
-    let [_, with, _] = quantity(tilted.as_ref(), "bias");
-    let added = (with * with - quantity(level.as_ref(), "bias")[1].powi(2)).sqrt();
+    let [_, with, _] = quantity(&tilted, "bias");
+    let added = (with * with - quantity(&level, "bias")[1].powi(2)).sqrt();
     assert!((added / (0.5 * 1.004 * G * square) - 1.0).abs() < 1e-3);
 }
 
@@ -121,14 +121,14 @@ fn known_axis_on_a_turntable_from_a_table_and_from_one_recording() {
         ),
     )
     .unwrap();
-    let [angle, u, _] = quantity(result.as_ref(), "misalignment");
+    let [angle, u, _] = quantity(&result, "misalignment");
     assert!((angle - 0.3f64.to_radians()).abs() < 1e-4);
     assert!(
         (u / 0.1f64.to_radians() - 1.0).abs() < 0.01,
         "the zero of the scale rules: {u}"
     );
     // A lean of 0.5° with an axis 1° out of the plane: S g χ ψ = 10 mV · 0.01745 · 0.008727.
-    let [bias, u, _] = quantity(result.as_ref(), "bias");
+    let [bias, u, _] = quantity(&result, "bias");
     assert!((bias - 1e-3).abs() < 1e-6);
     assert!(
         (u / (10e-3 * 1f64.to_radians() * 0.5f64.to_radians()) - 1.0).abs() < 0.01,
@@ -153,7 +153,7 @@ fn known_axis_on_a_turntable_from_a_table_and_from_one_recording() {
         ("sensitivity", 1.004),
         ("misalignment", 0.0),
     ] {
-        let [value, _, expanded] = quantity(result.as_ref(), name);
+        let [value, _, expanded] = quantity(&result, name);
         assert!(
             (value - truth).abs() < 2.0 * expanded,
             "{name}: {value} ± {expanded}"
@@ -241,14 +241,14 @@ fn known_tumble_calibrates_and_says_how_much_of_it_is_independent() {
         ("scale.z", 1.021),
         ("misalignment.xy", 0.011 / 1.012),
     ] {
-        let [value, _, expanded] = quantity(result.as_ref(), name);
+        let [value, _, expanded] = quantity(&result, name);
         assert!(
             (value - truth).abs() < 2.0 * expanded,
             "{name}: {value} ± {expanded}, {truth}"
         );
         assert!(expanded < 0.02, "{name}: {expanded}");
     }
-    let calibration = file(result.as_ref(), "calibration.json");
+    let calibration = file(&result, "calibration.json");
     assert_eq!(calibration["kind"], "triaxial");
     // Taken for a recording with standstills it is refused, and told what it may be.
     let refused = calibrate(folder.path(), &format!("{body}{GRAVITY}"))
@@ -293,9 +293,9 @@ fn known_logger_that_was_worn_is_compensated_with_its_own_calibration() {
     wrist(&path);
     let body = "kind = \"free-living\"\n[recording]\nfile = \"wrist.csv\"\ncolumns = { x = \"x\", y = \"y\", z = \"z\" }\ntemperature = \"temperature\"\n";
     let result = calibrate(folder.path(), &format!("{body}{GRAVITY}")).unwrap();
-    let calibration = file(result.as_ref(), "calibration.json");
+    let calibration = file(&result, "calibration.json");
     // ã = K a + b: K = g₀/(s g), b = −o g₀ at 25 °C, followed to the mean temperature.
-    let [scale, _, expanded] = quantity(result.as_ref(), "scale.x");
+    let [scale, _, expanded] = quantity(&result, "scale.x");
     assert!((scale - 0.990).abs() < 2.0 * expanded);
     let k = calibration["K"][0][0].as_f64().unwrap();
     assert!((k * scale * G / 9.80665 - 1.0).abs() < 1e-12);
@@ -325,7 +325,7 @@ fn known_logger_that_was_worn_is_compensated_with_its_own_calibration() {
 
     // Without a place the scale factors in m/s² carry the gravity of anywhere.
     let anywhere = calibrate(folder.path(), body).unwrap();
-    let calibration = file(anywhere.as_ref(), "calibration.json");
+    let calibration = file(&anywhere, "calibration.json");
     let u = calibration["gravity"]["standard_uncertainty"]
         .as_f64()
         .unwrap();
@@ -353,8 +353,8 @@ fn known_logger_as_raw_floats() {
     let body = "kind = \"free-living\"\n[recording]\nfile = \"wrist.csv\"\ncolumns = { x = \"x\", y = \"y\", z = \"z\" }\ntemperature = \"temperature\"\n";
     let from_text = calibrate(folder.path(), body).unwrap();
     for name in ["scale.x", "offset.y", "temperature.z"] {
-        let [a, u, _] = quantity(from_floats.as_ref(), name);
-        let [b, _, _] = quantity(from_text.as_ref(), name);
+        let [a, u, _] = quantity(&from_floats, name);
+        let [b, _, _] = quantity(&from_text, name);
         // Five decimals in the text are eight digits in a float; the uncertainty is far larger.
         assert!((a - b).abs() < 1e-2 * u, "{name}: {a} {b} ± {u}");
     }

@@ -6,7 +6,7 @@ use proofmass_jobs::plan::PlanJob;
 use proofmass_jobs::shaker_single::{ShakerSingleData, ShakerSingleJob, ShakerSingleRun};
 use proofmass_jobs::shaker_triaxial::{ShakerTriaxialData, ShakerTriaxialJob};
 use proofmass_jobs::spurious_motion::{SpuriousMotionData, SpuriousMotionJob, SpuriousRun};
-use proofmass_jobs::{Filed, Job, Outcome, Record, TroubleKind, Unwatched, Watch};
+use proofmass_jobs::{Job, Outcome, Record, StoredResult, TroubleKind, Unwatched, Watch};
 use proofmass_shaker::geometry::published_plan;
 use proofmass_shaker::recording::{Quality, RunInput};
 use proofmass_shaker::single_axis::{ComparisonBudget, ComparisonRow};
@@ -23,9 +23,9 @@ impl Watch for Impatient {
 }
 
 /// The outcome again, after a check of everything that must hold for one of any kind.
-fn check<J: Job + PartialEq + std::fmt::Debug>(job: &J, data: &J::Data<'_>) -> Filed<J::Outcome>
+fn check<J: Job + PartialEq + std::fmt::Debug>(job: &J, data: &J::Data<'_>) -> J::Outcome
 where
-    J::Outcome: PartialEq + std::fmt::Debug,
+    J::Outcome: std::fmt::Debug,
 {
     let stopped = job.evaluate(data, &Impatient).expect_err("a stopped job");
     assert_eq!(stopped.kind(), TroubleKind::Cancelled);
@@ -36,15 +36,12 @@ where
         date: Some("2026-01-01".into()),
         ..Record::default()
     };
-    let filed = Filed::new(
-        record,
-        again.evaluate(data, &Unwatched).expect("an outcome"),
-    );
-    let read = Filed::<J::Outcome>::from_json(&filed.to_json().expect("result.json"))
-        .expect("the result again");
-    assert_eq!(read.outcome, filed.outcome);
-    assert_eq!(read.files().expect("files"), filed.files().expect("files"));
-    filed
+    let outcome = again.evaluate(data, &Unwatched).expect("an outcome");
+    let result = StoredResult::new(record, &outcome).expect("a result");
+    let read =
+        StoredResult::from_json(&result.to_json().expect("result.json")).expect("the result again");
+    assert_eq!(read.files().expect("files"), result.files().expect("files"));
+    outcome
 }
 
 fn budget() -> Budget {
@@ -85,13 +82,13 @@ fn law_a_triaxial_outcome_is_read_again() {
     job.methods.push(ShakerMethod::PublishedMagnitude);
     let filed = check(&job, &ShakerTriaxialData::new(&runs));
     // Every place that states the principal result states the same one.
-    let quantities = filed.outcome.quantities();
-    let term = &filed.outcome.calibration().results[0].frequencies[0].sensitivity[0];
+    let quantities = filed.quantities();
+    let term = &filed.calibration().results[0].frequencies[0].sensitivity[0];
     assert_eq!(quantities[0].name, "S.xx.modulus[frequency=80]");
     assert_eq!(quantities[0].expanded, term.modulus.expanded);
     assert_eq!(quantities[0].k, Some(term.modulus.coverage_factor));
     // A cross term of zero has an interval of the size of its noise, and no phase.
-    let zero = &filed.outcome.calibration().results[0].frequencies[0].sensitivity[1];
+    let zero = &filed.calibration().results[0].frequencies[0].sensitivity[1];
     assert!(zero.phase.is_none());
     assert!(
         zero.modulus.expanded > 1.5 * zero.real.standard_uncertainty,
@@ -135,7 +132,7 @@ fn law_a_comparison_is_read_again() {
     };
     let runs = [run("a", 0.2), run("b", 0.2002)];
     let filed = check(&job, &ShakerSingleData::new(&runs));
-    assert!((filed.outcome.quantities()[0].value - 0.02001).abs() < 1e-9);
+    assert!((filed.quantities()[0].value - 0.02001).abs() < 1e-9);
 }
 
 #[test]
@@ -165,7 +162,7 @@ fn law_spurious_motion_is_read_again() {
         &SpuriousMotionJob::default(),
         &SpuriousMotionData::new(&runs),
     );
-    assert_eq!(filed.outcome.measurements().len(), 2);
+    assert_eq!(filed.measurements().len(), 2);
 }
 
 #[test]
@@ -174,5 +171,5 @@ fn law_a_plan_is_read_again() {
     job.best = Some(12);
     job.sizes = vec![6, 12];
     let filed = check(&job, &());
-    assert_eq!(filed.outcome.configurations().len(), 12);
+    assert_eq!(filed.configurations().len(), 12);
 }

@@ -3,7 +3,7 @@
 mod support;
 
 use proofmass_jobs::uncertainty::UncertaintyJob;
-use proofmass_jobs::{Filed, Job, TroubleKind, Unwatched};
+use proofmass_jobs::{Job, StoredResult, TroubleKind, Unwatched};
 use proofmass_uncertainty::{Evaluate, StatementMethod, Trials};
 
 fn job(text: &str) -> UncertaintyJob {
@@ -39,7 +39,7 @@ expression = "x1^2 + x2^2"
 #[test]
 fn law_outcome_comes_back_to_the_byte() {
     for text in [IMPEDANCE, SQUARES] {
-        support::law_outcome_comes_back(job(text).evaluate(&(), &Unwatched).unwrap());
+        support::law_outcome_comes_back(&job(text).evaluate(&(), &Unwatched).unwrap());
     }
 }
 
@@ -65,7 +65,7 @@ fn regress_one_result_in_every_document() {
     let stated = outcome.result.outputs[0].stated.clone();
     assert_eq!(stated.method, StatementMethod::MonteCarlo);
     assert!(stated.interval.lower > 0.0, "{stated:?}");
-    let filed = Filed::new(support::record(), outcome);
+    let filed = StoredResult::new(support::record(), &outcome).unwrap();
     let document: serde_json::Value = serde_json::from_slice(&filed.to_json().unwrap()).unwrap();
     let quantity = &document["quantities"][0];
     assert_eq!(quantity["method"], "monte-carlo");

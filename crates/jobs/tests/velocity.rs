@@ -37,13 +37,13 @@ fn law_outcomes_come_back_to_the_byte() {
         .evaluate(&data, &Unwatched)
         .unwrap();
     assert_eq!(outcome.quantities()[0].name, "largest_speed");
-    support::law_outcome_comes_back(outcome);
+    support::law_outcome_comes_back(&outcome);
     // A method without an uncertainty, on line.
     let observer: Method = "observer:10,100".parse().unwrap();
     let job = VelocityEstimateJob::new(Some(observer), None);
-    support::law_outcome_comes_back(job.evaluate(&data, &Unwatched).unwrap());
+    support::law_outcome_comes_back(&job.evaluate(&data, &Unwatched).unwrap());
     support::law_outcome_comes_back(
-        VelocityTuneJob::default()
+        &VelocityTuneJob::default()
             .evaluate(&data, &Unwatched)
             .unwrap(),
     );
@@ -52,7 +52,7 @@ fn law_outcomes_come_back_to_the_byte() {
         reference: Some(&truth),
         ..data
     };
-    support::law_outcome_comes_back(job.evaluate(&with, &Unwatched).unwrap());
+    support::law_outcome_comes_back(&job.evaluate(&with, &Unwatched).unwrap());
 }
 
 #[test]

@@ -2,10 +2,9 @@
 
 use crate::{Family, Method, MotionRecord};
 use proofmass_core::Error;
-use serde::{Deserialize, Serialize};
 
 /// What one estimate did against the reference.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Agreement {
     /// Root of the mean square error.
     pub rms: f64,
@@ -133,7 +132,7 @@ fn delay(v: &[f64], r: &[f64]) -> Option<f64> {
 }
 
 /// One method at one rate.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct MethodRow {
     /// Method with its settings.
     pub method: Method,

@@ -3,13 +3,14 @@
 
 use crate::{KalmanModel, Method, MotionRecord, ReadingSource};
 use proofmass_core::Error;
+use proofmass_core::numeric::golden_section;
 use proofmass_core::velocity::ProcessNoise;
 use realfft::num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 /// Gains of the two channels of a fused filter on the true velocity at one frequency.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChannelGain {
     /// Frequency, rad/s.
     pub omega: f64,
@@ -75,7 +76,7 @@ pub fn channels(method: &Method, sample_time: f64, omega: &[f64]) -> Option<Vec<
 }
 
 /// White noise of the two sensors: variance of an acceleration sample and of a position reading.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorNoise {
     /// σ_a², (m/s²)².
     pub acceleration: f64,
@@ -141,7 +142,7 @@ pub enum Criterion<'a> {
 }
 
 /// Gains with the value of the criterion, RMS in velocity.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossover {
     /// The method with its gains.
     pub method: Method,
@@ -227,17 +228,11 @@ pub fn crossover(
             step: f64::INFINITY,
         });
     }
-    let golden = 0.5 * (5f64.sqrt() - 1.0);
-    let (mut a, mut b) = (best.1 - 0.2, best.1 + 0.2);
-    while b - a > 0.004 {
-        let (c, d) = (b - golden * (b - a), a + golden * (b - a));
-        if score(&method(c, best.2))? < score(&method(d, best.2))? {
-            b = d;
-        } else {
-            a = c;
-        }
-    }
-    let at = 0.5 * (a + b);
+    let better = |c, d| -> Result<bool, Error> {
+        Ok(score(&method(c, best.2))? < score(&method(d, best.2))?)
+    };
+    let ends = [best.1 - 0.2, best.1 + 0.2];
+    let at = golden_section(ends, |_, width| width > 0.004, better)?;
     let value = score(&method(at, best.2))?;
     if value < best.0 {
         best = (value, at, best.2);
@@ -340,17 +335,8 @@ pub(crate) fn kalman_beside(
         log += step;
     }
     if at != 0.0 {
-        let golden = 0.5 * (5f64.sqrt() - 1.0);
-        let (mut a, mut b) = (at - step, at + step);
-        while b - a > 0.03 {
-            let (c, d) = (b - golden * (b - a), a + golden * (b - a));
-            if score(c)? < score(d)? {
-                b = d;
-            } else {
-                a = c;
-            }
-        }
-        let middle = 0.5 * (a + b);
+        let better = |c, d| -> Result<bool, Error> { Ok(score(c)? < score(d)?) };
+        let middle = golden_section([at - step, at + step], |_, width| width > 0.03, better)?;
         let value = score(middle)?;
         if value < best {
             (best, at) = (value, middle);

@@ -4,10 +4,9 @@ use crate::findings;
 use proofmass_core::Error;
 use proofmass_core::encoder::{Decoding, Quadrature, Unwrap, gray_to_binary};
 use proofmass_uncertainty::Finding;
-use serde::{Deserialize, Serialize};
 
 /// A decoded recording.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Decoded {
     /// Count at every sample or edge, continued over rollovers.
     pub count: Vec<i64>,
@@ -139,6 +138,46 @@ fn index_consistency(index: &[(usize, i64)]) -> Option<Finding> {
         .collect();
     let (least, most) = (turns.iter().min()?, turns.iter().max()?);
     (least != most).then(|| findings::unequal_turns(*least, *most))
+}
+
+/// Rising edges of a level up to each sample; a pass counts after the level was below a third of its range.
+pub fn teeth(level: &[f64]) -> Vec<i64> {
+    let high = level.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let low = level.iter().copied().fold(f64::INFINITY, f64::min);
+    let at = |share: f64| low + share * (high - low);
+    let (mut count, mut armed) = (0, false);
+    level
+        .iter()
+        .map(|v| {
+            if *v <= at(1.0 / 3.0) {
+                armed = true;
+            } else if armed && *v > at(2.0 / 3.0) {
+                armed = false;
+                count += 1;
+            }
+            count
+        })
+        .collect()
+}
+
+/// Levels in volts, cut half way between the lowest and the highest.
+pub fn levels(volts: &[f64]) -> Vec<bool> {
+    let high = volts.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let low = volts.iter().copied().fold(f64::INFINITY, f64::min);
+    volts.iter().map(|v| *v > 0.5 * (low + high)).collect()
+}
+
+/// Counts as words of a counter of 1 to 32 bits, with a sign or without.
+///
+/// # Errors
+/// The index of a count that does not fit.
+pub fn counter_words(counts: &[i64], bits: u32) -> Result<Vec<u32>, usize> {
+    let range = 1i64 << bits;
+    let word = |(k, c): (usize, &i64)| {
+        let fits = *c >= -(range / 2) && *c < range;
+        fits.then(|| c.rem_euclid(range) as u32).ok_or(k)
+    };
+    counts.iter().enumerate().map(word).collect()
 }
 
 /// Code of an absolute encoder.

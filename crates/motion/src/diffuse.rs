@@ -39,7 +39,7 @@ pub struct Unknowns {
 }
 
 /// A part of the readings' error that is correlated in time: a first-order Gauss–Markov process.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ColouredNoise {
     /// Standard deviation, in the unit of the readings.
     pub deviation: f64,

@@ -1,8 +1,6 @@
 //! Errors of an encoder that repeat with its reading: found with the accelerometer's help, stored, subtracted.
 
 mod search;
-#[cfg(test)]
-mod tests;
 
 pub use search::{FoundMap, MapSearch};
 

@@ -175,7 +175,7 @@ pub(crate) fn pass<const N: usize>(
 }
 
 /// A filter or smoother over a record.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct KalmanRun {
     /// Velocity per sample.
     pub velocity: Vec<f64>,

@@ -151,10 +151,10 @@ findings! {
         evidence "{from:.3} s to {to:.3} s: velocity change {change:.4} within {window:.0} ms ({deviations:.1} standard deviations){others}",
         advice "check the range and bandwidth of the accelerometer; what it may have missed of the impact is in the uncertainty";
 
-    /// The accelerometer was not recorded without interruption.
-    gaps_in_acceleration(gaps: usize, from: f64, to: f64) =
-        "gaps-in-acceleration", [Warning],
-        what "the accelerometer has gaps: only the longest stretch without one is used",
+    /// A sensor was not recorded without interruption.
+    gaps_in_readings(gaps: usize, from: f64, to: f64) =
+        "gaps-in-readings", [Warning],
+        what "the recording has gaps: only the longest stretch without one is used",
         evidence "{gaps} gaps of more than three steps; used {from:.3} s to {to:.3} s after the start",
         advice "choose another stretch of time";
 

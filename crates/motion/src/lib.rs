@@ -51,6 +51,7 @@ mod resolver;
 mod rest;
 mod ripple;
 mod rollover;
+mod samples;
 mod search;
 mod slip;
 mod smoother;
@@ -69,7 +70,10 @@ pub use crossover::{
     ChannelGain, Criterion, Crossover, Filter, SensorNoise, channels, crossover,
     crossover_by_smoother, kalman_by_smoother, noise_of, predicted_error, spectrum_error,
 };
-pub use decode::{AbsoluteCode, Decoded, TimedEdge, absolute, quadrature, quadrature_edges};
+pub use decode::{
+    AbsoluteCode, Decoded, TimedEdge, absolute, counter_words, levels, quadrature,
+    quadrature_edges, teeth,
+};
 pub use diffuse::{ColouredNoise, Unknowns};
 pub use drift::{DriftBudget, DriftSources};
 pub use encoder_map::{EncoderMap, FoundMap, MapLine, MapSearch};
@@ -85,12 +89,13 @@ pub use pairing::Pairing;
 pub use proofmass_core::velocity::{BiasModel, Hold, IntegratorRule, ProcessNoise};
 pub use record::{
     Blow, MotionRecord, PassedAt, ReadingSource, Stamped, TimedEdges, Timing, align, common_start,
-    even_clock, out_of_order, stamp_digit,
+    even_clock, interval, out_of_order, stamp_digit,
 };
 pub use resolver::{Demodulated, Excitation, ResolverAngles, demodulated, resolver};
 pub use rest::moves_while_still;
 pub use ripple::{Ripple, RippleLine, ripple};
 pub use rollover::{continued, rollover, turns_anew};
+pub use samples::{OnLines, Samples, along_axis, even_step, mean_of};
 pub use slip::{SlipReport, SlipSearch};
 pub use stretch::{Ungapped, even_times, longest_stretch, mean_between, thin};
 pub use threshold::{leave_out_threshold, speed_increment};

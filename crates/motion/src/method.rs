@@ -151,8 +151,7 @@ pub enum Method {
 }
 
 /// Which sensors a method uses.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Family {
     /// Position (or speed) only.
     Position,
@@ -177,7 +176,7 @@ impl Family {
 }
 
 /// Velocity by one method.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct VelocityTrace {
     /// Method with its settings.
     pub method: Method,

@@ -6,11 +6,11 @@ use crate::step_input::curve;
 use crate::{KalmanModel, MotionRecord, ReadingSource};
 use proofmass_core::{Error, STANDARD_GRAVITY};
 use proofmass_uncertainty::{Finding, Severity};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use std::f64::consts::TAU;
 
 /// Regression of the motion in the readings on the motion in the accelerometer.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Pairing {
     /// Velocity changes of the readings over those of the accelerometer: one when units, axes and calibration agree.
     pub gain: f64,

@@ -2,7 +2,9 @@
 
 mod alignment;
 
-pub use alignment::{Stamped, Timing, align, common_start, even_clock, out_of_order, stamp_digit};
+pub use alignment::{
+    Stamped, Timing, align, common_start, even_clock, interval, out_of_order, stamp_digit,
+};
 
 use proofmass_core::Error;
 use serde::{Deserialize, Serialize};
@@ -20,7 +22,7 @@ pub enum ReadingSource {
 /// Readings of both sensors at equal steps of time, or of one alone.
 ///
 /// **Units** one length unit throughout: position, position/s, position/s² (or rad).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct MotionRecord {
     /// Sample time, s.
     pub sample_time: f64,
@@ -31,33 +33,27 @@ pub struct MotionRecord {
     /// Acceleration; same length. Zeros where there is no accelerometer.
     pub acceleration: Vec<f64>,
     /// Whether there is an accelerometer. Without one the velocity is taken to change at random.
-    #[serde(default = "there_is_one")]
     pub accelerometer: bool,
     /// Increment δ of the reading, when it is quantised: gives R = δ²/12.
     pub increment: Option<f64>,
     /// Velocity at the first sample; `None` when unknown, zero for a start from rest.
     pub initial_velocity: Option<f64>,
     /// Edges between the samples, where they were timed; `reading` then is the count at each sample.
-    #[serde(default)]
     pub edges: Option<TimedEdges>,
     /// Way of one turn, where the reading is the angle of a resolver.
-    #[serde(default)]
     pub turn: Option<f64>,
     /// Time of the first sample, s, so that the times of findings are those of the recording.
-    #[serde(default)]
     pub start: f64,
     /// Relative standard uncertainty of the accelerometer's gain, where a calibration or a data sheet states one: the gain is then
     /// found beside the readings and held by this; without it nothing holds it.
-    #[serde(default)]
     pub gain_uncertainty: Option<f64>,
     /// Where the accelerometer may have missed a part of the motion.
-    #[serde(default)]
     pub blows: Vec<Blow>,
 }
 
 /// Samples in which the velocity changed faster than an accelerometer follows: filters and smoothers take what it says of them
 /// for a part of the change only.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Blow {
     /// First sample.
     pub from: usize,
@@ -68,7 +64,7 @@ pub struct Blow {
 }
 
 /// Edges of a counted position with their times.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct TimedEdges {
     /// Tick of the clock that timed them, s.
     pub tick: f64,
@@ -77,7 +73,7 @@ pub struct TimedEdges {
 }
 
 /// One edge as a filter at samples takes it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PassedAt {
     /// The first sample at or after it.
     pub sample: usize,
@@ -120,10 +116,6 @@ impl TimedEdges {
             list: self.list.iter().map(at).collect(),
         }
     }
-}
-
-fn there_is_one() -> bool {
-    true
 }
 
 impl MotionRecord {

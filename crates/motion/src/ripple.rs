@@ -4,12 +4,12 @@ use crate::episode::held;
 use crate::findings;
 use crate::{HighPass, MotionRecord, ReadingSource};
 use proofmass_core::Error;
+use proofmass_core::numeric::upper_median;
 use proofmass_uncertainty::Finding;
-use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// One repeating error.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RippleLine {
     /// Length (or angle) after which it repeats.
     pub period: f64,
@@ -22,7 +22,7 @@ pub struct RippleLine {
 }
 
 /// Repeating errors, largest first.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Ripple {
     /// Lines above five times the median of the spectrum.
     pub lines: Vec<RippleLine>,
@@ -130,8 +130,7 @@ pub fn ripple(
     let count = ((high - low) / df).max(0.0) as usize + 1;
     let spectrum: Vec<f64> = (0..count).map(|i| amplitude(low + df * i as f64)).collect();
     let mut sorted = spectrum.clone();
-    sorted.sort_by(f64::total_cmp);
-    let level = sorted[sorted.len() / 2];
+    let level = upper_median(&mut sorted).unwrap_or(0.0);
     let line = |frequency: f64| {
         let amplitude = amplitude(frequency);
         RippleLine {

@@ -7,10 +7,9 @@ use crate::findings;
 use crate::{MotionRecord, ReadingSource};
 use proofmass_core::Error;
 use proofmass_uncertainty::Finding;
-use serde::{Deserialize, Serialize};
 
 /// Settings of the search.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlipSearch {
     /// Window over which velocity changes are compared, s.
     pub window: f64,
@@ -32,7 +31,7 @@ impl Default for SlipSearch {
 }
 
 /// Slip and collisions of a record, with the standard deviation of the quiet part.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct SlipReport {
     /// Encoder and accelerometer disagree.
     pub slip: Vec<Episode>,

@@ -3,6 +3,7 @@
 use crate::condition::repetition;
 use crate::findings;
 use crate::{MotionRecord, out_of_order};
+use proofmass_core::numeric::upper_median;
 use proofmass_uncertainty::{Finding, Severity};
 use std::ops::Range;
 
@@ -39,8 +40,7 @@ pub fn longest_stretch(time: &[f64]) -> Option<Ungapped> {
         return None;
     }
     let mut steps: Vec<f64> = time.windows(2).map(|w| w[1] - w[0]).collect();
-    steps.sort_by(f64::total_cmp);
-    let limit = 3.0 * steps.get(steps.len() / 2)?;
+    let limit = 3.0 * upper_median(&mut steps)?;
     let mut cuts: Vec<usize> = vec![0];
     cuts.extend((1..time.len()).filter(|&k| time[k] - time[k - 1] >= limit));
     cuts.push(time.len());
@@ -51,7 +51,7 @@ pub fn longest_stretch(time: &[f64]) -> Option<Ungapped> {
         .windows(2)
         .map(|w| (w[0], w[1]))
         .max_by_key(|(from, to)| to - from)?;
-    let finding = findings::gaps_in_acceleration(cuts.len() - 2, time[from], time[to - 1]);
+    let finding = findings::gaps_in_readings(cuts.len() - 2, time[from], time[to - 1]);
     Some(Ungapped {
         used: from..to,
         finding,

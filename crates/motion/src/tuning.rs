@@ -82,7 +82,7 @@ pub struct TunedValue {
 }
 
 /// The model that makes the readings most probable.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Tuned {
     /// Noise and offset as a filter on line takes them.
     pub model: KalmanModel,
@@ -122,7 +122,7 @@ pub struct Tuned {
 }
 
 /// Noise of one place around the maximum.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoiseNode {
     /// q
     pub acceleration: f64,

@@ -26,10 +26,9 @@ use ground::{
 };
 use proofmass_core::{Error, Watch};
 use proofmass_uncertainty::Finding;
-use serde::{Deserialize, Serialize};
 
 /// Answer of [`estimate`].
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct EstimateResult {
     /// Velocity by the chosen method.
     pub trace: VelocityTrace,
@@ -43,7 +42,6 @@ pub struct EstimateResult {
     pub offset: Option<(Vec<f64>, Vec<f64>)>,
     /// Innovation over its standard deviation at the samples of the readings (of edges the last one of a sample), with the
     /// constants of the whole record; empty where there are none.
-    #[serde(default)]
     pub innovations: Vec<Option<f64>>,
     /// Share of the samples away from slip where filter and smoother agree within two standard uncertainties of
     /// their difference, √(u_f² − u_s²); `None` when the method states no uncertainty.

@@ -1,11 +1,10 @@
 //! Are the innovations what the model promised: white, with unit variance?
 
 use proofmass_core::Error;
-use serde::{Deserialize, Serialize};
-use statrs::distribution::{ChiSquared, ContinuousCDF};
+use proofmass_uncertainty::chi_squared_chance;
 
 /// Ljung–Box test of the autocorrelation and chi-square test of the size of normalised innovations.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Whiteness {
     /// Number of innovations.
     pub samples: usize,
@@ -59,7 +58,7 @@ impl Whiteness {
             }
         }
         let q = q * n as f64 * (n + 2) as f64;
-        let upper = |x: f64, dof: usize| ChiSquared::new(dof as f64).map_or(0.0, |chi| chi.sf(x));
+        let upper = |x: f64, dof: usize| chi_squared_chance(x, dof as f64);
         let above = upper(square, n);
         Ok(Self {
             samples: n,

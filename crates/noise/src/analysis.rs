@@ -6,11 +6,11 @@ use crate::record::check_count;
 use crate::{
     CoefficientFit, ConsistencyPoint, ConverterTrace, DeviationCurve, DeviationOptions,
     Disturbance, DynamicWindow, FitOptions, FitRecord, FittedPoint, Gaps, InUnit, JointInfluence,
-    KalmanNoise, RecordGap, RobustFit, Sensor, SeparatedPoint, StateSpace, Statistic, Term,
-    clock_line, gaps, separated_deviations,
+    KalmanNoise, RecordGap, RobustFit, Sensor, SeparatedPoint, StateSpace, Statistic, Term, gaps,
+    separated_deviations,
 };
 use proofmass_core::{Error, Unwatched, Watch};
-use proofmass_signal::{Density, Detrend, Trend};
+use proofmass_signal::{Density, Detrend, Trend, clock};
 use proofmass_uncertainty::{Finding, Severity};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -361,25 +361,21 @@ fn gap_finding(gaps: &[RecordGap], used: &[(usize, usize)], total: usize, policy
         1 => "1 gap".to_owned(),
         n => format!("{n} gaps"),
     };
-    findings::gaps_in_record(&number, gaps[0].row, rows, total, treatment).at(severity)
+    let place = format!(", the first at row {}", gaps[0].row);
+    findings::gaps_in_record(&number, &place, rows, total, treatment).at(severity)
 }
 
 /// Jitter, or a rate that is not the stated one.
 fn stamp_finding(stamps: &[f64], sample_rate: f64) -> Option<Finding> {
     let finite: Vec<f64> = stamps.iter().copied().filter(|t| t.is_finite()).collect();
-    let line = clock_line(&finite, Some(sample_rate)).ok()?;
-    let off = (line.rate / sample_rate - 1.0).abs();
-    if off > 1e-3 {
+    let (clock, _) = clock::read(&finite, Some(sample_rate)).ok()?;
+    if (clock.rate_hz / sample_rate - 1.0).abs() > 1e-3 {
         return Some(findings::uneven_time_stamps(
-            line.rate,
-            line.rate_uncertainty,
+            clock.rate_hz,
+            clock.rate_u_hz,
             sample_rate,
         ));
     }
-    (line.jitter > 0.1).then(|| {
-        findings::jittering_time_stamps(
-            100.0 * line.jitter,
-            line.slips.iter().map(|s| s.samples.max(0)).sum(),
-        )
-    })
+    let jitter = clock.scatter_s * clock.rate_hz;
+    (jitter > 0.1).then(|| findings::jittering_time_stamps(100.0 * jitter, clock.missing))
 }

@@ -3,6 +3,7 @@
 use crate::profile::Profile;
 use crate::{FrontEnd, GaussMarkov, NoiseModel, Sinusoid, TemperatureSensitivity, Term};
 use proofmass_core::Error;
+use proofmass_uncertainty::normal_quantile;
 use proofmass_uncertainty::{Covariance, Figure, Finding};
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -237,7 +238,7 @@ impl Limits {
     }
 
     pub(crate) fn standard_uncertainty(&self, profile: &Profile) -> f64 {
-        let k = crate::whittle::normal_quantile(0.5 * (1.0 + self.probability));
+        let k = normal_quantile(0.5 * (1.0 + self.probability));
         0.5 * (profile.interval.1 - profile.interval.0) / k
     }
 }

@@ -9,7 +9,6 @@ use crate::{
 };
 use proofmass_core::Error;
 use proofmass_uncertainty::Finding;
-use serde::{Deserialize, Serialize};
 
 /// The terms with a coefficient that every unit has.
 const TERMS: [Term; 5] = [
@@ -21,7 +20,7 @@ const TERMS: [Term; 5] = [
 ];
 
 /// One coefficient in every unit.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ComparedTerm {
     /// Which coefficient.
     pub term: Term,
@@ -34,7 +33,7 @@ pub struct ComparedTerm {
 }
 
 /// One channel in every unit that has it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ComparedChannel {
     /// Name of the channel.
     pub name: String,
@@ -49,7 +48,7 @@ pub struct ComparedChannel {
 }
 
 /// One limit against every unit.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct CheckedLimit {
     /// The channel.
     pub channel: String,
@@ -99,7 +98,7 @@ impl CheckedLimit {
 }
 
 /// Units or runs held against each other and against the limits of a data sheet.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct UnitComparison {
     /// Probability at which at least one coefficient of equal units is called different.
     pub false_alarm_rate: f64,

@@ -182,9 +182,15 @@ pub(crate) fn converter_findings(traces: &[ConverterTrace], unit: &str) -> Vec<F
             ConverterTrace::Coarse { step, scatter } => {
                 findings::coarse_resolution(Figure(step), Figure(scatter), unit)
             }
-            ConverterTrace::Clipped { rail, share } => {
-                findings::clipped(100.0 * share, Figure(rail), unit)
-            }
+            ConverterTrace::Clipped { rail, share } => proofmass_uncertainty::findings::clipped(
+                "the channel is clipped",
+                &format!(
+                    "{:.2} % of the samples are exactly {} {unit}",
+                    100.0 * share,
+                    Figure(rail)
+                ),
+                "the white noise of a clipped record is too low",
+            ),
             ConverterTrace::Repeated { share } => {
                 findings::repeated_samples(100.0 * share, 1.0 / (1.0 - share).max(1e-9))
             }

@@ -116,6 +116,30 @@ pub fn deviation(
     deviation_stretches(&[record], sample_rate, statistic, options)
 }
 
+/// The overlapping Allan deviation of a signal, a point to every octave of the averaging time.
+///
+/// **Units** `sampling_rate` in Hz; the deviation in the unit of the samples.
+///
+/// **Errors** as [`deviation`].
+///
+/// ```
+/// use proofmass_noise::allan_deviation;
+///
+/// let gyro: Vec<f64> = (0..4096).map(|k| f64::from(k * 7919 % 4093) / 4093.0 - 0.5).collect();
+/// for p in allan_deviation(&gyro, 100.0)?.points {
+///     println!("{} s: {:.3e}, 95 %: {:?}", p.tau, p.deviation, p.interval);
+/// }
+/// # Ok::<(), proofmass_core::Error>(())
+/// ```
+pub fn allan_deviation(samples: &[f64], sampling_rate: f64) -> Result<DeviationCurve, Error> {
+    deviation(
+        NoiseRecord::Rate(samples),
+        sampling_rate,
+        Statistic::OverlappingAllan,
+        &DeviationOptions::default(),
+    )
+}
+
 /// [`deviation`] of a record with gaps: no difference reaches across one, every stretch long enough contributes its terms.
 ///
 /// Averaging times are those that the longest stretch can give.

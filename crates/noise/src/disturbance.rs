@@ -7,8 +7,9 @@ use crate::phase::Phase;
 use crate::record::{NoiseRecord, check_count, check_finite, check_sample_rate};
 use crate::whittle::refuse_constant;
 use proofmass_core::Error;
+use proofmass_uncertainty::normal_quantile;
 use serde::{Deserialize, Serialize};
-use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
+use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// What a disturbance looks like.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -319,7 +320,7 @@ fn quantile(values: &mut [f64], p: f64) -> Option<f64> {
 }
 
 fn normal_threshold(n: usize, share: f64) -> f64 {
-    Normal::standard().inverse_cdf(1.0 - 0.5 * share / n as f64)
+    normal_quantile(1.0 - 0.5 * share / n as f64)
 }
 
 /// Two-sided quantile for the largest of n, with the scale itself estimated: the median absolute deviation is worth

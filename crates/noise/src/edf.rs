@@ -410,7 +410,7 @@ pub fn chi_square_interval(deviation: f64, edf: f64, probability: f64) -> Option
 pub(crate) fn chi_square_quantile(p: f64, nu: f64) -> Option<f64> {
     if nu > 1e5 {
         // Wilson and Hilferty: relative error below 1e-7 here, where the exact inversion becomes slow.
-        let z = statrs::distribution::Normal::standard().inverse_cdf(p);
+        let z = proofmass_uncertainty::normal_quantile(p);
         let a = 2.0 / (9.0 * nu);
         return Some(nu * (1.0 - a + z * a.sqrt()).powi(3));
     }

@@ -1,6 +1,7 @@
 //! Forms that are known but for their size beside noise: taken at their best, or integrated out (restricted likelihood).
 
 use crate::cosine_spectrum::pair;
+use proofmass_uncertainty::adjustment::ScaledRoot;
 
 /// What is done about the known forms of a record.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -119,12 +120,9 @@ impl Eliminated {
 
 /// Inverse of a symmetric positive definite matrix of few rows, row by row; `None` when it is none.
 pub(crate) fn inverse(matrix: &[f64], q: usize) -> Option<Vec<f64>> {
-    let mut rows = Vec::with_capacity(q * q);
-    for i in 0..q {
-        let unit: Vec<f64> = (0..q).map(|j| f64::from(u8::from(i == j))).collect();
-        rows.extend(crate::variance_fit::solve(matrix, &unit)?);
-    }
-    Some(rows)
+    let root = ScaledRoot::new(q, |i, j| matrix[i * q + j])?;
+    let unit = |i: usize| -> Vec<f64> { (0..q).map(|j| f64::from(u8::from(i == j))).collect() };
+    Some((0..q).flat_map(|i| root.solve(&unit(i))).collect())
 }
 
 #[cfg(test)]

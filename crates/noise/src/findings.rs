@@ -14,10 +14,10 @@ findings! {
         advice "the fit allows for the averaging; analyse a shorter part for frequencies above half of this rate";
 
     /// Rows are missing in the record.
-    gaps_in_record(gaps: &str, first_row: usize, used_rows: usize, rows: usize, treatment: &str) =
+    gaps_in_record(gaps: &str, place: &str, used_rows: usize, rows: usize, treatment: &str) =
         "gaps-in-record", [Note, Warning],
         what "the record has gaps; {treatment}",
-        evidence "{gaps}, the first at row {first_row}; {used_rows} of {rows} rows used",
+        evidence "{gaps}{place}; {used_rows} of {rows} rows used",
         advice "averaging times longer than the stretches between gaps are lost; look for lost packets or a logger that pauses";
 
     /// The rate of the time stamps is not the stated one.
@@ -28,7 +28,7 @@ findings! {
         advice "densities are proportional to the rate; leave the rate out to use that of the stamps";
 
     /// The time stamps scatter, as those of a computer do.
-    jittering_time_stamps(jitter: f64, lost: i64) =
+    jittering_time_stamps(jitter: f64, lost: u64) =
         "jittering-time-stamps", [Note],
         what "the time stamps scatter about the line of an even clock; the samples are taken as even",
         evidence "by {jitter:.0} % of the sampling interval; {lost} samples lost by the line",
@@ -154,13 +154,6 @@ findings! {
         what "the step of the converter is larger than the noise: the coefficients describe the steps",
         evidence "step {step} {unit}, standard deviation of a sample {deviation} {unit}",
         advice "record at a finer range or resolution; white noise below the step cannot be determined";
-
-    /// Samples stand at the end of the range.
-    clipped(fraction: f64, limit: Figure, unit: &str) =
-        "clipped", [Decision],
-        what "samples are saturated: the noise beyond the limit of the range is cut off",
-        evidence "{fraction:.2} % of the samples are exactly {limit} {unit}",
-        advice "choose a wider range; the white noise of a saturated record is too low";
 
     /// The recording is faster than the sensor.
     repeated_samples(fraction: f64, rows: f64) =

@@ -1,8 +1,8 @@
 //! Missing rows and time stamps that jump.
 
-use crate::clock_line;
 use crate::record::check_sample_rate;
 use proofmass_core::Error;
+use proofmass_signal::clock;
 use serde::{Deserialize, Serialize};
 
 /// What is done about gaps. Nothing here bridges them.
@@ -47,7 +47,7 @@ pub type Stretches = (Vec<(usize, usize)>, Vec<RecordGap>);
 
 /// Stretches of rows without interruption, and what lies between them.
 ///
-/// Stamps are compared with the line of their clock ([`clock_line`]): jitter and bursts interrupt nothing.
+/// Stamps are compared with the line of their clock ([`proofmass_signal::clock`]): jitter and bursts interrupt nothing.
 ///
 /// **Shapes** `channels` of equal length, `stamps` (s) of that length when given.
 ///
@@ -79,9 +79,7 @@ pub fn stretches(
     }
     let finite = |s: &&[f64]| s.len() > 2 && s.iter().all(|t| t.is_finite());
     let mut slips = match stamps.filter(finite) {
-        Some(stamps) => {
-            clock_line(stamps, Some(sample_rate)).map_or_else(|_| Vec::new(), |l| l.slips)
-        }
+        Some(stamps) => clock::read(stamps, Some(sample_rate)).map_or_else(|_| Vec::new(), |c| c.1),
         None => Vec::new(),
     }
     .into_iter()

@@ -3,7 +3,7 @@
 //!
 //! [`analyse`] does everything for the channels of a recording. The parts stand on their own: [`deviation`] for a
 //! curve of any [`Statistic`], [`LongRecord`] for recordings larger than memory, [`whittle()`] for coefficients,
-//! [`disturbances`] for what is not noise, [`clock_line`] for time stamps, [`simulate()`] for records with known coefficients.
+//! [`disturbances`] for what is not noise, [`proofmass_signal::clock`] for time stamps, [`simulate()`] for records with known coefficients.
 //!
 //! ```
 //! use proofmass_noise::{FitOptions, NoiseModel, Term, Verdict, simulate, whittle};
@@ -47,7 +47,6 @@ mod averages;
 mod bias;
 mod channel_analysis;
 mod choice_words;
-mod clock_line;
 mod coefficients;
 mod comparison;
 mod consistency;
@@ -61,7 +60,7 @@ mod disturbance_findings;
 mod dynamic;
 mod edf;
 mod effects;
-mod findings;
+pub mod findings;
 mod fit_family;
 mod fit_findings;
 mod fit_record;
@@ -105,7 +104,6 @@ pub use analysis::{
     analyse_beside_temperature, analyse_watched,
 };
 pub use bias::Bias;
-pub use clock_line::{ClockLine, Slip, clock_line};
 pub use coefficients::{
     BandUse, Coefficient, CoefficientFit, FitOptions, Reason, TermParameter, Verdict,
 };
@@ -113,7 +111,8 @@ pub use comparison::{CheckedLimit, ComparedChannel, ComparedTerm, UnitComparison
 pub use consistency::{ConsistencyPoint, FittedPoint, consistency};
 pub use converter::{ConverterTrace, converter_traces};
 pub use deviation::{
-    DeviationCurve, DeviationOptions, DeviationPoint, deviation, deviation_stretches,
+    DeviationCurve, DeviationOptions, DeviationPoint, allan_deviation, deviation,
+    deviation_stretches,
 };
 pub use disturbance::{
     Disturbance, DisturbanceKind, JointInfluence, disturbances, joint_influence,

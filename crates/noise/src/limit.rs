@@ -135,7 +135,7 @@ pub enum Conformity {
 }
 
 /// A coefficient against a limit.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LimitCheck {
     /// The value, its most likely one where it is not identifiable, in the unit of the limit.
     pub value: Option<f64>,

@@ -2,6 +2,7 @@
 
 use crate::NoiseModel;
 use crate::spectrum_bins::SpectrumBins;
+use crate::unit_comparison::minimum;
 use proofmass_signal::Detrend;
 use std::f64::consts::PI;
 
@@ -105,18 +106,7 @@ fn line_at(rate: &[f64], sample_rate: f64, index: usize) -> Found {
         .map(|k| centre + 0.25 * f64::from(k))
         .max_by(|a, b| power(*a).total_cmp(&power(*b)))
         .unwrap_or(centre);
-    let (mut low, mut high) = (coarse - 0.25, coarse + 0.25);
-    let golden = 0.618_033_988_749_895;
-    for _ in 0..16 {
-        let a = high - golden * (high - low);
-        let b = low + golden * (high - low);
-        if power(a) > power(b) {
-            high = b;
-        } else {
-            low = a;
-        }
-    }
-    let cycles = 0.5 * (low + high);
+    let cycles = minimum(&|x| -power(x), coarse - 0.25, coarse + 0.25, 16);
     let (c, s) = phasor(rate, cycles);
     Found {
         amplitude: c.hypot(s),

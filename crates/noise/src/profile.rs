@@ -1,8 +1,8 @@
 //! Intervals of noise coefficients from profile likelihoods: every term is in the model, none is selected.
 
+use crate::edf::chi_square_quantile;
 use crate::effects::Effects;
 use crate::variance_fit::{Likelihood, Minimum};
-use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// A square held at a value costs up to this much more likelihood than χ² of one degree of freedom: the other squares
 /// cannot become negative, and the lowest cosines are few. Calibrated by simulation (`examples/coverage.rs`).
@@ -21,7 +21,7 @@ const SLOPE_EXCESS: [(f64, f64); 6] = [
 
 /// Rise of −2 ln L at the ends of the interval of a square.
 pub(crate) fn square_level(probability: f64) -> f64 {
-    SQUARE_STRETCH * chi_square(probability)
+    SQUARE_STRETCH * chi_square_quantile(probability, 1.0).unwrap_or(f64::INFINITY)
 }
 
 /// Rise of −2 ln L at the ends of the interval of the slope.
@@ -33,16 +33,12 @@ pub(crate) fn slope_level(probability: f64) -> f64 {
             let share = (probability - w[0].0) / (w[1].0 - w[0].0);
             w[0].1 + share * (w[1].1 - w[0].1)
         });
-    chi_square(probability) + excess
+    chi_square_quantile(probability, 1.0).unwrap_or(f64::INFINITY) + excess
 }
 
 /// Rise of −2 ln L at the ends of the interval of the size of another form.
 pub(crate) fn form_level(probability: f64) -> f64 {
     slope_level(probability)
-}
-
-fn chi_square(probability: f64) -> f64 {
-    ChiSquared::new(1.0).map_or(f64::INFINITY, |d| d.inverse_cdf(probability))
 }
 
 /// What the profile of one parameter says.

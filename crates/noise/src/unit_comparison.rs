@@ -2,11 +2,10 @@
 
 use crate::profile::square_level;
 use crate::{CoefficientFit, Reason, Term, Verdict};
-use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Whether one coefficient may be the same in several units.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct TermComparison {
     /// Which coefficient.
     pub term: Term,
@@ -114,7 +113,7 @@ pub fn equal_coefficients(term: Term, fits: &[&CoefficientFit]) -> Option<TermCo
         low = low.min(p.best);
         high = high.max(p.best);
     }
-    let common = minimum(&sum, low, high);
+    let common = minimum(&sum, low, high, 100);
     let statistic = sum(common);
     let allowed = statistic + quantile(level)?;
     let reach = |direction: f64, scale: f64| {
@@ -153,9 +152,10 @@ pub fn equal_coefficients(term: Term, fits: &[&CoefficientFit]) -> Option<TermCo
     })
 }
 
-fn minimum(f: &impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
+/// Minimum of a function with one minimum, by so many golden sections.
+pub(crate) fn minimum(f: &impl Fn(f64) -> f64, mut low: f64, mut high: f64, steps: usize) -> f64 {
     let golden = 0.618_033_988_749_895;
-    for _ in 0..100 {
+    for _ in 0..steps {
         let a = high - golden * (high - low);
         let b = low + golden * (high - low);
         if f(a) < f(b) {

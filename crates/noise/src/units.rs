@@ -8,8 +8,7 @@ use serde::{Deserialize, Serialize};
 const STANDARD_GRAVITY: f64 = 9.80665;
 
 /// What the rate is, in SI.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sensor {
     /// Acceleration in m/s².
     Accelerometer,
@@ -219,7 +218,7 @@ pub fn kalman_noise(fit: &CoefficientFit, sample_rate: f64) -> Result<KalmanNois
 }
 
 /// A coefficient for a filter that must not trust a sensor of several axes too much.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Conservative {
     /// The number.
     pub value: f64,

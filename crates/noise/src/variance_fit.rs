@@ -2,6 +2,7 @@
 
 use crate::cosine_spectrum::{CosineSpectrum, pair};
 use crate::effects::{Effects, Eliminated, inverse};
+use proofmass_uncertainty::adjustment::ScaledRoot;
 use std::borrow::Cow;
 
 /// Mean squares of cosine coefficients with what they are expected to be.
@@ -494,39 +495,5 @@ fn bounded_step(local: &Local, squares: &[f64], free: &[usize]) -> Vec<f64> {
 /// Solution of a symmetric positive definite system of a few unknowns, scaled to a unit diagonal; `None` when it is none.
 pub(crate) fn solve(matrix: &[f64], right: &[f64]) -> Option<Vec<f64>> {
     let q = right.len();
-    let scale: Vec<f64> = (0..q).map(|i| matrix[i * q + i].sqrt().recip()).collect();
-    if scale.iter().any(|s| !s.is_finite()) {
-        return None;
-    }
-    let mut l = vec![0.0; q * q];
-    for i in 0..q {
-        for j in 0..=i {
-            let mut sum = matrix[i * q + j] * scale[i] * scale[j];
-            for k in 0..j {
-                sum -= l[i * q + k] * l[j * q + k];
-            }
-            if i == j {
-                if sum <= 1e-13 {
-                    return None;
-                }
-                l[i * q + i] = sum.sqrt();
-            } else {
-                l[i * q + j] = sum / l[j * q + j];
-            }
-        }
-    }
-    let mut x: Vec<f64> = (0..q).map(|i| right[i] * scale[i]).collect();
-    for i in 0..q {
-        for k in 0..i {
-            x[i] -= l[i * q + k] * x[k];
-        }
-        x[i] /= l[i * q + i];
-    }
-    for i in (0..q).rev() {
-        for k in i + 1..q {
-            x[i] -= l[k * q + i] * x[k];
-        }
-        x[i] /= l[i * q + i];
-    }
-    Some((0..q).map(|i| x[i] * scale[i]).collect())
+    ScaledRoot::new(q, |i, j| matrix[i * q + j]).map(|root| root.solve(right))
 }

@@ -18,6 +18,7 @@ use crate::usable_band::{Band, Candidate, below, usable_band};
 use crate::variance_fit::Likelihood;
 use crate::{BandUse, Coefficient, CoefficientFit, FitOptions, NoiseModel, Reason, Term, Verdict};
 use proofmass_core::Error;
+use proofmass_uncertainty::normal_quantile;
 
 /// Fewest rate samples from which coefficients are estimated.
 const FEWEST_SAMPLES: usize = 64;
@@ -503,9 +504,4 @@ fn refuse_constant_stretches(stretches: &[&[f64]]) -> Result<(), Error> {
         });
     }
     Ok(())
-}
-
-pub(crate) fn normal_quantile(p: f64) -> f64 {
-    use statrs::distribution::{ContinuousCDF, Normal};
-    Normal::standard().inverse_cdf(p)
 }

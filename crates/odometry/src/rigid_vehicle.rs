@@ -1,6 +1,7 @@
 //! The rigid vehicle that several wheels show together, and what each wheel has beyond it.
 
 use proofmass_core::Matrix3;
+use proofmass_core::numeric::upper_median;
 use proofmass_motion::episode::quiet;
 
 /// Share of the squares that one wheel may leave unexplained.
@@ -80,8 +81,7 @@ impl Rigid {
                 let coefficients = robust(&used, &columns, raw);
                 let rest = |k: usize| raw(k) - proofmass_core::dot(coefficients, columns[k]);
                 let mut sizes: Vec<f64> = used.iter().map(|k| rest(*k).abs()).collect();
-                sizes.sort_by(f64::total_cmp);
-                typical += sizes[sizes.len() / 2];
+                typical += upper_median(&mut sizes).unwrap_or(0.0);
                 (0..moves.len()).map(rest).collect()
             })
             .collect();
@@ -280,9 +280,8 @@ fn robust(used: &[usize], columns: &[[f64; 3]], value: impl Fn(usize) -> f64) ->
             .map(|k| (value(*k) - proofmass_core::dot(coefficients, columns[*k])).abs())
             .collect();
         let mut sorted = rest.clone();
-        sorted.sort_by(f64::total_cmp);
         // Median of |normal| is 0.6745 σ.
-        let sigma = (sorted[sorted.len() / 2] / 0.6745).max(f64::MIN_POSITIVE);
+        let sigma = (upper_median(&mut sorted).unwrap_or(0.0) / 0.6745).max(f64::MIN_POSITIVE);
         for (weight, rest) in weights.iter_mut().zip(&rest) {
             *weight = (1.345 * sigma / rest.max(f64::MIN_POSITIVE)).min(1.0);
         }

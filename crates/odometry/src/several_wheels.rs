@@ -36,7 +36,7 @@ pub struct Departure {
 }
 
 /// Where wheels depart from the others.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Departures {
     /// In order of time.
     pub found: Vec<Departure>,

@@ -7,7 +7,6 @@ use proofmass_core::{Error, check};
 use proofmass_motion::ReadingSource;
 use proofmass_motion::episode::{Episode, episodes, held, largest, others, quiet, slope};
 use proofmass_uncertainty::Finding;
-use serde::{Deserialize, Serialize};
 
 /// The wheels of an axle and the rate at which the vehicle turns, at equal steps of time.
 #[derive(Clone, Copy, Debug)]
@@ -27,7 +26,7 @@ pub struct Axle<'a> {
 }
 
 /// Where one wheel of an axle slips.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct WheelSlip {
     /// Stretches; `velocity` is how much faster the right wheel became than the turning explains.
     pub slip: Vec<Episode>,

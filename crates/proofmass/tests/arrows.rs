@@ -19,7 +19,7 @@ const ROOMS: [(&str, &[&str]); 14] = [
     ),
     ("rig", &["core", "signal"]),
     ("fixture", &["core", "uncertainty"]),
-    ("io", &["core", "uncertainty"]),
+    ("io", &["core", "uncertainty", "signal"]),
     ("report", &["core", "uncertainty"]),
     (
         "jobs",

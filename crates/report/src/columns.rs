@@ -3,6 +3,7 @@
 use crate::document::{Alignment, Cell, Column, Table};
 use crate::number::{freedom, plain, scientific, two_digits};
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 /// How the values of a column are printed on a page. A file holds them whole.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -93,6 +94,15 @@ impl<'a, R> Field<'a, R> {
         field
     }
 
+    /// A column of the page alone, under this heading and unit.
+    pub fn shown(
+        heading: impl Into<String>,
+        unit: impl Into<String>,
+        get: impl Fn(&R) -> Cell + 'a,
+    ) -> Self {
+        Self::new("", get).page(heading, unit)
+    }
+
     /// Shows it on the page, under this heading and unit.
     #[must_use]
     pub fn page(mut self, heading: impl Into<String>, unit: impl Into<String>) -> Self {
@@ -106,6 +116,12 @@ impl<'a, R> Field<'a, R> {
     pub fn rounded(mut self, rounding: Rounding) -> Self {
         self.column.rounding = rounding;
         self
+    }
+
+    /// The page rounds its values to so many decimals.
+    #[must_use]
+    pub fn decimals(self, count: u8) -> Self {
+        self.rounded(Rounding::Decimals(count))
     }
 
     /// What the values are multiplied by to be in the unit of the page.
@@ -123,6 +139,14 @@ impl<'a, R> Field<'a, R> {
     }
 }
 
+impl<'a> Field<'a, usize> {
+    /// A column from a series, for tables whose rows are the places in several; empty where it has ended.
+    pub fn series(name: impl Into<String>, values: impl Into<Cow<'a, [f64]>>) -> Self {
+        let values = values.into();
+        Self::new(name, move |k: &usize| values.get(*k).copied().into())
+    }
+}
+
 impl Table {
     /// The table of these rows.
     pub fn of<'r, R: 'r>(
@@ -137,7 +161,7 @@ impl Table {
         // A column of words stands left.
         for (i, column) in columns.iter_mut().enumerate() {
             let mut filled = rows.iter().map(|r| &r[i]).filter(|c| **c != Cell::Empty);
-            if filled.clone().next().is_some() && filled.all(|c| matches!(c, Cell::Text(_))) {
+            if filled.clone().next().is_some() && filled.all(Cell::is_text) {
                 column.alignment = Alignment::Left;
             }
         }
@@ -170,7 +194,10 @@ impl Table {
                         record.extend([Cell::Value(*value), Cell::Value(*u)]);
                     }
                     cell => {
-                        record.push(cell.clone());
+                        record.push(match cell {
+                            Cell::Worded { file, .. } => (**file).clone(),
+                            cell => cell.clone(),
+                        });
                         if !self.columns[i].uncertainty.is_empty() {
                             record.push(Cell::Empty);
                         }
@@ -213,5 +240,30 @@ impl From<String> for Cell {
 impl<T: Into<Cell>> From<Option<T>> for Cell {
     fn from(value: Option<T>) -> Self {
         value.map_or(Self::Empty, Into::into)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::number::cell_text;
+
+    #[test]
+    fn law_a_file_has_what_a_page_words() {
+        let fields = [
+            Field::new("limit_V", |v: &Option<f64>| {
+                let limit = Cell::from(*v);
+                limit.worded(if v.is_some() { "< -2" } else { "–" })
+            })
+            .page("limit", "V"),
+            Field::shown("sure", "", |v: &Option<f64>| v.map(|_| "yes").into()),
+        ];
+        let table = Table::of("", fields, [Some(1.5), None]);
+        let printed = |i: usize| cell_text(&table.rows[i][0], &table.columns[0], i);
+        assert_eq!(printed(0), Ok("< -2".into()));
+        assert_eq!(printed(1), Ok("–".into()));
+        let (names, rows) = table.records();
+        assert_eq!(names, ["limit_V"]);
+        assert_eq!(rows, [[Cell::Value(1.5)], [Cell::Empty]]);
     }
 }

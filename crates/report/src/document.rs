@@ -1,8 +1,8 @@
 //! The document: sections of blocks, without a word about how they look.
 
-use crate::Plot;
 use crate::columns::Rounding;
 use crate::number::minus_signs;
+use crate::{Plot, SeatPlot};
 use proofmass_uncertainty::{Finding, Quantity};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
@@ -58,6 +58,8 @@ pub enum Place {
     Both,
     /// In the summary of a terminal alone.
     Summary,
+    /// Nowhere: only files have its tables.
+    File,
 }
 
 /// One piece of a section.
@@ -184,7 +186,14 @@ pub enum Cell {
     },
     /// A quantity, printed as it prints itself, `value(u)` with two digits of standard uncertainty; its unit
     /// follows where the column does not state the same one.
-    Quantity(Quantity),
+    Quantity(Box<Quantity>),
+    /// A cell of a file that a page puts in other words: a limit of a number, the name behind a symbol.
+    Worded {
+        /// What the file has.
+        file: Box<Self>,
+        /// What the page prints.
+        text: String,
+    },
     /// Nothing known; shown as an empty place.
     #[default]
     Empty,
@@ -238,34 +247,71 @@ impl Report {
         self
     }
 
-    /// The page and the summary of one result as one report, whose sections know where they are printed.
-    ///
-    /// A section that both have is kept once.
-    #[must_use]
-    pub fn with_summary(mut self, summary: Self) -> Self {
-        let mut after = 0;
-        for mut section in summary.sections {
-            match self.sections.iter().position(|s| *s == section) {
-                Some(at) => {
-                    self.sections[at].place = Place::Both;
-                    after = at + 1;
-                }
-                None => {
-                    section.place = Place::Summary;
-                    self.sections.insert(after, section);
-                    after += 1;
-                }
-            }
-        }
-        self
-    }
-
-    /// The sections for a place: the page, or else the summary of a terminal.
+    /// The sections for a place: the page, or else the summary of a terminal, which has no figures.
     #[must_use]
     pub fn of(mut self, place: Place) -> Self {
         self.sections
             .retain(|s| s.place == Place::Both || s.place == place);
+        if place == Place::Summary {
+            self.footer.clear();
+            for section in &mut self.sections {
+                section.blocks.retain(|b| !matches!(b, Block::Figure(_)));
+            }
+            self.sections.retain(|s| !s.blocks.is_empty());
+        }
         self
+    }
+
+    /// The report as it is kept with a result: plots with no more points and digits than can be seen.
+    #[must_use]
+    pub fn shortened(mut self) -> Self {
+        fn shorten(blocks: &mut [Block]) {
+            for block in blocks {
+                match block {
+                    Block::Figure(figure) => {
+                        let plot = std::mem::replace(&mut figure.plot, Plot::Seat(SeatPlot));
+                        figure.plot = plot.shortened();
+                    }
+                    Block::Folded { blocks, .. } => shorten(blocks),
+                    _ => {}
+                }
+            }
+        }
+        for section in &mut self.sections {
+            shorten(&mut section.blocks);
+        }
+        self
+    }
+
+    /// The report without the tables that only files have and that hold more cells than this.
+    #[must_use]
+    pub fn without_long_files(&self, cells: usize) -> Self {
+        let long = |block: &&Block| match block {
+            Block::Table(table) => table.rows.len() * table.columns.len() > cells,
+            _ => false,
+        };
+        let kept = |section: &Section| Section {
+            blocks: match section.place {
+                Place::File => section
+                    .blocks
+                    .iter()
+                    .filter(|b| !long(b))
+                    .cloned()
+                    .collect(),
+                _ => section.blocks.clone(),
+            },
+            place: section.place,
+            title: section.title.clone(),
+        };
+        Self {
+            title: self.title.clone(),
+            subtitle: self.subtitle.clone(),
+            language: self.language.clone(),
+            meta: self.meta.clone(),
+            findings: self.findings.clone(),
+            sections: self.sections.iter().map(kept).collect(),
+            footer: self.footer.clone(),
+        }
     }
 
     /// Every table that names a file, in the order of the page.
@@ -305,11 +351,26 @@ impl Section {
         }
     }
 
+    /// A section whose tables only files have.
+    pub fn filed(tables: impl IntoIterator<Item = Table>) -> Self {
+        Self {
+            place: Place::File,
+            blocks: tables.into_iter().map(Block::Table).collect(),
+            ..Self::default()
+        }
+    }
+
+    /// Says where the section is printed: on the page, where nothing is said.
+    #[must_use]
+    pub fn at(mut self, place: Place) -> Self {
+        self.place = place;
+        self
+    }
+
     /// Shows the section in the summary of a terminal too.
     #[must_use]
-    pub fn summarised(mut self) -> Self {
-        self.place = Place::Both;
-        self
+    pub fn summarised(self) -> Self {
+        self.at(Place::Both)
     }
 
     /// Adds any block.
@@ -492,9 +553,36 @@ impl Cell {
         Self::Text(text.into())
     }
 
+    /// A quantity.
+    pub fn quantity(quantity: Quantity) -> Self {
+        Self::Quantity(Box::new(quantity))
+    }
+
     /// A number as printed by the caller.
     pub fn number(text: impl Into<String>) -> Self {
         Self::Number { text: text.into() }
+    }
+
+    /// A number of a file, or none, that a page prints as the caller says, such as `< 0.001`, or `∞` for none.
+    pub fn printed(value: impl Into<Option<f64>>, text: impl Into<String>) -> Self {
+        Self::from(value.into()).worded(text)
+    }
+
+    /// What a file has, in the words of a page.
+    #[must_use]
+    pub fn worded(self, text: impl Into<String>) -> Self {
+        Self::Worded {
+            file: Box::new(self),
+            text: text.into(),
+        }
+    }
+
+    /// Whether it is text, which does not stand on a decimal point.
+    pub(crate) fn is_text(&self) -> bool {
+        match self {
+            Self::Worded { file, .. } => file.is_text(),
+            cell => matches!(cell, Self::Text(_)),
+        }
     }
 }
 

@@ -292,7 +292,7 @@ impl Page {
         row: usize,
     ) -> Result<(), Error> {
         let text = cell_text(cell, column, row)?;
-        let is_text = matches!(cell, Cell::Text(_));
+        let is_text = cell.is_text();
         if column.alignment == Alignment::Decimal && !is_text && !text.is_empty() {
             // Two boxes of the same width in every row meet at the decimal point.
             let (whole, rest) = split_at_point(&text);
@@ -335,7 +335,7 @@ fn number_blocks(table: &Table) -> Result<Vec<(f64, f64)>, Error> {
     let mut blocks = vec![(0.0_f64, 0.0_f64); table.columns.len()];
     for (i, row) in table.rows.iter().enumerate() {
         for ((cell, column), block) in row.iter().zip(&table.columns).zip(&mut blocks) {
-            if !matches!(cell, Cell::Text(_)) {
+            if !cell.is_text() {
                 let text = cell_text(cell, column, i)?;
                 let (whole, tail) = split_at_point(&text);
                 *block = (
@@ -363,7 +363,7 @@ fn narrowest_width(table: &Table, blocks: &[(f64, f64)]) -> Result<f64, Error> {
         for (i, row) in table.rows.iter().enumerate() {
             let text = cell_text(&row[c], column, i)?;
             widest = widest.max(match column.alignment {
-                Alignment::Decimal if !matches!(row[c], Cell::Text(_)) => blocks[c].0 + blocks[c].1,
+                Alignment::Decimal if !row[c].is_text() => blocks[c].0 + blocks[c].1,
                 Alignment::Decimal | Alignment::Right => in_digits(&text),
                 Alignment::Left | Alignment::Centre => longest_word(&text).max(8.0),
             });

@@ -26,7 +26,6 @@
 mod columns;
 mod document;
 mod error;
-mod head;
 pub mod html;
 pub mod number;
 pub mod plot;
@@ -38,7 +37,6 @@ pub use document::{
     Alignment, Block, Cell, Column, Figure, KeyFigure, Place, Report, Section, Table,
 };
 pub use error::Error;
-pub use head::Head;
 pub use number::{concise, scientific};
 pub use plot::{
     Axis, BarPlot, BodyPlot, BodyState, HistogramPlot, MatrixPlot, Panel, Plot, Scale, SeatPlot,

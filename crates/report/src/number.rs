@@ -148,7 +148,8 @@ pub(crate) fn cell_text(cell: &Cell, column: &Column, row: usize) -> Result<Stri
             )
         }
         Cell::Text(text) => text.clone(),
-        Cell::Number { text } => minus(text),
+        Cell::Worded { file, text } if file.is_text() => text.clone(),
+        Cell::Number { text } | Cell::Worded { text, .. } => minus(text),
         Cell::Quantity(quantity) => quantity_text(quantity, column, row)?,
         Cell::Empty => String::new(),
     })
@@ -242,6 +243,18 @@ mod tests {
     }
 
     #[test]
+    fn law_a_printed_cell_shows_its_text() {
+        let column = Column::number("p", "");
+        for (cell, shown) in [
+            (Cell::printed(1e-5, "< 0.001"), "< 0.001"),
+            (Cell::printed(-0.25, "-0.3"), "−0.3"),
+            (Cell::printed(None, "∞"), "∞"),
+        ] {
+            assert_eq!(cell_text(&cell, &column, 0), Ok(shown.to_owned()));
+        }
+    }
+
+    #[test]
     fn law_signs_and_powers_are_printed_as_such() {
         assert_eq!(minus("-0.00"), "0.00");
         assert_eq!(minus("-0.01"), "−0.01");
@@ -271,7 +284,7 @@ mod tests {
                 dof: DegreesOfFreedom::INFINITE,
             };
             let printed = minus(&quantity.to_string());
-            let cell = cell_text(&Cell::Quantity(quantity), &Column::number("", ""), 0);
+            let cell = cell_text(&Cell::quantity(quantity), &Column::number("", ""), 0);
             assert_eq!(cell, Ok(printed));
         }
     }

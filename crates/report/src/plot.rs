@@ -15,6 +15,7 @@ mod labelling;
 mod matrix;
 mod placing;
 mod seat;
+mod shortening;
 mod sphere;
 mod svg;
 mod ticks;

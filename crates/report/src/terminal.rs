@@ -323,7 +323,7 @@ impl Grid {
 
 /// Pads the numbers of a column on both sides, so that the decimal points stand under each other.
 fn align(rows: &mut [Vec<String>], c: usize, table: &Table) {
-    let number = |r: usize| !matches!(table.rows[r][c], Cell::Text(_) | Cell::Empty);
+    let number = |r: usize| table.rows[r][c] != Cell::Empty && !table.rows[r][c].is_text();
     let parts: Vec<Option<(usize, usize)>> = (0..rows.len())
         .map(|r| {
             number(r).then(|| {

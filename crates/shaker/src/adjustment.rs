@@ -199,7 +199,7 @@ impl Adjustment {
             let rows: f64 = linear
                 .iter()
                 .zip(weights)
-                .map(|(l, w)| dot(&times(w, &l.residual), &l.residual))
+                .map(|(l, w)| dot6(&times(w, &l.residual), &l.residual))
                 .sum();
             rows + z.iter().map(|z| z * z).sum::<f64>()
         };
@@ -226,10 +226,10 @@ impl Adjustment {
                 let weighted: Vec<[f64; 6]> =
                     row.columns.iter().map(|(_, c)| times(w, c)).collect();
                 for (a, (i, _)) in row.columns.iter().enumerate() {
-                    right[*i] += dot(&weighted[a], &row.residual);
+                    right[*i] += dot6(&weighted[a], &row.residual);
                     for (j, column) in &row.columns {
                         if j <= i {
-                            normal[i * count + j] += dot(&weighted[a], column);
+                            normal[i * count + j] += dot6(&weighted[a], column);
                         }
                     }
                 }
@@ -588,10 +588,6 @@ fn weights_of(rows: &[Linear]) -> Result<Vec<[[f64; 6]; 6]>, Error> {
 
 fn times(w: &[[f64; 6]; 6], v: &[f64; 6]) -> [f64; 6] {
     std::array::from_fn(|a| dot6(&w[a], v))
-}
-
-fn dot(a: &[f64; 6], b: &[f64; 6]) -> f64 {
-    dot6(a, b)
 }
 
 fn dot6(a: &[f64; 6], b: &[f64; 6]) -> f64 {

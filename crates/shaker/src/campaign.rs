@@ -22,14 +22,15 @@ use super::observation::{Correction, PhasorRow, SpuriousTable, ascending};
 use super::published::{self, MagnitudeRow, PublishedFit, SpuriousMagnitude};
 use super::screening::{Observations, observations};
 use super::spurious::pooled;
+use crate::findings;
 use proofmass_core::Error;
 use proofmass_dynamic::FrequencyResponse;
-use proofmass_uncertainty::{Estimate, Finding, Severity, SharedEffect};
+use proofmass_uncertainty::{Estimate, Finding, SharedEffect};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// Everything about S at one frequency.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FrequencyResult {
     /// Frequency in Hz.
     pub frequency: f64,
@@ -56,7 +57,7 @@ pub struct FrequencyResult {
 }
 
 /// One run in one result, for a plot on the sphere of directions.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RunResult {
     /// Name of the run.
     pub run: String,
@@ -75,7 +76,7 @@ pub struct RunResult {
 }
 
 /// One mounting angle.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AngleResult {
     /// Key of the input.
     pub key: String,
@@ -90,7 +91,7 @@ pub struct AngleResult {
 }
 
 /// The published method at one frequency.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PublishedResult {
     /// Frequency in Hz.
     pub frequency: f64,
@@ -99,7 +100,7 @@ pub struct PublishedResult {
 }
 
 /// One method with one correction.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MethodResult {
     /// The method.
     pub method: ShakerMethod,
@@ -118,13 +119,13 @@ pub struct MethodResult {
     /// Doubts that belong to this result.
     pub findings: Vec<Finding>,
     /// What the frequencies have in common, where the method knows it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub shared: Option<Vec<SharedEffect>>,
     /// What the runs tell of the mounting and what no run can, for the joint method.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub identifiability: Option<Identifiability>,
     /// What the runs tell of the declared uncertainties, and what was used.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub components: Vec<VarianceComponent>,
 }
 
@@ -147,7 +148,7 @@ impl MethodResult {
 }
 
 /// Difference of one term between two results.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TermDifference {
     /// Labels of the two corrections.
     pub between: [String; 2],
@@ -163,7 +164,7 @@ pub struct TermDifference {
 }
 
 /// What [`calibrate`] gives.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ShakerCalibration {
     /// Methods and corrections side by side.
     pub results: Vec<MethodResult>,
@@ -172,10 +173,10 @@ pub struct ShakerCalibration {
     /// Runs that contradict the others.
     pub suspects: Vec<SuspectRun>,
     /// Those of them that the results are without.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub set_aside: Vec<String>,
     /// The results with them beside those without, at their frequencies.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub contested: Vec<Contested>,
     /// Doubts about the campaign.
     pub findings: Vec<Finding>,
@@ -399,15 +400,7 @@ fn by_magnitudes(
         chi_squared: None,
         runs: vec![],
         angles: vec![],
-        findings: vec![
-            Finding::new(
-                Severity::Note,
-                "published-method",
-                "the published method is shown for comparison; its intervals do not hold what they promise",
-            )
-            .evidence("it loses the signs of cross terms and averages common errors away")
-            .advice("use the complex or the joint result"),
-        ],
+        findings: vec![findings::published_method()],
         shared: None,
         identifiability: None,
         components: vec![],

@@ -1,16 +1,16 @@
 //! A check standard: a device of known sensitivity, measured with every campaign, that tells whether the bench is as it was.
 
 use super::single_axis::SingleAxis;
+use crate::findings;
 use proofmass_core::Error;
 use proofmass_dynamic::reference_table::ReferenceTable;
-use proofmass_uncertainty::{Finding, Severity, normal_quantile};
-use serde::{Deserialize, Serialize};
+use proofmass_uncertainty::{Finding, normal_quantile};
 
 /// Probability at which a campaign on a sound bench is told to be off.
 pub const FALSE_ALARM_RATE: f64 = 0.01;
 
 /// The check standard at one frequency.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CheckPoint {
     /// Frequency in Hz.
     pub frequency: f64,
@@ -93,30 +93,16 @@ pub fn against_known(
     };
     let worst = points.iter().max_by(|a, b| size(a).total_cmp(&size(b)));
     let finding = worst.filter(|p| size(p) > limit).map(|p| {
-        Finding::new(
-            Severity::Decision,
-            "check-standard-off",
-            "the check standard is not what it is known to be, so the bench is in doubt for every device of this campaign",
-        )
-        .evidence(format!(
-            "{} Hz: {:+.3} % (u = {:.3} %), {:+.3}° (u = {:.3}°)",
+        findings::check_standard_off(
             p.frequency,
             100.0 * p.modulus,
             100.0 * p.modulus_uncertainty,
             p.phase.to_degrees(),
-            p.phase_uncertainty.to_degrees()
-        ))
-        .advice("look at reference, gains, cables and mounting, and measure again; a check standard that was dropped shows itself alone")
-    });
-    let partial = (!beyond.is_empty()).then(|| {
-        Finding::new(
-            Severity::Warning,
-            "check-standard-partial",
-            "the calibration of the check standard does not reach every frequency, so that nothing vouches for the bench there",
+            p.phase_uncertainty.to_degrees(),
         )
-        .evidence(beyond.join(", "))
-        .advice("have the check standard calibrated there")
     });
+    let partial =
+        (!beyond.is_empty()).then(|| findings::check_standard_partial(&beyond.join(", ")));
     Ok((points, finding.into_iter().chain(partial).collect()))
 }
 

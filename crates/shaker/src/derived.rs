@@ -13,10 +13,10 @@ use proofmass_core::Error;
 use proofmass_uncertainty::{
     BudgetLine, Complex, Component, DegreesOfFreedom, Estimate, Model, Number, jacobian,
 };
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// One term of a matrix.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SensitivityTerm {
     /// Row and column as letters, such as `xy`.
     pub name: String,
@@ -353,7 +353,7 @@ pub fn intrinsic(estimate: &Estimate) -> Result<Estimate, Error> {
 }
 
 /// Departure of a main sensitivity from the one on the datasheet.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DatasheetDeviation {
     /// Axis.
     pub axis: String,

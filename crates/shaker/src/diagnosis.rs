@@ -14,10 +14,10 @@ use super::geometry::Configuration;
 use super::observation::{PhasorRow, SpuriousTable};
 use proofmass_core::Error;
 use proofmass_uncertainty::Finding;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// What would explain a run that the others contradict.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Suspicion {
@@ -75,7 +75,7 @@ pub enum Suspicion {
 }
 
 /// A run that all others contradict.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SuspectRun {
     /// Index of the row.
     pub row: usize,

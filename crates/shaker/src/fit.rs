@@ -18,12 +18,12 @@ use super::observation::{PhasorRow, SpuriousTable, ascending};
 use faer::{Mat, Side};
 use num_complex::Complex64;
 use proofmass_core::Error;
+use proofmass_uncertainty::chi_squared_chance;
 use proofmass_uncertainty::{
     Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence,
     SharedEffect,
 };
 use rayon::prelude::*;
-use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// S at one frequency.
 #[derive(Clone, Debug, PartialEq)]
@@ -108,7 +108,7 @@ pub struct Fit {
 impl Fit {
     /// Probability of a χ² at least as large, were the budget right.
     pub fn p_value(&self) -> f64 {
-        upper_tail(self.chi_squared, self.dof as f64)
+        chi_squared_chance(self.chi_squared, self.dof as f64)
     }
 
     /// The result of one frequency.
@@ -463,12 +463,4 @@ fn components(symbol: &str, unit: &str, m: &Matrix) -> Vec<Component> {
             Component::new(name, unit, values[p])
         })
         .collect()
-}
-
-/// P(χ²_ν ≥ x).
-pub(crate) fn upper_tail(x: f64, nu: f64) -> f64 {
-    match ChiSquared::new(nu) {
-        Ok(d) => d.sf(x),
-        Err(_) => 1.0,
-    }
 }

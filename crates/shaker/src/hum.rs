@@ -1,6 +1,7 @@
 //! Drives that cannot be told from the mains.
 
 use super::recording::{CHANNELS, RunInput};
+use crate::findings;
 use crate::observation::ascending;
 use proofmass_uncertainty::{Finding, Severity};
 
@@ -48,7 +49,7 @@ pub(super) fn hidden(runs: &[RunInput]) -> (Vec<(String, [f64; 4])>, Vec<Finding
         }
     }
     let all = runs;
-    let (mut affected, mut findings) = (vec![], vec![]);
+    let (mut affected, mut found) = (vec![], vec![]);
     for (mains, loud) in MAINS.into_iter().zip(heard) {
         let runs: Vec<&RunInput> = runs
             .iter()
@@ -83,29 +84,24 @@ pub(super) fn hidden(runs: &[RunInput]) -> (Vec<(String, [f64; 4])>, Vec<Finding
             .zip(most)
             .map(|(channel, a)| format!("{channel} {:.1e} V", a / 2f64.sqrt()))
             .collect();
-        findings.push(
-            Finding::new(
-                Severity::Warning,
-                "drive-at-mains",
-                format!(
-                    "the drive at {} cannot be told from a harmonic of the mains at {mains} Hz",
-                    names.join(", ")
+        found.push(
+            findings::drive_at_mains(
+                &names.join(", "),
+                &format!("{mains} Hz"),
+                &format!(
+                    "{} runs from {} on; interference beside other drives gives each part of their phasors u: {}",
+                    runs.len(),
+                    first.run,
+                    parts.join(", ")
                 ),
-            )
-            .evidence(format!(
-                "{} runs from {} on; hum beside other drives gives each part of their phasors u: {}",
-                runs.len(),
-                first.run,
-                parts.join(", ")
-            ))
-            .advice("take a frequency beside the harmonic, or a record long enough to part them"),
+            ),
         );
         affected.extend(runs.iter().map(|(r, a)| (r.run.clone(), *a)));
     }
     if heard == [[0.0; 4]; 2] {
-        findings.extend(unheard(runs));
+        found.extend(unheard(runs));
     }
-    (affected, findings)
+    (affected, found)
 }
 
 /// Largest amplitude in each channel that was heard at the line of the mains on which a drive lies, in records of other
@@ -152,19 +148,16 @@ fn unheard(runs: &[RunInput]) -> Option<Finding> {
         String::new()
     };
     Some(
-        Finding::new(
-            Severity::Note,
-            "drive-at-mains",
-            format!(
-                "hum of the mains could not be seen at {}, a harmonic of 50 Hz or 60 Hz",
-                names.join(", ")
+        findings::drive_at_mains(
+            &names.join(", "),
+            "50 Hz or 60 Hz",
+            &format!(
+                "{} runs, and interference could not be seen there; of amplitude h it would change a ratio by h over the \
+                 amplitude of the channel{size}",
+                hidden.len()
             ),
         )
-        .evidence(format!(
-            "{} runs; hum of amplitude h would change a ratio by h over the amplitude of the channel{size}",
-            hidden.len()
-        ))
-        .advice("move the drive by a few resolutions, or record once with the drive off"),
+        .at(Severity::Note),
     )
 }
 

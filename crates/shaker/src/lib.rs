@@ -21,6 +21,7 @@ pub mod check_standard;
 pub mod derived;
 pub mod diagnosis;
 mod excitation;
+pub mod findings;
 pub mod fit;
 mod flat_top;
 mod free_phase;

@@ -14,6 +14,7 @@ use super::observation::{PhasorRow, SpuriousTable, ascending};
 use draws::Errors;
 use estimator::Estimator;
 use proofmass_core::Error;
+use proofmass_uncertainty::findings;
 use proofmass_uncertainty::{
     Finding, MonteCarlo, Progress, Quantity, Refusal, Severity, Trial, Trials, Validation, Verdict,
 };
@@ -22,7 +23,7 @@ use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
 /// One component of S in the comparison.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ComponentCheck {
     /// Component, such as `xx.re`.
     pub component: String,
@@ -39,7 +40,7 @@ pub struct ComponentCheck {
 }
 
 /// Verdicts at one frequency.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct FrequencyCheck {
     /// Frequency in Hz.
     pub frequency: f64,
@@ -359,38 +360,26 @@ pub fn findings(checks: &[FrequencyCheck], digits: u32) -> Vec<Finding> {
                 )
             })
     };
-    let mut findings = vec![];
+    let mut found = vec![];
     let wrong = with(Verdict::NotValidated);
     if !wrong.is_empty() {
-        findings.push(
-            Finding::new(
-                Severity::Decision,
-                "linear-result-not-validated",
-                format!(
-                    "the stated and the Monte Carlo interval differ for {} of {total} components of S",
-                    wrong.len()
-                ),
+        found.push(
+            findings::linear_result_not_validated(
+                &format!("{} of {total} components of S", wrong.len()),
+                "the Monte Carlo interval",
+                &format!("{}; monte-carlo.csv has both", worst(&wrong)),
             )
-            .evidence(worst(&wrong))
-            .advice("there the Monte Carlo interval is the result; monte-carlo.csv has both"),
+            .at(Severity::Decision),
         );
     }
     let open = with(Verdict::Undecided);
     if !open.is_empty() {
-        findings.push(
-            Finding::new(
-                Severity::Warning,
-                "monte-carlo-undecided",
-                format!(
-                    "the trials do not tell whether the stated interval holds for {} of {total} components of S",
-                    open.len()
-                ),
-            )
-            .evidence(worst(&open))
-            .advice("allow more trials, or ask for fewer digits"),
-        );
+        found.push(findings::monte_carlo_undecided(
+            &format!("{} of {total} components of S", open.len()),
+            &worst(&open),
+        ));
     }
-    findings
+    found
 }
 
 #[cfg(test)]

@@ -5,14 +5,13 @@ use super::excitation::directions;
 use super::fit::complex;
 use super::geometry::Configuration;
 use super::matrix::{AXES, Matrix, row_times};
-use super::observation::{PhasorRow, SpuriousTable};
+use super::observation::{PhasorRow, Spurious, SpuriousTable};
 use faer::{Mat, Side};
 use num_complex::Complex64;
-use proofmass_core::Error;
-use serde::{Deserialize, Serialize};
+use proofmass_core::{Error, dot};
 
 /// How well a set of directions determines three regressors.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Conditioning {
     /// Number of configurations.
     pub count: usize,
@@ -24,6 +23,87 @@ pub struct Conditioning {
     pub d_efficiency: f64,
     /// A-efficiency 9/(n tr (DᵀD)⁻¹): one likewise.
     pub a_efficiency: f64,
+}
+
+/// The spurious motion that a plan is to expect at its frequency.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ExpectedSpurious {
+    /// An entry for every inclination of the plan.
+    pub table: SpuriousTable,
+    /// The frequency that was measured nearest, Hz.
+    pub at: f64,
+    /// Candidates whose inclination was not measured.
+    pub missing: usize,
+    /// Root mean square standard uncertainty of the parts of a ratio where it is known least.
+    pub root: f64,
+}
+
+impl ExpectedSpurious {
+    /// What a measurement says of a frequency: of its nearest frequency, and of an inclination that it does not have as little as of
+    /// the one it knows least. `None` of an empty table.
+    pub fn of(
+        measured: &SpuriousTable,
+        frequency: f64,
+        candidates: &[Configuration],
+    ) -> Option<Self> {
+        let entries = &measured.entries;
+        let far = |e: &Spurious| (e.frequency / frequency).ln().abs();
+        let nearest = entries.iter().min_by(|a, b| far(a).total_cmp(&far(b)))?;
+        let at = nearest.frequency;
+        let mut table = SpuriousTable {
+            entries: entries
+                .iter()
+                .filter(|e| e.frequency == at)
+                .cloned()
+                .collect(),
+        };
+        for e in &mut table.entries {
+            e.frequency = frequency;
+        }
+        let size = |e: &Spurious| e.covariance.iter().map(|c| c[0] + c[2]).sum::<f64>();
+        let worst = table
+            .entries
+            .iter()
+            .max_by(|a, b| size(a).total_cmp(&size(b)))
+            .cloned();
+        let mut missing = 0;
+        for c in candidates {
+            if table.get(c.inclination, frequency).is_none()
+                && let Some(worst) = &worst
+            {
+                missing += 1;
+                table.entries.push(Spurious {
+                    inclination: c.inclination,
+                    ratio: [Complex64::new(0.0, 0.0); 3],
+                    ..worst.clone()
+                });
+            }
+        }
+        let root = (worst.as_ref().map_or(0.0, size) / 6.0).sqrt();
+        Some(Self {
+            table,
+            at,
+            missing,
+            root,
+        })
+    }
+}
+
+/// Equal main terms and cross terms of 1 %: what a sound device has.
+pub fn sound_matrix(main: f64) -> Matrix {
+    std::array::from_fn(|i| {
+        std::array::from_fn(|j| Complex64::new(main * if i == j { 1.0 } else { 0.01 }, 0.0))
+    })
+}
+
+/// Numbers of configurations worth comparing, up to all candidates.
+pub fn usual_sizes(count: usize) -> Vec<usize> {
+    let mut sizes: Vec<usize> = [4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 60, 100]
+        .into_iter()
+        .filter(|&n| n < count)
+        .collect();
+    sizes.push(count);
+    sizes
 }
 
 fn gram(plan: &[Configuration]) -> [[f64; 3]; 3] {
@@ -85,7 +165,7 @@ pub fn conditioning(plan: &[Configuration]) -> Result<Conditioning, Error> {
 }
 
 /// Predicted uncertainty of one term.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Predicted {
     /// Row and column as letters.
     pub term: String,
@@ -276,10 +356,6 @@ impl<'a> Choice<'a> {
     }
 }
 
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
 fn times(m: &[[f64; 3]; 3], v: [f64; 3]) -> [f64; 3] {
     m.map(|row| dot(row, v))
 }
@@ -300,7 +376,7 @@ fn adjoint(g: &[[f64; 3]; 3], ridge: f64) -> [[f64; 3]; 3] {
 }
 
 /// What fewer configurations cost.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct PlanCost {
     /// Conditioning of the best plan of this size.
     pub conditioning: Conditioning,

@@ -12,7 +12,7 @@ use proofmass_uncertainty::{DegreesOfFreedom, welch_satterthwaite};
 use serde::{Deserialize, Serialize};
 
 /// Spurious motion as magnitude and phase relative to the reference acceleration, along x′, y′, z′.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SpuriousMagnitude {
     /// Modulus relative to the reference acceleration.
     pub modulus: [f64; 3],
@@ -58,7 +58,7 @@ impl MagnitudeBudget {
 }
 
 /// One line of the budget of an applied acceleration.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct AppliedLine {
     /// Input: `reference`, `inclination`, `rotation`, `modulus.x′` … `phase.z′`.
     pub input: String,
@@ -69,7 +69,7 @@ pub struct AppliedLine {
 }
 
 /// Magnitude of the acceleration along one axis of the device, with its budget.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Applied {
     /// Magnitude in m/s².
     pub value: f64,
@@ -182,7 +182,7 @@ pub struct MagnitudeRow {
 }
 
 /// Matrices and expanded uncertainties (k = 2) as published.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PublishedFit {
     /// Exploitation matrix in (m/s²)/V.
     pub exploitation: [[f64; 3]; 3],

@@ -60,7 +60,7 @@ pub struct RecordedTone {
 }
 
 /// One run as it comes from the bench: phasors in volts, or the reference already in m/s².
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct RunInput {
     /// Name of the run.
     pub run: String,

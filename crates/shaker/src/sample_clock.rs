@@ -1,9 +1,10 @@
 //! The clock of a digital sensor beside that of the bench: its error by the sine, or the delay of its samples.
 
-use super::fit::upper_tail;
 use super::recording::Quality;
+use crate::findings;
 use crate::observation::ascending;
-use proofmass_uncertainty::{DegreesOfFreedom, Finding, Severity};
+use proofmass_uncertainty::chi_squared_chance;
+use proofmass_uncertainty::{DegreesOfFreedom, Finding};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
 
@@ -18,7 +19,7 @@ pub enum SampleClock {
 }
 
 /// Error of a sensor's clock.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClockError {
     /// Samples it takes in a second over those it says, less one.
     pub relative: f64,
@@ -65,45 +66,25 @@ impl ClockError {
             0.0
         };
         let (mut u, mut dof) = (sum.sqrt().recip(), DegreesOfFreedom::INFINITE);
-        let mut findings = vec![];
-        let chance = upper_tail(statistic, (n - 1.0).max(1.0));
+        let mut found = vec![];
+        let chance = chi_squared_chance(statistic, (n - 1.0).max(1.0));
         if all.len() > 1 && chance < TOLD {
             (relative, u) = (plain, scatter / n.sqrt());
             dof = DegreesOfFreedom::new(n - 1.0).unwrap_or(DegreesOfFreedom::INFINITE);
             let far = |a: &&(&str, f64, f64)| (a.1 - plain).abs();
             if let Some(worst) = all.iter().max_by(|a, b| far(a).total_cmp(&far(b))) {
-                findings.push(
-                    Finding::new(
-                        Severity::Warning,
-                        "clock-unsteady",
-                        "the clock of the sensor is not as steady from run to run as the sines tell it",
-                    )
-                    .evidence(format!(
-                        "{:.2} ppm of scatter over {n} runs, {:.2} ppm by the sines; farthest is run {} with {:+.1} ppm",
-                        1e6 * scatter,
-                        1e6 * all.iter().map(|a| a.2).sum::<f64>() / n,
-                        worst.0,
-                        1e6 * worst.1
-                    ))
-                    .advice("moduli do not depend on it; an oscillator that warms up does this, and so does a run at another frequency than the table says"),
-                );
+                found.push(findings::clock_unsteady(
+                    1e6 * scatter,
+                    all.len(),
+                    1e6 * all.iter().map(|a| a.2).sum::<f64>() / n,
+                    worst.0,
+                    1e6 * worst.1,
+                ));
             }
         }
         let off = relative.abs() > ONE_CLOCK.max(5.0 * u);
         if clock == SampleClock::Shared && off {
-            findings.push(
-                Finding::new(
-                    Severity::Decision,
-                    "clocks-differ",
-                    "the two files are not stamped by one clock",
-                )
-                .evidence(format!(
-                    "the sine in the file of the sensor is off by {:+.0} ppm against that in the recording of the bench, u = {:.1} ppm",
-                    -1e6 * relative,
-                    1e6 * u
-                ))
-                .advice("clock = \"own\" in [output_recording], which gives no phase against the reference; or stamp both files by one clock"),
-            );
+            found.push(findings::clocks_differ(-1e6 * relative, 1e6 * u));
         }
         let error = Self {
             relative,
@@ -112,12 +93,12 @@ impl ClockError {
             runs: all.len(),
             scatter,
         };
-        (Some(error), findings)
+        (Some(error), found)
     }
 }
 
 /// One delay that explains the phases of all frequencies: arg S(f) = −2π f τ (+ π for an output of the other sign).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Latency {
     /// τ, s.
     pub delay: f64,
@@ -208,38 +189,20 @@ impl Latency {
         let ambiguity = others
             .filter(|d| *d > 0.1 / highest)
             .fold(1.0 / lowest, f64::min);
-        let mut findings = vec![];
-        let chance = upper_tail(misfit, dof.max(1) as f64);
+        let mut found = vec![];
+        let chance = chi_squared_chance(misfit, dof.max(1) as f64);
         if dof > 0 && chance < TOLD {
-            findings.push(
-                Finding::new(
-                    Severity::Note,
-                    "delay-and-more",
-                    "the phases are not those of a delay alone",
-                )
-                .evidence(format!(
-                    "χ² = {misfit:.1} with {dof} degrees of freedom about a delay of {:.6} ms",
-                    1e3 * tau
-                ))
-                .advice("filter and resonance of the sensor turn the phase beyond it; the uncertainty of the delay is enlarged by the misfit"),
-            );
+            found.push(findings::delay_and_more(misfit, dof, 1e3 * tau));
         }
         if frequencies.len() < 2 || ambiguity < 0.99 / lowest {
-            findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "delay-ambiguous",
-                    "other delays explain the phases as well",
-                )
-                .evidence(format!(
-                    "{:.4} ms, or another by {:.4} ms; {} {}",
-                    1e3 * tau,
-                    1e3 * ambiguity,
-                    frequencies.len(),
-                    if frequencies.len() == 1 { "frequency" } else { "frequencies" }
-                ))
-                .advice("phases count modulo a turn: measure at frequencies that lie close together too"),
-            );
+            found.push(findings::delay_ambiguous(
+                1e3 * tau,
+                1e3 * ambiguity,
+                &match frequencies.len() {
+                    1 => "1 frequency".to_owned(),
+                    n => format!("{n} frequencies"),
+                },
+            ));
         }
         let latency = Self {
             delay: tau,
@@ -248,7 +211,7 @@ impl Latency {
             frequencies: frequencies.len(),
             ambiguity,
         };
-        (Some(latency), findings)
+        (Some(latency), found)
     }
 }
 

@@ -7,9 +7,10 @@ use super::hum::hidden;
 use super::observation::{PhasorRow, ascending};
 use super::plan::conditioning;
 use super::recording::{Assessed, CHANNELS, RunInput, assess};
+use crate::findings;
 use proofmass_core::Error;
 use proofmass_dynamic::reference_table::ReferenceTable;
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
 
 /// What the fits work on: runs in m/s² and V, and the whole budget.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,14 +52,7 @@ fn rows(campaign: &ShakerCampaign, findings: &mut Vec<Finding>) -> Vec<PhasorRow
     findings.extend(about);
     for run in &campaign.runs {
         if campaign.excluded.contains(&run.run) {
-            findings.push(
-                Finding::new(
-                    Severity::Note,
-                    "excluded-run",
-                    format!("run {} was left out as asked", run.run),
-                )
-                .evidence(format!("{} Hz", run.frequency)),
-            );
+            findings.push(findings::excluded_run(&run.run, run.frequency));
             continue;
         }
         let scale = match &campaign.reference {
@@ -119,24 +113,16 @@ fn rows(campaign: &ShakerCampaign, findings: &mut Vec<Finding>) -> Vec<PhasorRow
             .map(|r| format!("{} Hz", r.frequency))
             .collect();
         frequencies.dedup();
-        findings.push(
-            Finding::new(
-                Severity::Decision,
-                "reference-out-of-range",
-                format!(
-                    "the certificate of the reference does not reach {}",
-                    frequencies.join(", ")
-                ),
-            )
-            .evidence(format!(
+        findings.push(findings::reference_out_of_range(
+            &frequencies.join(", "),
+            &format!(
                 "{} runs from {} on were left out; the certificate covers {} Hz to {} Hz",
                 beyond.len(),
                 first.run,
                 points[0].frequency,
                 points[points.len() - 1].frequency
-            ))
-            .advice("have the reference calibrated there, or take the frequency out of the plan"),
-        );
+            ),
+        ));
     }
     rows
 }
@@ -159,19 +145,7 @@ fn told_once(doubts: Vec<(&str, Finding)>) -> Vec<Finding> {
         match of_kind.as_slice() {
             [(_, first), others @ ..] if others.len() >= MANY => {
                 let names: Vec<&str> = others.iter().map(|(run, _)| *run).collect();
-                findings.push(
-                    Finding::new(
-                        first.severity(),
-                        code,
-                        format!("{}; {} other runs likewise", first.what(), names.len()),
-                    )
-                    .evidence(format!(
-                        "{}; the others: {}",
-                        first.evidence_text(),
-                        names.join(", ")
-                    ))
-                    .advice(first.advice_text()),
-                );
+                findings.push(first.clone().likewise(&names));
             }
             few => findings.extend(few.iter().map(|(_, f)| f.clone())),
         }
@@ -203,18 +177,11 @@ fn determined(rows: Vec<PhasorRow>, findings: &mut Vec<Finding>) -> Vec<PhasorRo
     for (f, here, why) in &lost {
         let names: Vec<&str> = here.iter().take(6).map(|r| r.run.as_str()).collect();
         let more = if here.len() > 6 { " …" } else { "" };
-        findings.push(
-            Finding::new(
-                Severity::Decision,
-                "frequency-undetermined",
-                format!("the runs at {f} Hz do not determine the sensitivity and were left out"),
-            )
-            .evidence(format!(
-                "{why} at {f} Hz: run {}{more}",
-                names.join(", ")
-            ))
-            .advice("check frequency and file of these runs in the table, or measure the missing configurations"),
-        );
+        findings.push(findings::frequency_undetermined(
+            *f,
+            why,
+            &format!("{}{more}", names.join(", ")),
+        ));
     }
     rows.into_iter()
         .filter(|r| kept.contains(&r.frequency))

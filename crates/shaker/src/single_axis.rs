@@ -1,16 +1,18 @@
 //! Comparison of a single-axis accelerometer with a reference: the n = 1 case of the bench.
 
+use crate::findings;
 use crate::observation::ascending;
 use num_complex::Complex64;
 use proofmass_core::Error;
 use proofmass_dynamic::reference_table::ReferenceTable;
+use proofmass_uncertainty::chi_squared_chance;
 use proofmass_uncertainty::{
-    Component, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence, Severity,
+    Component, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence,
 };
 use serde::{Deserialize, Serialize};
 
 /// One run of a comparison.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ComparisonRow {
     /// Name of the run.
     pub run: String,
@@ -72,7 +74,7 @@ impl TransverseMotion {
 }
 
 /// Sensitivity at one frequency.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct SingleAxis {
     /// Frequency in Hz.
     pub frequency: f64,
@@ -192,23 +194,12 @@ pub fn compare(
         let estimate = without_phase(estimate, budget)?;
         let limit = transverse_limit(row.frequency);
         match row.transverse {
-            Some(t) if t > limit => findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "transverse-motion",
-                    format!(
-                        "run {}: the transverse motion exceeds the limit of ISO 16063-21",
-                        row.run
-                    ),
-                )
-                .evidence(format!(
-                    "{:.1} % at {} Hz, {:.0} % admitted",
-                    100.0 * t,
-                    row.frequency,
-                    100.0 * limit
-                ))
-                .advice("balance the load, change the fixture, or leave the frequency out"),
-            ),
+            Some(t) if t > limit => findings.push(findings::transverse_motion(
+                &row.run,
+                100.0 * t,
+                row.frequency,
+                100.0 * limit,
+            )),
             Some(_) => {}
             None if across.is_some() => {}
             None => unknown += 1,
@@ -220,15 +211,7 @@ pub fn compare(
         });
     }
     if unknown > 0 {
-        findings.push(
-            Finding::new(
-                Severity::Note,
-                "transverse-motion-unknown",
-                "the transverse motion of the table was not measured",
-            )
-            .evidence(format!("{unknown} of {} runs", rows.len()))
-            .advice("ISO 16063-21 asks for it to be known"),
-        );
+        findings.push(findings::transverse_motion_unknown(unknown, rows.len()));
     }
     Ok((results, findings))
 }
@@ -323,26 +306,19 @@ pub fn combine(
                 moment(0, 0) / budget.ratio.powi(2) + moment(1, 1) / budget.phase.powi(2);
             let parts = if budget.free_phase { 1.0 } else { 2.0 };
             let dof = parts * (n - 1.0);
-            if super::fit::upper_tail(statistic, dof) < 1e-4 {
+            if chi_squared_chance(statistic, dof) < 1e-4 {
                 let size = |d: &[f64; 2]| (d[0] / budget.ratio).hypot(d[1] / budget.phase);
                 let worst = (0..group.len())
                     .max_by(|&a, &b| size(&turned[a]).total_cmp(&size(&turned[b])))
                     .unwrap_or(0);
-                findings.push(
-                    Finding::new(
-                        Severity::Warning,
-                        "scatter-exceeds-reading",
-                        format!("the runs at {frequency} Hz scatter more than a reading is declared to"),
-                    )
-                    .evidence(format!(
-                        "{n} runs, {:.2} times the declared uncertainty; farthest from the mean is run {} ({:+.3} %, {:+.3}°)",
-                        (statistic / dof).sqrt(),
-                        rows[group[worst]].run,
-                        100.0 * turned[worst][0],
-                        turned[worst][1].to_degrees()
-                    ))
-                    .advice("look at that run, or declare what a reading is worth"),
-                );
+                findings.push(findings::scatter_exceeds_reading(
+                    frequency,
+                    group.len(),
+                    (statistic / dof).sqrt(),
+                    &rows[group[worst]].run,
+                    100.0 * turned[worst][0],
+                    turned[worst][1].to_degrees(),
+                ));
             }
         }
         means.push(SingleAxis {

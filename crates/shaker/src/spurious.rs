@@ -4,12 +4,14 @@ mod pool;
 
 use super::matrix::AXES;
 use super::observation::{Spurious, SpuriousTable};
+use crate::findings;
 use num_complex::Complex64;
 use pool::Pool;
 pub(crate) use pool::pooled;
 use proofmass_core::Error;
-use proofmass_uncertainty::{DegreesOfFreedom, Finding, Severity, f_quantile, welch_satterthwaite};
+use proofmass_uncertainty::{DegreesOfFreedom, Finding, f_quantile, welch_satterthwaite};
 use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
 
 /// Ratio of a motion to the reference acceleration from a vibrometer: jΩ v/a.
 ///
@@ -18,8 +20,24 @@ pub fn ratio_from_velocity(velocity: Complex64, reference: Complex64, frequency:
     Complex64::new(0.0, std::f64::consts::TAU * frequency) * velocity / reference
 }
 
-/// Directions on a circle.
+/// The decoder of a vibrometer.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Vibrometer {
+    /// Sensitivity in V/(m/s).
+    pub sensitivity: f64,
+    /// Delay behind the motion, s.
+    pub delay: f64,
+}
+
+impl Vibrometer {
+    /// Velocity behind a voltage; the decoder speaks late by its delay.
+    pub fn velocity(&self, voltage: Complex64, frequency: f64) -> Complex64 {
+        voltage / self.sensitivity * Complex64::from_polar(1.0, TAU * frequency * self.delay)
+    }
+}
+
+/// Directions on a circle.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CircularStatistics {
     /// Number of directions.
     pub count: usize,
@@ -72,7 +90,7 @@ pub fn circular(phases: &[f64]) -> Result<CircularStatistics, Error> {
 }
 
 /// A mean ratio.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct RatioEstimate {
     /// Mean of the complex ratios.
     pub mean: Complex64,
@@ -85,7 +103,7 @@ pub struct RatioEstimate {
 }
 
 /// What repeats of one ratio allow.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Average {
     /// They agree in phase: a mean and its covariance.
     Coherent(RatioEstimate),
@@ -173,7 +191,7 @@ pub fn average(ratios: &[Complex64]) -> Result<Average, Error> {
 }
 
 /// Repeats of the ratio along one axis, at one inclination and frequency.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct RatioRepeats {
     /// Inclination in radians.
     pub inclination: f64,
@@ -244,18 +262,7 @@ pub fn table(campaign: &[RatioRepeats]) -> Result<(SpuriousTable, Vec<Finding>),
                     entry.dof = dof;
                 }
                 if estimate.repeats == 2 {
-                    findings.push(
-                        Finding::new(
-                            Severity::Note,
-                            "two-repeats",
-                            format!("the spurious motion along {place} rests on two repeats"),
-                        )
-                        .evidence(format!(
-                            "its uncertainty is that of all ratios of its kind at this frequency, ν = {}",
-                            pool.dof
-                        ))
-                        .advice("measure at least four"),
-                    );
+                    findings.push(findings::two_repeats(&place, pool.dof));
                 }
             }
             Average::Incoherent { modulus, phases } => {
@@ -266,29 +273,44 @@ pub fn table(campaign: &[RatioRepeats]) -> Result<(SpuriousTable, Vec<Finding>),
                     modulus
                 };
                 entry.covariance[repeats.axis] = [0.5 * size * size, 0.0, 0.5 * size * size];
-                findings.push(
-                    Finding::new(
-                        Severity::Decision,
-                        "incoherent-repeats",
-                        format!("the repeats along {place} have no common phase and were not averaged"),
-                    )
-                    .evidence(format!(
-                        "{} repeats, resultant length {:.2}, circular standard deviation {:.0}°, Rayleigh p = {:.2}",
-                        phases.count,
-                        phases.resultant,
-                        phases.standard_deviation.to_degrees(),
-                        phases.rayleigh_p
-                    ))
-                    .advice("record the vibrometer and the reference with one clock; until then this axis has no correction"),
-                );
+                findings.push(findings::incoherent_repeats(
+                    &place,
+                    phases.count,
+                    phases.resultant,
+                    phases.standard_deviation.to_degrees(),
+                    phases.rayleigh_p,
+                ));
             }
         }
     }
     Ok((SpuriousTable { entries }, findings))
 }
 
+/// Adds a ratio to the repeats of its place, which are begun where there are none: inclination (rad), frequency (Hz), axis; their
+/// index.
+pub fn gather(
+    list: &mut Vec<RatioRepeats>,
+    (inclination, frequency, axis): (f64, f64, usize),
+    ratio: Complex64,
+) -> usize {
+    let same = |r: &RatioRepeats| {
+        (r.inclination - inclination).abs() < 1e-6 && r.frequency == frequency && r.axis == axis
+    };
+    let k = list.iter().position(same).unwrap_or_else(|| {
+        list.push(RatioRepeats {
+            inclination,
+            frequency,
+            axis,
+            ratios: Vec::new(),
+        });
+        list.len() - 1
+    });
+    list[k].ratios.push(ratio);
+    k
+}
+
 /// What the repeats of one ratio say, for a reader who wants to see why they were averaged or refused.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct RatioSummary {
     /// Inclination in radians.
     pub inclination: f64,
@@ -332,7 +354,7 @@ pub fn summaries(campaign: &[RatioRepeats]) -> Result<Vec<RatioSummary>, Error> 
 }
 
 /// Two measurements of the same spurious motion.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
     /// Inclination in radians.
     pub inclination: f64,
@@ -391,6 +413,52 @@ pub fn compare(first: &SpuriousTable, second: &SpuriousTable) -> Vec<Comparison>
         }
     }
     result
+}
+
+impl SpuriousTable {
+    /// What is not known of the delay between the channels (s) turns every ratio: along z′ the whole motion, of which the departure
+    /// from the excitation is the small part.
+    pub fn delayed(&mut self, delay: f64) {
+        for entry in &mut self.entries {
+            let phase = TAU * entry.frequency * delay;
+            for (axis, (z, c)) in entry.ratio.iter().zip(&mut entry.covariance).enumerate() {
+                // An axis that was not measured has no ratio to turn.
+                if c[0] + c[2] > 0.0 {
+                    let turn = Complex64::new(0.0, phase) * (z + f64::from(axis == 2));
+                    c[0] += turn.re * turn.re;
+                    c[1] += turn.re * turn.im;
+                    c[2] += turn.im * turn.im;
+                }
+            }
+        }
+    }
+}
+
+/// P(X ≥ `count`) of `of` ratios that each lie beyond their 95 % limit by chance.
+fn by_chance(count: usize, of: usize) -> f64 {
+    let mut probability = 0.95f64.powi(of as i32);
+    let mut below = 0.0;
+    for k in 0..count {
+        below += probability;
+        probability *= (of - k) as f64 / (k + 1) as f64 * 0.05 / 0.95;
+    }
+    1.0 - below
+}
+
+/// How many ratios of two measurements lie apart (E_n > 1), and the worst of them, where they are more than chance has in one campaign
+/// of two hundred, or one lies far apart (E_n above 3).
+pub fn disagreeing(list: &[Comparison]) -> Option<(usize, &Comparison)> {
+    let apart: Vec<&Comparison> = list
+        .iter()
+        .filter(|c| c.e_n.is_some_and(|e| e > 1.0))
+        .collect();
+    let worst = apart
+        .iter()
+        .max_by(|a, b| a.e_n.unwrap_or(0.0).total_cmp(&b.e_n.unwrap_or(0.0)))?;
+    if by_chance(apart.len(), list.len()) > 0.005 && worst.e_n.unwrap_or(0.0) <= 3.0 {
+        return None;
+    }
+    Some((apart.len(), worst))
 }
 
 #[cfg(test)]

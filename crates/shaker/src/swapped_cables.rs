@@ -1,9 +1,10 @@
 //! Reference and device on each other's cable in a comparison: the ratio is inverted.
 
 use super::single_axis::{ComparisonRow, SingleAxis};
+use crate::findings;
 use num_complex::Complex64;
 use proofmass_dynamic::reference_table::ReferenceTable;
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
 
 /// Difference of the logarithms from which on a sensitivity is another one: near a ratio of one an exchange changes nothing.
 const OTHER: f64 = 0.25;
@@ -89,11 +90,7 @@ pub fn swapped_cables(
             )
         })
         .collect();
-    vec![
-        Finding::new(Severity::Decision, "swapped-channels", what)
-            .evidence(values.join("; "))
-            .advice("exchange the two channels of these runs in the table or in [recording], or leave the runs out"),
-    ]
+    vec![findings::swapped_channels(&what, &values.join("; "))]
 }
 
 #[cfg(test)]

@@ -22,13 +22,14 @@ mod tests;
 
 use super::derived::{Expanded, largest_response, propagate};
 use super::near_zero::{Kind, size};
+use crate::findings;
 use cosine::{Fit, directions, least_squares};
 use faer::{Mat, Side};
 use num_complex::Complex64;
 use proofmass_core::Error;
 use proofmass_uncertainty::{
     Complex, Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding,
-    Influence, Model, Number, Severity, f_quantile,
+    Influence, Model, Number, f_quantile,
 };
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_1_SQRT_2;
@@ -48,14 +49,13 @@ pub enum Motion {
 }
 
 /// One run.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct TransverseRow {
     /// Name of the run.
     pub run: String,
     /// Frequency in Hz.
     pub frequency: f64,
     /// Along which direction it was shaken.
-    #[serde(flatten)]
     pub motion: Motion,
     /// Output per acceleration of the table along the vibration.
     pub ratio: Complex64,
@@ -92,7 +92,7 @@ impl SeatUncertainty {
 }
 
 /// The sensitivity along the axis, where it was not measured among the runs.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxialSensitivity {
     /// Complex sensitivity.
     pub value: Complex64,
@@ -103,7 +103,7 @@ pub struct AxialSensitivity {
 }
 
 /// Transverse sensitivity at one frequency.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct TransverseSensitivity {
     /// Frequency in Hz.
     pub frequency: f64,
@@ -412,17 +412,7 @@ impl TransverseTest<'_> {
         let floor = (1e-12 * s.norm()).powi(2);
         let limit = f_quantile(1.0 - self.false_alarm_rate, 4.0, freedom);
         Ok((gained > limit * rest.max(floor)).then(|| {
-            Finding::new(
-                Severity::Warning,
-                "not-a-cosine",
-                format!("the output at {frequency} Hz does not follow the direction as a transverse sensitivity does"),
-            )
-            .evidence(format!(
-                "twice per turn {:.2} % of the sensitivity along the axis; the runs scatter by {:.2} %",
-                100.0 * largest,
-                100.0 * rest.sqrt() / s.norm()
-            ))
-            .advice("look at cable, mounting and angles; a resonance of the fixture does this too")
+            findings::not_a_cosine(frequency, 100.0 * largest, 100.0 * rest.sqrt() / s.norm())
         }))
     }
 }
@@ -435,15 +425,7 @@ fn disagreement(frequency: f64, runs: &[Complex64], s: Complex64) -> Option<Find
         .iter()
         .map(|r| (r / s - 1.0).norm())
         .fold(0.0, f64::max);
-    (worst > LARGEST_AXIAL_SCATTER).then(|| {
-        Finding::new(
-            Severity::Decision,
-            "axial-runs-disagree",
-            format!("the runs along the axis at {frequency} Hz are no repeats of each other"),
-        )
-        .evidence(format!("one is {:.0} % from their mean", 100.0 * worst))
-        .advice("the transverse sensitivity is relative to their mean: measure them again, or leave one out by name")
-    })
+    (worst > LARGEST_AXIAL_SCATTER).then(|| findings::axial_runs_disagree(frequency, 100.0 * worst))
 }
 
 /// T with its interval, and its direction where it has one.
@@ -528,6 +510,66 @@ fn of_reference(
         ));
     }
     list
+}
+
+/// What the runs of a frequency leave untold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Untold {
+    /// All of them lie along one line.
+    OneLine,
+    /// Two directions do not tell how square the device sat.
+    Squareness,
+    /// So many runs across the axis leave none to show their scatter.
+    Scatter {
+        /// Runs across the axis.
+        across: usize,
+    },
+}
+
+/// Whether the runs of a frequency tell a transverse sensitivity: what [`TransverseTest::evaluate`] refuses with numbers.
+pub fn untold(seat: &SeatUncertainty, rows: &[&TransverseRow]) -> Option<Untold> {
+    let mut directions: Vec<f64> = Vec::new();
+    let mut across = 0;
+    for row in rows {
+        if let Motion::Transverse { rotation } = row.motion {
+            across += 1;
+            let turn = std::f64::consts::TAU;
+            let apart = |d: &f64| {
+                let off = (rotation - d).rem_euclid(turn);
+                off.min(turn - off) > 1e-6
+            };
+            if directions.iter().all(apart) {
+                directions.push(rotation);
+            }
+        }
+    }
+    let first = directions.first().copied().unwrap_or(0.0);
+    let spread = directions.iter().map(|d| (d - first).sin().abs());
+    if spread.fold(0.0, f64::max) < 1e-3 {
+        return Some(Untold::OneLine);
+    }
+    let needed = directions.len().min(3);
+    if needed == 2 && seat.squareness.is_none() {
+        return Some(Untold::Squareness);
+    }
+    (needed >= 2 && across <= needed && seat.reading.is_none())
+        .then_some(Untold::Scatter { across })
+}
+
+/// Many directions within six degrees are a circle in radians: how many, the first and the last in degrees.
+pub fn like_radians(rows: &[TransverseRow]) -> Option<(usize, [f64; 2])> {
+    let mut turns: Vec<f64> = rows
+        .iter()
+        .filter_map(|r| match r.motion {
+            Motion::Transverse { rotation } => Some(rotation.to_degrees()),
+            Motion::Axial => None,
+        })
+        .collect();
+    turns.sort_by(f64::total_cmp);
+    turns.dedup();
+    let (first, last) = (*turns.first()?, *turns.last()?);
+    let alike = turns.len() > 2 && last - first > 1.0 && first.abs().max(last.abs()) <= 6.3;
+    alike.then_some((turns.len(), [first, last]))
 }
 
 /// Whether a transverse sensitivity keeps to a limit, and how surely: `None` while the interval holds the limit.

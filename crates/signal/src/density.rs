@@ -1,7 +1,7 @@
 //! A one-sided power spectral density with its confidence.
 
 use serde::{Deserialize, Serialize};
-use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// One-sided power spectral density.
 ///
@@ -72,7 +72,7 @@ pub(crate) fn confidence_factors(nu: f64, probability: f64) -> Option<(f64, f64)
         if nu > 1e4 {
             // Wilson and Hilferty, relative error below 1e-6 here.
             let a = 2.0 / (9.0 * nu);
-            let z = Normal::standard().inverse_cdf(p);
+            let z = proofmass_uncertainty::normal_quantile(p);
             Some(nu * (1.0 - a + z * a.sqrt()).powi(3))
         } else {
             Some(ChiSquared::new(nu).ok()?.inverse_cdf(p))

@@ -9,6 +9,7 @@
 pub mod fourier;
 pub mod sine;
 
+pub mod clock;
 mod density;
 mod detrend;
 mod multitaper;

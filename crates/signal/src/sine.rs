@@ -141,6 +141,62 @@ pub struct SineFit {
     pub tones: Vec<Tone>,
 }
 
+/// The three-parameter fit: amplitude, phase and offset of a sine whose frequency is known.
+///
+/// Residuals are taken as white, so that short records can be fitted; [`SineApproximation`] has the choice.
+///
+/// **Units** `sampling_rate` and `frequency` in Hz.
+///
+/// **Errors** as [`SineApproximation::fit`].
+///
+/// **Source** `[IEEE1057]` 4.1.4.1.
+///
+/// ```
+/// use proofmass_signal::sine::{four_parameter_fit, three_parameter_fit};
+///
+/// let x: Vec<f64> = (0..64).map(|n| 1.5 + 2.0 * (0.7 * f64::from(n) + 0.5).cos()).collect();
+/// let frequency = 0.7 / std::f64::consts::TAU * 100.0;
+/// let known = three_parameter_fit(&x, 100.0, frequency)?;
+/// assert!((known.modulus() - 2.0).abs() < 1e-9 && (known.phase() - 0.5).abs() < 1e-9);
+/// let (found, sine) = four_parameter_fit(&x, 100.0)?;
+/// assert!((found / frequency - 1.0).abs() < 1e-9 && (sine.offset - 1.5).abs() < 1e-9);
+/// # Ok::<(), proofmass_core::Error>(())
+/// ```
+pub fn three_parameter_fit(
+    samples: &[f64],
+    sampling_rate: f64,
+    frequency: f64,
+) -> Result<ChannelSine, Error> {
+    let approximation = SineApproximation::new(frequency).residuals(Residuals::White);
+    Ok(only(approximation.fit(sampling_rate, &[samples])?)?.1)
+}
+
+/// The four-parameter fit: frequency (Hz), and amplitude, phase and offset, started at the strongest line.
+///
+/// **Errors** as [`SineApproximation::fit`].
+///
+/// **Source** `[IEEE1057]` 4.1.4.3.
+pub fn four_parameter_fit(
+    samples: &[f64],
+    sampling_rate: f64,
+) -> Result<(f64, ChannelSine), Error> {
+    let start = dominant_frequency(sampling_rate, samples)?;
+    let approximation = SineApproximation::new(start)
+        .frequency(Frequency::Common)
+        .residuals(Residuals::White);
+    only(approximation.fit(sampling_rate, &[samples])?)
+}
+
+/// Frequency and sine of the one channel.
+fn only(fit: SineFit) -> Result<(f64, ChannelSine), Error> {
+    let sine = fit.channels.into_iter().next().ok_or(Error::TooFew {
+        name: "channels",
+        needed: 1,
+        got: 0,
+    })?;
+    Ok((fit.frequency, sine))
+}
+
 const ITERATIONS: usize = 30;
 /// Iterations in which the weights of the channels are taken anew.
 const REWEIGHTED: usize = 4;

@@ -2,6 +2,7 @@
 
 mod deletions;
 
+use proofmass_core::numeric::dot;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 /// A linearised fit whose residuals are to be explained.
@@ -137,10 +138,6 @@ impl<'a> AddedTerms<'a> {
             .map(|((d, row), w)| w * (d - dot(row, &along)))
             .collect()
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 fn norm(values: impl Iterator<Item = f64>) -> f64 {

@@ -11,10 +11,9 @@ use crate::Triple;
 use proofmass_core::velocity::BiasModel;
 use proofmass_core::{Error, check};
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity};
-use serde::{Deserialize, Serialize};
 
 /// Noise of one axis and how its bias moves.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BiasNoise {
     /// White noise N, two-sided root density, (m/s²)/√Hz: a mean over T seconds has the variance N²/T.
     pub white: f64,
@@ -43,7 +42,7 @@ impl BiasNoise {
 }
 
 /// Mean of a part of a rest.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RestMean {
     /// Its middle, s.
     pub time: f64,
@@ -58,7 +57,7 @@ pub struct RestMean {
 }
 
 /// What a recording says of the bias.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct BiasObservations {
     /// When the recording begins and ends, s.
     pub span: [f64; 2],
@@ -113,7 +112,7 @@ pub struct BiasObservations {
     "zero-velocity update",
     "smoother"
 ))]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct BiasTracking {
     /// Noise of x, y, z.
@@ -128,7 +127,7 @@ pub struct BiasTracking {
 }
 
 /// The bias over a recording.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct BiasTrack {
     /// Times at which the bias is given, s: the means of the rests, and points between them.
     pub time: Vec<f64>,

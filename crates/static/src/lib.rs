@@ -7,6 +7,7 @@ mod autocalibration;
 mod bias_tracking;
 mod direction_coverage;
 mod ellipsoid;
+mod findings;
 mod mean_noise;
 mod multi_position;
 mod pose;
@@ -29,6 +30,7 @@ pub use bias_tracking::{
 };
 pub use direction_coverage::{Direction, DirectionCoverage};
 pub use ellipsoid::Ellipsoid;
+pub use findings::CATALOGUE;
 pub use mean_noise::MeanNoise;
 pub use multi_position::{
     AttitudeUncertainty, BeyondMatrix, CompensatedReading, Limiting, Misfit, MisfitCause, Model,
@@ -39,7 +41,7 @@ pub use pose::{Pose, Samples, Segment};
 pub use recording_quality::{clipping, frozen, suspected_clipping, temperature_drift};
 pub use six_position::Ferraris;
 pub use standstill::{Standstill, WindowedVariance};
-pub use standstill_calibration::{StandstillCalibration, StandstillEstimator};
+pub use standstill_calibration::{StandstillCalibration, StandstillEstimator, calibrate};
 pub use temperature::{
     Attitude as SweepAttitude, AxisFit, Blocks, Hysteresis, OrderFit, OutputStep, SelfHeating,
     SweepData, TemperatureFit, TemperatureSweep,

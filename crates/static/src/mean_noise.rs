@@ -1,8 +1,8 @@
 //! Noise of standstill means when samples are correlated and quantised.
 
-use crate::multi_position::median;
 use crate::{Pose, Samples, Segment, Triple};
 use proofmass_core::Error;
+use proofmass_core::numeric::median;
 use proofmass_uncertainty::DegreesOfFreedom;
 
 /// The noise common to all standstills of one recording.
@@ -67,7 +67,10 @@ impl MeanNoise {
             .iter()
             .map(|c| [0, 1, 2].map(|axis| variance(&c[axis])))
             .collect();
-        let typical = [0, 1, 2].map(|axis| median(variances.iter().map(|v| v[axis]).collect()));
+        let typical = [0, 1, 2].map(|axis| {
+            let mut column: Vec<f64> = variances.iter().map(|v| v[axis]).collect();
+            median(&mut column).unwrap_or(0.0)
+        });
         let mut variance = variances.iter();
         centred.retain(|_| {
             variance

@@ -24,7 +24,7 @@ pub use misfit::{Misfit, MisfitCause};
 pub use model::Model;
 pub(crate) use model::{BIAS, ELEMENT};
 pub use next_attitude::{Limiting, NextAttitude};
-pub(crate) use problem::{Problem, median, quadratic_form};
+pub(crate) use problem::{Problem, quadratic_form};
 pub(crate) use solved::Solved;
 pub use suspects::Suspect;
 pub use terms::Terms;

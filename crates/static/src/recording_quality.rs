@@ -1,6 +1,6 @@
 //! What a recording itself gives reason to doubt: clipped samples, temperature that drifts.
 
-use crate::{PoseResidual, Samples, Segment};
+use crate::{PoseResidual, Samples, Segment, findings};
 use proofmass_uncertainty::{Finding, Severity};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -19,29 +19,18 @@ pub fn clipping(samples: &Samples<'_>, range: (f64, f64), segments: &[Segment]) 
             let used = segments
                 .iter()
                 .any(|s| column[s.start..s.end].iter().any(|v| clipped(*v)));
-            let finding = Finding::new(
-                if used {
-                    Severity::Decision
-                } else {
-                    Severity::Note
-                },
-                "clipped-samples",
-                if used {
-                    format!("output {axis} is clipped inside a standstill")
-                } else {
-                    format!("output {axis} is clipped between the standstills")
-                },
-            )
-            .evidence(format!(
-                "{count} samples at the limits {low} and {high}, the first is sample {first}"
-            ));
-            Some(if used {
-                finding.advice(
-                    "choose a larger range, or leave that standstill out: its mean is wrong",
+            let (place, severity, consequence) = match used {
+                true => ("inside a standstill", Severity::Decision, "the mean of that standstill is wrong"),
+                false => ("between the standstills", Severity::Note, "the standstills are not affected"),
+            };
+            Some(
+                proofmass_uncertainty::findings::clipped(
+                    &format!("output {axis} is clipped"),
+                    &format!("{place}: {count} samples at the limits {low} and {high}, the first is sample {first}"),
+                    consequence,
                 )
-            } else {
-                finding
-            })
+                .at(severity),
+            )
         })
         .collect()
 }
@@ -63,19 +52,7 @@ pub fn suspected_clipping(samples: &Samples<'_>) -> Vec<Finding> {
                 let start = column
                     .windows(RUN)
                     .position(|window| window.iter().all(|v| *v == extreme))?;
-                Some(
-                    Finding::new(
-                        Severity::Warning,
-                        "suspected-clipping",
-                        format!("output {axis} stays at its extreme value"),
-                    )
-                    .evidence(format!(
-                        "{extreme} for at least {RUN} samples from sample {start}"
-                    ))
-                    .advice(
-                        "declare `range` of the recording if this is the limit of the converter",
-                    ),
-                )
+                Some(findings::suspected_clipping(axis, extreme, RUN, start))
             })
         })
         .collect()
@@ -110,17 +87,13 @@ pub fn frozen(samples: &Samples<'_>) -> Vec<Finding> {
                 .clone()
                 .any(|other| span(&columns[other][start..end]) > MOVED * span(columns[other]));
             (end - start >= RUN && moved).then(|| {
-                Finding::new(
-                    Severity::Decision,
-                    "frozen-output",
-                    format!("output {} stands still while the others move", AXES[axis]),
-                )
-                .evidence(format!(
-                    "{} from sample {start} to {end}, {:.0} % of the recording",
+                findings::frozen_output(
+                    AXES[axis],
                     column[start],
-                    1e2 * (end - start) as f64 / column.len() as f64
-                ))
-                .advice("look for a dead channel or a converter that stuck, and record again")
+                    start,
+                    end,
+                    1e2 * (end - start) as f64 / column.len() as f64,
+                )
             })
         })
         .collect()
@@ -160,16 +133,5 @@ pub fn temperature_drift(
     } else {
         Severity::Warning
     };
-    Some(
-        Finding::new(
-            severity,
-            "temperature-drift",
-            "the temperature changed across the standstills, and the model has no temperature term",
-        )
-        .evidence(format!(
-            "{low:.1} to {high:.1} °C; residual slope {:+.3} mm/s² per kelvin",
-            1e3 * slope
-        ))
-        .advice("let the sensor settle before recording; the calibration holds for the mean temperature"),
-    )
+    Some(findings::temperature_drift(low, high, 1e3 * slope).at(severity))
 }

@@ -3,16 +3,14 @@
 use crate::{
     MeanNoise, MultiPosition, MultiPositionFit, Pose, Samples, Segment, Standstill, ThresholdSweep,
 };
-use proofmass_core::Error;
-use serde::{Deserialize, Serialize};
+use proofmass_core::{Error, Gravity};
 
 /// A multi-position calibration with everything it went through.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct StandstillCalibration {
     /// The standstills and how they were found.
     pub sweep: ThresholdSweep,
     /// The noise of their means; `None` for a table of readings, which has no samples.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub noise: Option<MeanNoise>,
     /// The fit.
     pub fit: MultiPositionFit,
@@ -26,6 +24,43 @@ pub enum StandstillEstimator {
     LeastSquares,
     /// The closed form of the six positions.
     SixPositions,
+}
+
+/// Bias, scale and misalignment from a recording of a triaxial accelerometer that rested in some dozen attitudes.
+///
+/// **Units** outputs x, y, z in any unit; `sampling_rate` in Hz.
+///
+/// # Errors
+/// As [`StandstillCalibration::run`]; columns of different lengths.
+///
+/// ```
+/// use proofmass_core::Gravity;
+/// use proofmass_rig::HandHeld;
+///
+/// let recording = HandHeld::default().simulate(1);
+/// let [x, y, z] = &recording.outputs;
+/// let fit = proofmass_static::calibrate([x, y, z], recording.rate, Gravity::given(9.80665, 1e-5)?)?;
+/// for quantity in fit.quantities() {
+///     println!("{quantity}");
+/// }
+/// let acceleration = fit.model().apply([x[0], y[0], z[0]]);
+/// assert!((proofmass_core::norm(acceleration) - 9.80665).abs() < 0.1);
+/// # Ok::<(), proofmass_core::Error>(())
+/// ```
+pub fn calibrate(
+    outputs: [&[f64]; 3],
+    sampling_rate: f64,
+    gravity: Gravity,
+) -> Result<MultiPositionFit, Error> {
+    let [x, y, z] = outputs;
+    let calibration = StandstillCalibration::run(
+        &Samples::new(x, y, z)?,
+        sampling_rate,
+        &[],
+        &Standstill::default(),
+        &MultiPosition::new(gravity),
+    )?;
+    Ok(calibration.fit)
 }
 
 impl StandstillCalibration {

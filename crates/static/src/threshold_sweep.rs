@@ -44,7 +44,6 @@ pub struct ThresholdSweep {
     /// Everything that was tried; empty when the threshold or the standstills were given.
     pub candidates: Vec<Candidate>,
     /// Standstills that were left out on request.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub excluded: Vec<String>,
 }
 

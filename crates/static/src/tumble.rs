@@ -1,10 +1,13 @@
 //! A continuous slow tumble as readings: every sample counts, and none of them as more independent than it is.
 
 use crate::direction_coverage::unit;
-use crate::multi_position::{Problem, median};
-use crate::{MultiPosition, Pose, Samples, Segment, StandstillCalibration, ThresholdSweep, Triple};
+use crate::multi_position::Problem;
+use crate::{
+    MultiPosition, Pose, Samples, Segment, StandstillCalibration, ThresholdSweep, Triple, findings,
+};
+use proofmass_core::numeric::median;
 use proofmass_core::{Error, Matrix3, SensorModel, dot, norm};
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
 
 /// Blocks wanted: enough for their correlation to be seen.
 const BLOCKS: usize = 240;
@@ -174,34 +177,13 @@ impl Tumble {
         let mut findings = Vec::new();
         let pull = self.turning.powi(2) * LEVER;
         if pull > RULE * g {
-            findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "tumble-fast",
-                    "the sensor was turned fast, and what that adds to gravity is not in the budget",
-                )
-                .evidence(format!(
-                    "{:.2} rad/s in the median: {:.2} mg at {LEVER} m from the axis of turning",
-                    self.turning,
-                    1e3 * pull / g
-                ))
-                .advice("turn more slowly, about the sensor itself; or lay it down in twelve attitudes"),
-            );
+            findings.push(findings::tumble_fast(self.turning, 1e3 * pull / g, LEVER));
         }
         if self.lengthened > RULE * g {
-            findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "tumble-shaken",
-                    "the sensor was shaken while it was turned",
-                )
-                .evidence(format!(
-                    "magnitudes scatter by {:.2} m/s² and are {:.2} mg too long in the mean, which is taken off",
-                    (self.lengthened * g).sqrt(),
-                    1e3 * self.lengthened / g
-                ))
-                .advice("turn it more smoothly; or lay it down in twelve attitudes"),
-            );
+            findings.push(findings::tumble_shaken(
+                (self.lengthened * g).sqrt(),
+                1e3 * self.lengthened / g,
+            ));
         }
         findings
     }
@@ -256,7 +238,7 @@ fn turns(samples: &Samples<'_>, sensor: &SensorModel<f64>, segments: &[Segment])
     let angles = directions
         .windows(2)
         .map(|pair| dot(pair[0], pair[1]).clamp(-1.0, 1.0).acos());
-    median(angles.collect())
+    median(&mut angles.collect::<Vec<_>>()).unwrap_or(0.0)
 }
 
 /// Largest difference of K (relative to its size) and b (relative to its output under 1 g).

@@ -1,12 +1,13 @@
 //! Does a calibration hold on new standstills?
 
 use crate::direction_coverage::unit;
+use crate::findings;
 use crate::multi_position::{BIAS, ELEMENT};
 use crate::{Pose, Triple};
 use faer::prelude::*;
 use faer::{Mat, Side};
 use proofmass_core::{Error, Gravity, STANDARD_GRAVITY, SensorModel, norm};
-use proofmass_uncertainty::{Effect, Estimate, Finding, Severity};
+use proofmass_uncertainty::{Effect, Estimate, Finding};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// One new standstill under a calibration.
@@ -144,36 +145,21 @@ impl Validation {
             .iter()
             .max_by(|a, b| a.relative.total_cmp(&b.relative))
         {
-            findings.push(
-                Finding::new(
-                    Severity::Decision,
-                    "beyond-one-per-mille",
-                    format!("{} of {} standstills miss the 0.1 % rule", beyond.len(), self.attitudes.len()),
-                )
-                .evidence(format!(
-                    "worst is standstill {}: │‖a‖ − g│/g = {:.3} % ({:+.2} mm/s²)",
-                    worst.name,
-                    1e2 * worst.relative,
-                    1e3 * worst.residual
-                ))
-                .advice(format!(
-                    "calibrate again, at the temperature of use; check that g = {g:.4} m/s² holds here"
-                )),
-            );
+            findings.push(findings::beyond_one_per_mille(
+                beyond.len(),
+                self.attitudes.len(),
+                &worst.name,
+                1e2 * worst.relative,
+                1e3 * worst.residual,
+                g,
+            ));
         }
         if self.p_value < 0.01 {
-            findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "inconsistent-with-covariance",
-                    "the residuals are larger than the stated covariance explains",
-                )
-                .evidence(format!(
-                    "χ² = {:.1} with {} degrees of freedom, probability {:.1e}",
-                    self.chi_square, self.degrees_of_freedom, self.p_value
-                ))
-                .advice("the sensor has moved since (temperature, time, mounting), or the standstills were not still"),
-            );
+            findings.push(findings::inconsistent_with_covariance(
+                self.chi_square,
+                self.degrees_of_freedom,
+                self.p_value,
+            ));
         }
         findings
     }

@@ -178,9 +178,9 @@ fn known_scatter_beyond_one_per_mille_needs_a_decision() {
     for (size, severity) in [(0.05, Severity::Decision), (0.004, Severity::Note)] {
         let poses = bench.poses(11, &shaken(size));
         let of = |fit: &MultiPositionFit| {
-            let found = fit.findings().iter();
-            let mut excess = found.filter(|f| f.code() == "excess-residuals");
-            excess.next().map(|f| f.severity())
+            let mut found = fit.findings().iter();
+            let excess = found.find(|f| f.code() == "excess-residuals");
+            excess.map(|f| f.severity())
         };
         assert_eq!(of(&bench.fit(&poses)), Some(severity), "{size}");
         let readings: Vec<Pose> = poses

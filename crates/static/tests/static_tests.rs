@@ -97,6 +97,35 @@ fn law_a_straight_axis_shows_no_second_harmonic() {
 }
 
 #[test]
+fn known_curved_axis_shows_a_second_harmonic() {
+    let mut n = Normal::new(1);
+    let angle: Vec<f64> = (0..24).map(|i| f64::from(15 * i).to_radians()).collect();
+    let output: Vec<f64> = angle
+        .iter()
+        .map(|t| 2.0 + t.cos() + 0.02 * (2.0 * t).cos() + 1e-3 * n.draw())
+        .collect();
+    let fit = Tilt::new(gravity()).fit(&angle, &output, "V").unwrap();
+    assert_eq!(fit.findings[0].code(), "second-harmonic");
+}
+
+#[test]
+fn known_level_that_was_not_stated() {
+    let mut n = Normal::new(4);
+    let [x, y, z] = [0.01, 0.0, G].map(|level| -> Vec<f64> {
+        let noise = std::iter::repeat_with(|| 1e-3 * n.draw());
+        noise.take(200).map(|v| level + v).collect()
+    });
+    let mut test = ZeroG::new(gravity());
+    let codes = |test: &ZeroG| -> Vec<String> {
+        let found = test.fit([&x, &y, &z]).unwrap().findings;
+        found.iter().map(|f| f.code().to_owned()).collect()
+    };
+    assert_eq!(codes(&test), ["level-taken-as-exact"]);
+    test.levelling = 1e-3;
+    assert!(codes(&test).is_empty());
+}
+
+#[test]
 fn coverage_sensitivity() {
     let (b, s) = (5e-4, 10e-3 / G);
     check(
@@ -163,8 +192,9 @@ fn known_gravity_elsewhere() {
             level.map(|l| (0..200).map(|_| l + 1e-3 * n.draw()).collect::<Vec<f64>>());
         let [x, y, z] = &outputs;
         let fit = ZeroG::new(gravity()).fit([x, y, z]).unwrap();
-        let mut findings = fit.findings.into_iter();
-        findings.any(|f| f.code() == "gravity-elsewhere" && f.severity() == Severity::Decision)
+        let mut findings = fit.findings.iter();
+        let elsewhere = findings.find(|f| f.code() == "gravity-elsewhere");
+        elsewhere.is_some_and(|f| f.severity() == Severity::Decision)
     };
     assert!(told([0.01, G, 0.0]));
     assert!(told([0.0, 0.0, -G]));
@@ -313,6 +343,10 @@ fn known_due_date_of_a_drifting_bias() {
         "{}",
         fit.due_in / MONTH
     );
+    assert!(fit.findings.iter().any(|f| f.code() == "drifts"));
+    test.tolerances[0].1 = 1e-12;
+    let spent = test.fit(&values).unwrap().findings;
+    assert!(spent.iter().any(|f| f.code() == "tolerance-exhausted"));
     test.tolerances[0].1 = 1.0;
     assert_eq!(test.fit(&values).unwrap().due_in, 12.0 * MONTH);
     assert!(matches!(test.fit(&values[..2]), Err(Error::TooFew { .. })));
@@ -382,6 +416,9 @@ fn published_misalignment_of_one_degree_is_seventeen_mg() {
         let u = 1e-5 * G * degrees.to_radians().cos().powi(3);
         assert!((q.standard_uncertainty - u).abs() < 1e-9);
         assert_eq!(fit.findings.is_empty(), degrees < 0.06);
+        if let Some(finding) = fit.findings.first() {
+            assert_eq!(finding.code(), "not-orthogonal");
+        }
     }
 }
 

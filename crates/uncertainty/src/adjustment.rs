@@ -179,3 +179,73 @@ pub fn solve(l: &[f64], b: &mut [f64]) {
         b[i] = (b[i] - sum) / l[i * p + i];
     }
 }
+
+/// The root of a symmetric positive definite matrix of few unknowns whose diagonal was scaled to one.
+#[derive(Clone, Debug)]
+pub struct ScaledRoot {
+    /// What each unknown was scaled with.
+    pub scale: Vec<f64>,
+    l: Vec<f64>,
+}
+
+impl ScaledRoot {
+    /// Of the matrix with these elements, of which the lower half is looked at; `None` when it is none, or one unknown is the copy of
+    /// others to the last digits.
+    pub fn new(n: usize, at: impl Fn(usize, usize) -> f64) -> Option<Self> {
+        let diagonal: Vec<f64> = (0..n).map(|i| at(i, i)).collect();
+        if !diagonal.iter().all(|d| *d > 0.0 && d.is_finite()) {
+            return None;
+        }
+        let scale: Vec<f64> = diagonal.iter().map(|d| d.sqrt().recip()).collect();
+        let mut l = vec![0.0; n * n];
+        for i in 0..n {
+            for j in 0..=i {
+                let mut sum = at(i, j) * scale[i] * scale[j];
+                for k in 0..j {
+                    sum -= l[i * n + k] * l[j * n + k];
+                }
+                if i == j {
+                    if !(sum > 1e-13) {
+                        return None;
+                    }
+                    l[i * n + i] = sum.sqrt();
+                } else {
+                    l[i * n + j] = sum / l[j * n + j];
+                }
+            }
+        }
+        Some(Self { scale, l })
+    }
+
+    /// L⁻¹ x, in place.
+    pub fn forward(&self, x: &mut [f64]) {
+        let n = x.len();
+        for i in 0..n {
+            for k in 0..i {
+                x[i] -= self.l[i * n + k] * x[k];
+            }
+            x[i] /= self.l[i * n + i];
+        }
+    }
+
+    /// L⁻ᵀ x, in place.
+    pub fn backward(&self, x: &mut [f64]) {
+        let n = x.len();
+        for i in (0..n).rev() {
+            for k in i + 1..n {
+                x[i] -= self.l[k * n + i] * x[k];
+            }
+            x[i] /= self.l[i * n + i];
+        }
+    }
+
+    /// Solution of the unscaled system.
+    pub fn solve(&self, right: &[f64]) -> Vec<f64> {
+        let scaled =
+            |x: &[f64]| -> Vec<f64> { x.iter().zip(&self.scale).map(|(x, s)| x * s).collect() };
+        let mut x = scaled(right);
+        self.forward(&mut x);
+        self.backward(&mut x);
+        scaled(&x)
+    }
+}

@@ -333,11 +333,16 @@ impl BetweenScatter {
     pub fn finding(&self) -> Option<Finding> {
         (self.birge_ratio > self.birge_range[1]).then(|| {
             findings::excess_residuals(
-                self.birge_ratio,
-                self.birge_range[1],
-                &crate::scientific(self.excess_variance.sqrt(), 2),
-                &crate::scientific(self.excess_interval[0], 2),
-                &crate::scientific(self.excess_interval[1], 2),
+                "between the observations",
+                &format!(
+                    "Birge ratio {:.2}, up to {:.2} without excess; τ = {} ({} to {})",
+                    self.birge_ratio,
+                    self.birge_range[1],
+                    crate::scientific(self.excess_variance.sqrt(), 2),
+                    crate::scientific(self.excess_interval[0], 2),
+                    crate::scientific(self.excess_interval[1], 2),
+                ),
+                "look for its cause",
             )
         })
     }

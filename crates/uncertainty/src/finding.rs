@@ -38,7 +38,7 @@ impl fmt::Display for Severity {
 /// here instead, and the number stands beside it. An answer that cannot be given at all is an
 /// [`Error`](proofmass_core::Error), not a finding.
 ///
-/// Its kind (code, sentences, advice) is declared once, with [`findings!`](crate::findings).
+/// Its kind (code, sentences, advice) is declared once, with [`findings!`](macro@crate::findings).
 #[doc(alias("warning", "diagnostic"))]
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Finding {
@@ -69,20 +69,7 @@ impl PartialEq for Finding {
 impl Eq for Finding {}
 
 impl Finding {
-    /// A finding with a stable kebab-case code and one sentence (no capital, no full stop) that says what is doubtful.
-    pub fn new(severity: Severity, code: impl Into<String>, what: impl Into<String>) -> Self {
-        Self {
-            severity,
-            code: code.into(),
-            what: what.into(),
-            evidence: String::new(),
-            advice: String::new(),
-            evidence_fields: BTreeMap::new(),
-            admitted: None,
-        }
-    }
-
-    /// A finding of a declared kind; called by [`findings!`](crate::findings) alone.
+    /// A finding of a declared kind; called by [`findings!`](macro@crate::findings) alone.
     #[doc(hidden)]
     pub fn of<const N: usize>(
         kind: &'static FindingKind,
@@ -114,24 +101,25 @@ impl Finding {
         self
     }
 
-    /// Adds the numbers that speak for it.
-    #[must_use]
-    pub fn evidence(mut self, evidence: impl Into<String>) -> Self {
-        self.evidence = evidence.into();
-        self
-    }
-
-    /// Adds what to do next.
-    #[must_use]
-    pub fn advice(mut self, advice: impl Into<String>) -> Self {
-        self.advice = advice.into();
-        self
-    }
-
     /// The same finding of one part of the answer: the sentence begins with its name and a colon.
     #[must_use]
     pub fn of_part(mut self, part: impl fmt::Display) -> Self {
         self.what = format!("{part}: {}", self.what);
+        self
+    }
+
+    /// The same finding with other evidence in words, made from that it has.
+    #[must_use]
+    pub fn with_evidence(mut self, evidence: impl FnOnce(&str) -> String) -> Self {
+        self.evidence = evidence(&self.evidence);
+        self
+    }
+
+    /// The same finding of several things: this is the first, the others have these names.
+    #[must_use]
+    pub fn likewise(mut self, others: &[&str]) -> Self {
+        self.what = format!("{}; {} others likewise", self.what, others.len());
+        self.evidence = format!("{}; the others: {}", self.evidence, others.join(", "));
         self
     }
 

@@ -1,4 +1,4 @@
-//! Every finding of this room, declared once.
+//! Every finding of this room, declared once. Rooms above use them where they find the same.
 
 crate::findings! {
     /// What the evaluation of uncertainty may find.
@@ -87,12 +87,19 @@ crate::findings! {
         advice "allow more trials, or ask for fewer digits of the check";
 
     /// The observations scatter more than their declared noise.
-    excess_residuals(birge_ratio: f64, limit: f64, excess: &str, lower: &str, upper: &str) =
-        "excess-residuals", [Warning],
-        what "the residuals exceed the noise: something varies between the observations that is not in the budget",
-        evidence "Birge ratio {birge_ratio:.2}, up to {limit:.2} without excess; τ = {excess} ({lower} to {upper})",
-        advice "the uncertainties contain it; look for its cause",
-        false_alarms "2.5 % of healthy data, by the level of the test";
+    excess_residuals(place: &str, evidence: &str, remedy: &str) =
+        "excess-residuals", [Warning, Note, Decision],
+        what "the residuals exceed the noise: something varies {place} that is not in the budget",
+        evidence "{evidence}",
+        advice "the uncertainties contain it; {remedy}",
+        false_alarms "at most 2.5 % of healthy data, by the level of the test";
+
+    /// Samples stand at the end of the range of converter or amplifier. A note where they are not used.
+    clipped(observation: &str, evidence: &str, consequence: &str) =
+        "clipped", [Decision, Note],
+        what "{observation}: samples stand at the limit of the range",
+        evidence "{evidence}",
+        advice "{consequence}; choose a wider range or a lower gain and record again";
 
     /// The adaptive number of trials reached its limit.
     monte_carlo_not_stable(digits: u32, trials: usize) =

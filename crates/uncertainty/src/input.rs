@@ -8,6 +8,7 @@ pub use joint::{Draw, JointInputs};
 
 use crate::{DegreesOfFreedom, Distribution, Evaluation, Refusal};
 use proofmass_core::Error;
+use proofmass_core::numeric::dot;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -499,10 +500,6 @@ impl Inputs {
 fn deviations_of(values: &[f64]) -> Vec<f64> {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     values.iter().map(|v| v - mean).collect()
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 fn draw_name(input: &str, labels: &[(String, String)]) -> String {

@@ -132,6 +132,7 @@
 )]
 
 pub mod adjustment;
+pub mod findings;
 
 mod agreement;
 mod between_scatter;
@@ -141,11 +142,6 @@ mod distribution;
 mod effective_dof;
 mod expression;
 mod finding;
-#[cfg_attr(
-    not(feature = "model"),
-    allow(dead_code, reason = "the catalogue is whole in every build")
-)]
-mod findings;
 mod fixed_size;
 mod format;
 mod notation;

@@ -65,6 +65,9 @@ pub fn chi_squared_quantile(p: f64, nu: f64) -> f64 {
 /// assert!((proofmass_uncertainty::chi_squared_chance(7.814_727_903, 3.0) - 0.05).abs() < 1e-9);
 /// ```
 pub fn chi_squared_chance(x: f64, nu: f64) -> f64 {
+    if x == f64::INFINITY {
+        return 0.0;
+    }
     match x > 0.0 && nu > 0.0 {
         true => gamma_ur(0.5 * nu, 0.5 * x),
         false => 1.0,

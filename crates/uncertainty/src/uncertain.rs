@@ -13,6 +13,7 @@ use crate::{
 use proofmass_core::Error;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::fmt;
 
 /// A value with its uncertainty, as a sum of independent causes that have names.
 ///
@@ -33,6 +34,16 @@ use std::collections::BTreeMap;
 /// let i = Uncertain::new("I", 0.02, 0.0001)?;
 /// let r = v / i;
 /// assert!((r.value() - 250.0).abs() < 1e-12 && (r.standard_uncertainty() - 1.346_291).abs() < 1e-6);
+/// # Ok::<(), proofmass_core::Error>(())
+/// ```
+///
+/// It prints itself as value(u), and `{:#}` as value ± U at 95 %:
+///
+/// ```
+/// # use proofmass_uncertainty::Uncertain;
+/// let r = Uncertain::new("V", 5.0, 0.01)? / Uncertain::new("I", 0.02, 0.0001)?;
+/// assert_eq!(r.to_string(), "250.0(1.3)");
+/// assert_eq!(r.in_unit("Ω").to_string(), "250.0(1.3) Ω");
 /// # Ok::<(), proofmass_core::Error>(())
 /// ```
 ///
@@ -58,6 +69,12 @@ struct Cause {
 
 fn infinite() -> DegreesOfFreedom {
     DegreesOfFreedom::INFINITE
+}
+
+impl fmt::Display for Uncertain {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.in_unit("").fmt(f)
+    }
 }
 
 #[allow(
@@ -225,6 +242,16 @@ impl Uncertain {
     pub fn correlation(&self, other: &Self) -> Option<f64> {
         let scale = self.standard_uncertainty() * other.standard_uncertainty();
         (scale > 0.0).then(|| (self.covariance(other) / scale).clamp(-1.0, 1.0))
+    }
+
+    /// The number with its unit, as it prints itself.
+    pub fn in_unit(&self, unit: impl Into<String>) -> Quantity {
+        self.quantity("", unit)
+    }
+
+    /// Expanded uncertainty for a coverage probability, with Student's t at the effective degrees of freedom.
+    pub fn expanded(&self, probability: f64) -> f64 {
+        self.in_unit("").expanded(probability)
     }
 
     /// With name and unit, to be printed and stated.

@@ -8,7 +8,7 @@ use proofmass::io::Source;
 use proofmass::jobs::noise_comparison::{
     NoiseComparisonData, NoiseComparisonJob, NoiseComparisonOutcome, NoiseDocument, read_limits,
 };
-use proofmass::jobs::{Filed, Job, Outcome as _, Record};
+use proofmass::jobs::{Job, Outcome as _, Record, StoredResult};
 use std::path::{Path, PathBuf};
 
 /// Compare the noise of units or runs: coefficients beside each other, whether they are equal, and a batch against limits.
@@ -60,7 +60,7 @@ impl Compare {
             .map(|p| p.display().to_string().trim_end_matches('/').to_owned())
             .collect();
         let data = NoiseComparisonData {
-            results: &documents.iter().map(|d| &d.outcome).collect::<Vec<_>>(),
+            results: &documents.iter().map(|d| &d.analysis).collect::<Vec<_>>(),
             names: &names.iter().map(String::as_str).collect::<Vec<_>>(),
         };
         let outcome = job.evaluate(&data, &Progress::new())?;
@@ -71,6 +71,7 @@ impl Compare {
             inputs: files,
             ..Record::default()
         };
-        self.delivery.deliver(folder, &Filed::new(record, outcome))
+        self.delivery
+            .deliver(folder, &StoredResult::new(record, &outcome)?)
     }
 }

@@ -16,7 +16,7 @@ pub(super) struct StandardArguments {
     #[arg(long, value_name = "FILE")]
     pub(super) standard: Option<PathBuf>,
     /// Coverage factor of the expanded uncertainties (U_…) in the table of a laboratory
-    #[arg(long, value_name = "K", value_parser = positive, requires = "standard")]
+    #[arg(long = "standard-coverage-factor", alias = "standard-coverage", value_name = "K", value_parser = positive, requires = "standard")]
     standard_coverage: Option<f64>,
     /// Axis of a calibration of several
     #[arg(long, value_name = "AXIS", requires = "standard")]

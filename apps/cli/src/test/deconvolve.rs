@@ -9,7 +9,7 @@ use crate::{Failure, Outcome};
 use proofmass::dynamic::model::ModelStructure;
 use proofmass::io::Source;
 use proofmass::jobs::deconvolution::{DeconvolutionJob, DeconvolutionOutcome, FittedModel};
-use proofmass::jobs::{Filed, Outcome as _};
+use proofmass::jobs::{Outcome as _, StoredResult};
 use std::path::PathBuf;
 
 /// The acceleration behind a device's output, from its fitted model, with the uncertainty of every sample.
@@ -53,6 +53,7 @@ impl Deconvolve {
             vec![model.input.clone(), recording.input.clone()],
         );
         record.device = model.device.clone();
-        self.delivery.deliver(folder, &Filed::new(record, outcome))
+        self.delivery
+            .deliver(folder, &StoredResult::new(record, &outcome)?)
     }
 }

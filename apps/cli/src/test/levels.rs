@@ -7,7 +7,7 @@ use crate::delivery::Delivery;
 use crate::{Failure, Outcome};
 use proofmass::io::{ColumnRef, Source, Unit};
 use proofmass::jobs::linearity::{LinearityJob, LinearityOutcome, RecordedLevels};
-use proofmass::jobs::{Filed, Job, Outcome as _};
+use proofmass::jobs::{Job, Outcome as _, StoredResult};
 use std::path::PathBuf;
 
 /// Linearity over the level at one frequency: sensitivity, amplitude coefficient, largest departure from a straight line.
@@ -48,6 +48,7 @@ impl Levels {
         let outcome = LinearityJob::default().evaluate(&levels.data()?, &Progress::new())?;
         let title = format!("Linearity over the level, {}", self.table.display());
         let record = record(title, vec![levels.input()]);
-        self.delivery.deliver(folder, &Filed::new(record, outcome))
+        self.delivery
+            .deliver(folder, &StoredResult::new(record, &outcome)?)
     }
 }

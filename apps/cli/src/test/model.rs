@@ -8,7 +8,7 @@ use crate::{Failure, Outcome};
 use proofmass::dynamic::model::ModelStructure;
 use proofmass::io::{ColumnRef, Source};
 use proofmass::jobs::response::{ModelJob, PointColumns, RecordedPoints, ResponseOutcome};
-use proofmass::jobs::{Filed, Job, Outcome as _};
+use proofmass::jobs::{Job, Outcome as _, StoredResult};
 use std::path::PathBuf;
 
 /// Fit a model to a frequency response from a calibration.json or a table, as stepped sines or a laboratory give it; say when it
@@ -54,7 +54,7 @@ pub(super) struct Model {
     #[arg(long, value_name = "HZ", value_parser = positive)]
     reference_frequency: Option<f64>,
     /// Coverage factor of the expanded uncertainties (U_…) in the table of a certificate
-    #[arg(long, value_name = "K", value_parser = positive)]
+    #[arg(short = 'k', long = "coverage-factor", alias = "coverage", value_name = "K", value_parser = positive)]
     coverage: Option<f64>,
     #[command(flatten)]
     delivery: Delivery,
@@ -78,7 +78,8 @@ impl Model {
         let outcome = job.evaluate(&points.data(), &Progress::new())?;
         let title = format!("Model of a frequency response, {}", self.table.display());
         let record = record(title, vec![points.input()]);
-        self.delivery.deliver(folder, &Filed::new(record, outcome))
+        self.delivery
+            .deliver(folder, &StoredResult::new(record, &outcome)?)
     }
 
     fn points(&self) -> Result<RecordedPoints, Failure> {

@@ -7,7 +7,7 @@ use crate::delivery::Delivery;
 use crate::number_arguments::{band, not_negative, positive};
 use crate::{Failure, Outcome};
 use proofmass::jobs::motion::{MotionData, MotionJob, MotionOutcome};
-use proofmass::jobs::{Filed, Job, Outcome as _};
+use proofmass::jobs::{Job, Outcome as _, StoredResult};
 use proofmass::signal::Baseline;
 use std::path::PathBuf;
 
@@ -67,7 +67,8 @@ impl Motion {
             format!("Motion, {}", self.recording.display()),
             vec![recording.input.clone()],
         );
-        self.delivery.deliver(folder, &Filed::new(record, outcome))
+        self.delivery
+            .deliver(folder, &StoredResult::new(record, &outcome)?)
     }
 }
 

@@ -9,7 +9,7 @@ use crate::{Failure, Outcome};
 use proofmass::dynamic::model::ModelStructure;
 use proofmass::io::{ColumnRef, Source, Unit};
 use proofmass::jobs::response::{Excitation, ResponseJob, ResponseOutcome, ResponseRecordings};
-use proofmass::jobs::{ChannelReading, Filed, Job, Outcome as _};
+use proofmass::jobs::{ChannelReading, Job, Outcome as _, StoredResult};
 use proofmass::signal::transfer::Estimator;
 use std::path::{Path, PathBuf};
 
@@ -190,6 +190,7 @@ impl Common {
         let mut files = recordings.inputs();
         files.extend(certificate.map(|c| c.input));
         let record = record(title, files);
-        self.delivery.deliver(folder, &Filed::new(record, outcome))
+        self.delivery
+            .deliver(folder, &StoredResult::new(record, &outcome)?)
     }
 }

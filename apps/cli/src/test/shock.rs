@@ -9,7 +9,7 @@ use crate::{Failure, Outcome};
 use proofmass::dynamic::shock::Tolerance;
 use proofmass::io::{ColumnRef, Source, Unit};
 use proofmass::jobs::shock::{ShockData, ShockJob, ShockOutcome, required_spectrum};
-use proofmass::jobs::{ChannelReading, Filed, Job, Outcome as _};
+use proofmass::jobs::{ChannelReading, Job, Outcome as _, StoredResult};
 use proofmass::signal::{Peaks, PulseShape};
 use std::path::{Path, PathBuf};
 
@@ -151,7 +151,8 @@ impl Shock {
         }
         let outcome = job.evaluate(&data, &Progress::new())?;
         let record = record(format!("Shock test, {}", self.recording.display()), inputs);
-        self.delivery.deliver(folder, &Filed::new(record, outcome))
+        self.delivery
+            .deliver(folder, &StoredResult::new(record, &outcome)?)
     }
 
     fn job(&self) -> ShockJob {

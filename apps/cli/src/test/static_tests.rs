@@ -9,7 +9,7 @@ use proofmass::jobs::static_test::{
     ReadingColumns, StaticTest, StaticTestFiles, StaticTestJob, StaticTestOutcome,
 };
 use proofmass::jobs::velocity::SensorAxis;
-use proofmass::jobs::{Filed, Job, Outcome as _, RecordingReading};
+use proofmass::jobs::{Job, Outcome as _, RecordingReading, StoredResult};
 use proofmass::statics::static_test::{
     Centrifuge, Linearity, Orthogonality, Sensitivity, Stability, Tilt, ZeroG,
 };
@@ -47,7 +47,7 @@ fn answer(
     let files = read(&test)?;
     let outcome = StaticTestJob::new(test).evaluate(&files.data(), &Progress::new())?;
     let record = files.record(Some(clock::today()));
-    delivery.deliver(folder, &Filed::new(record, outcome))
+    delivery.deliver(folder, &StoredResult::new(record, &outcome)?)
 }
 
 /// One axis turned through known angles: bias, sensitivity, misalignment, departure from the cosine.

@@ -6,7 +6,7 @@ use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::{Failure, Outcome};
 use proofmass::jobs::step::{StepData, StepJob, StepOutcome};
-use proofmass::jobs::{Filed, Job, Outcome as _};
+use proofmass::jobs::{Job, Outcome as _, StoredResult};
 use std::path::PathBuf;
 
 /// A recorded step response: natural frequency and damping fitted, rise, overshoot, settling.
@@ -38,6 +38,7 @@ impl Step {
             format!("Step response, {}", self.recording.display()),
             vec![recording.input.clone()],
         );
-        self.delivery.deliver(folder, &Filed::new(record, outcome))
+        self.delivery
+            .deliver(folder, &StoredResult::new(record, &outcome)?)
     }
 }

@@ -6,7 +6,7 @@ use crate::number_arguments::positive;
 use crate::{Failure, Outcome, clock};
 use proofmass::io::{ColumnRef, Source};
 use proofmass::jobs::temperature::{TemperatureJob, TemperatureOutcome, TemperatureRecording};
-use proofmass::jobs::{Filed, Job, Outcome as _, RecordingReading};
+use proofmass::jobs::{Job, Outcome as _, RecordingReading, StoredResult};
 use std::path::PathBuf;
 
 /// Temperature coefficients of a resting accelerometer, from plateaus or a continuous sweep.
@@ -63,6 +63,7 @@ impl Temperature {
         job.sweep.tilt = self.tilt.map(f64::to_radians);
         let outcome = job.evaluate(&recording.data(), &Progress::new())?;
         let record = recording.record(Some(clock::today()));
-        self.delivery.deliver(folder, &Filed::new(record, outcome))
+        self.delivery
+            .deliver(folder, &StoredResult::new(record, &outcome)?)
     }
 }

@@ -136,14 +136,26 @@ pub const MPU9250_MEANS: [(f64, f64); 7] = [
 /// Rows of a table, every field with its heading.
 pub fn rows(path: &Path) -> Vec<Vec<(String, String)>> {
     let text = std::fs::read_to_string(path).expect("a table");
-    let mut lines = text.lines();
-    let header: Vec<&str> = lines.next().expect("a header").split(',').collect();
+    let mut lines = text.lines().map(fields);
+    let header = lines.next().expect("a header");
     lines
-        .map(|l| {
-            let fields = l.split(',').map(str::to_owned);
-            header.iter().map(|h| (*h).to_owned()).zip(fields).collect()
-        })
+        .map(|fields| header.iter().cloned().zip(fields).collect())
         .collect()
+}
+
+/// Fields of a line, which may stand in quotes.
+fn fields(line: &str) -> Vec<String> {
+    let mut fields = vec![String::new()];
+    let mut quoted = false;
+    for c in line.chars() {
+        match (c, fields.last_mut()) {
+            ('"', _) => quoted = !quoted,
+            (',', _) if !quoted => fields.push(String::new()),
+            (c, Some(field)) => field.push(c),
+            (_, None) => {}
+        }
+    }
+    fields
 }
 
 pub fn field<'a>(row: &'a [(String, String)], heading: &str) -> &'a str {

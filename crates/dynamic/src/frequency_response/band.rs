@@ -4,14 +4,14 @@ use super::FrequencyResponse;
 use super::compensation_error::{CompensationError, Judge};
 use num_complex::Complex64;
 use proofmass_core::Error;
-use serde::{Deserialize, Serialize};
+use proofmass_core::numeric::golden_section;
 use std::f64::consts::TAU;
 
 /// A constant real matrix M and a delay τ that stand for K over a band: K(f) ≈ M e^{−j2πfτ}.
 ///
 /// M and τ minimise ∫ ‖K e^{j2πfτ} − M‖² d ln f: M is the mean over the band of the real part, each octave weighing
 /// alike, after the delay. The compensated acceleration M⁻¹ õ is that of τ earlier.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct BandMatrix {
     /// M, outputs × axes, row by row, in the unit of K.
     pub matrix: Vec<f64>,
@@ -19,6 +19,21 @@ pub struct BandMatrix {
     pub inverse: Vec<f64>,
     /// What the compensation with M⁻¹ states about itself.
     pub error: CompensationError,
+}
+
+impl BandMatrix {
+    /// Accelerations of samples, M⁻¹ õ.
+    ///
+    /// **Shapes** one slice per output, of one length; one column per axis.
+    pub fn apply_columns(&self, outputs: &[&[f64]]) -> Vec<Vec<f64>> {
+        self.inverse
+            .chunks_exact(outputs.len())
+            .map(|m| {
+                let value = |row: usize| m.iter().zip(outputs).map(|(m, o)| m * o[row]).sum();
+                (0..outputs[0].len()).map(value).collect()
+            })
+            .collect()
+    }
 }
 
 /// Frequencies at which a band is looked at: the cubic between two points has one inflection, so that 12 of them per
@@ -86,7 +101,10 @@ impl FrequencyResponse {
                 .map(|i| about + f64::from(i) * step)
                 .max_by(|a, b| explained(*a).total_cmp(&explained(*b)))
                 .unwrap_or(about);
-            golden(explained, coarse - step, coarse + step)
+            {
+                let lower = |a: f64, b: f64| Ok::<_, Error>(!(explained(a) < explained(b)));
+                golden_section([coarse - step, coarse + step], |k, _| k < 44, lower)?
+            }
         };
         let matrix = mean(delay);
         let complex: Vec<Complex64> = matrix.iter().map(|&m| m.into()).collect();
@@ -138,18 +156,4 @@ impl BandMatrix {
             .map(|row| row.iter().zip(output).map(|(m, o)| m * o).sum())
             .collect()
     }
-}
-
-/// The maximum of a function with one maximum between two ends, to a part in 10⁹ of their distance.
-fn golden(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
-    let ratio = 0.5 * (5f64.sqrt() - 1.0);
-    for _ in 0..44 {
-        let (a, b) = (high - ratio * (high - low), low + ratio * (high - low));
-        if f(a) < f(b) {
-            low = a;
-        } else {
-            high = b;
-        }
-    }
-    0.5 * (low + high)
 }

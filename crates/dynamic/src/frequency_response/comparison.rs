@@ -2,18 +2,17 @@
 
 use super::FrequencyResponse;
 use super::interpolation::Interpolation;
+use crate::findings;
 use num_complex::Complex64;
 use proofmass_core::{Error, check};
 use proofmass_signal::transfer::polar;
 use proofmass_uncertainty::adjustment::{cholesky, solve};
-use proofmass_uncertainty::{
-    DegreesOfFreedom, En, Finding, Quantity, Severity, chi_squared_quantile,
-};
-use serde::{Deserialize, Serialize};
+use proofmass_uncertainty::{DegreesOfFreedom, En, Finding, Quantity, chi_squared_quantile};
+use serde::Serialize;
 use std::f64::consts::{PI, TAU};
 
 /// One element at one frequency, as both calibrations have it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ComparedPoint {
     /// Hz.
     pub frequency: f64,
@@ -38,7 +37,7 @@ pub struct ComparedPoint {
 }
 
 /// All differences together.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ComparedWhole {
     /// dᵀ C⁻¹ d over all frequencies and elements.
     pub chi_square: f64,
@@ -59,7 +58,7 @@ pub struct ComparedWhole {
 /// **Accuracy** at most 1 % of agreeing pairs raise `calibrations-differ` (`coverage_of_agreeing_calibrations`).
 ///
 /// **Source** E_n `[ISO13528] 9.7`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ResponseComparison {
     /// Frequency by frequency, element by element.
     pub points: Vec<ComparedPoint>,
@@ -403,36 +402,18 @@ fn findings(
                 points.len()
             ),
         };
-        findings.push(
-            Finding::new(
-                Severity::Decision,
-                "calibrations-differ",
-                "the two calibrations differ by more than their uncertainties allow",
-            )
-            .evidence(format!(
-                "{evidence}; most at {:.4} Hz, {}: {:+.2} % in modulus, {:+.2}° in phase (E_n {:.1} and {:.1})",
-                worst.frequency,
-                worst.element,
-                100.0 * worst.modulus_difference,
-                worst.phase_difference.to_degrees(),
-                worst.modulus_en,
-                worst.phase_en
-            ))
-            .advice("one of them understates its uncertainty, or the device has changed in between: look at the course of the differences over frequency"),
-        );
+        findings.push(findings::calibrations_differ(
+            &evidence,
+            worst.frequency,
+            &worst.element,
+            100.0 * worst.modulus_difference,
+            worst.phase_difference.to_degrees(),
+            worst.modulus_en,
+            worst.phase_en,
+        ));
     }
     if whole.is_none() {
-        findings.push(
-            Finding::new(
-                Severity::Note,
-                "correlation-not-stated",
-                "a calibration does not say what its frequencies have in common",
-            )
-            .evidence(format!("{} points, each judged alone", points.len()))
-            .advice(
-                "differences that are the same at all frequencies may be one error seen many times",
-            ),
-        );
+        findings.push(findings::correlation_not_stated(points.len()));
     }
     findings
 }

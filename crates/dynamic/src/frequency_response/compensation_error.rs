@@ -4,7 +4,6 @@ use super::interpolation::Interpolation;
 use super::{FrequencyResponse, complex_matrix};
 use num_complex::Complex64;
 use proofmass_core::Error;
-use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// What a compensation over a band states about itself. Every number is relative to the acceleration.
@@ -13,7 +12,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 /// knows exactly. ‖E‖ (spectral norm: the worst direction) is at most [`stated`](Self::stated) at any one frequency of
 /// the band with 95 % probability; by Parseval's theorem this bounds the root mean square of the error of any signal
 /// within the band, not its largest instantaneous value.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CompensationError {
     /// Lowest and highest frequency for which it holds, Hz.
     pub band: [f64; 2],

@@ -2,15 +2,14 @@
 
 use super::FrequencyResponse;
 use super::comparison::{Side, common_frequencies, element_names};
+use crate::findings;
 use num_complex::Complex64;
 use proofmass_core::Error;
-use proofmass_uncertainty::{
-    Covariance, DegreesOfFreedom, Finding, MedianValue, Severity, WeightedMean,
-};
-use serde::{Deserialize, Serialize};
+use proofmass_uncertainty::{Covariance, DegreesOfFreedom, Finding, MedianValue, WeightedMean};
+use serde::Serialize;
 
 /// One element of one laboratory, against a reference value.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Equivalence {
     /// Its value.
     pub value: Complex64,
@@ -33,7 +32,7 @@ pub struct Equivalence {
 }
 
 /// One element at one frequency, as all laboratories have it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ReferenceElement {
     /// Hz.
     pub frequency: f64,
@@ -62,7 +61,7 @@ pub struct ReferenceElement {
 ///
 /// **Assumes** laboratories that have nothing in common. **Accuracy** at most 1 % of agreeing laboratories raise `laboratories-differ`
 /// (`known_laboratories_that_agree_and_one_that_does_not`). **Source** `[Cox02]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ReferenceComparison {
     /// Frequency by frequency, element by element.
     pub points: Vec<ReferenceElement>,
@@ -81,7 +80,7 @@ pub struct ReferenceComparison {
 }
 
 /// How far one laboratory is from the mean of the others.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Apart {
     /// Its place among the laboratories.
     pub laboratory: usize,
@@ -200,15 +199,7 @@ impl ReferenceComparison {
                 100.0 * self.consistent,
             )
         });
-        self.findings.push(
-            Finding::new(
-                Severity::Decision,
-                "laboratories-differ",
-                "the laboratories differ by more than their uncertainties allow",
-            )
-            .evidence(evidence)
-            .advice("take the median as the reference where the mean does not fit; ask the one that is off for its uncertainty, or whether the device has changed"),
-        );
+        self.findings.push(findings::laboratories_differ(&evidence));
         self
     }
 }

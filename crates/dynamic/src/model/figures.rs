@@ -1,13 +1,14 @@
 //! Figures read from a frequency response: bandwidths, resonance, damping by several ways.
 
 use super::fit::ResponsePoints;
+use crate::findings;
 use num_complex::Complex64;
 use proofmass_signal::transfer::polar;
-use proofmass_uncertainty::{Finding, Severity};
-use serde::{Deserialize, Serialize};
+use proofmass_uncertainty::Finding;
+use serde::Serialize;
 
 /// How far up the modulus stays within a departure from its reference value.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Bandwidth {
     /// Relative departure: −0.292893 for −3 dB, ±0.05, ±0.1.
     pub departure: f64,
@@ -18,7 +19,7 @@ pub struct Bandwidth {
 }
 
 /// A damping ratio and where it is from.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DampingReading {
     /// `half-power width`, `peak`, `phase at resonance`, `fit`.
     pub method: String,
@@ -29,7 +30,7 @@ pub struct DampingReading {
 }
 
 /// What is read from the points without a model.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct ResponseFigures {
     /// Frequency to which departures refer, Hz.
     pub reference_frequency: f64,
@@ -184,12 +185,13 @@ impl ResponseFigures {
             let u = least.standard_uncertainty.hypot(most.standard_uncertainty);
             let difference = most.damping - least.damping;
             if difference > 3.0 * u && difference > 0.05 * most.damping {
-                let finding = Finding::new(Severity::Note, "dampings-disagree", "the ways to the damping ratio disagree")
-                    .evidence(format!(
-                        "{} {:.4}, {} {:.4}, standard uncertainty of the difference {u:.4}",
-                        least.method, least.damping, most.method, most.damping
-                    ))
-                    .advice("width and phase assume one oscillator and nothing else; a delay, a second mode or lines too far apart move them: prefer the fit");
+                let finding = findings::dampings_disagree(
+                    &least.method,
+                    least.damping,
+                    &most.method,
+                    most.damping,
+                    u,
+                );
                 self.findings.push(finding);
             }
         }

@@ -2,6 +2,7 @@
 
 use super::parameters::Device;
 use super::response::{Mode, ModelStructure, TransducerModel};
+use crate::findings;
 use crate::frequency_response::FrequencyResponse;
 use num_complex::Complex64;
 use proofmass_core::Error;
@@ -9,12 +10,12 @@ use proofmass_signal::transfer::{ResponseEstimate, Smearing, polar};
 use proofmass_uncertainty::adjustment::{Equations, adjust, cholesky, solve};
 use proofmass_uncertainty::{
     Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence,
-    Severity, chi_squared_quantile,
+    chi_squared_quantile,
 };
 use serde::{Deserialize, Serialize};
 
 /// A cause that acts on all points at once: the reference standard, its amplifier, a skew of the converter.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct CommonCause {
     /// Stable name.
     pub key: String,
@@ -29,7 +30,7 @@ pub struct CommonCause {
 }
 
 /// A measured frequency response: points with the covariance of each, and what is common to all.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct ResponsePoints {
     /// Hz.
     pub frequency: Vec<f64>,
@@ -44,7 +45,6 @@ pub struct ResponsePoints {
     /// Unit of S.
     pub unit: String,
     /// What a window made of the response before these points were read: the model is seen through it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub smearing: Option<Smearing>,
 }
 
@@ -227,6 +227,21 @@ impl ResponsePoints {
         }
         points.check()?;
         Ok(points)
+    }
+
+    /// The points as lines of a response, ascending in frequency, without what is common to them.
+    pub fn estimate(&self) -> ResponseEstimate {
+        let mut order: Vec<usize> = (0..self.frequency.len()).collect();
+        order.sort_by(|a, b| self.frequency[*a].total_cmp(&self.frequency[*b]));
+        ResponseEstimate {
+            frequency: order.iter().map(|k| self.frequency[*k]).collect(),
+            value: order.iter().map(|k| self.value[*k]).collect(),
+            covariance: order.iter().map(|k| self.covariance[*k]).collect(),
+            dof: vec![self.dof.unwrap_or(1e6); order.len()],
+            coherence: Vec::new(),
+            leakage: Vec::new(),
+            independent_every: 1,
+        }
     }
 
     /// Adds an error that is common to all points, in standard uncertainties relative to each point; nothing where it is zero at all.
@@ -852,30 +867,20 @@ fn findings(
             )
         });
         findings.push(
-            Finding::new(
-                Severity::Decision,
-                "model-does-not-describe",
-                "the model does not describe the device within the stated uncertainty of the points",
-            )
-            .evidence(format!(
-                "χ² = {chi_square:.1} with {freedom} degrees of freedom, at most {limit:.1}; misfit {:.3} % of the modulus{place}",
-                100.0 * misfit
-            ))
-            .advice("the intervals of its parameters say nothing then: add what is missing (a delay, a low-pass, a second mode), fit a narrower band, or check the stated uncertainties"),
+            findings::model_does_not_describe(
+                "the device within the stated uncertainty of the points",
+                &format!(
+                    "χ² = {chi_square:.1} with {freedom} degrees of freedom, at most {limit:.1}; misfit {:.3} % of the modulus{place}",
+                    100.0 * misfit
+                ),
+                "the intervals of its parameters say nothing then: add what is missing (a delay, a low-pass, a second mode), fit a narrower band, or check the stated uncertainties",
+            ),
         );
     }
     let highest = points.frequency.iter().copied().fold(0.0, f64::max);
     for q in estimate.quantities() {
         if q.name.ends_with("frequency") && q.value > highest {
-            findings.push(
-                Finding::new(
-                    Severity::Note,
-                    "resonance-beyond-points",
-                    format!("{} lies beyond the measured band", q.name),
-                )
-                .evidence(format!("{:.4} Hz, points up to {highest:.4} Hz", q.value))
-                .advice("it is an extrapolation of the model; measure further to confirm it"),
-            );
+            findings.push(findings::resonance_beyond_points(&q.name, q.value, highest));
         }
         let relative = (q.standard_uncertainty / q.value).abs();
         if relative > 0.2
@@ -883,18 +888,10 @@ fn findings(
                 || q.name.ends_with("frequency")
                 || q.name.ends_with("corner"))
         {
-            findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "parameter-ill-determined",
-                    format!("{} is hardly determined", q.name),
-                )
-                .evidence(format!(
-                    "relative standard uncertainty {:.0} %",
-                    100.0 * relative
-                ))
-                .advice("leave the element out, or measure where it acts"),
-            );
+            findings.push(findings::parameter_ill_determined(
+                &q.name,
+                100.0 * relative,
+            ));
         }
     }
     findings

@@ -1,8 +1,9 @@
 //! What speaks against a pair of channels.
 
 use super::sensitivity::ShockCalibration;
+use crate::findings;
 use proofmass_core::STANDARD_GRAVITY;
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
 
 impl ShockCalibration {
     /// What the two channels say of each other.
@@ -12,49 +13,24 @@ impl ShockCalibration {
         let apart = (self.reference.peak_time - self.output.peak_time).abs();
         let duration = self.reference.duration.unwrap_or(0.0);
         if duration > 0.0 && apart > duration {
-            findings.push(
-                Finding::new(
-                    Severity::Decision,
-                    "pulses-apart",
-                    "reference and output show their pulses at different times",
-                )
-                .evidence(format!(
-                    "{:.4} s and {:.4} s, {:.1} durations apart",
-                    self.reference.peak_time,
-                    self.output.peak_time,
-                    apart / duration
-                ))
-                .advice("check that both columns are of one shock and one clock"),
-            );
+            findings.push(findings::pulses_apart(
+                self.reference.peak_time,
+                self.output.peak_time,
+                apart / duration,
+            ));
         }
         if let Some((delay, u)) = self.delay
             && delay < -5.0 * u
             && delay < -0.02 / rate
             && -delay > 2e-4 * duration
         {
-            findings.push(
-                Finding::new(
-                    Severity::Decision,
-                    "output-leads",
-                    "the output comes before the reference, which no device can",
-                )
-                .evidence(format!(
-                    "{:.3} µs ± {:.3} µs earlier",
-                    -1e6 * delay,
-                    2e6 * u
-                ))
-                .advice("the channels may be swapped, or their converters do not sample together"),
-            );
+            findings.push(findings::output_leads(
+                "reference",
+                &format!("{:.3} µs ± {:.3} µs earlier", -1e6 * delay, 2e6 * u),
+            ));
         }
         if r.sign != o.sign {
-            findings.push(
-                Finding::new(
-                    Severity::Note,
-                    "opposite-sign",
-                    "output and reference go to opposite sides",
-                )
-                .advice("the sensitivity is given with its sign; check the mounting"),
-            );
+            findings.push(findings::opposite_sign());
         }
         let components = self.estimate.components();
         if unit == "m/s²"
@@ -78,15 +54,10 @@ impl ShockCalibration {
                 (1e-3, "as if a prefix milli were wrong"),
             ] {
                 if (ratio / factor - 1.0).abs() < 0.1 {
-                    findings.push(
-                        Finding::new(
-                            Severity::Decision,
-                            "unit-contradicts-data",
-                            "the two accelerations differ by the ratio of two units",
-                        )
-                        .evidence(format!("ratio {ratio:.4}, {words}"))
-                        .advice("check the units in the headings of both columns"),
-                    );
+                    findings.push(findings::unit_contradicts_data(
+                        "the two accelerations differ by the ratio of two units",
+                        &format!("ratio {ratio:.4}, {words}"),
+                    ));
                 }
             }
         }
@@ -106,11 +77,10 @@ impl ShockCalibration {
             };
             let u = (noise(0).powi(2) + noise(1).powi(2)).sqrt() / integral.value.abs();
             if difference.abs() > 5.0 * u && difference.abs() > 0.01 {
-                findings.push(
-                    Finding::new(Severity::Warning, "peak-and-integral-differ", "the sensitivities by peak and by integral differ by more than the noise")
-                        .evidence(format!("{:+.2} %, standard uncertainty {:.2} %", 100.0 * difference, 100.0 * u))
-                        .advice("the device does not follow the pulse: its resonance raises the peak, a high-pass lowers the integral; see the spectrum"),
-                );
+                findings.push(findings::peak_and_integral_differ(
+                    100.0 * difference,
+                    100.0 * u,
+                ));
             }
         }
         findings

@@ -1,8 +1,9 @@
 //! Finding a pulse in a record, and what is read from it.
 
 use super::quiet::Quiet;
-use proofmass_core::Error;
-use proofmass_signal::PulseShape;
+use proofmass_core::numeric::upper_median;
+use proofmass_core::{Error, Watch};
+use proofmass_signal::{Extremes, Peaks, PulseShape, ShockSpectrum};
 use serde::{Deserialize, Serialize};
 
 /// How a pulse is looked for.
@@ -29,7 +30,7 @@ impl Default for PulseSearch {
 }
 
 /// Where the pulse of a record lies.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Pulse {
     /// +1 or −1: the side to which it goes.
     pub sign: f64,
@@ -60,11 +61,6 @@ pub struct NoPulse {
     pub least_ratio: f64,
 }
 
-fn median(values: &mut [f64]) -> f64 {
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
-}
-
 impl PulseSearch {
     /// The greatest pulse of a record, or why there is none.
     ///
@@ -92,9 +88,9 @@ impl PulseSearch {
             });
         }
         let mut sorted = record.to_vec();
-        let middle = median(&mut sorted);
+        let middle = upper_median(&mut sorted).unwrap_or(0.0);
         let mut deviations: Vec<f64> = record.iter().map(|v| (v - middle).abs()).collect();
-        let spread = 1.4826 * median(&mut deviations);
+        let spread = 1.4826 * upper_median(&mut deviations).unwrap_or(0.0);
         let first = self.around(record, middle);
         // The median leans towards a pulse that fills much of the record: the quiet before it knows better.
         let baseline = match first.quiet {
@@ -191,7 +187,7 @@ impl PulseSearch {
 }
 
 /// What is read from one pulse. **Source** `[ISO16063-22]`, `[IEC60068-2-27]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PulseMeasures {
     /// Greatest value above the baseline, by a polynomial through the top, with the sign of the pulse; unit of the record.
     pub peak: f64,
@@ -234,6 +230,13 @@ impl Functional {
 }
 
 impl Pulse {
+    /// Its length in samples; a quarter of the record where an end is not seen.
+    pub fn duration_in(&self, samples: usize) -> f64 {
+        self.start
+            .zip(self.end)
+            .map_or(samples as f64 / 4.0, |(s, e)| e - s)
+    }
+
     /// Interval of samples over which the pulse is integrated: out to the baseline, at most half a duration beyond the level.
     pub(super) fn whole(&self, record: &[f64]) -> Option<(usize, usize)> {
         let (start, end) = (self.start?, self.end?);
@@ -474,7 +477,7 @@ impl Default for Tolerance {
 }
 
 /// Whether a pulse keeps its tolerance.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ToleranceResult {
     /// What was asked.
     pub tolerance: Tolerance,
@@ -489,6 +492,33 @@ pub struct ToleranceResult {
 }
 
 impl Tolerance {
+    /// Greatest absolute accelerations of oscillators that the nominal pulse drives, with a duration of rest to either side, sampled
+    /// as the record or finer.
+    ///
+    /// # Errors
+    /// As [`ShockSpectrum::evaluate_watched`].
+    pub fn spectrum(
+        &self,
+        frequencies: &[f64],
+        quality: f64,
+        peaks: Peaks,
+        rate: f64,
+        watch: &dyn Watch,
+    ) -> Result<Vec<f64>, Error> {
+        let fine = rate.max(400.0 / self.duration);
+        let samples = (3.0 * self.duration * fine) as usize;
+        let pulse = self
+            .shape
+            .record(self.peak, self.duration, self.duration, samples, fine);
+        let spectrum = ShockSpectrum {
+            peaks,
+            ..ShockSpectrum::new(frequencies.to_vec(), quality)
+        };
+        Ok(spectrum
+            .evaluate_watched(&pulse, fine, watch)?
+            .curve(Extremes::maximax))
+    }
+
     /// Lays the nominal pulse where its largest departure is least, from 0.4 of its duration before to one after.
     pub fn judge(
         &self,

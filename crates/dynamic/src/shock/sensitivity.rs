@@ -23,7 +23,7 @@ pub struct ShockReference {
 }
 
 /// Sensitivity at one frequency of the pulse's spectrum.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpectrumLine {
     /// Hz.
     pub frequency: f64,
@@ -57,7 +57,7 @@ impl SpectrumLine {
 /// (`coverage_shock_sensitivity`).
 ///
 /// **Source** `[ISO16063-13]`, `[ISO16063-22]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ShockCalibration {
     /// Where the pulse is in the reference.
     pub reference_pulse: Pulse,

@@ -1,6 +1,8 @@
 //! What noise, calibration and sampling leave uncertain of a shock response spectrum.
 
-use proofmass_signal::{Extremes, Peaks, Welch};
+use super::Pulse;
+use proofmass_core::{Error, Watch};
+use proofmass_signal::{Extremes, Peaks, Response, ShockSpectrum, Welch};
 use std::f64::consts::PI;
 
 /// Where the uncertainty of a spectrum comes from.
@@ -87,6 +89,84 @@ impl SpectrumDoubt<'_> {
             .sum();
         let q = self.quality;
         (0.5 * PI * f * q * (1.0 + 1.0 / (q * q)) * local + below).sqrt()
+    }
+}
+
+/// Which oscillators answer a shock.
+#[derive(Clone, Copy, Debug)]
+pub struct SpectrumRequest {
+    /// Lowest and highest natural frequency, Hz; chosen by duration and rate when `None`.
+    pub band: Option<[f64; 2]>,
+    /// Natural frequencies to the octave.
+    pub per_octave: u32,
+    /// Q = 1/(2ζ).
+    pub quality: f64,
+    /// Where extremes are looked for.
+    pub peaks: Peaks,
+}
+
+/// How oscillators answer a shock.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PulseSpectra {
+    /// Natural frequencies, Hz.
+    pub frequency: Vec<f64>,
+    /// Extremes of the acceleration of the mass.
+    pub absolute_acceleration: Vec<Extremes>,
+    /// Standard uncertainty of its greatest absolute value.
+    pub maximax_uncertainty: Vec<f64>,
+    /// Extremes of its displacement against the base, unit × s².
+    pub relative_displacement: Vec<Extremes>,
+}
+
+impl SpectrumRequest {
+    /// Lowest and highest natural frequency for a pulse in so many samples: from where it is a mere velocity step to where the
+    /// samples end to describe an oscillation.
+    pub fn band_of(&self, pulse: &Pulse, samples: usize, rate: f64) -> [f64; 2] {
+        let duration = pulse.duration_in(samples) / rate;
+        self.band
+            .unwrap_or([0.05 / duration, (20.0 / duration).min(rate / 10.0)])
+    }
+
+    /// The spectra at these natural frequencies; `relative` is the standard uncertainty of the scale.
+    ///
+    /// # Errors
+    /// As [`ShockSpectrum::evaluate_watched`].
+    pub fn of(
+        &self,
+        acceleration: &[f64],
+        frequencies: Vec<f64>,
+        pulse: &Pulse,
+        rate: f64,
+        relative: f64,
+        watch: &dyn Watch,
+    ) -> Result<PulseSpectra, Error> {
+        let end = pulse.end.map(|e| (e as usize + 2).min(acceleration.len()));
+        let one = |response: Response| -> Result<Vec<Extremes>, Error> {
+            let spectrum = ShockSpectrum {
+                damping: 0.5 / self.quality,
+                response,
+                peaks: self.peaks,
+                shock_end: end,
+                ..ShockSpectrum::new(frequencies.clone(), self.quality)
+            };
+            Ok(spectrum
+                .evaluate_watched(acceleration, rate, watch)?
+                .extremes)
+        };
+        let absolute_acceleration = one(Response::AbsoluteAcceleration)?;
+        let doubt = SpectrumDoubt {
+            quiet: &acceleration[..pulse.quiet.min(acceleration.len())],
+            rate,
+            quality: self.quality,
+            relative,
+            peaks: self.peaks,
+        };
+        Ok(PulseSpectra {
+            maximax_uncertainty: doubt.of(&frequencies, &absolute_acceleration),
+            absolute_acceleration,
+            relative_displacement: one(Response::RelativeDisplacement)?,
+            frequency: frequencies,
+        })
     }
 }
 

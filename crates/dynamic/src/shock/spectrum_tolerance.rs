@@ -43,7 +43,7 @@ impl Default for SpectrumTolerance {
 }
 
 /// Whether a spectrum keeps its tolerance.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SpectrumToleranceResult {
     /// What was asked.
     pub tolerance: SpectrumTolerance,

@@ -160,7 +160,7 @@ fn known_faults_of_single_steps_are_named() {
     let codes: Vec<&str> = found.findings.iter().map(Finding::code).collect();
     assert_eq!(
         codes,
-        ["steps-too-short", "saturated"],
+        ["steps-too-short", "clipped"],
         "{:?}",
         found.findings
     );

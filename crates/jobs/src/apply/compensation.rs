@@ -6,7 +6,7 @@ use proofmass_core::Watch;
 use proofmass_dynamic::frequency_response::{
     BandMatrix, CompensationError, CompensationFilter, FilterDesign, FilterStream,
 };
-use proofmass_io::AnyCalibration;
+use proofmass_io::{AnyCalibration, compensate};
 use serde::{Deserialize, Serialize};
 
 /// How a calibration is used.
@@ -115,18 +115,8 @@ impl CompensationStream {
     /// A model that follows the temperature is taken at its reference; [`push_at`](Self::push_at) takes temperatures.
     pub fn push(&mut self, outputs: &[&[f64]]) -> Vec<Vec<f64>> {
         match &mut self.kind {
-            Kind::Model(model) => {
-                let reference = model.thermal().map_or(0.0, |t| t.reference);
-                modelled(model, outputs, |_| reference)
-            }
-            Kind::Band(matrix) => matrix
-                .inverse
-                .chunks_exact(outputs.len())
-                .map(|m| {
-                    let value = |row: usize| m.iter().zip(outputs).map(|(m, o)| m * o[row]).sum();
-                    (0..outputs[0].len()).map(value).collect()
-                })
-                .collect(),
+            Kind::Model(model) => compensate(model, outputs, None),
+            Kind::Band(matrix) => matrix.apply_columns(outputs),
             Kind::Filter(_, stream) => stream.push(outputs),
         }
     }
@@ -134,7 +124,7 @@ impl CompensationStream {
     /// The same with the temperature of every sample in °C, which matters to a model that follows it.
     pub fn push_at(&mut self, outputs: &[&[f64]], temperature: &[f64]) -> Vec<Vec<f64>> {
         match &mut self.kind {
-            Kind::Model(model) => modelled(model, outputs, |row| temperature[row]),
+            Kind::Model(model) => compensate(model, outputs, Some(temperature)),
             _ => self.push(outputs),
         }
     }
@@ -176,20 +166,4 @@ impl CompensationStream {
             Kind::Filter(filter, _) => Some(filter.error),
         }
     }
-}
-
-fn modelled(
-    model: &proofmass_core::Compensation<f64>,
-    outputs: &[&[f64]],
-    temperature: impl Fn(usize) -> f64,
-) -> Vec<Vec<f64>> {
-    let rows = outputs[0].len();
-    let mut columns: Vec<Vec<f64>> = (0..3).map(|_| Vec::with_capacity(rows)).collect();
-    for row in 0..rows {
-        let a = model.apply(std::array::from_fn(|i| outputs[i][row]), temperature(row));
-        for (column, value) in columns.iter_mut().zip(a) {
-            column.push(value);
-        }
-    }
-    columns
 }

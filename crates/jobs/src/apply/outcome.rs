@@ -1,14 +1,13 @@
 //! What became of a compensated recording.
 
-use super::page::CompensationReport;
-use super::{ApplyJob, CompensationMethod, CompensationStream};
+use super::{ApplyJob, CompensationMethod, CompensationStream, page};
+use crate::findings;
 use crate::outcome::Outcome;
 use crate::record::Record;
 use proofmass_dynamic::frequency_response::{BandMatrix, CompensationError};
-use proofmass_io::{AnyCalibration, CalibrationFile, Input, StatedQuantity};
+use proofmass_io::{AnyCalibration, CalibrationFile, Input, StatedQuantity, rows_outside};
 use proofmass_report::Report;
-use proofmass_uncertainty::{Finding, Severity};
-use serde::{Deserialize, Serialize};
+use proofmass_uncertainty::Finding;
 
 /// Counts while the rows go by.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -30,15 +29,14 @@ impl Figures {
         temperatures: &[f64],
     ) -> Option<usize> {
         let block = file.temperature.as_ref()?;
-        let mut first = None;
-        for (row, t) in temperatures.iter().enumerate() {
-            let [low, high] = self.temperatures.unwrap_or([*t, *t]);
-            self.temperatures = Some([low.min(*t), high.max(*t)]);
-            if !block.covers(*t) {
-                self.beyond_temperature += 1;
-                first = first.or(Some(row));
-            }
+        if temperatures.is_empty() {
+            return None;
         }
+        let start = self.temperatures.unwrap_or([temperatures[0]; 2]);
+        let widen = |[low, high]: [f64; 2], t: &f64| [low.min(*t), high.max(*t)];
+        self.temperatures = Some(temperatures.iter().fold(start, widen));
+        let (first, beyond) = rows_outside(&[temperatures], block.range);
+        self.beyond_temperature += beyond;
         first
     }
 
@@ -52,12 +50,9 @@ impl Figures {
     ) -> Option<usize> {
         let [low, high] = range(calibration)?;
         let margin = 0.1 * (high - low);
-        let (low, high) = (low - margin, high + margin);
-        let outside = |i: &usize| values.iter().any(|v| v[*i] < low || v[*i] > high);
-        let mut rows = (0..values[0].len()).filter(outside);
-        let first = rows.next()?;
-        self.beyond += 1 + rows.count() as u64;
-        Some(first)
+        let (first, beyond) = rows_outside(values, [low - margin, high + margin]);
+        self.beyond += beyond;
+        first
     }
 }
 
@@ -75,88 +70,50 @@ pub(super) fn findings(
 ) -> Vec<Finding> {
     let mut findings = Vec::new();
     if let (true, Some([low, high])) = (figures.beyond > 0, range(calibration)) {
-        findings.push(
-            Finding::new(
-                Severity::Note,
-                "beyond-tested-range",
-                format!(
-                    "{} samples lie beyond {low:.1} … {high:.1} m/s², where the calibration was tested; the model is \
-                     extrapolated there",
-                    figures.beyond
-                ),
-            )
-            .evidence(format!("of {} samples", figures.written)),
-        );
+        findings.push(findings::beyond_tested_range(
+            figures.beyond,
+            low,
+            high,
+            figures.written,
+        ));
     }
     if let (AnyCalibration::Triaxial(file), Some([low, high])) = (calibration, figures.temperatures)
         && let Some(block) = &file.temperature
         && figures.beyond_temperature > 0
     {
-        findings.push(
-            Finding::new(
-                Severity::Warning,
-                "beyond-temperature-range",
-                format!(
-                    "{} samples are beyond {:.1} … {:.1} °C, where the temperature coefficients were measured; the \
-                     polynomials are extrapolated there",
-                    figures.beyond_temperature, block.range[0], block.range[1]
-                ),
-            )
-            .evidence(format!("{low:.1} to {high:.1} °C in {} samples", figures.read))
-            .advice("sweep a larger range, or refuse such samples"),
-        );
+        findings.push(findings::beyond_temperature_range(
+            figures.beyond_temperature,
+            block.range[0],
+            block.range[1],
+            low,
+            high,
+            figures.read,
+        ));
     }
     let Some(compensation) = compensation else {
         return findings;
     };
     if let Some(filter) = compensation.filter() {
         if !filter.within_tolerance {
-            findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "filter-too-short",
-                    "the filter does not follow the inverse of the sensitivity as closely as was asked",
-                )
-                .evidence(format!(
-                    "{} samples, departure {:.2} %",
-                    2 * filter.half + 1,
-                    100.0 * filter.error.departure
-                ))
-                .advice("leave out the lowest frequencies with a band, or allow a longer filter; the stated error holds it"),
-            );
+            findings.push(findings::filter_too_short(
+                2 * filter.half + 1,
+                100.0 * filter.error.departure,
+            ));
         }
         if figures.gaps > 0 {
-            findings.push(
-                Finding::new(
-                    Severity::Note,
-                    "gaps-in-recording",
-                    "samples are missing; the filter begins anew behind each gap",
-                )
-                .evidence(format!(
-                    "{} gaps, {} samples without a result on either side of each",
-                    figures.gaps, filter.half
-                )),
-            );
+            findings.push(findings::gaps_in_recording(figures.gaps, filter.half));
         }
     }
     if let Some(error) = compensation.error()
         && error.interpolation.is_none()
     {
-        findings.push(
-            Finding::new(
-                Severity::Warning,
-                "interpolation-unknown",
-                "the calibration has too few frequencies to tell how the sensitivity runs between them",
-            )
-            .evidence("fewer than three")
-            .advice("calibrate at more frequencies, or use the compensation at the calibrated ones alone"),
-        );
+        findings.push(findings::interpolation_unknown());
     }
     findings
 }
 
 /// A filter, but for its taps.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilterFigures {
     /// Sampling rate, Hz.
     pub rate: f64,
@@ -167,7 +124,7 @@ pub struct FilterFigures {
 }
 
 /// Counts, digest and stated error of a compensated recording.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ApplyOutcome {
     method: CompensationMethod,
     read: u64,
@@ -176,13 +133,9 @@ pub struct ApplyOutcome {
     beyond: u64,
     columns: Vec<String>,
     recording: Input,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     sha256: Option<String>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     band: Option<BandMatrix>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     filter: Option<FilterFigures>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     error: Option<CompensationError>,
     findings: Vec<Finding>,
 }
@@ -222,6 +175,16 @@ impl ApplyOutcome {
     /// Rows written.
     pub fn rows(&self) -> u64 {
         self.written
+    }
+
+    /// Rows of the recording that are not among them.
+    pub(super) fn left_out(&self) -> u64 {
+        self.read - self.written
+    }
+
+    /// The constant matrix of a band, where it is one.
+    pub(super) fn band(&self) -> Option<&BandMatrix> {
+        self.band.as_ref()
     }
 
     /// Samples beyond the tested range.
@@ -272,17 +235,6 @@ impl ApplyOutcome {
     pub fn filter(&self) -> Option<&FilterFigures> {
         self.filter.as_ref()
     }
-
-    fn page(&self, record: &Record) -> CompensationReport<'_> {
-        CompensationReport {
-            head: record.head(self.title(record), &self.findings),
-            written: self.written,
-            left_out: self.read - self.written,
-            error: self.error.as_ref(),
-            band: self.band.as_ref(),
-            filter: self.filter.map(|f| (f.length, f.rate)),
-        }
-    }
 }
 
 impl Outcome for ApplyOutcome {
@@ -316,11 +268,7 @@ impl Outcome for ApplyOutcome {
         &self.findings
     }
 
-    fn summary(&self, record: &Record) -> Report {
-        self.page(record).summary()
-    }
-
-    fn report(&self, record: &Record) -> Report {
-        self.page(record).full()
+    fn page(&self, page: Report) -> Report {
+        page::add(page, self)
     }
 }

@@ -1,10 +1,9 @@
 //! What a noise result says to a filter of the bias.
 
-use crate::noise::NoiseOutcome;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::velocity::BiasModel;
 use proofmass_io::Unit;
-use proofmass_noise::{ChannelAnalysis, CoefficientFit, GaussMarkov, Term};
+use proofmass_noise::{Analysis, ChannelAnalysis, CoefficientFit, GaussMarkov, Term};
 use proofmass_static::BiasNoise;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{LN_2, PI};
@@ -79,8 +78,8 @@ impl AxisNoise {
     ///
     /// # Errors
     /// Channels that cannot be told; units that are no acceleration; an analysis without white noise or a bias that moves.
-    pub fn of(result: &NoiseOutcome, columns: [&str; 3]) -> Result<[Self; 3]> {
-        let channels = &result.analysis().channels;
+    pub fn of(analysis: &Analysis, columns: [&str; 3]) -> Result<[Self; 3]> {
+        let channels = &analysis.channels;
         let named = columns.map(|name| channels.iter().find(|c| c.name == name));
         let chosen = match (named, channels.as_slice()) {
             ([Some(x), Some(y), Some(z)], _) => [x, y, z],

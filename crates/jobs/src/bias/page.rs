@@ -1,230 +1,230 @@
-//! The report of a bias over time.
+//! The page of a bias over time.
 
-use proofmass_core::STANDARD_GRAVITY;
+use super::outcome::{BiasOutcome, BiasRest};
+use crate::page::{AXES, MG};
 use proofmass_core::velocity::BiasModel;
+use proofmass_report::number::plain;
 use proofmass_report::{
-    Axis, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot, concise,
+    Axis, Cell, Field, KeyFigure, Report, Rounding, Section, Series, Table, XyPlot, concise,
     scientific,
 };
 use proofmass_static::{AxisTrack, BiasEstimate, BiasTrack};
+use proofmass_uncertainty::Quantity;
 
-const AXES: [&str; 3] = ["x", "y", "z"];
-const MG: f64 = 1e3 / STANDARD_GRAVITY;
 /// Points of a curve with a band.
 const POINTS: usize = 1200;
 
-/// One rest.
-#[derive(Clone, Debug)]
-pub(crate) struct BiasLine {
-    /// Name or number.
-    pub name: String,
-    /// First and last time, s.
-    pub span: [f64; 2],
-}
-
-/// What the report tells beside the track itself.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct BiasReport<'a> {
-    /// Title, device, inputs, findings.
-    pub head: Head<'a>,
-    /// Coverage probability.
-    pub probability: f64,
-    /// Gravity that was known, m/s²; `None` where the readings are free of it.
-    pub gravity: Option<f64>,
-    /// The rests.
-    pub rests: Vec<BiasLine>,
-    /// Samples per second.
-    pub rate: f64,
-    /// φ, Q, R at that rate.
-    pub coefficients: &'a [[f64; 3]],
-}
-
-impl BiasReport<'_> {
-    /// What is worth a look in the terminal.
-    pub(crate) fn summary(&self, track: &BiasTrack) -> Report {
-        let updates = track.rest.iter().flatten().count();
-        let [from, to] = [track.time.first(), track.time.last()].map(|t| t.copied().unwrap_or(0.0));
-        let report = self.head.open().subtitle(format!(
-            "{} rests, {updates} means, {:.1} s",
-            self.rests.len(),
-            to - from
-        ));
-        let figures = track.quantities.iter().zip(&track.axes).map(|(q, axis)| {
-            let change = axis.smoothed.last().zip(axis.smoothed.first());
-            KeyFigure::new(
-                format!("{} at the end", q.name.replace('.', " of ")),
-                concise(q.value * MG, q.standard_uncertainty * MG),
-                "mg",
-            )
-            .note(change.map_or(String::new(), |(last, first)| {
-                format!(
-                    "{:+.3} mg since the beginning",
-                    (last.bias - first.bias) * MG
-                )
-            }))
-        });
-        let mut table = Table::new(
-            "Bias at the end of the recording",
-            [
-                Column::text("quantity"),
-                Column::number("value", "m/s²"),
-                Column::number(format!("U ({:.0} %)", 1e2 * self.probability), "m/s²"),
-                Column::number("from the known acceleration", "m/s²"),
-            ],
+pub(super) fn add(page: Report, outcome: &BiasOutcome) -> Report {
+    let track = outcome.track();
+    let [from, to] = [track.time.first(), track.time.last()].map(|t| t.copied().unwrap_or(0.0));
+    let updates: Vec<usize> = (0..track.rest.len())
+        .filter(|i| track.rest[*i].is_some())
+        .collect();
+    let mut section = Section::new("Bias over time");
+    for (axis, name) in track.axes.iter().zip(AXES) {
+        section = section.figure(
+            format!("{name}: smoothed over the whole recording with two standard uncertainties, and as the filter had it on line"),
+            curve(track, axis),
         );
-        for (q, axis) in track.quantities.iter().zip(&track.axes) {
-            table = table.row([
-                Cell::text(q.name.clone()),
-                Cell::number(concise(q.value, q.standard_uncertainty)),
-                Cell::number(scientific(q.expanded(self.probability), 2)),
-                Cell::number(scientific(axis.known_part, 2)),
-            ]);
-        }
-        let what = match self.gravity {
-            Some(g) => format!(
-                "At rest the sensor reads gravity, {g:.5} m/s², in the stated attitude. An error of the scale in that direction is part of the bias."
-            ),
-            None => "At rest the sensor reads zero: its readings are free of gravity.".to_owned(),
-        };
-        report.findings(self.head.findings.iter().cloned()).section(
-            Section::new("Result")
-                .paragraph(what)
-                .key_figures(figures)
-                .table(table)
-                .table(consistency(track)),
-        )
     }
-
-    /// The whole report.
-    pub(crate) fn full(&self, track: &BiasTrack) -> Report {
-        let mut section = Section::new("Bias over time");
-        for (axis, name) in track.axes.iter().zip(AXES) {
-            section = section.figure(
-                format!("{name}: smoothed over the whole recording with two standard uncertainties, and as the filter had it on line"),
-                curve(track, axis),
-            );
-        }
-        let at: Vec<f64> = track
-            .time
-            .iter()
-            .zip(&track.rest)
-            .filter(|(_, rest)| rest.is_some())
-            .map(|(t, _)| *t)
-            .collect();
-        let mut plot = XyPlot::new(Axis::linear("time", "s"), Axis::linear("innovation", "σ"))
-            .horizontal(2.0, "")
-            .horizontal(-2.0, "");
-        for (axis, name) in track.axes.iter().zip(AXES) {
+    let at: Vec<f64> = updates.iter().map(|i| track.time[*i]).collect();
+    let plot = XyPlot::new(Axis::linear("time", "s"), Axis::linear("innovation", "σ"))
+        .horizontal(2.0, "")
+        .horizontal(-2.0, "");
+    let plot = track
+        .axes
+        .iter()
+        .zip(AXES)
+        .fold(plot, |plot, (axis, name)| {
             let (t, z) = thinned(&at, &axis.normalised);
-            plot = plot.series(Series::markers(name, &t, &z));
-        }
-        let mut rests = Table::new(
-            "Rests",
-            [
-                Column::text("rest"),
-                Column::number("from", "s"),
-                Column::number("to", "s"),
-                Column::number("bias of x", "m/s²"),
-                Column::number("bias of y", "m/s²"),
-                Column::number("bias of z", "m/s²"),
-            ],
-        )
-        .note("Smoothed, in the middle of each rest.");
-        for (number, rest) in self.rests.iter().enumerate() {
-            let members: Vec<usize> = (0..track.rest.len())
-                .filter(|i| track.rest[*i] == Some(number))
-                .collect();
-            let Some(middle) = members.get(members.len() / 2) else {
-                continue;
-            };
-            let mut cells = vec![
-                Cell::text(rest.name.clone()),
-                Cell::number(format!("{:.2}", rest.span[0])),
-                Cell::number(format!("{:.2}", rest.span[1])),
-            ];
-            cells.extend(track.axes.iter().map(|axis| {
-                let BiasEstimate { bias, u } = axis.smoothed[*middle];
-                Cell::number(concise(bias, u))
-            }));
-            rests = rests.row(cells);
-        }
-        self.summary(track)
-            .section(section)
-            .section(Section::new("Innovations").figure(
-                "What each mean lies beside its prediction, in standard deviations",
-                plot,
-            ))
-            .section(Section::new("On the chip").table(self.firmware()))
-            .section(Section::new("Rests").table(rests))
-            .foot(&self.head)
-    }
+            plot.series(Series::markers(name, &t, &z))
+        });
+    page.subtitle(format!(
+        "{} rests, {} means, {:.1} s",
+        outcome.rests().len(),
+        updates.len(),
+        to - from
+    ))
+    .section(result(outcome).summarised())
+    .section(section)
+    .section(Section::new("Innovations").figure(
+        "What each mean lies beside its prediction, in standard deviations",
+        plot,
+    ))
+    .section(Section::new("On the chip").table(firmware(outcome)))
+    .section(Section::new("Rests").table(rests(outcome)))
+    .section(Section::filed([
+        over_time(track),
+        innovations(track, &updates),
+    ]))
+}
 
-    fn firmware(&self) -> Table {
-        let mut table = Table::new(
-            format!("Coefficients of the filter at {} Hz", proofmass_report::number::plain(self.rate)),
-            [
-                Column::text("axis"),
-                Column::number("φ", ""),
-                Column::number("Q", "(m/s²)²"),
-                Column::number("R", "(m/s²)²"),
-            ],
-        )
-        .note("b ← φ b, P ← φ² P + Q at every sample; K = P/(P + R), b ← b + K (ã − a − b) while a is known.");
-        for (c, name) in self.coefficients.iter().zip(AXES) {
-            table = table.row([
-                Cell::text(name),
-                Cell::number(format!("{:.9}", c[0])),
-                Cell::number(format!("{:.4e}", c[1])),
-                Cell::number(format!("{:.4e}", c[2])),
-            ]);
+fn result(outcome: &BiasOutcome) -> Section {
+    type Row<'a> = (&'a Quantity, &'a AxisTrack);
+    let (track, p) = (outcome.track(), outcome.request.probability);
+    let rows: Vec<Row<'_>> = track.quantities.iter().zip(&track.axes).collect();
+    let figures = rows.iter().map(|(q, axis)| {
+        let label = format!("{} at the end", q.name.replace('.', " of "));
+        let value = concise(q.value * MG, q.standard_uncertainty * MG);
+        let figure = KeyFigure::new(label, value, "mg");
+        match (axis.smoothed.last(), axis.smoothed.first()) {
+            (Some(last), Some(first)) => figure.note(format!(
+                "{:+.3} mg since the beginning",
+                (last.bias - first.bias) * MG
+            )),
+            _ => figure,
         }
-        table
+    });
+    let fields = [
+        Field::shown("quantity", "", |r: &Row<'_>| r.0.name.as_str().into()),
+        Field::estimate("", "", |r: &Row<'_>| {
+            Some((r.0.value, r.0.standard_uncertainty))
+        })
+        .page("value", "m/s²"),
+        Field::shown(format!("U ({:.0} %)", 1e2 * p), "m/s²", |r: &Row<'_>| {
+            r.0.expanded(p).into()
+        })
+        .rounded(Rounding::Significant(2)),
+        Field::shown("from the known acceleration", "m/s²", |r: &Row<'_>| {
+            r.1.known_part.into()
+        })
+        .rounded(Rounding::Significant(2)),
+    ];
+    let what = match outcome.request.gravity {
+        Some(g) => format!(
+            "At rest the sensor reads gravity, {:.5} m/s², in the stated attitude. An error of the scale in that direction is part of the bias.",
+            g.value()
+        ),
+        None => "At rest the sensor reads zero: its readings are free of gravity.".to_owned(),
+    };
+    Section::new("Result")
+        .paragraph(what)
+        .key_figures(figures)
+        .table(Table::of("Bias at the end of the recording", fields, &rows))
+        .table(consistency(track))
+}
+
+fn firmware(outcome: &BiasOutcome) -> Table {
+    type Row<'a> = (&'static str, &'a [f64; 3]);
+    let (rate, coefficients) = outcome.coefficients();
+    let fields = [
+        Field::shown("axis", "", |r: &Row<'_>| r.0.into()),
+        Field::shown("φ", "", |r: &Row<'_>| r.1[0].into()).decimals(9),
+        Field::shown("Q", "(m/s²)²", |r: &Row<'_>| r.1[1].into()).rounded(Rounding::Power(4)),
+        Field::shown("R", "(m/s²)²", |r: &Row<'_>| r.1[2].into()).rounded(Rounding::Power(4)),
+    ];
+    let caption = format!("Coefficients of the filter at {} Hz", plain(rate));
+    let rows: Vec<Row<'_>> = AXES.into_iter().zip(coefficients).collect();
+    Table::of(caption, fields, &rows)
+        .note("b ← φ b, P ← φ² P + Q at every sample; K = P/(P + R), b ← b + K (ã − a − b) while a is known.")
+}
+
+fn rests(outcome: &BiasOutcome) -> Table {
+    /// Number of a rest, its name and span, its middle among the times.
+    type Row<'a> = (usize, &'a BiasRest, usize);
+    let track = outcome.track();
+    let rests = outcome.rests().iter().enumerate();
+    let rows = rests.filter_map(|(number, rest)| {
+        let of = |i: &usize| track.rest[*i] == Some(number);
+        let members: Vec<usize> = (0..track.rest.len()).filter(of).collect();
+        Some((number, rest, *members.get(members.len() / 2)?))
+    });
+    let name = |(number, rest, _): &Row<'_>| match &rest.label {
+        Some(label) => label.clone(),
+        None => (number + 1).to_string(),
+    };
+    let mut fields = vec![
+        Field::shown("rest", "", |r: &Row<'_>| name(r).into()),
+        Field::shown("from", "s", |r: &Row<'_>| r.1.start.into()).decimals(2),
+        Field::shown("to", "s", |r: &Row<'_>| r.1.end.into()).decimals(2),
+    ];
+    fields.extend(track.axes.iter().zip(AXES).map(|(axis, name)| {
+        let middle = |r: &Row<'_>| axis.smoothed.get(r.2).map(|e| (e.bias, e.u));
+        Field::estimate("", "", middle).page(format!("bias of {name}"), "m/s²")
+    }));
+    Table::of("Rests", fields, rows.collect::<Vec<Row<'_>>>())
+        .note("Smoothed, in the middle of each rest.")
+}
+
+/// Number of the rest a time belongs to, as files count.
+fn rest(track: &BiasTrack, i: usize) -> Cell {
+    track.rest[i].map(|r| r as f64 + 1.0).into()
+}
+
+fn over_time(track: &BiasTrack) -> Table {
+    let mut fields = vec![
+        Field::series("time_s", &track.time),
+        Field::new("rest", |i: &usize| rest(track, *i)),
+    ];
+    type Part = fn(&AxisTrack) -> &Vec<BiasEstimate>;
+    let parts: [(&str, Part); 2] = [("filtered", |a| &a.filtered), ("smoothed", |a| &a.smoothed)];
+    for (kind, of) in parts {
+        fields.extend(track.axes.iter().zip(AXES).map(|(axis, name)| {
+            Field::estimate(
+                format!("{kind}_{name}_m/s2"),
+                format!("u_{kind}_{name}_m/s2"),
+                move |i: &usize| of(axis).get(*i).map(|e| (e.bias, e.u)),
+            )
+        }));
     }
+    Table::of("", fields, 0..track.time.len()).file("bias.csv")
+}
+
+fn innovations(track: &BiasTrack, updates: &[usize]) -> Table {
+    let mut fields = vec![
+        Field::new("time_s", |k: &usize| track.time[updates[*k]].into()),
+        Field::new("rest", |k: &usize| rest(track, updates[*k])),
+    ];
+    let axes = || track.axes.iter().zip(AXES);
+    fields.extend(
+        axes().map(|(a, name)| Field::series(format!("innovation_{name}_m/s2"), &a.innovations)),
+    );
+    fields
+        .extend(axes().map(|(a, name)| Field::series(format!("normalised_{name}"), &a.normalised)));
+    Table::of("", fields, 0..updates.len()).file("innovations.csv")
 }
 
 fn consistency(track: &BiasTrack) -> Table {
-    let mut table = Table::new(
+    type Row<'a> = (&'static str, &'a AxisTrack);
+    let model = |axis: &AxisTrack| match axis.noise.model {
+        BiasModel::RandomWalk { density, .. } => {
+            format!("walk, {} (m/s²)·√Hz", scientific(density.sqrt(), 3))
+        }
+        BiasModel::GaussMarkov { deviation, time } => {
+            format!(
+                "Gauss–Markov, {} m/s², {time:.4} s",
+                scientific(deviation, 3)
+            )
+        }
+    };
+    let limits = |[low, high]: [f64; 2]| format!("{low:.3} to {high:.3}");
+    let whiteness = |r: &Row<'_>, part: usize| r.1.consistency.whiteness.map(|w| w[part]).into();
+    let fields = [
+        Field::shown("axis", "", |r: &Row<'_>| r.0.into()),
+        Field::shown("white noise", "(m/s²)/√Hz", |r: &Row<'_>| {
+            r.1.noise.white.into()
+        })
+        .rounded(Rounding::Significant(3)),
+        Field::shown("bias", "", |r: &Row<'_>| model(r.1).into()),
+        Field::shown("innovations over σ", "", |r: &Row<'_>| {
+            r.1.consistency.ratio.into()
+        })
+        .decimals(3),
+        Field::shown("by chance", "", |r: &Row<'_>| {
+            limits(r.1.consistency.limits).into()
+        }),
+        Field::shown("Ljung–Box", "", |r: &Row<'_>| whiteness(r, 0)).decimals(1),
+        Field::shown("limit", "", |r: &Row<'_>| whiteness(r, 1)).decimals(1),
+        Field::shown("rests out of line", "", |r: &Row<'_>| {
+            r.1.consistency.deviating.len().into()
+        }),
+    ];
+    let rows: Vec<Row<'_>> = AXES.into_iter().zip(&track.axes).collect();
+    Table::of(
         "Are the innovations what the noise lets expect?",
-        [
-            Column::text("axis"),
-            Column::number("white noise", "(m/s²)/√Hz"),
-            Column::text("bias"),
-            Column::number("innovations over σ", ""),
-            Column::text("by chance"),
-            Column::number("Ljung–Box", ""),
-            Column::number("limit", ""),
-            Column::number("rests out of line", ""),
-        ],
-    );
-    for (axis, name) in track.axes.iter().zip(AXES) {
-        let model = match axis.noise.model {
-            BiasModel::RandomWalk { density, .. } => {
-                format!("walk, {} (m/s²)·√Hz", scientific(density.sqrt(), 3))
-            }
-            BiasModel::GaussMarkov { deviation, time } => {
-                format!(
-                    "Gauss–Markov, {} m/s², {time:.4} s",
-                    scientific(deviation, 3)
-                )
-            }
-        };
-        let c = &axis.consistency;
-        let [statistic, limit] = match c.whiteness {
-            Some(pair) => pair.map(|v| Cell::number(format!("{v:.1}"))),
-            None => [Cell::Empty, Cell::Empty],
-        };
-        table = table.row([
-            Cell::text(name),
-            Cell::number(scientific(axis.noise.white, 3)),
-            Cell::text(model),
-            Cell::number(format!("{:.3}", c.ratio)),
-            Cell::text(format!("{:.3} to {:.3}", c.limits[0], c.limits[1])),
-            statistic,
-            limit,
-            Cell::number(c.deviating.len().to_string()),
-        ]);
-    }
-    table
+        fields,
+        &rows,
+    )
 }
 
 /// Every so many points, the last one among them.

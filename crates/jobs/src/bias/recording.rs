@@ -1,9 +1,8 @@
 //! A recording with rests as files have it, and the noise result of its sensor.
 
 use super::{AxisNoise, BiasData};
-use crate::multi_position::{Stamps, segment};
-use crate::noise::NoiseOutcome;
-use crate::outcome::Filed;
+use crate::multi_position::{pauses, segment};
+use crate::noise::read_noise;
 use crate::record::Record;
 use crate::recording::RecordingReading;
 use crate::trouble::{Result, Trouble};
@@ -16,7 +15,8 @@ use proofmass_uncertainty::Finding;
 pub struct BiasRecording {
     outputs: [Vec<f64>; 3],
     time: Vec<f64>,
-    stamps: Stamps,
+    rate: f64,
+    breaks: Vec<usize>,
     segments: Option<Vec<Segment>>,
     noise: Option<[AxisNoise; 3]>,
     findings: Vec<Finding>,
@@ -71,7 +71,8 @@ impl BiasRecording {
             time: (0..recording.samples())
                 .map(|i| recording.time.seconds(i))
                 .collect(),
-            stamps: Stamps::of(&recording),
+            rate: recording.time.rate_hz(),
+            breaks: pauses(&recording),
             segments: rows.map(|rows| rows.into_iter().map(segment).collect()),
             noise,
             findings: recording.findings().to_vec(),
@@ -91,8 +92,8 @@ impl BiasRecording {
         BiasData {
             outputs: [x, y, z],
             time: &self.time,
-            rate: self.stamps.rate,
-            breaks: &self.stamps.breaks,
+            rate: self.rate,
+            breaks: &self.breaks,
             segments: self.segments.as_deref(),
             findings: &self.findings,
             name: &self.name,
@@ -113,11 +114,11 @@ type OfNoise = ([AxisNoise; 3], (Input, proofmass_io::Device));
 fn of_result(source: Source, columns: [&str; 3]) -> Result<OfNoise> {
     let name = source.name().display().to_string();
     let (bytes, input) = source.into_bytes(LARGEST_DOCUMENT)?;
-    let filed = Filed::<NoiseOutcome>::from_json(&bytes).map_err(|e| {
+    let (analysis, document) = read_noise(&bytes).map_err(|e| {
         let hint = e.hint().map(str::to_owned);
         let hint = hint.unwrap_or_else(|| "name a result.json of `proofmass noise`".to_owned());
         e.detail(name.clone()).with_hint(hint)
     })?;
-    let noise = AxisNoise::of(&filed.outcome, columns).map_err(|e| e.detail(name))?;
-    Ok((noise, (input, filed.record.device)))
+    let noise = AxisNoise::of(&analysis, columns).map_err(|e| e.detail(name))?;
+    Ok((noise, (input, document.device)))
 }

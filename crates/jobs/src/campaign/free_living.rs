@@ -1,12 +1,13 @@
 //! `kind = "free-living"`: days of a logger on a wrist or a machine.
 
 use super::CampaignFile;
-use super::multi_position::{Axes, GravityInput, GravityTable, Prefixes, gravity};
+use super::multi_position::{Axes, GravityInput, Prefixes};
 use proofmass_io::{
     ColumnRef, DecimalMark, Device, LayoutOptions, Result, Separator, TimeUnit, Unit,
 };
 use proofmass_static::Stop;
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 
 /// A recording of days, calibrated from its still moments.
 ///
@@ -20,34 +21,26 @@ use serde::Deserialize;
 /// temperature = "temperature"
 /// unit = "g"
 /// ```
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct FreeLivingCampaign {
+    #[serde(rename = "kind")]
+    _kind: IgnoredAny,
     /// The file it was read from.
+    #[serde(skip, default = "CampaignFile::unread")]
     pub source: CampaignFile,
     /// One line for the head of the report.
     pub title: Option<String>,
     /// The device.
+    #[serde(default)]
     pub device: Device,
     /// Where the samples are.
     pub recording: StreamTable,
     /// How they are fitted.
+    #[serde(default)]
     pub method: FreeLivingMethod,
     /// Gravity where it was worn; `None`: anywhere on the ground.
     pub gravity: Option<GravityInput>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct File {
-    #[serde(rename = "kind")]
-    _kind: String,
-    title: Option<String>,
-    #[serde(default)]
-    device: Device,
-    recording: StreamTable,
-    #[serde(default)]
-    method: FreeLivingMethod,
-    gravity: Option<GravityTable>,
 }
 
 /// `[recording]` of a stream.
@@ -132,33 +125,28 @@ impl Default for FreeLivingMethod {
 }
 
 impl FreeLivingCampaign {
-    pub(crate) fn from_file(source: CampaignFile) -> Result<Self> {
-        let file: File = source.parse()?;
-        let confidence = file.method.confidence;
+    /// Refuses values that are impossible, each with its line.
+    pub(super) fn check(&self) -> Result<()> {
+        let confidence = self.method.confidence;
         if !(confidence > 0.5 && confidence < 1.0) {
-            return Err(source.refuse(
+            return Err(self.source.refuse(
                 "method",
                 "confidence",
                 format!("a probability of {confidence} is out of place"),
             ));
         }
-        if let Some(rate) = file.recording.sampling_rate_hz
+        if let Some(rate) = self.recording.sampling_rate_hz
             && !(rate.is_finite() && rate > 0.0)
         {
-            return Err(source.refuse(
+            return Err(self.source.refuse(
                 "recording",
                 "sampling_rate_Hz",
                 format!("{rate} is not a positive number"),
             ));
         }
-        let place = file.gravity.as_ref().map(|table| gravity(&source, table));
-        Ok(Self {
-            gravity: place.transpose()?,
-            title: file.title,
-            device: file.device,
-            recording: file.recording,
-            method: file.method,
-            source,
-        })
+        match &self.gravity {
+            Some(gravity) => gravity.check(&self.source),
+            None => Ok(()),
+        }
     }
 }

@@ -7,6 +7,7 @@ use proofmass_io::{Ambient, Device};
 use proofmass_io::{ColumnRef, DecimalMark, LayoutOptions, Separator};
 use proofmass_io::{Input, Recording, RecordingOptions, Result, TimeUnit, Unit};
 use proofmass_static::Terms;
+use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -31,50 +32,38 @@ use std::path::PathBuf;
 /// value = 9.81744
 /// standard_uncertainty = 2e-5
 /// ```
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct MultiPositionCampaign {
+    #[serde(rename = "kind")]
+    _kind: IgnoredAny,
     /// The file it was read from.
+    #[serde(skip, default = "CampaignFile::unread")]
     pub source: CampaignFile,
     /// One line for the head of the report.
     pub title: Option<String>,
     /// The device under calibration.
+    #[serde(default)]
     pub device: Device,
     /// Where the samples are.
     pub recording: RecordingTable,
     /// Local gravity.
     pub gravity: GravityInput,
     /// How standstills are found.
+    #[serde(default)]
     pub standstill: StandstillTable,
     /// What is fitted.
+    #[serde(default)]
     pub method: MethodTable,
     /// What is fitted beside the matrix.
+    #[serde(default)]
     pub terms: Terms,
     /// Uncertainty of given attitudes.
+    #[serde(default)]
     pub attitude: AttitudeTable,
     /// Conditions.
+    #[serde(default)]
     pub ambient: Ambient,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct File {
-    #[serde(rename = "kind")]
-    _kind: String,
-    title: Option<String>,
-    #[serde(default)]
-    device: Device,
-    recording: RecordingTable,
-    gravity: GravityTable,
-    #[serde(default)]
-    standstill: StandstillTable,
-    #[serde(default)]
-    method: MethodTable,
-    #[serde(default)]
-    terms: Terms,
-    #[serde(default)]
-    attitude: AttitudeTable,
-    #[serde(default)]
-    ambient: Ambient,
 }
 
 /// Columns of the three axes.
@@ -173,40 +162,22 @@ impl Prefixes {
     }
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct GravityTable {
-    value: Option<f64>,
-    standard_uncertainty: Option<f64>,
-    latitude_deg: Option<f64>,
-    height_m: Option<f64>,
-    latitude_standard_uncertainty_deg: Option<f64>,
-    height_standard_uncertainty_m: Option<f64>,
-}
-
 /// `[gravity]`: given, or from the place.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum GravityInput {
-    /// A value, m/s², with its standard uncertainty.
-    Given {
-        /// Local gravity, m/s².
-        value: f64,
-        /// Standard uncertainty, m/s².
-        standard_uncertainty: f64,
-    },
-    /// Geodetic latitude and height above the ellipsoid (or the sea).
-    Place {
-        /// Latitude, degrees.
-        latitude_deg: f64,
-        /// Height, m.
-        height_m: f64,
-        /// Standard uncertainty of the latitude, degrees; `None` when not given.
-        latitude_standard_uncertainty_deg: Option<f64>,
-        /// Standard uncertainty of the height, m; `None` when not given.
-        height_standard_uncertainty_m: Option<f64>,
-        /// Standard uncertainty of the resulting value, m/s², in place of the model's own; `None` when not given.
-        standard_uncertainty: Option<f64>,
-    },
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GravityInput {
+    /// Local gravity, m/s².
+    pub value: Option<f64>,
+    /// Its standard uncertainty, m/s²; of a place that of the resulting value, instead of the model's own.
+    pub standard_uncertainty: Option<f64>,
+    /// Geodetic latitude, degrees, instead of a value.
+    pub latitude_deg: Option<f64>,
+    /// Height above the ellipsoid (or the sea), m.
+    pub height_m: Option<f64>,
+    /// Standard uncertainty of the latitude, degrees.
+    pub latitude_standard_uncertainty_deg: Option<f64>,
+    /// Standard uncertainty of the height, m.
+    pub height_standard_uncertainty_m: Option<f64>,
 }
 
 /// `[standstill]`: everything may be left out.
@@ -325,26 +296,9 @@ pub struct AttitudeTable {
 }
 
 impl MultiPositionCampaign {
-    pub(crate) fn from_file(source: CampaignFile) -> Result<Self> {
-        let file: File = source.parse()?;
-        let gravity = gravity(&source, &file.gravity)?;
-        let campaign = Self {
-            title: file.title,
-            device: file.device,
-            recording: file.recording,
-            gravity,
-            standstill: file.standstill,
-            method: file.method,
-            terms: file.terms,
-            attitude: file.attitude,
-            ambient: file.ambient,
-            source,
-        };
-        campaign.check()?;
-        Ok(campaign)
-    }
-
-    fn check(&self) -> Result<()> {
+    /// Refuses values that are impossible, each with its line.
+    pub(super) fn check(&self) -> Result<()> {
+        self.gravity.check(&self.source)?;
         let table = &self.recording;
         let refuse =
             |table: &str, key: &str, what: String| Err(self.source.refuse(table, key, what));
@@ -587,102 +541,96 @@ impl MultiPositionCampaign {
     }
 }
 
-pub(super) fn gravity(source: &CampaignFile, table: &GravityTable) -> Result<GravityInput> {
-    let refuse = |key: &str, what: String, hint: &str| {
-        Err(source.refuse("gravity", key, what).with_hint(hint))
-    };
-    for (key, u) in [
-        ("standard_uncertainty", table.standard_uncertainty),
-        (
-            "latitude_standard_uncertainty_deg",
-            table.latitude_standard_uncertainty_deg,
-        ),
-        (
-            "height_standard_uncertainty_m",
-            table.height_standard_uncertainty_m,
-        ),
-    ] {
-        if let Some(u) = u
-            && !(u.is_finite() && u >= 0.0)
-        {
-            return refuse(
-                key,
-                format!("a standard uncertainty of {u} is impossible"),
-                "give a number from zero up",
-            );
-        }
-    }
-    match (table.value, table.latitude_deg) {
-        (Some(_), Some(_)) => refuse(
-            "value",
-            "`value` and `latitude_deg` exclude each other".into(),
-            "keep the measured value",
-        ),
-        (Some(value), None) => {
-            if table.height_m.is_some()
-                || table.latitude_standard_uncertainty_deg.is_some()
-                || table.height_standard_uncertainty_m.is_some()
+impl GravityInput {
+    /// Refuses what is impossible, or said twice or not at all.
+    pub(super) fn check(&self, source: &CampaignFile) -> Result<()> {
+        let refuse = |key: &str, what: String, hint: &str| {
+            Err(source.refuse("gravity", key, what).with_hint(hint))
+        };
+        for (key, u) in [
+            ("standard_uncertainty", self.standard_uncertainty),
+            (
+                "latitude_standard_uncertainty_deg",
+                self.latitude_standard_uncertainty_deg,
+            ),
+            (
+                "height_standard_uncertainty_m",
+                self.height_standard_uncertainty_m,
+            ),
+        ] {
+            if let Some(u) = u
+                && !(u.is_finite() && u >= 0.0)
             {
                 return refuse(
-                    "value",
-                    "a given value needs neither latitude nor height".into(),
-                    "keep `value` and `standard_uncertainty`",
+                    key,
+                    format!("a standard uncertainty of {u} is impossible"),
+                    "give a number from zero up",
                 );
             }
-            // The Earth's surface spans 9.76 to 9.84; beyond 9.7 to 9.9 the unit or the digits are wrong.
-            if !(9.7..=9.9).contains(&value) {
-                return refuse(
-                    "value",
-                    format!("a local gravity of {value} m/s² is impossible on the ground"),
-                    "give it in m/s², such as 9.8127",
-                );
-            }
-            let Some(standard_uncertainty) = table.standard_uncertainty else {
-                return refuse(
-                    "standard_uncertainty",
-                    "the uncertainty of gravity is missing".into(),
-                    "add standard_uncertainty = … in m/s² (a surveyed value: 1e-5, a value from a map: 1e-3)",
-                );
-            };
-            Ok(GravityInput::Given {
-                value,
-                standard_uncertainty,
-            })
         }
-        (None, Some(latitude_deg)) => {
-            if !(-90.0..=90.0).contains(&latitude_deg) {
-                return refuse(
-                    "latitude_deg",
-                    format!("a latitude of {latitude_deg}° is impossible"),
-                    "give degrees north, −90 to 90",
-                );
+        match (self.value, self.latitude_deg) {
+            (Some(_), Some(_)) => refuse(
+                "value",
+                "`value` and `latitude_deg` exclude each other".into(),
+                "keep the measured value",
+            ),
+            (Some(value), None) => {
+                if self.height_m.is_some()
+                    || self.latitude_standard_uncertainty_deg.is_some()
+                    || self.height_standard_uncertainty_m.is_some()
+                {
+                    return refuse(
+                        "value",
+                        "a given value needs neither latitude nor height".into(),
+                        "keep `value` and `standard_uncertainty`",
+                    );
+                }
+                // The Earth's surface spans 9.76 to 9.84; beyond 9.7 to 9.9 the unit or the digits are wrong.
+                if !(9.7..=9.9).contains(&value) {
+                    return refuse(
+                        "value",
+                        format!("a local gravity of {value} m/s² is impossible on the ground"),
+                        "give it in m/s², such as 9.8127",
+                    );
+                }
+                if self.standard_uncertainty.is_none() {
+                    return refuse(
+                        "standard_uncertainty",
+                        "the uncertainty of gravity is missing".into(),
+                        "add standard_uncertainty = … in m/s² (a surveyed value: 1e-5, a value from a map: 1e-3)",
+                    );
+                }
+                Ok(())
             }
-            let Some(height_m) = table.height_m else {
-                return refuse(
-                    "height_m",
-                    "the height is missing".into(),
-                    "add height_m = …; 100 m change gravity by 0.3 mm/s²",
-                );
-            };
-            if !(-500.0..=9_000.0).contains(&height_m) {
-                return refuse(
-                    "height_m",
-                    format!("a height of {height_m} m is not on the ground"),
-                    "give metres above the sea",
-                );
+            (None, Some(latitude_deg)) => {
+                if !(-90.0..=90.0).contains(&latitude_deg) {
+                    return refuse(
+                        "latitude_deg",
+                        format!("a latitude of {latitude_deg}° is impossible"),
+                        "give degrees north, −90 to 90",
+                    );
+                }
+                let Some(height_m) = self.height_m else {
+                    return refuse(
+                        "height_m",
+                        "the height is missing".into(),
+                        "add height_m = …; 100 m change gravity by 0.3 mm/s²",
+                    );
+                };
+                if !(-500.0..=9_000.0).contains(&height_m) {
+                    return refuse(
+                        "height_m",
+                        format!("a height of {height_m} m is not on the ground"),
+                        "give metres above the sea",
+                    );
+                }
+                Ok(())
             }
-            Ok(GravityInput::Place {
-                latitude_deg,
-                height_m,
-                latitude_standard_uncertainty_deg: table.latitude_standard_uncertainty_deg,
-                height_standard_uncertainty_m: table.height_standard_uncertainty_m,
-                standard_uncertainty: table.standard_uncertainty,
-            })
+            (None, None) => refuse(
+                "value",
+                "local gravity is not given".into(),
+                "add `value` and `standard_uncertainty`, or `latitude_deg` and `height_m`",
+            ),
         }
-        (None, None) => refuse(
-            "value",
-            "local gravity is not given".into(),
-            "add `value` and `standard_uncertainty`, or `latitude_deg` and `height_m`",
-        ),
     }
 }

@@ -11,6 +11,7 @@ use crate::device_output::DeviceOutput;
 use proofmass_io::{Ambient, Device};
 use proofmass_io::{Result, WaveformOptions};
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 
 /// `[reading]`: standard uncertainties of the comparison beside those of the certificate.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
@@ -102,17 +103,24 @@ pub(super) fn reference_fits<S>(
 }
 
 /// The tables of a comparison; the files they name are read by its methods.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct ShakerSingleCampaign {
+    #[serde(rename = "kind")]
+    _kind: IgnoredAny,
     /// The file it was read from.
+    #[serde(skip, default = "CampaignFile::unread")]
     pub source: CampaignFile,
     /// One line for the head of the report.
     pub title: Option<String>,
     /// The device under calibration.
+    #[serde(default)]
     pub device: Device,
     /// Its channel.
+    #[serde(skip)]
     pub channel: String,
     /// All devices on the table, where they are several.
+    #[serde(default)]
     pub devices: Vec<DeviceChannel>,
     /// A device of known sensitivity on the same table.
     pub check_standard: Option<CheckStandardTable>,
@@ -128,39 +136,56 @@ pub struct ShakerSingleCampaign {
     pub reading: ReadingTable,
     /// Transverse sensitivity and motion.
     pub transverse: Option<TransverseTable>,
-    /// What the device of the datasheet gives; its sensitivity per m/s² and the tolerance.
-    pub datasheet: Option<(DeviceOutput, (f64, f64))>,
+    /// Sensitivity on the datasheet, and its tolerance.
+    pub datasheet: Option<Datasheet>,
     /// How U is stated.
+    #[serde(default)]
     pub method: StatementTable,
     /// Conditions.
+    #[serde(default)]
     pub ambient: Ambient,
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct File {
-    #[serde(rename = "kind")]
-    _kind: String,
-    title: Option<String>,
-    #[serde(default)]
-    device: Device,
-    #[serde(default)]
-    devices: Vec<DeviceChannel>,
-    check_standard: Option<CheckStandardTable>,
-    runs: RunsTable,
-    recording: Option<ShakerRecording>,
-    output_recording: Option<OutputRecording>,
-    reference: Option<CertificateTable>,
-    reading: ReadingTable,
-    transverse: Option<TransverseTable>,
-    datasheet: Option<Datasheet>,
-    #[serde(default)]
-    method: StatementTable,
-    #[serde(default)]
-    ambient: Ambient,
-}
-
 impl ShakerSingleCampaign {
+    /// Refuses values that are impossible, each with its line; names the first device.
+    pub(super) fn check(&mut self) -> Result<()> {
+        let source = &self.source;
+        coverage_factor(source, self.method.coverage_factor)?;
+        for (key, value) in [
+            ("u_relative", Some(self.reading.u_relative)),
+            ("u_phase_deg", Some(self.reading.u_phase_deg)),
+            ("dof", self.reading.dof),
+        ] {
+            let least = if key == "dof" { f64::MIN_POSITIVE } else { 0.0 };
+            if let Some(v) = value
+                && !(v.is_finite() && v >= least)
+            {
+                return Err(source.refuse("reading", key, format!("{v} is impossible")));
+            }
+        }
+        for (key, value) in [
+            ("sensitivity_%", self.transverse.map(|t| t.sensitivity)),
+            ("motion_%", self.transverse.and_then(|t| t.motion)),
+        ] {
+            if let Some(v) = value
+                && !(0.0..=100.0).contains(&v)
+            {
+                return Err(source.refuse("transverse", key, format!("{v} % is impossible")));
+            }
+        }
+        self.channels_differ()?;
+        if let Some(datasheet) = &self.datasheet {
+            datasheet.si(source)?;
+        }
+        // Of several each has its own, from what they have in common.
+        self.channel = "output".to_owned();
+        if let Some(first) = self.devices.first() {
+            self.channel = first.channel.clone();
+            self.device = first.merged(&self.device);
+        }
+        Ok(())
+    }
+
     /// Names of the channels, in the order of every run: the reference, the devices, the check standard.
     pub fn channels(&self) -> Vec<&str> {
         let mut names = vec!["reference"];
@@ -187,54 +212,39 @@ impl ShakerSingleCampaign {
         self.devices.iter().map(of).collect()
     }
 
-    pub(crate) fn from_file(source: CampaignFile) -> Result<Self> {
-        let file: File = source.parse()?;
-        coverage_factor(&source, file.method.coverage_factor)?;
-        for (key, value) in [
-            ("u_relative", Some(file.reading.u_relative)),
-            ("u_phase_deg", Some(file.reading.u_phase_deg)),
-            ("dof", file.reading.dof),
-        ] {
-            let least = if key == "dof" { f64::MIN_POSITIVE } else { 0.0 };
-            if let Some(v) = value
-                && !(v.is_finite() && v >= least)
-            {
-                return Err(source.refuse("reading", key, format!("{v} is impossible")));
+    /// Every channel has a name of its own, which is good for a folder.
+    fn channels_differ(&self) -> Result<()> {
+        let source = &self.source;
+        let mut seen = vec!["reference"];
+        let devices = self.devices.iter().map(|d| ("devices", &d.channel));
+        let check = self.check_standard.iter();
+        let check = check.map(|c| ("check_standard", &c.channel));
+        for (table, name) in devices.chain(check) {
+            let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+            if name.is_empty() || !name.chars().all(plain) {
+                return Err(source
+                .refuse(table, "channel", format!("{name:?} is no name of a channel"))
+                .with_hint("letters, digits, - and _: the results of a device stand in a folder of that name"));
             }
-        }
-        for (key, value) in [
-            ("sensitivity_%", file.transverse.map(|t| t.sensitivity)),
-            ("motion_%", file.transverse.and_then(|t| t.motion)),
-        ] {
-            if let Some(v) = value
-                && !(0.0..=100.0).contains(&v)
-            {
-                return Err(source.refuse("transverse", key, format!("{v} % is impossible")));
+            if seen.contains(&name.as_str()) {
+                return Err(source
+                .refuse(table, "channel", format!("the channel {name:?} stands twice"))
+                .with_hint("every device has a channel of its own, and `reference` is that of the reference"));
             }
+            seen.push(name);
         }
-        channels_differ(&source, &file)?;
-        let (channel, device) = match file.devices.first() {
-            Some(first) => (first.channel.clone(), first.merged(&file.device)),
-            None => ("output".to_owned(), file.device),
-        };
-        Ok(Self {
-            title: file.title,
-            // Of several each has its own, from what they have in common.
-            device,
-            channel,
-            devices: file.devices,
-            check_standard: file.check_standard,
-            runs: file.runs,
-            recording: file.recording,
-            output_recording: file.output_recording,
-            reference: file.reference,
-            reading: file.reading,
-            transverse: file.transverse,
-            datasheet: file.datasheet.map(|d| d.si(&source)).transpose()?,
-            method: file.method,
-            ambient: file.ambient,
-            source,
-        })
+        if self.devices.len() > 1 && self.device.serial.is_some() {
+            return Err(source
+                .refuse(
+                    "device",
+                    "serial",
+                    "several devices cannot have one serial number",
+                )
+                .with_hint(
+                    "write it to each of [[devices]]; [device] holds what they have in common",
+                ));
+        }
+        Ok(())
     }
 
     /// Reads the table of runs.
@@ -310,38 +320,4 @@ impl DeviceChannel {
             description: or(&self.description, &common.description),
         }
     }
-}
-
-/// Every channel has a name of its own, which is good for a folder.
-fn channels_differ(source: &CampaignFile, file: &File) -> Result<()> {
-    let mut seen = vec!["reference"];
-    let devices = file.devices.iter().map(|d| ("devices", &d.channel));
-    let check = file.check_standard.iter();
-    let check = check.map(|c| ("check_standard", &c.channel));
-    for (table, name) in devices.chain(check) {
-        let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
-        if name.is_empty() || !name.chars().all(plain) {
-            return Err(source
-                .refuse(table, "channel", format!("{name:?} is no name of a channel"))
-                .with_hint("letters, digits, - and _: the results of a device stand in a folder of that name"));
-        }
-        if seen.contains(&name.as_str()) {
-            return Err(source
-                .refuse(table, "channel", format!("the channel {name:?} stands twice"))
-                .with_hint("every device has a channel of its own, and `reference` is that of the reference"));
-        }
-        seen.push(name);
-    }
-    if file.devices.len() > 1 && file.device.serial.is_some() {
-        return Err(source
-            .refuse(
-                "device",
-                "serial",
-                "several devices cannot have one serial number",
-            )
-            .with_hint(
-                "write it to each of [[devices]]; [device] holds what they have in common",
-            ));
-    }
-    Ok(())
 }

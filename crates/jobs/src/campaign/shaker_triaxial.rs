@@ -14,6 +14,7 @@ use proofmass_shaker::geometry::published_plan;
 use proofmass_shaker::{Configuration, Correction, ShakerMethod, SpuriousTable};
 use proofmass_uncertainty::Finding;
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 
 /// Most trials of the check: an hour of a small campaign on one core.
 const MOST_TRIALS: u64 = 100_000_000;
@@ -104,13 +105,18 @@ pub struct PlanTable {
 }
 
 /// The tables of a campaign on the shaker; the files they name are read by its methods.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct ShakerTriaxialCampaign {
+    #[serde(rename = "kind")]
+    _kind: IgnoredAny,
     /// The file it was read from.
+    #[serde(skip, default = "CampaignFile::unread")]
     pub source: CampaignFile,
     /// One line for the head of the report.
     pub title: Option<String>,
     /// The device under calibration.
+    #[serde(default)]
     pub device: Device,
     /// Runs; a plan may do without.
     pub runs: Option<RunsTable>,
@@ -121,122 +127,32 @@ pub struct ShakerTriaxialCampaign {
     /// Certificate of the reference; `None` when the runs carry accelerations.
     pub reference: Option<CertificateTable>,
     /// Corrections to set side by side.
+    #[serde(default, rename = "correction")]
     pub corrections: Vec<CorrectionTable>,
     /// Methods.
+    #[serde(default)]
     pub method: ShakerMethods,
     /// Inputs of the published method.
+    #[serde(default)]
     pub published: PublishedInputs,
-    /// Datasheet sensitivity and its tolerance, V/(m/s²).
-    pub datasheet: Option<(f64, f64)>,
+    /// Sensitivity on the datasheet, and its tolerance.
+    pub datasheet: Option<Datasheet>,
     /// Plan.
     pub plan: Option<PlanTable>,
     /// Results of `modes` of the wedges, by file.
+    #[serde(default)]
     pub fixtures: Vec<String>,
     /// Conditions.
+    #[serde(default)]
     pub ambient: Ambient,
+    #[serde(default)]
     budget: BudgetSource,
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct File<B> {
-    #[serde(rename = "kind")]
-    _kind: String,
-    title: Option<String>,
-    #[serde(default)]
-    device: Device,
-    runs: Option<RunsTable>,
-    recording: Option<ShakerRecording>,
-    output_recording: Option<OutputRecording>,
-    reference: Option<CertificateTable>,
-    #[serde(default, rename = "correction")]
-    corrections: Vec<CorrectionTable>,
-    budget: Option<B>,
-    #[serde(default)]
-    method: ShakerMethods,
-    #[serde(default)]
-    published: PublishedInputs,
-    datasheet: Option<Datasheet>,
-    plan: Option<PlanTable>,
-    #[serde(default)]
-    fixtures: Vec<String>,
-    #[serde(default)]
-    ambient: Ambient,
-}
-
 impl ShakerTriaxialCampaign {
-    /// What the models of the wedges say about points (inclination in rad, frequency in Hz) of the campaign or of a plan.
-    ///
-    /// # Errors
-    /// As [`read_fixtures`](crate::modes::read_fixtures).
-    pub fn fixture_findings(&self, points: &[(f64, f64)]) -> Result<Vec<Finding>> {
-        let fixtures = crate::modes::read_fixtures(&self.source, &self.fixtures)?;
-        Ok(crate::modes::fixture_findings(&fixtures, points))
-    }
-
-    pub(crate) fn from_file(source: CampaignFile) -> Result<Self> {
-        let campaign = if source.has_budget_entries()? {
-            let mut file: File<Vec<_>> = source.parse()?;
-            let budget = file
-                .budget
-                .take()
-                .map_or(BudgetSource::Missing, BudgetSource::Entries);
-            Self::new(source, file, budget)?
-        } else {
-            let mut file: File<_> = source.parse()?;
-            let budget = file
-                .budget
-                .take()
-                .map_or(BudgetSource::Missing, BudgetSource::Table);
-            Self::new(source, file, budget)?
-        };
-        campaign.check()?;
-        Ok(campaign)
-    }
-
-    fn new<B>(source: CampaignFile, file: File<B>, budget: BudgetSource) -> Result<Self> {
-        Ok(Self {
-            title: file.title,
-            device: file.device,
-            runs: file.runs,
-            recording: file.recording,
-            output_recording: file.output_recording.clone(),
-            reference: file.reference,
-            corrections: file.corrections,
-            method: file.method,
-            published: file.published,
-            datasheet: match file.datasheet.map(|d| d.si(&source)).transpose()? {
-                Some((given, datasheet)) => {
-                    let outputs = match &file.output_recording {
-                        Some(sensor) => sensor.output(&source)?,
-                        None => DeviceOutput::Volt,
-                    };
-                    if given != outputs {
-                        return Err(source
-                            .refuse(
-                                "datasheet",
-                                "unit",
-                                format!(
-                                    "the sensitivity is in {}, not in {}",
-                                    outputs.unit(),
-                                    given.unit()
-                                ),
-                            )
-                            .with_hint("V/(m/s2), mV/(m/s2), V/g or mV/g; of a sensor with [output_recording] its unit per m/s2 or g"));
-                    }
-                    Some(datasheet)
-                }
-                None => None,
-            },
-            plan: file.plan,
-            fixtures: file.fixtures,
-            ambient: file.ambient,
-            budget,
-            source,
-        })
-    }
-
-    fn check(&self) -> Result<()> {
+    /// Refuses values that are impossible, each with its line.
+    pub(super) fn check(&self) -> Result<()> {
+        self.datasheet()?;
         let methods = &self.method.methods;
         if methods.is_empty() {
             return Err(self
@@ -326,6 +242,41 @@ impl ShakerTriaxialCampaign {
             }
         }
         Ok(())
+    }
+
+    /// What the models of the wedges say about points (inclination in rad, frequency in Hz) of the campaign or of a plan.
+    ///
+    /// # Errors
+    /// As [`read_fixtures`](crate::modes::read_fixtures).
+    pub fn fixture_findings(&self, points: &[(f64, f64)]) -> Result<Vec<Finding>> {
+        let fixtures = crate::modes::read_fixtures(&self.source, &self.fixtures)?;
+        Ok(crate::modes::fixture_findings(&fixtures, points))
+    }
+
+    /// Sensitivity on the datasheet and its tolerance, in what the device gives per m/s².
+    pub(crate) fn datasheet(&self) -> Result<Option<(f64, f64)>> {
+        let Some(datasheet) = &self.datasheet else {
+            return Ok(None);
+        };
+        let (given, datasheet) = datasheet.si(&self.source)?;
+        let outputs = match &self.output_recording {
+            Some(sensor) => sensor.output(&self.source)?,
+            None => DeviceOutput::Volt,
+        };
+        if given != outputs {
+            return Err(self.source
+                            .refuse(
+                                "datasheet",
+                                "unit",
+                                format!(
+                                    "the sensitivity is in {}, not in {}",
+                                    outputs.unit(),
+                                    given.unit()
+                                ),
+                            )
+                            .with_hint("V/(m/s2), mV/(m/s2), V/g or mV/g; of a sensor with [output_recording] its unit per m/s2 or g"));
+        }
+        Ok(Some(datasheet))
     }
 
     /// What the device gives: volts, or what its own files hold.
@@ -492,7 +443,7 @@ impl ShakerTriaxialCampaign {
 
 impl Datasheet {
     /// What the device gives, its sensitivity per m/s² and the tolerance.
-    pub(super) fn si(&self, source: &CampaignFile) -> Result<(DeviceOutput, (f64, f64))> {
+    pub(crate) fn si(&self, source: &CampaignFile) -> Result<(DeviceOutput, (f64, f64))> {
         let unit: String = self.unit.replace('²', "2").replace(' ', "");
         let kinds = [
             (DeviceOutput::Volt, SENSITIVITY),

@@ -1,12 +1,13 @@
 //! `kind = "single-axis"`: one axis at rest, up and down or at many known angles.
 
 use super::CampaignFile;
-use super::multi_position::{GravityInput, GravityTable, Prefixes, gravity};
+use super::multi_position::{GravityInput, Prefixes};
 use proofmass_io::{
     Ambient, ColumnRef, DecimalMark, Device, LayoutOptions, Recording, RecordingOptions, Result,
     Separator, TimeUnit, Unit,
 };
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 
 /// One axis at known angles to the vertical.
 ///
@@ -26,42 +27,32 @@ use serde::Deserialize;
 /// latitude_deg = 52.3
 /// height_m = 80
 /// ```
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct SingleAxisCampaign {
+    #[serde(rename = "kind")]
+    _kind: IgnoredAny,
     /// The file it was read from.
+    #[serde(skip, default = "CampaignFile::unread")]
     pub source: CampaignFile,
     /// One line for the head of the report.
     pub title: Option<String>,
     /// The device under calibration.
+    #[serde(default)]
     pub device: Device,
     /// Where the readings are.
     pub recording: SingleAxisTable,
     /// The angles and how well the fixture holds them.
+    #[serde(default)]
     pub position: PositionTable,
     /// Local gravity.
     pub gravity: GravityInput,
     /// How they are fitted.
+    #[serde(default)]
     pub method: SingleAxisMethod,
     /// Conditions.
+    #[serde(default)]
     pub ambient: Ambient,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct File {
-    #[serde(rename = "kind")]
-    _kind: String,
-    title: Option<String>,
-    #[serde(default)]
-    device: Device,
-    recording: SingleAxisTable,
-    #[serde(default)]
-    position: PositionTable,
-    gravity: GravityTable,
-    #[serde(default)]
-    method: SingleAxisMethod,
-    #[serde(default)]
-    ambient: Ambient,
 }
 
 /// `[recording]` of one axis.
@@ -147,24 +138,9 @@ pub(super) fn twice<'a>(names: impl Iterator<Item = &'a String> + Clone) -> Opti
 }
 
 impl SingleAxisCampaign {
-    pub(crate) fn from_file(source: CampaignFile) -> Result<Self> {
-        let file: File = source.parse()?;
-        let gravity = gravity(&source, &file.gravity)?;
-        let campaign = Self {
-            title: file.title,
-            device: file.device,
-            recording: file.recording,
-            position: file.position,
-            gravity,
-            method: file.method,
-            ambient: file.ambient,
-            source,
-        };
-        campaign.check()?;
-        Ok(campaign)
-    }
-
-    fn check(&self) -> Result<()> {
+    /// Refuses values that are impossible, each with its line.
+    pub(super) fn check(&self) -> Result<()> {
+        self.gravity.check(&self.source)?;
         let (table, position) = (&self.recording, &self.position);
         let refuse = |table: &str, key: &str, what: &str, hint: &str| {
             Err(self.source.refuse(table, key, what).with_hint(hint))

@@ -9,6 +9,7 @@ use super::shaker_triaxial::waveform_options;
 use proofmass_io::{Ambient, Device};
 use proofmass_io::{Result, WaveformOptions};
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 
 /// `[vibrometer]`: its decoder, where the runs carry its volts.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
@@ -33,13 +34,18 @@ pub struct ModelTable {
 }
 
 /// The tables of a campaign of spurious motion; the files they name are read by its methods.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct SpuriousMotionCampaign {
+    #[serde(rename = "kind")]
+    _kind: IgnoredAny,
     /// The file it was read from.
+    #[serde(skip, default = "CampaignFile::unread")]
     pub source: CampaignFile,
     /// One line for the head of the report.
     pub title: Option<String>,
     /// The bench.
+    #[serde(default)]
     pub device: Device,
     /// Runs: one repeat along one axis each.
     pub runs: RunsTable,
@@ -50,36 +56,21 @@ pub struct SpuriousMotionCampaign {
     /// The vibrometer; `None` when the runs carry velocities.
     pub vibrometer: Option<VibrometerTable>,
     /// Calculated motions to set beside the measured one.
+    #[serde(default, rename = "model")]
     pub models: Vec<ModelTable>,
     /// Conditions.
+    #[serde(default)]
     pub ambient: Ambient,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct File {
-    #[serde(rename = "kind")]
-    _kind: String,
-    title: Option<String>,
-    #[serde(default)]
-    device: Device,
-    runs: RunsTable,
-    recording: Option<ShakerRecording>,
-    reference: Option<CertificateTable>,
-    vibrometer: Option<VibrometerTable>,
-    #[serde(default, rename = "model")]
-    models: Vec<ModelTable>,
-    #[serde(default)]
-    ambient: Ambient,
 }
 
 impl SpuriousMotionCampaign {
     /// Names of the channels, in the order of every run.
     pub const CHANNELS: [&str; 2] = ["reference", "velocity"];
 
-    pub(crate) fn from_file(source: CampaignFile) -> Result<Self> {
-        let file: File = source.parse()?;
-        if let Some(v) = &file.vibrometer {
+    /// Refuses values that are impossible, each with its line.
+    pub(super) fn check(&self) -> Result<()> {
+        let source = &self.source;
+        if let Some(v) = &self.vibrometer {
             if !(v.sensitivity.is_finite() && v.sensitivity != 0.0) {
                 return Err(source
                     .refuse(
@@ -99,17 +90,7 @@ impl SpuriousMotionCampaign {
                     .with_hint("decoders delay by microseconds: 5.9e-6"));
             }
         }
-        Ok(Self {
-            title: file.title,
-            device: file.device,
-            runs: file.runs,
-            recording: file.recording,
-            reference: file.reference,
-            vibrometer: file.vibrometer,
-            models: file.models,
-            ambient: file.ambient,
-            source,
-        })
+        Ok(())
     }
 
     /// Reads the table of runs.

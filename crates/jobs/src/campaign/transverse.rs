@@ -11,6 +11,7 @@ use super::statement::{StatementTable, coverage_factor};
 use crate::device_output::DeviceOutput;
 use proofmass_io::{Ambient, Device, Result, WaveformOptions};
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 
 /// `[mounting]`: how well the device sits, standard uncertainties in degrees.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
@@ -45,13 +46,18 @@ pub struct TransverseDatasheet {
 }
 
 /// The tables of a transverse test; the files they name are read by its methods.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct TransverseCampaign {
+    #[serde(rename = "kind")]
+    _kind: IgnoredAny,
     /// The file it was read from.
+    #[serde(skip, default = "CampaignFile::unread")]
     pub source: CampaignFile,
     /// One line for the head of the report.
     pub title: Option<String>,
     /// The device under calibration.
+    #[serde(default)]
     pub device: Device,
     /// Runs.
     pub runs: RunsTable,
@@ -68,40 +74,22 @@ pub struct TransverseCampaign {
     /// Largest transverse sensitivity of the datasheet.
     pub datasheet: Option<TransverseDatasheet>,
     /// How U is stated.
+    #[serde(default)]
     pub method: StatementTable,
     /// Conditions.
+    #[serde(default)]
     pub ambient: Ambient,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct File {
-    #[serde(rename = "kind")]
-    _kind: String,
-    title: Option<String>,
-    #[serde(default)]
-    device: Device,
-    runs: RunsTable,
-    recording: Option<ShakerRecording>,
-    reference: Option<CertificateTable>,
-    axis: Option<CertificateTable>,
-    mounting: TransverseMounting,
-    reading: Option<TransverseReading>,
-    datasheet: Option<TransverseDatasheet>,
-    #[serde(default)]
-    method: StatementTable,
-    #[serde(default)]
-    ambient: Ambient,
 }
 
 impl TransverseCampaign {
     /// Names of the channels, in the order of every run.
     pub const CHANNELS: [&str; 2] = ["reference", "output"];
 
-    pub(crate) fn from_file(source: CampaignFile) -> Result<Self> {
-        let file: File = source.parse()?;
-        coverage_factor(&source, file.method.coverage_factor)?;
-        let m = file.mounting;
+    /// Refuses values that are impossible, each with its line.
+    pub(super) fn check(&self) -> Result<()> {
+        let source = &self.source;
+        coverage_factor(source, self.method.coverage_factor)?;
+        let m = self.mounting;
         let largest = 45.0;
         for (table, key, value, limit) in [
             ("mounting", "u_tilt_deg", Some(m.u_tilt_deg), largest),
@@ -115,19 +103,19 @@ impl TransverseCampaign {
             (
                 "reading",
                 "u_relative",
-                file.reading.map(|r| r.u_relative),
+                self.reading.map(|r| r.u_relative),
                 1.0,
             ),
             (
                 "reading",
                 "dof",
-                file.reading.and_then(|r| r.dof),
+                self.reading.and_then(|r| r.dof),
                 f64::INFINITY,
             ),
             (
                 "datasheet",
                 "transverse_%",
-                file.datasheet.map(|d| d.transverse),
+                self.datasheet.map(|d| d.transverse),
                 100.0,
             ),
         ] {
@@ -137,20 +125,7 @@ impl TransverseCampaign {
                 return Err(source.refuse(table, key, format!("{v} is impossible")));
             }
         }
-        Ok(Self {
-            title: file.title,
-            device: file.device,
-            runs: file.runs,
-            recording: file.recording,
-            reference: file.reference,
-            axis: file.axis,
-            mounting: file.mounting,
-            reading: file.reading,
-            datasheet: file.datasheet,
-            method: file.method,
-            ambient: file.ambient,
-            source,
-        })
+        Ok(())
     }
 
     /// Reads the table of runs.

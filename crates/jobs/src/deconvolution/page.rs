@@ -1,87 +1,72 @@
-//! The report of an input that was found behind an output.
+//! The page of an input that was found behind an output.
 
-use proofmass_report::number::{concise, plain, two_digits};
-use proofmass_report::{
-    Axis, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot,
-};
+use super::DeconvolutionOutcome;
+use proofmass_report::number::{concise, plain};
+use proofmass_report::{Axis, Field, KeyFigure, Report, Rounding, Section, Series, Table, XyPlot};
 use proofmass_signal::Trace;
-use proofmass_uncertainty::Quantity;
 
-/// What the report tells of a deconvolution.
-#[derive(Clone, Debug)]
-pub(crate) struct DeconvolutionReport<'a> {
-    /// Title, device, inputs, findings.
-    pub head: Head<'a>,
-    /// Unit of the input.
-    pub unit: &'a str,
-    /// Greatest value.
-    pub peak: Quantity,
-    /// Greatest value of the output over the static sensitivity.
-    pub plain_peak: f64,
-    /// Corner of the low-pass, Hz.
-    pub corner: f64,
-    /// Standard uncertainties: noise, model at its greatest, regularisation.
-    pub causes: [f64; 3],
-    /// The input.
-    pub value: Trace,
-    /// Lower ends of the 95 % intervals.
-    pub low: Trace,
-    /// Upper ends.
-    pub high: Trace,
-    /// The output over the static sensitivity.
-    pub plain: Trace,
-}
+/// Number of a sample, its value and standard uncertainty.
+type Sample<'a> = (usize, (&'a f64, &'a f64));
 
-impl DeconvolutionReport<'_> {
-    /// The whole report.
-    pub(crate) fn full(&self) -> Report {
-        let line = |name: &str, t: &Trace| Series::line(name, &t.x, &t.y);
-        let plot = XyPlot::new(Axis::linear("time", "s"), Axis::linear("input", self.unit))
-            .series(line("output over static sensitivity", &self.plain))
-            .series(line("input", &self.value))
-            .series(line("95 % interval, lower end", &self.low))
-            .series(line("95 % interval, upper end", &self.high));
-        self.summary()
-            .section(
-                Section::new("Time history")
-                    .figure("The input, and the plain reading beside it", plot),
-            )
-            .foot(&self.head)
-    }
-
-    /// What is worth a look in the terminal.
-    pub(crate) fn summary(&self) -> Report {
-        let report = self.head.open();
-        let figures = [
-            KeyFigure::new(
-                "peak",
-                concise(self.peak.value, self.peak.standard_uncertainty),
-                self.unit,
-            ),
-            KeyFigure::new(
-                "plain reading",
-                format!("{:.5}", self.plain_peak),
-                self.unit,
-            )
+pub(super) fn add(page: Report, outcome: &DeconvolutionOutcome) -> Report {
+    let (unit, result, peak) = (&outcome.unit, &outcome.result, outcome.peak());
+    let larger = |m: f64, v: &f64| if v.abs() > m.abs() { *v } else { m };
+    let plain_peak = outcome.plain.iter().fold(0.0, larger);
+    let figures = [
+        KeyFigure::new("peak", concise(peak.value, peak.standard_uncertainty), unit),
+        KeyFigure::new("plain reading", format!("{plain_peak:.5}"), unit)
             .note("output over static sensitivity"),
-            KeyFigure::new("corner of the low-pass", plain(self.corner), "Hz"),
-        ];
-        let mut table = Table::new(
-            "Standard uncertainty of a sample, by cause",
-            [Column::text("cause"), Column::number("u", self.unit)],
-        );
-        for (name, u) in [
-            "noise of the output",
-            "model, at its greatest",
-            "what the low-pass removes",
-        ]
-        .into_iter()
-        .zip(self.causes)
-        {
-            table = table.row([Cell::text(name), Cell::number(two_digits(u))]);
-        }
-        report
-            .findings(self.head.findings.iter().cloned())
-            .section(Section::new("Result").key_figures(figures).table(table))
-    }
+        KeyFigure::new("corner of the low-pass", plain(result.corner), "Hz"),
+    ];
+    let causes = [
+        ("noise of the output", result.noise),
+        ("model, at its greatest", result.model),
+        ("what the low-pass removes", result.regularisation),
+    ];
+    let fields = [
+        Field::shown("cause", "", |c: &(&str, f64)| c.0.into()),
+        Field::shown("u", unit, |c: &(&str, f64)| c.1.into()).rounded(Rounding::TwoDigits),
+    ];
+    let pairs = || result.value.iter().zip(&result.standard_uncertainty);
+    let time = |k: usize| k as f64 / outcome.rate;
+    let x: Vec<f64> = (0..outcome.plain.len()).map(time).collect();
+    let line = |name: &str, y: &[f64]| {
+        let trace = Trace::new(&x, y, Trace::RUNS);
+        Series::line(name, &trace.x, &trace.y)
+    };
+    let edge = |sign: f64| -> Vec<f64> { pairs().map(|(v, u)| v + sign * 1.96 * u).collect() };
+    let plot = XyPlot::new(Axis::linear("time", "s"), Axis::linear("input", unit))
+        .series(line("output over static sensitivity", &outcome.plain))
+        .series(line("input", &result.value))
+        .series(line("95 % interval, lower end", &edge(-1.0)))
+        .series(line("95 % interval, upper end", &edge(1.0)));
+    let samples = [
+        Field::new("time_s", |(k, _): &Sample<'_>| time(*k).into()),
+        Field::new(format!("value_{unit}"), |(_, (v, _)): &Sample<'_>| {
+            (**v).into()
+        }),
+        Field::new(format!("u_{unit}"), |(_, (_, u)): &Sample<'_>| (**u).into()),
+        Field::new(format!("U95_{unit}"), |(_, (_, u)): &Sample<'_>| {
+            (1.96 * **u).into()
+        }),
+    ];
+    page.section(
+        Section::new("Result")
+            .key_figures(figures)
+            .table(Table::of(
+                "Standard uncertainty of a sample, by cause",
+                fields,
+                causes,
+            ))
+            .summarised(),
+    )
+    .section(
+        Section::new("Time history").figure("The input, and the plain reading beside it", plot),
+    )
+    .section(Section::filed([Table::of(
+        "",
+        samples,
+        pairs().enumerate(),
+    )
+    .file("input.csv")]))
 }

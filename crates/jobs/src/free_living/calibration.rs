@@ -1,6 +1,7 @@
 //! Scale, offset and temperature coefficient in multiples of local gravity as a calibration in m/s².
 
 use super::FreeLivingOutcome;
+use crate::page::AXES;
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{STANDARD_GRAVITY, THERMAL_ORDER};
@@ -8,8 +9,6 @@ use proofmass_io::{CalibrationFile, ThermalBlock, Unit};
 use proofmass_uncertainty::{
     Component, DegreesOfFreedom, Effect, Estimate, Evaluation, Influence, Quantity,
 };
-
-const AXES: [&str; 3] = ["x", "y", "z"];
 
 impl FreeLivingOutcome {
     /// ã = K a + b with K = g₀/(s g), b = −o g₀ and β = −c g₀/s, from a/g = s (ã/g₀ + o) + c (T − T̄).

@@ -1,75 +1,20 @@
 //! The report of the modes of a fixture.
 
+use super::outcome::ModesOutcome;
+use crate::page::AXES;
+use crate::page::columns::{filed, number};
+use crate::page::words::words;
 use proofmass_fixture::{
-    Convergence, Damping, Effort, Found, FrequencySensitivity, Level, NaturalMode, Search,
-    TransferPoint, Update,
+    Convergence, Found, FrequencySensitivity, Level, LineMotion, NaturalMode, Search,
+    TransferPoint, Trial, Update, round,
 };
-use proofmass_report::number::{plain, two_digits};
+use proofmass_io::StatedQuantity;
+use proofmass_report::Rounding::{Decimals, Plain, TwoDigits};
+use proofmass_report::number::{plain, rounded, two_digits};
 use proofmass_report::plot::BodyPlot;
 use proofmass_report::{
-    Axis, Block, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot, scientific,
+    Axis, Block, Cell, Field, KeyFigure, Report, Section, Series, Table, XyPlot, scientific,
 };
-use proofmass_uncertainty::Estimate;
-
-/// A line on the face of the gluing point with what the modes do along it.
-#[derive(Clone, Debug)]
-pub(crate) struct ModesLine<'a> {
-    /// What line it is.
-    pub name: &'a str,
-    /// Distance along it in m.
-    pub distance: &'a [f64],
-    /// Distance of the gluing point in m.
-    pub gluing: f64,
-    /// Modulus of the displacement per mode, over the largest of the body.
-    pub shape: &'a [Vec<f64>],
-    /// Modulus of the displacement at resonance per unit acceleration of the base, per mode, in s².
-    pub response: &'a [Vec<f64>],
-}
-
-/// What the report tells.
-#[derive(Clone, Debug)]
-pub(crate) struct ModesReport<'a> {
-    /// Title, device, inputs, findings.
-    pub head: Head<'a>,
-    /// Probability of the intervals.
-    pub probability: f64,
-    /// Label and value of the model: dimensions, materials, support.
-    pub model: &'a [(String, String)],
-    /// Frequencies, updated where resonances were measured.
-    pub estimate: &'a Estimate,
-    /// The modes as calculated.
-    pub modes: &'a [NaturalMode],
-    /// A mode matters when its weight is at least this.
-    pub weight: f64,
-    /// What the meshes say.
-    pub convergence: &'a [Convergence],
-    /// The meshes.
-    pub levels: &'a [Level],
-    /// Of the finest.
-    pub effort: Effort,
-    /// Surface at rest: points and triangles.
-    pub surface: (&'a [[f64; 3]], &'a [[u32; 3]]),
-    /// Displacement of the points of the surface, per mode.
-    pub shapes: &'a [Vec<[f64; 3]>],
-    /// Lines through the gluing point.
-    pub lines: Vec<ModesLine<'a>>,
-    /// Damping.
-    pub damping: Damping,
-    /// From base to gluing point, dense, for the plot.
-    pub transfer: &'a [TransferPoint],
-    /// Highest frequency with less spurious motion than `share`; `None` beyond the last mode.
-    pub usable: Option<f64>,
-    /// Share of the acceleration of the base.
-    pub share: f64,
-    /// What the frequencies depend on.
-    pub sensitivities: &'a [FrequencySensitivity],
-    /// What measured resonances say.
-    pub update: Option<&'a Update>,
-    /// A search over shapes.
-    pub search: Option<(&'a Search, &'a Found)>,
-    /// Whether the body is free: no base drives it.
-    pub free: bool,
-}
 
 /// Deformed shapes that are drawn.
 const DRAWN: usize = 6;
@@ -88,54 +33,55 @@ fn percent(share: f64) -> String {
     two_digits(1e2 * share)
 }
 
-impl ModesReport<'_> {
-    /// The whole report.
-    pub(crate) fn full(&self) -> Report {
-        let mut report = self.summary().section(self.deformed());
-        if !self.free {
-            report = report.section(self.transfer()).section(self.along());
-        }
-        if !self.sensitivities.is_empty() {
-            report = report.section(self.budget());
-        }
-        report = report.section(self.meshes());
-        let mut model = Table::new("", [Column::text("what"), Column::text("value")]);
-        for (label, value) in self.model {
-            model = model.row([Cell::text(label.clone()), Cell::text(value.clone())]);
-        }
-        report = report.section(Section::new("Model").table(model));
-        report.foot(&self.head)
+pub(super) fn add(page: Report, outcome: &ModesOutcome) -> Report {
+    let quantities = outcome.stated();
+    let mut page = page
+        .subtitle("Natural frequencies and mode shapes by finite elements")
+        .section(outcome.frequencies(&quantities).summarised());
+    let mut files = Vec::new();
+    if !outcome.free {
+        files.push(outcome.table_of_transfer());
     }
-
-    /// What is worth a look in the terminal.
-    pub(crate) fn summary(&self) -> Report {
-        let mut report = self
-            .head
-            .open()
-            .subtitle("Natural frequencies and mode shapes by finite elements");
-        report = report
-            .findings(self.head.findings.iter().cloned())
-            .section(self.frequencies());
-        if let Some(update) = self.update {
-            report = report.section(self.updated(update));
-        }
-        if let Some((wanted, found)) = self.search {
-            report = report.section(searched(wanted, found));
-        }
-        report
+    let lines = outcome.lines.iter().zip(["slope.csv", "across.csv"]);
+    files.extend(lines.map(|(line, name)| table_of_line(line).file(name)));
+    if let Some(update) = &outcome.update {
+        page = page.section(updated(update).summarised());
     }
+    if let Some((wanted, found)) = &outcome.search {
+        page = page.section(searched(wanted, found).summarised());
+        files.push(Table::of("", search_fields(wanted, found), &found.trials).file("search.csv"));
+    }
+    page = page.section(outcome.deformed(&quantities));
+    if !outcome.free {
+        page = page.section(outcome.above_base()).section(outcome.along());
+    }
+    if !outcome.sensitivities.is_empty() {
+        page = page.section(outcome.budget());
+    }
+    let model = outcome
+        .description
+        .iter()
+        .cloned()
+        .map(|(what, value)| [what, value]);
+    page.section(outcome.meshes())
+        .section(Section::new("Model").table(words("", ["what", "value"], model)))
+        .section(Section::filed(files))
+}
 
-    fn frequencies(&self) -> Section {
-        let quantities = self.estimate.quantities();
-        let mut section = Section::new("Natural frequencies");
+/// A mode with its frequency and what the meshes say of it.
+type Mode<'a> = (
+    usize,
+    (&'a NaturalMode, &'a StatedQuantity),
+    Option<&'a Convergence>,
+);
+
+impl ModesOutcome {
+    fn frequencies(&self, quantities: &[StatedQuantity]) -> Section {
         let figure = |label: &str, m: usize| {
             quantities.get(m).map(|q| {
-                let (value, expanded) =
-                    proofmass_report::number::rounded(q.value, q.expanded(self.probability));
-                KeyFigure::new(label, value, "Hz").note(format!(
-                    "± {expanded} Hz, {} %",
-                    plain(1e2 * self.probability)
-                ))
+                let (value, expanded) = rounded(q.value, q.expanded);
+                let percent = plain(1e2 * self.probability);
+                KeyFigure::new(label, value, "Hz").note(format!("± {expanded} Hz, {percent} %"))
             })
         };
         let mut figures: Vec<KeyFigure> = figure("first mode", 0).into_iter().collect();
@@ -159,51 +105,7 @@ impl ModesReport<'_> {
                 .note("the last mode calculated"),
             });
         }
-        section = section.key_figures(figures);
-        let mut columns = vec![
-            Column::number("mode", ""),
-            Column::number("frequency", "Hz"),
-            Column::number(format!("U ({} %)", plain(1e2 * self.probability)), "Hz"),
-            Column::number("error of the mesh", "%"),
-        ];
-        if !self.free {
-            columns.extend([
-                Column::number("weight x′", "%"),
-                Column::number("weight y′", "%"),
-                Column::number("weight z′", "%"),
-                Column::text("matters"),
-            ]);
-        }
-        let mut table = Table::new("", columns);
-        for (m, mode) in self.modes.iter().enumerate() {
-            let Some(q) = quantities.get(m) else { continue };
-            let (value, expanded) =
-                proofmass_report::number::rounded(q.value, q.expanded(self.probability));
-            let mut row = vec![
-                Cell::number((m + 1).to_string()),
-                Cell::number(value),
-                Cell::number(expanded),
-                self.convergence.get(m).map_or(Cell::Empty, |c| {
-                    Cell::number(percent(c.error / c.frequency))
-                }),
-            ];
-            if !self.free {
-                // A mode the symmetry forbids leaves rounding.
-                row.extend(mode.residue().map(|r| {
-                    Cell::number(if r.abs() < 5e-5 {
-                        "0".to_owned()
-                    } else {
-                        proofmass_report::number::minus(&format!("{:.2}", 1e2 * r))
-                    })
-                }));
-                row.push(Cell::text(if mode.weight() >= self.weight {
-                    "yes"
-                } else {
-                    "no"
-                }));
-            }
-            table = table.row(row);
-        }
+        let mut table = self.table_of_modes(quantities);
         if !self.free {
             table = table.note(format!(
                 "Weight: what the mode adds to the acceleration of the gluing point, over that of the base along z′, far above its resonance; at \
@@ -212,15 +114,114 @@ impl ModesReport<'_> {
                 percent(self.weight)
             ));
         }
-        section = section.table(table);
-        section
+        Section::new("Natural frequencies")
+            .key_figures(figures)
+            .table(table)
     }
 
-    fn deformed(&self) -> Section {
-        let quantities = self.estimate.quantities();
-        let (points, triangles) = self.surface;
-        let mut plot = BodyPlot::new(points.to_vec(), triangles.to_vec());
-        for (m, shape) in self.shapes.iter().take(DRAWN).enumerate() {
+    fn table_of_modes(&self, quantities: &[StatedQuantity]) -> Table {
+        let heading = format!("U ({} %)", plain(1e2 * self.probability));
+        let mut fields = vec![
+            number("mode", ("mode", ""), Decimals(0), |m: &Mode<'_>| {
+                (m.0 + 1) as f64
+            }),
+            Field::new("frequency_Hz", |(_, (_, q), _): &Mode<'_>| {
+                Cell::printed(q.value, rounded(q.value, q.expanded).0)
+            })
+            .page("frequency", "Hz"),
+            filed("u_frequency_Hz", |(_, (_, q), _): &Mode<'_>| q.u),
+            Field::new("U_frequency_Hz", |(_, (_, q), _): &Mode<'_>| {
+                Cell::printed(q.expanded, rounded(q.value, q.expanded).1)
+            })
+            .page(heading, "Hz"),
+            filed("k", |(_, (_, q), _): &Mode<'_>| q.k),
+            number(
+                "",
+                ("error of the mesh", "%"),
+                TwoDigits,
+                |(.., c): &Mode<'_>| c.map(|c| 1e2 * (c.error / c.frequency)),
+            ),
+            filed("mesh_error_Hz", |(.., c): &Mode<'_>| c.map(|c| c.error)),
+            filed("order", |(.., c): &Mode<'_>| c.and_then(|c| c.order)),
+        ];
+        fields.extend((0..3).map(|k| {
+            filed(
+                format!("participation_{}_sqrt(kg)", AXES[k]),
+                move |(_, (mode, _), _): &Mode<'_>| mode.participation[k],
+            )
+        }));
+        for (k, axis) in AXES.into_iter().enumerate() {
+            let field = Field::new(format!("weight_{axis}"), move |m: &Mode<'_>| {
+                let weight = m.1.0.residue()[k];
+                // A mode the symmetry forbids leaves rounding.
+                let none = weight.abs() < 5e-5;
+                Cell::printed(
+                    weight,
+                    if none {
+                        "0".into()
+                    } else {
+                        format!("{:.2}", 1e2 * weight)
+                    },
+                )
+            });
+            fields.push(match self.free {
+                true => field,
+                false => field.page(format!("weight {axis}′"), "%"),
+            });
+        }
+        if !self.free {
+            fields.push(Field::shown("matters", "", |m: &Mode<'_>| {
+                let matters = m.1.0.weight() >= self.weight;
+                if matters { "yes" } else { "no" }.into()
+            }));
+        }
+        let modes = self.modes.iter().zip(quantities).enumerate();
+        let rows = modes.map(|(m, mode)| (m, mode, self.convergence.get(m)));
+        Table::of("", fields, rows).file("modes.csv")
+    }
+
+    fn table_of_transfer(&self) -> Table {
+        let inclination = round(self.inclination.to_degrees(), 9);
+        let mut fields = vec![
+            filed("inclination_deg", move |_: &TransferPoint| inclination),
+            filed("frequency_Hz", |p: &TransferPoint| p.frequency),
+        ];
+        for (k, axis) in AXES.into_iter().enumerate() {
+            // Along z′ the departure from the excitation, as vibrometers' tables have it.
+            let wanted = f64::from(u8::from(k == 2));
+            let spread = move |p: &TransferPoint| {
+                let [rr, ri, ii] = p.covariance[k];
+                let (u, v) = (rr.max(0.0).sqrt(), ii.max(0.0).sqrt());
+                let r = if u * v > 0.0 {
+                    (ri / (u * v)).clamp(-1.0, 1.0)
+                } else {
+                    0.0
+                };
+                [u, v, r]
+            };
+            fields.push(filed(format!("{axis}_real"), move |p: &TransferPoint| {
+                p.ratio[k][0] - wanted
+            }));
+            fields.push(filed(
+                format!("{axis}_imaginary"),
+                move |p: &TransferPoint| p.ratio[k][1],
+            ));
+            let names = [
+                format!("u_{axis}_real"),
+                format!("u_{axis}_imaginary"),
+                format!("r_{axis}"),
+            ];
+            let names = names.into_iter().enumerate();
+            fields
+                .extend(names.map(|(i, name)| filed(name, move |p: &TransferPoint| spread(p)[i])));
+        }
+        Table::of("", fields, &self.transfer).file("spurious.csv")
+    }
+
+    fn deformed(&self, quantities: &[StatedQuantity]) -> Section {
+        let (points, triangles, shapes) = self.body.surface();
+        let mut plot = BodyPlot::new(points, triangles);
+        for (m, shape) in shapes.into_iter().take(DRAWN).enumerate() {
             let Some(mode) = self.modes.get(m) else { break };
             let frequency = quantities.get(m).map_or(mode.frequency, |q| q.value);
             let note = if self.free {
@@ -230,11 +231,7 @@ impl ModesReport<'_> {
             } else {
                 "not driven along z′".to_owned()
             };
-            plot = plot.state(
-                format!("mode {}: {}", m + 1, hertz(frequency)),
-                note,
-                shape.clone(),
-            );
+            plot = plot.state(format!("mode {}: {}", m + 1, hertz(frequency)), note, shape);
         }
         Section::new("Mode shapes").figure(
             "The first modes, displacements enlarged to a tenth of the body",
@@ -242,8 +239,8 @@ impl ModesReport<'_> {
         )
     }
 
-    fn transfer(&self) -> Section {
-        let f: Vec<f64> = self.transfer.iter().map(|p| p.frequency).collect();
+    fn above_base(&self) -> Section {
+        let f: Vec<f64> = self.plotted.iter().map(|p| p.frequency).collect();
         let floor = 1e-6;
         let mut plot = XyPlot::new(
             Axis::log("frequency", "Hz"),
@@ -252,7 +249,7 @@ impl ModesReport<'_> {
         .height(320.0);
         let mut silent = vec![];
         for (k, name) in ["x′", "y′", "z′"].into_iter().enumerate() {
-            let y: Vec<f64> = self.transfer.iter().map(|p| p.spurious()[k]).collect();
+            let y: Vec<f64> = self.plotted.iter().map(|p| p.spurious()[k]).collect();
             if y.iter().all(|v| *v < floor) {
                 silent.push(name);
                 continue;
@@ -291,8 +288,12 @@ impl ModesReport<'_> {
             )
             .below(Axis::linear("at resonance", "nm/(m/s²)"));
             let (mut above, mut below) = (vec![], vec![]);
-            for (m, (shape, response)) in
-                line.shape.iter().zip(line.response).take(LINES).enumerate()
+            for (m, (shape, response)) in line
+                .shape
+                .iter()
+                .zip(&line.response)
+                .take(LINES)
+                .enumerate()
             {
                 let name = format!("mode {}", m + 1);
                 above.push(Series::line(name.clone(), &x, shape).look(m));
@@ -312,103 +313,55 @@ impl ModesReport<'_> {
                     label: label.into(),
                 });
             }
-            section = section.figure(line.name, plot);
+            section = section.figure(&line.name, plot);
         }
         section
     }
 
     fn budget(&self) -> Section {
         let shown = self.modes.len().min(LINES);
-        let mut columns = vec![
-            Column::text("cause"),
-            Column::text("value"),
-            Column::text("u"),
+        // None is the mesh.
+        type Cause<'a> = Option<&'a FrequencySensitivity>;
+        let unit = |s: &Cause<'_>, value: fn(&FrequencySensitivity) -> f64| {
+            s.map(|s| with_unit(value(s), &s.unit)).into()
+        };
+        let mut fields = vec![
+            Field::shown("cause", "", |s: &Cause<'_>| {
+                s.map_or("remaining error of the mesh", |s| &s.name).into()
+            }),
+            Field::shown("value", "", move |s: &Cause<'_>| unit(s, |s| s.value)),
+            Field::shown("u", "", move |s: &Cause<'_>| unit(s, |s| s.cause.u)),
         ];
-        columns.extend((0..shown).map(|m| Column::number(format!("mode {}", m + 1), "Hz")));
-        let mut table = Table::new(
-            "Standard uncertainty of the calculated frequencies from every cause",
-            columns,
-        );
-        for s in self.sensitivities {
-            let mut row = vec![
-                Cell::text(s.name.clone()),
-                Cell::text(with_unit(s.value, &s.unit)),
-                Cell::text(with_unit(s.cause.u, &s.unit)),
-            ];
-            row.extend((0..shown).map(|m| {
-                let f = self.modes[m].frequency;
-                Cell::number(two_digits((s.slopes[m] * f * s.cause.u).abs()))
-            }));
-            table = table.row(row);
-        }
-        let mut row = vec![
-            Cell::text("remaining error of the mesh"),
-            Cell::Empty,
-            Cell::Empty,
-        ];
-        row.extend((0..shown).map(|m| {
-            let error = self.convergence.get(m).map_or(0.0, |c| c.error);
-            Cell::number(two_digits(error / 3f64.sqrt()))
+        fields.extend((0..shown).map(|m| {
+            let part = move |s: &Cause<'_>| match s {
+                Some(s) => (s.slopes[m] * self.modes[m].frequency * s.cause.u).abs(),
+                None => self.convergence.get(m).map_or(0.0, |c| c.error) / 3f64.sqrt(),
+            };
+            number("", (&format!("mode {}", m + 1), "Hz"), TwoDigits, part)
         }));
+        let table = Table::of(
+            "Standard uncertainty of the calculated frequencies from every cause",
+            fields,
+            self.sensitivities.iter().map(Some).chain([None]),
+        );
         Section::new("Where the uncertainty comes from")
             .paragraph("Derivatives of the eigenvalues with the modes held fixed; nodes move with a dimension, no mesh is made anew.")
-            .table(table.row(row))
-    }
-
-    fn updated(&self, update: &Update) -> Section {
-        let mut table = Table::new(
-            "Parameters before and after the measured resonances",
-            [
-                Column::text("parameter"),
-                Column::text("before"),
-                Column::text("u"),
-                Column::text("after"),
-                Column::text("u"),
-            ],
-        );
-        for p in &update.parameters {
-            table = table.row([
-                Cell::text(p.name.clone()),
-                Cell::text(with_unit(p.before[0], &p.unit)),
-                Cell::text(with_unit(p.before[1], &p.unit)),
-                Cell::text(with_unit(p.after[0], &p.unit)),
-                Cell::text(with_unit(p.after[1], &p.unit)),
-            ]);
-        }
-        Section::new("Measured resonances")
-            .paragraph(format!(
-                "The frequencies above are those after the update. Agreement of measurement and model: χ² = {}, {}.",
-                two_digits(update.chi_squared),
-                match update.probability {
-                    p if p < 1e-6 => "p below 10⁻⁶".to_owned(),
-                    p => format!("p = {}", two_digits(p)),
-                }
-            ))
             .table(table)
     }
 
     fn meshes(&self) -> Section {
         let shown = self.modes.len().min(LINES);
-        let mut columns = vec![
-            Column::number("elements", ""),
-            Column::number("unknowns", ""),
+        let mut fields = vec![
+            Field::shown("elements", "", |l: &Level| l.elements.into()),
+            Field::shown("unknowns", "", |l: &Level| l.unknowns.into()),
         ];
-        columns.extend((0..shown).map(|m| Column::number(format!("mode {}", m + 1), "Hz")));
-        let mut table = Table::new("", columns);
-        for level in self.levels {
-            let mut row = vec![
-                Cell::number(level.elements.to_string()),
-                Cell::number(level.unknowns.to_string()),
-            ];
-            row.extend(
-                level
-                    .frequencies
-                    .iter()
-                    .take(shown)
-                    .map(|f| Cell::number(format!("{f:.1}"))),
-            );
-            table = table.row(row);
-        }
+        fields.extend((0..shown).map(|m| {
+            let heading = format!("mode {}", m + 1);
+            number("", (&heading, "Hz"), Decimals(1), move |l: &Level| {
+                l.frequencies.get(m).copied()
+            })
+        }));
+        let table = Table::of("", fields, &self.levels);
         let orders: Vec<String> = self
             .convergence
             .iter()
@@ -451,6 +404,29 @@ impl ModesReport<'_> {
     }
 }
 
+fn updated(update: &Update) -> Section {
+    let rows = update.parameters.iter().map(|p| {
+        let value = |v: f64| with_unit(v, &p.unit);
+        let ([before, u], [after, left]) = (p.before.map(value), p.after.map(value));
+        [p.name.clone(), before, u, after, left]
+    });
+    let table = words(
+        "Parameters before and after the measured resonances",
+        ["parameter", "before", "u", "after", "u"],
+        rows,
+    );
+    Section::new("Measured resonances")
+            .paragraph(format!(
+                "The frequencies above are those after the update. Agreement of measurement and model: χ² = {}, {}.",
+                two_digits(update.chi_squared),
+                match update.probability {
+                    p if p < 1e-6 => "p below 10⁻⁶".to_owned(),
+                    p => format!("p = {}", two_digits(p)),
+                }
+            ))
+            .table(table)
+}
+
 /// A number of the model in a unit a workshop reads.
 fn with_unit(value: f64, unit: &str) -> String {
     let (factor, name) = match unit {
@@ -470,30 +446,65 @@ fn with_unit(value: f64, unit: &str) -> String {
     }
 }
 
-fn searched(wanted: &Search, found: &Found) -> Section {
-    let mut columns: Vec<Column> = wanted
-        .vary
-        .iter()
-        .map(|v| {
-            let unit = match v.0.unit() {
-                "m" => "mm",
-                "rad" => "°",
-                _ => "",
-            };
-            Column::number(v.0.name().replace('-', " "), unit)
+fn table_of_line(line: &LineMotion) -> Table {
+    let mut fields = vec![Field::series("distance_m", &line.distance)];
+    for (m, (shape, response)) in line.shape.iter().zip(&line.response).enumerate() {
+        fields.push(Field::series(format!("mode_{}_shape", m + 1), shape));
+        fields.push(Field::series(
+            format!("mode_{}_response_s2", m + 1),
+            response,
+        ));
+    }
+    Table::of("", fields, 0..line.distance.len())
+}
+
+fn search_fields<'a>(wanted: &Search, found: &'a Found) -> Vec<Field<'a, Trial>> {
+    let varied = wanted.vary.iter().enumerate().map(|(k, (dimension, ..))| {
+        let (name, unit) = (dimension.name(), dimension.unit());
+        let (file, shown, scale) = match unit {
+            "m" => ("_m", "mm", 1e3),
+            "rad" => ("_rad", "°", 180.0 / std::f64::consts::PI),
+            _ => ("", "", 1.0),
+        };
+        let heading = name.replace('-', " ");
+        let file = format!("{}{file}", name.replace('-', "_"));
+        number(file, (&heading, shown), Plain, move |t: &Trial| t.values[k]).scaled(scale)
+    });
+    let mut fields: Vec<Field<'a, Trial>> = varied.collect();
+    fields.extend([
+        number(
+            "first_Hz",
+            ("first mode", "Hz"),
+            Decimals(0),
+            |t: &Trial| t.first,
+        ),
+        Field::new("first_that_matters_Hz", |t: &Trial| match t.matters {
+            Some(f) => f.into(),
+            None => Cell::Empty.worded("none"),
         })
-        .collect();
-    columns.extend([
-        Column::number("first mode", "Hz"),
-        Column::number("first that matters", "Hz"),
-        Column::number("mass", "g"),
-        Column::number("centre of mass from gluing point", "mm"),
-        Column::text(""),
+        .page("first that matters", "Hz")
+        .decimals(0),
+        number("mass_kg", ("mass", "g"), Decimals(0), |t: &Trial| t.mass).scaled(1e3),
+        number(
+            "centre_from_gluing_point_m",
+            ("centre of mass from gluing point", "mm"),
+            Decimals(1),
+            |t: &Trial| t.offset,
+        )
+        .scaled(1e3),
+        filed("better", |t: &Trial| f64::from(u8::from(t.better))),
+        Field::shown("", "", |t: &Trial| {
+            Cell::from(match () {
+                () if Some(t) == found.trials.first() => "as given",
+                () if Some(t) == found.best_trial() => "best",
+                () => "",
+            })
+        }),
     ]);
-    let mut table = Table::new(
-        "Shapes that no other beats in frequency without being heavier; the first and the best shape marked",
-        columns,
-    );
+    fields
+}
+
+fn searched(wanted: &Search, found: &Found) -> Section {
     let mut rows = found.trade();
     if let Some(first) = found.trials.first()
         && !rows.contains(&first)
@@ -504,35 +515,11 @@ fn searched(wanted: &Search, found: &Found) -> Section {
     if let Some(best) = best.filter(|b| !rows.contains(b)) {
         rows.push(best);
     }
-    for trial in rows {
-        let mut row: Vec<Cell> = trial
-            .values
-            .iter()
-            .zip(&wanted.vary)
-            .map(|(v, (d, ..))| {
-                let value = match d.unit() {
-                    "m" => 1e3 * v,
-                    "rad" => v.to_degrees(),
-                    _ => *v,
-                };
-                Cell::number(plain(value))
-            })
-            .collect();
-        row.extend([
-            Cell::number(format!("{:.0}", trial.first)),
-            trial
-                .matters
-                .map_or(Cell::text("none"), |f| Cell::number(format!("{f:.0}"))),
-            Cell::number(format!("{:.0}", 1e3 * trial.mass)),
-            Cell::number(format!("{:.1}", 1e3 * trial.offset)),
-            Cell::text(match () {
-                () if Some(trial) == found.trials.first() => "as given",
-                () if Some(trial) == best => "best",
-                () => "",
-            }),
-        ]);
-        table = table.row(row);
-    }
+    let table = Table::of(
+        "Shapes that no other beats in frequency without being heavier; the first and the best shape marked",
+        search_fields(wanted, found),
+        rows,
+    );
     let gain = match (found.trials.first(), best) {
         (Some(first), Some(best)) => {
             let f = |t: &proofmass_fixture::Trial| t.matters.unwrap_or(t.first);

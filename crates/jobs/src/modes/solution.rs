@@ -1,34 +1,27 @@
 //! From a request to an outcome: meshes, modes, uncertainty, transfer.
 
-use super::outcome::{BodyMesh, LineOutcome, ModesOutcome};
+use super::outcome::ModesOutcome;
 use super::{Body, MeshedBody, ModesData, ModesJob, trouble};
+use crate::findings;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
 use proofmass_fixture::{
-    Convergence, Design, Face, Fineness, FiniteElementModel, Fixture, Level, Line, LineDirection,
-    Material, Mesh, Modes, Support, TransferPoint, WedgeMesh, close_modes, converge,
-    convergence_findings, frequency_estimate, lowest_faces, mass_and_centre, modes, refine, search,
-    sensitivities, update,
+    BodyMesh, Design, Face, FiniteElementModel, Fixture, LineDirection, LineMotion, Material, Mesh,
+    Solved, Support, close_modes, frequency_estimate, lowest_faces, mass_and_centre,
+    relative_covariance, round, search, sensitivities, thirds_of_octave, update,
 };
 use proofmass_io::GmshMesh;
-use proofmass_uncertainty::{
-    Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence,
-    Severity,
-};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
 
-/// A body that was solved.
-struct Solved {
-    fixture: Fixture,
-    wedge: Option<WedgeMesh>,
-    modes: Modes,
-    levels: Vec<Level>,
-    convergence: Vec<Convergence>,
-    findings: Vec<Finding>,
-    /// Mesh that is drawn and exported.
-    coarse: Mesh,
-}
+/// Lines on the face of the gluing point.
+const LINES: [(LineDirection, &str); 2] = [
+    (
+        LineDirection::Slope,
+        "Up the slope, from the low edge of the face",
+    ),
+    (LineDirection::Across, "Across the face"),
+];
 
 fn goes_on(watch: &dyn Watch, stage: &'static str, done: usize, of: usize) -> bool {
     watch.progress(stage, done as u64, of as u64) == ControlFlow::Continue(())
@@ -73,15 +66,7 @@ pub(super) fn solve(
     let mut estimate = frequency_estimate(&frequencies, &sensitivities, &errors)?;
     let mut findings = solved.findings.clone();
     if solved.modes.effort.complete == Some(false) {
-        findings.push(
-            Finding::new(
-                Severity::Decision,
-                "mode-missed",
-                "the count of modes by the signs of the factorisation disagrees with the modes found",
-            )
-            .evidence(format!("below {:.1} Hz", frequencies[frequencies.len() - 1]))
-            .advice("ask for more modes"),
-        );
+        findings.push(findings::mode_missed(frequencies[frequencies.len() - 1]));
     }
     findings.extend(close_modes(&estimate));
     let updated = if job.measured.is_empty() {
@@ -90,52 +75,42 @@ pub(super) fn solve(
         let updated =
             update(&frequencies, &sensitivities, &errors, &job.measured).map_err(trouble)?;
         findings.extend(updated.findings.iter().cloned());
-        estimate = estimate_of(&updated.frequencies, &updated.covariance)?;
+        estimate = updated.estimate()?;
         Some(updated)
     };
     let free = matches!(support, Support::Free);
-    let n = frequencies.len();
-    let mut relative = vec![0.0; n * n];
-    for p in 0..n {
-        for q in 0..n {
-            relative[p * n + q] = estimate.covariance()[(p, q)] / (frequencies[p] * frequencies[q]);
-        }
-    }
+    let relative = relative_covariance(&estimate, &frequencies);
     // Resonances where they were measured, not where the model has them.
     let mut driven = solved.modes.clone();
     if let Some(updated) = &updated {
         driven.set_frequencies(&updated.frequencies);
     }
-    let last = frequencies[n - 1];
+    let last = frequencies[frequencies.len() - 1];
     let (transfer, plotted, usable) = if free {
         (vec![], vec![], None)
     } else {
         let list = if job.frequencies.is_empty() {
-            thirds(10.0, 0.9 * last)
+            thirds_of_octave(10.0, 0.9 * last)
         } else {
             job.frequencies.clone()
         };
         (
             driven.transfer_table(job.damping, &list, Some(&relative)),
-            plot_points(&driven, job, last),
+            driven.plotted_transfer(job.damping, last),
             driven.usable_frequency(job.damping.ratio, job.share),
         )
     };
     if let Some(beyond) = transfer.iter().map(|t| t.frequency).find(|f| *f > last) {
-        findings.push(
-            Finding::new(
-                Severity::Decision,
-                "beyond-the-last-mode",
-                format!("the transfer at {beyond} Hz lies beyond the last mode calculated"),
-            )
-            .evidence(format!("last mode {last:.0} Hz"))
-            .advice("ask for more modes"),
-        );
+        findings.push(findings::beyond_the_last_mode(beyond, last));
     }
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
     let (mass, centre) = mass_and_centre(&model);
-    let places = nearest(solved.coarse.nodes(), solved.fixture.mesh.nodes());
-    let body = BodyMesh::new(&solved.coarse, &solved.modes.shapes, &places);
+    let body = BodyMesh::new(&solved.coarse, &solved.fixture.mesh, &solved.modes.shapes);
+    let line = |(direction, name)| {
+        let (fixture, modes) = (&solved.fixture, &solved.modes);
+        LineMotion::new(name, direction, fixture, modes, job.damping.ratio).map_err(trouble)
+    };
+    let lines = LINES.into_iter().map(line).collect::<Result<_>>()?;
     Ok(ModesOutcome {
         probability: job.probability,
         weight: job.weight,
@@ -144,7 +119,7 @@ pub(super) fn solve(
         free,
         inclination: solved.fixture.inclination(),
         description: description(job, &materials, &solved, mass, centre),
-        lines: lines(job, &solved)?,
+        lines,
         modes: solved.modes.modes.clone(),
         effort: solved.modes.effort,
         levels: solved.levels,
@@ -175,26 +150,10 @@ fn wedge(job: &ModesJob, design: &Design, watch: &dyn Watch) -> Result<Solved> {
             )));
         }
     }
-    let refined = refine(design, job.count, &job.refine, &mut |meshes, found| {
-        goes_on(
-            watch,
-            "modes",
-            (meshes * job.count + found).min(4 * job.count),
-            4 * job.count,
-        )
+    Solved::of_wedge(design, job.count, &job.refine, &mut |done, of| {
+        goes_on(watch, "modes", done, of)
     })
-    .map_err(trouble)?;
-    let size = job.refine.size.unwrap_or_else(|| design.coarse_size());
-    let coarse = WedgeMesh::new(&design.wedge, Fineness { size, parts: 1 }).map_err(trouble)?;
-    Ok(Solved {
-        fixture: refined.mesh.fixture.clone(),
-        wedge: Some(refined.mesh),
-        modes: refined.modes,
-        levels: refined.levels,
-        convergence: refined.convergence,
-        findings: refined.findings,
-        coarse: coarse.fixture.mesh,
-    })
+    .map_err(trouble)
 }
 
 fn read<'a>(data: &ModesData<'a>) -> Result<&'a GmshMesh> {
@@ -296,41 +255,12 @@ fn meshed(
         ))
         .with_hint("raise `unknowns` in [modes], or give a mesh with longer edges: it is cut into eight for the second level"));
     }
-    let mut levels = vec![];
-    let mut solve = |fixture: &Fixture, size: f64| -> Result<Modes> {
-        let model = FiniteElementModel {
-            fixture,
-            materials,
-            support: &body.support,
-            accelerometer: body.accelerometer,
-        };
-        let before = levels.len() * job.count;
-        let found = modes(&model, job.count, &mut |found, _| {
-            goes_on(watch, "modes", before + found, 2 * job.count)
-        })
-        .map_err(trouble)?;
-        levels.push(Level {
-            size,
-            elements: found.effort.elements,
-            unknowns: found.effort.unknowns,
-            frequencies: found.modes.iter().map(|m| m.frequency).collect(),
-        });
-        Ok(found)
-    };
-    solve(&given, 1.0)?;
-    let fixture = given.split().map_err(trouble)?;
-    let modes = solve(&fixture, 0.5)?;
-    let convergence = converge(&levels);
-    let findings = convergence_findings(&convergence, job.refine.accuracy, &levels);
-    Ok(Solved {
-        coarse: given.mesh,
-        fixture,
-        wedge: None,
-        modes,
-        levels,
-        convergence,
-        findings,
+    let held = (materials, &body.support, body.accelerometer);
+    let accuracy = job.refine.accuracy;
+    Solved::of_mesh(given, held, job.count, accuracy, &mut |done, of| {
+        goes_on(watch, "modes", done, of)
     })
+    .map_err(trouble)
 }
 
 /// Faces of the base: those of the named group, found on the mesh by where they lie.
@@ -344,18 +274,9 @@ fn base_faces(
         return lowest_faces(mesh).map_err(trouble);
     };
     let named = |group: usize| file.groups[group] == *name;
-    let key = |x: &[f64; 3]| x.map(f64::to_bits);
-    let wanted: BTreeSet<[[u64; 3]; 3]> = file
-        .triangles
-        .iter()
-        .filter(|t| named(t.1))
-        .map(|t| {
-            let mut corners = t.0.map(|n| key(&nodes[n as usize]));
-            corners.sort_unstable();
-            corners
-        })
-        .collect();
-    if wanted.is_empty() {
+    let triangles = file.triangles.iter().filter(|t| named(t.1));
+    let (faces, wanted) = mesh.faces_at(triangles.map(|t| t.0.map(|n| nodes[n as usize])));
+    if wanted == 0 {
         let groups: BTreeSet<&str> = file
             .triangles
             .iter()
@@ -367,142 +288,15 @@ fn base_faces(
                 .with_hint(format!("its groups of triangles: {}", groups.join(", "))),
         );
     }
-    let faces: Vec<Face> = mesh
-        .boundary()
-        .into_iter()
-        .filter(|face| {
-            let mut corners = [face[0], face[1], face[2]].map(|n| key(&mesh.nodes()[n as usize]));
-            corners.sort_unstable();
-            wanted.contains(&corners)
-        })
-        .collect();
-    if faces.len() != wanted.len() {
+    if faces.len() != wanted {
         return Err(Trouble::data(format!(
             "{} of {} triangles of `{name}` are no faces of the volume",
-            wanted.len() - faces.len(),
-            wanted.len()
+            wanted - faces.len(),
+            wanted
         ))
         .with_hint("export surface and volume from the same mesh"));
     }
     Ok(faces)
-}
-
-/// Frequencies after an update with their joint covariance.
-fn estimate_of(frequencies: &[f64], covariance: &[f64]) -> Result<Estimate> {
-    let components = frequencies
-        .iter()
-        .enumerate()
-        .map(|(m, &f)| Component::new(format!("mode-{}.frequency", m + 1), "Hz", f))
-        .collect();
-    let influence = Influence {
-        key: "model and measured resonances".into(),
-        description: "what is left of the model's uncertainty after the measured resonances".into(),
-        evaluation: Evaluation::B,
-        distribution: "normal".into(),
-        dof: DegreesOfFreedom::INFINITE,
-        effect: Effect::Joint {
-            covariance: Covariance::try_from_rows(frequencies.len(), covariance)?,
-        },
-    };
-    Ok(Estimate::new(components, vec![influence])?)
-}
-
-/// Thirds of an octave as they are named, [IEC61260] base ten.
-fn thirds(low: f64, high: f64) -> Vec<f64> {
-    const NAMES: [f64; 10] = [1.0, 1.25, 1.6, 2.0, 2.5, 3.15, 4.0, 5.0, 6.3, 8.0];
-    let mut list = vec![];
-    for decade in -1..7 {
-        for name in NAMES {
-            // Written as a person would: 31.5, not 31.500000000000004.
-            let f = (name * 10f64.powi(decade) * 1e4).round() / 1e4;
-            if f >= low && f <= high {
-                list.push(f);
-            }
-        }
-    }
-    if list.is_empty() {
-        list.push(high);
-    }
-    list
-}
-
-/// Points dense enough for a plot: a grid, and around each resonance by its width.
-fn plot_points(modes: &Modes, job: &ModesJob, last: f64) -> Vec<TransferPoint> {
-    let first = 0.01 * modes.modes[0].frequency;
-    let steps = 160;
-    let mut list: Vec<f64> = (0..=steps)
-        .map(|k| first * (last / first).powf(f64::from(k) / f64::from(steps)))
-        .collect();
-    for mode in &modes.modes {
-        for k in -6i32..=6 {
-            let offset = f64::from(k) * f64::from(k.abs()) / 6.0;
-            list.push(mode.frequency * (1.0 + 2.0 * job.damping.ratio * offset));
-        }
-    }
-    list.retain(|f| *f > 0.0 && *f <= last);
-    list.sort_by(f64::total_cmp);
-    modes.transfer_table(
-        proofmass_fixture::Damping {
-            u: 0.0,
-            ..job.damping
-        },
-        &list,
-        None,
-    )
-}
-
-fn lines(job: &ModesJob, solved: &Solved) -> Result<Vec<LineOutcome>> {
-    let directions = [
-        (
-            LineDirection::Slope,
-            "Up the slope, from the low edge of the face",
-        ),
-        (LineDirection::Across, "Across the face"),
-    ];
-    let mut result = vec![];
-    for (direction, name) in directions {
-        let line = Line::new(&solved.fixture, direction).map_err(trouble)?;
-        let every = (line.distance.len() / 60).max(1);
-        let size = |u: &[f64; 3]| u.iter().map(|c| c * c).sum::<f64>().sqrt();
-        let (mut shape, mut response) = (vec![], vec![]);
-        for (mode, nodes) in solved.modes.modes.iter().zip(&solved.modes.shapes) {
-            let along = line.displacement(&solved.fixture.mesh, nodes);
-            let largest = nodes.iter().map(size).fold(f64::MIN_POSITIVE, f64::max);
-            let omega = std::f64::consts::TAU * mode.frequency;
-            let drive = mode.participation[2].abs() / (2.0 * job.damping.ratio * omega * omega);
-            let thin = || along.iter().step_by(every).map(size);
-            shape.push(thin().map(|u| round(u / largest, 5)).collect());
-            response.push(thin().map(|u| u * drive).collect());
-        }
-        result.push(LineOutcome {
-            name: name.into(),
-            distance: line.distance.iter().step_by(every).copied().collect(),
-            gluing: line.gluing,
-            shape,
-            response,
-        });
-    }
-    Ok(result)
-}
-
-/// To so many decimals: what a picture shows, and short in a file.
-pub(super) fn round(value: f64, decimals: i32) -> f64 {
-    let unit = 10f64.powi(decimals);
-    (value * unit).round() / unit + 0.0
-}
-
-/// For each of `few`, the nearest of `many`.
-fn nearest(few: &[[f64; 3]], many: &[[f64; 3]]) -> Vec<usize> {
-    few.iter()
-        .map(|x| {
-            let distance = |y: &[f64; 3]| -> f64 { (0..3).map(|c| (x[c] - y[c]).powi(2)).sum() };
-            many.iter()
-                .enumerate()
-                .map(|(i, y)| (i, distance(y)))
-                .min_by(|a, b| a.1.total_cmp(&b.1))
-                .map_or(0, |p| p.0)
-        })
-        .collect()
 }
 
 /// Label and value of the model.

@@ -1,19 +1,18 @@
 //! What a recorded acceleration came to.
 
 use super::MotionJob;
-use super::page::MotionReport;
+use super::page;
 use crate::outcome::{Outcome, section};
 use crate::record::Record;
 use crate::trouble::Result;
-use proofmass_io::{StatedQuantity, Table};
+use proofmass_io::StatedQuantity;
 use proofmass_report::Report;
 use proofmass_signal::{StrongMotion, Trace, Vibration};
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity};
-use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// Response spectrum of the record.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct MotionSpectrum {
     /// s.
     pub period: Vec<f64>,
@@ -30,48 +29,29 @@ pub struct MotionSpectrum {
 impl MotionSpectrum {
     /// Pseudo-acceleration ω² × displacement, m/s².
     pub fn pseudo_acceleration(&self) -> Vec<f64> {
-        let pairs = self.period.iter().zip(&self.displacement);
-        pairs.map(|(t, x)| (TAU / t).powi(2) * x).collect()
+        self.pseudo(2, &self.displacement)
+    }
+
+    /// A power of ω times these displacements.
+    pub(super) fn pseudo(&self, power: i32, displacement: &[f64]) -> Vec<f64> {
+        let pairs = self.period.iter().zip(displacement);
+        pairs.map(|(t, x)| (TAU / t).powi(power) * x).collect()
     }
 }
 
 /// The answer.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct MotionOutcome {
-    request: MotionJob,
-    channel: String,
-    figures: StrongMotion,
-    peaks: [f64; 2],
-    traces: [Trace; 3],
-    spectrum: MotionSpectrum,
-    vibration: Option<Vibration>,
-    findings: Vec<Finding>,
+    pub(super) request: MotionJob,
+    pub(super) figures: StrongMotion,
+    pub(super) peaks: [f64; 2],
+    pub(super) traces: [Trace; 3],
+    pub(super) spectrum: MotionSpectrum,
+    pub(super) vibration: Option<Vibration>,
+    pub(super) findings: Vec<Finding>,
 }
 
 impl MotionOutcome {
-    #[allow(clippy::too_many_arguments)] // The fields, once.
-    pub(super) fn new(
-        request: MotionJob,
-        channel: String,
-        figures: StrongMotion,
-        peaks: [f64; 2],
-        traces: [Trace; 3],
-        spectrum: MotionSpectrum,
-        vibration: Option<Vibration>,
-        findings: Vec<Finding>,
-    ) -> Self {
-        Self {
-            request,
-            channel,
-            figures,
-            peaks,
-            traces,
-            spectrum,
-            vibration,
-            findings,
-        }
-    }
-
     /// Intensity and durations.
     pub fn figures(&self) -> &StrongMotion {
         &self.figures
@@ -87,26 +67,8 @@ impl MotionOutcome {
         self.vibration.as_ref()
     }
 
-    fn page(&self, record: &Record) -> MotionReport<'_> {
-        MotionReport {
-            head: record.head(self.title(record), &self.findings),
-            quantities: self.all(),
-            damping: self.request.damping,
-            traces: &self.traces,
-            period: &self.spectrum.period,
-            pseudo_acceleration: self.spectrum.pseudo_acceleration(),
-            acceleration: &self.spectrum.acceleration,
-            displacement: &self.spectrum.displacement,
-            durations: [
-                Some(self.figures.duration_5_75),
-                Some(self.figures.duration_5_95),
-                self.figures.bracketed_duration,
-            ],
-        }
-    }
-
     /// What is proportional to the acceleration carries its relative uncertainty, the intensity twice.
-    fn all(&self) -> Vec<Quantity> {
+    pub(super) fn all(&self) -> Vec<Quantity> {
         let u = self.request.relative_uncertainty;
         let quantity = |name: &str, unit: &str, value: f64, relative: f64| Quantity {
             name: name.into(),
@@ -153,10 +115,7 @@ impl Outcome for MotionOutcome {
     }
 
     fn quantities(&self) -> Vec<StatedQuantity> {
-        self.all()
-            .iter()
-            .map(|q| StatedQuantity::new(q, 0.95))
-            .collect()
+        StatedQuantity::list(&self.all(), 0.95)
     }
 
     fn findings(&self) -> &[Finding] {
@@ -170,36 +129,7 @@ impl Outcome for MotionOutcome {
         ])
     }
 
-    fn tables(&self) -> Result<Vec<(String, Table)>> {
-        let mut table = Table::new([
-            "period_s",
-            "displacement_m",
-            "velocity_m/s",
-            "acceleration_m/s2",
-            "pseudo_velocity_m/s",
-            "pseudo_acceleration_m/s2",
-            "pseudo_acceleration_at_samples_m/s2",
-        ]);
-        let s = &self.spectrum;
-        let rows = s
-            .period
-            .iter()
-            .zip(&s.displacement)
-            .zip(&s.displacement_at_samples)
-            .zip(&s.velocity)
-            .zip(&s.acceleration);
-        for ((((t, x), at_samples), v), a) in rows {
-            let w = TAU / t;
-            table.push([*t, *x, *v, *a, w * x, w * w * x, w * w * at_samples])?;
-        }
-        Ok(vec![("response_spectrum.csv".to_owned(), table)])
-    }
-
-    fn summary(&self, record: &Record) -> Report {
-        self.page(record).summary()
-    }
-
-    fn report(&self, record: &Record) -> Report {
-        self.page(record).full()
+    fn page(&self, page: Report) -> Report {
+        page::add(page, self)
     }
 }

@@ -1,111 +1,92 @@
-//! The report of a recorded motion.
+//! The page of a recorded motion.
 
-use proofmass_report::number::plain;
-use proofmass_report::{Axis, Cell, Column, Head, Report, Section, Series, Table, XyPlot};
-use proofmass_signal::Trace;
+use super::{MotionOutcome, MotionSpectrum};
+use crate::page::measures::measures;
+use proofmass_report::number::{concise, plain};
+use proofmass_report::{Axis, Cell, Field, Report, Section, Series, Table, XyPlot};
 use proofmass_uncertainty::Quantity;
 
-/// What the report tells of a recorded motion.
-#[derive(Clone, Debug)]
-pub(crate) struct MotionReport<'a> {
-    /// Title, device, inputs, findings.
-    pub head: Head<'a>,
-    /// Figures by name.
-    pub quantities: Vec<Quantity>,
-    /// Damping ratio of the response spectrum.
-    pub damping: f64,
-    /// Acceleration, velocity, displacement.
-    pub traces: &'a [Trace; 3],
-    /// Periods, s.
-    pub period: &'a [f64],
-    /// m/s².
-    pub pseudo_acceleration: Vec<f64>,
-    /// m/s².
-    pub acceleration: &'a [f64],
-    /// m.
-    pub displacement: &'a [f64],
-    /// 5–75 %, 5–95 %, bracketed, s.
-    pub durations: [Option<f64>; 3],
+pub(super) fn add(page: Report, motion: &MotionOutcome) -> Report {
+    let spectrum = motion.spectrum();
+    let damping = plain(100.0 * motion.request.damping);
+    page.section(Section::new("Result").table(figures(motion)).summarised())
+        .section(Section::new("Time history").figure(
+            "Acceleration as corrected, and its integrals from rest",
+            history(motion),
+        ))
+        .section(Section::new("Response spectrum").figure(
+            format!(
+                "Greatest response within the record of oscillators with a damping ratio of {damping} %"
+            ),
+            plot(spectrum),
+        ))
+        .section(Section::filed([table(spectrum)]))
 }
 
-impl MotionReport<'_> {
-    /// The whole report.
-    pub(crate) fn full(&self) -> Report {
-        let [a, v, x] = self.traces;
-        let history = XyPlot::new(
-            Axis::linear("time", "s"),
-            Axis::linear("acceleration", "m/s²"),
-        )
-        .series(Series::line("", &a.x, &a.y))
-        .below(Axis::linear("velocity", "m/s"))
-        .series(Series::line("", &v.x, &v.y))
-        .below(Axis::linear("displacement", "m"))
-        .series(Series::line("", &x.x, &x.y));
-        let positive = |y: &[f64]| -> (Vec<f64>, Vec<f64>) {
-            let pairs = self.period.iter().copied().zip(y.iter().copied());
-            pairs.filter(|(_, y)| *y > 0.0).unzip()
+fn figures(motion: &MotionOutcome) -> Table {
+    let quantity = |q: Quantity| {
+        // Without an uncertainty of the acceleration none of its figures has one: six digits then, and no claim.
+        let value = match q.standard_uncertainty > 0.0 {
+            true => concise(q.value, q.standard_uncertainty),
+            false => format!("{:.5e}", q.value),
         };
-        let (tp, p) = positive(&self.pseudo_acceleration);
-        let (ta, a) = positive(self.acceleration);
-        let (tx, x) = positive(self.displacement);
-        let spectrum = XyPlot::new(Axis::log("period", "s"), Axis::log("acceleration", "m/s²"))
-            .series(Series::line("pseudo-acceleration", &tp, &p))
-            .series(Series::line("absolute acceleration", &ta, &a))
-            .below(Axis::log("relative displacement", "m"))
-            .series(Series::line("", &tx, &x));
-        self.summary()
-            .section(Section::new("Time history").figure(
-                "Acceleration as corrected, and its integrals from rest",
-                history,
-            ))
-            .section(Section::new("Response spectrum").figure(
-                format!(
-                    "Greatest response within the record of oscillators with a damping ratio of {} %",
-                    plain(100.0 * self.damping)
-                ),
-                spectrum,
-            ))
-            .foot(&self.head)
-    }
+        (q.name.replace('_', " "), Cell::number(value), q.unit)
+    };
+    let f = motion.figures();
+    let durations = [
+        ("duration 5–75 %", Some(f.duration_5_75)),
+        ("duration 5–95 %", Some(f.duration_5_95)),
+        ("bracketed duration", f.bracketed_duration),
+    ];
+    let durations = durations.into_iter().filter_map(|(name, d)| {
+        let value = Cell::number(format!("{:.3}", d?));
+        Some((name.to_owned(), value, "s".to_owned()))
+    });
+    let rows = motion.all().into_iter().map(quantity).chain(durations);
+    measures("Figures of the record", "figure", rows)
+}
 
-    /// What is worth a look in the terminal.
-    pub(crate) fn summary(&self) -> Report {
-        let report = self.head.open();
-        let mut table = Table::new(
-            "Figures of the record",
-            [
-                Column::text("figure"),
-                Column::number("value", ""),
-                Column::text("unit"),
-            ],
-        );
-        for q in &self.quantities {
-            // Without an uncertainty of the acceleration none of its figures has one: six digits then, and no claim.
-            let value = if q.standard_uncertainty > 0.0 {
-                proofmass_report::number::concise(q.value, q.standard_uncertainty)
-            } else {
-                format!("{:.5e}", q.value)
-            };
-            table = table.row([
-                Cell::text(q.name.replace('_', " ")),
-                Cell::number(value),
-                Cell::text(q.unit.clone()),
-            ]);
-        }
-        for (name, duration) in ["duration 5–75 %", "duration 5–95 %", "bracketed duration"]
-            .into_iter()
-            .zip(self.durations)
-        {
-            if let Some(d) = duration {
-                table = table.row([
-                    Cell::text(name),
-                    Cell::number(format!("{d:.3}")),
-                    Cell::text("s"),
-                ]);
-            }
-        }
-        report
-            .findings(self.head.findings.iter().cloned())
-            .section(Section::new("Result").table(table))
-    }
+fn history(motion: &MotionOutcome) -> XyPlot {
+    let [a, v, x] = &motion.traces;
+    XyPlot::new(
+        Axis::linear("time", "s"),
+        Axis::linear("acceleration", "m/s²"),
+    )
+    .series(Series::line("", &a.x, &a.y))
+    .below(Axis::linear("velocity", "m/s"))
+    .series(Series::line("", &v.x, &v.y))
+    .below(Axis::linear("displacement", "m"))
+    .series(Series::line("", &x.x, &x.y))
+}
+
+fn plot(spectrum: &MotionSpectrum) -> XyPlot {
+    let line = |name: &str, y: &[f64]| {
+        let pairs = spectrum.period.iter().copied().zip(y.iter().copied());
+        let (x, y): (Vec<f64>, Vec<f64>) = pairs.filter(|(_, y)| *y > 0.0).unzip();
+        Series::line(name, &x, &y)
+    };
+    XyPlot::new(Axis::log("period", "s"), Axis::log("acceleration", "m/s²"))
+        .series(line("pseudo-acceleration", &spectrum.pseudo_acceleration()))
+        .series(line("absolute acceleration", &spectrum.acceleration))
+        .below(Axis::log("relative displacement", "m"))
+        .series(line("", &spectrum.displacement))
+}
+
+fn table(spectrum: &MotionSpectrum) -> Table {
+    let fields = [
+        Field::series("period_s", &spectrum.period),
+        Field::series("displacement_m", &spectrum.displacement),
+        Field::series("velocity_m/s", &spectrum.velocity),
+        Field::series("acceleration_m/s2", &spectrum.acceleration),
+        Field::series(
+            "pseudo_velocity_m/s",
+            spectrum.pseudo(1, &spectrum.displacement),
+        ),
+        Field::series("pseudo_acceleration_m/s2", spectrum.pseudo_acceleration()),
+        Field::series(
+            "pseudo_acceleration_at_samples_m/s2",
+            spectrum.pseudo(2, &spectrum.displacement_at_samples),
+        ),
+    ];
+    Table::of("", fields, 0..spectrum.period.len()).file("response_spectrum.csv")
 }

@@ -1,15 +1,13 @@
 //! What a multi-position calibration found.
 
-use super::page::MultiPositionReport;
-use super::{MultiPositionData, MultiPositionJob};
+use super::{MultiPositionData, MultiPositionJob, page};
 use crate::campaign::MethodModel;
 use crate::outcome::{Outcome, section};
 use crate::record::Record;
 use crate::trouble::Result;
 use proofmass_core::Gravity;
 use proofmass_io::{
-    AnyCalibration, CalibrationFile, Cell, ColumnRef, CurvatureBlock, StatedQuantity, Table,
-    ThermalBlock, Unit,
+    AnyCalibration, CalibrationFile, ColumnRef, CurvatureBlock, StatedQuantity, ThermalBlock, Unit,
 };
 use proofmass_report::Report;
 use proofmass_signal::Trace;
@@ -18,29 +16,25 @@ use proofmass_static::{
     StandstillCalibration, WindowedVariance,
 };
 use proofmass_uncertainty::{DegreesOfFreedom, Estimate, Finding, Quantity};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// A multi-position calibration: the model with its joint covariance, the standstills, what there is to doubt.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct MultiPositionOutcome {
-    method: MethodModel,
-    probability: f64,
-    unit: Unit,
-    quantities: Vec<StatedQuantity>,
+    pub(super) method: MethodModel,
+    pub(super) probability: f64,
+    pub(super) unit: Unit,
+    pub(super) quantities: Vec<StatedQuantity>,
     findings: Vec<Finding>,
-    calibration: StandstillCalibration,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) calibration: StandstillCalibration,
     temperature_range: Option<[f64; 2]>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     columns: Option<[ColumnRef; 3]>,
-    figures: Figures,
+    pub(super) figures: Figures,
     /// What a compensated reading is worth over the sphere.
-    reading: CompensatedReading,
+    pub(super) reading: CompensatedReading,
     /// Where to hold the sensor next.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    next_attitudes: Vec<NextAttitude>,
+    pub(super) next_attitudes: Vec<NextAttitude>,
     /// Other models of the same standstills, with the evidence for each.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     models: Vec<ModelEvidence>,
 }
 
@@ -48,12 +42,11 @@ pub struct MultiPositionOutcome {
 const NEXT: usize = 4;
 
 /// What is drawn of the recording.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Figures {
     /// Outputs x, y, z over time, s.
     pub outputs: [Trace; 3],
     /// Windowed variance over its floor against time, where standstills were searched.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub windowed: Option<Trace>,
     /// Beginning and end of each standstill, s.
     pub standstills: Vec<(f64, f64)>,
@@ -118,11 +111,7 @@ impl MultiPositionOutcome {
             method: job.method,
             probability: job.probability,
             unit: data.unit,
-            quantities: quantities
-                .iter()
-                .chain([&gravity])
-                .map(|q| StatedQuantity::new(q, job.probability))
-                .collect(),
+            quantities: StatedQuantity::list(quantities.iter().chain([&gravity]), job.probability),
             findings,
             temperature_range: temperature_range(data, &calibration)
                 .or(job.temperature.map(|t| [t, t])),
@@ -143,89 +132,6 @@ impl MultiPositionOutcome {
     /// The calibration with everything it went through.
     pub fn calibration(&self) -> &StandstillCalibration {
         &self.calibration
-    }
-
-    fn page(&self, record: &Record) -> MultiPositionReport<'_> {
-        MultiPositionReport {
-            head: record.head(self.title(record), &self.findings),
-            method: self.method.name().to_owned(),
-            probability: self.probability,
-            outputs: Some(&self.figures.outputs),
-            windowed: self.figures.windowed.as_ref(),
-            standstills: &self.figures.standstills,
-            reading: Some(&self.reading),
-            next: &self.next_attitudes,
-            models: &self.models,
-        }
-    }
-
-    fn parameters(&self) -> Result<Table> {
-        let mut table = Table::new(["quantity", "value", "unit", "u", "U", "k", "nu_eff"]);
-        let parameters = self.calibration.fit.estimate().components().len();
-        for q in &self.quantities[..parameters] {
-            let nu = q.nu_eff.map(|nu| nu.get());
-            table.push([
-                Cell::from(q.name.as_str()),
-                Cell::from(q.value),
-                Cell::from(q.unit.as_str()),
-                Cell::from(q.u),
-                Cell::from(q.expanded),
-                Cell::from(q.k),
-                Cell::from(nu.filter(|nu| nu.is_finite())),
-            ])?;
-        }
-        Ok(table)
-    }
-
-    fn standstills(&self) -> Result<Table> {
-        let unit = self.unit.ascii();
-        let mut columns = vec![
-            "standstill".to_owned(),
-            "first_sample".to_owned(),
-            "end_sample".to_owned(),
-        ];
-        columns.extend(["x", "y", "z"].map(|a| format!("output_{a}_{unit}")));
-        columns.extend(["x", "y", "z"].map(|a| format!("acceleration_{a}_m/s2")));
-        columns.extend(
-            [
-                "residual_m/s2",
-                "residual_noise_m/s2",
-                "studentised_residual",
-            ]
-            .map(str::to_owned),
-        );
-        let mut table = Table::new(columns);
-        for r in self.calibration.fit.residuals() {
-            let mut row = vec![
-                Cell::from(r.name.as_str()),
-                Cell::from(r.samples.0 as f64),
-                Cell::from(r.samples.1 as f64),
-            ];
-            row.extend(
-                r.output
-                    .iter()
-                    .chain(&r.acceleration)
-                    .map(|v| Cell::from(*v)),
-            );
-            row.push(Cell::from(r.magnitude_residual));
-            row.push(Cell::from(r.noise));
-            row.push(Cell::from(r.studentised));
-            table.push(row)?;
-        }
-        Ok(table)
-    }
-
-    fn covariance(&self) -> Result<Table> {
-        let estimate = self.calibration.fit.estimate();
-        let names = estimate.components().iter().map(|c| c.name.clone());
-        let mut table = Table::new(std::iter::once("quantity".to_owned()).chain(names));
-        let n = estimate.components().len();
-        for (i, component) in estimate.components().iter().enumerate() {
-            let mut row = vec![Cell::from(component.name.as_str())];
-            row.extend((0..n).map(|j| Cell::from(estimate.covariance()[(i, j)])));
-            table.push(row)?;
-        }
-        Ok(table)
     }
 }
 
@@ -322,14 +228,6 @@ impl Outcome for MultiPositionOutcome {
         ])
     }
 
-    fn tables(&self) -> Result<Vec<(String, Table)>> {
-        Ok(vec![
-            ("parameters.csv".to_owned(), self.parameters()?),
-            ("standstills.csv".to_owned(), self.standstills()?),
-            ("covariance.csv".to_owned(), self.covariance()?),
-        ])
-    }
-
     fn calibration(&self, record: &Record) -> Result<Option<AnyCalibration>> {
         let fit = &self.calibration.fit;
         let sensor = fit.model();
@@ -371,11 +269,7 @@ impl Outcome for MultiPositionOutcome {
         Ok(Some(file.into()))
     }
 
-    fn summary(&self, record: &Record) -> Report {
-        self.page(record).summary(&self.calibration)
-    }
-
-    fn report(&self, record: &Record) -> Report {
-        self.page(record).full(&self.calibration)
+    fn page(&self, page: Report) -> Report {
+        page::add(page, self)
     }
 }

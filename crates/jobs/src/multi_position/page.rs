@@ -1,374 +1,291 @@
-//! The report of a multi-position calibration.
+//! The page of a multi-position calibration.
 
 mod models;
 mod practice;
 
-use proofmass_report::number::{freedom, rounded, two_digits};
+use super::outcome::MultiPositionOutcome;
+use crate::campaign::MethodModel;
+use crate::page::AXES;
+use crate::page::measures::lines;
+use crate::page::parameters::stated_parameters;
+use proofmass_io::StatedQuantity;
+use proofmass_report::number::{concise, freedom, rounded, two_digits};
+use proofmass_report::plot::Style;
 use proofmass_report::{
-    Axis, BarPlot, Cell, Column, Head, KeyFigure, MatrixPlot, Report, Section, Series, SpherePlot,
-    Table, XyPlot,
+    Axis, BarPlot, Cell, Field, KeyFigure, MatrixPlot, Report, Rounding, Section, Series,
+    SpherePlot, Table, XyPlot,
 };
-use proofmass_signal::Trace;
-use proofmass_static::{
-    CompensatedReading, ModelEvidence, MultiPositionFit, NextAttitude, PoseResidual,
-    StandstillCalibration,
-};
-use proofmass_uncertainty::{Format, Quantity};
+use proofmass_static::{MultiPositionFit, PoseResidual, ThresholdSweep};
+use proofmass_uncertainty::Quantity;
 
-/// What the report tells beside the calibration itself.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct MultiPositionReport<'a> {
-    /// Title, device, inputs, findings.
-    pub head: Head<'a>,
-    /// Name of the method as the campaign gives it.
-    pub method: String,
-    /// Probability of the intervals.
-    pub probability: f64,
-    /// Outputs x, y, z against time, s, for their plot.
-    pub outputs: Option<&'a [Trace; 3]>,
-    /// The statistic of the standstill search against time, for its plot.
-    pub windowed: Option<&'a Trace>,
-    /// Beginning and end of each standstill, s.
-    pub standstills: &'a [(f64, f64)],
-    /// What a compensated reading is worth over the sphere.
-    pub reading: Option<&'a CompensatedReading>,
-    /// The next best attitudes, each given those before it.
-    pub next: &'a [NextAttitude],
-    /// Other models of the same standstills.
-    pub models: &'a [ModelEvidence],
-}
-
-impl MultiPositionReport<'_> {
-    /// The whole report.
-    pub(crate) fn full(&self, calibration: &StandstillCalibration) -> Report {
-        let fit = &calibration.fit;
-        let mut report = self.head(fit);
-        report = report
-            .section(self.result(fit))
-            .section(practice::section(fit, self.reading, self.next))
-            .section(self.agreement(fit))
-            .section(self.budget(fit));
-        if let Some(section) = models::section(fit, self.models) {
-            report = report.section(section);
-        }
-        if self.outputs.is_some() {
-            report = report.section(self.standstills(calibration));
-        }
-        report
-            .section(self.provenance(fit))
-            .footer(self.head.footer.clone())
-    }
-
-    /// What is worth a look in the terminal.
-    pub(crate) fn summary(&self, calibration: &StandstillCalibration) -> Report {
-        let fit = &calibration.fit;
-        let mut section = Section::new("Result")
-            .key_figures(key_figures(fit))
-            .table(self.parameters(fit));
-        section = practice::next(section, fit, self.next);
-        let mut report = self.head(fit).section(section);
-        if fit.beyond().is_some()
-            && let Some(section) = models::section(fit, self.models)
-        {
-            report = report.section(section);
-        }
-        report
-    }
-
-    fn head(&self, fit: &MultiPositionFit) -> Report {
-        let gravity = fit.gravity();
-        let report = self.head.open().subtitle(format!(
+pub(super) fn add(page: Report, outcome: &MultiPositionOutcome) -> Report {
+    let fit = &outcome.calibration.fit;
+    let gravity = fit.gravity();
+    let mut page = page
+        .subtitle(format!(
             "Multi-position calibration of a triaxial accelerometer: method {}, {}, g = {} m/s²",
-            self.method,
+            outcome.method.name(),
             counted(fit),
             concise(gravity.value(), gravity.standard_uncertainty()),
-        ));
-        report.findings(self.head.findings.iter().cloned())
-    }
-
-    fn result(&self, fit: &MultiPositionFit) -> Section {
-        let mut section = Section::new("Result")
-            .paragraph(
-                "Model ã = K a + b: output ã under the specific force a. Scale factors are the diagonal of K, \
-                 misalignments its other elements divided by the diagonal element of their row. Compensation is \
-                 a = K⁻¹ (ã − b).",
-            )
-            .key_figures(key_figures(fit))
-            .table(self.parameters(fit))
-            .table(matrix(fit));
-        if let Some(text) = models::beyond(fit) {
-            section = section.paragraph(text);
-        }
-        if self.method == "ferraris" {
-            section = section.table(practice::ferraris(fit));
-        }
-        section
-    }
-
-    fn parameters(&self, fit: &MultiPositionFit) -> Table {
-        let percent = 100.0 * self.probability;
-        let mut table = Table::new(
-            format!(
-                "Parameters with their {} % intervals, value ± U",
-                significant(percent)
-            ),
-            [
-                Column::text("quantity"),
-                Column::number("value", ""),
-                Column::number("U", ""),
-                Column::text("unit"),
-                Column::number("k", ""),
-                Column::number("ν_eff", ""),
-            ],
-        );
-        for quantity in fit.quantities() {
-            let (value, expanded) = rounded(quantity.value, quantity.expanded(self.probability));
-            table = table.row([
-                Cell::text(quantity.name.clone()),
-                Cell::number(value),
-                Cell::number(expanded),
-                Cell::text(quantity.unit.clone()),
-                Cell::number(format!("{:.2}", quantity.coverage_factor(self.probability))),
-                Cell::number(freedom(quantity.dof.get())),
-            ]);
-        }
-        table
-    }
-
-    fn agreement(&self, fit: &MultiPositionFit) -> Section {
-        let residuals = fit.residuals();
-        let number: Vec<f64> = (1..=residuals.len()).map(|i| i as f64).collect();
-        let value: Vec<f64> = residuals
-            .iter()
-            .map(|r| 1e3 * r.magnitude_residual)
-            .collect();
-        let spread: Vec<f64> = residuals
-            .iter()
-            .map(|r| 2e3 * r.noise.hypot(fit.excess()))
-            .collect();
-        let low: Vec<f64> = value.iter().zip(&spread).map(|(v, s)| v - s).collect();
-        let high: Vec<f64> = value.iter().zip(&spread).map(|(v, s)| v + s).collect();
-        let plot = XyPlot::new(
-            Axis::linear(noun(fit), "").range(0.0, residuals.len() as f64 + 1.0),
-            Axis::linear("‖a‖ − g", "mm/s²"),
-        )
-        .horizontal(0.0, "")
-        .series(Series::markers("", &number, &value).bars(&low, &high));
-        let mut sphere = SpherePlot::new("‖a‖ − g", "mm/s²");
-        for (i, r) in residuals.iter().enumerate() {
-            sphere = sphere.point(
-                r.acceleration,
-                1e3 * r.magnitude_residual,
-                // Numbers that nobody could read are left away.
-                if residuals.len() > LEGIBLE {
-                    String::new()
-                } else {
-                    format!("{}", i + 1)
-                },
-            );
-        }
-        Section::new(format!("Agreement of the {}s", noun(fit)))
-            .paragraph(format!(
-                "{} Attitudes: {}; the largest part of the sphere without an attitude has a radius of {:.0}°. Condition \
-                 number {:.1}.",
-                scatter(fit),
-                fit.coverage(),
-                fit.coverage().largest_hole_deg,
-                fit.condition(),
-            ))
-            .figure(
-                format!(
-                    "Residual of each {}; bars are two standard uncertainties of its noise and any excess",
-                    noun(fit)
-                ),
-                plot,
-            )
-            .figure(
-                "Directions of the specific force in the axes of the sensor, coloured by the residual",
-                sphere,
-            )
-            .table(standstill_table(fit))
-    }
-
-    fn budget(&self, fit: &MultiPositionFit) -> Section {
-        let estimate = fit.estimate();
-        let names: Vec<&str> = estimate
-            .components()
-            .iter()
-            .map(|c| c.name.as_str())
-            .collect();
-        // One row per quantity: the standstills, taken apart, then every cause that no residual shows.
-        let others: Vec<(&str, &str)> = estimate
-            .influences()
-            .iter()
-            .filter(|i| i.key != "standstills")
-            .map(|i| (i.key.as_str(), i.description.as_str()))
-            .collect();
-        let attitudes = fit.scatter_parts().iter().any(|p| p.attitude > 0.0);
-        let mut columns = vec![
-            Column::text("quantity"),
-            Column::number("noise", ""),
-            Column::number("between standstills", ""),
-        ];
-        if attitudes {
-            columns.push(Column::number("each attitude", ""));
-        }
-        columns.extend(others.iter().map(|(_, what)| Column::number(*what, "")));
-        columns.push(Column::number("u", ""));
-        columns.push(Column::text("unit"));
-        columns.push(Column::number("ν_eff", ""));
-        let mut table = Table::new(
-            "Budget: contribution of each cause to the standard uncertainty",
-            columns,
-        );
-        let mut bars = BarPlot::shares("share of the variance, mean over all quantities");
-        let mut mean_share: Vec<(String, f64)> = Vec::new();
-        for (quantity, parts) in fit.quantities().iter().zip(fit.scatter_parts()) {
-            let u = quantity.standard_uncertainty;
-            let number = |value: f64| Cell::number(contribution(value, (value / u).powi(2)));
-            let mut row = vec![
-                Cell::text(quantity.name.clone()),
-                number(parts.noise),
-                number(parts.between),
-            ];
-            let mut shares = vec![
-                ("noise of the means", parts.noise),
-                ("between standstills", parts.between),
-            ];
-            if attitudes {
-                row.push(number(parts.attitude));
-                shares.push(("each attitude", parts.attitude));
-            }
-            let lines = estimate.budget(&quantity.name).unwrap_or_default();
-            for (key, what) in &others {
-                let line = lines.iter().find(|l| l.key == *key);
-                let value = line.map_or(0.0, |l| l.contribution);
-                row.push(number(value));
-                shares.push((*what, value));
-            }
-            row.push(Cell::number(two_digits(u)));
-            row.push(Cell::text(quantity.unit.clone()));
-            row.push(Cell::number(freedom(quantity.dof.get())));
-            table = table.row(row);
-            for (what, value) in shares {
-                let share = (value / u).powi(2) / names.len() as f64;
-                match mean_share.iter_mut().find(|(name, _)| name == what) {
-                    Some((_, sum)) => *sum += share,
-                    None => mean_share.push((what.to_owned(), share)),
-                }
-            }
-        }
-        mean_share.sort_by(|a, b| b.1.total_cmp(&a.1));
-        for (name, share) in mean_share {
-            bars = bars.bar(name, share, "");
-        }
-        Section::new("Uncertainty")
-            .paragraph(
-                "Noise comes from the samples of the standstills, their autocorrelation included; what varies between \
-                 standstills from the residuals. Both are type A and one influence with common degrees of freedom, for \
-                 the residuals fix only their sum. Gravity and attitudes enter as type B. Contributions of one quantity \
-                 add in squares to its variance; quantities of the same fit are correlated, so combine them through the \
-                 joint covariance of result.json.",
-            )
-            .figure("Causes of uncertainty", bars)
-            .figure(
-                "Correlation of the quantities",
-                MatrixPlot::correlation(&names, estimate.covariance()),
-            )
-            .table(table)
-    }
-
-    fn standstills(&self, calibration: &StandstillCalibration) -> Section {
-        let sweep = &calibration.sweep;
-        let mut section = Section::new("The recording and its standstills");
-        section = section.paragraph(match sweep.threshold {
-            Some(threshold) if sweep.candidates.is_empty() => {
-                format!("Standstills were found with the given threshold of {threshold:.1} times the noise floor.")
-            }
-            Some(threshold) => format!(
-                "Standstills were found by the variance in a sliding window. Of {} thresholds the fit was as good as \
-                 the best at {threshold:.1} times the noise floor, the strictest that breaks fewest standstills.",
-                sweep.candidates.len()
-            ),
-            None if calibration.fit.effective_readings().is_some() => TUMBLE.to_owned(),
-            None if noun(&calibration.fit) == "reading" => {
-                "Every row is a reading in an attitude of its own.".to_owned()
-            }
-            None => "The standstills were given.".to_owned(),
-        });
-        if let Some(outputs) = self.outputs {
-            let shades = self.standstills;
-            let unit = calibration.fit.output_unit();
-            let mut plot = XyPlot::new(Axis::linear("time", "s"), Axis::linear("output", unit));
-            for (name, output) in ["x", "y", "z"].iter().zip(outputs) {
-                plot = plot.series(Series::line(*name, &output.x, &output.y));
-            }
-            plot = plot.shade("standstill", shades);
-            if let Some(windowed) = self.windowed {
-                plot = plot
-                    .below(Axis::log("variance / floor", ""))
-                    .series(Series::line("windowed variance", &windowed.x, &windowed.y).look(3))
-                    .shade("", shades);
-                if let Some(threshold) = sweep.threshold {
-                    plot = plot.horizontal(threshold, "threshold");
-                }
-            }
-            let caption = match shades {
-                [] => "The recording",
-                _ => "The recording; shaded: the standstills that were used",
-            };
-            section = section.figure(caption, plot);
-        }
-        let tried: Vec<_> = sweep
-            .candidates
-            .iter()
-            .filter_map(|c| Some((c.threshold, c.figure?)))
-            .collect();
-        if tried.len() > 1 {
-            let (x, y): (Vec<f64>, Vec<f64>) = tried.into_iter().unzip();
-            let plot = XyPlot::new(
-                Axis::log("threshold / noise floor", ""),
-                Axis::log("relative width of the intervals", ""),
-            )
-            .series(Series::line("", &x, &y).style(proofmass_report::plot::Style::LineAndMarkers))
-            .vertical(sweep.threshold.unwrap_or(x[0]), "chosen");
-            section = section.figure("The sweep of the threshold", plot);
-        }
-        if !sweep.excluded.is_empty() {
-            section = section.paragraph(format!(
-                "Left out on request: standstill {}.",
-                sweep.excluded.join(", ")
-            ));
-        }
-        let Some(noise) = &calibration.noise else {
-            return section;
-        };
-        let inflation = noise.variance_inflation();
-        section.paragraph(format!(
-            "Noise of single samples: {} {unit} (x), {} {unit} (y), {} {unit} (z); correlation of neighbouring samples \
-             makes the variance of long means {:.2}, {:.2} and {:.2} times that of uncorrelated ones.",
-            two_digits(noise.deviation()[0]),
-            two_digits(noise.deviation()[1]),
-            two_digits(noise.deviation()[2]),
-            inflation[0],
-            inflation[1],
-            inflation[2],
-            unit = calibration.fit.output_unit(),
         ))
+        .section(
+            Section::new("Result")
+                .key_figures(key_figures(fit))
+                .table(parameters(outcome))
+                .summarised(),
+        )
+        .section(model(fit, outcome.method == MethodModel::Ferraris))
+        .section(practice::section(fit, &outcome.reading));
+    if let Some(section) = practice::next(fit, &outcome.next_attitudes) {
+        page = page.section(section.summarised());
     }
+    page = page.section(agreement(outcome)).section(budget(fit));
+    if let Some(section) = models::section(fit, outcome.models()) {
+        page = page.section(match fit.beyond() {
+            Some(_) => section.summarised(),
+            None => section,
+        });
+    }
+    page.section(standstills(outcome))
+        .section(method(fit))
+        .section(Section::filed(files(outcome)))
+}
 
-    fn provenance(&self, fit: &MultiPositionFit) -> Section {
-        Section::new("Inputs and method")
-            .inputs(&self.head.inputs)
-            .paragraph(format!(
-                "Model {}: {} parameters, {} iterations of weighted least squares. Uncertainty: law of propagation, \
-                 coverage factors from Student's t at the effective degrees of freedom (JCGM 100:2008). Standstill \
-                 search and ‖a‖ = g fit after Tedaldi, Pretto and Menegatti (ICRA 2014).",
-                fit.form(),
-                fit.parameters(),
-                fit.iterations(),
-            ))
+fn parameters(outcome: &MultiPositionOutcome) -> Table {
+    let percent = (1e6 * outcome.probability).round() / 1e4;
+    let caption = format!("Parameters with their {percent} % intervals, value ± U");
+    let printed = |q: &StatedQuantity| <[String; 2]>::from(rounded(q.value, q.expanded));
+    let fitted = outcome.calibration.fit.estimate().components().len();
+    stated_parameters(caption, &outcome.quantities[..fitted], printed)
+}
+
+fn model(fit: &MultiPositionFit, ferraris: bool) -> Section {
+    let mut section = Section::new("Model")
+        .paragraph(
+            "Model ã = K a + b: output ã under the specific force a. Scale factors are the diagonal of K, \
+             misalignments its other elements divided by the diagonal element of their row. Compensation is \
+             a = K⁻¹ (ã − b).",
+        )
+        .table(matrix(fit));
+    if let Some(text) = models::beyond(fit) {
+        section = section.paragraph(text);
     }
+    match ferraris {
+        true => section.table(practice::ferraris(fit)),
+        false => section,
+    }
+}
+
+fn agreement(outcome: &MultiPositionOutcome) -> Section {
+    let fit = &outcome.calibration.fit;
+    let residuals = fit.residuals();
+    let number: Vec<f64> = (1..=residuals.len()).map(|i| i as f64).collect();
+    // Two standard uncertainties of the noise and any excess to either side.
+    let part = |k: f64| -> Vec<f64> {
+        let spread = |r: &PoseResidual| r.noise.hypot(fit.excess());
+        let values = residuals.iter();
+        values
+            .map(|r| 1e3 * r.magnitude_residual + k * (2e3 * spread(r)))
+            .collect()
+    };
+    let plot = XyPlot::new(
+        Axis::linear(noun(fit), "").range(0.0, residuals.len() as f64 + 1.0),
+        Axis::linear("‖a‖ − g", "mm/s²"),
+    )
+    .horizontal(0.0, "")
+    .series(Series::markers("", &number, &part(0.0)).bars(&part(-1.0), &part(1.0)));
+    let mut sphere = SpherePlot::new("‖a‖ − g", "mm/s²");
+    for (i, r) in residuals.iter().enumerate() {
+        // Numbers that nobody could read are left away.
+        let name = match residuals.len() > LEGIBLE {
+            true => String::new(),
+            false => (i + 1).to_string(),
+        };
+        sphere = sphere.point(r.acceleration, 1e3 * r.magnitude_residual, name);
+    }
+    Section::new(format!("Agreement of the {}s", noun(fit)))
+        .paragraph(format!(
+            "{} Attitudes: {}; the largest part of the sphere without an attitude has a radius of {:.0}°. Condition \
+             number {:.1}.",
+            scatter(fit),
+            fit.coverage(),
+            fit.coverage().largest_hole_deg,
+            fit.condition(),
+        ))
+        .figure(
+            format!(
+                "Residual of each {}; bars are two standard uncertainties of its noise and any excess",
+                noun(fit)
+            ),
+            plot,
+        )
+        .figure(
+            "Directions of the specific force in the axes of the sensor, coloured by the residual",
+            sphere,
+        )
+        .table(standstill_table(outcome))
+}
+
+/// Contributions of each cause, row by row.
+fn budget(fit: &MultiPositionFit) -> Section {
+    type Row<'a> = (&'a Quantity, Vec<f64>);
+    let estimate = fit.estimate();
+    let components = estimate.components().iter();
+    let names: Vec<&str> = components.map(|c| c.name.as_str()).collect();
+    // One row per quantity: the standstills, taken apart, then every cause that no residual shows.
+    let others = estimate.influences().iter();
+    let others: Vec<_> = others.filter(|i| i.key != "standstills").collect();
+    let attitudes = fit.scatter_parts().iter().any(|p| p.attitude > 0.0);
+    let mut causes = vec![
+        ("noise", "noise of the means"),
+        ("between standstills", "between standstills"),
+    ];
+    causes.extend(attitudes.then_some(("each attitude", "each attitude")));
+    let described = others.iter().map(|i| i.description.as_str());
+    causes.extend(described.map(|what| (what, what)));
+    let mut rows: Vec<Row<'_>> = Vec::new();
+    let mut mean_share: Vec<(&str, f64)> = Vec::new();
+    for (quantity, parts) in fit.quantities().iter().zip(fit.scatter_parts()) {
+        let mut contributions = vec![parts.noise, parts.between];
+        contributions.extend(attitudes.then_some(parts.attitude));
+        let lines = estimate.budget(&quantity.name).unwrap_or_default();
+        contributions.extend(others.iter().map(|other| {
+            let line = lines.iter().find(|l| l.key == other.key);
+            line.map_or(0.0, |l| l.contribution)
+        }));
+        for ((_, what), value) in causes.iter().zip(&contributions) {
+            let share = (value / quantity.standard_uncertainty).powi(2) / names.len() as f64;
+            match mean_share.iter_mut().find(|(name, _)| name == what) {
+                Some((_, sum)) => *sum += share,
+                None => mean_share.push((what, share)),
+            }
+        }
+        rows.push((quantity, contributions));
+    }
+    mean_share.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let bars = BarPlot::shares("share of the variance, mean over all quantities");
+    let bars = mean_share
+        .into_iter()
+        .fold(bars, |bars, (name, share)| bars.bar(name, share, ""));
+    let mut fields = vec![Field::shown("quantity", "", |r: &Row<'_>| {
+        r.0.name.as_str().into()
+    })];
+    fields.extend(causes.iter().enumerate().map(|(k, (heading, _))| {
+        Field::shown(*heading, "", move |(q, values): &Row<'_>| {
+            contribution(values[k], q.standard_uncertainty)
+        })
+    }));
+    fields.extend([
+        Field::shown("u", "", |r: &Row<'_>| r.0.standard_uncertainty.into())
+            .rounded(Rounding::TwoDigits),
+        Field::shown("unit", "", |r: &Row<'_>| r.0.unit.as_str().into()),
+        Field::shown("ν_eff", "", |r: &Row<'_>| {
+            Cell::number(freedom(r.0.dof.get()))
+        }),
+    ]);
+    let caption = "Budget: contribution of each cause to the standard uncertainty";
+    Section::new("Uncertainty")
+        .paragraph(
+            "Noise comes from the samples of the standstills, their autocorrelation included; what varies between \
+             standstills from the residuals. Both are type A and one influence with common degrees of freedom, for \
+             the residuals fix only their sum. Gravity and attitudes enter as type B. Contributions of one quantity \
+             add in squares to its variance; quantities of the same fit are correlated, so combine them through the \
+             joint covariance of result.json.",
+        )
+        .figure("Causes of uncertainty", bars)
+        .figure(
+            "Correlation of the quantities",
+            MatrixPlot::correlation(&names, estimate.covariance()),
+        )
+        .table(Table::of(caption, fields, rows))
+}
+
+fn standstills(outcome: &MultiPositionOutcome) -> Section {
+    let (calibration, figures) = (&outcome.calibration, &outcome.figures);
+    let (fit, sweep) = (&calibration.fit, &calibration.sweep);
+    let mut section = Section::new("The recording and its standstills");
+    section = section.paragraph(match sweep.threshold {
+        Some(threshold) if sweep.candidates.is_empty() => {
+            format!("Standstills were found with the given threshold of {threshold:.1} times the noise floor.")
+        }
+        Some(threshold) => format!(
+            "Standstills were found by the variance in a sliding window. Of {} thresholds the fit was as good as \
+             the best at {threshold:.1} times the noise floor, the strictest that breaks fewest standstills.",
+            sweep.candidates.len()
+        ),
+        None if fit.effective_readings().is_some() => TUMBLE.to_owned(),
+        None if noun(fit) == "reading" => {
+            "Every row is a reading in an attitude of its own.".to_owned()
+        }
+        None => "The standstills were given.".to_owned(),
+    });
+    let shades = &figures.standstills;
+    let mut plot = XyPlot::new(
+        Axis::linear("time", "s"),
+        Axis::linear("output", fit.output_unit()),
+    );
+    for (name, output) in AXES.iter().zip(&figures.outputs) {
+        plot = plot.series(Series::line(*name, &output.x, &output.y));
+    }
+    plot = plot.shade("standstill", shades);
+    if let Some(windowed) = &figures.windowed {
+        plot = plot
+            .below(Axis::log("variance / floor", ""))
+            .series(Series::line("windowed variance", &windowed.x, &windowed.y).look(3))
+            .shade("", shades);
+        if let Some(threshold) = sweep.threshold {
+            plot = plot.horizontal(threshold, "threshold");
+        }
+    }
+    let caption = match shades.is_empty() {
+        true => "The recording",
+        false => "The recording; shaded: the standstills that were used",
+    };
+    section = section.figure(caption, plot);
+    if let Some(plot) = tried(sweep) {
+        section = section.figure("The sweep of the threshold", plot);
+    }
+    if !sweep.excluded.is_empty() {
+        section = section.paragraph(format!(
+            "Left out on request: standstill {}.",
+            sweep.excluded.join(", ")
+        ));
+    }
+    let Some(noise) = &calibration.noise else {
+        return section;
+    };
+    let unit = fit.output_unit();
+    let [x, y, z] = noise.deviation().map(two_digits);
+    let [a, b, c] = noise.variance_inflation();
+    section.paragraph(format!(
+        "Noise of single samples: {x} {unit} (x), {y} {unit} (y), {z} {unit} (z); correlation of neighbouring samples \
+         makes the variance of long means {a:.2}, {b:.2} and {c:.2} times that of uncorrelated ones.",
+    ))
+}
+
+fn tried(sweep: &ThresholdSweep) -> Option<XyPlot> {
+    let tried = sweep.candidates.iter();
+    let tried = tried.filter_map(|c| Some((c.threshold, c.figure?)));
+    let (x, y): (Vec<f64>, Vec<f64>) = tried.unzip();
+    (x.len() > 1).then(|| {
+        XyPlot::new(
+            Axis::log("threshold / noise floor", ""),
+            Axis::log("relative width of the intervals", ""),
+        )
+        .series(Series::line("", &x, &y).style(Style::LineAndMarkers))
+        .vertical(sweep.threshold.unwrap_or(x[0]), "chosen")
+    })
+}
+
+fn method(fit: &MultiPositionFit) -> Section {
+    Section::new("Method").paragraph(format!(
+        "Model {}: {} parameters, {} iterations of weighted least squares. Uncertainty: law of propagation, \
+         coverage factors from Student's t at the effective degrees of freedom (JCGM 100:2008). Standstill \
+         search and ‖a‖ = g fit after Tedaldi, Pretto and Menegatti (ICRA 2014).",
+        fit.form(),
+        fit.parameters(),
+        fit.iterations(),
+    ))
 }
 
 const TUMBLE: &str = "The sensor was turned all the time. Every sample counts: the magnitudes of a part are averaged in its \
@@ -377,6 +294,9 @@ const TUMBLE: &str = "The sensor was turned all the time. Every sample counts: t
 
 /// Points that can be told apart by their numbers.
 const LEGIBLE: usize = 80;
+/// From more of them on the page has only the largest.
+const MANY: usize = 2 * LEGIBLE;
+const STANDSTILLS: &str = "standstills.csv";
 
 /// What the fit is made of.
 fn noun(fit: &MultiPositionFit) -> &'static str {
@@ -439,85 +359,117 @@ fn key_figures(fit: &MultiPositionFit) -> Vec<KeyFigure> {
 
 /// K and b as they stand in calibration.json.
 fn matrix(fit: &MultiPositionFit) -> Table {
-    let sensor = fit.model();
+    let (k, bias) = (fit.model().k().0, fit.model().bias());
     let unit = fit.output_unit();
-    let k_unit = if unit == "m/s²" {
-        String::new()
-    } else {
-        format!("{unit}/(m/s²)")
+    let k_unit = match unit {
+        "m/s²" => String::new(),
+        unit => format!("{unit}/(m/s²)"),
     };
-    let mut table = Table::new(
-        "Sensitivity matrix K and bias b",
-        [
-            Column::text("output"),
-            Column::number("K x", k_unit.clone()),
-            Column::number("K y", k_unit.clone()),
-            Column::number("K z", k_unit),
-            Column::number("b", unit),
-        ],
-    );
-    for (i, axis) in ["x", "y", "z"].iter().enumerate() {
-        let mut cells = vec![Cell::text(*axis)];
-        cells.extend(
-            sensor.k().0[i]
-                .iter()
-                .map(|v| Cell::number(six_digits(*v, sensor.k().0[i][i]))),
-        );
-        let expanded = fit
-            .quantities()
-            .get(i)
-            .map_or(0.0, |q| q.expanded(fit.probability()));
-        cells.push(Cell::number(rounded(sensor.bias()[i], expanded).0));
-        table = table.row(cells);
-    }
-    table
+    let quantities = fit.quantities();
+    let expanded = |i: usize| {
+        let q = quantities.get(i);
+        q.map_or(0.0, |q| q.expanded(fit.probability()))
+    };
+    let rows = AXES.iter().enumerate().map(|(i, axis)| {
+        let [x, y, z] = k[i].map(|v| Cell::number(six_digits(v, k[i][i])));
+        let b = Cell::number(rounded(bias[i], expanded(i)).0);
+        [(*axis).into(), x, y, z, b]
+    });
+    let of_k = |heading| (heading, k_unit.as_str());
+    let headings = [
+        ("output", ""),
+        of_k("K x"),
+        of_k("K y"),
+        of_k("K z"),
+        ("b", unit),
+    ];
+    lines("Sensitivity matrix K and bias b", headings, rows)
 }
 
-fn standstill_table(fit: &MultiPositionFit) -> Table {
-    let name = noun(fit);
-    let mut title = format!("{}{}s", name[..1].to_uppercase(), &name[1..]);
-    let shown = match fit.residuals().len() {
-        n if n > 2 * LEGIBLE => {
-            title = format!(
-                "{title}: the {LEGIBLE} with the largest residuals of {n}; all are in standstills.csv"
-            );
-            largest(fit)
-        }
-        _ => fit.residuals().iter().collect(),
+fn standstill_fields(outcome: &MultiPositionOutcome) -> Vec<Field<'_, PoseResidual>> {
+    type Row = PoseResidual;
+    let unit = outcome.unit.ascii();
+    let number = |name: &str, heading: &str, unit: &str, of: fn(&Row) -> f64| {
+        Field::new(name, move |r: &Row| of(r).into()).page(heading, unit)
     };
-    let mut table = Table::new(
-        title,
-        [
-            Column::text(name),
-            Column::number("first sample", ""),
-            Column::number("samples", ""),
-            Column::number("a_x", "m/s²"),
-            Column::number("a_y", "m/s²"),
-            Column::number("a_z", "m/s²"),
-            Column::number("‖a‖ − g", "mm/s²"),
-            Column::number("u (noise)", "mm/s²"),
-            Column::number("studentised", ""),
-        ],
-    );
-    for r in shown {
-        table = table.row([
-            Cell::text(r.name.clone()),
-            Cell::number(r.samples.0.to_string()),
-            Cell::number((r.samples.1 - r.samples.0).to_string()),
-            Cell::number(format!("{:.4}", r.acceleration[0])),
-            Cell::number(format!("{:.4}", r.acceleration[1])),
-            Cell::number(format!("{:.4}", r.acceleration[2])),
-            Cell::number(format!("{:.2}", 1e3 * r.magnitude_residual)),
-            // Single readings whose uncertainty nobody stated have none.
-            match r.noise > 0.0 {
-                true => Cell::number(format!("{:.2}", 1e3 * r.noise)),
-                false => Cell::Empty,
-            },
-            r.studentised
-                .map_or(Cell::Empty, |t| Cell::number(format!("{t:.1}"))),
-        ]);
+    let mut fields = vec![
+        Field::new("standstill", |r: &Row| r.name.as_str().into())
+            .page(noun(&outcome.calibration.fit), ""),
+        number("first_sample", "first sample", "", |r| r.samples.0 as f64).decimals(0),
+        number("end_sample", "", "", |r| r.samples.1 as f64),
+        Field::shown("samples", "", |r: &Row| (r.samples.1 - r.samples.0).into()),
+    ];
+    let axes = || AXES.iter().enumerate();
+    fields.extend(axes().map(|(k, axis)| {
+        Field::new(format!("output_{axis}_{unit}"), move |r: &Row| {
+            r.output[k].into()
+        })
+    }));
+    fields.extend(axes().map(|(k, axis)| {
+        let name = format!("acceleration_{axis}_m/s2");
+        Field::new(name, move |r: &Row| r.acceleration[k].into())
+            .page(format!("a_{axis}"), "m/s²")
+            .decimals(4)
+    }));
+    // Single readings whose uncertainty nobody stated have none.
+    let noise = |r: &Row| match r.noise > 0.0 {
+        true => r.noise.into(),
+        false => Cell::printed(r.noise, ""),
+    };
+    fields.extend([
+        number("residual_m/s2", "‖a‖ − g", "mm/s²", |r| {
+            r.magnitude_residual
+        })
+        .scaled(1e3)
+        .decimals(2),
+        Field::new("residual_noise_m/s2", noise)
+            .page("u (noise)", "mm/s²")
+            .scaled(1e3)
+            .decimals(2),
+        Field::new("studentised_residual", |r: &Row| r.studentised.into())
+            .page("studentised", "")
+            .decimals(1),
+    ]);
+    fields
+}
+
+/// All of them, or those with the largest residuals where they are many.
+fn standstill_table(outcome: &MultiPositionOutcome) -> Table {
+    let fit = &outcome.calibration.fit;
+    let name = noun(fit);
+    let title = format!("{}{}s", name[..1].to_uppercase(), &name[1..]);
+    let fields = standstill_fields(outcome);
+    match fit.residuals().len() {
+        n if n > MANY => Table::of(
+            format!(
+                "{title}: the {LEGIBLE} with the largest residuals of {n}; all are in standstills.csv"
+            ),
+            fields,
+            largest(fit),
+        ),
+        _ => Table::of(title, fields, fit.residuals()).file(STANDSTILLS),
     }
-    table
+}
+
+/// What the page does not show.
+fn files(outcome: &MultiPositionOutcome) -> Vec<Table> {
+    let fit = &outcome.calibration.fit;
+    let mut files = Vec::new();
+    if fit.residuals().len() > MANY {
+        let table = Table::of("", standstill_fields(outcome), fit.residuals());
+        files.push(table.file(STANDSTILLS));
+    }
+    let components = fit.estimate().components();
+    let mut fields = vec![Field::new("quantity", |i: &usize| {
+        components[*i].name.as_str().into()
+    })];
+    fields.extend(components.iter().enumerate().map(|(j, c)| {
+        Field::new(c.name.as_str(), move |i: &usize| {
+            fit.estimate().covariance()[(*i, j)].into()
+        })
+    }));
+    files.push(Table::of("", fields, 0..components.len()).file("covariance.csv"));
+    files
 }
 
 /// The readings furthest off, in their order.
@@ -531,18 +483,11 @@ fn largest(fit: &MultiPositionFit) -> Vec<&PoseResidual> {
 }
 
 /// Two digits; what is below a millionth of the uncertainty is rounding, not a contribution.
-fn contribution(value: f64, share: f64) -> String {
-    if share < 1e-12 {
-        "0".to_owned()
-    } else {
-        two_digits(value)
-    }
-}
-
-/// A percentage without trailing zeros.
-fn significant(percent: f64) -> String {
-    let text = format!("{percent:.4}");
-    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+fn contribution(value: f64, u: f64) -> Cell {
+    Cell::number(match (value / u).powi(2) < 1e-12 {
+        true => "0".to_owned(),
+        false => two_digits(value),
+    })
 }
 
 /// As many decimals as six digits of the reference leave.
@@ -552,19 +497,4 @@ fn six_digits(value: f64, reference: f64) -> String {
     }
     let places = (5 - reference.abs().max(1e-12).log10().floor() as i32).clamp(0, 12) as usize;
     format!("{value:.places$}")
-}
-
-fn concise(value: f64, u: f64) -> String {
-    let quantity = Quantity {
-        name: String::new(),
-        unit: String::new(),
-        value,
-        standard_uncertainty: u,
-        dof: proofmass_uncertainty::DegreesOfFreedom::INFINITE,
-    };
-    quantity
-        .display(&Format::concise())
-        .to_string()
-        .trim()
-        .to_owned()
 }

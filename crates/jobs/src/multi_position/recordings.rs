@@ -2,12 +2,13 @@
 
 use super::{MultiPositionData, MultiPositionJob, Readings};
 use crate::campaign::{FileIs, GravityInput, MultiPositionCampaign, RowsAre};
+use crate::findings;
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{Error, Gravity, Watch};
 use proofmass_io::{ColumnRef, Input, Recording, SegmentRow, Unit};
 use proofmass_static::{Direction, Segment, Standstill};
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
 
 /// All recordings of a campaign, one after the other, in SI where their unit has a place in it.
 #[derive(Clone, Debug)]
@@ -186,7 +187,7 @@ impl MultiPositionRecordings {
             outputs: Default::default(),
             time: Vec::new(),
             timed: true,
-            rate: Stamps::of(first).rate,
+            rate: first.time.rate_hz(),
             readings: None,
             tumble: false,
             breaks: Vec::new(),
@@ -208,7 +209,7 @@ impl MultiPositionRecordings {
 
     /// Appends a recording that begins at `offset`, s, and returns where it ends.
     fn append(&mut self, recording: Recording, offset: f64, given: bool) -> Result<f64> {
-        let Stamps { rate, breaks } = Stamps::of(&recording);
+        let (rate, breaks) = (recording.time.rate_hz(), pauses(&recording));
         // A window counts samples: a rate that differs by a fifth makes it a fifth longer.
         if !given && (rate / self.rate - 1.0).abs() > 0.2 {
             return Err(Trouble::data(format!(
@@ -277,17 +278,15 @@ fn doubts(recording: &Recording, breaks: &[usize]) -> Vec<Finding> {
     let longest = recording.time.gaps().iter().map(|g| g.step_s);
     let longest = longest.fold(0.0, f64::max);
     let uneven = || {
-        Finding::new(
-            Severity::Note,
-            "uneven-stamps",
-            "the time stamps come unevenly, or single rows are lost",
+        findings::uneven_stamps(
+            "they scatter, or single rows are lost",
+            &format!(
+                "{} long steps among {}; the longest takes {longest:.3} s",
+                recording.time.gaps().len(),
+                recording.samples()
+            ),
+            "nothing for means of standstills; for noise or velocity, take the stamps at the sensor",
         )
-        .evidence(format!(
-            "{} long steps among {}; the longest takes {longest:.3} s",
-            recording.time.gaps().len(),
-            recording.samples()
-        ))
-        .advice("nothing for means of standstills; for noise or velocity, take the stamps at the sensor")
     };
     recording
         .findings()
@@ -301,78 +300,38 @@ fn doubts(recording: &Recording, breaks: &[usize]) -> Vec<Finding> {
         .collect()
 }
 
-/// What the stamps of a recording say of its rate, however unevenly they come.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Stamps {
-    /// Samples per second while it ran, Hz.
-    pub rate: f64,
-    /// Samples before which it did not run for longer than a window.
-    pub breaks: Vec<usize>,
+/// A pause that a moving window does not bridge, s: the window of the search for standstills.
+const PAUSE: f64 = 1.0;
+
+/// The shortest pause at a rate, s: four samples at least.
+pub(crate) fn shortest_pause(rate: f64) -> f64 {
+    PAUSE.max(4.0 / rate)
 }
 
-impl Stamps {
-    /// A pause that a moving window does not bridge, s: the window of the search for standstills.
-    pub(crate) const PAUSE: f64 = 1.0;
-
-    /// Of a recording with a time column or a stated rate.
-    pub fn of(recording: &Recording) -> Self {
-        let time = &recording.time;
-        let n = recording.samples();
-        if n < 2 {
-            return Self {
-                rate: time.rate_hz(),
-                breaks: Vec::new(),
-            };
-        }
-        let mean = (time.seconds(n - 1) - time.seconds(0)) / (n - 1) as f64;
-        let pause = Self::PAUSE.max(4.0 * mean);
-        let (mut ran, mut steps) = (0.0, 0.0);
-        let mut breaks = Vec::new();
-        for i in 1..n {
-            let step = time.seconds(i) - time.seconds(i - 1);
-            if step > pause {
-                breaks.push(i);
-            } else {
-                ran += step;
-                steps += 1.0;
-            }
-        }
-        Self {
-            rate: if ran > 0.0 {
-                steps / ran
-            } else {
-                time.rate_hz()
-            },
-            breaks,
-        }
-    }
+/// Samples before which a recording did not run for longer than a window.
+pub(crate) fn pauses(recording: &Recording) -> Vec<usize> {
+    let shortest = shortest_pause(recording.time.rate_hz());
+    let gaps = recording.time.gaps().iter();
+    gaps.filter(|g| g.step_s > shortest)
+        .map(|g| g.after_sample + 1)
+        .collect()
 }
 
 /// Gravity as a campaign gives it.
 pub(crate) fn gravity(input: &GravityInput) -> Result<Gravity, Error> {
-    match *input {
-        GravityInput::Given {
-            value,
-            standard_uncertainty,
-        } => Gravity::given(value, standard_uncertainty),
-        GravityInput::Place {
-            latitude_deg,
-            height_m,
-            latitude_standard_uncertainty_deg,
-            height_standard_uncertainty_m,
-            standard_uncertainty,
-        } => {
-            let normal = Gravity::normal(
-                latitude_deg,
-                height_m,
-                latitude_standard_uncertainty_deg.unwrap_or(0.0),
-                height_standard_uncertainty_m.unwrap_or(0.0),
-            )?;
-            match standard_uncertainty {
-                Some(u) => Gravity::given(normal.value(), u),
-                None => Ok(normal),
-            }
-        }
+    let given = input.standard_uncertainty;
+    if let Some(value) = input.value {
+        return Gravity::given(value, given.unwrap_or(f64::NAN));
+    }
+    let normal = Gravity::normal(
+        input.latitude_deg.unwrap_or(f64::NAN),
+        input.height_m.unwrap_or(f64::NAN),
+        input.latitude_standard_uncertainty_deg.unwrap_or(0.0),
+        input.height_standard_uncertainty_m.unwrap_or(0.0),
+    )?;
+    match given {
+        Some(u) => Gravity::given(normal.value(), u),
+        None => Ok(normal),
     }
 }
 

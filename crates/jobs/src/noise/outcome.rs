@@ -1,25 +1,24 @@
 //! What a noise analysis found.
 
-use super::page::NoiseReport;
-use super::{NoiseData, NoiseJob};
-use crate::outcome::Outcome;
+use super::{NoiseData, NoiseJob, page};
+use crate::outcome::{Outcome, section};
 use crate::record::Record;
+use crate::stored_result::read_section;
 use crate::trouble::Result;
-use proofmass_io::{Cell, ImuSensorNoise, ImuValue, ImuYaml, StatedQuantity, Table};
+use proofmass_io::{ImuSensorNoise, ImuValue, ImuYaml, ResultDocument, StatedQuantity};
 use proofmass_noise::{
-    Analysis, AnalysisOptions, CoefficientFit, Sensor, StateSpace, Term, Verdict, conservative,
+    Analysis, AnalysisOptions, CoefficientFit, Sensor, StateSpace, Term, conservative,
 };
 use proofmass_report::Report;
 use proofmass_signal::Trace;
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity};
-use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Curves, spectra and coefficients of every channel, what there is to doubt, and what filters need.
 ///
 /// The quantities are `CHANNEL.Q`, `.N`, `.B`, `.K` and `.R` as far as their interval excludes zero, `.K_T` beside a temperature, and
 /// `.robust.N`, `.robust.B`, `.robust.K` of the fit without outliers; all, with limits and reasons, stand in the analysis.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct NoiseOutcome {
     probability: f64,
     options: AnalysisOptions,
@@ -28,10 +27,19 @@ pub struct NoiseOutcome {
     analysis: Analysis,
     traces: Vec<Trace>,
     /// The temperature beside them, where one was recorded.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     temperature: Option<Trace>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     imu: Option<ImuYaml>,
+}
+
+/// Section of result.json that other jobs read.
+const SECTION: &str = "noise";
+
+/// The analysis in the result.json of a noise job.
+///
+/// # Errors
+/// Another kind of file, a damaged one.
+pub(crate) fn read_noise(bytes: &[u8]) -> Result<(Analysis, ResultDocument)> {
+    read_section(bytes, NoiseOutcome::KIND, SECTION)
 }
 
 impl NoiseOutcome {
@@ -72,81 +80,6 @@ impl NoiseOutcome {
         self.imu.as_ref()
     }
 
-    fn page(&self, record: &Record) -> NoiseReport<'_> {
-        NoiseReport {
-            head: record.head(self.title(record), &self.findings),
-            traces: &self.traces,
-            temperature: self.temperature.as_ref(),
-        }
-    }
-
-    /// The curve of every window.
-    fn windows(&self) -> Result<Table> {
-        let mut table = Table::new([
-            "channel",
-            "unit",
-            "from_s",
-            "to_s",
-            "factor",
-            "tau_s",
-            "deviation",
-            "low",
-            "high",
-        ]);
-        for channel in &self.analysis.channels {
-            for window in &channel.windows {
-                for p in &window.curve.points {
-                    table.push([
-                        Cell::from(channel.name.as_str()),
-                        Cell::from(channel.unit.as_str()),
-                        Cell::from(window.from),
-                        Cell::from(window.to),
-                        Cell::from(p.factor),
-                        Cell::from(p.tau),
-                        Cell::from(p.deviation),
-                        Cell::from(p.interval.map(|i| i.0)),
-                        Cell::from(p.interval.map(|i| i.1)),
-                    ])?;
-                }
-            }
-        }
-        Ok(table)
-    }
-
-    /// The variance of each of three sensors by itself.
-    fn separated(&self) -> Result<Table> {
-        let mut table = Table::new([
-            "sensor",
-            "factor",
-            "tau_s",
-            "variance",
-            "u_variance",
-            "deviation",
-        ]);
-        for (k, name) in self.separated_names().into_iter().enumerate() {
-            for p in &self.analysis.separated {
-                table.push([
-                    Cell::from(name.as_str()),
-                    Cell::from(p.factor),
-                    Cell::from(p.tau),
-                    Cell::from(p.variances[k]),
-                    Cell::from(p.uncertainties[k]),
-                    Cell::from(p.deviation(k)),
-                ])?;
-            }
-        }
-        Ok(table)
-    }
-
-    /// The channels, and the clock they were measured against.
-    fn separated_names(&self) -> [String; 3] {
-        let name = |k: usize| {
-            let channel = self.analysis.channels.get(k);
-            channel.map_or_else(|| "reference".to_owned(), |c| c.name.clone())
-        };
-        [name(0), name(1), name(2)]
-    }
-
     /// The fitted noise of every channel as states of a filter.
     fn states(&self) -> Result<Option<Vec<u8>>> {
         let all: BTreeMap<&str, &StateSpace> = self
@@ -159,154 +92,6 @@ impl NoiseOutcome {
             return Ok(None);
         }
         Ok(Some(proofmass_io::finite::to_json(&all)?))
-    }
-
-    fn deviations(&self) -> Result<Table> {
-        let mut table = Table::new([
-            "channel",
-            "unit",
-            "statistic",
-            "factor",
-            "tau_s",
-            "deviation",
-            "low",
-            "high",
-            "edf",
-            "model",
-            "inside",
-        ]);
-        for channel in &self.analysis.channels {
-            let modelled = channel.compensated.as_ref().or(channel.curve.as_ref());
-            let curves = channel
-                .curve
-                .iter()
-                .chain(&channel.compensated)
-                .chain(&channel.further);
-            for (index, curve) in curves.enumerate() {
-                let beside = modelled.is_some_and(|m| std::ptr::eq(m, curve));
-                let mut name = curve.statistic.abbreviation().to_owned();
-                if index == 1 && channel.compensated.is_some() {
-                    name += " without temperature";
-                }
-                let unit = curve.statistic.unit(&channel.unit);
-                for (k, p) in curve.points.iter().enumerate() {
-                    let fitted = channel.fitted.get(k).filter(|_| beside);
-                    table.push([
-                        Cell::from(channel.name.as_str()),
-                        Cell::from(unit.as_str()),
-                        Cell::from(name.as_str()),
-                        Cell::from(p.factor),
-                        Cell::from(p.tau),
-                        Cell::from(p.deviation),
-                        Cell::from(p.interval.map(|i| i.0)),
-                        Cell::from(p.interval.map(|i| i.1)),
-                        Cell::from(p.edf),
-                        Cell::from(fitted.map(|f| f.deviation)),
-                        Cell::from(fitted.map(|f| f64::from(u8::from(f.inside)))),
-                    ])?;
-                }
-            }
-        }
-        Ok(table)
-    }
-
-    fn spectra(&self) -> Result<Table> {
-        let mut table = Table::new([
-            "channel",
-            "unit",
-            "frequency_Hz",
-            "density_one_sided",
-            "low",
-            "high",
-            "model",
-        ]);
-        for channel in &self.analysis.channels {
-            let unit = format!("({})²/Hz", channel.unit);
-            for p in &channel.spectrum {
-                table.push([
-                    Cell::from(channel.name.as_str()),
-                    Cell::from(unit.as_str()),
-                    Cell::from(p.frequency),
-                    Cell::from(p.density),
-                    Cell::from(p.interval.map(|i| i.0)),
-                    Cell::from(p.interval.map(|i| i.1)),
-                    Cell::from(p.model),
-                ])?;
-            }
-        }
-        Ok(table)
-    }
-
-    fn coefficients(&self) -> Result<Table> {
-        let mut table = Table::new([
-            "channel",
-            "term",
-            "verdict",
-            "value",
-            "unit",
-            "u",
-            "low",
-            "high",
-            "parameter",
-        ]);
-        for channel in &self.analysis.channels {
-            let mut row = |symbol: &str,
-                           signed: bool,
-                           verdict: &Verdict,
-                           unit: &str,
-                           parameter: Option<f64>| {
-                let (low, high) = match (verdict.interval(), verdict.upper()) {
-                    (Some((low, high)), _) => (Some(low), Some(high)),
-                    // A limit of what may have either sign is one of its size.
-                    (None, Some(limit)) if signed => (Some(-limit), Some(limit)),
-                    (None, limit) => (None, limit),
-                };
-                table.push([
-                    Cell::from(channel.name.as_str()),
-                    Cell::from(symbol),
-                    Cell::from(word(verdict)),
-                    Cell::from(verdict.value()),
-                    Cell::from(unit),
-                    Cell::from(verdict.standard_uncertainty()),
-                    Cell::from(low),
-                    Cell::from(high),
-                    Cell::from(parameter),
-                ])
-            };
-            for c in channel.whittle.iter().flat_map(|f| &f.coefficients) {
-                let parameter = c.parameter.map(|p| p.value);
-                row(
-                    c.term.symbol(),
-                    c.term.is_signed(),
-                    &c.verdict,
-                    &c.unit,
-                    parameter,
-                )?;
-            }
-            if let Some(t) = channel
-                .whittle
-                .as_ref()
-                .and_then(|f| f.temperature.as_ref())
-            {
-                row("K_T", true, &t.verdict, &t.unit, Some(t.lag))?;
-            }
-            for c in channel.robust.iter().flat_map(|r| &r.fit.coefficients) {
-                let parameter = c.parameter.map(|p| p.value);
-                let symbol = format!("{} robust", c.term.symbol());
-                row(&symbol, c.term.is_signed(), &c.verdict, &c.unit, parameter)?;
-            }
-        }
-        Ok(table)
-    }
-}
-
-fn word(verdict: &Verdict) -> &'static str {
-    match verdict {
-        Verdict::Identified { .. } => "identified",
-        Verdict::Present { .. } => "present",
-        Verdict::Reported { .. } => "reported",
-        Verdict::NotIdentifiable { .. } => "not identifiable",
-        Verdict::Fixed { .. } => "given",
     }
 }
 
@@ -399,13 +184,10 @@ fn findings(recording: &[Finding], analysis: &Analysis) -> Vec<Finding> {
                 .collect(),
         };
         findings.push(
-            Finding::new(
-                first.severity(),
-                first.code(),
-                format!("{}: {}", names.join(", "), first.what()),
-            )
-            .evidence(evidence.join("; "))
-            .advice(first.advice_text()),
+            first
+                .clone()
+                .with_evidence(|_| evidence.join("; "))
+                .of_part(names.join(", ")),
         );
     }
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
@@ -456,19 +238,17 @@ impl Outcome for NoiseOutcome {
         &self.findings
     }
 
-    fn tables(&self) -> Result<Vec<(String, Table)>> {
-        let mut list = vec![
-            ("coefficients.csv".to_owned(), self.coefficients()?),
-            ("deviation.csv".to_owned(), self.deviations()?),
-            ("spectrum.csv".to_owned(), self.spectra()?),
-        ];
-        if self.analysis.channels.iter().any(|c| !c.windows.is_empty()) {
-            list.push(("dynamic.csv".to_owned(), self.windows()?));
-        }
-        if !self.analysis.separated.is_empty() {
-            list.push(("separated.csv".to_owned(), self.separated()?));
-        }
-        Ok(list)
+    fn sections(&self) -> Result<Vec<(&'static str, serde_json::Value)>> {
+        Ok(vec![section(SECTION, &self.analysis)?])
+    }
+
+    fn page(&self, page: Report) -> Report {
+        page::add(
+            page,
+            &self.analysis,
+            &self.traces,
+            self.temperature.as_ref(),
+        )
     }
 
     fn attachments(&self, _record: &Record) -> Result<Vec<(String, Vec<u8>)>> {
@@ -486,13 +266,5 @@ impl Outcome for NoiseOutcome {
             list.push(("state_space.json".to_owned(), bytes));
         }
         Ok(list)
-    }
-
-    fn summary(&self, record: &Record) -> Report {
-        self.page(record).summary(&self.analysis)
-    }
-
-    fn report(&self, record: &Record) -> Report {
-        self.page(record).full(&self.analysis)
     }
 }

@@ -3,61 +3,44 @@
 mod figures;
 mod tables;
 
+use crate::page::stability::stability as with_intervals;
 use figures::{over_time, spectrum, stability, time};
 use proofmass_noise::{Analysis, ChannelAnalysis, DeviationCurve, Term};
-use proofmass_report::{
-    Axis, Cell, Column, Head, Report, Section, Series, Table, XyPlot, scientific,
-};
+use proofmass_report::{Axis, Report, Section, Series, XyPlot, scientific};
 use proofmass_signal::Trace;
 use tables::{coefficients, deviations, disturbances, robust, units};
 
-/// What the report tells beside the analysis itself.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct NoiseReport<'a> {
-    /// Title, device, inputs, findings.
-    pub head: Head<'a>,
-    /// What is drawn of each channel against time, in the order of the analysis.
-    pub traces: &'a [Trace],
-    /// The temperature that was recorded beside them, in kelvins or degrees Celsius.
-    pub temperature: Option<&'a Trace>,
-}
-
-impl NoiseReport<'_> {
-    /// The whole report.
-    pub(crate) fn full(&self, analysis: &Analysis) -> Report {
-        let mut report = self.summary(analysis);
-        if let Some(section) = together(analysis) {
-            report = report.section(section);
-        }
-        if let Some(section) = separated(analysis) {
-            report = report.section(section);
-        }
-        if let Some(section) = self.temperature.and_then(temperature) {
-            report = report.section(section);
-        }
-        for (i, channel) in analysis.channels.iter().enumerate() {
-            report = report.section(channel_section(channel, self.traces.get(i)));
-        }
-        report.foot(&self.head)
+pub(super) fn add(
+    page: Report,
+    analysis: &Analysis,
+    traces: &[Trace],
+    thermometer: Option<&Trace>,
+) -> Report {
+    let channel = analysis.channels.first();
+    let samples = channel.map_or(analysis.rows.1 - analysis.rows.0, |c| c.samples);
+    let mut section = Section::new("Coefficients")
+        .table(coefficients(analysis))
+        .summarised();
+    if let Some(table) = robust(analysis) {
+        section = section.table(table);
     }
-
-    /// What is worth a look in the terminal.
-    pub(crate) fn summary(&self, analysis: &Analysis) -> Report {
-        let channel = analysis.channels.first();
-        let samples = channel.map_or(analysis.rows.1 - analysis.rows.0, |c| c.samples);
-        let report = self.head.open().subtitle(format!(
-            "{samples} samples at {} Hz, {} s",
-            scientific(analysis.sample_rate, 6),
-            scientific(samples as f64 / analysis.sample_rate, 5),
-        ));
-        let mut section = Section::new("Coefficients").table(coefficients(analysis));
-        if let Some(table) = robust(analysis) {
-            section = section.table(table);
-        }
-        report
-            .section(section)
-            .findings(self.head.findings.iter().cloned())
-    }
+    let page = page.subtitle(format!(
+        "{samples} samples at {} Hz, {} s",
+        scientific(analysis.sample_rate, 6),
+        scientific(samples as f64 / analysis.sample_rate, 5),
+    ));
+    let channels = analysis.channels.iter().enumerate();
+    let sections = [
+        Some(section),
+        Some(Section::filed(tables::files(analysis))),
+        together(analysis),
+        separated(analysis),
+        thermometer.and_then(temperature),
+    ]
+    .into_iter()
+    .flatten()
+    .chain(channels.map(|(i, channel)| channel_section(channel, traces.get(i))));
+    sections.fold(page, Report::section)
 }
 
 /// The curves of all channels of one unit in one figure.
@@ -89,18 +72,7 @@ fn together(analysis: &Analysis) -> Option<Section> {
         )
         .height(380.0);
         for (channel, curve) in same {
-            let points: Vec<_> = curve.points.iter().filter(|p| p.deviation > 0.0).collect();
-            let tau: Vec<f64> = points.iter().map(|p| p.tau).collect();
-            let value: Vec<f64> = points.iter().map(|p| p.deviation).collect();
-            let side = |pick: fn((f64, f64)) -> f64| -> Vec<f64> {
-                let of =
-                    |p: &&proofmass_noise::DeviationPoint| p.interval.map_or(p.deviation, pick);
-                points.iter().map(of).collect()
-            };
-            plot = plot.series(
-                Series::line(channel.name.clone(), &tau, &value)
-                    .bars(&side(|i| i.0), &side(|i| i.1)),
-            );
+            plot = plot.series(with_intervals(&channel.name, curve));
         }
         section = section.figure(format!("{} of all channels in {}", kind.1, kind.0), plot);
         drawn = true;
@@ -139,32 +111,17 @@ fn separated(analysis: &Analysis) -> Option<Section> {
         Axis::log("averaging time τ", "s"),
         Axis::log("OADEV by itself", unit.clone()),
     );
-    let mut table = Table::new(
-        "Allan variance of each sensor by itself, with its standard uncertainty",
-        [
-            Column::text("sensor"),
-            Column::number("τ", "s"),
-            Column::number("variance", format!("({unit})²")),
-            Column::number("u", format!("({unit})²")),
-        ],
-    );
-    for k in 0..3 {
+    let names = [0, 1, 2].map(|k| {
         let channel = analysis.channels.get(k);
-        let name = channel.map_or_else(|| "reference".to_owned(), |c| c.name.clone());
+        channel.map_or_else(|| "reference".to_owned(), |c| c.name.clone())
+    });
+    for (k, name) in names.iter().enumerate() {
         let positive: Vec<(f64, f64)> = points
             .iter()
             .filter_map(|p| Some((p.tau, p.deviation(k)?)))
             .collect();
         let (tau, value): (Vec<f64>, Vec<f64>) = positive.into_iter().unzip();
-        plot = plot.series(Series::markers(name.clone(), &tau, &value));
-        for p in points {
-            table = table.row([
-                Cell::text(name.clone()),
-                Cell::number(scientific(p.tau, 4)),
-                Cell::number(scientific(p.variances[k], 4)),
-                Cell::number(scientific(p.uncertainties[k], 2)),
-            ]);
-        }
+        plot = plot.series(Series::markers(name, &tau, &value));
     }
     Some(
         Section::new("Sensors by themselves")
@@ -173,7 +130,7 @@ fn separated(analysis: &Analysis) -> Option<Section> {
                  says that the sensor is quieter than its uncertainty.",
             )
             .figure("Allan deviations of the sensors by themselves", plot)
-            .table(table),
+            .table(tables::separated(points, &names, &unit)),
     )
 }
 
@@ -198,15 +155,9 @@ fn channel_section(channel: &ChannelAnalysis, trace: Option<&Trace>) -> Section 
             plot,
         );
     }
-    for curve in channel.curve.iter().chain(&channel.further) {
-        section = section.table(deviations(channel, curve, ""));
-    }
-    if let Some(curve) = &channel.compensated {
-        section = section.table(deviations(
-            channel,
-            curve,
-            " without what follows the temperature",
-        ));
+    let further = channel.further.iter().chain(&channel.compensated);
+    for curve in channel.curve.iter().chain(further) {
+        section = section.table(deviations(channel, curve));
     }
     if let Some(plot) = spectrum(channel) {
         section = section.figure(

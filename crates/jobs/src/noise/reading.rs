@@ -5,18 +5,16 @@ use super::{NoiseData, NoiseSamples};
 use crate::block_clock::BlockClock;
 use crate::trouble::{Result, Trouble};
 use proofmass_io::{
-    Absent, ColumnRef, Input, Layout, LayoutOptions, Recording, RecordingOptions, RowReader,
+    Absent, ColumnRef, Gap, Input, Layout, LayoutOptions, Recording, RecordingOptions, RowReader,
     Source, TimeSource, TimeUnit, Unit,
 };
-use proofmass_noise::{ChannelName, NoiseChannel, Sensor, Slip, clock_line};
+use proofmass_noise::{ChannelName, NoiseChannel, Sensor};
 use proofmass_uncertainty::Finding;
-use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
 /// How a recording is to be read.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
-#[serde(default)]
 #[non_exhaustive]
 pub struct NoiseReading {
     /// Columns by name or number (from 1) [default: every column that is neither time nor temperature]
@@ -133,13 +131,7 @@ impl NoiseReading {
             TimeSource::Column(seconds) => Some(seconds.clone()),
             _ => None,
         };
-        let line = stamps
-            .as_deref()
-            .and_then(|s| clock_line(s, self.rate).ok());
-        let rate = self
-            .rate
-            .or(line.as_ref().map(|l| l.rate))
-            .unwrap_or_else(|| recording.time.rate_hz());
+        let rate = self.rate.unwrap_or_else(|| recording.time.rate_hz());
         let mut names = Vec::new();
         let mut columns = Vec::new();
         let mut signals = &recording.columns[..];
@@ -157,8 +149,7 @@ impl NoiseReading {
             }
             if self.phase {
                 // A difference across a gap is no rate.
-                let slips = line.as_ref().map_or(&[][..], |l| &l.slips);
-                data = differences(&data, slips);
+                data = differences(&data, recording.time.gaps());
                 factor *= rate;
             }
             if factor != 1.0 {
@@ -388,10 +379,10 @@ fn no_clock(name: String) -> Trouble {
 }
 
 /// Differences of neighbours, missing where either is, or where samples between them are.
-fn differences(phase: &[f64], slips: &[Slip]) -> Vec<f64> {
+fn differences(phase: &[f64], gaps: &[Gap]) -> Vec<f64> {
     let mut rate: Vec<f64> = phase.windows(2).map(|w| w[1] - w[0]).collect();
-    for slip in slips {
-        rate[slip.row - 1] = f64::NAN;
+    for gap in gaps {
+        rate[gap.after_sample] = f64::NAN;
     }
     rate
 }

@@ -1,23 +1,15 @@
 //! The report of the noise of several units or runs.
 
-use proofmass_noise::{CheckedLimit, ComparedChannel, Conformity, UnitComparison, Verdict};
-use proofmass_report::{
-    Axis, Block, Cell, Column, Head, HistogramPlot, Report, Section, Series, Table, XyPlot,
-    scientific,
+use super::NoiseComparisonOutcome;
+use crate::page::columns::{filed, number};
+use crate::page::stability::stability;
+use proofmass_noise::{
+    CheckedLimit, ComparedChannel, ComparedTerm, Conformity, LimitCheck, TermComparison, Verdict,
 };
-
-/// What the report tells of units beside each other.
-#[derive(Clone, Debug)]
-pub(crate) struct NoiseComparisonReport<'a> {
-    /// Title, device, inputs, findings.
-    pub head: Head<'a>,
-    /// What the units are called.
-    pub names: &'a [String],
-    /// Probability of the intervals.
-    pub probability: f64,
-    /// What was compared.
-    pub comparison: &'a UnitComparison,
-}
+use proofmass_report::Rounding::{Decimals, Significant};
+use proofmass_report::{
+    Axis, Block, Cell, Field, HistogramPlot, Report, Section, Table, XyPlot, scientific,
+};
 
 /// Rows of a table that is not folded away.
 const MOST: usize = 60;
@@ -25,31 +17,79 @@ const MOST: usize = 60;
 /// Curves of a figure that are named.
 const NAMED: usize = 8;
 
-impl NoiseComparisonReport<'_> {
-    /// The whole report.
-    pub(crate) fn full(&self) -> Report {
-        let mut report = self.summary();
-        for channel in &self.comparison.channels {
-            report = report.section(self.channel(channel));
-        }
-        if !self.comparison.limits.is_empty() {
-            report = report.section(self.limits());
-        }
-        report.foot(&self.head)
+pub(super) fn add(mut page: Report, outcome: &NoiseComparisonOutcome) -> Report {
+    let (channels, limits) = (&outcome.comparison.channels, &outcome.comparison.limits);
+    if !limits.is_empty() {
+        let section = Section::new("Limits").table(outcome.conformity());
+        page = page.section(section.summarised());
     }
-
-    /// What is worth a look in the terminal.
-    pub(crate) fn summary(&self) -> Report {
-        let mut report = self.head.open();
-        if !self.comparison.limits.is_empty() {
-            report = report.section(Section::new("Limits").table(self.conformity()));
-        }
-        if !self.comparison.channels.is_empty() {
-            report = report.section(Section::new("Units beside each other").table(self.common()));
-        }
-        report.findings(self.head.findings.iter().cloned())
+    if !channels.is_empty() {
+        let section = Section::new("Units beside each other").table(outcome.common());
+        let rows = channels.iter().flat_map(|c| outcome.coefficients(c));
+        let all = Table::of("", coefficient_fields(), rows).file("coefficients.csv");
+        page = page
+            .section(section.summarised())
+            .section(Section::filed([all]));
     }
+    for channel in channels {
+        page = page.section(outcome.channel(channel));
+    }
+    if !limits.is_empty() {
+        page = page.section(outcome.limits());
+    }
+    page
+}
 
+/// What is known of a coefficient of a unit.
+type Coefficient<'a> = (&'a ComparedChannel, &'a ComparedTerm, &'a str, &'a Verdict);
+/// A unit against a limit.
+type Check<'a> = (&'a CheckedLimit, &'a str, Option<LimitCheck>);
+
+fn coefficient_fields<'a>() -> [Field<'a, Coefficient<'a>>; 12] {
+    type Row<'a> = Coefficient<'a>;
+    fn equal<'a, T>(get: fn(&TermComparison) -> T) -> impl Fn(&Row<'a>) -> Option<T> {
+        move |(_, term, ..)| term.equal.as_ref().map(get)
+    }
+    [
+        Field::new("channel", |(c, ..): &Row<'a>| c.name.as_str().into()),
+        Field::new("coefficient", |(_, t, ..): &Row<'a>| t.term.symbol().into())
+            .page("coefficient", ""),
+        Field::new("unit_of_coefficient", |(_, t, ..): &Row<'a>| {
+            t.unit.as_str().into()
+        })
+        .page("unit", ""),
+        Field::new("name", |(.., name, _): &Row<'a>| (*name).into()).page("unit under test", ""),
+        Field::new("value", |(.., verdict): &Row<'a>| {
+            Cell::from(verdict.estimate()).worded(value(verdict.value()))
+        })
+        .page("value", ""),
+        Field::shown("interval, or limit", "", |(.., verdict): &Row<'a>| {
+            interval(verdict).into()
+        }),
+        filed("low", |(.., verdict): &Row<'a>| {
+            verdict.interval().map(|i| i.0)
+        }),
+        filed("high", |(.., verdict): &Row<'a>| match verdict.interval() {
+            Some((_, high)) => Some(high),
+            None => verdict.upper(),
+        }),
+        filed("common", equal(|e| e.common)),
+        filed("chi_squared", equal(|e| e.statistic)),
+        filed("freedom", equal(|e| e.freedom)),
+        filed("chance", equal(|e| e.chance)),
+    ]
+}
+
+/// A table, folded away when it is long.
+fn listed(section: Section, title: &str, table: Table) -> Section {
+    if table.rows.len() > MOST {
+        section.folded(title, [Block::Table(table)])
+    } else {
+        section.table(table)
+    }
+}
+
+impl NoiseComparisonOutcome {
     fn percent(&self) -> String {
         let percent = scientific(100.0 * self.probability, 3);
         percent.trim_end_matches(".0").to_owned()
@@ -57,35 +97,21 @@ impl NoiseComparisonReport<'_> {
 
     /// One row to a limit: how many pass.
     fn conformity(&self) -> Table {
-        let mut table = Table::new(
-            "Coefficients against their limits",
-            [
-                Column::text("channel"),
-                Column::text("coefficient"),
-                Column::text("limit"),
-                Column::text("meaning"),
-                Column::number("pass", ""),
-                Column::number("fail", ""),
-                Column::number("undecided", ""),
-            ],
+        let mut fields = vec![
+            Field::shown("channel", "", |l: &CheckedLimit| l.channel.as_str().into()),
+            Field::shown("coefficient", "", |l: &CheckedLimit| {
+                l.limit.term.symbol().into()
+            }),
+            Field::shown("limit", "", |l: &CheckedLimit| most(l).into()),
+            Field::shown("meaning", "", |l: &CheckedLimit| l.meaning.as_str().into()),
+        ];
+        let counts = ["pass", "fail", "undecided"].into_iter().enumerate();
+        fields.extend(
+            counts.map(|(k, word)| {
+                Field::shown(word, "", move |l: &CheckedLimit| l.counts()[k].into())
+            }),
         );
-        for limit in &self.comparison.limits {
-            let [pass, fail, undecided] = limit.counts();
-            table = table.row([
-                Cell::text(limit.channel.clone()),
-                Cell::text(limit.limit.term.symbol()),
-                Cell::text(format!(
-                    "{} {}",
-                    scientific(limit.limit.most, 4),
-                    limit.limit.unit
-                )),
-                Cell::text(limit.meaning.clone()),
-                Cell::number(pass.to_string()),
-                Cell::number(fail.to_string()),
-                Cell::number(undecided.to_string()),
-            ]);
-        }
-        table.note(format!(
+        Table::of("Coefficients against their limits", fields, &self.comparison.limits).note(format!(
             "Pass: the whole {} % interval lies within the limit; fail: all of it lies beyond; undecided: the limit lies in it. A unit beyond \
              its limit passes with a probability of at most {} %.",
             self.percent(),
@@ -95,43 +121,50 @@ impl NoiseComparisonReport<'_> {
 
     /// One row to a coefficient: what suits all units, and whether chance explains their differences.
     fn common(&self) -> Table {
-        let mut table = Table::new(
-            "The value that suits all units, and whether they may be equal",
-            [
-                Column::text("channel"),
-                Column::text("coefficient"),
-                Column::text("common value"),
-                Column::text("interval"),
-                Column::text("unit"),
-                Column::number("χ²", ""),
-                Column::number("degrees of freedom", ""),
-                Column::text("chance"),
-            ],
-        );
-        for channel in &self.comparison.channels {
-            for term in &channel.terms {
-                let Some(equal) = &term.equal else { continue };
-                table = table.row([
-                    Cell::text(channel.name.clone()),
-                    Cell::text(term.term.symbol()),
-                    Cell::text(scientific(equal.common, 4)),
-                    Cell::text(range(equal.interval)),
-                    Cell::text(term.unit.clone()),
-                    Cell::number(format!("{:.1}", equal.statistic)),
-                    Cell::number(equal.freedom.to_string()),
-                    Cell::text(if equal.chance < 1e-6 {
-                        "below 10⁻⁶".to_owned()
-                    } else {
-                        scientific(equal.chance, 2)
-                    }),
-                ]);
-            }
-        }
-        table.note(format!(
+        type Row<'a> = (&'a str, &'a ComparedTerm, &'a TermComparison);
+        let fields = [
+            Field::shown("channel", "", |(channel, ..): &Row<'_>| (*channel).into()),
+            Field::shown("coefficient", "", |(_, t, _): &Row<'_>| {
+                t.term.symbol().into()
+            }),
+            number(
+                "",
+                ("common value", ""),
+                Significant(4),
+                |(.., e): &Row<'_>| e.common,
+            ),
+            Field::shown("interval", "", |(.., e): &Row<'_>| range(e.interval).into()),
+            Field::shown("unit", "", |(_, t, _): &Row<'_>| t.unit.as_str().into()),
+            number("", ("χ²", ""), Decimals(1), |(.., e): &Row<'_>| {
+                e.statistic
+            }),
+            Field::shown("degrees of freedom", "", |(.., e): &Row<'_>| {
+                e.freedom.into()
+            }),
+            Field::shown("chance", "", |(.., e): &Row<'_>| match e.chance < 1e-6 {
+                true => "below 10⁻⁶".into(),
+                false => scientific(e.chance, 2).into(),
+            }),
+        ];
+        let channels = self.comparison.channels.iter();
+        let terms = channels.flat_map(|c| c.terms.iter().map(move |t| (c.name.as_str(), t)));
+        let rows = terms.filter_map(|(channel, t)| Some((channel, t, t.equal.as_ref()?)));
+        let caption = "The value that suits all units, and whether they may be equal";
+        Table::of(caption, fields, rows).note(format!(
             "Chance: how often equal units differ so much. One coefficient of all is called different where equal ones would be in {} % of \
              comparisons.",
             scientific(100.0 * self.comparison.false_alarm_rate, 2).trim_end_matches(".0")
         ))
+    }
+
+    fn coefficients<'a>(
+        &'a self,
+        channel: &'a ComparedChannel,
+    ) -> impl Iterator<Item = Coefficient<'a>> {
+        channel.terms.iter().flat_map(move |term| {
+            let units = channel.units.iter().zip(&term.verdicts);
+            units.map(move |(unit, verdict)| (channel, term, self.names[*unit].as_str(), verdict))
+        })
     }
 
     fn channel(&self, channel: &ComparedChannel) -> Section {
@@ -139,35 +172,9 @@ impl NoiseComparisonReport<'_> {
         if let Some(plot) = self.curves(channel) {
             section = section.figure("Allan deviations of all units with their intervals", plot);
         }
-        let mut table = Table::new(
-            format!("Coefficients with their {} % intervals", self.percent()),
-            [
-                Column::text("coefficient"),
-                Column::text("unit under test"),
-                Column::text("value"),
-                Column::text("interval, or limit"),
-                Column::text("unit"),
-            ],
-        );
-        let mut rows = 0;
-        for term in &channel.terms {
-            for (unit, verdict) in channel.units.iter().zip(&term.verdicts) {
-                let (value, interval) = words(verdict);
-                table = table.row([
-                    Cell::text(term.term.symbol()),
-                    Cell::text(self.names[*unit].clone()),
-                    Cell::text(value),
-                    Cell::text(interval),
-                    Cell::text(term.unit.clone()),
-                ]);
-                rows += 1;
-            }
-        }
-        if rows > MOST {
-            section.folded("All coefficients", [Block::Table(table)])
-        } else {
-            section.table(table)
-        }
+        let caption = format!("Coefficients with their {} % intervals", self.percent());
+        let table = Table::of(caption, coefficient_fields(), self.coefficients(channel));
+        listed(section, "All coefficients", table)
     }
 
     fn curves(&self, channel: &ComparedChannel) -> Option<XyPlot> {
@@ -178,87 +185,66 @@ impl NoiseComparisonReport<'_> {
         )
         .height(380.0);
         for (unit, curve) in channel.units.iter().zip(&channel.curves) {
-            let points: Vec<_> = curve
-                .iter()
-                .flat_map(|c| &c.points)
-                .filter(|p| p.deviation > 0.0)
-                .collect();
-            let tau: Vec<f64> = points.iter().map(|p| p.tau).collect();
-            let value: Vec<f64> = points.iter().map(|p| p.deviation).collect();
-            let side = |pick: fn((f64, f64)) -> f64| -> Vec<f64> {
-                let of =
-                    |p: &&proofmass_noise::DeviationPoint| p.interval.map_or(p.deviation, pick);
-                points.iter().map(of).collect()
-            };
-            let name = match channel.units.len() {
-                0..=NAMED => self.names[*unit].as_str(),
-                _ => "",
-            };
-            let series = Series::line(name, &tau, &value);
-            plot = plot.series(match channel.units.len() {
-                0..=NAMED => series.bars(&side(|i| i.0), &side(|i| i.1)),
-                _ => series,
-            });
+            let Some(curve) = curve else { continue };
+            let named = channel.units.len() <= NAMED;
+            let mut series = stability(if named { &self.names[*unit] } else { "" }, curve);
+            if !named {
+                series.bars = None;
+            }
+            plot = plot.series(series);
         }
         Some(plot)
     }
 
     fn limits(&self) -> Section {
         let mut section = Section::new("Units against the limits");
-        let mut table = Table::new(
-            format!("Every unit with its {} % interval", self.percent()),
-            [
-                Column::text("unit under test"),
-                Column::text("channel"),
-                Column::text("coefficient"),
-                Column::text("value"),
-                Column::text("interval"),
-                Column::text("limit"),
-                Column::text("verdict"),
-            ],
-        );
-        let mut rows = 0;
         for limit in &self.comparison.limits {
             if let Some(plot) = histogram(limit) {
-                section = section.figure(
-                    format!(
-                        "{} {}, most likely values of all units",
-                        limit.channel,
-                        limit.limit.term.symbol()
-                    ),
-                    plot,
-                );
-            }
-            for (unit, check) in &limit.checks {
-                table = table.row([
-                    Cell::text(self.names[*unit].clone()),
-                    Cell::text(limit.channel.clone()),
-                    Cell::text(limit.limit.term.symbol()),
-                    Cell::text(
-                        check
-                            .and_then(|c| c.value)
-                            .map_or("–".to_owned(), |v| scientific(v, 4)),
-                    ),
-                    Cell::text(check.map_or(String::new(), |c| range(c.interval))),
-                    Cell::text(format!(
-                        "{} {}",
-                        scientific(limit.limit.most, 4),
-                        limit.limit.unit
-                    )),
-                    Cell::text(match check.map(|c| c.conformity) {
-                        Some(Conformity::Pass) => "pass",
-                        Some(Conformity::Fail) => "fail",
-                        _ => "undecided",
-                    }),
-                ]);
-                rows += 1;
+                let (channel, symbol) = (&limit.channel, limit.limit.term.symbol());
+                let caption = format!("{channel} {symbol}, most likely values of all units");
+                section = section.figure(caption, plot);
             }
         }
-        if rows > MOST {
-            section.folded("All units", [Block::Table(table)])
-        } else {
-            section.table(table)
-        }
+        let fields = [
+            Field::new("channel", |(l, ..): &Check<'_>| l.channel.as_str().into())
+                .page("channel", ""),
+            Field::new("coefficient", |(l, ..): &Check<'_>| {
+                l.limit.term.symbol().into()
+            })
+            .page("coefficient", ""),
+            Field::new("limit", |(l, ..): &Check<'_>| {
+                Cell::printed(l.limit.most, most(l))
+            })
+            .page("limit", ""),
+            Field::new("unit", |(l, ..): &Check<'_>| l.limit.unit.as_str().into()),
+            Field::new("meaning", |(l, ..): &Check<'_>| l.meaning.as_str().into()),
+            Field::new("name", |(_, name, _): &Check<'_>| (*name).into())
+                .page("unit under test", ""),
+            Field::new("value", |(.., check): &Check<'_>| {
+                let known = check.and_then(|c| c.value);
+                Cell::from(known).worded(value(known))
+            })
+            .page("value", ""),
+            Field::shown("interval", "", |(.., c): &Check<'_>| {
+                c.map(|c| range(c.interval)).into()
+            }),
+            filed("low", |(.., c): &Check<'_>| c.map(|c| c.interval.0)),
+            filed("high", |(.., c): &Check<'_>| c.map(|c| c.interval.1)),
+            Field::new("conformity", |(.., c): &Check<'_>| {
+                Cell::from(match c.map(|c| c.conformity) {
+                    Some(Conformity::Pass) => "pass",
+                    Some(Conformity::Fail) => "fail",
+                    _ => "undecided",
+                })
+            })
+            .page("verdict", ""),
+        ];
+        let limits = self.comparison.limits.iter();
+        let checks = limits.flat_map(|l| l.checks.iter().map(move |check| (l, check)));
+        let rows = checks.map(|(l, (unit, check))| (l, self.names[*unit].as_str(), *check));
+        let caption = format!("Every unit with its {} % interval", self.percent());
+        let table = Table::of(caption, fields, rows).file("limits.csv");
+        listed(section, "All units", table)
     }
 }
 
@@ -266,12 +252,21 @@ fn range((low, high): (f64, f64)) -> String {
     format!("{} to {}", scientific(low, 4), scientific(high, 4))
 }
 
-fn words(verdict: &Verdict) -> (String, String) {
+fn most(limit: &CheckedLimit) -> String {
+    let limit = &limit.limit;
+    format!("{} {}", scientific(limit.most, 4), limit.unit)
+}
+
+fn value(value: Option<f64>) -> String {
+    value.map_or("–".to_owned(), |v| scientific(v, 4))
+}
+
+fn interval(verdict: &Verdict) -> String {
     match (verdict.value(), verdict.interval(), verdict.upper()) {
-        (Some(value), Some(interval), _) => (scientific(value, 4), range(interval)),
-        (Some(value), None, _) => (scientific(value, 4), "given".to_owned()),
-        (None, _, Some(limit)) => ("–".to_owned(), format!("below {}", scientific(limit, 3))),
-        (None, _, None) => ("–".to_owned(), String::new()),
+        (Some(_), Some(interval), _) => range(interval),
+        (Some(_), None, _) => "given".to_owned(),
+        (None, _, Some(limit)) => format!("below {}", scientific(limit, 3)),
+        (None, _, None) => String::new(),
     }
 }
 

@@ -2,50 +2,35 @@
 
 use super::ObservedRun;
 use crate::campaign::{RunTable, ShakerRun};
+use crate::findings;
 use proofmass_io::Input;
 use proofmass_shaker::recording::{Line, UnevenStamps};
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
 
 /// Findings of a reader, with the name of the run.
 pub(super) fn named(run: &str, findings: &[Finding]) -> Vec<Finding> {
-    let of = |finding: &Finding| {
-        Finding::new(
-            finding.severity(),
-            finding.code(),
-            format!("run {run}: {}", finding.what()),
-        )
-        .evidence(finding.evidence_text())
-        .advice(finding.advice_text())
-    };
+    let of = |f: &Finding| f.clone().of_part(format_args!("run {run}"));
     findings.iter().map(of).collect()
 }
 
-/// Why a run is not used.
-pub(super) fn unusable<S>(run: &ShakerRun<S>, line: &Line, input: &Input) -> Finding {
-    let (code, what, evidence, advice) = match line {
-        Line::Unresolved(other) => (
-            "tones-unresolved",
-            format!(
-                "run {} was left out: the record does not tell its tone from another",
-                run.run
-            ),
-            format!("{} Hz and {other} Hz in {}", run.frequency_hz, input.path),
-            "record for longer than two periods of their difference, or drive one of the two at a time",
-        ),
-        Line::Missing(why) => (
-            "tone-missing",
-            format!(
-                "run {} was left out: its recording has no {} Hz",
-                run.run, run.frequency_hz
-            ),
-            format!("{why}; {}", input.path),
-            "check the list of frequencies against the generator; measure the run again, or take the frequency out",
-        ),
-        Line::Found(_) => ("tone", String::new(), String::new(), ""),
-    };
-    Finding::new(Severity::Decision, code, what)
-        .evidence(evidence)
-        .advice(advice)
+/// Why a run is not used; nothing of a line that was found.
+pub(super) fn unusable<S>(run: &ShakerRun<S>, line: &Line, input: &Input) -> Option<Finding> {
+    let (name, frequency, file) = (&run.run, run.frequency_hz, &input.path);
+    match line {
+        Line::Unresolved(other) => Some(findings::tones_unresolved(
+            name,
+            frequency,
+            &other.to_string(),
+            file,
+        )),
+        Line::Missing(why) => Some(findings::tone_missing(
+            name,
+            frequency,
+            &why.to_string(),
+            file,
+        )),
+        Line::Found(_) => None,
+    }
 }
 
 /// Time stamps that are not even, told once each way.
@@ -68,21 +53,13 @@ pub(super) fn uneven(stamps: &[(String, UnevenStamps)]) -> Vec<Finding> {
             worst.residuals[1]
         );
         findings.push(if used {
-            Finding::new(
-                Severity::Note,
-                "uneven-stamps",
-                "samples were not taken at even steps; the sine was fitted at their time stamps",
+            findings::uneven_stamps(
+                "the sine was fitted at the stamps",
+                &evidence,
+                "nothing is to be done when the stamps are those of the samples",
             )
-            .evidence(evidence)
-            .advice("nothing is to be done when the stamps are those of the samples")
         } else {
-            Finding::new(
-                Severity::Warning,
-                "late-stamps",
-                "samples were taken at even steps, whatever their time stamps say; the sine was fitted on the even grid",
-            )
-            .evidence(evidence)
-            .advice("the stamps are those of reading the samples: a clock that is shared is known no better than they scatter")
+            findings::late_stamps(&evidence)
         });
     }
     findings
@@ -105,16 +82,13 @@ pub(super) fn durations<S>(table: &RunTable<S>, runs: &[ObservedRun]) -> Vec<Fin
         .filter_map(|(run, seen)| {
             let recorded = seen.recorded.as_ref()?;
             (recorded.duration < 0.9 * median).then(|| {
-                Finding::new(
-                    Severity::Warning,
-                    "short-recording",
-                    format!("the recording of run {} is shorter than the others", run.run),
+                findings::short_recording(
+                    &run.run,
+                    recorded.duration,
+                    recorded.rate,
+                    &recorded.path,
+                    median,
                 )
-                .evidence(format!(
-                    "{:.4} s at {} Hz in {}, {median:.4} s in the middle of all runs",
-                    recorded.duration, recorded.rate, recorded.path
-                ))
-                .advice("it may have been cut short; its phasors were used with the uncertainty they have")
             })
         })
         .collect()

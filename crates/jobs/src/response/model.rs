@@ -5,7 +5,6 @@ use crate::outcome::Job;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
 use proofmass_dynamic::model::{FitProblem, ModelStructure, ResponseFigures, ResponsePoints};
-use proofmass_signal::transfer::ResponseEstimate;
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 
@@ -84,35 +83,21 @@ impl Job for ModelJob {
         }
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
         let p = data.points;
-        let mut order: Vec<usize> = (0..p.frequency.len()).collect();
-        order.sort_by(|a, b| p.frequency[*a].total_cmp(&p.frequency[*b]));
-        let response = ResponseEstimate {
-            frequency: order.iter().map(|k| p.frequency[*k]).collect(),
-            value: order.iter().map(|k| p.value[*k]).collect(),
-            covariance: order.iter().map(|k| p.covariance[*k]).collect(),
-            dof: vec![p.dof.unwrap_or(1e6); order.len()],
-            coherence: Vec::new(),
-            leakage: Vec::new(),
-            independent_every: 1,
-        };
         let mut request = ResponseJob::new(Excitation::Points);
         request.model = Some(self.structure);
         request.band = self.band;
         request.reference_frequency = self.reference_frequency;
-        Ok(ResponseOutcome::new(
+        Ok(ResponseOutcome {
             request,
-            [
-                ("reference".into(), String::new()),
-                ("device".into(), String::new()),
-            ],
-            p.unit.clone(),
-            0.0,
-            response,
-            None,
-            Vec::new(),
+            channels: ["reference", "device"].map(|name| (name.into(), String::new())),
+            unit: p.unit.clone(),
+            independent: 0.0,
+            response: p.estimate(),
+            power: None,
+            modes: Vec::new(),
             figures,
-            Some(fit),
+            fit: Some(fit),
             findings,
-        ))
+        })
     }
 }

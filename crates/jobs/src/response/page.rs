@@ -1,41 +1,16 @@
 //! The report of a frequency response.
 
+use super::ResponseOutcome;
+use crate::page::columns::{filed, number};
 use crate::page::parameters::parameters;
-use proofmass_dynamic::model::{ModelFit, ResponseFigures};
+use proofmass_dynamic::measured::ResponsePower;
+use proofmass_dynamic::model::{Bandwidth, DampingReading, ModelFit, ResponseFigures};
 use proofmass_dynamic::modes::Resonance;
-use proofmass_report::number::{concise, plain, two_digits};
+use proofmass_report::Rounding::Plain;
+use proofmass_report::number::{plain, two_digits};
 use proofmass_report::plot::Style;
-use proofmass_report::{
-    Axis, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot,
-};
-use proofmass_signal::transfer::ResponseEstimate;
+use proofmass_report::{Axis, Field, KeyFigure, Report, Section, Series, Table, XyPlot};
 use proofmass_uncertainty::student_quantile;
-
-/// Frequencies, densities of input and output over them, root mean squares of both.
-pub(crate) type Power<'a> = (&'a [f64], &'a [f64], &'a [f64], [f64; 2]);
-
-/// What the report tells of a frequency response.
-#[derive(Clone, Debug)]
-pub(crate) struct ResponseReport<'a> {
-    /// Title, device, inputs, findings.
-    pub head: Head<'a>,
-    /// Name and unit of input and output.
-    pub channels: &'a [(String, String); 2],
-    /// Unit of the response.
-    pub unit: &'a str,
-    /// Independent averages; zero where there are none.
-    pub independent: f64,
-    /// The response.
-    pub response: &'a ResponseEstimate,
-    /// Power of both channels.
-    pub power: Option<Power<'a>>,
-    /// Resonances.
-    pub modes: &'a [Resonance],
-    /// Bandwidths, resonance, dampings.
-    pub figures: Option<&'a ResponseFigures>,
-    /// Fitted model.
-    pub fit: Option<&'a ModelFit>,
-}
 
 /// Lines that a figure shows; beyond, every n-th.
 const SHOWN: usize = 1500;
@@ -44,107 +19,122 @@ const FEW: usize = 100;
 /// Steps of the curve of a model beside them.
 const DENSE: usize = 600;
 
-impl ResponseReport<'_> {
-    /// The whole report.
-    pub(crate) fn full(&self) -> Report {
-        let mut report = self.summary().section(self.bode()).section(self.nyquist());
-        if let Some((f, x, y, _)) = self.power {
-            let step = f.len().div_ceil(SHOWN).max(1);
-            let positive = |v: &[f64]| -> (Vec<f64>, Vec<f64>) {
-                f.iter()
-                    .zip(v)
-                    .step_by(step)
-                    .filter(|(f, v)| **f > 0.0 && **v > 0.0)
-                    .unzip()
-            };
-            let [(input, unit_in), (output, unit_out)] = self.channels;
-            let (fx, x) = positive(x);
-            let (fy, y) = positive(y);
-            let plot = XyPlot::new(
-                Axis::log("frequency", "Hz"),
-                Axis::log(input.as_str(), format!("({unit_in})²/Hz")),
+pub(super) fn add(page: Report, outcome: &ResponseOutcome) -> Report {
+    let mut page = page
+        .section(outcome.result())
+        .section(outcome.bode())
+        .section(outcome.nyquist());
+    let mut files = vec![outcome.lines()];
+    if let Some(power) = &outcome.power {
+        page = page.section(outcome.densities(power));
+        files.push(
+            Table::of(
+                "",
+                [
+                    Field::series("frequency_Hz", &power.frequency),
+                    Field::series("input_U2/Hz", &power.input),
+                    Field::series("output_U2/Hz", &power.output),
+                ],
+                0..power.frequency.len(),
             )
-            .series(Series::line("", &fx, &x))
-            .below(Axis::log(output.as_str(), format!("({unit_out})²/Hz")))
-            .series(Series::line("", &fy, &y));
-            report = report.section(
-                Section::new("Densities").figure("One-sided densities of input and output", plot),
-            );
-        }
-        if let Some(fit) = self.fit {
-            report = report.section(residuals(fit));
-        }
-        report.foot(&self.head)
+            .file("densities.csv"),
+        );
     }
+    if let Some(fit) = &outcome.fit {
+        page = page.section(residuals(fit));
+    }
+    page.section(Section::filed(files))
+}
 
-    /// What is worth a look in the terminal.
-    pub(crate) fn summary(&self) -> Report {
-        let report = self.head.open();
-        let r = self.response;
+impl ResponseOutcome {
+    fn result(&self) -> Section {
+        let r = &self.response;
         let lines = if self.single() { "points" } else { "lines" };
-        let mut figures = vec![KeyFigure::new(lines, r.lines().to_string(), "")];
+        let mut count = KeyFigure::new(lines, r.lines().to_string(), "");
         if let (Some(low), Some(high)) = (r.frequency.first(), r.frequency.last()) {
-            figures[0] =
-                figures[0]
-                    .clone()
-                    .note(format!("{} Hz to {} Hz", plain(*low), plain(*high)));
+            count = count.note(format!("{} Hz to {} Hz", plain(*low), plain(*high)));
         }
+        let mut figures = vec![count];
         if self.independent > 0.0 {
-            figures.push(KeyFigure::new(
-                "independent averages",
-                format!("{:.1}", self.independent),
-                "",
-            ));
+            let averages = format!("{:.1}", self.independent);
+            figures.push(KeyFigure::new("independent averages", averages, ""));
         }
+        let coherence = || r.coherence.iter().copied();
         if let (Some(low), Some(high)) = (
-            r.coherence.iter().copied().min_by(f64::total_cmp),
-            r.coherence.iter().copied().max_by(f64::total_cmp),
+            coherence().min_by(f64::total_cmp),
+            coherence().max_by(f64::total_cmp),
         ) {
-            figures.push(KeyFigure::new(
-                "coherence",
-                format!("{low:.4} … {high:.4}"),
-                "",
-            ));
+            let range = format!("{low:.4} … {high:.4}");
+            figures.push(KeyFigure::new("coherence", range, ""));
         }
-        if let Some((_, _, _, [x, y])) = self.power {
-            let [(_, unit_in), (_, unit_out)] = self.channels;
-            figures.push(KeyFigure::new(
-                "RMS of the input",
-                format!("{x:.4}"),
-                unit_in.as_str(),
-            ));
-            figures.push(KeyFigure::new(
-                "RMS of the output",
-                format!("{y:.4}"),
-                unit_out.as_str(),
-            ));
+        if let Some(power) = &self.power {
+            let sides = ["RMS of the input", "RMS of the output"].into_iter();
+            for ((side, rms), (_, unit)) in sides.zip(power.rms).zip(&self.channels) {
+                figures.push(KeyFigure::new(side, format!("{rms:.4}"), unit));
+            }
         }
-        let mut section = Section::new("Result").key_figures(figures);
-        if let Some(fit) = self.fit {
+        let mut section = Section::new("Result").key_figures(figures).summarised();
+        if let Some(fit) = &self.fit {
             section = section.table(fitted(fit));
         }
         if !self.modes.is_empty() {
-            section = section.table(modes(self.modes));
+            section = section.table(modes(&self.modes));
         }
-        if let Some(figures) = self.figures {
-            section = section.table(bandwidths(figures, self.unit));
+        if let Some(figures) = &self.figures {
+            section = section.table(bandwidths(figures, &self.unit));
             if !figures.damping.is_empty() {
-                let mut table = Table::new(
-                    "Damping ratio, each way by itself",
-                    [Column::text("from"), Column::number("ζ", "")],
-                );
-                for d in &figures.damping {
-                    table = table.row([
-                        Cell::text(d.method.clone()),
-                        Cell::number(concise(d.damping, d.standard_uncertainty)),
-                    ]);
-                }
-                section = section.table(table);
+                section = section.table(damping(figures));
             }
         }
-        report
-            .findings(self.head.findings.iter().cloned())
-            .section(section)
+        section
+    }
+
+    /// Every line, with the uncertainty of the input.
+    fn lines(&self) -> Table {
+        let (r, unit) = (&self.response, &self.unit);
+        let modulus = |k: &usize| r.value[*k].norm();
+        let u = move |k: &usize| {
+            let reference = self.request.input_uncertainty * modulus(k);
+            r.polar_uncertainty(*k).0.hypot(reference)
+        };
+        let fields = [
+            Field::series("frequency_Hz", &r.frequency),
+            filed(format!("modulus_{unit}"), modulus),
+            filed("phase_deg", |k: &usize| r.value[*k].arg().to_degrees()),
+            filed(format!("modulus_u_{unit}"), u),
+            filed("phase_u_deg", |k: &usize| {
+                r.polar_uncertainty(*k).1.to_degrees()
+            }),
+            filed(format!("modulus_U95_{unit}"), move |k: &usize| {
+                student_quantile(0.975, r.dof[*k]) * u(k)
+            }),
+            Field::series("coherence", &r.coherence),
+            Field::series("dof", &r.dof),
+        ];
+        Table::of("", fields, 0..r.lines()).file("response.csv")
+    }
+
+    fn densities(&self, power: &ResponsePower) -> Section {
+        let f = &power.frequency;
+        let step = f.len().div_ceil(SHOWN).max(1);
+        let positive = |v: &[f64]| -> (Vec<f64>, Vec<f64>) {
+            f.iter()
+                .zip(v)
+                .step_by(step)
+                .filter(|(f, v)| **f > 0.0 && **v > 0.0)
+                .unzip()
+        };
+        let [(input, unit_in), (output, unit_out)] = &self.channels;
+        let (fx, x) = positive(&power.input);
+        let (fy, y) = positive(&power.output);
+        let plot = XyPlot::new(
+            Axis::log("frequency", "Hz"),
+            Axis::log(input, format!("({unit_in})²/Hz")),
+        )
+        .series(Series::line("", &fx, &x))
+        .below(Axis::log(output, format!("({unit_out})²/Hz")))
+        .series(Series::line("", &fy, &y));
+        Section::new("Densities").figure("One-sided densities of input and output", plot)
     }
 
     fn kept(&self) -> Vec<usize> {
@@ -156,7 +146,7 @@ impl ResponseReport<'_> {
     }
 
     fn bode(&self) -> Section {
-        let r = self.response;
+        let r = &self.response;
         let kept = self.kept();
         let f: Vec<f64> = kept.iter().map(|k| r.frequency[*k]).collect();
         let modulus: Vec<f64> = kept.iter().map(|k| r.value[*k].norm()).collect();
@@ -188,7 +178,7 @@ impl ResponseReport<'_> {
         };
         let mut plot = XyPlot::new(
             Axis::log("frequency", "Hz"),
-            Axis::log("modulus", self.unit),
+            Axis::log("modulus", &self.unit),
         )
         .series(drawn(
             "measured",
@@ -205,6 +195,7 @@ impl ResponseReport<'_> {
         };
         let fitted: Option<Vec<_>> = self
             .fit
+            .as_ref()
             .map(|fit| at.iter().map(|f| fit.model.response(*f)).collect());
         if let Some(fitted) = &fitted {
             let y: Vec<f64> = fitted.iter().map(|s| s.norm()).collect();
@@ -253,8 +244,8 @@ impl ResponseReport<'_> {
                 .collect()
         };
         let plot = XyPlot::new(
-            Axis::linear("real part", self.unit),
-            Axis::linear("imaginary part", self.unit),
+            Axis::linear("real part", &self.unit),
+            Axis::linear("imaginary part", &self.unit),
         )
         .series(Series::line("", &part(|z| z.re), &part(|z| z.im)).style(
             if self.single() {
@@ -279,43 +270,46 @@ fn fitted(fit: &ModelFit) -> Table {
 }
 
 fn modes(modes: &[Resonance]) -> Table {
-    let mut table = Table::new(
-        "Resonances",
-        [
-            Column::number("frequency", "Hz"),
-            Column::number("damping ratio", "%"),
-            Column::number("coherence", ""),
-        ],
-    );
-    for m in modes {
-        table = table.row([
-            Cell::number(concise(m.frequency, m.frequency_uncertainty)),
-            Cell::number(concise(100.0 * m.damping, 100.0 * m.damping_uncertainty)),
-            m.coherence
-                .map_or(Cell::Empty, |c| Cell::number(format!("{c:.4}"))),
-        ]);
-    }
-    table
+    let fields = [
+        Field::estimate("frequency_Hz", "u_Hz", |m: &Resonance| {
+            Some((m.frequency, m.frequency_uncertainty))
+        })
+        .page("frequency", "Hz"),
+        Field::estimate("damping", "u", |m: &Resonance| {
+            Some((m.damping, m.damping_uncertainty))
+        })
+        .page("damping ratio", "%")
+        .scaled(100.0),
+        filed("coherence", |m: &Resonance| m.coherence)
+            .page("coherence", "")
+            .decimals(4),
+    ];
+    Table::of("Resonances", fields, modes).file("modes.csv")
+}
+
+fn damping(figures: &ResponseFigures) -> Table {
+    let fields = [
+        Field::shown("from", "", |d: &DampingReading| d.method.as_str().into()),
+        Field::estimate("", "", |d: &DampingReading| {
+            Some((d.damping, d.standard_uncertainty))
+        })
+        .page("ζ", ""),
+    ];
+    let caption = "Damping ratio, each way by itself";
+    Table::of(caption, fields, &figures.damping)
 }
 
 fn bandwidths(figures: &ResponseFigures, unit: &str) -> Table {
-    let mut table = Table::new(
-        "Band within a departure",
-        [
-            Column::text("departure"),
-            Column::number("from", "Hz"),
-            Column::number("to", "Hz"),
-        ],
-    );
-    for b in &figures.bandwidths {
-        let name = if b.departure < 0.0 {
-            "−3 dB".to_owned()
-        } else {
-            format!("±{:.0} %", 100.0 * b.departure)
-        };
-        let cell = |v: Option<f64>| v.map_or(Cell::Empty, |v| Cell::number(plain(v)));
-        table = table.row([Cell::text(name), cell(b.lower), cell(b.upper)]);
-    }
+    let departure = |b: &Bandwidth| match b.departure < 0.0 {
+        true => "−3 dB".to_owned(),
+        false => format!("±{:.0} %", 100.0 * b.departure),
+    };
+    let fields = [
+        Field::shown("departure", "", |b: &Bandwidth| departure(b).into()),
+        number("", ("from", "Hz"), Plain, |b: &Bandwidth| b.lower),
+        number("", ("to", "Hz"), Plain, |b: &Bandwidth| b.upper),
+    ];
+    let table = Table::of("Band within a departure", fields, &figures.bandwidths);
     let mut note = format!(
         "Of the modulus {:.6} {unit} at {} Hz; an empty place: the band is not left there.",
         figures.reference,

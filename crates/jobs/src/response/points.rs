@@ -7,10 +7,9 @@ use crate::trouble::{Result, Trouble};
 use proofmass_dynamic::model::ResponsePoints;
 use proofmass_io::{AnyCalibration, ColumnRef, Input, Source};
 use proofmass_uncertainty::Finding;
-use serde::{Deserialize, Serialize};
 
 /// Columns of a table of points.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct PointColumns {
     /// Frequency, Hz.
     pub frequency: ColumnRef,

@@ -2,7 +2,7 @@
 
 use super::ResponseData;
 use crate::trouble::{Result, Trouble};
-use proofmass_dynamic::sine_steps::{NoResponse, NoSteps, SineSteps, merged};
+use proofmass_dynamic::sine_steps::{NoResponse, NoSteps, SineSteps, response_of};
 use proofmass_signal::transfer::ResponseEstimate;
 use proofmass_uncertainty::Finding;
 
@@ -29,16 +29,7 @@ pub(super) fn response(
     if let Some([low, high]) = band {
         steps.retain(|s| (low..=high).contains(&s.frequency));
     }
-    let steps = merged(steps);
-    Ok(ResponseEstimate {
-        frequency: steps.iter().map(|s| s.frequency).collect(),
-        value: steps.iter().map(|s| s.response).collect(),
-        covariance: steps.iter().map(|s| s.covariance).collect(),
-        dof: steps.iter().map(|s| s.dof).collect(),
-        coherence: Vec::new(),
-        leakage: vec![Default::default(); steps.len()],
-        independent_every: 1,
-    })
+    Ok(response_of(steps))
 }
 
 fn refusal(why: NoResponse, place: &str) -> Trouble {

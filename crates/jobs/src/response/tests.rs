@@ -1,5 +1,5 @@
 use super::*;
-use crate::{Filed, Outcome, Record, Unwatched, read_result};
+use crate::{Outcome, Record, StoredResult, Unwatched};
 use proofmass_dynamic::model::{Mode, TransducerModel};
 use proofmass_signal::fourier;
 use rand::SeedableRng;
@@ -222,8 +222,8 @@ fn law_results_are_read_again_to_the_byte() {
     let x = noise(1 << 14, 1);
     let y = driven_by(&x, 0.01, 2);
     let outcome = evaluate(&with_model(Excitation::Random), &[(x, y)]).unwrap();
-    let filed = Filed::new(Record::default(), outcome);
-    let read = read_result(&filed.to_json().unwrap()).unwrap();
+    let filed = StoredResult::new(Record::default(), &outcome).unwrap();
+    let read = StoredResult::from_json(&filed.to_json().unwrap()).unwrap();
     assert_eq!(read.files().unwrap(), filed.files().unwrap());
 }
 
@@ -245,7 +245,7 @@ fn known_faults_of_recordings_are_named() {
     )
     .unwrap();
     assert!(
-        outcome.findings().iter().any(|f| f.code() == "saturated"),
+        outcome.findings().iter().any(|f| f.code() == "clipped"),
         "{:?}",
         outcome.findings()
     );

@@ -112,7 +112,8 @@ impl ShakerSingleCampaign {
                 job.check_standard = Some(certificate.table);
             }
         }
-        if let Some((output, datasheet)) = self.datasheet {
+        let datasheet = self.datasheet.as_ref().map(|d| d.si(&self.source));
+        if let Some((output, datasheet)) = datasheet.transpose()? {
             if output != job.output {
                 return Err(Trouble::data(format!(
                     "[datasheet] is in {}, and the device gives {}",

@@ -1,215 +1,212 @@
 //! The report of a single-axis comparison with a reference.
 
+use super::ShakerSingleOutcome;
+use crate::page::columns::{degrees, e_n, filed, frequency, number, percent};
 use crate::page::coverage::stated_at;
+use crate::page::polar::{Polar, polar};
+use crate::page::shares::shares;
+use crate::sensor_clock::SensorClock;
+use proofmass_report::Rounding::Decimals;
 use proofmass_report::number::{minus, plain, rounded};
-use proofmass_report::{
-    Axis, BarPlot, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot,
-};
+use proofmass_report::{Axis, Field, KeyFigure, Report, Section, Series, Table, XyPlot};
 use proofmass_shaker::check_standard::CheckPoint;
 use proofmass_shaker::derived::Expanded;
 use proofmass_shaker::single_axis::{ComparisonRow, SingleAxis, transverse_limit};
-use proofmass_uncertainty::DegreesOfFreedom;
 
-/// What the report tells beside the comparison itself.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct SingleAxisReport<'a> {
-    /// Title, device, inputs, findings.
-    pub head: Head<'a>,
-    /// The runs, for the transverse motion; in the order of the results.
-    pub runs: &'a [ComparisonRow],
-    /// A check standard against what is known of it.
-    pub check_standard: &'a [CheckPoint],
-    /// A coverage factor that U is stated with, instead of that of 95 %.
-    pub coverage_factor: Option<f64>,
+pub(super) fn add(mut page: Report, outcome: &ShakerSingleOutcome) -> Report {
+    let reference = outcome.reference.iter();
+    page.meta
+        .extend(reference.map(|r| ("Reference".to_owned(), r.clone())));
+    page.meta
+        .extend(outcome.clock.iter().flat_map(SensorClock::lines));
+    let repeats = outcome.single.iter().zip(&outcome.runs);
+    let repeats = repeats.filter_map(|(s, run)| row(outcome, &run.run, s));
+    let run = Field::new("run", |r: &Row<'_>| r.0.0.into());
+    let mut page = page
+        .subtitle(format!(
+            "Single-axis calibration by comparison with a reference: {} runs",
+            outcome.results.len()
+        ))
+        .section(result(outcome))
+        .section(Section::filed([
+            sensitivity(outcome, [run], repeats).file("repeats.csv")
+        ]))
+        .section(curves(outcome))
+        .section(budget(&outcome.results));
+    if outcome.runs.iter().any(|r| r.transverse.is_some()) {
+        page = page.section(transverse(&outcome.runs));
+    }
+    if !outcome.check_standard.is_empty() {
+        let points = &outcome.check_standard;
+        page = page
+            .section(check_standard(points))
+            .section(Section::filed([check_table(points)]));
+    }
+    page.section(Section::new("Method").paragraph(
+        "Comparison with a reference transducer (ISO 16063-21): S₂ = (X₂/X₁) S₁, φ₂ = φ₂,₁ + φ₁. Uncertainty by the \
+         law of propagation, coverage factors from Student's t (JCGM 100:2008).",
+    ))
 }
 
-impl SingleAxisReport<'_> {
-    /// The whole report.
-    pub(crate) fn full(&self, results: &[SingleAxis]) -> Report {
-        let mut report = self
-            .summary(results)
-            .section(self.curves(results))
-            .section(budget(results));
-        if self.runs.iter().any(|r| r.transverse.is_some()) {
-            report = report.section(self.transverse());
-        }
-        if !self.check_standard.is_empty() {
-            report = report.section(self.check_standard());
-        }
-        let section = Section::new("Inputs and method").inputs(&self.head.inputs);
-        report
-            .section(section.paragraph(
-                "Comparison with a reference transducer (ISO 16063-21): S₂ = (X₂/X₁) S₁, φ₂ = φ₂,₁ + φ₁. Uncertainty by the \
-                 law of propagation, coverage factors from Student's t (JCGM 100:2008).",
-            ))
-            .footer(self.head.footer.clone())
-    }
+fn quantity(
+    outcome: &ShakerSingleOutcome,
+    result: &SingleAxis,
+    name: &str,
+    factor: f64,
+) -> Option<(f64, f64, Expanded)> {
+    let q = Expanded::of(result.estimate.get(name)?, outcome.coverage_factor);
+    Some((factor * q.value, factor * q.expanded, q))
+}
 
-    /// What is worth a look in the terminal.
-    pub(crate) fn summary(&self, results: &[SingleAxis]) -> Report {
-        let report = self.head.open().subtitle(format!(
-            "Single-axis calibration by comparison with a reference: {} runs",
-            results.len()
-        ));
-        report
-            .findings(self.head.findings.iter().cloned())
-            .section(self.result(results))
-    }
+/// What U is stated at.
+fn at(outcome: &ShakerSingleOutcome) -> String {
+    let all = outcome.results.iter().flat_map(|r| {
+        let names = ["modulus", "phase"].into_iter();
+        names.filter_map(|name| Some(quantity(outcome, r, name, 1.0)?.2))
+    });
+    stated_at(&all.collect::<Vec<_>>())
+}
 
-    fn quantity(
-        &self,
-        result: &SingleAxis,
-        name: &str,
-        factor: f64,
-    ) -> Option<(f64, f64, Expanded)> {
-        let q = Expanded::of(result.estimate.get(name)?, self.coverage_factor);
-        Some((factor * q.value, factor * q.expanded, q))
-    }
+/// A sensitivity behind the name of its run, empty for a mean, and its frequency.
+type Row<'a> = ((&'a str, f64), Polar);
 
-    /// What U is stated at.
-    fn at(&self, results: &[SingleAxis]) -> String {
-        let all = results.iter().flat_map(|r| {
-            let names = ["modulus", "phase"].into_iter();
-            names.filter_map(|name| Some(self.quantity(r, name, 1.0)?.2))
-        });
-        stated_at(&all.collect::<Vec<_>>())
-    }
+fn row<'a>(outcome: &ShakerSingleOutcome, run: &'a str, result: &SingleAxis) -> Option<Row<'a>> {
+    let (_, _, modulus) = quantity(outcome, result, "modulus", 1.0)?;
+    let phase = quantity(outcome, result, "phase", 1.0).map(|(_, _, phase)| phase);
+    // Without a phase the complex number has a size alone.
+    let s = result.sensitivity;
+    let parts = phase.is_some().then_some([s.re, s.im]);
+    Some((
+        (run, result.frequency),
+        Polar::new(parts, &modulus, phase.as_ref()),
+    ))
+}
 
-    fn result(&self, results: &[SingleAxis]) -> Section {
-        let (unit, factor) = unit(results);
-        let mut table = Table::new(
-            format!(
-                "Sensitivity with its expanded uncertainty at {}",
-                self.at(results)
-            ),
-            [
-                Column::number("f", "Hz"),
-                Column::number("modulus", unit),
-                Column::number("U", unit),
-                Column::number("U relative", "%"),
-                Column::number("phase", "°"),
-                Column::number("U phase", "°"),
-                Column::number("k", ""),
-                Column::number("ν_eff", ""),
-            ],
-        );
-        let mut section = Section::new("Result");
-        for r in results {
-            let Some((m, u, q)) = self.quantity(r, "modulus", factor) else {
-                continue;
-            };
-            let (value, expanded) = rounded(m, u);
-            // A device with a clock of its own has none.
-            let [phase, u_phase] = match self.quantity(r, "phase", 180.0 / std::f64::consts::PI) {
-                Some((phase, u, _)) => {
-                    let (phase, u) = rounded(phase, u);
-                    [Cell::number(phase), Cell::number(u)]
-                }
-                None => [Cell::Empty, Cell::Empty],
-            };
-            table = table.row([
-                Cell::number(plain(r.frequency)),
-                Cell::number(value),
-                Cell::number(expanded),
-                Cell::number(format!("{:.2}", 100.0 * u / m)),
-                phase,
-                u_phase,
-                Cell::number(format!("{:.2}", q.coverage_factor)),
-                Cell::number(
-                    q.dof
-                        .and_then(DegreesOfFreedom::new)
-                        .unwrap_or(DegreesOfFreedom::INFINITE)
-                        .to_string(),
-                ),
-            ]);
-        }
-        let nearest = results.iter().min_by(|a, b| {
-            let far = |r: &SingleAxis| (r.frequency / 160.0).ln().abs();
-            far(a).total_cmp(&far(b))
-        });
-        if let Some((r, (m, u, _))) =
-            nearest.and_then(|r| Some((r, self.quantity(r, "modulus", factor)?)))
-        {
-            let (value, expanded) = rounded(m, u);
-            section = section.key_figures([KeyFigure::new(
-                format!("sensitivity at {} Hz", plain(r.frequency)),
-                format!("{} ± {expanded}", minus(&value)),
-                unit,
-            )
-            .note(format!("U = {:.2} %", 100.0 * u / m))]);
-        }
-        section.table(table)
-    }
+/// Sensitivities, behind the columns that come first.
+fn sensitivity<'a>(
+    outcome: &ShakerSingleOutcome,
+    first: impl IntoIterator<Item = Field<'a, Row<'a>>>,
+    results: impl IntoIterator<Item = Row<'a>>,
+) -> Table {
+    let mut fields: Vec<_> = first.into_iter().collect();
+    fields.push(frequency(|r: &Row<'a>| r.0.1));
+    fields.extend(polar(outcome.output.unit(), Some(unit(&outcome.results))));
+    let caption = format!(
+        "Sensitivity with its expanded uncertainty at {}",
+        at(outcome)
+    );
+    Table::of(caption, fields, results)
+}
 
-    fn curves(&self, results: &[SingleAxis]) -> Section {
-        let (unit, factor) = unit(results);
-        let points = |name: &str, factor: f64| -> Vec<(f64, f64, f64)> {
-            let mut points: Vec<_> = results
-                .iter()
-                .filter_map(|r| {
-                    self.quantity(r, name, factor)
-                        .map(|(v, u, _)| (r.frequency, v, u))
-                })
-                .collect();
-            points.sort_by(|a, b| a.0.total_cmp(&b.0));
-            points
-        };
-        let mut plot = XyPlot::new(Axis::log("frequency", "Hz"), Axis::linear("modulus", unit))
-            .series(Series::intervals("", &points("modulus", factor)));
-        let phases = points("phase", 180.0 / std::f64::consts::PI);
-        let caption = if phases.is_empty() {
-            "Modulus"
-        } else {
-            plot = plot
-                .below(Axis::linear("phase", "°"))
-                .series(Series::intervals("", &phases).look(0));
-            "Modulus and phase"
-        };
-        for panel in &mut plot.panels {
-            panel.height = 220.0;
-        }
-        Section::new("Sensitivity against frequency").figure(
-            format!(
-                "{caption} of the sensitivity with intervals at {}",
-                self.at(results)
-            ),
-            plot,
+fn check_table(points: &[CheckPoint]) -> Table {
+    type P = CheckPoint;
+    let fields = [
+        frequency(|p: &P| p.frequency),
+        filed("known", |p: &P| p.known),
+        filed("measured", |p: &P| p.measured),
+        percent("departure_%", "", |p: &P| p.modulus),
+        percent("u_departure_%", "", |p: &P| p.modulus_uncertainty),
+        e_n("E_n", |p: &P| p.e_n()[0]),
+        degrees("phase_departure_deg", "", |p: &P| p.phase),
+        degrees("u_phase_departure_deg", "", |p: &P| p.phase_uncertainty),
+        e_n("E_n_phase", |p: &P| p.e_n()[1]),
+    ];
+    Table::of("", fields, points).file("check_standard.csv")
+}
+
+fn result(outcome: &ShakerSingleOutcome) -> Section {
+    let (unit, factor) = unit(&outcome.results);
+    let mut section = Section::new("Result");
+    let rows = outcome.results.iter().filter_map(|r| row(outcome, "", r));
+    let nearest = outcome.results.iter().min_by(|a, b| {
+        let far = |r: &SingleAxis| (r.frequency / 160.0).ln().abs();
+        far(a).total_cmp(&far(b))
+    });
+    if let Some((r, (m, u, _))) =
+        nearest.and_then(|r| Some((r, quantity(outcome, r, "modulus", factor)?)))
+    {
+        let (value, expanded) = rounded(m, u);
+        section = section.key_figures([KeyFigure::new(
+            format!("sensitivity at {} Hz", plain(r.frequency)),
+            format!("{} ± {expanded}", minus(&value)),
+            unit,
         )
+        .note(format!("U = {:.2} %", 100.0 * u / m))]);
     }
+    section
+        .table(sensitivity(outcome, [], rows).file("sensitivity.csv"))
+        .summarised()
+}
 
-    fn check_standard(&self) -> Section {
-        let points = |of: fn(&CheckPoint) -> (f64, f64), factor: f64| -> Vec<(f64, f64, f64)> {
-            let list = self.check_standard.iter();
-            list.map(|p| {
+fn curves(outcome: &ShakerSingleOutcome) -> Section {
+    let (unit, factor) = unit(&outcome.results);
+    let points = |name: &str, factor: f64| -> Vec<(f64, f64, f64)> {
+        let mut points: Vec<_> = outcome
+            .results
+            .iter()
+            .filter_map(|r| quantity(outcome, r, name, factor).map(|(v, u, _)| (r.frequency, v, u)))
+            .collect();
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        points
+    };
+    let mut plot = XyPlot::new(Axis::log("frequency", "Hz"), Axis::linear("modulus", unit))
+        .series(Series::intervals("", &points("modulus", factor)));
+    let phases = points("phase", 180.0 / std::f64::consts::PI);
+    let caption = if phases.is_empty() {
+        "Modulus"
+    } else {
+        plot = plot
+            .below(Axis::linear("phase", "°"))
+            .series(Series::intervals("", &phases).look(0));
+        "Modulus and phase"
+    };
+    for panel in &mut plot.panels {
+        panel.height = 220.0;
+    }
+    Section::new("Sensitivity against frequency").figure(
+        format!(
+            "{caption} of the sensitivity with intervals at {}",
+            at(outcome)
+        ),
+        plot,
+    )
+}
+
+fn check_standard(points: &[CheckPoint]) -> Section {
+    let list = |of: fn(&CheckPoint) -> (f64, f64), factor: f64| -> Vec<(f64, f64, f64)> {
+        let points = points.iter();
+        points
+            .map(|p| {
                 let (d, u) = of(p);
                 (p.frequency, factor * d, 2.0 * factor * u)
             })
             .collect()
-        };
-        let modulus = points(|p| (p.modulus, p.modulus_uncertainty), 100.0);
-        let phase = points(
-            |p| (p.phase, p.phase_uncertainty),
-            180.0 / std::f64::consts::PI,
-        );
-        let mut plot = XyPlot::new(
-            Axis::log("frequency", "Hz"),
-            Axis::linear("departure of the modulus", "%"),
-        )
-        .series(Series::intervals("", &modulus))
-        .horizontal(0.0, "")
-        .below(Axis::linear("departure of the phase", "°"))
-        .series(Series::intervals("", &phase).look(0))
-        .horizontal(0.0, "");
-        for panel in &mut plot.panels {
-            panel.height = 160.0;
-        }
-        let worst = |k: usize| -> String {
-            let list = self.check_standard.iter();
-            list.filter_map(|p| p.e_n()[k])
-                .max_by(|a, b| a.abs().total_cmp(&b.abs()))
-                .map_or("–".to_owned(), |e| minus(&format!("{e:.2}")))
-        };
-        Section::new("Check standard")
+    };
+    let modulus = list(|p| (p.modulus, p.modulus_uncertainty), 100.0);
+    let phase = list(
+        |p| (p.phase, p.phase_uncertainty),
+        180.0 / std::f64::consts::PI,
+    );
+    let mut plot = XyPlot::new(
+        Axis::log("frequency", "Hz"),
+        Axis::linear("departure of the modulus", "%"),
+    )
+    .series(Series::intervals("", &modulus))
+    .horizontal(0.0, "")
+    .below(Axis::linear("departure of the phase", "°"))
+    .series(Series::intervals("", &phase).look(0))
+    .horizontal(0.0, "");
+    for panel in &mut plot.panels {
+        panel.height = 160.0;
+    }
+    let worst = |k: usize| -> String {
+        points
+            .iter()
+            .filter_map(|p| p.e_n()[k])
+            .max_by(|a, b| a.abs().total_cmp(&b.abs()))
+            .map_or("–".to_owned(), |e| minus(&format!("{e:.2}")))
+    };
+    Section::new("Check standard")
             .key_figures([
                 KeyFigure::new("largest E_n of the modulus", worst(0), ""),
                 KeyFigure::new("largest E_n of the phase", worst(1), ""),
@@ -218,42 +215,28 @@ impl SingleAxisReport<'_> {
                 "Departure of the check standard from its known sensitivity, with twice the standard uncertainty of both",
                 plot,
             )
-    }
+}
 
-    fn transverse(&self) -> Section {
-        let mut table = Table::new(
-            "Transverse motion against the limits of ISO 16063-21",
-            [
-                Column::text("run"),
-                Column::number("f", "Hz"),
-                Column::number("transverse motion", "%"),
-                Column::number("limit", "%"),
-                Column::text(""),
-            ],
-        );
-        for run in self.runs {
-            let limit = transverse_limit(run.frequency);
-            let cells = match run.transverse {
-                Some(t) => [
-                    Cell::number(format!("{:.2}", 100.0 * t)),
-                    Cell::number(format!("{:.0}", 100.0 * limit)),
-                    Cell::text(if t > limit { "exceeds" } else { "within" }),
-                ],
-                None => [
-                    Cell::Empty,
-                    Cell::number(format!("{:.0}", 100.0 * limit)),
-                    Cell::text("not measured"),
-                ],
-            };
-            let mut row = vec![
-                Cell::text(run.run.clone()),
-                Cell::number(plain(run.frequency)),
-            ];
-            row.extend(cells);
-            table = table.row(row);
-        }
-        Section::new("Transverse motion").table(table)
-    }
+fn transverse(runs: &[ComparisonRow]) -> Section {
+    type R = ComparisonRow;
+    let fields = [
+        Field::new("", |r: &R| r.run.as_str().into()).page("run", ""),
+        frequency(|r: &R| r.frequency),
+        number("", ("transverse motion", "%"), Decimals(2), |r: &R| {
+            r.transverse.map(|t| 100.0 * t)
+        }),
+        percent("", "limit", |r: &R| transverse_limit(r.frequency)).rounded(Decimals(0)),
+        Field::new("", |r: &R| {
+            match r.transverse {
+                Some(t) if t > transverse_limit(r.frequency) => "exceeds",
+                Some(_) => "within",
+                None => "not measured",
+            }
+            .into()
+        }),
+    ];
+    let caption = "Transverse motion against the limits of ISO 16063-21";
+    Section::new("Transverse motion").table(Table::of(caption, fields, runs))
 }
 
 /// The prefix that suits the largest modulus; only volts take one.
@@ -275,23 +258,12 @@ fn unit(results: &[SingleAxis]) -> (&str, f64) {
 }
 
 fn budget(results: &[SingleAxis]) -> Section {
-    let mut shares: Vec<(String, f64)> = vec![];
-    for r in results {
-        for line in r.estimate.budget("modulus").unwrap_or_default() {
-            let share = line.share / results.len() as f64;
-            match shares.iter_mut().find(|s| s.0 == line.description) {
-                Some(s) => s.1 += share,
-                None => shares.push((line.description, share)),
-            }
-        }
-    }
-    shares.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let bars = shares.into_iter().fold(
-        BarPlot::shares("share of the variance"),
-        |bars, (name, share)| bars.bar(name, share, ""),
-    );
+    let causes = results.iter().flat_map(|r| {
+        let lines = r.estimate.budget("modulus").unwrap_or_default().into_iter();
+        lines.map(|line| (line.description, line.share / results.len() as f64))
+    });
     Section::new("Uncertainty").figure(
         "Causes of the uncertainty of the modulus, mean over the runs",
-        bars,
+        shares(causes),
     )
 }

@@ -1,44 +1,35 @@
 //! What a triaxial calibration on a shaker found.
 
-use super::page::ShakerReport;
-use super::{ShakerTriaxialData, ShakerTriaxialJob, tables};
+use super::{ShakerTriaxialData, ShakerTriaxialJob, page, tables};
 use crate::frequency_response;
-use crate::observed::listed;
 use crate::outcome::Outcome;
 use crate::record::Record;
 use crate::sensor_clock::SensorClock;
 use crate::trouble::Result;
-use proofmass_io::{AnyCalibration, StatedQuantity, Table, Unit};
+use proofmass_io::{AnyCalibration, StatedQuantity, Unit};
 use proofmass_report::Report;
-use proofmass_shaker::published::MagnitudeBudget;
 use proofmass_shaker::recording::RunInput;
 use proofmass_shaker::sample_clock::SampleClock;
 use proofmass_shaker::{Budget, FrequencyCheck, OutputUnit, ShakerCalibration};
 use proofmass_uncertainty::Finding;
-use serde::{Deserialize, Serialize};
 
 /// Sensitivity matrices at every frequency with their joint covariances, every method and correction side by side; the
 /// first is the result.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ShakerTriaxialOutcome {
     quantities: Vec<StatedQuantity>,
     findings: Vec<Finding>,
-    calibration: ShakerCalibration,
-    monte_carlo: Vec<FrequencyCheck>,
-    budget: Budget,
-    published_budget: MagnitudeBudget,
-    excluded: Vec<String>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    datasheet: Option<(f64, f64)>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    reference: Option<String>,
+    pub(super) calibration: ShakerCalibration,
+    pub(super) monte_carlo: Vec<FrequencyCheck>,
+    pub(super) budget: Budget,
+    pub(super) datasheet: Option<(f64, f64)>,
+    pub(super) reference: Option<String>,
     /// Whether the runs carry accelerations of the reference, not volts.
-    acceleration: bool,
+    pub(super) acceleration: bool,
     /// Recordings among the inputs, which are the last of them.
-    recordings: usize,
-    runs: Vec<RunInput>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    clock: Option<SensorClock>,
+    pub(super) recordings: usize,
+    pub(super) runs: Vec<RunInput>,
+    pub(super) clock: Option<SensorClock>,
 }
 
 impl ShakerTriaxialOutcome {
@@ -62,8 +53,6 @@ impl ShakerTriaxialOutcome {
             calibration,
             monte_carlo,
             budget: job.budget.clone(),
-            published_budget: job.magnitude_budget,
-            excluded: job.excluded.clone(),
             datasheet: job.datasheet,
             reference: job.reference_description.clone(),
             acceleration: job.reference.is_none(),
@@ -81,23 +70,6 @@ impl ShakerTriaxialOutcome {
     /// The stated intervals against Monte Carlo; empty when it was not asked for.
     pub fn monte_carlo(&self) -> &[FrequencyCheck] {
         &self.monte_carlo
-    }
-
-    fn page(&self, record: &Record) -> ShakerReport<'_> {
-        let mut head = record.head(self.title(record), &self.findings);
-        head.inputs = listed(record, self.recordings);
-        if let Some(reference) = &self.reference {
-            head.meta.push(("Reference".to_owned(), reference.clone()));
-        }
-        head.meta
-            .extend(self.clock.iter().flat_map(SensorClock::lines));
-        head.meta
-            .push(("Runs".to_owned(), self.runs.len().to_string()));
-        ShakerReport {
-            head,
-            datasheet: self.datasheet,
-            checks: &self.monte_carlo,
-        }
     }
 }
 
@@ -125,24 +97,6 @@ impl Outcome for ShakerTriaxialOutcome {
         Some(tables::word(principal.method).to_owned())
     }
 
-    fn tables(&self) -> Result<Vec<(String, Table)>> {
-        let mut list = tables::tables(&self.calibration, self.budget.output)?;
-        list.push((
-            "phasors.csv".to_owned(),
-            tables::phasors(&self.runs, self.acceleration, self.budget.output)?,
-        ));
-        if !self.monte_carlo.is_empty() {
-            list.push((
-                "monte-carlo.csv".to_owned(),
-                tables::monte_carlo(&self.monte_carlo, self.budget.output)?,
-            ));
-        }
-        if self.recordings > 0 {
-            list.push(("recordings.csv".to_owned(), tables::recordings(&self.runs)?));
-        }
-        Ok(list)
-    }
-
     fn calibration(&self, record: &Record) -> Result<Option<AnyCalibration>> {
         let Some(principal) = self.calibration.results.first() else {
             return Ok(None);
@@ -162,11 +116,7 @@ impl Outcome for ShakerTriaxialOutcome {
         }))
     }
 
-    fn summary(&self, record: &Record) -> Report {
-        self.page(record).summary(&self.calibration)
-    }
-
-    fn report(&self, record: &Record) -> Report {
-        self.page(record).full(&self.calibration)
+    fn page(&self, page: Report) -> Report {
+        page::add(page, self)
     }
 }

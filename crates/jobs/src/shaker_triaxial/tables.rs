@@ -1,13 +1,19 @@
-//! The results as tables.
+//! The results as tables of files.
 
-use crate::trouble::Result;
-use proofmass_io::{Cell, StatedQuantity, Table};
+use super::ShakerTriaxialOutcome;
+use crate::page::AXES;
+use crate::page::columns::{filed, frequency};
+use crate::page::polar::{Polar, polar};
+use proofmass_io::StatedQuantity;
+use proofmass_report::{Field, Table};
 use proofmass_shaker::derived::{Expanded, SensitivityTerm};
+use proofmass_shaker::published::PublishedFit;
 use proofmass_shaker::recording::{CHANNELS, RunInput};
 use proofmass_shaker::{
-    FrequencyCheck, FrequencyResult, MethodResult, OutputUnit, ShakerCalibration, ShakerMethod,
+    ComponentCheck, FrequencyCheck, FrequencyResult, MethodResult, OutputUnit, RunResult,
+    ShakerMethod,
 };
-use proofmass_uncertainty::{DegreesOfFreedom, Verdict};
+use proofmass_uncertainty::{BudgetLine, DegreesOfFreedom, Verdict};
 
 /// Moduli and phases of S and A at one frequency, by names such as `S.xx.modulus[frequency=10]`.
 pub(super) fn quantities(f: &FrequencyResult) -> Vec<StatedQuantity> {
@@ -54,48 +60,63 @@ fn ascii(unit: &str) -> String {
     unit.replace('²', "2")
 }
 
-/// Tables of the matrices, their budgets and the residuals.
-pub(super) fn tables(
-    calibration: &ShakerCalibration,
-    output: OutputUnit,
-) -> Result<Vec<(String, Table)>> {
-    let results = &calibration.results;
+/// Tables of the matrices, their budgets, the residuals and the runs.
+pub(super) fn tables(outcome: &ShakerTriaxialOutcome) -> Vec<Table> {
+    let results = &outcome.calibration.results;
+    let output = outcome.budget.output;
     let unit = &ascii(output.sensitivity());
-    Ok(vec![
-        (
-            "sensitivity.csv".to_owned(),
-            matrix(
-                results,
-                unit,
-                |f| &f.sensitivity,
-                |p| (p.sensitivity, p.sensitivity_expanded),
-            )?,
-        ),
-        (
-            "exploitation.csv".to_owned(),
-            matrix(
-                results,
-                &ascii(output.exploitation()),
-                |f| &f.exploitation,
-                |p| (p.exploitation, p.exploitation_expanded),
-            )?,
-        ),
-        ("derived.csv".to_owned(), derived(results)?),
-        ("budget.csv".to_owned(), budget(results, unit)?),
-        ("residuals.csv".to_owned(), residuals(results, unit)?),
-    ])
+    let sensitivity = matrix(
+        results,
+        unit,
+        |f| &f.sensitivity,
+        |p| (p.sensitivity, p.sensitivity_expanded),
+    );
+    let exploitation = matrix(
+        results,
+        output.exploitation(),
+        |f| &f.exploitation,
+        |p| (p.exploitation, p.exploitation_expanded),
+    );
+    let mut list = vec![
+        sensitivity.file("sensitivity.csv"),
+        exploitation.file("exploitation.csv"),
+        derived(results).file("derived.csv"),
+        budget(results, unit).file("budget.csv"),
+        residuals(results, unit).file("residuals.csv"),
+        phasors(&outcome.runs, outcome.acceleration, output).file("phasors.csv"),
+    ];
+    if !outcome.monte_carlo.is_empty() {
+        list.push(monte_carlo(&outcome.monte_carlo, unit).file("monte-carlo.csv"));
+    }
+    if outcome.recordings > 0 {
+        list.push(recordings(&outcome.runs).file("recordings.csv"));
+    }
+    list
 }
 
-/// Method and correction, which every row begins with.
-fn begin(result: &MethodResult, frequency: f64) -> Vec<Cell> {
+/// Result and frequency, which every row of a result begins with.
+type Head<'a> = (&'a MethodResult, f64);
+
+fn begin<'a, R: 'a>(head: impl Fn(&R) -> Head<'a> + Copy + 'a) -> Vec<Field<'a, R>> {
     vec![
-        Cell::from(word(result.method)),
-        Cell::from(result.correction.as_str()),
-        Cell::from(frequency),
+        Field::new("method", move |r| word(head(r).0.method).into()),
+        Field::new("correction", move |r| head(r).0.correction.as_str().into()),
+        frequency(move |r| head(r).1),
     ]
 }
 
-type Published = proofmass_shaker::published::PublishedFit;
+/// What every result has at each of its frequencies.
+fn at_frequencies<'a, T, L: IntoIterator<Item = T> + 'a>(
+    results: &'a [MethodResult],
+    list: impl Fn(&'a FrequencyResult) -> L + 'a,
+) -> impl Iterator<Item = (Head<'a>, T)> {
+    let frequencies = results
+        .iter()
+        .flat_map(|result| result.frequencies.iter().map(move |f| (result, f)));
+    let rows = frequencies.map(move |(result, f)| ((result, f.frequency), list(f)));
+    rows.flat_map(|(head, list)| list.into_iter().map(move |item| (head, item)))
+}
+
 /// Values and expanded uncertainties of nine terms.
 type Terms = ([[f64; 3]; 3], [[Option<f64>; 3]; 3]);
 
@@ -103,305 +124,228 @@ fn matrix(
     results: &[MethodResult],
     unit: &str,
     terms: impl Fn(&FrequencyResult) -> &[SensitivityTerm],
-    published: impl Fn(&Published) -> Terms,
-) -> Result<Table> {
-    let mut header = ["method", "correction", "frequency_Hz", "term"]
-        .map(str::to_owned)
-        .to_vec();
-    header.extend(
-        ["real", "imaginary", "modulus", "u_modulus", "U_modulus"].map(|n| format!("{n}_{unit}")),
-    );
-    header.extend(["k", "nu_eff", "phase_deg", "u_phase_deg", "U_phase_deg"].map(str::to_owned));
-    let mut table = Table::new(header);
+    published: impl Fn(&PublishedFit) -> Terms,
+) -> Table {
+    type Row<'a> = ((Head<'a>, String), Polar);
+    let mut rows: Vec<Row<'_>> = Vec::new();
     for result in results {
         for f in &result.frequencies {
-            for t in terms(f) {
-                let mut row = begin(result, f.frequency);
-                row.push(Cell::from(t.name.as_str()));
-                row.extend([t.re, t.im].map(Cell::from));
-                let m = &t.modulus;
-                row.extend(
-                    [
-                        m.value,
-                        m.standard_uncertainty,
-                        m.expanded,
-                        m.coverage_factor,
-                    ]
-                    .map(Cell::from),
-                );
-                row.push(Cell::from(m.dof));
-                let phase = t.phase.as_ref();
-                let degrees =
-                    |of: fn(&Expanded) -> f64| Cell::from(phase.map(|p| of(p).to_degrees()));
-                row.extend([
-                    degrees(|p| p.value),
-                    degrees(|p| p.standard_uncertainty),
-                    degrees(|p| p.expanded),
-                ]);
-                table.push(row)?;
-            }
+            rows.extend(terms(f).iter().map(|t| {
+                let polar = Polar::new(Some([t.re, t.im]), &t.modulus, t.phase.as_ref());
+                (((result, f.frequency), t.name.clone()), polar)
+            }));
         }
         for p in &result.published {
             let (value, expanded) = published(&p.fit);
-            for i in 0..3 {
-                for j in 0..3 {
-                    let mut row = begin(result, p.frequency);
-                    row.push(Cell::Text(term(i, j)));
-                    row.extend([Cell::Missing, Cell::Missing, Cell::from(value[i][j])]);
-                    let expanded = expanded[i][j];
-                    row.extend([
-                        Cell::from(expanded.map(|u| 0.5 * u)),
-                        Cell::from(expanded),
-                        Cell::from(2.0),
-                    ]);
-                    row.extend([Cell::Missing, Cell::Missing, Cell::Missing, Cell::Missing]);
-                    table.push(row)?;
-                }
+            for (k, (modulus, expanded)) in value
+                .iter()
+                .flatten()
+                .zip(expanded.iter().flatten())
+                .enumerate()
+            {
+                let polar = Polar {
+                    parts: None,
+                    modulus: *modulus,
+                    u: expanded.map(|u| 0.5 * u),
+                    expanded: *expanded,
+                    k: 2.0,
+                    dof: None,
+                    phase: None,
+                };
+                let term = format!("{}{}", AXES[k / 3], AXES[k % 3]);
+                rows.push((((result, p.frequency), term), polar));
             }
         }
     }
-    Ok(table)
-}
-
-fn term(i: usize, j: usize) -> String {
-    let axes = ["x", "y", "z"];
-    format!("{}{}", axes[i], axes[j])
+    let mut fields = begin(|r: &Row<'_>| r.0.0);
+    fields.push(Field::new("term", |r: &Row<'_>| r.0.1.as_str().into()));
+    fields.extend(polar(unit, None));
+    Table::of("", fields, rows)
 }
 
 /// Normalised matrices, transverse sensitivity, leaning of the axes, intrinsic properties.
-fn derived(results: &[MethodResult]) -> Result<Table> {
-    let mut table = Table::new([
-        "method",
-        "correction",
-        "frequency_Hz",
-        "quantity",
-        "unit",
-        "value",
-        "u",
-        "U",
-        "k",
-        "nu_eff",
+fn derived(results: &[MethodResult]) -> Table {
+    type Row<'a> = (Head<'a>, &'a Expanded);
+    let rows = at_frequencies(results, |f| {
+        f.normalised
+            .iter()
+            .chain(&f.normalised_exploitation)
+            .chain(&f.transverse)
+            .chain(&f.misalignment)
+            .chain(&f.intrinsic)
+    });
+    let mut fields = begin(|r: &Row<'_>| r.0);
+    fields.extend([
+        Field::new("quantity", |r: &Row<'_>| r.1.name.as_str().into()),
+        Field::new("unit", |r: &Row<'_>| r.1.unit.as_str().into()),
+        filed("value", |r: &Row<'_>| r.1.value),
+        filed("u", |r: &Row<'_>| r.1.standard_uncertainty),
+        filed("U", |r: &Row<'_>| r.1.expanded),
+        filed("k", |r: &Row<'_>| r.1.coverage_factor),
+        filed("nu_eff", |r: &Row<'_>| r.1.dof),
     ]);
-    for result in results {
-        for f in &result.frequencies {
-            for e in f
-                .normalised
-                .iter()
-                .chain(&f.normalised_exploitation)
-                .chain(&f.transverse)
-                .chain(&f.misalignment)
-                .chain(&f.intrinsic)
-            {
-                let mut row = begin(result, f.frequency);
-                row.extend([Cell::from(e.name.as_str()), Cell::from(e.unit.as_str())]);
-                row.extend(
-                    [
-                        e.value,
-                        e.standard_uncertainty,
-                        e.expanded,
-                        e.coverage_factor,
-                    ]
-                    .map(Cell::from),
-                );
-                row.push(Cell::from(e.dof));
-                table.push(row)?;
-            }
-        }
-    }
-    Ok(table)
+    Table::of("", fields, rows)
 }
 
 /// One row per term of S and input.
-fn budget(results: &[MethodResult], unit: &str) -> Result<Table> {
-    let contribution = format!("contribution_{unit}");
-    let mut table = Table::new([
-        "method",
-        "correction",
-        "frequency_Hz",
-        "term",
-        "input",
-        "description",
-        "distribution",
-        "dof",
-        &contribution,
-        "share",
+fn budget(results: &[MethodResult], unit: &str) -> Table {
+    type Row<'a> = (Head<'a>, (&'a str, &'a BudgetLine));
+    let rows = at_frequencies(results, |f| {
+        let terms = f.sensitivity.iter();
+        terms.flat_map(|t| t.budget.iter().map(|line| (t.name.as_str(), line)))
+    });
+    let mut fields = begin(|r: &Row<'_>| r.0);
+    fields.extend([
+        Field::new("term", |r: &Row<'_>| r.1.0.into()),
+        Field::new("input", |r: &Row<'_>| r.1.1.key.as_str().into()),
+        Field::new("description", |r: &Row<'_>| {
+            r.1.1.description.as_str().into()
+        }),
+        Field::new("distribution", |r: &Row<'_>| {
+            r.1.1.distribution.as_str().into()
+        }),
+        // Infinite degrees of freedom are an empty field.
+        filed("dof", |r: &Row<'_>| {
+            Some(r.1.1.dof)
+                .filter(|nu| !nu.is_infinite())
+                .map(|nu| nu.get())
+        }),
+        filed(format!("contribution_{unit}"), |r: &Row<'_>| {
+            r.1.1.contribution
+        }),
+        filed("share", |r: &Row<'_>| r.1.1.share),
     ]);
-    for result in results {
-        for f in &result.frequencies {
-            for t in &f.sensitivity {
-                for line in &t.budget {
-                    let mut row = begin(result, f.frequency);
-                    row.extend(
-                        [&t.name, &line.key, &line.description, &line.distribution]
-                            .map(|s| Cell::from(s.as_str())),
-                    );
-                    // Infinite degrees of freedom are an empty field.
-                    row.push(Cell::from(
-                        (!line.dof.is_infinite()).then(|| line.dof.get()),
-                    ));
-                    row.extend([line.contribution, line.share].map(Cell::from));
-                    table.push(row)?;
-                }
-            }
-        }
-    }
-    Ok(table)
+    Table::of("", fields, rows)
 }
 
-fn residuals(results: &[MethodResult], unit: &str) -> Result<Table> {
-    let mut header: Vec<String> = [
-        "method",
-        "correction",
-        "frequency_Hz",
-        "run",
-        "direction_x",
-        "direction_y",
-        "direction_z",
-    ]
-    .map(str::to_owned)
-    .to_vec();
-    for axis in ["x", "y", "z"] {
-        header.extend([
-            format!("error_real_{axis}_{unit}"),
-            format!("error_imaginary_{axis}_{unit}"),
-            format!("studentised_real_{axis}"),
-            format!("studentised_imaginary_{axis}"),
-        ]);
+fn residuals(results: &[MethodResult], unit: &str) -> Table {
+    type Row<'a> = (Head<'a>, &'a RunResult);
+    let rows = results.iter().flat_map(|result| {
+        let runs = result.runs.iter();
+        runs.map(move |run| -> Row<'_> { ((result, run.frequency), run) })
+    });
+    let mut fields = begin(|r: &Row<'_>| r.0);
+    fields.push(Field::new("run", |r: &Row<'_>| r.1.run.as_str().into()));
+    for (k, axis) in AXES.into_iter().enumerate() {
+        fields.push(filed(format!("direction_{axis}"), move |r: &Row<'_>| {
+            r.1.direction[k]
+        }));
     }
-    header.extend(["chi_squared_6", "influence"].map(str::to_owned));
-    let mut table = Table::new(header);
-    for result in results {
-        for r in &result.runs {
-            let mut row = begin(result, r.frequency);
-            row.push(Cell::from(r.run.as_str()));
-            row.extend(r.direction.map(Cell::from));
-            for (error, studentised) in r.prediction_error.iter().zip(&r.studentised) {
-                row.extend(error.iter().chain(studentised).map(|v| finite(*v)));
-            }
-            row.extend([finite(r.statistic), finite(r.influence)]);
-            table.push(row)?;
+    for (k, axis) in AXES.into_iter().enumerate() {
+        for (part, name) in ["real", "imaginary"].into_iter().enumerate() {
+            fields.push(filed(
+                format!("error_{name}_{axis}_{unit}"),
+                move |r: &Row<'_>| finite(r.1.prediction_error[k][part]),
+            ));
+        }
+        for (part, name) in ["real", "imaginary"].into_iter().enumerate() {
+            fields.push(filed(
+                format!("studentised_{name}_{axis}"),
+                move |r: &Row<'_>| finite(r.1.studentised[k][part]),
+            ));
         }
     }
-    Ok(table)
+    fields.push(filed("chi_squared_6", |r: &Row<'_>| finite(r.1.statistic)));
+    fields.push(filed("influence", |r: &Row<'_>| finite(r.1.influence)));
+    Table::of("", fields, rows)
 }
 
-/// A number, or an empty field where it does not exist.
-fn finite(value: f64) -> Cell {
-    Cell::from(Some(value).filter(|v| v.is_finite()))
+/// A number, where it exists.
+fn finite(value: f64) -> Option<f64> {
+    Some(value).filter(|v| v.is_finite())
 }
 
 /// Phasors as they went into the fit, in the form of a table of runs.
-pub(super) fn phasors(runs: &[RunInput], acceleration: bool, output: OutputUnit) -> Result<Table> {
+fn phasors(runs: &[RunInput], acceleration: bool, output: OutputUnit) -> Table {
+    type R = RunInput;
     let of_outputs = ascii(output.symbol());
-    let mut header = ["run", "frequency_Hz", "inclination_deg", "rotation_deg"]
-        .map(str::to_owned)
-        .to_vec();
-    for (k, name) in CHANNELS.iter().enumerate() {
+    let mut fields = vec![
+        Field::new("run", |r: &R| r.run.as_str().into()),
+        frequency(|r: &R| r.frequency),
+        filed("inclination_deg", |r: &R| {
+            r.configuration.inclination.to_degrees()
+        }),
+        filed("rotation_deg", |r: &R| {
+            r.configuration.rotation.to_degrees()
+        }),
+    ];
+    for (k, name) in CHANNELS.into_iter().enumerate() {
         let unit = match (k, acceleration) {
             (0, true) => "m/s2",
             (0, false) => "V",
             _ => &of_outputs,
         };
-        header.extend([
-            format!("{name}_{unit}"),
-            format!("{name}_phase_deg"),
-            format!("u_{name}_{unit}"),
+        let phasor = move |r: &R| match k {
+            0 => r.reference,
+            k => r.outputs[k - 1],
+        };
+        fields.extend([
+            filed(format!("{name}_{unit}"), move |r: &R| phasor(r).norm()),
+            filed(format!("{name}_phase_deg"), move |r: &R| {
+                phasor(r).arg().to_degrees()
+            }),
+            filed(format!("u_{name}_{unit}"), move |r: &R| {
+                let [rr, _, ii] = r.covariance[k];
+                (0.5 * (rr + ii)).sqrt()
+            }),
         ]);
     }
-    let mut table = Table::new(header);
-    for run in runs {
-        let mut row = vec![
-            Cell::from(run.run.as_str()),
-            Cell::from(run.frequency),
-            Cell::from(run.configuration.inclination.to_degrees()),
-            Cell::from(run.configuration.rotation.to_degrees()),
-        ];
-        let phasors = std::iter::once(&run.reference).chain(&run.outputs);
-        for (z, [rr, _, ii]) in phasors.zip(&run.covariance) {
-            row.extend([z.norm(), z.arg().to_degrees(), (0.5 * (rr + ii)).sqrt()].map(Cell::from));
-        }
-        table.push(row)?;
-    }
-    Ok(table)
+    Table::of("", fields, runs)
 }
 
 /// What the samples of each recording said beside the phasors.
-pub(super) fn recordings(runs: &[RunInput]) -> Result<Table> {
-    let mut header = [
-        "run",
-        "frequency_Hz",
-        "measured_frequency_Hz",
-        "distortion_%",
-    ]
-    .map(str::to_owned)
-    .to_vec();
-    header.extend(CHANNELS.map(|name| format!("snr_{name}_dB")));
-    header.push("clipped".to_owned());
-    let mut table = Table::new(header);
-    for run in runs {
-        let q = &run.quality;
-        let Some(measured) = q.measured_frequency else {
-            continue;
-        };
-        let mut row = vec![
-            Cell::from(run.run.as_str()),
-            Cell::from(run.frequency),
-            Cell::from(measured),
-            Cell::from(q.distortion.map(|d| 100.0 * d)),
-        ];
-        row.extend(q.signal_to_noise.iter().map(|v| finite(*v)));
-        let clipped: Vec<&str> = q.clipped.iter().map(|&k| CHANNELS[k]).collect();
-        row.push(Cell::Text(clipped.join(" ")));
-        table.push(row)?;
+fn recordings(runs: &[RunInput]) -> Table {
+    type R = RunInput;
+    let mut fields = vec![
+        Field::new("run", |r: &R| r.run.as_str().into()),
+        frequency(|r: &R| r.frequency),
+        filed("measured_frequency_Hz", |r: &R| {
+            r.quality.measured_frequency
+        }),
+        filed("distortion_%", |r: &R| {
+            r.quality.distortion.map(|d| 100.0 * d)
+        }),
+    ];
+    for (k, name) in CHANNELS.into_iter().enumerate() {
+        fields.push(filed(format!("snr_{name}_dB"), move |r: &R| {
+            finite(*r.quality.signal_to_noise.get(k)?)
+        }));
     }
-    Ok(table)
+    fields.push(Field::new("clipped", |r: &R| {
+        let names: Vec<&str> = r.quality.clipped.iter().map(|&k| CHANNELS[k]).collect();
+        names.join(" ").into()
+    }));
+    let recorded = |r: &&R| r.quality.measured_frequency.is_some();
+    Table::of("", fields, runs.iter().filter(recorded))
 }
 
-pub(super) fn monte_carlo(checks: &[FrequencyCheck], output: OutputUnit) -> Result<Table> {
-    let unit = ascii(output.sensitivity());
-    let mut header = ["frequency_Hz", "component", "trials"]
-        .map(str::to_owned)
-        .to_vec();
-    header.extend(
-        [
-            "u_propagated",
-            "u_monte_carlo",
-            "lower_propagated",
-            "lower_monte_carlo",
-            "upper_propagated",
-            "upper_monte_carlo",
-            "tolerance",
-        ]
-        .map(|name| format!("{name}_{unit}")),
-    );
-    header.push("validated".to_owned());
-    let mut table = Table::new(header);
-    for c in checks {
-        for v in &c.components {
-            let mut row = vec![
-                Cell::from(c.frequency),
-                Cell::from(v.component.as_str()),
-                Cell::from(c.trials as usize),
-            ];
-            row.extend(
-                [
-                    Some(v.linear),
-                    v.monte_carlo,
-                    Some(v.linear_interval[0]),
-                    Some(v.interval[0]),
-                    Some(v.linear_interval[1]),
-                    Some(v.interval[1]),
-                    Some(v.validation.tolerance),
-                ]
-                .map(Cell::from),
-            );
-            row.push(Cell::from(match v.validation.verdict {
+fn monte_carlo(checks: &[FrequencyCheck], unit: &str) -> Table {
+    type Row<'a> = (&'a FrequencyCheck, &'a ComponentCheck);
+    let rows = checks
+        .iter()
+        .flat_map(|c| c.components.iter().map(move |v| -> Row<'_> { (c, v) }));
+    let of = |name: &str, get: fn(&ComponentCheck) -> Option<f64>| {
+        filed(format!("{name}_{unit}"), move |r: &Row<'_>| get(r.1))
+    };
+    let fields = [
+        frequency(|r: &Row<'_>| r.0.frequency),
+        Field::new("component", |r: &Row<'_>| r.1.component.as_str().into()),
+        filed("trials", |r: &Row<'_>| r.0.trials as usize),
+        of("u_propagated", |v| Some(v.linear)),
+        of("u_monte_carlo", |v| v.monte_carlo),
+        of("lower_propagated", |v| Some(v.linear_interval[0])),
+        of("lower_monte_carlo", |v| Some(v.interval[0])),
+        of("upper_propagated", |v| Some(v.linear_interval[1])),
+        of("upper_monte_carlo", |v| Some(v.interval[1])),
+        of("tolerance", |v| Some(v.validation.tolerance)),
+        Field::new("validated", |r: &Row<'_>| {
+            match r.1.validation.verdict {
                 Verdict::Validated => "yes",
                 Verdict::NotValidated => "no",
                 Verdict::Undecided => "undecided",
-            }));
-            table.push(row)?;
-        }
-    }
-    Ok(table)
+            }
+            .into()
+        }),
+    ];
+    Table::of("", fields, rows)
 }

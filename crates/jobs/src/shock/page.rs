@@ -1,413 +1,325 @@
-//! The report of a shock.
+//! The page of a shock.
 
-use proofmass_dynamic::shock::{
-    Pulse, PulseMeasures, ShockCalibration, SpectrumToleranceResult, ToleranceResult,
-};
+use super::{ShockOutcome, ShockSpectra, SpectrumVerdict};
+use crate::page::columns::filed;
+use crate::page::measures::measures;
+use proofmass_dynamic::shock::{ShockCalibration, SpectrumLine, ToleranceResult};
 use proofmass_report::number::{concise, plain, two_digits};
-use proofmass_report::{
-    Axis, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot,
-};
-use proofmass_signal::{Extremes, Trace};
+use proofmass_report::{Axis, Cell, Field, KeyFigure, Report, Section, Series, Table, XyPlot};
+use proofmass_signal::Extremes;
+use proofmass_uncertainty::Quantity;
 use std::f64::consts::TAU;
 
-/// Shock response spectra of one channel.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct ShockSpectrumCurves<'a> {
-    /// Channel.
-    pub name: &'a str,
-    /// Unit of the acceleration.
-    pub unit: &'a str,
-    /// Natural frequencies, Hz.
-    pub frequency: &'a [f64],
-    /// Extremes of the absolute acceleration.
-    pub acceleration: &'a [Extremes],
-    /// Extremes of the relative displacement.
-    pub displacement: &'a [Extremes],
-    /// Standard uncertainties of the greatest absolute values; none where they are not known.
-    pub uncertainty: &'a [f64],
+pub(super) fn add(page: Report, shock: &ShockOutcome) -> Report {
+    let mut page = page
+        .section(result(shock).summarised())
+        .section(time(shock));
+    let names: &[&str] = match shock.spectra().len() {
+        1 => &["srs.csv"],
+        _ => &["srs_reference.csv", "srs_output.csv"],
+    };
+    for (k, spectra) in shock.spectra().iter().enumerate() {
+        let judged = shock.spectrum_tolerance().filter(|_| k == 0);
+        page = page.section(spectrum(spectra, judged, shock.request.quality));
+    }
+    let spectra = shock.spectra().iter().zip(names);
+    page = page.section(Section::filed(spectra.map(|(s, name)| srs(s).file(*name))));
+    if let Some(c) = shock.shock_calibration().filter(|c| !c.lines.is_empty()) {
+        if c.lines.len() > 1 {
+            page = page.section(lines(c));
+        }
+        page = page.section(Section::filed([line_table(c)]));
+    }
+    page
 }
 
-/// What the report tells of a shock.
-#[derive(Clone, Debug)]
-pub(crate) struct ShockReport<'a> {
-    /// Title, device, inputs, findings.
-    pub head: Head<'a>,
-    /// Samples per second.
-    pub rate: f64,
-    /// Quality factor of the oscillators.
-    pub quality: f64,
-    /// Name, unit, trace of each channel, the reference first.
-    pub traces: Vec<(&'a str, &'a str, &'a Trace)>,
-    /// Where the pulse lies in the first channel.
-    pub pulse: &'a Pulse,
-    /// Its measures.
-    pub measures: &'a PulseMeasures,
-    /// Calibration, where there is a reference.
-    pub calibration: Option<&'a ShockCalibration>,
-    /// Verdict on the tolerance, where there is one.
-    pub tolerance: Option<&'a ToleranceResult>,
-    /// What is required of the first spectrum at its frequencies (zero where nothing is), and the verdict.
-    pub spectrum_tolerance: Option<(&'a [f64], &'a SpectrumToleranceResult)>,
-    /// Spectra, the reference first.
-    pub spectra: Vec<ShockSpectrumCurves<'a>>,
+/// The unit in which the pulse was measured, and the unit of its integral.
+fn units(shock: &ShockOutcome) -> (&str, String) {
+    let unit = shock.channels.first().map_or("", |c| c.unit.as_str());
+    (unit, integral(unit))
 }
 
-impl ShockReport<'_> {
-    /// The whole report.
-    pub(crate) fn full(&self) -> Report {
-        let mut report = self.summary().section(self.time());
-        for (k, spectra) in self.spectra.iter().enumerate() {
-            let judged = self.spectrum_tolerance.filter(|_| k == 0);
-            report = report.section(self.spectrum(spectra, judged));
-        }
-        if let Some(calibration) = self.calibration
-            && calibration.lines.len() > 1
-        {
-            report = report.section(lines(calibration));
-        }
-        report.foot(&self.head)
-    }
-
-    /// What is worth a look in the terminal.
-    pub(crate) fn summary(&self) -> Report {
-        let report = self.head.open();
-        let unit = self.traces.first().map_or("", |t| t.1);
-        let m = self.measures;
-        let peak = match m.peak_uncertainty {
-            Some(u) => concise(m.peak, u),
-            None => plain(m.peak),
-        };
-        let mut figures = vec![KeyFigure::new("peak", peak, unit)];
-        if let Some(d) = m.duration {
-            figures.push(
-                KeyFigure::new("duration", format!("{:.4}", 1e3 * d), "ms")
-                    .note("at a tenth of the peak"),
-            );
-        }
-        if let Some(v) = m.velocity_change {
-            figures.push(KeyFigure::new(
-                "velocity change",
-                format!("{v:.5}"),
-                format!("{unit}·s").replace("m/s²·s", "m/s"),
-            ));
-        }
-        let mut section = Section::new("Result").key_figures(figures);
-        if let Some(calibration) = self.calibration {
-            section = section.table(sensitivities(calibration));
-        }
-        section = section.table(self.table());
-        report
-            .findings(self.head.findings.iter().cloned())
-            .section(section)
-    }
-
-    fn table(&self) -> Table {
-        let unit = self.traces.first().map_or("", |t| t.1);
-        let m = self.measures;
-        let mut table = Table::new(
-            "Measures of the pulse",
-            [
-                Column::text("measure"),
-                Column::number("value", ""),
-                Column::text("unit"),
-            ],
-        );
-        let mut row = |name: &str, value: Option<String>, unit: &str| {
-            let value = value.map_or(Cell::Empty, Cell::number);
-            table = std::mem::take(&mut table).row([Cell::text(name), value, Cell::text(unit)]);
-        };
-        row(
-            "instant of the peak",
-            Some(format!("{:.6}", m.peak_time)),
-            "s",
-        );
-        row(
-            "rise from 10 % to 90 %",
-            m.rise_time.map(|t| format!("{:.4}", 1e3 * t)),
-            "ms",
-        );
-        row(
-            "overshoot to the other side",
-            m.overshoot.map(|o| format!("{:.2}", 100.0 * o)),
-            "% of peak",
-        );
-        row("zero shift", m.zero_shift.map(|(z, u)| concise(z, u)), unit);
-        row(
-            "ringing after the pulse",
-            m.ringing.map(|r| format!("{:.1}", 100.0 * r.0)),
-            "% of peak",
-        );
-        row(
-            "its frequency",
-            m.ringing.map(|r| format!("{:.0}", r.1)),
-            "Hz",
-        );
-        row(
-            "noise before the pulse",
-            Some(two_digits(self.pulse.noise)),
-            unit,
-        );
-        row("samples within the pulse", Some(m.samples.to_string()), "");
-        if let Some(t) = self.tolerance {
-            row(
-                "largest departure from the nominal pulse",
-                Some(format!("{:.1}", 100.0 * t.largest_departure)),
-                "% of peak",
-            );
-            row(
-                "velocity change against the nominal one",
-                t.velocity_departure.map(|d| format!("{:+.1}", 100.0 * d)),
-                "%",
-            );
-            let verdict = if t.kept { "kept" } else { "missed" };
-            table = table.row([Cell::text("tolerance"), Cell::text(verdict), Cell::Empty]);
-        }
-        if let Some((_, t)) = self.spectrum_tolerance {
-            let [low, high] = t.departure;
-            let [from, to] = t.tolerance.band;
-            let rows = [
-                (
-                    "least departure of the spectrum",
-                    format!("{low:+.2}"),
-                    "dB",
-                ),
-                (
-                    "greatest departure of the spectrum",
-                    format!("{high:+.2}"),
-                    "dB",
-                ),
-                (
-                    "frequencies within its band",
-                    format!("{} of {}", t.within, t.compared),
-                    "",
-                ),
-                (
-                    "within their uncertainty of a limit",
-                    t.close.to_string(),
-                    "",
-                ),
-            ];
-            for (name, value, unit) in rows {
-                table = table.row([Cell::text(name), Cell::number(value), Cell::text(unit)]);
-            }
-            let verdict = if t.kept { "kept" } else { "missed" };
-            table = table
-                .row([
-                    Cell::text("tolerance of the spectrum"),
-                    Cell::text(verdict),
-                    Cell::Empty,
-                ])
-                .note(
-                    format!(
-                        "Tolerance of the spectrum: {from:+} dB to {to:+} dB at {} % of the frequencies at least, {:+} dB to {:+} dB at the others.",
-                        100.0 * t.tolerance.share,
-                        t.tolerance.rest[0],
-                        t.tolerance.rest[1]
-                    )
-                    .replace('-', "−"),
-                );
-        }
-        table
-    }
-
-    fn time(&self) -> Section {
-        let mut section = Section::new("Time history");
-        let (from, to) = self.window();
-        let mut plot: Option<XyPlot> = None;
-        for (name, unit, trace) in &self.traces {
-            let axis = Axis::linear(*name, *unit);
-            let series = Series::line("", &trace.x, &trace.y);
-            plot = Some(match plot {
-                None => XyPlot::new(Axis::linear("time", "s"), axis).series(series),
-                Some(plot) => plot.below(axis).series(series),
-            });
-        }
-        if let Some(mut plot) = plot {
-            if let Some(t) = self.tolerance {
-                plot = self.with_band(plot, t);
-            }
-            section = section.figure("The whole record", plot.clone());
-            plot.x = plot.x.range(from, to);
-            section = section.figure("The pulse", plot);
-        }
-        section
-    }
-
-    fn with_band(&self, mut plot: XyPlot, t: &ToleranceResult) -> XyPlot {
-        let tolerance = t.tolerance;
-        let x: Vec<f64> = (0..=240)
-            .map(|k| t.nominal_start + tolerance.duration * (f64::from(k) / 100.0 - 0.4))
-            .collect();
-        let y: Vec<f64> = x
-            .iter()
-            .map(|x| {
-                let s = (x - t.nominal_start) / tolerance.duration;
-                self.pulse.baseline + self.pulse.sign * tolerance.peak * tolerance.shape.at(s)
-            })
-            .collect();
-        let half = tolerance.band * tolerance.peak;
-        let low: Vec<f64> = y.iter().map(|y| y - half).collect();
-        let high: Vec<f64> = y.iter().map(|y| y + half).collect();
-        if let Some(panel) = plot.panels.first_mut() {
-            panel
-                .series
-                .push(Series::line("nominal pulse and tolerance", &x, &y).band(&low, &high));
-        }
-        plot
-    }
-
-    fn window(&self) -> (f64, f64) {
-        let last = self
-            .traces
-            .first()
-            .and_then(|t| t.2.x.last().copied())
-            .unwrap_or(1.0);
-        let start = self.pulse.start.map_or(0.0, |s| s / self.rate);
-        let end = self.pulse.end.map_or(last, |e| e / self.rate);
-        let duration = (end - start).max(1.0 / self.rate);
-        (
-            (start - duration).max(0.0),
-            (end + 4.0 * duration).min(last).max(end),
-        )
-    }
-
-    fn spectrum(
-        &self,
-        s: &ShockSpectrumCurves<'_>,
-        judged: Option<(&[f64], &SpectrumToleranceResult)>,
-    ) -> Section {
-        let positive = |values: Vec<f64>| -> (Vec<f64>, Vec<f64>) {
-            s.frequency
-                .iter()
-                .copied()
-                .zip(values)
-                .filter(|(_, v)| *v > 0.0)
-                .unzip()
-        };
-        let of =
-            |f: &dyn Fn(&Extremes) -> f64| -> Vec<f64> { s.acceleration.iter().map(f).collect() };
-        let line = |name: &str, values: Vec<f64>| {
-            let (x, y) = positive(values);
-            Series::line(name, &x, &y)
-        };
-        let (peaks, u) = (of(&Extremes::maximax), s.uncertainty);
-        let mut maximax = line("maximax", peaks.clone());
-        if u.len() == peaks.len() && peaks.iter().all(|p| *p > 0.0) {
-            let edge = |sign: f64| -> Vec<f64> {
-                let pairs = peaks.iter().zip(u);
-                // Nothing below a hundredth, which a logarithmic axis has no place for.
-                pairs
-                    .map(|(p, u)| (p + sign * 1.96 * u).max(0.01 * p))
-                    .collect()
-            };
-            maximax = maximax.band(&edge(-1.0), &edge(1.0));
-        }
-        let pseudo: Vec<f64> = s
-            .frequency
-            .iter()
-            .zip(s.displacement)
-            .map(|(f, x)| TAU * f * x.maximax())
-            .collect();
-        let mut plot = XyPlot::new(
-            Axis::log("natural frequency", "Hz"),
-            Axis::log("absolute acceleration", s.unit),
-        )
-        .series(maximax);
-        if let Some((required, verdict)) = judged {
-            let (x, y) = positive(required.to_vec());
-            let edge = |limit: f64| -> Vec<f64> {
-                y.iter().map(|r| r * 10f64.powf(limit / 20.0)).collect()
-            };
-            let [low, high] = verdict.tolerance.band;
-            plot = plot.series(Series::line("required", &x, &y).band(&edge(low), &edge(high)));
-        }
-        let plot = plot
-            .series(line("primary", of(&Extremes::primary_maximax)))
-            .series(line("residual", of(&Extremes::residual_maximax)))
-            .series(line("negative", of(&|e| -e.min())))
-            .below(Axis::log(
-                "pseudo-velocity",
-                format!("{}·s", s.unit).replace("m/s²·s", "m/s"),
-            ))
-            .series(line("", pseudo));
-        let shares = s.acceleration.iter().zip(s.uncertainty);
-        let shares: Vec<f64> = shares
-            .filter(|(e, _)| e.maximax() > 0.0)
-            .map(|(e, u)| 196.0 * u / e.maximax())
-            .collect();
-        let least = shares.iter().copied().fold(f64::INFINITY, f64::min);
-        let most = shares.iter().copied().fold(0.0, f64::max);
-        let mut section = Section::new(format!("Shock response spectrum of {}", s.name));
-        if least.is_finite() {
-            section = section.paragraph(format!(
-                "Expanded uncertainty (95 %) of the maximax from scale, noise and sampling: {} % to {} %, point by point in the table.",
-                two_digits(least),
-                two_digits(most)
-            ));
-        }
-        section.figure(
-            format!("Extremes of oscillators with Q = {}", plain(self.quality)),
-            plot,
-        )
-    }
+fn integral(unit: &str) -> String {
+    format!("{unit}·s").replace("m/s²·s", "m/s")
 }
 
-fn sensitivities(calibration: &ShockCalibration) -> Table {
-    let unit = calibration
-        .estimate
-        .components()
-        .first()
-        .map_or("", |c| c.unit.as_str());
-    let mut table = Table::new(
-        "Sensitivity",
-        [
-            Column::text("by"),
-            Column::number("S", unit),
-            Column::number("U (95 %)", "%"),
-        ],
-    );
-    for q in calibration.estimate.quantities() {
-        let relative = 100.0 * (q.expanded(0.95) / q.value).abs();
-        let name = q.name.trim_start_matches("sensitivity.").to_owned();
-        table = table.row([
-            Cell::text(name),
-            Cell::Quantity(q),
-            Cell::number(two_digits(relative)),
+fn result(shock: &ShockOutcome) -> Section {
+    let (unit, integral) = units(shock);
+    let m = shock.measures();
+    let peak = match m.peak_uncertainty {
+        Some(u) => concise(m.peak, u),
+        None => plain(m.peak),
+    };
+    let mut figures = vec![KeyFigure::new("peak", peak, unit)];
+    figures.extend(m.duration.map(|d| {
+        KeyFigure::new("duration", format!("{:.4}", 1e3 * d), "ms").note("at a tenth of the peak")
+    }));
+    let change = m.velocity_change;
+    figures.extend(change.map(|v| KeyFigure::new("velocity change", format!("{v:.5}"), integral)));
+    let mut section = Section::new("Result").key_figures(figures);
+    if let Some(calibration) = shock.shock_calibration() {
+        section = section.table(sensitivities(calibration));
+    }
+    section.table(pulse(shock))
+}
+
+fn pulse(shock: &ShockOutcome) -> Table {
+    let (unit, _) = units(shock);
+    let m = shock.measures();
+    let maybe = |text: Option<String>| text.map_or(Cell::Empty, Cell::number);
+    let percent = |share: Option<f64>, digits: usize| {
+        maybe(share.map(|s| format!("{:.*}", digits, 100.0 * s)))
+    };
+    let verdict = |kept: bool| Cell::text(if kept { "kept" } else { "missed" });
+    let share = "% of peak";
+    let instant = Cell::number(format!("{:.6}", m.peak_time));
+    let rise = maybe(m.rise_time.map(|t| format!("{:.4}", 1e3 * t)));
+    let overshoot = percent(m.overshoot, 2);
+    let shift = maybe(m.zero_shift.map(|(z, u)| concise(z, u)));
+    let ringing = percent(m.ringing.map(|r| r.0), 1);
+    let frequency = maybe(m.ringing.map(|r| format!("{:.0}", r.1)));
+    let noise = Cell::number(two_digits(shock.pulse().noise));
+    let mut rows = vec![
+        ("instant of the peak", instant, "s"),
+        ("rise from 10 % to 90 %", rise, "ms"),
+        ("overshoot to the other side", overshoot, share),
+        ("zero shift", shift, unit),
+        ("ringing after the pulse", ringing, share),
+        ("its frequency", frequency, "Hz"),
+        ("noise before the pulse", noise, unit),
+        ("samples within the pulse", m.samples.into(), ""),
+    ];
+    if let Some(t) = shock.tolerance() {
+        let largest = percent(Some(t.largest_departure), 1);
+        let change = t.velocity_departure.map(|d| format!("{:+.1}", 100.0 * d));
+        let of_change = "velocity change against the nominal one";
+        rows.extend([
+            ("largest departure from the nominal pulse", largest, share),
+            (of_change, maybe(change), "%"),
+            ("tolerance", verdict(t.kept), ""),
         ]);
     }
-    if let Some((delay, u)) = calibration.delay {
-        table = table.note(format!(
-            "The output follows the reference by {} µs.",
-            concise(1e6 * delay, 1e6 * u)
-        ));
+    let mut note = None;
+    if let Some(SpectrumVerdict { result: t, .. }) = shock.spectrum_tolerance() {
+        let [low, high] = t.departure.map(|d| Cell::number(format!("{d:+.2}")));
+        let within = Cell::number(format!("{} of {}", t.within, t.compared));
+        rows.extend([
+            ("least departure of the spectrum", low, "dB"),
+            ("greatest departure of the spectrum", high, "dB"),
+            ("frequencies within its band", within, ""),
+            ("within their uncertainty of a limit", t.close.into(), ""),
+            ("tolerance of the spectrum", verdict(t.kept), ""),
+        ]);
+        let ([from, to], [low, high]) = (t.tolerance.band, t.tolerance.rest);
+        let text = format!(
+            "Tolerance of the spectrum: {from:+} dB to {to:+} dB at {} % of the frequencies at least, {low:+} dB to {high:+} dB at the others.",
+            100.0 * t.tolerance.share
+        );
+        note = Some(text.replace('-', "−"));
     }
+    let mut table = measures("Measures of the pulse", "measure", rows);
+    table.notes.extend(note);
     table
 }
 
-fn lines(calibration: &ShockCalibration) -> Section {
-    let frequency: Vec<f64> = calibration.lines.iter().map(|l| l.frequency).collect();
-    let modulus: Vec<f64> = calibration.lines.iter().map(|l| l.value().norm()).collect();
-    let band = |sign: f64| -> Vec<f64> {
-        calibration
-            .lines
-            .iter()
-            .map(|l| l.value().norm() * (1.0 + sign * 2.0 * l.relative_uncertainty))
-            .collect()
+fn time(shock: &ShockOutcome) -> Section {
+    let section = Section::new("Time history");
+    let mut plot: Option<XyPlot> = None;
+    for channel in &shock.channels {
+        let axis = Axis::linear(&channel.name, &channel.unit);
+        let series = Series::line("", &channel.trace.x, &channel.trace.y);
+        plot = Some(match plot {
+            None => XyPlot::new(Axis::linear("time", "s"), axis).series(series),
+            Some(plot) => plot.below(axis).series(series),
+        });
+    }
+    let Some(mut plot) = plot else {
+        return section;
     };
-    let phase: Vec<f64> = calibration
-        .lines
-        .iter()
-        .map(|l| l.value().arg().to_degrees())
+    if let Some(t) = shock.tolerance() {
+        plot = with_band(plot, shock, t);
+    }
+    let section = section.figure("The whole record", plot.clone());
+    let (from, to) = window(shock);
+    plot.x = plot.x.range(from, to);
+    section.figure("The pulse", plot)
+}
+
+fn with_band(mut plot: XyPlot, shock: &ShockOutcome, t: &ToleranceResult) -> XyPlot {
+    let (pulse, tolerance) = (shock.pulse(), t.tolerance);
+    let x: Vec<f64> = (0..=240)
+        .map(|k| t.nominal_start + tolerance.duration * (f64::from(k) / 100.0 - 0.4))
         .collect();
-    let unit = calibration
-        .estimate
-        .components()
-        .first()
-        .map_or("", |c| c.unit.as_str());
-    let plot = XyPlot::new(Axis::log("frequency", "Hz"), Axis::linear("|S|", unit))
-        .series(Series::line("", &frequency, &modulus).band(&band(-1.0), &band(1.0)))
-        .below(Axis::linear("phase", "°"))
-        .series(Series::line("", &frequency, &phase));
+    let nominal = |x: &f64| {
+        let s = (x - t.nominal_start) / tolerance.duration;
+        pulse.baseline + pulse.sign * tolerance.peak * tolerance.shape.at(s)
+    };
+    let y: Vec<f64> = x.iter().map(nominal).collect();
+    let half = tolerance.band * tolerance.peak;
+    let low: Vec<f64> = y.iter().map(|y| y - half).collect();
+    let high: Vec<f64> = y.iter().map(|y| y + half).collect();
+    if let Some(panel) = plot.panels.first_mut() {
+        let series = Series::line("nominal pulse and tolerance", &x, &y);
+        panel.series.push(series.band(&low, &high));
+    }
+    plot
+}
+
+fn window(shock: &ShockOutcome) -> (f64, f64) {
+    let first = shock.channels.first();
+    let last = first.and_then(|c| c.trace.x.last().copied()).unwrap_or(1.0);
+    let start = shock.pulse().start.map_or(0.0, |s| s / shock.rate);
+    let end = shock.pulse().end.map_or(last, |e| e / shock.rate);
+    let duration = (end - start).max(1.0 / shock.rate);
+    (
+        (start - duration).max(0.0),
+        (end + 4.0 * duration).min(last).max(end),
+    )
+}
+
+fn pseudo_velocity(s: &ShockSpectra) -> Vec<f64> {
+    let pairs = s.frequency.iter().zip(&s.relative_displacement);
+    pairs.map(|(f, x)| TAU * f * x.maximax()).collect()
+}
+
+fn extremes(list: &[Extremes], of: impl Fn(&Extremes) -> f64) -> Vec<f64> {
+    list.iter().map(of).collect()
+}
+
+fn srs(s: &ShockSpectra) -> Table {
+    let unit = &s.unit;
+    let a = |name: &str, of: fn(&Extremes) -> f64| {
+        let values = extremes(&s.absolute_acceleration, of);
+        Field::series(format!("{name}_{unit}"), values)
+    };
+    let u: Vec<f64> = s.maximax_uncertainty.iter().map(|u| 1.96 * u).collect();
+    let fields = [
+        Field::series("frequency_Hz", &s.frequency),
+        a("maximax", Extremes::maximax),
+        a("maximum", Extremes::max),
+        a("minimum", Extremes::min),
+        a("primary", Extremes::primary_maximax),
+        a("residual", Extremes::residual_maximax),
+        Field::series(
+            format!("relative_displacement_{unit}*s2"),
+            extremes(&s.relative_displacement, Extremes::maximax),
+        ),
+        Field::series(format!("pseudo_velocity_{unit}*s"), pseudo_velocity(s)),
+        Field::series(format!("maximax_U95_{unit}"), u),
+    ];
+    Table::of("", fields, 0..s.frequency.len())
+}
+
+fn spectrum(s: &ShockSpectra, judged: Option<&SpectrumVerdict>, quality: f64) -> Section {
+    let positive = |values: Vec<f64>| -> (Vec<f64>, Vec<f64>) {
+        let pairs = s.frequency.iter().copied().zip(values);
+        pairs.filter(|(_, v)| *v > 0.0).unzip()
+    };
+    let line = |name: &str, values: Vec<f64>| {
+        let (x, y) = positive(values);
+        Series::line(name, &x, &y)
+    };
+    let of = |f: fn(&Extremes) -> f64| extremes(&s.absolute_acceleration, f);
+    let (peaks, u) = (of(Extremes::maximax), &s.maximax_uncertainty);
+    let mut maximax = line("maximax", peaks.clone());
+    if u.len() == peaks.len() && peaks.iter().all(|p| *p > 0.0) {
+        // Nothing below a hundredth, which a logarithmic axis has no place for.
+        let edge = |sign: f64| -> Vec<f64> {
+            let pairs = peaks.iter().zip(u);
+            pairs
+                .map(|(p, u)| (p + sign * 1.96 * u).max(0.01 * p))
+                .collect()
+        };
+        maximax = maximax.band(&edge(-1.0), &edge(1.0));
+    }
+    let mut plot = XyPlot::new(
+        Axis::log("natural frequency", "Hz"),
+        Axis::log("absolute acceleration", &s.unit),
+    )
+    .series(maximax);
+    if let Some(SpectrumVerdict { required, result }) = judged {
+        let (x, y) = positive(required.clone());
+        let edge =
+            |limit: f64| -> Vec<f64> { y.iter().map(|r| r * 10f64.powf(limit / 20.0)).collect() };
+        let [low, high] = result.tolerance.band.map(edge);
+        plot = plot.series(Series::line("required", &x, &y).band(&low, &high));
+    }
+    let plot = plot
+        .series(line("primary", of(Extremes::primary_maximax)))
+        .series(line("residual", of(Extremes::residual_maximax)))
+        .series(line("negative", of(|e| -e.min())))
+        .below(Axis::log("pseudo-velocity", integral(&s.unit)))
+        .series(line("", pseudo_velocity(s)));
+    let shares = peaks.iter().zip(u).filter(|(p, _)| **p > 0.0);
+    let (least, most) = shares
+        .map(|(p, u)| 196.0 * u / p)
+        .fold((f64::INFINITY, 0.0f64), |(a, b), v| (a.min(v), b.max(v)));
+    let mut section = Section::new(format!("Shock response spectrum of {}", s.name));
+    if least.is_finite() {
+        section = section.paragraph(format!(
+            "Expanded uncertainty (95 %) of the maximax from scale, noise and sampling: {} % to {} %, point by point in the table.",
+            two_digits(least),
+            two_digits(most)
+        ));
+    }
+    section.figure(
+        format!("Extremes of oscillators with Q = {}", plain(quality)),
+        plot,
+    )
+}
+
+/// Unit of the sensitivity.
+fn unit(calibration: &ShockCalibration) -> &str {
+    let first = calibration.estimate.components().first();
+    first.map_or("", |c| c.unit.as_str())
+}
+
+fn sensitivities(calibration: &ShockCalibration) -> Table {
+    let name = |q: &Quantity| q.name.trim_start_matches("sensitivity.").to_owned();
+    let relative = |q: &Quantity| two_digits(100.0 * (q.expanded(0.95) / q.value).abs());
+    let fields = [
+        Field::shown("by", "", |q: &Quantity| name(q).into()),
+        Field::shown("S", unit(calibration), |q: &Quantity| {
+            Cell::quantity(q.clone())
+        }),
+        Field::shown("U (95 %)", "%", |q: &Quantity| Cell::number(relative(q))),
+    ];
+    let table = Table::of("Sensitivity", fields, calibration.estimate.quantities());
+    match calibration.delay {
+        Some((delay, u)) => table.note(format!(
+            "The output follows the reference by {} µs.",
+            concise(1e6 * delay, 1e6 * u)
+        )),
+        None => table,
+    }
+}
+
+fn line_table(calibration: &ShockCalibration) -> Table {
+    let fields = [
+        filed("frequency_Hz", |l: &SpectrumLine| l.frequency),
+        filed("modulus", |l: &SpectrumLine| l.value().norm()),
+        filed("phase_deg", |l: &SpectrumLine| l.value().arg().to_degrees()),
+        filed("relative_u", |l: &SpectrumLine| l.relative_uncertainty),
+        filed("reference_spectrum_m/s", |l: &SpectrumLine| l.reference),
+    ];
+    Table::of("", fields, &calibration.lines).file("sensitivity_spectrum.csv")
+}
+
+fn lines(calibration: &ShockCalibration) -> Section {
+    let of = |f: &dyn Fn(&SpectrumLine) -> f64| -> Vec<f64> {
+        calibration.lines.iter().map(f).collect()
+    };
+    let band = |sign: f64| of(&|l| l.value().norm() * (1.0 + sign * 2.0 * l.relative_uncertainty));
+    let frequency = of(&|l| l.frequency);
+    let modulus = Series::line("", &frequency, &of(&|l| l.value().norm()));
+    let phase = of(&|l| l.value().arg().to_degrees());
+    let plot = XyPlot::new(
+        Axis::log("frequency", "Hz"),
+        Axis::linear("|S|", unit(calibration)),
+    )
+    .series(modulus.band(&band(-1.0), &band(1.0)))
+    .below(Axis::linear("phase", "°"))
+    .series(Series::line("", &frequency, &phase));
     Section::new("Sensitivity over the pulse's spectrum").figure(
         "Output over reference at the lines of the pulse's spectrum; the band is two standard uncertainties of the noise",
         plot,

@@ -5,6 +5,7 @@ use super::fault::{Practice, PracticeFault};
 use super::sensor::{Sensor, SensorTruth};
 use super::wedge_motion::bent;
 use crate::campaign::SpuriousFile;
+use crate::stored_result::as_filed;
 use crate::trouble::{Result, Trouble};
 use proofmass_io::{Cell, Table, f32_bytes};
 use proofmass_rig::bench::laboratory::{Laboratory, PreparedRun, Setup, Truth, Unreached};
@@ -601,7 +602,7 @@ fn spurious(
     }
     let (table, _) = table(&measured)
         .map_err(|e| Trouble::request(format!("the spurious motion cannot be averaged: {e}")))?;
-    Ok(SpuriousFile::table(&table)?.to_csv()?)
+    as_filed(&SpuriousFile::table(&table))
 }
 
 /// The inclinations of a plan, each once.

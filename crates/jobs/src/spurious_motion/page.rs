@@ -1,135 +1,88 @@
 //! The report of a measurement of the spurious motion.
 
+use super::{CORRECTIONS, Measurement, SpuriousMotionOutcome};
+use crate::campaign::SpuriousFile;
+use crate::page::AXES;
+use crate::page::columns::{degrees, e_n, filed, frequency, number, percent};
+use proofmass_report::Rounding::{Decimals, Exact, Plain};
 use proofmass_report::number::{plain, two_digits};
 use proofmass_report::plot::Style;
 use proofmass_report::{
-    Axis, Block, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot,
+    Axis, Block, Cell, Field, KeyFigure, Report, Section, Series, Table, XyPlot,
 };
 use proofmass_shaker::SpuriousTable;
-use proofmass_shaker::spurious::{Average, Comparison, RatioSummary};
+use proofmass_shaker::spurious::{Average, Comparison, RatioRepeats, RatioSummary};
 
-/// What the report tells about a measurement of the spurious motion.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct SpuriousReport<'a> {
-    /// Title, device, inputs, findings.
-    pub head: Head<'a>,
-    /// Labels of other measurements and calculated motions, and the comparison with each.
-    pub comparisons: Vec<(&'a str, &'a [Comparison])>,
-}
-
-impl SpuriousReport<'_> {
-    /// The whole report.
-    pub(crate) fn full(&self, summaries: &[RatioSummary], table: &SpuriousTable) -> Report {
-        let mut report = self
-            .summary(summaries, table)
-            .section(curves(table))
-            .section(circular(summaries));
-        for (label, comparison) in &self.comparisons {
-            report = report.section(compared(label, comparison));
-        }
-        let section = Section::new("Inputs and method").inputs(&self.head.inputs);
-        report
-            .section(section.paragraph(
-                "Ratios of the motion along each axis of the bench to the reference acceleration, jΩ v/a. Averages are of \
-                 complex ratios, never of degrees; repeats whose moduli agree while their phases cover the circle were \
-                 recorded without a common clock and are not averaged.",
-            ))
-            .footer(self.head.footer.clone())
-    }
-
-    /// What is worth a look in the terminal.
-    pub(crate) fn summary(&self, summaries: &[RatioSummary], table: &SpuriousTable) -> Report {
-        let report = self.head.open().subtitle(format!(
+pub(super) fn add(page: Report, outcome: &SpuriousMotionOutcome) -> Report {
+    let [first, others @ ..] = outcome.measurements.as_slice() else {
+        return page;
+    };
+    let mut page = page
+        .subtitle(format!(
             "Spurious motion of the bench: {} ratios at {} places",
-            summaries.len(),
-            table.entries.len()
-        ));
-        let refused = summaries
-            .iter()
-            .filter(|s| matches!(s.average, Average::Incoherent { .. }))
-            .count();
-        let largest = table
-            .entries
-            .iter()
-            .flat_map(|e| {
-                e.ratio
-                    .iter()
-                    .zip(AXES)
-                    .map(move |(z, axis)| (z.norm(), axis, e))
-            })
-            .max_by(|a, b| a.0.total_cmp(&b.0));
-        let mut figures = vec![
-            KeyFigure::new(
-                "ratios averaged",
-                (summaries.len() - refused).to_string(),
-                "",
-            ),
-            KeyFigure::new(
-                "refused for want of a common phase",
-                refused.to_string(),
-                "",
-            ),
-        ];
-        if let Some((modulus, axis, e)) = largest {
-            figures.push(
-                KeyFigure::new("largest spurious motion", two_digits(100.0 * modulus), "%").note(
-                    format!(
-                        "along {axis}′ at {:.0}°, {} Hz",
-                        e.inclination.to_degrees(),
-                        plain(e.frequency)
-                    ),
+            first.summaries.len(),
+            first.table.entries.len()
+        ))
+        .section(result(first))
+        .section(curves(&first.table))
+        .section(directions(&outcome.measurements));
+    for (label, list) in &outcome.comparisons {
+        page = page.section(compared(&first.label, label, list));
+    }
+    let mut files: Vec<Table> = CORRECTIONS[1..]
+        .iter()
+        .zip(others)
+        .map(|(name, other)| SpuriousFile::table(&other.table).file(*name))
+        .collect();
+    if !outcome.comparisons.is_empty() {
+        let rows = outcome.comparisons.iter().flat_map(|(label, list)| {
+            let both = (first.label.as_str(), label.as_str());
+            list.iter().map(move |c| -> Compared<'_> { (both, c) })
+        });
+        files.push(differences(rows).file("comparison.csv"));
+    }
+    page.section(Section::new("Method").paragraph(
+        "Ratios of the motion along each axis of the bench to the reference acceleration, jΩ v/a. Averages are of \
+         complex ratios, never of degrees; repeats whose moduli agree while their phases cover the circle were \
+         recorded without a common clock and are not averaged.",
+    ))
+    .section(Section::filed(files))
+}
+
+fn result(first: &Measurement) -> Section {
+    let (summaries, table) = (&first.summaries, &first.table);
+    let refused = summaries.iter().filter(|s| mean(s).is_none()).count();
+    let mut figures = vec![
+        KeyFigure::new(
+            "ratios averaged",
+            (summaries.len() - refused).to_string(),
+            "",
+        ),
+        KeyFigure::new(
+            "refused for want of a common phase",
+            refused.to_string(),
+            "",
+        ),
+    ];
+    let ratios = table.entries.iter().flat_map(|e| {
+        let axes = e.ratio.iter().zip(AXES);
+        axes.map(move |(z, axis)| (z.norm(), axis, e))
+    });
+    if let Some((modulus, axis, e)) = ratios.max_by(|a, b| a.0.total_cmp(&b.0)) {
+        figures.push(
+            KeyFigure::new("largest spurious motion", two_digits(100.0 * modulus), "%").note(
+                format!(
+                    "along {axis}′ at {:.0}°, {} Hz",
+                    e.inclination.to_degrees(),
+                    plain(e.frequency)
                 ),
-            );
-        }
-        report.findings(self.head.findings.iter().cloned()).section(
-            Section::new("Result")
-                .key_figures(figures)
-                .table(ratios(table)),
-        )
+            ),
+        );
     }
-}
-
-const AXES: [&str; 3] = ["x", "y", "z"];
-
-/// Standard uncertainty of one part, mean over both.
-fn part([rr, _, ii]: [f64; 3]) -> f64 {
-    (0.5 * (rr + ii)).sqrt()
-}
-
-fn ratios(table: &SpuriousTable) -> Table {
-    let mut columns = vec![Column::number("α", "°"), Column::number("f", "Hz")];
-    for axis in AXES {
-        columns.push(Column::number(format!("|ε_{axis}′|"), "%"));
-        columns.push(Column::number("u", "%"));
-        columns.push(Column::number("phase", "°"));
-    }
-    let mut result = Table::new(
-        "Correction of each axis: ratio to the reference acceleration, along z′ the departure from one",
-        columns,
-    )
-    .note("u is that of the real or the imaginary part. A phase is given where the modulus exceeds 2 u.");
-    for e in &table.entries {
-        let mut cells = vec![
-            Cell::number(plain(e.inclination.to_degrees())),
-            Cell::number(plain(e.frequency)),
-        ];
-        for k in 0..3 {
-            let (z, u) = (e.ratio[k], part(e.covariance[k]));
-            cells.push(Cell::number(format!("{:.3}", 100.0 * z.norm())));
-            cells.push(if u > 0.0 {
-                Cell::number(two_digits(100.0 * u))
-            } else {
-                Cell::Empty
-            });
-            cells.push(if z.norm() > 2.0 * u && z.norm() > 0.0 {
-                Cell::number(format!("{:.1}", z.arg().to_degrees()))
-            } else {
-                Cell::Empty
-            });
-        }
-        result = result.row(cells);
-    }
-    result
+    Section::new("Result")
+        .key_figures(figures)
+        .table(SpuriousFile::table(table).file(CORRECTIONS[0]))
+        .summarised()
 }
 
 fn curves(table: &SpuriousTable) -> Section {
@@ -174,89 +127,138 @@ fn curves(table: &SpuriousTable) -> Section {
     )
 }
 
-fn circular(summaries: &[RatioSummary]) -> Section {
-    let mut table = Table::new(
-        "Repeats of every ratio, with the statistics of their directions on the circle",
-        [
-            Column::text("axis"),
-            Column::number("α", "°"),
-            Column::number("f", "Hz"),
-            Column::number("repeats", ""),
-            Column::number("modulus, mean", "%"),
-            Column::number("mean direction", "°"),
-            Column::number("resultant length", ""),
-            Column::number("circular s", "°"),
-            Column::number("Rayleigh p", ""),
-            Column::text(""),
-        ],
-    );
-    let mut refused = vec![];
-    for s in summaries {
-        let mean = s.moduli.iter().sum::<f64>() / s.moduli.len().max(1) as f64;
-        let incoherent = matches!(s.average, Average::Incoherent { .. });
-        let row = vec![
-            Cell::text(format!("{}′", s.axis)),
-            Cell::number(plain(s.inclination.to_degrees())),
-            Cell::number(plain(s.frequency)),
-            Cell::number(s.moduli.len().to_string()),
-            Cell::number(format!("{:.3}", 100.0 * mean)),
-            Cell::number(format!("{:.1}", s.phases.mean.to_degrees())),
-            Cell::number(format!("{:.3}", s.phases.resultant)),
-            Cell::number(format!("{:.1}", s.phases.standard_deviation.to_degrees())),
-            Cell::number(if s.phases.rayleigh_p < 1e-3 {
-                "< 0.001".to_owned()
-            } else {
-                format!("{:.3}", s.phases.rayleigh_p)
-            }),
-            Cell::text(if incoherent { "refused" } else { "averaged" }),
-        ];
-        if incoherent {
-            refused.push(row.clone());
-        }
-        table = table.row(row);
+/// A ratio: label of its measurement, repeats and what they say.
+type Ratio<'a> = (&'a str, &'a RatioRepeats, &'a RatioSummary);
+
+/// The mean with the variances of its parts, where the repeats have one.
+fn mean(s: &RatioSummary) -> Option<[f64; 4]> {
+    match &s.average {
+        Average::Coherent(e) => Some([e.mean.re, e.mean.im, e.covariance[0], e.covariance[2]]),
+        Average::Incoherent { .. } => None,
     }
+}
+
+fn ratios<'a>(caption: &str, rows: &[Ratio<'a>], several: bool) -> Table {
+    type R<'a> = Ratio<'a>;
+    let label = Field::new("measurement", |r: &R<'a>| r.0.into());
+    let fields = [
+        match several {
+            true => label.page("measurement", ""),
+            false => label,
+        },
+        Field::new("", |r: &R<'a>| format!("{}′", r.2.axis).into()).page("axis", ""),
+        number("inclination_deg", ("α", "°"), Plain, |r: &R<'a>| {
+            (r.1.inclination.to_degrees() * 1e9).round() / 1e9
+        }),
+        frequency(|r: &R<'a>| r.1.frequency),
+        Field::new("axis", |r: &R<'a>| r.2.axis.as_str().into()),
+        number("repeats", ("repeats", ""), Exact, |r: &R<'a>| {
+            r.1.ratios.len()
+        }),
+        Field::new("averaged", |r: &R<'a>| {
+            if mean(r.2).is_some() { "yes" } else { "no" }.into()
+        }),
+        percent("", "modulus, mean", |r: &R<'a>| {
+            r.2.moduli.iter().sum::<f64>() / r.2.moduli.len().max(1) as f64
+        })
+        .rounded(Decimals(3)),
+        degrees("", "mean direction", |r: &R<'a>| r.2.phases.mean).rounded(Decimals(1)),
+        filed("real", |r: &R<'a>| mean(r.2).map(|m| m[0])),
+        filed("imaginary", |r: &R<'a>| mean(r.2).map(|m| m[1])),
+        filed("u_real", |r: &R<'a>| mean(r.2).map(|m| m[2].sqrt())),
+        filed("u_imaginary", |r: &R<'a>| mean(r.2).map(|m| m[3].sqrt())),
+        number(
+            "mean_resultant_length",
+            ("resultant length", ""),
+            Decimals(3),
+            |r: &R<'a>| r.2.phases.resultant,
+        ),
+        Field::new("rayleigh_p", |r: &R<'a>| match r.2.phases.rayleigh_p {
+            p if p < 1e-3 => Cell::printed(p, "< 0.001"),
+            p => Cell::printed(p, format!("{p:.3}")),
+        })
+        .page("Rayleigh p", ""),
+        degrees(
+            "circular_standard_deviation_deg",
+            "circular s",
+            |r: &R<'a>| r.2.phases.standard_deviation,
+        )
+        .rounded(Decimals(1)),
+        Field::new("", |r: &R<'a>| {
+            if mean(r.2).is_some() {
+                "averaged"
+            } else {
+                "refused"
+            }
+            .into()
+        }),
+    ];
+    Table::of(caption, fields, rows)
+}
+
+fn directions(measurements: &[Measurement]) -> Section {
+    let several = measurements.len() > 1;
+    let all: Vec<Ratio<'_>> = measurements
+        .iter()
+        .flat_map(|m| {
+            let pairs = m.repeats.iter().zip(&m.summaries);
+            pairs.map(|(r, s)| (m.label.as_str(), r, s))
+        })
+        .collect();
     let mut section = Section::new("Directions of the repeats").paragraph(
         "The Rayleigh test asks whether directions are uniform on the circle: a small p says that the repeats share a \
          phase. Repeats without one have no mean, however well their moduli agree.",
     );
+    let refused: Vec<Ratio<'_>> = all
+        .iter()
+        .copied()
+        .filter(|r| mean(r.2).is_none())
+        .collect();
     if !refused.is_empty() {
-        let mut short = Table::new("Ratios that were not averaged", table.columns.clone());
-        short.rows = refused;
-        section = section.table(short);
+        section = section.table(ratios("Ratios that were not averaged", &refused, several));
     }
+    let caption = "Repeats of every ratio, with the statistics of their directions on the circle";
+    let table = ratios(caption, &all, several).file("ratios.csv");
     section.folded("All ratios", [Block::Table(table)])
 }
 
-fn compared(label: &str, comparison: &[Comparison]) -> Section {
-    let mut table = Table::new(
-        "Differences",
-        [
-            Column::text("axis"),
-            Column::number("α", "°"),
-            Column::number("f", "Hz"),
-            Column::number("|difference|", "%"),
-            Column::number("E_n", ""),
-            Column::text(""),
-        ],
-    );
-    let mut beyond = 0;
-    for c in comparison {
-        let disagrees = c.e_n.is_some_and(|e| e > 1.0);
-        beyond += usize::from(disagrees);
-        table = table.row([
-            Cell::text(format!("{}′", c.axis)),
-            Cell::number(plain(c.inclination.to_degrees())),
-            Cell::number(plain(c.frequency)),
-            Cell::number(format!("{:.3}", 100.0 * c.difference)),
-            c.e_n
-                .map_or(Cell::Empty, |e| Cell::number(format!("{e:.2}"))),
-            Cell::text(if disagrees { "disagree" } else { "" }),
-        ]);
-    }
+/// A difference between the first measurement and another, or a calculated motion.
+type Compared<'a> = ((&'a str, &'a str), &'a Comparison);
+
+fn disagrees(c: &Comparison) -> bool {
+    c.e_n.is_some_and(|e| e > 1.0)
+}
+
+fn differences<'a>(rows: impl IntoIterator<Item = Compared<'a>>) -> Table {
+    type R<'a> = Compared<'a>;
+    let fields = [
+        Field::new("first", |r: &R<'a>| r.0.0.into()),
+        Field::new("second", |r: &R<'a>| r.0.1.into()),
+        Field::new("", |r: &R<'a>| format!("{}′", r.1.axis).into()).page("axis", ""),
+        degrees("inclination_deg", "α", |r: &R<'a>| r.1.inclination).rounded(Plain),
+        frequency(|r: &R<'a>| r.1.frequency),
+        Field::new("axis", |r: &R<'a>| r.1.axis.as_str().into()),
+        number(
+            "difference",
+            ("|difference|", "%"),
+            Decimals(3),
+            |r: &R<'a>| r.1.difference,
+        )
+        .scaled(100.0),
+        e_n("E_n", |r: &R<'a>| r.1.e_n),
+        Field::new("", |r: &R<'a>| {
+            if disagrees(r.1) { "disagree" } else { "" }.into()
+        }),
+    ];
+    Table::of("Differences", fields, rows)
+}
+
+fn compared(first: &str, label: &str, list: &[Comparison]) -> Section {
+    let beyond = list.iter().filter(|c| disagrees(c)).count();
     Section::new(format!("Compared with {label}"))
         .paragraph(format!(
             "{beyond} of {} ratios differ by more than their expanded uncertainties allow (E_n > 1).",
-            comparison.len()
+            list.len()
         ))
-        .table(table)
+        .table(differences(list.iter().map(|c| ((first, label), c))))
 }

@@ -10,10 +10,9 @@ use proofmass_io::{
 };
 use proofmass_static::static_test::DatedEstimate;
 use proofmass_uncertainty::Finding;
-use serde::{Deserialize, Serialize};
 
 /// Columns of a table of readings of one axis.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 #[non_exhaustive]
 pub struct ReadingColumns {

@@ -1,191 +1,171 @@
-//! The report of a static test.
+//! The page of a static test.
 
+use super::{StaticTestFit, StaticTestOutcome};
+use crate::page::columns::filed;
 use proofmass_report::number::freedom;
 use proofmass_report::{
-    Axis, BarPlot, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot, concise,
+    Axis, BarPlot, Cell, Field, KeyFigure, Report, Rounding, Section, Series, Table, XyPlot,
 };
-use proofmass_static::static_test::{StabilityFit, StaticFit};
+use proofmass_static::static_test::{
+    Drift, MONTH, PolynomialOrder, ReadingResidual, StabilityFit, StaticFit,
+};
 use proofmass_uncertainty::Quantity;
 
-/// What the report tells beside the fit itself.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct StaticTestReport<'a> {
-    /// Title, device, inputs, findings.
-    pub head: Head<'a>,
-    /// Coverage probability.
-    pub probability: f64,
+pub(super) fn add(page: Report, outcome: &StaticTestOutcome) -> Report {
+    match &outcome.found {
+        StaticTestFit::Test(fit) => test(page, fit, outcome.probability),
+        StaticTestFit::History(fit) => history(page, fit, outcome.probability),
+    }
 }
 
-impl StaticTestReport<'_> {
-    fn head(&self) -> Report {
-        let report = self.head.open();
-        report.findings(self.head.findings.iter().cloned())
-    }
+fn quantities(quantities: &[Quantity], probability: f64) -> Table {
+    let u = format!("U ({:.0} %)", 1e2 * probability);
+    let fields = [
+        Field::shown("quantity", "", |q: &Quantity| q.name.as_str().into()),
+        Field::estimate("", "", |q: &Quantity| {
+            Some((q.value, q.standard_uncertainty))
+        })
+        .page("value", ""),
+        Field::shown(u, "", |q: &Quantity| q.expanded(probability).into())
+            .rounded(Rounding::Power(2)),
+        Field::shown("unit", "", |q: &Quantity| q.unit.as_str().into()),
+        Field::shown("ν", "", |q: &Quantity| Cell::number(freedom(q.dof.get()))),
+    ];
+    Table::of("", fields, quantities)
+        .note("In parentheses: the standard uncertainty in the last digits.")
+}
 
-    fn tail(&self, report: Report) -> Report {
-        report.foot(&self.head)
+fn test(page: Report, fit: &StaticFit, probability: f64) -> Report {
+    let mut figures = Vec::new();
+    figures.extend(fit.nonlinearity.map(|share| {
+        let share = format!("{:.4}", 1e2 * share);
+        KeyFigure::new("largest departure from the line", share, "% FS")
+            .note("largest of all readings, their scatter included")
+    }));
+    figures.extend(fit.scatter.map(|scatter| {
+        KeyFigure::new("scatter of a reading", format!("{scatter:.3e}"), &fit.unit)
+    }));
+    let mut result = Section::new("Result");
+    if !figures.is_empty() {
+        result = result.key_figures(figures);
     }
-
-    fn quantities(&self, quantities: &[Quantity]) -> Table {
-        let mut table = Table::new(
-            "",
-            [
-                Column::text("quantity"),
-                Column::number("value", ""),
-                Column::number(format!("U ({:.0} %)", 1e2 * self.probability), ""),
-                Column::text("unit"),
-                Column::number("ν", ""),
-            ],
-        );
-        for q in quantities {
-            table = table.row([
-                Cell::text(q.name.clone()),
-                Cell::number(concise(q.value, q.standard_uncertainty)),
-                Cell::number(format!("{:.2e}", q.expanded(self.probability))),
-                Cell::text(q.unit.clone()),
-                Cell::number(freedom(q.dof.get())),
-            ]);
-        }
-        table.note("In parentheses: the standard uncertainty in the last digits.")
+    result = result.table(quantities(&fit.estimate.quantities(), probability));
+    if !fit.orders.is_empty() {
+        result = result.table(orders(fit));
     }
-
-    /// What is worth a look in the terminal.
-    pub(crate) fn summary(&self, fit: &StaticFit) -> Report {
-        let mut figures = Vec::new();
-        if let Some(share) = fit.nonlinearity {
-            figures.push(
-                KeyFigure::new(
-                    "largest departure from the line",
-                    format!("{:.4}", 1e2 * share),
-                    "% FS",
-                )
-                .note("largest of all readings, their scatter included"),
-            );
-        }
-        if let Some(scatter) = fit.scatter {
-            figures.push(KeyFigure::new(
-                "scatter of a reading",
-                format!("{scatter:.3e}"),
-                fit.unit.clone(),
-            ));
-        }
-        let mut section = Section::new("Result");
-        if !figures.is_empty() {
-            section = section.key_figures(figures);
-        }
-        section = section.table(self.quantities(&fit.estimate.quantities()));
-        if !fit.orders.is_empty() {
-            section = section.table(orders(fit));
-        }
-        self.head().section(section)
-    }
-
-    /// The whole report.
-    pub(crate) fn full(&self, fit: &StaticFit) -> Report {
-        let mut report = self.summary(fit);
-        if !fit.readings.is_empty() {
-            let of = |f: fn(&proofmass_static::static_test::ReadingResidual) -> f64| {
-                fit.readings.iter().map(f).collect::<Vec<f64>>()
-            };
-            let (x, residual) = (of(|r| r.input), of(|r| r.residual()));
-            let plot = XyPlot::new(
-                Axis::linear(fit.input.clone(), ""),
-                Axis::linear("output less model", fit.unit.clone()),
-            )
-            .horizontal(0.0, "")
-            .series(Series::markers("", &x, &residual));
-            report = report.section(Section::new("Residuals").figure("Every reading", plot));
-        }
-        let mut budget = Section::new("Budget");
-        for component in fit.estimate.components() {
-            let lines = fit.estimate.budget(&component.name).unwrap_or_default();
-            let mut bars = BarPlot::shares("share of the variance");
-            for line in lines.iter().filter(|l| l.contribution > 0.0) {
-                bars = bars.bar(
-                    line.description.clone(),
-                    line.share,
-                    format!("{:.2e} {}", line.contribution, component.unit),
-                );
-            }
-            if lines.iter().any(|l| l.contribution > 0.0) {
-                budget = budget.figure(component.name.clone(), bars);
-            }
-        }
-        self.tail(report.section(budget))
-    }
-
-    /// Drifts, for the terminal.
-    pub(crate) fn history_summary(&self, fit: &StabilityFit) -> Report {
-        let count = fit.drifts.first().map_or(0, |d| d.values.len());
-        let quantities: Vec<Quantity> = fit.drifts.iter().map(|d| d.drift.clone()).collect();
-        self.head().section(
-            Section::new("Result")
-                .key_figures([
-                    KeyFigure::new("calibrations", count.to_string(), ""),
-                    KeyFigure::new("next due in", format!("{:.0}", fit.due_in), "days")
-                        .note("after the last calibration"),
-                ])
-                .table(self.quantities(&quantities)),
+    let mut page = page.section(result.summarised());
+    if !fit.readings.is_empty() {
+        let of = |f: fn(&ReadingResidual) -> f64| fit.readings.iter().map(f).collect::<Vec<f64>>();
+        let plot = XyPlot::new(
+            Axis::linear(&fit.input, ""),
+            Axis::linear("output less model", &fit.unit),
         )
+        .horizontal(0.0, "")
+        .series(Series::markers(
+            "",
+            &of(|r| r.input),
+            &of(ReadingResidual::residual),
+        ));
+        page = page.section(Section::new("Residuals").figure("Every reading", plot));
     }
+    page.section(budget(fit))
+        .section(Section::filed([readings(fit)]))
+}
 
-    /// Drifts with a control chart of each quantity.
-    pub(crate) fn history(&self, fit: &StabilityFit) -> Report {
-        let mut section = Section::new("Control charts").paragraph(
-            "Markers with two standard uncertainties; the band is where a calibration of such uncertainty is expected.",
-        );
-        for d in &fit.drifts {
-            let column = |i: usize| d.values.iter().map(|v| v[i]).collect::<Vec<f64>>();
-            let (day, value, u) = (column(0), column(1), column(2));
-            let days: Vec<f64> = day.iter().map(|t| t - fit.last).collect();
-            let bound = |k: f64| {
-                value
-                    .iter()
-                    .zip(&u)
-                    .map(|(v, u)| v + k * u)
-                    .collect::<Vec<f64>>()
-            };
-            let limit = |i: usize| d.limits.iter().map(|l| l[i]).collect::<Vec<f64>>();
-            let line: Vec<f64> = day
-                .iter()
-                .map(|t| {
-                    d.level
-                        + d.drift.value * (t - d.mean_day) / proofmass_static::static_test::MONTH
-                })
-                .collect();
-            let plot = XyPlot::new(
-                Axis::linear("days before the last calibration", "d"),
-                Axis::linear(d.name.clone(), d.unit.clone()),
-            )
-            .series(Series::line("drift", &days, &line).band(&limit(1), &limit(2)))
-            .series(Series::markers("calibrations", &days, &value).bars(&bound(-2.0), &bound(2.0)));
-            section = section.figure(d.name.clone(), plot);
+fn readings(fit: &StaticFit) -> Table {
+    let fields = [
+        filed("input", |r: &ReadingResidual| r.input),
+        filed("output", |r: &ReadingResidual| r.output),
+        filed("model", |r: &ReadingResidual| r.model),
+        filed("residual", |r: &ReadingResidual| r.residual()),
+    ];
+    Table::of("", fields, &fit.readings).file("readings.csv")
+}
+
+fn budget(fit: &StaticFit) -> Section {
+    let mut budget = Section::new("Budget");
+    for component in fit.estimate.components() {
+        let lines = fit.estimate.budget(&component.name).unwrap_or_default();
+        let mut lines = lines.iter().filter(|l| l.contribution > 0.0).peekable();
+        if lines.peek().is_some() {
+            let bars = lines.fold(BarPlot::shares("share of the variance"), |bars, line| {
+                let size = format!("{:.2e} {}", line.contribution, component.unit);
+                bars.bar(line.description.clone(), line.share, size)
+            });
+            budget = budget.figure(component.name.clone(), bars);
         }
-        self.tail(self.history_summary(fit).section(section))
     }
+    budget
 }
 
 fn orders(fit: &StaticFit) -> Table {
-    let mut table = Table::new(
-        "Orders",
-        [
-            Column::number("order", ""),
-            Column::number("ΔAICc", ""),
-            Column::number("weight", ""),
-            Column::number("F", ""),
-            Column::number("F limit", ""),
-            Column::number("cross-validation", fit.unit.clone()),
-        ],
+    let fields = [
+        Field::shown("order", "", |o: &PolynomialOrder| o.order.into()),
+        Field::shown("ΔAICc", "", |o: &PolynomialOrder| o.aicc.into()).decimals(2),
+        Field::shown("weight", "", |o: &PolynomialOrder| o.weight.into()).decimals(3),
+        Field::shown("F", "", |o: &PolynomialOrder| o.f.into()).decimals(2),
+        Field::shown("F limit", "", |o: &PolynomialOrder| o.f_limit.into()).decimals(2),
+        Field::shown("cross-validation", &fit.unit, |o: &PolynomialOrder| {
+            o.cross_validation.into()
+        })
+        .rounded(Rounding::Power(3)),
+    ];
+    Table::of("Orders", fields, &fit.orders)
+        .note("Cross-validation: RMS error of each reading predicted from all others.")
+}
+
+/// Drifts with a control chart of each quantity.
+fn history(page: Report, fit: &StabilityFit, probability: f64) -> Report {
+    let count = fit.drifts.first().map_or(0, |d| d.values.len());
+    let drifts: Vec<Quantity> = fit.drifts.iter().map(|d| d.drift.clone()).collect();
+    let figures = [
+        KeyFigure::new("calibrations", count.to_string(), ""),
+        KeyFigure::new("next due in", format!("{:.0}", fit.due_in), "days")
+            .note("after the last calibration"),
+    ];
+    let result = Section::new("Result")
+        .key_figures(figures)
+        .table(quantities(&drifts, probability));
+    let charts = Section::new("Control charts").paragraph(
+        "Markers with two standard uncertainties; the band is where a calibration of such uncertainty is expected.",
     );
-    for o in &fit.orders {
-        table = table.row([
-            Cell::number(o.order.to_string()),
-            Cell::number(format!("{:.2}", o.aicc)),
-            Cell::number(format!("{:.3}", o.weight)),
-            o.f.map_or(Cell::Empty, |f| Cell::number(format!("{f:.2}"))),
-            Cell::number(format!("{:.2}", o.f_limit)),
-            Cell::number(format!("{:.3e}", o.cross_validation)),
-        ]);
-    }
-    table.note("Cross-validation: RMS error of each reading predicted from all others.")
+    let charts = fit
+        .drifts
+        .iter()
+        .fold(charts, |charts, d| charts.figure(&d.name, chart(fit, d)));
+    page.section(result.summarised())
+        .section(charts)
+        .section(Section::filed([chart_table(fit)]))
+}
+
+fn chart_table(fit: &StabilityFit) -> Table {
+    /// Name of the quantity; day, value, u; the limits.
+    type Row<'a> = (&'a str, [f64; 3], [f64; 3]);
+    let rows = fit.drifts.iter().flat_map(|d| {
+        let points = d.values.iter().zip(&d.limits);
+        points.map(move |(value, limits)| (d.name.as_str(), *value, *limits))
+    });
+    let fields = [
+        filed("quantity", |r: &Row<'_>| r.0),
+        filed("day", |r: &Row<'_>| r.1[0]),
+        filed("value", |r: &Row<'_>| r.1[1]),
+        filed("u", |r: &Row<'_>| r.1[2]),
+        filed("lower_limit", |r: &Row<'_>| r.2[1]),
+        filed("upper_limit", |r: &Row<'_>| r.2[2]),
+    ];
+    Table::of("", fields, rows.collect::<Vec<Row<'_>>>()).file("control_chart.csv")
+}
+
+fn chart(fit: &StabilityFit, d: &Drift) -> XyPlot {
+    let of = |f: &dyn Fn(&[f64; 3]) -> f64| d.values.iter().map(f).collect::<Vec<f64>>();
+    let limit = |i: usize| d.limits.iter().map(|l| l[i]).collect::<Vec<f64>>();
+    let days = of(&|v| v[0] - fit.last);
+    let line = of(&|v| d.level + d.drift.value * (v[0] - d.mean_day) / MONTH);
+    let bound = |k: f64| of(&|v| v[1] + k * v[2]);
+    XyPlot::new(
+        Axis::linear("days before the last calibration", "d"),
+        Axis::linear(&d.name, &d.unit),
+    )
+    .series(Series::line("drift", &days, &line).band(&limit(1), &limit(2)))
+    .series(Series::markers("calibrations", &days, &of(&|v| v[1])).bars(&bound(-2.0), &bound(2.0)))
 }

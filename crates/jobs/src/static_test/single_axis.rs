@@ -2,7 +2,7 @@
 
 use super::{StaticTest, StaticTestData, StaticTestInput, StaticTestJob};
 use crate::campaign::SingleAxisCampaign;
-use crate::multi_position::{Stamps, gravity};
+use crate::multi_position::{gravity, pauses};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
@@ -175,7 +175,7 @@ impl SingleAxisReadings {
         let output: Vec<f64> = outputs.into_iter().flatten().collect();
         let samples = Samples::new(&output, &output, &output)?;
         if let (Some(_), [recording]) = (&campaign.recording.file, recordings) {
-            segments = self.found(campaign, &samples, &Stamps::of(recording))?;
+            segments = self.found(campaign, &samples, recording)?;
         }
         let mean = |s: &Segment| samples.mean(s.start, s.end)[0];
         self.output = segments.iter().map(mean).collect();
@@ -193,13 +193,14 @@ impl SingleAxisReadings {
         &self,
         campaign: &SingleAxisCampaign,
         samples: &Samples<'_>,
-        stamps: &Stamps,
+        recording: &Recording,
     ) -> Result<Vec<Segment>> {
         let mut search = Standstill::default();
         if let Some(duration) = campaign.position.minimum_duration_s {
             search.minimum_duration = duration;
         }
-        let windowed = WindowedVariance::new(samples, stamps.rate, &stamps.breaks, &search)
+        let rate = recording.time.rate_hz();
+        let windowed = WindowedVariance::new(samples, rate, &pauses(recording), &search)
             .map_err(|e| Trouble::from(e).detail(self.name.clone()))?;
         let wanted = self.angle.len();
         let mut counts = Vec::new();

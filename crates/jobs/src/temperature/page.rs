@@ -1,225 +1,204 @@
-//! The report of temperature coefficients.
+//! The page of temperature coefficients.
 
+use super::TemperatureOutcome;
+use crate::page::{AXES, MG};
 use proofmass_core::STANDARD_GRAVITY;
 use proofmass_report::number::two_digits;
 use proofmass_report::{
-    Axis, Cell, Column, Head, KeyFigure, Report, Section, Series, Table, XyPlot, concise,
+    Axis, Field, KeyFigure, Report, Rounding, Section, Series, Table, XyPlot, concise,
 };
-use proofmass_static::{AxisFit, TemperatureFit};
+use proofmass_static::{AxisFit, OrderFit, TemperatureFit};
+use proofmass_uncertainty::Quantity;
 
-const AXES: [&str; 3] = ["x", "y", "z"];
-const MG: f64 = 1e3 / STANDARD_GRAVITY;
-
-/// What the report tells beside the fit itself.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct TemperatureReport<'a> {
-    /// Title, device, inputs, findings.
-    pub head: Head<'a>,
-    /// Coverage probability.
-    pub probability: f64,
-    /// Whether a calibration with these coefficients is among the results.
-    pub combined: bool,
-}
-
-impl TemperatureReport<'_> {
-    /// What is worth a look in the terminal.
-    pub(crate) fn summary(&self, fit: &TemperatureFit) -> Report {
-        let report = self.head.open().subtitle(format!(
+pub(super) fn add(page: Report, outcome: &TemperatureOutcome) -> Report {
+    let fit = &outcome.fit;
+    let mut section = Section::new("Temperature and output");
+    for (index, (axis, name)) in fit.axes.iter().zip(AXES).enumerate() {
+        section = section.figure(
+            format!("{name}: block means about their attitude, heating and cooling apart, and the fitted curve"),
+            curve(fit, axis, index),
+        );
+    }
+    let page = page
+        .subtitle(format!(
             "{:.1} to {:.1} °C, {} blocks of {:.3} s, reference {:.2} °C",
             fit.range[0],
             fit.range[1],
             fit.blocks.len(),
             fit.blocks.duration,
             fit.reference
-        ));
-        let mut figures = Vec::new();
-        for (axis, name) in fit.axes.iter().zip(AXES) {
-            if let Some(q) = fit.estimate.get(&format!("slope.{name}")) {
-                figures.push(
-                    KeyFigure::new(
-                        format!("mean slope of {name}"),
-                        concise(q.value * MG, q.standard_uncertainty * MG),
-                        "mg/K",
-                    )
-                    .note(format!(
-                        "± {} µg/K at {:.0} %",
-                        two_digits(q.expanded(self.probability) * MG * 1e3),
-                        1e2 * self.probability
-                    )),
-                );
-            }
-            if let Some(h) = &axis.hysteresis {
-                figures.push(
-                    KeyFigure::new(
-                        format!("hysteresis of {name}"),
-                        concise(h.difference * MG, h.standard_uncertainty * MG),
-                        "mg",
-                    )
-                    .note(format!(
-                        "heating less cooling, largest at {:.0} °C",
-                        h.temperature
-                    )),
-                );
-            }
-        }
-        for (axis, name) in fit.axes.iter().zip(AXES) {
-            if let Some(h) = axis.self_heating.filter(|h| h.determined) {
-                figures.push(
-                    KeyFigure::new(
-                        format!("self-heating of {name}"),
-                        concise(h.amplitude * MG, h.standard_uncertainty * MG),
-                        "mg",
-                    )
-                    .note(format!("at switching on, {:.0} s", h.time_constant)),
-                );
-            }
-        }
-        if let Some([lag, u]) = fit.thermometer_lag() {
-            figures.push(
-                KeyFigure::new("lag of the thermometer", concise(lag, u), "s")
-                    .note("behind what the outputs follow"),
-            );
-        }
-        let what = if fit.scale {
-            "Bias and scale were told apart by the attitudes."
-        } else {
-            "Bias and scale together, as they appear in this attitude."
-        };
-        let combined = if self.combined {
-            " calibration.json holds the calibration that was named with these coefficients in it."
-        } else {
-            ""
-        };
-        report.findings(self.head.findings.iter().cloned()).section(
-            Section::new("Result")
-                .paragraph(format!(
-                    "{what} Stated is order {}, averaged over every noise of the grid by evidence with the variance between them.{combined}",
-                    fit.largest_order
-                ))
-                .key_figures(figures)
-                .table(coefficients(fit, self.probability)),
-        )
-    }
+        ))
+        .section(result(outcome).summarised())
+        .section(section);
+    let page = match hysteresis(fit) {
+        Some(plot) => page.section(Section::new("Hysteresis").figure(
+            "Difference of the branches with two standard uncertainties",
+            plot,
+        )),
+        None => page,
+    };
+    page.section(Section::new("Orders").table(orders(fit)))
+        .section(Section::new("Attitudes").table(attitudes(fit)))
+        .section(Section::filed([blocks(fit)]))
+}
 
-    /// The whole report.
-    pub(crate) fn full(&self, fit: &TemperatureFit) -> Report {
-        let mut section = Section::new("Temperature and output");
-        for (index, (axis, name)) in fit.axes.iter().zip(AXES).enumerate() {
-            section = section.figure(
-                format!("{name}: block means about their attitude, heating and cooling apart, and the fitted curve"),
-                curve(fit, axis, index),
+fn result(outcome: &TemperatureOutcome) -> Section {
+    let (fit, probability) = (&outcome.fit, outcome.probability);
+    let what = if fit.scale {
+        "Bias and scale were told apart by the attitudes."
+    } else {
+        "Bias and scale together, as they appear in this attitude."
+    };
+    let combined = if outcome.calibration.is_some() {
+        " calibration.json holds the calibration that was named with these coefficients in it."
+    } else {
+        ""
+    };
+    Section::new("Result")
+        .paragraph(format!(
+            "{what} Stated is order {}, averaged over every noise of the grid by evidence with the variance between them.{combined}",
+            fit.largest_order
+        ))
+        .key_figures(figures(fit, probability))
+        .table(coefficients(fit, probability))
+}
+
+fn figures(fit: &TemperatureFit, probability: f64) -> Vec<KeyFigure> {
+    let figure = |label: String, value: f64, u: f64, unit: &str| {
+        KeyFigure::new(label, concise(value * MG, u * MG), unit)
+    };
+    let mut figures = Vec::new();
+    for (axis, name) in fit.axes.iter().zip(AXES) {
+        if let Some(q) = fit.estimate.get(&format!("slope.{name}")) {
+            let label = format!("mean slope of {name}");
+            let expanded = two_digits(q.expanded(probability) * MG * 1e3);
+            figures.push(
+                figure(label, q.value, q.standard_uncertainty, "mg/K")
+                    .note(format!("± {expanded} µg/K at {:.0} %", 1e2 * probability)),
             );
         }
-        let mut report = self.summary(fit).section(section);
-        let branches: Vec<_> = fit
-            .axes
-            .iter()
-            .zip(AXES)
-            .filter_map(|(axis, name)| axis.hysteresis.as_ref().map(|h| (name, h)))
-            .collect();
-        if !branches.is_empty() {
-            let mut plot = XyPlot::new(
-                Axis::linear("temperature", "°C"),
-                Axis::linear("heating less cooling", "mg"),
-            )
-            .horizontal(0.0, "");
-            for (name, h) in &branches {
-                let t: Vec<f64> = h.curve.iter().map(|p| p[0]).collect();
-                let part = |k: f64| {
-                    h.curve
-                        .iter()
-                        .map(|p| (p[1] + k * p[2]) * MG)
-                        .collect::<Vec<_>>()
-                };
-                plot =
-                    plot.series(Series::line(*name, &t, &part(0.0)).band(&part(-2.0), &part(2.0)));
-            }
-            report = report.section(Section::new("Hysteresis").figure(
-                "Difference of the branches with two standard uncertainties",
-                plot,
-            ));
-        }
-        report
-            .section(Section::new("Orders").table(orders(fit)))
-            .section(Section::new("Attitudes").table(attitudes(fit)))
-            .foot(&self.head)
+        figures.extend(axis.hysteresis.as_ref().map(|h| {
+            let label = format!("hysteresis of {name}");
+            let note = format!("heating less cooling, largest at {:.0} °C", h.temperature);
+            figure(label, h.difference, h.standard_uncertainty, "mg").note(note)
+        }));
     }
+    for (axis, name) in fit.axes.iter().zip(AXES) {
+        figures.extend(axis.self_heating.filter(|h| h.determined).map(|h| {
+            let label = format!("self-heating of {name}");
+            figure(label, h.amplitude, h.standard_uncertainty, "mg")
+                .note(format!("at switching on, {:.0} s", h.time_constant))
+        }));
+    }
+    figures.extend(fit.thermometer_lag().map(|[lag, u]| {
+        KeyFigure::new("lag of the thermometer", concise(lag, u), "s")
+            .note("behind what the outputs follow")
+    }));
+    figures
+}
+
+fn hysteresis(fit: &TemperatureFit) -> Option<XyPlot> {
+    let branches = fit.axes.iter().zip(AXES);
+    let mut branches = branches
+        .filter_map(|(axis, name)| Some((name, axis.hysteresis.as_ref()?)))
+        .peekable();
+    branches.peek()?;
+    let plot = XyPlot::new(
+        Axis::linear("temperature", "°C"),
+        Axis::linear("heating less cooling", "mg"),
+    )
+    .horizontal(0.0, "");
+    Some(branches.fold(plot, |plot, (name, h)| {
+        let t: Vec<f64> = h.curve.iter().map(|p| p[0]).collect();
+        let part = |k: f64| -> Vec<f64> {
+            let points = h.curve.iter();
+            points.map(|p| (p[1] + k * p[2]) * MG).collect()
+        };
+        plot.series(Series::line(name, &t, &part(0.0)).band(&part(-2.0), &part(2.0)))
+    }))
 }
 
 fn coefficients(fit: &TemperatureFit, probability: f64) -> Table {
-    let mut table = Table::new(
+    let u = format!("U ({:.0} %)", 1e2 * probability);
+    let fields = [
+        Field::shown("quantity", "", |q: &Quantity| q.name.as_str().into()),
+        Field::shown("value", "", |q: &Quantity| q.value.into()).rounded(Rounding::Power(4)),
+        Field::shown(u, "", |q: &Quantity| q.expanded(probability).into())
+            .rounded(Rounding::Power(1)),
+        Field::shown("unit", "", |q: &Quantity| q.unit.as_str().into()),
+    ];
+    Table::of(
         "Coefficients of d = T − T₀",
-        [
-            Column::text("quantity"),
-            Column::number("value", ""),
-            Column::number(format!("U ({:.0} %)", 1e2 * probability), ""),
-            Column::text("unit"),
-        ],
-    );
-    for q in fit.estimate.quantities() {
-        table = table.row([
-            Cell::text(q.name.clone()),
-            Cell::number(format!("{:.4e}", q.value)),
-            Cell::number(format!("{:.1e}", q.expanded(probability))),
-            Cell::text(q.unit.clone()),
-        ]);
-    }
-    table
+        fields,
+        fit.estimate.quantities(),
+    )
 }
 
 fn orders(fit: &TemperatureFit) -> Table {
-    let mut table = Table::new(
-        "Every order that was fitted",
-        [
-            Column::text("axis"),
-            Column::number("order", ""),
-            Column::number("ΔAICc", ""),
-            Column::number("weight", ""),
-            Column::number("F", ""),
-            Column::number("F limit", ""),
-            Column::number("cross-validation", "mg"),
-            Column::number("mean slope", "mg/K"),
-        ],
-    )
-    .note("F: the last power against the order below, correlated noise accounted for; one in twenty exceeds the limit without such a power.")
-    .note("Cross-validation: RMS error of ten stretches of time, each predicted from the rest.");
-    for (axis, name) in fit.axes.iter().zip(AXES) {
-        for o in &axis.orders {
-            table = table.row([
-                Cell::text(name),
-                Cell::number(o.order.to_string()),
-                Cell::number(format!("{:.2}", o.aicc)),
-                Cell::number(format!("{:.3}", o.weight)),
-                o.f.map_or(Cell::Empty, |f| Cell::number(format!("{f:.2}"))),
-                Cell::number(format!("{:.2}", o.f_limit)),
-                Cell::number(format!("{:.4}", o.cross_validation * MG)),
-                Cell::number(concise(o.slope * MG, o.slope_uncertainty * MG)),
-            ]);
-        }
-    }
-    table
+    type Row<'a> = (&'static str, &'a OrderFit);
+    let axes = fit.axes.iter().zip(AXES);
+    let rows = axes.flat_map(|(axis, name)| axis.orders.iter().map(move |o| (name, o)));
+    let fields = [
+        Field::shown("axis", "", |r: &Row<'_>| r.0.into()),
+        Field::shown("order", "", |r: &Row<'_>| r.1.order.into()),
+        Field::shown("ΔAICc", "", |r: &Row<'_>| r.1.aicc.into()).decimals(2),
+        Field::shown("weight", "", |r: &Row<'_>| r.1.weight.into()).decimals(3),
+        Field::shown("F", "", |r: &Row<'_>| r.1.f.into()).decimals(2),
+        Field::shown("F limit", "", |r: &Row<'_>| r.1.f_limit.into()).decimals(2),
+        Field::shown("cross-validation", "mg", |r: &Row<'_>| {
+            (r.1.cross_validation * MG).into()
+        })
+        .decimals(4),
+        Field::estimate("", "", |r: &Row<'_>| {
+            Some((r.1.slope * MG, r.1.slope_uncertainty * MG))
+        })
+        .page("mean slope", "mg/K"),
+    ];
+    Table::of("Every order that was fitted", fields, rows.collect::<Vec<Row<'_>>>())
+        .note("F: the last power against the order below, correlated noise accounted for; one in twenty exceeds the limit without such a power.")
+        .note("Cross-validation: RMS error of ten stretches of time, each predicted from the rest.")
 }
 
 fn attitudes(fit: &TemperatureFit) -> Table {
-    let mut table = Table::new(
-        "Stretches in which the sensor was not turned",
-        [
-            Column::number("from", "s"),
-            Column::number("to", "s"),
-            Column::number("lowest", "°C"),
-            Column::number("highest", "°C"),
-            Column::number("x", "g"),
-            Column::number("y", "g"),
-            Column::number("z", "g"),
-        ],
-    );
-    for a in fit.attitudes() {
-        let numbers = [a.time[0], a.time[1], a.range[0], a.range[1]];
-        let g = a.output.map(|v| v / STANDARD_GRAVITY);
-        let cells = numbers.iter().map(|v| Cell::number(format!("{v:.1}")));
-        table = table.row(cells.chain(g.iter().map(|v| Cell::number(format!("{v:.4}")))));
-    }
-    table
+    let columns = [
+        ("from", "s", 1),
+        ("to", "s", 1),
+        ("lowest", "°C", 1),
+        ("highest", "°C", 1),
+        ("x", "g", 4),
+        ("y", "g", 4),
+        ("z", "g", 4),
+    ];
+    let fields = columns
+        .iter()
+        .enumerate()
+        .map(|(k, (name, unit, decimals))| {
+            Field::shown(*name, *unit, move |row: &[f64; 7]| row[k].into()).decimals(*decimals)
+        });
+    let rows = fit.attitudes().iter().map(|a| {
+        let ([from, to], [low, high]) = (a.time, a.range);
+        let [x, y, z] = a.output.map(|v| v / STANDARD_GRAVITY);
+        [from, to, low, high, x, y, z]
+    });
+    Table::of("Stretches in which the sensor was not turned", fields, rows)
+}
+
+fn blocks(fit: &TemperatureFit) -> Table {
+    let blocks = &fit.blocks;
+    let mut fields = vec![
+        Field::series("time_s", &blocks.time),
+        Field::series("temperature_degC", &blocks.temperature),
+        Field::series("direction", &fit.direction),
+        Field::new("attitude", |i: &usize| {
+            (blocks.attitude[*i] as f64 + 1.0).into()
+        }),
+    ];
+    fields.extend(AXES.iter().enumerate().map(|(k, axis)| {
+        Field::new(format!("acceleration_{axis}_m/s2"), move |i: &usize| {
+            blocks.output[*i][k].into()
+        })
+    }));
+    Table::of("", fields, 0..blocks.len()).file("blocks.csv")
 }
 
 /// Block means less their attitude's, over temperature.

@@ -1,149 +1,86 @@
 //! The report of a measurement model: result, budget, Monte Carlo check.
 
+use super::UncertaintyOutcome;
+use crate::page::words::words;
+use Rounding::{Decimals, Significant};
 use proofmass_report::{
-    Axis, BarPlot, Cell, Column, Head, HistogramPlot, KeyFigure, MatrixPlot, Report, Section,
+    Axis, BarPlot, Cell, Field, HistogramPlot, KeyFigure, MatrixPlot, Report, Rounding, Section,
     Series, Table, scientific,
 };
 use proofmass_uncertainty::{
-    BudgetLine, LinearOutput, ModelResult, OutputResult, Rounded, Statement, StatementMethod,
-    Verdict,
+    BudgetLine, CauseEffect, CorrelationEntry, LinearOutput, ModelResult, OutputResult, Rounded,
+    Statement, StatementMethod, Verdict,
 };
 
-/// What the report tells beside the result itself.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct UncertaintyReport<'a> {
-    /// Title, device, inputs, findings.
-    pub head: Head<'a>,
-    /// Name and formula of the intermediate quantities.
-    pub intermediate: Vec<(String, String)>,
-    /// The inputs as the model states them.
-    pub given: Vec<GivenInput>,
+pub(super) fn add(page: Report, outcome: &UncertaintyOutcome) -> Report {
+    let result = &outcome.result;
+    let mut page = page.section(
+        Section::new("Result")
+            .key_figures(key_figures(result))
+            .table(results(result))
+            .summarised(),
+    );
+    for output in &result.outputs {
+        page = page.section(detail(result, output));
+    }
+    if result.outputs.len() > 1 {
+        page = page.section(joint(result));
+    }
+    let rows = result.outputs.iter().filter_map(causes).flatten();
+    let mut tables = vec![Table::of("", budget_fields(""), rows).file("budget.csv")];
+    if result.outputs.iter().any(|o| !o.effects.is_empty()) {
+        let rows = result.outputs.iter().flat_map(effects);
+        tables.push(Table::of("", effect_fields(""), rows).file("effects.csv"));
+    }
+    page.section(method(outcome))
+        .section(Section::filed(tables))
 }
 
-/// One input as the model states it.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct GivenInput {
-    /// Name.
-    pub name: String,
-    /// Unit.
-    pub unit: String,
-    /// What it is.
-    pub description: String,
-    /// Distribution with its parameters, or the observations.
-    pub known: String,
-}
-
-impl UncertaintyReport<'_> {
-    /// The whole report.
-    pub(crate) fn full(&self, result: &ModelResult) -> Report {
-        let mut report = self.head().section(
-            Section::new("Result")
-                .key_figures(key_figures(result))
-                .table(results(result))
-                .table(self.equations(result)),
-        );
-        for output in &result.outputs {
-            report = report.section(detail(result, output));
-        }
-        if result.outputs.len() > 1 {
-            report = report.section(joint(result));
-        }
-        report
-            .section(self.provenance(result))
-            .footer(self.head.footer.clone())
-    }
-
-    /// What is worth a look in the terminal.
-    pub(crate) fn summary(&self, result: &ModelResult) -> Report {
-        let mut section = Section::new("Result").table(results(result));
-        for output in &result.outputs {
-            if let Some(linear) = &output.linear {
-                section = section.table(budget(linear));
-            }
-            section = section.table(comparison(result, output));
-            if let Some(table) = effects(output) {
-                section = section.table(table);
-            }
-        }
-        if let Some(table) = correlations(result) {
-            section = section.table(table);
-        }
-        self.head().section(section)
-    }
-
-    fn head(&self) -> Report {
-        let report = self.head.open();
-        report.findings(self.head.findings.iter().cloned())
-    }
-
-    fn equations(&self, result: &ModelResult) -> Table {
-        let mut table = Table::new(
+fn method(outcome: &UncertaintyOutcome) -> Section {
+    let result = &outcome.result;
+    let outputs = result.outputs.iter();
+    let formulas = outputs.map(|o| [o.name.clone(), o.expression.clone()]);
+    let mut section = Section::new("Model and method")
+        .table(words(
             "Equations",
-            [Column::text("quantity"), Column::text("formula")],
-        );
-        for (name, formula) in &self.intermediate {
-            table = table.row([Cell::text(name.clone()), Cell::text(formula.clone())]);
-        }
-        for output in &result.outputs {
-            table = table.row([
-                Cell::text(output.name.clone()),
-                Cell::text(output.expression.clone()),
-            ]);
-        }
-        table
-    }
-
-    fn provenance(&self, result: &ModelResult) -> Section {
-        let mut table = Table::new("Files", [Column::text("file"), Column::text("SHA-256")]);
-        for (name, digest) in &self.head.inputs {
-            table = table.row([Cell::text(name.clone()), Cell::text(digest.clone())]);
-        }
-        let mut given = Table::new(
+            ["quantity", "formula"],
+            outcome.parts().into_iter().chain(formulas),
+        ))
+        .table(words(
             "What is known of the inputs",
             [
-                Column::text("input"),
-                Column::text("unit"),
-                Column::text("distribution or observations"),
-                Column::text("description"),
+                "input",
+                "unit",
+                "distribution or observations",
+                "description",
             ],
-        );
-        for input in &self.given {
-            given = given.row([
-                Cell::text(input.name.clone()),
-                Cell::text(input.unit.clone()),
-                Cell::text(input.known.clone()),
-                Cell::text(input.description.clone()),
-            ]);
-        }
-        let mut section = Section::new("Inputs and method").table(given);
-        if !result.input_correlations.is_empty() {
-            let mut pairs = Table::new(
-                "Correlations of the inputs, given or observed",
-                [
-                    Column::text("between"),
-                    Column::text("and"),
-                    Column::number("coefficient", ""),
-                ],
-            );
-            for pair in &result.input_correlations {
-                let [first, second] = &pair.between;
-                pairs = pairs.row([
-                    Cell::text(first.clone()),
-                    Cell::text(second.clone()),
-                    Cell::number(scientific(pair.coefficient, 3)),
-                ]);
-            }
-            section = section.table(pairs);
-        }
-        section
-            .table(table)
-            .paragraph(format!(
-                "Law of propagation of uncertainty with the joint covariance of the inputs, coverage factors from \
-                 Student's t at the effective degrees of freedom (JCGM 100:2008). Propagation of distributions by \
-                 {} Monte Carlo trials, seed {} (JCGM 101:2008 and 102:2011).",
-                result.trials, result.options.seed
-            ))
+            outcome.model.input.iter().map(super::given),
+        ));
+    if !result.input_correlations.is_empty() {
+        let fields = [
+            Field::shown("between", "", |p: &CorrelationEntry| {
+                p.between[0].as_str().into()
+            }),
+            Field::shown("and", "", |p: &CorrelationEntry| {
+                p.between[1].as_str().into()
+            }),
+            Field::shown("coefficient", "", |p: &CorrelationEntry| {
+                p.coefficient.into()
+            })
+            .rounded(Significant(3)),
+        ];
+        section = section.table(Table::of(
+            "Correlations of the inputs, given or observed",
+            fields,
+            &result.input_correlations,
+        ));
     }
+    section.paragraph(format!(
+        "Law of propagation of uncertainty with the joint covariance of the inputs, coverage factors from \
+         Student's t at the effective degrees of freedom (JCGM 100:2008). Propagation of distributions by \
+         {} Monte Carlo trials, seed {} (JCGM 101:2008 and 102:2011).",
+        result.trials, result.options.seed
+    ))
 }
 
 fn key_figures(result: &ModelResult) -> Vec<KeyFigure> {
@@ -232,124 +169,108 @@ fn results(result: &ModelResult) -> Table {
     // A stated factor has another probability at each number of degrees of freedom.
     let fixed = result.options.coverage_factor;
     let road = "by the law of propagation where Monte Carlo does not contradict it";
-    let mut columns = vec![
-        Column::text("quantity"),
-        Column::number("value", ""),
-        Column::number("u", ""),
-        Column::number("U", ""),
-        Column::number("lower end", ""),
-        Column::number("upper end", ""),
-        Column::text("unit"),
-        Column::number("k", ""),
-        Column::number("ν_eff", ""),
+    let caption = match fixed {
+        Some(k) => format!("Results with k = {k}, {road}; p is the probability of the interval"),
+        None => format!(
+            "Results with intervals at {} %, {road}",
+            percent(result.options.probability)
+        ),
+    };
+    let number = |output: &OutputResult, value: f64| {
+        let stated = &output.stated;
+        let known = stated.standard_uncertainty.filter(|u| *u > 0.0);
+        let scale = known.unwrap_or(0.5 * stated.expanded_uncertainty);
+        Cell::number(at_place(value, scale, result.options.digits))
+    };
+    let half = |o: &OutputResult| {
+        let linear = o.stated.method == StatementMethod::LawOfPropagation;
+        linear.then(|| number(o, o.stated.expanded_uncertainty))
+    };
+    let k = |o: &OutputResult| o.stated.dof.and(o.stated.coverage_factor);
+    let mut fields = vec![
+        Field::shown("quantity", "", |o: &OutputResult| {
+            o.stated.name.as_str().into()
+        }),
+        Field::shown("value", "", |o: &OutputResult| number(o, o.stated.value)),
+        Field::shown("u", "", |o: &OutputResult| {
+            o.stated.standard_uncertainty.map(|u| number(o, u)).into()
+        }),
+        Field::shown("U", "", |o: &OutputResult| half(o).into()),
+        Field::shown("lower end", "", |o: &OutputResult| {
+            number(o, o.stated.interval.lower)
+        }),
+        Field::shown("upper end", "", |o: &OutputResult| {
+            number(o, o.stated.interval.upper)
+        }),
+        Field::shown("unit", "", |o: &OutputResult| shown(&o.stated.unit).into()),
+        Field::shown("k", "", |o: &OutputResult| k(o).into()).rounded(Decimals(2)),
+        Field::shown("ν_eff", "", |o: &OutputResult| {
+            o.stated
+                .dof
+                .map(|nu| Cell::number(degrees(nu.get())))
+                .into()
+        }),
     ];
     if fixed.is_some() {
-        columns.push(Column::number("p", "%"));
+        let p = |o: &OutputResult| (100.0 * o.stated.probability).into();
+        fields.push(Field::shown("p", "%", p).rounded(Decimals(1)));
     }
-    columns.push(Column::text("linear result"));
-    let mut table = Table::new(
-        match fixed {
-            Some(k) => {
-                format!("Results with k = {k}, {road}; p is the probability of the interval")
-            }
-            None => format!(
-                "Results with intervals at {} %, {road}",
-                percent(result.options.probability)
-            ),
-        },
-        columns,
-    );
-    for output in &result.outputs {
-        let stated = &output.stated;
-        let scale = stated
-            .standard_uncertainty
-            .filter(|u| *u > 0.0)
-            .unwrap_or(0.5 * stated.expanded_uncertainty);
-        let number = |v: f64| Cell::number(at_place(v, scale, result.options.digits));
-        let half = match stated.method {
-            StatementMethod::LawOfPropagation => number(stated.expanded_uncertainty),
-            _ => Cell::Empty,
-        };
-        let [k, nu] = match stated.dof {
-            None => [Cell::Empty, Cell::Empty],
-            Some(dof) => [
-                Cell::number(
-                    stated
-                        .coverage_factor
-                        .map_or_else(String::new, |k| format!("{k:.2}")),
-                ),
-                Cell::number(degrees(dof.get())),
-            ],
-        };
-        let mut row = vec![
-            Cell::text(stated.name.clone()),
-            number(stated.value),
-            stated.standard_uncertainty.map_or(Cell::Empty, number),
-            half,
-            number(stated.interval.lower),
-            number(stated.interval.upper),
-            Cell::text(shown(&stated.unit)),
-            k,
-            nu,
-        ];
-        if fixed.is_some() {
-            row.push(Cell::number(format!("{:.1}", 100.0 * stated.probability)));
-        }
-        row.push(Cell::text(verdict(output)));
-        table = table.row(row);
-    }
-    table
+    fields.push(Field::shown("linear result", "", |o: &OutputResult| {
+        verdict(o).into()
+    }));
+    Table::of(caption, fields, &result.outputs)
 }
 
 /// Correlation coefficients of the outputs by the law of propagation.
 fn correlations(result: &ModelResult) -> Option<Table> {
     let estimate = result.estimate.as_ref()?;
     let components = estimate.components();
-    if components.len() < 2 || components.len() > 12 {
+    let n = components.len();
+    if !(2..=12).contains(&n) {
         return None;
     }
-    let mut columns = vec![Column::text("")];
-    columns.extend(
-        components
-            .iter()
-            .map(|c| Column::number(c.name.clone(), "")),
-    );
-    let mut table = Table::new(
-        "Correlation of the quantities by the law of propagation",
-        columns,
-    );
-    for (i, component) in components.iter().enumerate() {
-        let mut row = vec![Cell::text(component.name.clone())];
-        row.extend((0..components.len()).map(|j| {
-            let r = estimate.covariance().correlation(i, j);
-            r.map_or(Cell::Empty, |r| Cell::number(format!("{r:.3}")))
-        }));
-        table = table.row(row);
-    }
-    Some(table)
+    let mut fields = vec![Field::shown("", "", |i: &usize| {
+        components[*i].name.as_str().into()
+    })];
+    fields.extend((0..n).map(|j| {
+        let r = move |i: &usize| estimate.covariance().correlation(*i, j).into();
+        Field::shown(components[j].name.clone(), "", r).rounded(Decimals(3))
+    }));
+    let caption = "Correlation of the quantities by the law of propagation";
+    Some(Table::of(caption, fields, 0..n))
 }
 
 fn detail(result: &ModelResult, output: &OutputResult) -> Section {
-    let mut section = Section::new(format!("Uncertainty of {}", output.name));
+    let name = &output.name;
+    let mut section = Section::new(format!("Uncertainty of {name}")).summarised();
     if let Some(linear) = &output.linear {
-        let mut bars = BarPlot::shares(format!("share of the variance of {}", output.name));
+        let mut bars = BarPlot::shares(format!("share of the variance of {name}"));
         for line in &linear.budget {
             bars = bars.bar(line.key.clone(), line.share, "");
         }
         section = section
             .figure("Causes of uncertainty", bars)
-            .table(budget(linear));
+            .table(budget(output, linear));
     }
     section = section.table(comparison(result, output));
-    if let Some(table) = effects(output) {
-        section = section.table(table);
+    if !output.effects.is_empty() {
+        section = section.table(
+            Table::of(
+                format!("Budget of {name} by Monte Carlo"),
+                effect_fields(shown(&output.unit)),
+                effects(output),
+            )
+            .note(
+                "u alone: only this cause varies (JCGM 101 annex B). Shares of the variance: what goes when the cause is known, and what \
+                 stays when only it is unknown (Sobol); the second exceeds the first where causes act through each other.",
+            ),
+        );
     }
     if let Some(plot) = histogram(output) {
         section = section.figure(
             format!(
-                "Distribution of {} from {} trials, with the density that the law of propagation implies; marks: \
+                "Distribution of {name} from {} trials, with the density that the law of propagation implies; marks: \
                  ends of the linear interval and of the symmetric Monte Carlo interval at {} %",
-                output.name,
                 result.trials,
                 percent(result.options.probability)
             ),
@@ -359,74 +280,108 @@ fn detail(result: &ModelResult, output: &OutputResult) -> Section {
     section
 }
 
-fn budget(output: &LinearOutput) -> Table {
-    let q = &output.quantity;
-    let unit = &q.unit;
-    let mut table = Table::new(
-        format!("Budget of {}", q.name),
-        [
-            Column::text("input"),
-            Column::number("estimate", ""),
-            Column::number("u", ""),
-            Column::text("unit"),
-            Column::text("distribution"),
-            Column::number("ν", ""),
-            Column::number("sensitivity", ""),
-            Column::number("contribution", shown(unit)),
-            Column::number("share", "%"),
-        ],
-    );
-    // Members of a vector that are constants say nothing; budget.csv has them.
-    let says = |line: &&BudgetLine| {
-        let constant = line
-            .input
-            .as_ref()
-            .is_some_and(|i| i.standard_uncertainty == 0.0);
-        !(constant && line.key.ends_with(']'))
-    };
-    for line in output.budget.iter().filter(says) {
-        let [estimate, u, unit, sensitivity] = match &line.input {
-            Some(input) => [
-                Cell::number(at_place(input.value, input.standard_uncertainty, 2)),
-                Cell::number(scientific(input.standard_uncertainty, 2)),
-                Cell::text(shown(&input.unit)),
-                Cell::number(scientific(input.sensitivity, 3)),
-            ],
-            None => [Cell::Empty, Cell::Empty, Cell::Empty, Cell::Empty],
-        };
-        table = table.row([
-            Cell::text(line.key.clone()),
-            estimate,
-            u,
-            unit,
-            Cell::text(match &line.input {
-                Some(input) if input.standard_uncertainty == 0.0 => "constant",
-                _ => line.distribution.as_ref(),
-            }),
-            Cell::number(degrees(line.dof.get())),
-            sensitivity,
-            Cell::number(scientific(line.contribution.abs(), 2)),
-            Cell::number(format!("{:.1}", 100.0 * line.share)),
-        ]);
+/// A cause of an output; none where the row closes the budget.
+type Cause<'a> = (&'a OutputResult, &'a LinearOutput, Option<&'a BudgetLine>);
+
+/// One row per cause, and one that closes the budget.
+fn causes(output: &OutputResult) -> Option<impl Iterator<Item = Cause<'_>>> {
+    let linear = output.linear.as_ref()?;
+    let lines = linear.budget.iter().map(Some).chain([None]);
+    Some(lines.map(move |line| (output, linear, line)))
+}
+
+/// The columns of a budget: its contributions are in this unit.
+fn budget_fields<'a>(unit: &str) -> [Field<'a, Cause<'a>>; 12] {
+    // Value, standard uncertainty, unit.
+    fn input<'a>((output, linear, line): &Cause<'a>) -> Option<(f64, f64, &'a str)> {
+        let q = &linear.quantity;
+        match line {
+            None => Some((q.value, q.standard_uncertainty, &output.unit)),
+            Some(line) => {
+                let input = line.input.as_ref()?;
+                Some((input.value, input.standard_uncertainty, &input.unit))
+            }
+        }
     }
-    table = table.row([
-        Cell::text(q.name.clone()),
-        Cell::number(at_place(q.value, q.standard_uncertainty, 2)),
-        Cell::number(scientific(q.standard_uncertainty, 2)),
-        Cell::text(shown(unit)),
-        Cell::Empty,
-        Cell::number(degrees(q.dof.get())),
-        Cell::Empty,
-        Cell::number(scientific(q.standard_uncertainty, 2)),
-        Cell::number(format!(
-            "{:.1}",
-            100.0 * output.budget.iter().map(|line| line.share).sum::<f64>()
-        )),
-    ]);
-    let causes: Vec<String> = output
+    [
+        Field::new("output", |(o, ..): &Cause<'a>| o.name.as_str().into()),
+        Field::new("unit", |(o, ..): &Cause<'a>| o.unit.as_str().into()),
+        Field::new("input", |(o, _, l): &Cause<'a>| {
+            l.map_or(&o.name, |l| &l.key).as_str().into()
+        })
+        .page("input", ""),
+        Field::new("description", |(.., l): &Cause<'a>| {
+            l.map_or("combined", |l| &l.description).into()
+        }),
+        Field::new("input_unit", |c: &Cause<'a>| {
+            input(c).map(|i| Cell::from(i.2).worded(shown(i.2))).into()
+        })
+        .page("unit", ""),
+        Field::new("estimate", |c: &Cause<'a>| {
+            input(c)
+                .map(|i| Cell::from(i.0).worded(at_place(i.0, i.1, 2)))
+                .into()
+        })
+        .page("estimate", ""),
+        Field::new("u", |c: &Cause<'a>| input(c).map(|i| i.1).into())
+            .page("u", "")
+            .rounded(Significant(2)),
+        Field::new("distribution", |c: &Cause<'a>| {
+            let constant = input(c).is_some_and(|i| i.1 == 0.0);
+            let word = |l: &BudgetLine| match constant {
+                true => Cell::from(l.distribution.as_str()).worded("constant"),
+                false => l.distribution.as_str().into(),
+            };
+            c.2.map(word).into()
+        })
+        .page("distribution", ""),
+        // Infinite degrees of freedom are an empty field.
+        Field::new("dof", |(_, linear, l): &Cause<'a>| {
+            let nu = l.map_or(linear.quantity.dof, |l| l.dof);
+            let finite = (!nu.is_infinite()).then(|| nu.get());
+            Cell::from(finite).worded(degrees(nu.get()))
+        })
+        .page("ν", ""),
+        Field::new("sensitivity", |(.., l): &Cause<'a>| {
+            l.and_then(|l| Some(l.input.as_ref()?.sensitivity)).into()
+        })
+        .page("sensitivity", "")
+        .rounded(Significant(3)),
+        Field::new("contribution", |(_, linear, l): &Cause<'a>| {
+            let part = l.map_or(linear.quantity.standard_uncertainty, |l| l.contribution);
+            Cell::from(part).worded(scientific(part.abs(), 2))
+        })
+        .page("contribution", unit),
+        Field::new("share", |(_, linear, l): &Cause<'a>| {
+            let all = || linear.budget.iter().map(|line| line.share).sum();
+            l.map_or_else(all, |l| l.share).into()
+        })
+        .page("share", "%")
+        .scaled(100.0)
+        .rounded(Decimals(1)),
+    ]
+}
+
+fn budget(output: &OutputResult, linear: &LinearOutput) -> Table {
+    // Members of a vector that are constants say nothing; budget.csv has them.
+    let says = |(.., line): &Cause<'_>| {
+        line.is_none_or(|line| {
+            let input = line.input.as_ref();
+            let constant = input.is_some_and(|i| i.standard_uncertainty == 0.0);
+            !(constant && line.key.ends_with(']'))
+        })
+    };
+    let name = &linear.quantity.name;
+    let table = Table::of(
+        format!("Budget of {name}"),
+        budget_fields(shown(&linear.quantity.unit)),
+        causes(output).into_iter().flatten().filter(says),
+    );
+    let described = linear
         .budget
         .iter()
-        .filter(|line| line.description != line.key)
+        .filter(|line| line.description != line.key);
+    let causes: Vec<String> = described
         .map(|line| format!("{}: {}", line.key, line.description))
         .collect();
     if causes.is_empty() {
@@ -436,102 +391,81 @@ fn budget(output: &LinearOutput) -> Table {
     }
 }
 
-/// What each cause does by Monte Carlo, where that was looked at.
-fn effects(output: &OutputResult) -> Option<Table> {
-    if output.effects.is_empty() {
-        return None;
-    }
-    let mut table = Table::new(
-        format!("Budget of {} by Monte Carlo", output.name),
-        [
-            Column::text("cause"),
-            Column::number("u alone", shown(&output.unit)),
-            Column::number("share by itself", "%"),
-            Column::number("share in all", "%"),
-        ],
-    );
-    let percent = |share: f64| Cell::number(format!("{:.0}", (100.0 * share).max(0.0)));
-    for cause in &output.effects {
-        table = table.row([
-            Cell::text(cause.inputs.join(", ")),
-            Cell::number(scientific(cause.alone, 2)),
-            percent(cause.first),
-            percent(cause.total),
-        ]);
-    }
-    Some(table.note(
-        "u alone: only this cause varies (JCGM 101 annex B). Shares of the variance: what goes when the cause is known, and what \
-         stays when only it is unknown (Sobol); the second exceeds the first where causes act through each other.",
-    ))
+/// What a cause does to an output by Monte Carlo, where that was looked at.
+type Effect<'a> = (&'a OutputResult, &'a CauseEffect);
+
+fn effects(output: &OutputResult) -> impl Iterator<Item = Effect<'_>> {
+    output.effects.iter().map(move |cause| (output, cause))
+}
+
+fn effect_fields<'a>(unit: &str) -> [Field<'a, Effect<'a>>; 6] {
+    let percent = |share: f64| Cell::from(share).worded(format!("{:.0}", (100.0 * share).max(0.0)));
+    [
+        Field::new("output", |(o, _): &Effect<'a>| o.name.as_str().into()),
+        Field::new("unit", |(o, _): &Effect<'a>| o.unit.as_str().into()),
+        Field::new("cause", |(_, c): &Effect<'a>| {
+            Cell::from(c.inputs.join(" ")).worded(c.inputs.join(", "))
+        })
+        .page("cause", ""),
+        Field::new("u_alone", |(_, c): &Effect<'a>| c.alone.into())
+            .page("u alone", unit)
+            .rounded(Significant(2)),
+        Field::new("share_first", move |(_, c): &Effect<'a>| percent(c.first))
+            .page("share by itself", "%"),
+        Field::new("share_total", move |(_, c): &Effect<'a>| percent(c.total))
+            .page("share in all", "%"),
+    ]
 }
 
 fn comparison(result: &ModelResult, output: &OutputResult) -> Table {
-    let unit = shown(&output.unit);
-    let digits = result.options.digits;
-    let mut table = Table::new(
-        format!("Law of propagation and Monte Carlo for {}", output.name),
-        [
-            Column::text("method"),
-            Column::number("value", unit),
-            Column::number("u", unit),
-            Column::number("lower end", unit),
-            Column::number("upper end", unit),
-        ],
-    );
     let linear = output.linear.as_ref();
     let sampled = output.monte_carlo.as_ref();
+    let mut rows: Vec<(&str, f64, Option<f64>, [f64; 2])> = Vec::new();
+    if let Some(linear) = linear {
+        let q = &linear.quantity;
+        let expanded = linear.expanded_uncertainty;
+        let ends = [q.value - expanded, q.value + expanded];
+        rows.push((
+            "law of propagation",
+            q.value,
+            Some(q.standard_uncertainty),
+            ends,
+        ));
+        if let Some(second) = &linear.second_order {
+            let centre = q.value + second.shift;
+            let u = second.standard_uncertainty;
+            let spread = linear.coverage_factor * u;
+            let name = "with terms of second order, for normal inputs";
+            rows.push((name, centre, Some(u), [centre - spread, centre + spread]));
+        }
+    }
+    if let Some(sampled) = sampled {
+        let u = sampled.standard_uncertainty;
+        let value = u.map_or(sampled.median, |_| sampled.mean);
+        for (name, interval) in [
+            ("Monte Carlo, symmetric interval", sampled.symmetric),
+            ("Monte Carlo, shortest interval", sampled.shortest),
+        ] {
+            rows.push((name, value, u, [interval.lower, interval.upper]));
+        }
+    }
     let scale = linear
         .map(|l| l.quantity.standard_uncertainty)
         .filter(|u| *u > 0.0)
         .or(sampled.and_then(|s| s.standard_uncertainty))
         .unwrap_or(0.5 * output.stated.expanded_uncertainty);
-    let number = |v: f64| Cell::number(at_place(v, scale, digits));
-    let mut row = |name: &str, value: f64, spread: Option<f64>, lower: f64, upper: f64| {
-        table = std::mem::take(&mut table).row([
-            Cell::text(name),
-            number(value),
-            spread.map_or(Cell::Empty, number),
-            number(lower),
-            number(upper),
-        ]);
-    };
-    if let Some(linear) = linear {
-        let q = &linear.quantity;
-        let expanded = linear.expanded_uncertainty;
-        row(
-            "law of propagation",
-            q.value,
-            Some(q.standard_uncertainty),
-            q.value - expanded,
-            q.value + expanded,
-        );
-        if let Some(second) = &linear.second_order {
-            let centre = q.value + second.shift;
-            let spread = linear.coverage_factor * second.standard_uncertainty;
-            row(
-                "with terms of second order, for normal inputs",
-                centre,
-                Some(second.standard_uncertainty),
-                centre - spread,
-                centre + spread,
-            );
-        }
-    }
-    if let Some(sampled) = sampled {
-        let u = sampled.standard_uncertainty;
-        let value = if u.is_some() {
-            sampled.mean
-        } else {
-            sampled.median
-        };
-        for (name, interval) in [
-            ("Monte Carlo, symmetric interval", sampled.symmetric),
-            ("Monte Carlo, shortest interval", sampled.shortest),
-        ] {
-            row(name, value, u, interval.lower, interval.upper);
-        }
-    }
-    table.note(comparison_in_words(output))
+    let number = |v: f64| Cell::number(at_place(v, scale, result.options.digits));
+    let unit = shown(&output.unit);
+    type Row = (&'static str, f64, Option<f64>, [f64; 2]);
+    let fields = [
+        Field::shown("method", "", |r: &Row| r.0.into()),
+        Field::shown("value", unit, |r: &Row| number(r.1)),
+        Field::shown("u", unit, |r: &Row| r.2.map(number).into()),
+        Field::shown("lower end", unit, |r: &Row| number(r.3[0])),
+        Field::shown("upper end", unit, |r: &Row| number(r.3[1])),
+    ];
+    let caption = format!("Law of propagation and Monte Carlo for {}", output.name);
+    Table::of(caption, fields, rows).note(comparison_in_words(output))
 }
 
 /// The comparison of clause 8 in words.
@@ -626,20 +560,21 @@ fn histogram(output: &OutputResult) -> Option<HistogramPlot> {
 }
 
 fn joint(result: &ModelResult) -> Section {
-    let mut section = Section::new("Joint result");
-    if let Some(estimate) = &result.estimate {
-        let names: Vec<&str> = estimate
-            .components()
-            .iter()
-            .map(|c| c.name.as_str())
-            .collect();
+    let mut section = Section::new("Joint result").summarised();
+    if let Some(estimate) = result
+        .estimate
+        .as_ref()
+        .filter(|_| result.outputs.len() > 1)
+    {
+        let components = estimate.components().iter();
+        let names: Vec<&str> = components.map(|c| c.name.as_str()).collect();
         section = section.figure(
             "Correlation of the quantities by the law of propagation",
             MatrixPlot::correlation(&names, estimate.covariance()),
         );
-        section = correlations(result)
-            .into_iter()
-            .fold(section, Section::table);
+    }
+    if let Some(table) = correlations(result) {
+        section = section.table(table);
     }
     if let Some(region) = &result.region {
         section = section.paragraph(format!(

@@ -2,7 +2,9 @@
 
 use super::ValidationData;
 use super::averages::Averages;
-use crate::multi_position::{Stamps, segment};
+use crate::block_clock::BlockClock;
+use crate::findings;
+use crate::multi_position::{pauses, segment, shortest_pause};
 use crate::record::Record;
 use crate::recording::RecordingReading;
 use crate::trouble::{Result, Trouble};
@@ -12,7 +14,7 @@ use proofmass_io::{
     TimeUnit,
 };
 use proofmass_static::Segment;
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
 
 /// A calibration, a recording of the same sensor in its unit, and standstills where they are given.
 #[derive(Clone, Debug)]
@@ -56,7 +58,7 @@ impl ValidationRecording {
         }
         let given = segments.map(|source| SegmentRow::from_source(source, &recording));
         let (rows, of_segments) = given.transpose()?.unzip();
-        let stamps = Stamps::of(&recording);
+        let (rate, breaks) = (recording.time.rate_hz(), pauses(&recording));
         let input = recording.input();
         let findings = recording.findings().to_vec();
         let columns: Vec<Vec<f64>> = recording.columns.into_iter().map(|c| c.data).collect();
@@ -65,8 +67,8 @@ impl ValidationRecording {
         Ok(Self {
             calibration,
             outputs,
-            rate: stamps.rate,
-            breaks: stamps.breaks,
+            rate,
+            breaks,
             segments: rows.map(|rows| rows.into_iter().map(segment).collect()),
             findings,
             sha256: input.sha256.clone(),
@@ -109,54 +111,55 @@ impl ValidationRecording {
             (None, Some(_)) => None,
             (None, None) => layout.time_column(),
         };
-        let per_second = match (time, reading.rate) {
+        let mut clock = match (time, reading.rate) {
             (Some(index), rate) => {
                 let unit = reading
                     .time_unit
                     .or_else(|| layout.unit(index).and_then(TimeUnit::of));
-                unit.unwrap_or(TimeUnit::Second).per_second(rate)
+                let scale = unit.unwrap_or(TimeUnit::Second).per_second(rate);
+                BlockClock::stamped(scale.unwrap_or(1.0), rate, unit.is_some()).in_order()
             }
-            (None, Some(rate)) => Some(rate),
-            (None, None) => None,
-        };
-        let Some(per_second) = per_second else {
-            return Err(
-                Trouble::request("neither a time column nor a sampling rate is known")
-                    .detail(name)
-                    .with_hint("add --rate or --time"),
-            );
+            (None, Some(rate)) => BlockClock::steady(rate),
+            (None, None) => {
+                return Err(
+                    Trouble::request("neither a time column nor a sampling rate is known")
+                        .detail(name)
+                        .with_hint("add --rate or --time"),
+                );
+            }
         };
         selected.extend(time);
         let mut findings = layout.findings();
         let mut reader = RowReader::new(recording, layout, &selected)?;
         let size = reader.size().unwrap_or(0);
         let mut averages = Averages::new(Self::MOST_ROWS);
-        let mut clock = Clock::default();
+        let mut rows = 0;
         while let Some(block) = reader.next_block()? {
             watch.step("reading", reader.bytes_read(), size)?;
+            let mut breaks = Vec::new();
+            if time.is_some() {
+                breaks = clock.pauses(block.column(3), shortest_pause).map_err(|(row, _)| {
+                    Trouble::data("the time does not advance")
+                        .detail(format!("{name}:{}", block.line(row)))
+                        .with_hint("look for a restart of the clock or a doubled row, or give --rate in place of the time column")
+                })?;
+            }
+            let mut breaks = breaks.into_iter().peekable();
             for row in 0..block.rows() {
-                let at = match time {
-                    Some(_) => block.column(3)[row] / per_second,
-                    None => clock.rows as f64 / per_second,
-                };
-                match clock.advance(at) {
-                    Step::On => {}
-                    Step::Pause => averages.pause(),
-                    Step::Back => {
-                        return Err(Trouble::data("the time does not advance")
-                            .detail(format!("{name}:{}", block.line(row)))
-                            .with_hint("look for a restart of the clock or a doubled row, or give --rate in place of the time column"));
-                    }
+                if breaks.next_if_eq(&row).is_some() {
+                    averages.pause();
                 }
                 averages.push([0, 1, 2].map(|k| block.column(k)[row] * factors[k]));
             }
-            let mean = averages.rows_of_one() as f64 / clock.rate().unwrap_or(per_second);
+            rows += block.rows();
+            let mean = clock
+                .rate()
+                .map_or(0.0, |rate| averages.rows_of_one() as f64 / rate);
             if averages.rows_of_one() > 1 && mean > Self::LONGEST_MEAN {
                 return Err(
                     Trouble::data("the recording is too long to be validated at once")
                         .detail(format!(
-                            "{name}: {} rows so far, of which means of {mean:.2} s would be kept; standstills of a second need {} s",
-                            clock.rows,
+                            "{name}: {rows} rows so far, of which means of {mean:.2} s would be kept; standstills of a second need {} s",
                             Self::LONGEST_MEAN
                         ))
                         .with_hint("validate a part of it"),
@@ -166,17 +169,12 @@ impl ValidationRecording {
         findings.extend(reader.findings());
         let input = reader.finish()?;
         let (outputs, breaks, per) = averages.finish();
-        let rate = clock.rate().unwrap_or(per_second) / per as f64;
+        let rate = clock
+            .rate()
+            .ok_or_else(|| Trouble::data("the time does not advance").detail(name.clone()))?
+            / per as f64;
         if per > 1 {
-            findings.push(
-                Finding::new(
-                    Severity::Note,
-                    "rows-averaged",
-                    format!("the recording is long: means of {per} rows stand for them"),
-                )
-                .evidence(format!("{} rows, {rate:.3} means in a second", clock.rows))
-                .advice("standstills of fewer than five means are not seen: validate a part by itself where they are short"),
-            );
+            findings.push(findings::rows_averaged(per, rows as u64, rate));
         }
         Ok(Self {
             calibration,
@@ -214,51 +212,6 @@ impl ValidationRecording {
             inputs: self.inputs.clone(),
             ..Record::default()
         }
-    }
-}
-
-/// The rate while the recording ran, as [`Stamps`] has it, row by row.
-#[derive(Default)]
-struct Clock {
-    rows: u64,
-    last: f64,
-    /// Seconds and steps without pauses.
-    ran: f64,
-    steps: u64,
-}
-
-enum Step {
-    On,
-    Pause,
-    Back,
-}
-
-impl Clock {
-    fn advance(&mut self, at: f64) -> Step {
-        self.rows += 1;
-        if self.rows == 1 {
-            self.last = at;
-            return Step::On;
-        }
-        let step = at - self.last;
-        if step < 0.0 || step.is_nan() {
-            return Step::Back;
-        }
-        self.last = at;
-        let mean = match self.steps {
-            0 => 0.0,
-            steps => self.ran / steps as f64,
-        };
-        if step > Stamps::PAUSE.max(4.0 * mean) {
-            return Step::Pause;
-        }
-        self.ran += step;
-        self.steps += 1;
-        Step::On
-    }
-
-    fn rate(&self) -> Option<f64> {
-        (self.ran > 0.0).then(|| self.steps as f64 / self.ran)
     }
 }
 

@@ -1,18 +1,21 @@
 //! Clocks of the sensors: rounded stamps, rows that are edges, a clock for an encoder alone.
 
 use super::reading::Samples;
+use crate::findings;
 use proofmass_core::Error;
 use proofmass_io::{Recording, TimeSource};
 use proofmass_motion::{
     MotionRecord, edge_counts, even_clock, even_times, stamp_digit, time_edges,
 };
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
 
 /// No acceleration at the rows of a recording: zeros on its clock, of edges on one of their median distance.
 pub(super) fn nothing(clock: &[f64], edges: bool) -> Samples {
     let mut time = clock.to_vec();
     if let (true, Some(first), Some(last)) = (edges, clock.first(), clock.last()) {
-        let step = median_step(clock);
+        let mut steps: Vec<f64> = clock.windows(2).map(|w| w[1] - w[0]).collect();
+        steps.sort_by(f64::total_cmp);
+        let step = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
         let count = (last - first) / step;
         // Edges bunched in a few bursts would ask for a clock without end.
         if count.is_finite() && count < 100.0 * clock.len() as f64 {
@@ -25,13 +28,6 @@ pub(super) fn nothing(clock: &[f64], edges: bool) -> Samples {
         value: vec![0.0; time.len()],
         time,
     }
-}
-
-/// Median distance of the rows; 0 of a single one.
-pub(super) fn median_step(clock: &[f64]) -> f64 {
-    let mut steps: Vec<f64> = clock.windows(2).map(|w| w[1] - w[0]).collect();
-    steps.sort_by(f64::total_cmp);
-    steps.get(steps.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// Times of the rows after an origin: of an even clock behind rounded stamps, the clock.
@@ -58,18 +54,7 @@ pub(super) fn counted(rows: &Samples, increment: f64, decoded: bool) -> (Samples
     let (lost, largest) = steps
         .filter(|s| *s > 1.5)
         .fold((0usize, 0.0f64), |(n, most), s| (n + 1, most.max(s)));
-    let finding = (lost > 0).then(|| {
-        Finding::new(
-            Severity::Warning,
-            "edges-lost",
-            "rows jump by more than a count: edges between them are missing, and the samples around are worth less",
-        )
-        .evidence(format!(
-            "{lost} of {} rows, the largest by {largest} counts",
-            kept.len()
-        ))
-        .advice("a capture that is too slow, or a counter that rolls over or was reset: --bits tells its width")
-    });
+    let finding = (lost > 0).then(|| findings::edges_lost(lost, kept.len(), largest));
     let samples = Samples {
         time: kept.iter().map(|(k, _)| rows.time[*k]).collect(),
         value: kept.iter().map(|(_, count)| increment * count).collect(),

@@ -1,15 +1,16 @@
 //! What a velocity from an accelerometer alone drifts, before anything is recorded.
 
 use super::outcome::quantity;
-use super::page::DriftReport;
+use super::page;
+use crate::findings;
 use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
-use proofmass_io::{Cell, StatedQuantity, Table};
+use proofmass_io::StatedQuantity;
 use proofmass_motion::{DriftBudget, DriftSources};
 use proofmass_report::Report;
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 
 /// Drift from offset, inclination, gain and noise.
@@ -81,9 +82,9 @@ impl Job for VelocityDriftJob {
 }
 
 /// The drift after each of some times.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct VelocityDrift {
-    request: VelocityDriftJob,
+    pub(super) request: VelocityDriftJob,
     budgets: Vec<DriftBudget>,
     findings: Vec<Finding>,
 }
@@ -92,14 +93,7 @@ impl VelocityDrift {
     fn new(request: VelocityDriftJob, budgets: Vec<DriftBudget>) -> Self {
         let sources = request.sources;
         let silent = sources.orientation == 0.0 && sources.orientation_uncertainty == 0.0;
-        let findings = silent.then(|| {
-            Finding::new(
-                Severity::Note,
-                "inclination-not-stated",
-                "the axis is taken to be exactly level: an inclination of a tenth of a degree is 17 mm/s² of gravity",
-            )
-            .advice("state --tilt or --tilt-uncertainty")
-        });
+        let findings = silent.then(findings::inclination_not_stated);
         Self {
             request,
             budgets,
@@ -110,12 +104,6 @@ impl VelocityDrift {
     /// One budget for each time.
     pub fn budgets(&self) -> &[DriftBudget] {
         &self.budgets
-    }
-
-    fn page(&self, record: &Record) -> DriftReport<'_> {
-        DriftReport {
-            head: record.head(self.title(record), &self.findings),
-        }
     }
 }
 
@@ -146,43 +134,7 @@ impl Outcome for VelocityDrift {
         Ok(vec![section("sources", &self.request.sources)?])
     }
 
-    fn tables(&self) -> Result<Vec<(String, Table)>> {
-        let mut table = Table::new([
-            "time_s",
-            "offset_m/s",
-            "orientation_m/s",
-            "gain_m/s",
-            "u_offset_m/s",
-            "u_orientation_m/s",
-            "u_gain_m/s",
-            "u_noise_m/s",
-            "u_walk_m/s",
-            "drift_m/s",
-            "standard_uncertainty_m/s",
-        ]);
-        for b in &self.budgets {
-            table.push([
-                Cell::from(b.time),
-                Cell::from(b.offset),
-                Cell::from(b.orientation),
-                Cell::from(b.gain),
-                Cell::from(b.offset_uncertainty),
-                Cell::from(b.orientation_uncertainty),
-                Cell::from(b.gain_uncertainty),
-                Cell::from(b.noise),
-                Cell::from(b.walk),
-                Cell::from(b.known()),
-                Cell::from(b.combined),
-            ])?;
-        }
-        Ok(vec![("drift.csv".to_owned(), table)])
-    }
-
-    fn summary(&self, record: &Record) -> Report {
-        self.page(record).summary(&self.budgets)
-    }
-
-    fn report(&self, record: &Record) -> Report {
-        self.page(record).full(&self.request.sources, &self.budgets)
+    fn page(&self, page: Report) -> Report {
+        page::drift(page, self)
     }
 }

@@ -1,18 +1,18 @@
 //! The errors of an encoder that repeat with its reading.
 
 use super::outcome::{Head, quantity};
-use super::{AxisData, explain, lacking_two};
+use super::{AxisData, explain, lacking_two, page};
 use crate::firmware::{Firmware, encoder_map};
-use crate::outcome::{Filed, Job, Outcome, section};
+use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
+use crate::stored_result::read_section;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
-use proofmass_io::{Cell, Input, LARGEST_DOCUMENT, Source, StatedQuantity, Table};
+use proofmass_io::{Input, LARGEST_DOCUMENT, Source, StatedQuantity};
 use proofmass_motion::{EncoderMap, FoundMap, MapSearch};
 use proofmass_report::Report;
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
-use std::f64::consts::TAU;
 
 /// Eccentricity, gears and their like, found with the accelerometer's help.
 ///
@@ -74,11 +74,11 @@ impl Job for VelocityMapJob {
 }
 
 /// The map of an encoder.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct VelocityMap {
-    head: Head,
+    pub(super) head: Head,
     search: MapSearch,
-    found: FoundMap,
+    pub(super) found: FoundMap,
 }
 
 impl VelocityMap {
@@ -103,11 +103,6 @@ impl VelocityMap {
         &self.found
     }
 
-    /// The map for firmware.
-    pub(crate) fn firmware(&self) -> Firmware {
-        encoder_map(&self.found.map, self.head.angular)
-    }
-
     /// The map from a result.json.
     ///
     /// # Errors
@@ -115,21 +110,40 @@ impl VelocityMap {
     pub(super) fn read(source: Source, angular: bool) -> Result<(EncoderMap, Input)> {
         let name = source.name().display().to_string();
         let (bytes, input) = source.into_bytes(LARGEST_DOCUMENT)?;
-        let filed = Filed::<Self>::from_json(&bytes).map_err(|e| {
+        let stored = StoredMap::read(&bytes).map_err(|e| {
             e.detail(name.clone())
                 .with_hint("an encoder map is the result.json of `proofmass velocity map`")
         })?;
-        let outcome = filed.outcome;
-        if outcome.head.angular != angular {
+        if stored.angular != angular {
             let unit = |angular| if angular { "rad" } else { "m" };
             return Err(Trouble::data(format!(
                 "{name}: the map is in {}, the readings are in {}",
-                unit(outcome.head.angular),
+                unit(stored.angular),
                 unit(angular)
             ))
             .with_hint("read both with --angular, or both with the same --radius"));
         }
-        Ok((outcome.found.map, input))
+        Ok((stored.map, input))
+    }
+}
+
+/// What another job and firmware need of a map.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct StoredMap {
+    angular: bool,
+    #[serde(flatten)]
+    map: EncoderMap,
+}
+
+impl StoredMap {
+    const SECTION: &'static str = "encoder_map";
+
+    pub(crate) fn read(bytes: &[u8]) -> Result<Self> {
+        Ok(read_section(bytes, VelocityMap::KIND, Self::SECTION)?.0)
+    }
+
+    pub(crate) fn firmware(&self) -> Firmware {
+        encoder_map(&self.map, self.angular)
     }
 }
 
@@ -152,52 +166,17 @@ impl Outcome for VelocityMap {
         Ok(vec![
             self.head.section()?,
             section("search", &self.search)?,
-            section("encoder_map", &self.found.map)?,
+            section(
+                StoredMap::SECTION,
+                &StoredMap {
+                    angular: self.head.angular,
+                    map: self.found.map.clone(),
+                },
+            )?,
         ])
     }
 
-    fn tables(&self) -> Result<Vec<(String, Table)>> {
-        let headings = [
-            "cycles_per_turn",
-            "cosine_m",
-            "sine_m",
-            "u_cosine_m",
-            "u_sine_m",
-            "amplitude_m",
-            "u_amplitude_m",
-            "share_of_velocity",
-            "chance",
-            "subtracted",
-        ];
-        let mut table = Table::new(headings.map(|h| self.head.unit(h)));
-        for line in &self.found.lines {
-            let there = self.found.map.lines.iter().any(|l| l.order == line.order);
-            let relative = TAU * line.order * line.amplitude() / self.found.map.turn;
-            table.push([
-                Cell::from(line.order),
-                Cell::from(line.cosine),
-                Cell::from(line.sine),
-                Cell::from(line.covariance[0][0].sqrt()),
-                Cell::from(line.covariance[1][1].sqrt()),
-                Cell::from(line.amplitude()),
-                Cell::from(line.amplitude_uncertainty()),
-                Cell::from(relative),
-                Cell::from(line.chance),
-                Cell::from(usize::from(there)),
-            ])?;
-        }
-        Ok(vec![("lines.csv".to_owned(), table)])
-    }
-
-    fn summary(&self, record: &Record) -> Report {
-        self.head
-            .page(self.title(record), record)
-            .map_summary(&self.found, self.head.samples)
-    }
-
-    fn report(&self, record: &Record) -> Report {
-        self.head
-            .page(self.title(record), record)
-            .map(&self.found, self.head.samples)
+    fn page(&self, page: Report) -> Report {
+        page::map(page, self)
     }
 }

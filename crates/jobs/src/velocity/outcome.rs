@@ -1,15 +1,14 @@
 //! What the three questions to an axis found.
 
-use super::AxisData;
-use super::page::VelocityReport;
+use super::{AxisData, page};
 use crate::firmware::{Firmware, GainsOf, of_method};
 use crate::outcome::{Outcome, section};
 use crate::record::Record;
 use crate::trouble::Result;
-use proofmass_io::{Cell, StatedQuantity, Table};
+use proofmass_io::StatedQuantity;
 use proofmass_motion::{
-    CompareResult, EstimateResult, MotionRecord, ReadingSource, TuneResult, Tuned, Tuning,
-    VelocityTrace,
+    CompareResult, EstimateResult, Method, MotionRecord, ReadingSource, TuneResult, Tuned,
+    TunedValue, Tuning, VelocityTrace,
 };
 use proofmass_report::Report;
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity};
@@ -24,17 +23,17 @@ pub(super) struct Head {
     /// The recording, for the title.
     name: String,
     /// Time of the first sample, s.
-    start: f64,
-    sample_time: f64,
+    pub(super) start: f64,
+    pub(super) sample_time: f64,
     pub(super) samples: usize,
     readings: usize,
-    source: ReadingSource,
+    pub(super) source: ReadingSource,
     /// Whether it is an angle: rad in place of m.
     #[serde(default)]
     pub(super) angular: bool,
     /// Whether there is no accelerometer.
     #[serde(default)]
-    alone: bool,
+    pub(super) alone: bool,
     increment: Option<f64>,
     initial_velocity: Option<f64>,
     pub(super) quantities: Vec<StatedQuantity>,
@@ -61,22 +60,11 @@ impl Head {
             quantities: quantities
                 .into_iter()
                 .map(|mut q| {
-                    q.unit = super::page::unit_of(&q.unit, data.angular);
+                    q.unit = page::unit_of(&q.unit, data.angular);
                     StatedQuantity::new(&q, PROBABILITY)
                 })
                 .collect(),
             findings,
-        }
-    }
-
-    pub(super) fn page(&self, title: String, record: &Record) -> VelocityReport<'_> {
-        VelocityReport {
-            head: record.head(title, &self.findings),
-            start: self.start,
-            sample_time: self.sample_time,
-            angular: self.angular,
-            alone: self.alone,
-            sensors: None,
         }
     }
 
@@ -86,11 +74,11 @@ impl Head {
 
     /// A unit or heading of a length as it is of an angle, where it is one.
     pub(super) fn unit(&self, of_length: &str) -> String {
-        super::page::unit_of(of_length, self.angular)
+        page::unit_of(of_length, self.angular)
     }
 
     /// Time of a sample, s.
-    fn time(&self, sample: usize) -> f64 {
+    pub(super) fn time(&self, sample: usize) -> f64 {
         self.start + self.sample_time * sample as f64
     }
 
@@ -183,12 +171,12 @@ fn found(tuned: &Tuned) -> Vec<Quantity> {
 /// The velocity of an axis with its uncertainty, and what speaks against it.
 ///
 /// Velocities are kept to a hundredth of their smallest uncertainty.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct VelocityEstimate {
-    head: Head,
-    reading: Vec<Option<f64>>,
-    acceleration: Vec<f64>,
-    result: EstimateResult,
+    pub(super) head: Head,
+    pub(super) reading: Vec<Option<f64>>,
+    pub(super) acceleration: Vec<f64>,
+    pub(super) result: EstimateResult,
 }
 
 impl VelocityEstimate {
@@ -267,61 +255,23 @@ impl Outcome for VelocityEstimate {
     }
 
     fn sections(&self) -> Result<Vec<(&'static str, serde_json::Value)>> {
-        Ok(vec![self.head.section()?])
+        Ok(vec![
+            self.head.section()?,
+            section("pairing", &self.result.pairing)?,
+            section("agreement", &self.result.agreement)?,
+        ])
     }
 
-    /// One row per sample.
-    fn tables(&self) -> Result<Vec<(String, Table)>> {
-        let result = &self.result;
-        let headings = [
-            "time_s",
-            "velocity_m/s",
-            "standard_uncertainty_m/s",
-            "smoothed_m/s",
-            "smoothed_standard_uncertainty_m/s",
-            match self.head.source {
-                ReadingSource::Position => "position_m",
-                ReadingSource::Speed => "speed_m/s",
-            },
-            "acceleration_m/s2",
-            "slip",
-        ];
-        let mut table = Table::new(headings.map(|h| self.head.unit(h)));
-        let at = |u: &Option<Vec<f64>>, k: usize| Cell::from(u.as_ref().map(|u| u[k]));
-        for k in 0..self.reading.len() {
-            let slips = result.slip.as_ref().is_some_and(|s| s.slips(k, 0));
-            table.push([
-                Cell::from(self.head.time(k)),
-                Cell::from(result.trace.velocity[k]),
-                at(&result.trace.standard_uncertainty, k),
-                Cell::from(result.smoother.velocity[k]),
-                at(&result.smoother.standard_uncertainty, k),
-                Cell::from(self.reading[k]),
-                Cell::from(self.acceleration[k]),
-                Cell::from(usize::from(slips)),
-            ])?;
-        }
-        Ok(vec![("velocity.csv".to_owned(), table)])
-    }
-
-    fn summary(&self, record: &Record) -> Report {
-        self.head
-            .page(self.title(record), record)
-            .estimate_summary(&self.result)
-    }
-
-    fn report(&self, record: &Record) -> Report {
-        let mut page = self.head.page(self.title(record), record);
-        page.sensors = Some((self.head.source, &self.reading, &self.acceleration));
-        page.estimate(&self.result)
+    fn page(&self, page: Report) -> Report {
+        page::estimate(page, self)
     }
 }
 
 /// Errors of many methods side by side.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct VelocityComparison {
-    head: Head,
-    result: CompareResult,
+    pub(super) head: Head,
+    pub(super) result: CompareResult,
 }
 
 impl VelocityComparison {
@@ -339,56 +289,6 @@ impl VelocityComparison {
     /// The comparison itself.
     pub fn result(&self) -> &CompareResult {
         &self.result
-    }
-
-    fn errors(&self) -> Result<Table> {
-        let headings = [
-            "rate_Hz",
-            "method",
-            "sensors",
-            "rms_m/s",
-            "max_m/s",
-            "mean_m/s",
-            "delay_s",
-            "stated_delay_s",
-            "noise_floor_m/s",
-            "drift_m/s2",
-        ];
-        let mut table = Table::new(headings.map(|h| self.head.unit(h)));
-        for row in &self.result.rows {
-            let a = &row.agreement;
-            table.push([
-                Cell::from(row.rate),
-                Cell::from(row.label.as_str()),
-                Cell::from(row.family.name()),
-                Cell::from(a.rms),
-                Cell::from(a.max),
-                Cell::from(a.bias),
-                Cell::from(a.delay),
-                Cell::from(row.stated_delay),
-                Cell::from(a.noise_floor),
-                Cell::from(a.drift),
-            ])?;
-        }
-        Ok(table)
-    }
-
-    /// Every velocity at the highest rate, one column per method.
-    fn velocities(&self) -> Result<Table> {
-        let result = &self.result;
-        let highest = result.rows.iter().fold(0.0f64, |m, r| m.max(r.rate));
-        let rows: Vec<_> = result.rows.iter().filter(|r| r.rate == highest).collect();
-        let stride = (1.0 / (highest * self.head.sample_time)).round().max(1.0) as usize;
-        let mut names = vec!["time_s".to_owned(), self.head.unit("reference_m/s")];
-        let unit = self.head.unit("m/s");
-        names.extend(rows.iter().map(|r| format!("{} ({unit})", r.label)));
-        let mut table = Table::new(names);
-        for (k, reference) in result.reference.iter().step_by(stride).enumerate() {
-            let velocities = rows.iter().map(|r| r.velocity[k]);
-            let time = self.head.time(k * stride);
-            table.push([time, *reference].into_iter().chain(velocities))?;
-        }
-        Ok(table)
     }
 }
 
@@ -411,35 +311,22 @@ impl Outcome for VelocityComparison {
         Ok(vec![
             self.head.section()?,
             section("skip_s", &self.result.skip)?,
+            section("reference_is_truth", &self.result.reference_is_truth)?,
+            section("beside_reference", &self.result.beside_reference)?,
         ])
     }
 
-    fn tables(&self) -> Result<Vec<(String, Table)>> {
-        Ok(vec![
-            ("errors.csv".to_owned(), self.errors()?),
-            ("velocities.csv".to_owned(), self.velocities()?),
-        ])
-    }
-
-    fn summary(&self, record: &Record) -> Report {
-        self.head
-            .page(self.title(record), record)
-            .compare_summary(&self.result)
-    }
-
-    fn report(&self, record: &Record) -> Report {
-        self.head
-            .page(self.title(record), record)
-            .compare(&self.result)
+    fn page(&self, page: Report) -> Report {
+        page::compare(page, self)
     }
 }
 
 /// Noise of both sensors and the gains of every fused filter.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct VelocityTuning {
-    head: Head,
+    pub(super) head: Head,
     options: Tuning,
-    result: TuneResult,
+    pub(super) result: TuneResult,
 }
 
 impl VelocityTuning {
@@ -451,14 +338,50 @@ impl VelocityTuning {
         }
     }
 
+    /// The tuning itself.
+    pub fn result(&self) -> &TuneResult {
+        &self.result
+    }
+}
+
+/// What firmware needs of a tuning.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct TunedGains {
+    source: ReadingSource,
+    sample_time: f64,
+    kalman: Method,
+    observer: Method,
+    two_channel: Method,
+    offset: Option<TunedValue>,
+    gain: Option<TunedValue>,
+    latency: Option<TunedValue>,
+}
+
+impl TunedGains {
+    /// Section of result.json.
+    pub(crate) const SECTION: &'static str = "gains";
+
+    fn of(head: &Head, result: &TuneResult) -> Self {
+        Self {
+            source: head.source,
+            sample_time: head.sample_time,
+            kalman: result.kalman.method,
+            observer: result.observer.method,
+            two_channel: result.two_channel.method,
+            offset: result.tuned.offset,
+            gain: result.tuned.gain,
+            latency: result.tuned.latency,
+        }
+    }
+
     /// Gains for firmware at the rate of the recording, with what is done to the accelerometer before.
     pub(crate) fn firmware(&self, gains: GainsOf) -> Result<Firmware> {
         let method = match gains {
-            GainsOf::Kalman => &self.result.kalman.method,
-            GainsOf::Observer => &self.result.observer.method,
-            GainsOf::TwoChannel => &self.result.two_channel.method,
+            GainsOf::Kalman => &self.kalman,
+            GainsOf::Observer => &self.observer,
+            GainsOf::TwoChannel => &self.two_channel,
         };
-        let tuned = &self.result.tuned;
+        let tuned = self;
         let mut notes = Vec::new();
         if let Some(offset) = tuned.offset {
             notes.push(format!(
@@ -479,14 +402,9 @@ impl VelocityTuning {
             ));
         }
         Ok(Firmware {
-            block: of_method(method, self.head.source, self.head.sample_time)?,
+            block: of_method(method, self.source, self.sample_time)?,
             notes,
         })
-    }
-
-    /// The tuning itself.
-    pub fn result(&self) -> &TuneResult {
-        &self.result
     }
 }
 
@@ -509,27 +427,15 @@ impl Outcome for VelocityTuning {
         Ok(vec![
             self.head.section()?,
             section("options", &self.options)?,
+            section("model", &self.result.tuned.model)?,
+            section(
+                TunedGains::SECTION,
+                &TunedGains::of(&self.head, &self.result),
+            )?,
         ])
     }
 
-    fn tables(&self) -> Result<Vec<(String, Table)>> {
-        let q = self.head.unit("q_(m/s2)2");
-        let mut table = Table::new([q, "log_likelihood_below_maximum".to_owned()]);
-        for (q, value) in &self.result.tuned.profile {
-            table.push([*q, *value])?;
-        }
-        Ok(vec![("likelihood.csv".to_owned(), table)])
-    }
-
-    fn summary(&self, record: &Record) -> Report {
-        self.head
-            .page(self.title(record), record)
-            .tune_summary(&self.result)
-    }
-
-    fn report(&self, record: &Record) -> Report {
-        self.head
-            .page(self.title(record), record)
-            .tune(&self.result)
+    fn page(&self, page: Report) -> Report {
+        page::tune(page, self)
     }
 }

@@ -7,34 +7,16 @@ mod figures;
 mod map;
 mod tune;
 
-pub(crate) use drift::DriftReport;
+pub(super) use compare::compare;
+pub(super) use drift::drift;
+pub(super) use estimate::estimate;
+pub(super) use map::map;
+pub(super) use tune::tune;
 
-use proofmass_motion::{KalmanModel, Pairing, ReadingSource};
-use proofmass_report::{Cell, Column, Head, Report, Section, Table};
-
-use proofmass_report::scientific;
-
-/// What the readings are, readings and accelerations as they entered.
-pub(crate) type Entered<'a> = (ReadingSource, &'a [Option<f64>], &'a [f64]);
-
-/// What a velocity report tells beside the result itself.
-///
-/// **Units** m, s, m/s, m/s² throughout, as the result has them.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct VelocityReport<'a> {
-    /// Title, device, inputs, findings.
-    pub head: Head<'a>,
-    /// Time of the first sample in the clock of the recording, s.
-    pub start: f64,
-    /// Sample time, s.
-    pub sample_time: f64,
-    /// Whether it is an angle: rad in place of m.
-    pub angular: bool,
-    /// What the readings are, readings and accelerations as they entered, where the page shows them.
-    pub sensors: Option<Entered<'a>>,
-    /// Whether there is no accelerometer, so that the acceleration itself is what walks.
-    pub alone: bool,
-}
+use super::outcome::Head;
+use crate::page::words::words;
+use proofmass_motion::{KalmanModel, Pairing};
+use proofmass_report::{Report, Table, scientific};
 
 /// A unit or heading of a length (m, mm/s, m/s², velocity_m/s) as it is of an angle, where it is one.
 pub(crate) fn unit_of(of_length: &str, angular: bool) -> String {
@@ -63,36 +45,14 @@ pub(crate) fn unit_of(of_length: &str, angular: bool) -> String {
     out
 }
 
-impl VelocityReport<'_> {
-    /// A unit of a length as it is of an angle, where it is one.
-    fn unit(&self, of_length: &str) -> String {
-        unit_of(of_length, self.angular)
-    }
-
-    /// Head of every velocity report.
-    fn head(&self, samples: usize) -> Report {
-        let report = self.head.open().subtitle(format!(
+impl Head {
+    /// The line under the title of every velocity page.
+    fn opened(&self, page: Report, samples: usize) -> Report {
+        page.subtitle(format!(
             "{samples} samples at {} Hz, {} s",
             scientific(1.0 / self.sample_time, 5),
             scientific(samples as f64 * self.sample_time, 5)
-        ));
-        report.findings(self.head.findings.iter().cloned())
-    }
-
-    /// Inputs and last line.
-    fn foot(&self, report: Report) -> Report {
-        let mut inputs = Table::new("Inputs", [Column::text("file"), Column::text("SHA-256")]);
-        for (name, digest) in &self.head.inputs {
-            inputs = inputs.row([Cell::text(name.clone()), Cell::text(digest.clone())]);
-        }
-        report
-            .section(Section::new("Inputs").table(inputs))
-            .footer(self.head.footer.clone())
-    }
-
-    /// Time of a sample.
-    fn time(&self, sample: usize) -> f64 {
-        self.start + self.sample_time * sample as f64
+        ))
     }
 
     /// Times of samples.
@@ -102,40 +62,36 @@ impl VelocityReport<'_> {
 }
 
 /// Two columns: a quantity and its value.
-fn facts(caption: &str, rows: impl IntoIterator<Item = (String, String)>) -> Table {
-    let mut table = Table::new(caption, [Column::text("quantity"), Column::text("value")]);
-    for (name, value) in rows {
-        table = table.row([Cell::text(name), Cell::text(value)]);
-    }
-    table
+fn facts(caption: &str, rows: impl IntoIterator<Item = [String; 2]>) -> Table {
+    words(caption, ["quantity", "value"], rows)
 }
 
 /// The noise of a model in words.
-fn noise(model: &KalmanModel, angular: bool, alone: bool) -> Vec<(String, String)> {
+fn noise(model: &KalmanModel, angular: bool, alone: bool) -> Vec<[String; 2]> {
     use proofmass_motion::{BiasModel, ProcessNoise};
     let mut rows = vec![
         match model.noise_form {
-            ProcessNoise::SampleConstant => (
+            ProcessNoise::SampleConstant => [
                 "noise of an acceleration sample by likelihood, √q".to_owned(),
                 format!("{} m/s²", scientific(model.acceleration_noise.sqrt(), 3)),
-            ),
-            ProcessNoise::Continuous => (
+            ],
+            ProcessNoise::Continuous => [
                 "density of the acceleration's noise by likelihood, √q".to_owned(),
                 format!(
                     "{} (m/s²)/√Hz, two-sided",
                     scientific(model.acceleration_noise.sqrt(), 3)
                 ),
-            ),
+            ],
         },
-        (
+        [
             "noise of a reading by likelihood, √R".to_owned(),
             format!(
                 "{} m, or m/s where a speed is read",
                 scientific(model.reading_noise.sqrt(), 3)
             ),
-        ),
+        ],
     ];
-    rows.push((
+    rows.push([
         match alone {
             false => "offset of the accelerometer".to_owned(),
             true => "acceleration of the axis".to_owned(),
@@ -152,8 +108,8 @@ fn noise(model: &KalmanModel, angular: bool, alone: bool) -> Vec<(String, String
                 scientific(time, 3)
             ),
         },
-    ));
-    for (_, value) in &mut rows {
+    ]);
+    for [_, value] in &mut rows {
         *value = unit_of(value, angular);
     }
     rows
@@ -161,35 +117,37 @@ fn noise(model: &KalmanModel, angular: bool, alone: bool) -> Vec<(String, String
 
 /// Gain, latency and correlation of the two sensors.
 fn pairing(pairing: &Pairing) -> Table {
-    facts(
-        "Do both sensors see one motion?",
-        [
-            (
-                "velocity changes of the readings over those of the accelerometer".to_owned(),
-                format!(
-                    "{} with standard uncertainty {}",
-                    scientific(pairing.gain, 5),
-                    scientific(pairing.gain_uncertainty, 2)
-                ),
+    let (gain, gain_u) = (pairing.gain, pairing.gain_uncertainty);
+    let (latency, latency_u) = (1e3 * pairing.latency, 1e3 * pairing.latency_uncertainty);
+    let (correlation, window) = (pairing.correlation, pairing.window);
+    let rows = [
+        (
+            "velocity changes of the readings over those of the accelerometer",
+            format!(
+                "{} with standard uncertainty {}",
+                scientific(gain, 5),
+                scientific(gain_u, 2)
             ),
-            (
-                "accelerometer later than the readings by".to_owned(),
-                format!(
-                    "{} ms with standard uncertainty {} ms",
-                    scientific(1e3 * pairing.latency, 3),
-                    scientific(1e3 * pairing.latency_uncertainty, 2)
-                ),
+        ),
+        (
+            "accelerometer later than the readings by",
+            format!(
+                "{} ms with standard uncertainty {} ms",
+                scientific(latency, 3),
+                scientific(latency_u, 2)
             ),
-            (
-                "correlation".to_owned(),
-                format!(
-                    "{} over windows of {} s",
-                    scientific(pairing.correlation, 4),
-                    scientific(pairing.window, 3)
-                ),
+        ),
+        (
+            "correlation",
+            format!(
+                "{} over windows of {} s",
+                scientific(correlation, 4),
+                scientific(window, 3)
             ),
-        ],
-    )
+        ),
+    ];
+    let rows = rows.map(|(name, value)| [name.to_owned(), value]);
+    facts("Do both sensors see one motion?", rows)
 }
 
 #[cfg(test)]

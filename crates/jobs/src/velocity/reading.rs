@@ -2,15 +2,19 @@
 
 mod signal;
 
-use super::clock::median_step;
 use super::sensors::{stated_unit, unknown_unit};
+use crate::findings;
 use crate::trouble::Trouble;
 use proofmass_core::Error;
 use proofmass_core::encoder::Decoding;
 use proofmass_io::{ColumnRef, RecordedColumn, Recording, Unit};
-use proofmass_motion::{AbsoluteCode, ReadingSource, absolute, continued, rollover, turns_anew};
+pub(super) use proofmass_motion::Samples;
+use proofmass_motion::{
+    AbsoluteCode, ReadingSource, absolute, continued, counter_words, interval, mean_of, rollover,
+    turns_anew,
+};
 use proofmass_odometry::{Wheels, dead_wheels};
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -109,37 +113,6 @@ pub struct Reading {
     /// Angles begin anew after each turn, as those of an absolute encoder in degrees
     #[cfg_attr(feature = "clap", arg(long))]
     pub wraps: bool,
-}
-
-/// Values with their times.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Samples {
-    pub(super) time: Vec<f64>,
-    pub(super) value: Vec<f64>,
-}
-
-impl Samples {
-    /// The rows in which no column lacks its value.
-    pub(super) fn present(clock: &[f64], value: &[f64], missing: &[&[usize]]) -> Self {
-        let mut there = vec![true; value.len()];
-        for &k in missing.iter().copied().flatten() {
-            there[k] = false;
-        }
-        let kept = |v: &[f64]| -> Vec<f64> {
-            let pairs = v.iter().zip(&there).filter(|(_, there)| **there);
-            pairs.map(|(v, _)| *v).collect()
-        };
-        Self {
-            time: kept(clock),
-            value: kept(value),
-        }
-    }
-
-    /// Keeps the samples at these times.
-    pub(super) fn keep(&mut self, wanted: impl Fn(f64) -> bool) {
-        let pairs = self.time.iter().zip(&self.value);
-        (self.time, self.value) = pairs.filter(|(t, _)| wanted(**t)).unzip();
-    }
 }
 
 impl Reading {
@@ -321,18 +294,11 @@ impl Reading {
         let missing: Vec<&[usize]> = (0..n).map(|i| recording.missing(i)).collect();
         let absent: usize = missing.iter().map(|m| m.len()).sum();
         if absent > 0 && columns.len() == 1 && absent * 2 < clock.len() {
-            findings.push(
-                Finding::new(
-                    Severity::Note,
-                    "rows-without-reading",
-                    "rows hold no reading of the encoder",
-                )
-                .evidence(format!(
-                    "{absent} of {} rows; the first is line {}",
-                    clock.len(),
-                    recording.line(missing[0][0])
-                )),
-            );
+            findings.push(findings::rows_without_reading(
+                absent,
+                clock.len(),
+                recording.line(missing[0][0]),
+            ));
         }
         if self.is_level() {
             return self.logic(recording, columns, clock, &missing, findings);
@@ -353,12 +319,7 @@ impl Reading {
         };
         findings.extend(finding);
         let used: Vec<usize> = (0..n).filter(|i| !dead.contains(i)).collect();
-        let mut mean = vec![0.0; clock.len()];
-        for &i in &used {
-            for (m, v) in mean.iter_mut().zip(&values[i]) {
-                *m += v / used.len() as f64;
-            }
-        }
+        let mean = mean_of(&values, &used, clock.len());
         let missing: Vec<&[usize]> = used.iter().map(|i| missing[*i]).collect();
         Ok(Samples::present(clock, &mean, &missing))
     }
@@ -413,7 +374,7 @@ impl Reading {
             return Ok(Vec::new());
         }
         let wheels = Wheels {
-            sample_time: median_step(clock),
+            sample_time: interval(clock).unwrap_or(0.0),
             source: self.source(),
             readings: &readings,
             names: &names,
@@ -540,18 +501,13 @@ impl Reading {
             findings.extend(rollover(&counts));
             return Ok(counts);
         };
-        let range = 1i64 << bits;
-        let mut words = Vec::with_capacity(counts.len());
-        for (k, c) in counts.iter().enumerate() {
-            if *c < -(range / 2) || *c >= range {
-                return Err(refuse(
-                    k,
-                    &format!("does not fit into {bits} bits"),
-                    "give the width of the counter with --bits, or leave it out for counts that do not roll over",
-                ));
-            }
-            words.push(c.rem_euclid(range) as u32);
-        }
+        let words = counter_words(&counts, bits).map_err(|k| {
+            refuse(
+                k,
+                &format!("does not fit into {bits} bits"),
+                "give the width of the counter with --bits, or leave it out for counts that do not roll over",
+            )
+        })?;
         let code = if self.gray {
             AbsoluteCode::Gray
         } else {

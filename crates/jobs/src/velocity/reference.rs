@@ -2,14 +2,13 @@
 
 use super::reading::Samples;
 use super::sensors::{AxisRecordings, stated_unit, unknown_unit};
+use crate::findings;
 use crate::trouble::Trouble;
 use proofmass_io::{Recording, Unit};
-use proofmass_uncertainty::{Finding, Severity};
-use serde::{Deserialize, Serialize};
+use proofmass_motion::OnLines;
 
 /// A reference velocity: its column, and its file where it has one of its own.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Reference {
     /// Column of a reference velocity, from a better instrument or a simulation
@@ -131,13 +130,7 @@ impl Reference {
         if reference.time.len() < 2 {
             return Err(Trouble::data("the reference holds a single value"));
         }
-        let slack = 1e-6 * dt;
-        let from = (0..n).find(|&k| time(k) >= first - slack).unwrap_or(n);
-        let to = (0..n)
-            .rev()
-            .find(|&k| time(k) <= last + slack)
-            .map_or(0, |k| k + 1);
-        if from + 8 > to {
+        let Some(found) = reference.on_lines(bench.start, dt, n) else {
             return Err(
                 Trouble::data("the reference and the sensors share no stretch of time")
                     .detail(format!(
@@ -147,59 +140,28 @@ impl Reference {
                     ))
                     .with_hint("both clocks must share their zero"),
             );
-        }
-        let mut steps: Vec<f64> = reference.time.windows(2).map(|w| w[1] - w[0]).collect();
-        steps.sort_by(f64::total_cmp);
-        let step = steps[steps.len() / 2];
-        let mut bridged = 0usize;
-        let values: Vec<f64> = (from..to)
-            .map(|k| {
-                let t = time(k);
-                let after = reference.time.partition_point(|s| *s < t - slack);
-                let after = after.min(reference.time.len() - 1);
-                if after == 0 || (reference.time[after] - t).abs() <= slack {
-                    return reference.value[after];
-                }
-                let (a, b) = (reference.time[after - 1], reference.time[after]);
-                bridged += usize::from(b - a > 3.0 * step);
-                let share = ((t - a) / (b - a)).clamp(0.0, 1.0);
-                reference.value[after - 1] * (1.0 - share) + reference.value[after] * share
-            })
-            .collect();
+        };
+        let OnLines {
+            used,
+            value,
+            step,
+            bridged,
+        } = found;
+        let (from, to) = (used.start, used.end);
         if bridged > 0 {
-            bench.findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "gaps-in-reference",
-                    "the reference has gaps, which are bridged by straight lines",
-                )
-                .evidence(format!("{bridged} of {} samples", to - from))
-                .advice("leave them out with --between FROM,TO"),
-            );
+            bench
+                .findings
+                .push(findings::gaps_in_reference(bridged, to - from));
         }
         if step > 1.5 * dt {
-            bench.findings.push(
-                Finding::new(
-                    Severity::Note,
-                    "slow-reference",
-                    "the reference is slower than the sensors: straight lines stand between its samples",
-                )
-                .evidence(format!(
-                    "{:.4} Hz against {:.4} Hz",
-                    1.0 / step,
-                    1.0 / dt
-                )),
-            );
+            bench
+                .findings
+                .push(findings::slow_reference(1.0 / step, 1.0 / dt));
         }
         if to - from < n {
-            bench.findings.push(
-                Finding::new(
-                    Severity::Note,
-                    "cut-to-reference",
-                    "only the stretch that the reference covers is compared",
-                )
-                .evidence(format!("{} of {n} samples", to - from)),
-            );
+            bench
+                .findings
+                .push(findings::cut_to_reference(to - from, n));
             let record = &mut bench.record;
             record.reading = record.reading[from..to].to_vec();
             record.acceleration = record.acceleration[from..to].to_vec();
@@ -209,7 +171,7 @@ impl Reference {
             bench.start += from as f64 * dt;
             record.check()?;
         }
-        bench.reference = Some(values);
+        bench.reference = Some(value);
         Ok(())
     }
 }

@@ -3,7 +3,6 @@
 use super::clock::{clock, counted, nothing, timed};
 use super::reading::{Reading, Samples};
 use super::reference::Reference;
-use super::speed::digits;
 use super::turning::Turning;
 use super::{AxisData, VelocityMap};
 use crate::record::Record;
@@ -15,8 +14,8 @@ use proofmass_io::{
     RecordingOptions, Source as Bytes, TimeUnit, Unit,
 };
 use proofmass_motion::{
-    MotionRecord, ReadingSource, Stamped, Timing, align, common_start, drop_glitches, edge_places,
-    even_clock, longest_stretch, mean_between, moves_while_still, thin,
+    MotionRecord, ReadingSource, Stamped, Timing, align, along_axis, common_start, drop_glitches,
+    edge_places, even_clock, longest_stretch, mean_between, moves_while_still, thin,
 };
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
@@ -283,10 +282,9 @@ impl AxisSensors {
             findings.extend(lost);
         }
         let digit = match told.source() {
-            ReadingSource::Speed if !resting && !self.reading.edges() => {
-                digits(&mut reading, &mut findings)
-                    .map_err(|e| Trouble::from(e).detail(self.recording.clone()))?
-            }
+            ReadingSource::Speed if !resting && !self.reading.edges() => reading
+                .speed_digits(&mut findings)
+                .map_err(|e| Trouble::from(e).detail(self.recording.clone()))?,
             _ => None,
         };
         if let Some(map) = &self.encoder_map {
@@ -335,9 +333,7 @@ impl AxisSensors {
                     ))
                     .detail(self.recording.clone())
                 })?;
-            let still = |t: f64| t >= from && t <= to;
-            let pairs = acceleration.time.iter().zip(&acceleration.value);
-            let stretch: Vec<f64> = pairs.filter(|(t, _)| still(**t)).map(|p| *p.1).collect();
+            let stretch = acceleration.within(from, to);
             findings.extend(moves_while_still(&stretch));
             acceleration.value.iter_mut().for_each(|a| *a -= offset);
             if resting {
@@ -355,15 +351,7 @@ impl AxisSensors {
             let Samples { time, value } = &mut acceleration;
             *time = time[gaps.used.clone()].to_vec();
             *value = value[gaps.used.clone()].to_vec();
-            findings.push(match alone {
-                false => gaps.finding,
-                true => Finding::new(
-                    gaps.finding.severity(),
-                    "gaps-in-readings",
-                    "the recording has gaps: only the longest stretch without one is used",
-                )
-                .evidence(gaps.finding.evidence_text()),
-            });
+            findings.push(gaps.finding);
         }
 
         let (mut record, start) = self.common(&reading, &acceleration, resting)?;
@@ -542,12 +530,8 @@ impl AxisSensors {
                     Some(SensorAxis::Z) => 2,
                 };
                 let to_si = calibration.output_unit.si().1 / self.reading.lever()?;
-                (0..columns[0].data.len())
-                    .map(|k| {
-                        let output = std::array::from_fn(|i| factors[i] * columns[i].data[k]);
-                        to_si * sensor.apply(output)[axis]
-                    })
-                    .collect()
+                let outputs = std::array::from_fn(|i| columns[i].data.as_slice());
+                along_axis(&sensor, outputs, factors, axis, to_si)
             }
         };
         Ok(Samples::present(clock, &value, &missing))

@@ -1,10 +1,10 @@
 //! A gyroscope beside the two wheels of an axle.
 
-use super::clock::median_step;
 use super::reading::Reading;
 use super::sensors::{stated_unit, unknown_unit};
 use crate::trouble::Trouble;
 use proofmass_io::{ColumnRef, Recording, Unit};
+use proofmass_motion::interval;
 use proofmass_odometry::Axle;
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
@@ -70,9 +70,9 @@ impl Turning {
         for &k in recording.missing(index) {
             yaw[k] = None;
         }
-        // Rows come evenly, but for the jitter of a logger: the median is their distance.
+        // Rows come evenly, but for the jitter of a logger.
         let axle = Axle {
-            sample_time: median_step(clock),
+            sample_time: interval(clock).unwrap_or(0.0),
             source: reading.source(),
             wheels: [&wheels[0], &wheels[1]],
             yaw_rate: &yaw,

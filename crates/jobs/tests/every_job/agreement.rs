@@ -3,13 +3,13 @@
 use crate::Answer;
 use crate::support::Stop;
 use proofmass_io::StatedQuantity;
-use proofmass_jobs::{AnyResult, REPORT, TroubleKind, Unwatched, Watch, read_result};
+use proofmass_jobs::{REPORT, StoredResult, TroubleKind, Unwatched, Watch};
 use proofmass_report::terminal;
 use std::f64::consts::TAU;
 
 /// Stopped at the first call it gives nothing; else result.json, terminal, page and the table of the principal result
 /// state the same, and the result read again gives every file to the byte.
-pub fn check(kind: &str, answer: &dyn Fn(&dyn Watch) -> Answer) -> Box<dyn AnyResult> {
+pub fn check(kind: &str, answer: &dyn Fn(&dyn Watch) -> Answer) -> StoredResult {
     let Err(stopped) = answer(&Stop) else {
         panic!("{kind} goes on when it is stopped");
     };
@@ -17,7 +17,7 @@ pub fn check(kind: &str, answer: &dyn Fn(&dyn Watch) -> Answer) -> Box<dyn AnyRe
     let result = answer(&Unwatched).unwrap_or_else(|e| panic!("{kind}: {e} {:?}", e.place()));
     assert_eq!(result.kind(), kind);
     let bytes = result.to_json().expect("result.json");
-    let again = read_result(&bytes).expect("read again");
+    let again = StoredResult::from_json(&bytes).expect("read again");
     assert_eq!(again.kind(), kind);
     assert_eq!(again.record(), result.record());
     let (files, files_again) = (
@@ -43,7 +43,7 @@ pub fn check(kind: &str, answer: &dyn Fn(&dyn Watch) -> Answer) -> Box<dyn AnyRe
         assert_eq!(d["value"].as_f64(), Some(q.value), "{kind}: {}", q.name);
         assert_eq!(d["U"].as_f64(), Some(q.expanded), "{kind}: {}", q.name);
     }
-    let [summary, summary_again] = [&result, &again].map(|r| in_the_terminal(r.as_ref()));
+    let [summary, summary_again] = [&result, &again].map(in_the_terminal);
     assert_eq!(summary, summary_again, "{kind}");
     let file = |wanted: &str| {
         let found = files.iter().find(|(name, _)| name == wanted);
@@ -86,7 +86,7 @@ pub fn check(kind: &str, answer: &dyn Fn(&dyn Watch) -> Answer) -> Box<dyn AnyRe
     }
     // A table by that name states every quantity, and its name.
     if result.principal_table() == proofmass_jobs::QUANTITIES {
-        for q in &quantities {
+        for q in quantities {
             let table = file(proofmass_jobs::QUANTITIES);
             let row = table.lines().find(|l| {
                 l.starts_with(&format!("{},", q.name)) || l.starts_with(&format!("\"{}\",", q.name))
@@ -98,24 +98,40 @@ pub fn check(kind: &str, answer: &dyn Fn(&dyn Watch) -> Answer) -> Box<dyn AnyRe
     result
 }
 
-/// What a result of a kind without quantities is asked for stands in terminal and page as in result.json.
-pub fn figure(result: &dyn AnyResult, pointer: &str) -> f64 {
-    let kind = result.kind();
-    let files = result.files().expect("files");
-    let document: serde_json::Value = serde_json::from_slice(&files[0].1).expect("JSON");
-    let value = document["extra"].pointer(pointer).and_then(|v| v.as_f64());
-    let value = value.unwrap_or_else(|| panic!("{kind} without {pointer}"));
-    let page = words(&String::from_utf8_lossy(&files[1].1));
-    for (place, text) in [("terminal", in_the_terminal(result)), ("page", page)] {
-        assert!(
-            states(&text, value),
-            "{kind}: {place} without {pointer} = {value}"
-        );
-    }
+/// What a result of a kind without quantities is asked for stands in terminal and page as in its table.
+pub fn figure(result: &StoredResult, table: &str, row: usize, column: &str) -> f64 {
+    let value = cell(result, table, row, column);
+    states_everywhere(result, value);
     value
 }
 
-fn in_the_terminal(result: &dyn AnyResult) -> String {
+/// A number stands in terminal and page.
+pub fn states_everywhere(result: &StoredResult, value: f64) {
+    let page = words(&result.html().expect("page"));
+    for (place, text) in [("terminal", in_the_terminal(result)), ("page", page)] {
+        assert!(
+            states(&text, value),
+            "{}: {place} without {value}",
+            result.kind()
+        );
+    }
+}
+
+/// A number of a table.
+pub fn cell(result: &StoredResult, table: &str, row: usize, column: &str) -> f64 {
+    let files = result.files().expect("files");
+    let found = files.iter().find(|(name, _)| name == table);
+    let (_, bytes) = found.unwrap_or_else(|| panic!("{} without {table}", result.kind()));
+    let text = String::from_utf8_lossy(bytes);
+    let mut lines = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let names = lines.next().expect("names of columns");
+    let place = names.iter().position(|name| *name == column);
+    let place = place.unwrap_or_else(|| panic!("{table} without {column}"));
+    let row = lines.nth(row).expect("a row");
+    row[place].parse().expect("a number")
+}
+
+fn in_the_terminal(result: &StoredResult) -> String {
     let options = terminal::Options {
         width: 200,
         colour: false,

@@ -6,11 +6,11 @@ use proofmass_jobs::velocity::{
     AxisData, VelocityCompareJob, VelocityDriftJob, VelocityEstimateJob, VelocityMapJob,
     VelocityTuneJob,
 };
-use proofmass_jobs::{AnyData, AnyJob, AnyResult};
+use proofmass_jobs::{AnyData, AnyJob, StoredResult};
 use proofmass_motion::{DriftSources, Method, MotionRecord, ReadingSource};
 use proofmass_rig::{AxisMotion, DrivenAxis};
 
-fn walk(kind: &str, job: impl Into<AnyJob>) -> Box<dyn AnyResult> {
+fn walk(kind: &str, job: impl Into<AnyJob>) -> StoredResult {
     let mut axis = DrivenAxis::new(AxisMotion::servo(5.0));
     axis.duration = 2.0;
     let recording = axis.simulate(1).expect("an axis");
@@ -46,7 +46,7 @@ pub fn velocity_compare(kind: &str) {
         kind,
         VelocityCompareJob::new(methods, vec![1000.0, 100.0], Some(0.5)),
     );
-    figure(result.as_ref(), "/outcome/result/rows/0/agreement/rms");
+    figure(&result, "errors.csv", 0, "rms_m/s");
 }
 
 pub fn velocity_map(kind: &str) {

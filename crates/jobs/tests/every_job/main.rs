@@ -12,12 +12,12 @@ mod support;
 
 use proofmass_jobs::plan::PlanJob;
 use proofmass_jobs::{
-    AnyData, AnyJob, AnyResult, Gathered, Trouble, TroubleKind, Unwatched, Watch, result_kinds,
+    AnyData, AnyJob, Gathered, StoredResult, Trouble, TroubleKind, Unwatched, Watch, result_kinds,
 };
 use std::collections::BTreeSet;
 use support::record;
 
-type Answer = Result<Box<dyn AnyResult>, Trouble>;
+type Answer = Result<StoredResult, Trouble>;
 
 /// One test for each kind of job, and the list of them.
 macro_rules! walk {

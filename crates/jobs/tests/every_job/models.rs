@@ -1,6 +1,6 @@
 //! Questions to models, plans and recordings at rest.
 
-use crate::agreement::{check, figure};
+use crate::agreement::{check, figure, states_everywhere};
 use crate::ask;
 use proofmass_io::Source;
 use proofmass_jobs::campaign::CampaignFile;
@@ -37,7 +37,7 @@ pub fn plan(kind: &str) {
         job.best = Some(12);
         ask(job, &AnyData::None, watch)
     });
-    figure(result.as_ref(), "/outcome/predicted/0/relative_real");
+    figure(&result, "predicted.csv", 0, "u_real_%");
 }
 
 pub fn noise(kind: &str) {
@@ -82,15 +82,14 @@ pub fn noise_comparison(kind: &str) {
     let (quiet, loud) = (unit(1e-3, 3), unit(1.2e-3, 4));
     let result = check(kind, &|watch| {
         let data = NoiseComparisonData {
-            results: &[&quiet, &loud],
+            results: &[quiet.analysis(), loud.analysis()],
             names: &["quiet", "loud"],
         };
         let mut job = NoiseComparisonJob::default();
         job.limits = vec![NoiseLimit::new(Term::White, 1.1e-3 * 60.0, "m/s/√h")];
         ask(job, &AnyData::NoiseComparison(data), watch)
     });
-    let white = "/outcome/comparison/channels/0/terms/1/equal/common";
-    let common = figure(result.as_ref(), white);
+    let common = figure(&result, "coefficients.csv", 2, "common");
     assert!((1e-3..1.2e-3).contains(&common), "{common}");
 }
 
@@ -146,8 +145,10 @@ pub fn inspect(kind: &str) {
         let data = InspectData::new(Source::from_bytes("raw.csv", text)?);
         ask(InspectJob::default(), &AnyData::Inspect(data), watch)
     });
-    let mean = "/outcome/inspection/columns/1/statistics/mean";
-    assert_eq!(figure(result.as_ref(), mean), 9.81);
+    let inspection = result.section("inspection").expect("a section");
+    let mean = &inspection["columns"][1]["statistics"]["mean"];
+    assert_eq!(mean.as_f64(), Some(9.81));
+    states_everywhere(&result, 9.81);
 }
 
 /// A wedge of a few elements; the lowest mode is the principal result.

@@ -5,6 +5,7 @@
 
 use super::{COLUMNS, DATA, GAIN, LATENCY, OFFSET, START_POSITION, START_VELOCITY, Unknowns};
 use crate::{MotionRecord, ReadingSource};
+use proofmass_uncertainty::adjustment::ScaledRoot;
 use std::f64::consts::TAU;
 
 /// Sums of a pass: everything the likelihood of any subset of the constants needs.
@@ -157,48 +158,14 @@ pub(super) fn columns(record: &MotionRecord, unknowns: Unknowns) -> Vec<usize> {
 /// β = −A⁻¹ G_c0 with A = G_cc by Cholesky, after its diagonal was scaled to one.
 pub(super) fn solve<const C: usize>(g: &[[f64; C]; C], columns: Vec<usize>) -> Option<Solution> {
     let m = columns.len();
-    let mut scale = Vec::with_capacity(m);
-    for &c in &columns {
-        let d = g[c][c];
-        if !(d > 0.0 && d.is_finite()) {
-            return None;
-        }
-        scale.push(1.0 / d.sqrt());
-    }
-    let mut l = [[0.0; C]; C];
-    for i in 0..m {
-        for j in 0..=i {
-            let mut sum = g[columns[i]][columns[j]] * scale[i] * scale[j];
-            for k in 0..j {
-                sum -= l[i][k] * l[j][k];
-            }
-            if i == j {
-                // Below it the columns are one another's copies to the last digits.
-                if !(sum > 1e-13) {
-                    return None;
-                }
-                l[i][i] = sum.sqrt();
-            } else {
-                l[i][j] = sum / l[j][j];
-            }
-        }
-    }
+    let root = ScaledRoot::new(m, |i, j| g[columns[i]][columns[j]])?;
+    let scale = &root.scale;
     let forward = |mut x: Vec<f64>| {
-        for i in 0..m {
-            for k in 0..i {
-                x[i] -= l[i][k] * x[k];
-            }
-            x[i] /= l[i][i];
-        }
+        root.forward(&mut x);
         x
     };
     let backward = |mut x: Vec<f64>| {
-        for i in (0..m).rev() {
-            for k in i + 1..m {
-                x[i] -= l[k][i] * x[k];
-            }
-            x[i] /= l[i][i];
-        }
+        root.backward(&mut x);
         x
     };
     let right: Vec<f64> = (0..m).map(|i| g[columns[i]][DATA] * scale[i]).collect();
@@ -206,7 +173,7 @@ pub(super) fn solve<const C: usize>(g: &[[f64; C]; C], columns: Vec<usize>) -> O
     let rss = (g[DATA][DATA] - half.iter().map(|x| x * x).sum::<f64>()).max(0.0);
     let beta = backward(half)
         .iter()
-        .zip(&scale)
+        .zip(scale)
         .map(|(x, s)| -x * s)
         .collect();
     let covariance = (0..m)

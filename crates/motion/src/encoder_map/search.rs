@@ -9,8 +9,8 @@ use crate::velocity::ground::{
 use crate::{MotionRecord, Pairing, SlipReport, Tuned, Tuning};
 use proofmass_core::{Error, Watch};
 use proofmass_uncertainty::Finding;
+use proofmass_uncertainty::chi_squared_chance;
 use serde::{Deserialize, Serialize};
-use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::f64::consts::TAU;
 use std::ops::Range;
 
@@ -45,7 +45,7 @@ impl Default for MapSearch {
 }
 
 /// What a search found.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct FoundMap {
     /// Every line that was looked for.
     pub lines: Vec<MapLine>,
@@ -281,7 +281,7 @@ impl Used {
             let determinant = cc * ss - cs * cs;
             let (x, y) = (line.cosine, line.sine);
             let square = (ss * x * x - 2.0 * cs * x * y + cc * y * y) / determinant;
-            line.chance = ChiSquared::new(2.0).map_or(1.0, |d| d.sf(square.max(0.0)));
+            line.chance = chi_squared_chance(square.max(0.0), 2.0);
         }
         Ok(())
     }

@@ -2,7 +2,7 @@
 
 use super::{MotionRecord, ReadingSource};
 use proofmass_core::Error;
-use serde::{Deserialize, Serialize};
+use proofmass_signal::clock;
 
 /// Samples of one sensor with its own time stamps.
 #[derive(Clone, Copy, Debug)]
@@ -91,8 +91,7 @@ pub fn out_of_order(time: &[f64]) -> Option<usize> {
 }
 
 /// When the readings of a [`Stamped`] sensor were taken.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Timing {
     /// By a clock, whatever the axis did.
     #[default]
@@ -111,34 +110,26 @@ pub fn stamp_digit(time: &[f64]) -> Option<f64> {
     })
 }
 
+/// Sampling interval behind time stamps, by the line of their clock ([`proofmass_signal::clock`]); `None` where they have none.
+pub fn interval(time: &[f64]) -> Option<f64> {
+    match time {
+        [first, last] => Some(last - first).filter(|step| *step > 0.0),
+        _ => Some(1.0 / clock::read(time, None).ok()?.0.rate_hz),
+    }
+}
+
 /// Step of a clock whose stamps were rounded, or `None` when the stamps do not lie on one.
 ///
-/// Stamps that are all multiples of a power of ten 10⁻ᵏ s and never further than three quarters of it from a
-/// straight line are the stamps of an even clock, rounded: the line is nearer to the truth than they are.
+/// Stamps of which none is missing and that scatter about the line of their clock by no more than their resolution does, q/√12 and 40 %
+/// for short records, are the stamps of an even clock, rounded: the line is nearer to the truth than they are.
 pub fn even_clock(time: &[f64]) -> Option<f64> {
-    let n = time.len();
-    if n < 3 {
-        return None;
-    }
-    let dt = (time[n - 1] - time[0]) / (n - 1) as f64;
+    let (clock, slips) = clock::read(time, None).ok()?;
+    let step = 1.0 / clock.rate_hz;
     // Stamps of an absolute clock have no finer digits than the double they are held in.
     let coarse = 4.0 * f64::EPSILON * time.iter().fold(0.0f64, |m, t| m.max(t.abs()));
-    let resolution = stamp_digit(time);
-    let allowed = 0.75 * resolution.unwrap_or(0.0) + 1e-6 * dt + coarse;
-    // The ends are rounded as well: the line of least squares, not the one through them.
-    let middle = 0.5 * (n - 1) as f64;
-    let mean = time.iter().map(|t| t - time[0]).sum::<f64>() / n as f64;
-    let (mut top, mut bottom) = (0.0, 0.0);
-    for (k, t) in time.iter().enumerate() {
-        let k = k as f64 - middle;
-        top += k * (t - time[0] - mean);
-        bottom += k * k;
-    }
-    let step = top / bottom;
-    let on_line = |(k, t): (usize, &f64)| {
-        (t - time[0] - mean - step * (k as f64 - middle)).abs() <= allowed.min(0.5 * dt)
-    };
-    (step > 0.0 && time.iter().enumerate().all(on_line)).then_some(step)
+    let allowed = 0.4 * clock.resolution_s + 1e-6 * step + coarse;
+    let even = slips.is_empty() && clock.change.is_none() && clock.scatter_s <= allowed;
+    even.then_some(step)
 }
 
 /// Where the time base of two sensors begins: with the later of them, beside a speed at a sample of the accelerometer.
@@ -159,8 +150,8 @@ pub fn common_start(source: ReadingSource, reading: &[f64], acceleration: &[f64]
 
 /// Puts two sensors with their own time stamps on one time base.
 ///
-/// The grid starts with the later sensor ([`common_start`]) and steps by `sample_time`, or by the median interval of the
-/// accelerometer. Accelerations are interpolated over gaps up to three intervals; over longer ones the common
+/// The grid starts with the later sensor ([`common_start`]) and steps by `sample_time`, or by the interval of the
+/// accelerometer's clock. Accelerations are interpolated over gaps up to three intervals; over longer ones the common
 /// span would hold invented data and is refused. A reading appears at the grid time nearest to its own,
 /// interpolated to it between its neighbours: the error of that, a Δ²/8 for readings Δ apart, is of the order
 /// of the sensors' own and stays out of every grid time that has no reading of its own. Where the neighbour is
@@ -187,12 +178,8 @@ pub fn align(
     if reading.time.len() < 2 || acceleration.time.len() < 4 {
         return Err(few(reading.time.len().min(acceleration.time.len())));
     }
-    let median = |time: &[f64]| {
-        let mut steps: Vec<f64> = time.windows(2).map(|w| w[1] - w[0]).collect();
-        steps.sort_by(f64::total_cmp);
-        steps[steps.len() / 2]
-    };
-    let own = median(acceleration.time);
+    let step = |time: &[f64]| interval(time).unwrap_or(0.0);
+    let own = step(acceleration.time);
     let dt = sample_time.unwrap_or(own);
     if !(dt.is_finite() && dt > 0.0) {
         return Err(Error::OutOfRange {
@@ -213,7 +200,7 @@ pub fn align(
     let slack = 1e-6 * dt;
     let gap = 3.0 * own.max(dt);
     let reading_gap = match timing {
-        Timing::Sampled => 3.0 * median(reading.time),
+        Timing::Sampled => 3.0 * step(reading.time),
         Timing::Edges => f64::INFINITY,
     };
     let mut a = Vec::with_capacity(n);

@@ -3,6 +3,7 @@
 use super::SlipSearch;
 use crate::MotionRecord;
 use crate::episode::{Episode, episodes, held, quiet};
+use proofmass_core::numeric::upper_median;
 
 impl SlipSearch {
     /// Jumps of the mean acceleration over the blow's duration, against the motion, far outside the quiet part.
@@ -18,8 +19,7 @@ impl SlipSearch {
             .map(|a| a.iter().sum::<f64>() / b as f64)
             .collect();
         let mut sorted = mean.clone();
-        sorted.sort_by(f64::total_cmp);
-        let level = sorted[sorted.len() / 2];
+        let level = upper_median(&mut sorted).unwrap_or(0.0);
         // The mean after a sample minus that before it: braking is slow against it, and an offset drops out.
         let jump: Vec<f64> = (b..mean.len()).map(|k| mean[k] - mean[k - b]).collect();
         let (centre, deviation) = quiet(&jump);

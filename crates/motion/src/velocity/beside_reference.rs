@@ -2,10 +2,10 @@
 
 use crate::findings;
 use proofmass_uncertainty::Finding;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// How an estimate differs from a reference by a factor and a time.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct BesideReference {
     /// The estimate is this times the reference.
     pub scale: f64,

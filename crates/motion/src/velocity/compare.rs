@@ -13,7 +13,6 @@ use crate::{
 };
 use proofmass_core::{Error, Watch};
 use proofmass_uncertainty::Finding;
-use serde::{Deserialize, Serialize};
 
 /// A reference against which every fused method is late or early alike has a delay of its own. What is told is the delay of
 /// least squares: the maximum of a correlation is drawn to the samples of a noisy reference.
@@ -53,7 +52,7 @@ fn closest(rows: &[MethodRow]) -> Option<&MethodRow> {
 }
 
 /// Tuning at one rate of a comparison.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct TunedAtRate {
     /// Sample rate, Hz.
     pub rate: f64,
@@ -62,7 +61,7 @@ pub struct TunedAtRate {
 }
 
 /// Answer of [`compare`].
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct CompareResult {
     /// One row per method and rate.
     pub rows: Vec<MethodRow>,
@@ -71,7 +70,6 @@ pub struct CompareResult {
     /// Whether the reference is a truth that was given, or the smoother at the full rate.
     pub reference_is_truth: bool,
     /// Scale and delay of the smoother, or of the last method that uses readings, beside a truth that was given.
-    #[serde(default)]
     pub beside_reference: Option<BesideReference>,
     /// The reference at the full rate.
     pub reference: Vec<f64>,

@@ -7,6 +7,7 @@ use crate::{
     Blow, Crossover, Episode, Method, MotionRecord, Pairing, ReadingSource, SlipReport, SlipSearch,
     Tuned, Tuning, kalman_by_smoother,
 };
+use proofmass_core::numeric::upper_median;
 use proofmass_core::{Error, Watch};
 use proofmass_uncertainty::{Finding, Severity};
 use std::ops::Range;
@@ -59,8 +60,7 @@ fn blow(acceleration: &[f64], episode: &Episode) -> Blow {
     let last = episode.to.clamp(1, n);
     let inside = episode.from.min(last - 1)..last;
     let mut sorted = acceleration[inside.clone()].to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let level = sorted[sorted.len() / 2];
+    let level = upper_median(&mut sorted).unwrap_or(0.0);
     let size = |k: usize| (acceleration[k] - level).abs();
     let peak = inside
         .max_by(|a, b| size(*a).total_cmp(&size(*b)))

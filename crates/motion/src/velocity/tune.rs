@@ -8,11 +8,10 @@ use crate::{
 };
 use proofmass_core::{Error, Watch};
 use proofmass_uncertainty::Finding;
-use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// Answer of [`tune`]: the model and the gains of every fused method, found without a truth.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct TuneResult {
     /// Noise by maximum likelihood; the smoother's model.
     pub tuned: Tuned,

@@ -9,7 +9,6 @@ use proofmass_core::{Butterworth, Error, LowPassState};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal, Uniform};
 use rand_xoshiro::Xoshiro256PlusPlus;
-use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 /// A sensor at rest whose noise is known.
@@ -26,13 +25,12 @@ use std::f64::consts::PI;
 /// assert_eq!((axes.len(), axes[0].len()), (3, 1000));
 /// assert_eq!(axes, sensor.record(3, 1000, 100.0, 7).unwrap());
 /// ```
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct SimulatedSensor {
     /// Noise in front of the filter, that of quantisation behind it. The ramp and the phases of sinusoids count from the first sample.
     pub model: NoiseModel,
     /// Filter in front of the converter.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub low_pass: Option<LowPass>,
     /// Share of the samples that are outliers.
     pub outliers: f64,

@@ -4,7 +4,7 @@ use proofmass_report::{
     Axis, BarPlot, Block, Cell, Column, HistogramPlot, KeyFigure, MatrixPlot, Report, Section,
     Series, SpherePlot, Table, XyPlot, plot::Style,
 };
-use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity, Severity};
+use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity};
 
 /// The whole report.
 pub fn report() -> Result<Report, proofmass_report::Error> {
@@ -40,28 +40,36 @@ fn jitter(i: usize) -> f64 {
     ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
 }
 
+proofmass_uncertainty::findings! {
+    /// Findings of the gallery.
+    pub CATALOGUE;
+
+    /// Few attitudes point downwards.
+    few_attitudes_below(below: usize, all: usize, coverage: f64) =
+        "few-attitudes-below", [Note],
+        what "only {below} of {all} attitudes point downwards",
+        evidence "coverage of the lower hemisphere {coverage} %";
+
+    /// The residuals are too large.
+    excess_residuals(chi_squared: f64, dof: usize, factor: f64) =
+        "excess-residuals", [Warning],
+        what "the residuals exceed the noise of the means",
+        evidence "χ² = {chi_squared} with {dof} degrees of freedom",
+        advice "check that the sensor stood still; the covariance was scaled by {factor}";
+
+    /// A standstill contradicts the others.
+    outlying_standstill(number: usize, residual: f64, deviations: f64) =
+        "outlying-standstill", [Decision],
+        what "standstill {number} is out of line",
+        evidence "residual {residual} mm/s², {deviations} standard deviations",
+        advice "keep it or leave it out, and say so in the record";
+}
+
 fn findings() -> Vec<Finding> {
     vec![
-        Finding::new(
-            Severity::Note,
-            "few-attitudes-below",
-            "only 7 of 38 attitudes point downwards",
-        )
-        .evidence("coverage of the lower hemisphere 31 %"),
-        Finding::new(
-            Severity::Warning,
-            "excess-residuals",
-            "the residuals exceed the noise of the means",
-        )
-        .evidence("χ² = 311.2 with 105 degrees of freedom")
-        .advice("check that the sensor stood still; the covariance was scaled by 2.96"),
-        Finding::new(
-            Severity::Decision,
-            "outlying-standstill",
-            "standstill 17 is out of line",
-        )
-        .evidence("residual 8.4 mm/s², 6.1 standard deviations")
-        .advice("keep it or leave it out, and say so in the record"),
+        few_attitudes_below(7, 38, 31.0),
+        excess_residuals(311.2, 105, 2.96),
+        outlying_standstill(17, 8.4, 6.1),
     ]
 }
 
@@ -101,7 +109,7 @@ fn results() -> Section {
     for (name, unit, value, u) in parameters {
         table = table.row([
             Cell::text(name),
-            Cell::Quantity(quantity(name, unit, value, u)),
+            Cell::quantity(quantity(name, unit, value, u)),
             if u > 0.0 {
                 Cell::number(proofmass_report::scientific(2.05 * u, 2))
             } else {
@@ -444,7 +452,7 @@ fn edges() -> Section {
             ])
             .row([
                 Cell::text("large"),
-                Cell::Quantity(quantity("q", "m/s²", 6.02e23, 1.5e21)),
+                Cell::quantity(quantity("q", "m/s²", 6.02e23, 1.5e21)),
                 Cell::text("with its unit"),
             ])
             .row([
@@ -481,9 +489,9 @@ fn wide_table() -> Table {
         ];
         for axis in 0..3 {
             let k = 3 * i + axis;
-            row.push(Cell::Quantity(quantity("f", "m/s²", 9.8 * jitter(k), 3e-4)));
+            row.push(Cell::quantity(quantity("f", "m/s²", 9.8 * jitter(k), 3e-4)));
             row.push(Cell::number(format!("{:.2e}", 1e-4 + 5e-5 * jitter(k + 7))));
-            row.push(Cell::Quantity(quantity(
+            row.push(Cell::quantity(quantity(
                 "K",
                 "count/(m/s²)",
                 1671.0 + jitter(k),

@@ -7,14 +7,23 @@
 /// are joined where the data join them. Points are kept in their order; for a series that runs back and forth
 /// within a few columns nothing is gained and nothing is lost.
 pub(super) fn line(points: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
-    let mut kept: Vec<(f64, f64)> = Vec::new();
+    kept(points).into_iter().map(|(_, point)| point).collect()
+}
+
+/// Indices of the points that [`line`] keeps.
+pub(super) fn indices(points: impl Iterator<Item = (f64, f64)>) -> Vec<usize> {
+    kept(points).into_iter().map(|(index, _)| index).collect()
+}
+
+fn kept(points: impl Iterator<Item = (f64, f64)>) -> Vec<(usize, (f64, f64))> {
+    let mut kept = Vec::new();
     let mut run = Run::default();
-    for point in points {
+    for (index, point) in points.enumerate() {
         let column = point.0.floor();
         if run.count > 0 && column != run.column {
             run.flush(&mut kept);
         }
-        run.push(column, point);
+        run.push(column, (index, point));
     }
     run.flush(&mut kept);
     kept
@@ -24,13 +33,13 @@ pub(super) fn line(points: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)> 
 struct Run {
     column: f64,
     count: usize,
-    /// (order of arrival, point): first, lowest, highest, last.
+    /// (index, point): first, lowest, highest, last.
     kept: [(usize, (f64, f64)); 4],
 }
 
 impl Run {
-    fn push(&mut self, column: f64, point: (f64, f64)) {
-        let entry = (self.count, point);
+    fn push(&mut self, column: f64, entry: (usize, (f64, f64))) {
+        let (_, point) = entry;
         if self.count == 0 {
             self.column = column;
             self.kept = [entry; 4];
@@ -46,15 +55,15 @@ impl Run {
         self.count += 1;
     }
 
-    fn flush(&mut self, out: &mut Vec<(f64, f64)>) {
+    fn flush(&mut self, out: &mut Vec<(usize, (f64, f64))>) {
         if self.count > 0 {
             self.kept.sort_by_key(|entry| entry.0);
             let mut previous = None;
-            for (order, point) in self.kept {
-                if previous != Some(order) {
-                    out.push(point);
+            for entry in self.kept {
+                if previous != Some(entry.0) {
+                    out.push(entry);
                 }
-                previous = Some(order);
+                previous = Some(entry.0);
             }
         }
         self.count = 0;

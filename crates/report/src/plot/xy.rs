@@ -262,6 +262,17 @@ impl Series {
         self
     }
 
+    /// Adds a band of the values plus and minus these.
+    #[must_use]
+    pub fn within(self, half: &[f64]) -> Self {
+        let edge = |sign: f64| -> Vec<f64> {
+            let pairs = self.y.iter().zip(half);
+            pairs.map(|(y, half)| y + sign * half).collect()
+        };
+        let (lower, upper) = (edge(-1.0), edge(1.0));
+        self.band(&lower, &upper)
+    }
+
     /// Fixes colour, dash and marker, so that the same thing looks alike in two panels.
     #[must_use]
     pub fn look(mut self, number: usize) -> Self {

@@ -1,6 +1,6 @@
 //! Components of the variance: how large the errors of each kind are, as the runs have them.
 
-use super::{Adjustment, dot, times};
+use super::{Adjustment, dot6, times};
 use crate::budget::Budget;
 use faer::{Mat, Side, linalg::solvers::Solve};
 use proofmass_core::Error;
@@ -183,13 +183,13 @@ impl Adjustment {
         for i in rows {
             let (linear, w) = (&self.rows[i], &self.weights[i]);
             let residual = times(w, &linear.residual);
-            block.square += dot(&residual, &linear.residual);
+            block.square += dot6(&residual, &linear.residual);
             block.count += if self.free[i] { 5.0 } else { 6.0 };
             for (p, x) in &linear.columns {
-                block.right[place[*p]] += dot(&residual, x);
+                block.right[place[*p]] += dot6(&residual, x);
                 let weighted = times(w, x);
                 for (q, other) in &linear.columns {
-                    block.normal[(place[*p], place[*q])] += dot(&weighted, other);
+                    block.normal[(place[*p], place[*q])] += dot6(&weighted, other);
                 }
             }
         }

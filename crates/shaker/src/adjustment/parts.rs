@@ -1,6 +1,6 @@
 //! Where χ² comes from: the runs of each frequency, and the errors that frequencies share.
 
-use super::{Adjustment, dot, times};
+use super::{Adjustment, dot6, times};
 
 /// A part of χ² and the degrees of freedom it has.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -18,12 +18,12 @@ impl Adjustment {
         for (row, linear) in self.rows.iter().enumerate() {
             let w = &self.weights[row];
             let part = &mut own[self.of_row[row]];
-            part.chi_squared += dot(&times(w, &linear.residual), &linear.residual);
+            part.chi_squared += dot6(&times(w, &linear.residual), &linear.residual);
             let mut trace = 0.0;
             for (i, x) in &linear.columns {
                 let weighted = times(w, x);
                 for (j, other) in &linear.columns {
-                    trace += self.covariance(*i, *j) * dot(&weighted, other);
+                    trace += self.covariance(*i, *j) * dot6(&weighted, other);
                 }
             }
             part.dof += if self.free[row] { 5.0 } else { 6.0 } - trace;
@@ -58,10 +58,10 @@ impl Adjustment {
                 }
             });
             let weighted = times(&self.weights[row], &column);
-            along += dot(&weighted, &linear.residual);
-            square += dot(&weighted, &column);
+            along += dot6(&weighted, &linear.residual);
+            square += dot6(&weighted, &column);
             for (j, x) in &linear.columns {
-                cross[*j] += dot(&weighted, x);
+                cross[*j] += dot6(&weighted, x);
             }
         }
         let n = cross.len();

@@ -3,17 +3,18 @@
 use super::{MethodResult, ShakerCampaign, ShakerMethod, frequency_result};
 use crate::budget::Budget;
 use crate::diagnosis::SuspectRun;
+use crate::findings;
 use crate::fit::{FrequencyFit, complex};
 use crate::geometry::Configuration;
 use crate::matrix::{AXES, Matrix, from_real};
 use crate::observation::{Correction, PhasorRow, ascending};
 use crate::plan::conditioning;
 use proofmass_core::Error;
-use proofmass_uncertainty::{Finding, Severity};
-use serde::{Deserialize, Serialize};
+use proofmass_uncertainty::Finding;
+use serde::Serialize;
 
 /// One frequency with and without the runs that contradict the others.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Contested {
     /// Label of the correction.
     pub correction: String,
@@ -24,7 +25,7 @@ pub struct Contested {
     /// S without them, row by row, real and imaginary part, V/(m/s²).
     pub without: Vec<[f64; 2]>,
     /// S with them, of this frequency alone; `None` where no angles reconcile them with the others.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub with: Option<Vec<[f64; 2]>>,
 }
 
@@ -123,9 +124,9 @@ pub(super) fn contested(
 
 /// The runs, and what they would do.
 pub(super) fn finding(set_aside: &[String], contested: &[Contested]) -> Finding {
-    let what = match set_aside.len() {
-        1 => "one run that contradicts the others is not in the result".to_owned(),
-        n => format!("{n} runs that contradict the others are not in the result"),
+    let runs = match set_aside.len() {
+        1 => "one run that contradicts the others is".to_owned(),
+        n => format!("{n} runs that contradict the others are"),
     };
     let first = contested.first().map(|c| c.correction.as_str());
     let of_first = contested
@@ -156,10 +157,5 @@ pub(super) fn finding(set_aside: &[String], contested: &[Contested]) -> Finding 
             }
         })
         .collect();
-    Finding::new(Severity::Decision, "runs-set-aside", what)
-        .evidence(format!("run {}: {}", set_aside.join(", "), changes.join("; ")))
-        .advice(
-            "the intervals there reach the result with them until that is decided: measure these runs again, or leave them \
-             out by name",
-        )
+    findings::runs_set_aside(&runs, &set_aside.join(", "), &changes.join("; "))
 }

@@ -2,9 +2,10 @@
 
 use super::super::budget::Budget;
 use super::super::fit::{Fit, FrequencyFit};
+use crate::findings;
 use faer::{Mat, Side, linalg::solvers::Solve};
 use num_complex::Complex64;
-use proofmass_uncertainty::{Effect, Finding, Severity};
+use proofmass_uncertainty::{Effect, Finding};
 
 /// Frequencies below which the model takes all there is to see.
 const FEWEST: usize = 5;
@@ -216,18 +217,12 @@ pub(super) fn finding(fit: &Fit, budget: &Budget) -> Option<Finding> {
         .get(1)
         .filter(|s| s.0 > gain - 6.0)
         .map_or_else(String::new, |s| format!(", or at {} Hz", s.1));
-    Some(
-        Finding::new(
-            Severity::Decision,
-            "certificate-off",
-            format!("the certificate of the reference does not fit at {frequency} Hz{second}"),
-        )
-        .evidence(format!(
-            "all main terms together are {:.2} % off what a resonance and a high-pass through the {count} frequencies give, \
-             u = {:.2} %, χ² falls by {gain:.0}",
-            100.0 * departure,
-            100.0 * u
-        ))
-        .advice("compare that line of the certificate with its neighbours and with the last calibration of the reference"),
-    )
+    Some(findings::certificate_off(
+        frequency,
+        &second,
+        count,
+        100.0 * departure,
+        100.0 * u,
+        gain,
+    ))
 }

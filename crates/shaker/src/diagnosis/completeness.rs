@@ -4,11 +4,12 @@ use super::super::geometry::Configuration;
 use super::super::observation::{PhasorRow, ascending};
 use super::words::degrees;
 use super::{SuspectRun, Suspicion};
-use proofmass_uncertainty::{Finding, Severity};
+use crate::findings;
+use proofmass_uncertainty::Finding;
 
 /// Runs that are missing or there twice.
 pub(super) fn completeness(rows: &[PhasorRow], plan: Option<&[Configuration]>) -> Vec<Finding> {
-    let mut findings = vec![];
+    let mut found = vec![];
     let plan: Vec<Configuration> = plan.map_or_else(
         || {
             let mut all: Vec<Configuration> = vec![];
@@ -31,46 +32,31 @@ pub(super) fn completeness(rows: &[PhasorRow], plan: Option<&[Configuration]>) -
                 .map(|r| r.run.as_str())
                 .collect();
             if same.is_empty() {
-                findings.push(
-                    Finding::new(
-                        Severity::Warning,
-                        "missing-configuration",
-                        format!("there is no run at {}, {f} Hz", degrees(c)),
-                    )
-                    .evidence(format!(
-                        "{} runs at {f} Hz, {} in the plan",
-                        here.len(),
-                        plan.len()
-                    ))
-                    .advice("the uncertainty already tells what it costs; measure it if it can be"),
-                );
+                found.push(findings::missing_configuration(
+                    &degrees(c),
+                    f,
+                    here.len(),
+                    plan.len(),
+                ));
             } else if same.len() > 1 {
-                findings.push(
-                    Finding::new(
-                        Severity::Warning,
-                        "duplicate-configuration",
-                        format!("{} at {f} Hz was measured {} times", degrees(c), same.len()),
-                    )
-                    .evidence(format!("runs {}", same.join(", ")))
-                    .advice("if it is one run entered twice, take one out; true repeats share their mounting error"),
-                );
+                found.push(findings::duplicate_configuration(
+                    &degrees(c),
+                    f,
+                    same.len(),
+                    &same.join(", "),
+                ));
             }
         }
         for r in &here {
             if !plan.iter().any(|c| c.same_as(&r.configuration)) {
-                findings.push(
-                    Finding::new(
-                        Severity::Note,
-                        "unplanned-configuration",
-                        format!("run {} is not in the plan", r.run),
-                    )
-                    .evidence(degrees(&r.configuration))
-                    .advice("it was used"),
-                );
+                found.push(findings::unplanned_configuration(
+                    &r.run,
+                    &degrees(&r.configuration),
+                ));
             }
         }
     }
-    findings
+    found
 }
 
 /// Relative difference below which two phasors are one and the same: two readings never agree so far.
@@ -112,24 +98,19 @@ pub(super) fn copies(rows: &[PhasorRow], suspects: &[SuspectRun]) -> Vec<Finding
             if double || named(&a.run) || named(&b.run) || twin(rows, w[0]).is_none() {
                 return None;
             }
-            Some(
-                Finding::new(
-                    Severity::Decision,
-                    "copied-run",
-                    format!(
-                        "run {} has the phasors of run {}, digit by digit",
-                        b.run, a.run
-                    ),
-                )
-                .evidence(format!(
+            Some(findings::copied_run(
+                &format!(
+                    "run {} has the phasors of run {}, digit by digit",
+                    b.run, a.run
+                ),
+                &format!(
                     "{} at {} Hz and {} at {} Hz, all four within 1e-6",
                     degrees(&a.configuration),
                     a.frequency,
                     degrees(&b.configuration),
                     b.frequency
-                ))
-                .advice("one of the two was copied; measure it again or leave it out"),
-            )
+                ),
+            ))
         })
         .collect()
 }

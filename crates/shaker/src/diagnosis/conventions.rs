@@ -6,6 +6,7 @@ use super::super::fit::Fit;
 use super::super::matrix::{AXES, Matrix};
 use super::super::observation::{PhasorRow, SpuriousTable, ascending};
 use super::super::robust::wild;
+use crate::findings;
 use num_complex::Complex64;
 use proofmass_core::Error;
 use proofmass_uncertainty::{Finding, Severity};
@@ -44,16 +45,7 @@ pub(super) fn phase_unit(
             (Some(a), Some(b)) => format!("runs {} to {}", a.run, b.run),
             _ => String::new(),
         };
-        Finding::new(
-            Severity::Decision,
-            "phase-unit",
-            "the phases of the table look like radians that were declared as degrees",
-        )
-        .evidence(format!(
-            "{runs}: no phase exceeds {:.2}°, χ² = {as_given:.0} as declared and {as_radians:.0} as radians",
-            largest.to_degrees()
-        ))
-        .advice("declare the phase column in radians and calibrate again")
+        findings::phase_unit(&runs, largest.to_degrees(), as_given, as_radians)
     }))
 }
 
@@ -166,95 +158,64 @@ impl Reading {
             return vec![];
         };
         let s = &lowest.sensitivity;
-        let mut findings = vec![];
+        let mut found = vec![];
         for j in 0..3 {
             let largest = strongest(s, j);
             if largest != j {
-                findings.push(swapped(lowest.frequency, s, j, largest));
+                found.push(swapped(lowest.frequency, s, j, largest));
             }
         }
         let negative: [bool; 3] = std::array::from_fn(|j| strongest(s, j) == j && s[j][j].re < 0.0);
         let together = self.together(negative);
         let explained = together.is_some();
-        findings.extend(together);
+        found.extend(together);
         if !explained {
             for j in (0..3).filter(|&j| negative[j]) {
-                findings.push(inverted(lowest.frequency, s, j));
+                found.push(inverted(lowest.frequency, s, j));
             }
         }
-        findings.extend(mask(lowest.frequency, s, lowest));
-        findings
+        found.extend(mask(lowest.frequency, s, lowest));
+        found
     }
 
     /// One cause for the class and several signs.
     fn together(&self, negative: [bool; 3]) -> Option<Finding> {
         let Class { x, y, conjugate } = self.class;
-        let (code, what, advice) = match (conjugate, x, y, negative) {
-            (true, ..) => (
-                "phases-conjugated",
-                "the phases of the runs and those of the spurious motion run in opposite senses",
-                "one of the two tables counts a lag as positive; change the sign of its phases",
+        let evidence = &match self.class == AS_IS {
+            true => "by the signs of S at the lowest frequency".to_owned(),
+            false => format!(
+                "χ² = {:.0} as declared and {:.0} so, and the signs of S at the lowest frequency",
+                self.chi_squared[0], self.chi_squared[1]
             ),
-            (_, false, false, [true, true, false]) => (
-                "mask-reversed",
-                "x and y are inverted in every run: the device looks as if it were turned by 180° on every wedge",
-                "check the zero of the mask against the marks on the device, then the polarity of both channels",
+        };
+        let sign = |axes, check| findings::spurious_sign(axes, evidence, check);
+        let finding = match (conjugate, x, y, negative) {
+            (true, ..) => findings::phases_conjugated(evidence),
+            (_, false, false, [true, true, false]) => findings::mask_reversed(evidence),
+            (_, false, false, [true, true, true]) => findings::reference_inverted(evidence),
+            (_, false, true, [false, true, false]) => {
+                findings::rotation_sense("", evidence, "; change its sign in the table of runs")
+            }
+            (_, true, false, [false, true, false]) => findings::rotation_sense(
+                " and from the opposite mark",
+                evidence,
+                ", from the mark of x",
             ),
-            (_, false, false, [true, true, true]) => (
-                "reference-inverted",
-                "all outputs are inverted against the reference in every run",
-                "check the polarity of the reference channel",
-            ),
-            (_, false, true, [false, true, false]) => (
-                "rotation-sense",
-                "the rotations look as if they were counted in the opposite sense",
-                "rotation is positive clockwise, seen from above on the device; change its sign in the table of runs",
-            ),
-            (_, true, false, [false, true, false]) => (
-                "rotation-sense",
-                "the rotations look as if they were counted in the opposite sense and from the opposite mark",
-                "rotation is positive clockwise, seen from above on the device, from the mark of x",
-            ),
-            (_, true, true, [true, true, false]) => (
-                "inclination-sense",
-                "the inclinations look as if they were counted in the opposite sense",
-                "inclination is positive where the +x side of the face climbs; change its sign in the table of runs",
-            ),
-            (_, false, true, _) => (
-                "spurious-sign",
-                "the spurious motion along y′ has the opposite sign of what the runs say",
-                "y′ × z′ = x′: check the sense of y′ in the table of the spurious motion",
-            ),
-            (_, true, false, _) => (
-                "spurious-sign",
-                "the spurious motion along x′ has the opposite sign of what the runs say",
-                "x′ points to where the wedge climbs: check its sense in the table of the spurious motion",
-            ),
-            (_, true, true, _) => (
-                "spurious-sign",
-                "the spurious motion along x′ and y′ has the opposite sign of what the runs say",
-                "x′ points to where the wedge climbs: check the azimuth in the table of the spurious motion",
+            (_, true, true, [true, true, false]) => findings::inclination_sense(evidence),
+            (_, false, true, _) => sign("y′", "y′ × z′ = x′: check the sense of y′"),
+            (_, true, false, _) => {
+                sign("x′", "x′ points to where the wedge climbs: check its sense")
+            }
+            (_, true, true, _) => sign(
+                "x′ and y′",
+                "x′ points to where the wedge climbs: check the azimuth",
             ),
             _ => return None,
         };
-        let evidence = if self.class == AS_IS {
-            "by the signs of S at the lowest frequency".to_owned()
-        } else {
-            format!(
-                "χ² = {:.0} as declared and {:.0} so, and the signs of S at the lowest frequency",
-                self.chi_squared[0], self.chi_squared[1]
-            )
-        };
-        let severity = if self.class == AS_IS {
-            Severity::Warning
-        } else {
-            Severity::Decision
-        };
-        Some(
-            Finding::new(severity, code, what)
-                .evidence(evidence)
-                .advice(advice),
-        )
+        Some(match self.class == AS_IS {
+            true => finding.at(Severity::Warning),
+            false => finding,
+        })
     }
 }
 
@@ -322,39 +283,34 @@ fn strongest(s: &Matrix, j: usize) -> usize {
 }
 
 fn swapped(frequency: f64, s: &Matrix, j: usize, largest: usize) -> Finding {
-    Finding::new(
-        Severity::Decision,
-        "swapped-channels",
-        format!(
+    findings::swapped_channels(
+        &format!(
             "channel {} follows the {} axis in every run",
             AXES[j], AXES[largest]
         ),
+        &format!(
+            "at {frequency} Hz: |S_{}{}| = {:.4e}, |S_{}{}| = {:.4e} V/(m/s²)",
+            AXES[largest],
+            AXES[j],
+            s[largest][j].norm(),
+            AXES[j],
+            AXES[j],
+            s[j][j].norm()
+        ),
     )
-    .evidence(format!(
-        "at {frequency} Hz: |S_{}{}| = {:.4e}, |S_{}{}| = {:.4e} V/(m/s²)",
-        AXES[largest],
-        AXES[j],
-        s[largest][j].norm(),
-        AXES[j],
-        AXES[j],
-        s[j][j].norm()
-    ))
-    .advice("check the cables against the axes marked on the device; x and y with opposite signs are a mask off by 90°")
 }
 
 fn inverted(frequency: f64, s: &Matrix, j: usize) -> Finding {
-    Finding::new(
-        Severity::Warning,
-        "inverted-channel",
-        format!("channel {} is inverted in every run", AXES[j]),
+    findings::inverted_channel(
+        &format!("channel {} is inverted in every run", AXES[j]),
+        &format!(
+            "at {frequency} Hz: phase of S_{}{} {:.1}°",
+            AXES[j],
+            AXES[j],
+            s[j][j].arg().to_degrees()
+        ),
     )
-    .evidence(format!(
-        "at {frequency} Hz: phase of S_{}{} {:.1}°",
-        AXES[j],
-        AXES[j],
-        s[j][j].arg().to_degrees()
-    ))
-    .advice("right for an inverting amplifier; otherwise check the polarity")
+    .at(Severity::Warning)
 }
 
 /// Turn of x and y together that nobody asks about: what a good device has of itself.
@@ -395,23 +351,15 @@ fn mask(frequency: f64, s: &Matrix, fit: &super::super::FrequencyFit) -> Option<
         .hypot(covariance.standard_uncertainty(6))
         / (2.0 * s[1][1].norm().min(s[0][0].norm()));
     (angle.tan().abs() > TURNED && angle.abs() > 4.0 * u && askew > ASKEW).then(|| {
-        Finding::new(
-            Severity::Warning,
-            "mask-offset",
-            format!(
-                "x and y are turned together by {:.1}° against the marks of the device",
-                angle.to_degrees()
-            ),
-        )
-        .evidence(format!(
-            "at {frequency} Hz: S_xy/S_yy = {:.4}, S_yx/S_xx = {:.4}, u = {:.2}°; {askew:.1} times what its axes are askew \
-             otherwise, which one device in a hundred exceeds {ASKEW:.1} times by itself; wedges and spurious motion say nothing \
-             about it",
+        findings::mask_offset(
+            angle.to_degrees(),
+            frequency,
             of(0, 1),
             of(1, 0),
-            u.to_degrees()
-        ))
-        .advice("check the zero of the mask; no run tells it from axes that lie so in the device, and S is stated by the marks")
+            u.to_degrees(),
+            askew,
+            ASKEW,
+        )
     })
 }
 

@@ -2,12 +2,12 @@
 
 use super::super::adjustment::Adjustment;
 use super::super::budget::Budget;
-use super::super::fit::upper_tail;
 use super::super::observation::{PhasorRow, SpuriousTable, ascending};
 use super::super::robust::strangeness;
 use super::trial::Trial;
 use super::{SuspectRun, Suspicion, completeness};
 use proofmass_core::Error;
+use proofmass_uncertainty::chi_squared_chance;
 use rayon::prelude::*;
 
 /// Probability, over all runs of a frequency, of calling a good run suspect.
@@ -58,7 +58,7 @@ pub fn suspects(
         .par_iter()
         .filter_map(|(row, run, trial, alarm)| {
             let statistic = trial.increase(run);
-            if upper_tail(statistic, run.reals()) >= *alarm {
+            if chi_squared_chance(statistic, run.reals()) >= *alarm {
                 return None;
             }
             let (suspicion, explained) = match completeness::twin(rows, *row) {
@@ -164,7 +164,7 @@ fn sort<'a>(
             adjustment.sensitivity(0),
             kept.clone(),
         ));
-        if upper_tail(largest / factor, reals) >= alarm {
+        if chi_squared_chance(largest / factor, reals) >= alarm {
             break;
         }
         kept.remove(worst);

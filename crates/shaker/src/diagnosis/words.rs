@@ -4,16 +4,28 @@ use super::super::geometry::Configuration;
 use super::super::matrix::AXES;
 use super::super::observation::PhasorRow;
 use super::{SuspectRun, Suspicion};
-use proofmass_uncertainty::{Finding, Severity};
+use crate::findings;
+use proofmass_uncertainty::Finding;
 
 pub(super) fn degrees(c: &Configuration) -> String {
     let (a, w) = (c.inclination.to_degrees(), c.rotation.to_degrees());
     format!("inclination {a:.0}°, rotation {w:.0}°")
 }
 
+/// Makes a finding from what was observed and its evidence.
+type Kind = fn(&str, &str) -> Finding;
+
+fn clipped(observation: &str, evidence: &str) -> Finding {
+    proofmass_uncertainty::findings::clipped(
+        observation,
+        evidence,
+        "amplitudes of such a run are too small",
+    )
+}
+
 impl Suspicion {
-    /// Code of the finding and what the run looks like, after "run … looks as if".
-    fn words(&self) -> (&'static str, String) {
+    /// Kind of the finding and what the run looks like, after "run … looks as if".
+    fn words(&self) -> (Kind, String) {
         match self {
             Self::Channels { channel, sign } => {
                 let swapped: Vec<&str> = (0..3)
@@ -23,17 +35,20 @@ impl Suspicion {
                 let inverted: Vec<&str> =
                     (0..3).filter(|&j| sign[j] < 0).map(|j| AXES[j]).collect();
                 match (swapped.is_empty(), inverted.len()) {
-                    (true, 3) => ("inverted-channel", "the reference were inverted".to_owned()),
+                    (true, 3) => (
+                        findings::inverted_channel,
+                        "the reference were inverted".to_owned(),
+                    ),
                     (true, _) => (
-                        "inverted-channel",
+                        findings::inverted_channel,
                         format!("channel {} were inverted", inverted.join(" and ")),
                     ),
                     (false, 0) => (
-                        "swapped-channels",
+                        findings::swapped_channels,
                         format!("the cables of {} were swapped", swapped.join(" and ")),
                     ),
                     (false, _) => (
-                        "swapped-channels",
+                        findings::swapped_channels,
                         format!(
                             "the cables of {} were swapped, and {} inverted",
                             swapped.join(" and "),
@@ -43,18 +58,18 @@ impl Suspicion {
                 }
             }
             Self::ReferenceSwapped { channel } => (
-                "swapped-channels",
+                findings::swapped_channels,
                 format!(
                     "the cables of the reference and of {} were swapped",
                     AXES[*channel]
                 ),
             ),
             Self::Mounting { configuration } => (
-                "wrong-configuration",
+                findings::wrong_configuration,
                 format!("it were mounted at {}", degrees(configuration)),
             ),
             Self::Gain { channel, factor } => (
-                "wrong-gain",
+                findings::wrong_gain,
                 match channel {
                     Some(j) => format!(
                         "output {} were read with {factor:.3} times its gain",
@@ -67,30 +82,29 @@ impl Suspicion {
                 },
             ),
             Self::Frequency { frequency } => (
-                "wrong-frequency",
+                findings::wrong_frequency,
                 format!("it were taken at {frequency} Hz"),
             ),
             Self::Copied { run } => (
-                "copied-run",
+                findings::copied_run,
                 format!("its phasors were copied from run {run}"),
             ),
-            Self::Clipped { level } => (
-                "clipped",
-                format!("its outputs were cut off at {level:.4} V"),
-            ),
+            Self::Clipped { level } => {
+                (clipped, format!("its outputs were cut off at {level:.4} V"))
+            }
             Self::Dead { channel } => (
-                "dead-channel",
+                findings::dead_channel,
                 format!("output {} carried no signal", AXES[*channel]),
             ),
             Self::UpsideDown => (
-                "wrong-configuration",
+                findings::wrong_configuration,
                 "the device lay upside down".to_owned(),
             ),
             Self::Either(a, b) => {
-                let ((code, a), (_, b)) = (a.words(), b.words());
-                (code, format!("{a}, or {b}"))
+                let ((kind, a), (_, b)) = (a.words(), b.words());
+                (kind, format!("{a}, or {b}"))
             }
-            Self::Unexplained => ("outlier-configuration", String::new()),
+            Self::Unexplained => (findings::outlier_configuration, String::new()),
         }
     }
 }
@@ -108,13 +122,13 @@ pub(super) fn describe(suspects: &[SuspectRun], rows: &[PhasorRow]) -> Vec<Findi
             None => groups.push((&suspect.suspicion, vec![suspect])),
         }
     }
-    let mut findings = vec![];
+    let mut found = vec![];
     for (suspicion, runs) in groups {
         if runs.len() <= MANY {
-            findings.extend(runs.iter().map(|s| one(s, &rows[s.row])));
+            found.extend(runs.iter().map(|s| one(s, &rows[s.row])));
             continue;
         }
-        let (code, words) = suspicion.words();
+        let (kind, words) = suspicion.words();
         let names: Vec<&str> = runs.iter().map(|s| s.run.as_str()).collect();
         let what = match suspicion {
             Suspicion::Unexplained => {
@@ -126,48 +140,41 @@ pub(super) fn describe(suspects: &[SuspectRun], rows: &[PhasorRow]) -> Vec<Findi
             _ => format!("{} runs look as if {words}", runs.len()),
         };
         let least = runs.iter().map(|s| s.statistic).fold(f64::MAX, f64::min);
-        findings.push(
-            Finding::new(Severity::Decision, code, what)
-                .evidence(format!(
+        found.push(
+            kind(
+                &what,
+                &format!(
                     "run {}: χ² = {least:.0} at least against the other runs with {} degrees of freedom each",
                     names.join(", "),
                     rows[runs[0].row].reals()
-                ))
-                .advice("check the records of these runs; measure them again or leave them out"),
+                ),
+            ),
         );
     }
-    findings
+    found
 }
 
 fn one(s: &SuspectRun, row: &PhasorRow) -> Finding {
     let place = format!("{}, {} Hz", degrees(&row.configuration), row.frequency);
-    let (code, words) = s.suspicion.words();
+    let (kind, words) = s.suspicion.words();
+    let (statistic, dof) = (s.statistic, row.reals());
+    let against = format!(
+        "{place}: χ² = {statistic:.0} against the other runs with {dof} degrees of freedom"
+    );
     if s.suspicion == Suspicion::Unexplained {
-        return Finding::new(
-            Severity::Decision,
-            code,
-            format!("run {} contradicts all other runs of its frequency", s.run),
-        )
-        .evidence(format!(
-            "{place}: χ² = {:.0} against the other runs with {} degrees of freedom; no single cause explains it",
-            s.statistic,
-            row.reals()
-        ))
-        .advice("measure it again or leave it out; the result is without it and its interval reaches the one with it");
+        return kind(
+            &format!("run {} contradicts all other runs of its frequency", s.run),
+            &format!("{against}; no single cause explains it"),
+        );
     }
-    Finding::new(
-        Severity::Decision,
-        code,
-        format!("run {} looks as if {words}", s.run),
+    kind(
+        &format!("run {} looks as if {words}", s.run),
+        &format!(
+            "{against}; {:.0} under this explanation{}",
+            s.explained,
+            corrected(&s.suspicion, row)
+        ),
     )
-    .evidence(format!(
-        "{place}: χ² = {:.0} against the other runs with {} degrees of freedom; {:.0} under this explanation{}",
-        s.statistic,
-        row.reals(),
-        s.explained,
-        corrected(&s.suspicion, row)
-    ))
-    .advice("check the record of the run; measure it again or leave it out")
 }
 
 /// What the run says when it is read as the cause would have it, where that is more than another name.

@@ -1,12 +1,14 @@
 //! Mounting angles after the data, and whether they agree with what is declared.
 
-use super::{AngleEstimate, upper_tail};
+use super::AngleEstimate;
 use crate::adjustment::Adjustment;
 use crate::budget::{Acts, Budget, ShakerInput};
+use crate::findings;
 use crate::observation::PhasorRow;
 use faer::{Mat, Side};
 use proofmass_core::Error;
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
+use proofmass_uncertainty::chi_squared_chance;
 
 /// Draws of every angle of the budget.
 fn draws<'a>(
@@ -49,7 +51,7 @@ pub(super) fn estimates(
 
 /// Whether the data agree with what is declared of the angles.
 pub(super) fn findings(adjustment: &Adjustment, budget: &Budget) -> Result<Vec<Finding>, Error> {
-    let mut findings = vec![];
+    let mut found = vec![];
     for (input, draws) in draws(adjustment, budget) {
         let Some((statistic, seen)) = agreement(adjustment, &draws)? else {
             continue;
@@ -57,38 +59,16 @@ pub(super) fn findings(adjustment: &Adjustment, budget: &Budget) -> Result<Vec<F
         let prior = input.standard_uncertainty();
         let nu = seen as f64;
         let ratio = (statistic / nu).sqrt();
-        let evidence = format!(
-            "the data want {ratio:.2} times the declared {:.3}°: χ² = {statistic:.1} with {seen} degrees of freedom",
-            prior.to_degrees()
-        );
-        if upper_tail(statistic, nu) < 1e-4 {
-            findings.push(
-                Finding::new(
-                    Severity::Decision,
-                    "angle-prior-too-small",
-                    format!("the mounting angles of {} scatter more than declared", input.key),
-                )
-                .evidence(evidence)
-                .advice(
-                    "the result is with what the runs support; declare it so, or look for a configuration that was mounted wrongly",
-                ),
-            );
-        } else if 1.0 - upper_tail(statistic, nu) < 1e-4 {
-            findings.push(
-                Finding::new(
-                    Severity::Note,
-                    "angle-prior-too-large",
-                    format!(
-                        "the mounting angles of {} scatter less than declared",
-                        input.key
-                    ),
-                )
-                .evidence(evidence)
-                .advice("a smaller declared uncertainty would be defensible"),
-            );
-        }
+        let kind = if chi_squared_chance(statistic, nu) < 1e-4 {
+            findings::angle_prior_too_small
+        } else if 1.0 - chi_squared_chance(statistic, nu) < 1e-4 {
+            findings::angle_prior_too_large
+        } else {
+            continue;
+        };
+        found.push(kind(&input.key, ratio, prior.to_degrees(), statistic, seen));
     }
-    Ok(findings)
+    Ok(found)
 }
 
 /// χ² of the draws of an input in the directions that the data see, and their number: under the prior the estimates have

@@ -2,7 +2,8 @@
 
 use super::super::adjustment::Adjustment;
 use super::super::matrix::AXES;
-use proofmass_uncertainty::{Finding, Severity};
+use crate::findings;
+use proofmass_uncertainty::Finding;
 
 /// Departure in standard uncertainties from which a drift is told.
 const SEEN: f64 = 4.0;
@@ -42,16 +43,6 @@ pub(super) fn finding(adjustment: &Adjustment) -> Option<Finding> {
     let (size, slope, u, over, channel) = largest?;
     (size > SEEN && slope.abs() > WORTH).then(|| {
         let what = channel.map_or("all outputs".to_owned(), |k| format!("output {}", AXES[k]));
-        Finding::new(
-            Severity::Warning,
-            "drift",
-            format!("the gain of {what} drifts in the order of the runs"),
-        )
-        .evidence(format!(
-            "{:+.2} % over {over}, u = {:.2} %",
-            100.0 * slope,
-            100.0 * u
-        ))
-        .advice("let the conditioner warm up and repeat the first runs at the end; the order is that of the table of runs")
+        findings::drift(&what, 100.0 * slope, over, 100.0 * u)
     })
 }

@@ -1,8 +1,8 @@
 //! Residuals beyond the budget, where they are.
 
-use super::upper_tail;
 use crate::adjustment::{Adjustment, Part};
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::chi_squared_chance;
+use proofmass_uncertainty::{Finding, findings::excess_residuals};
 
 /// Probability of residuals as large by chance, over all frequencies, from which they count as beyond the budget.
 const BEYOND: f64 = 1e-3;
@@ -15,7 +15,9 @@ pub(super) fn finding(adjustment: &Adjustment) -> Option<Finding> {
     let (chi_squared, dof) = (adjustment.chi_squared, adjustment.dof() as f64);
     let beyond = |part: Part| {
         let Part { chi_squared, dof } = part;
-        dof > 0.5 && chi_squared > dof && upper_tail(chi_squared, dof) < BEYOND / count as f64
+        dof > 0.5
+            && chi_squared > dof
+            && chi_squared_chance(chi_squared, dof) < BEYOND / count as f64
     };
     let mut places = vec![];
     if count == 1 {
@@ -35,21 +37,14 @@ pub(super) fn finding(adjustment: &Adjustment) -> Option<Finding> {
         told("in what the frequencies share".to_owned(), shared);
     }
     (!places.is_empty()).then(|| {
-        Finding::new(
-            Severity::Warning,
-            "excess-residuals",
-            format!(
-                "the residuals {} are larger than the budget allows",
-                places.join(", ")
+        excess_residuals(
+            &places.join(", "),
+            &format!(
+                "χ² = {chi_squared:.1} with {dof:.0} degrees of freedom, a factor of {:.2} in u",
+                (chi_squared / dof).sqrt()
             ),
-        )
-        .evidence(format!(
-            "χ² = {chi_squared:.1} with {dof:.0} degrees of freedom, a factor of {:.2} in u",
-            (chi_squared / dof).sqrt()
-        ))
-        .advice(
-            "the result is with the uncertainties that the runs support (`components`); look at the runs with the largest \
-             statistic, then at the repeatability in the budget",
+            "`components` has those that the runs support; look at the runs with the largest statistic, then at the \
+             repeatability in the budget",
         )
     })
 }

@@ -5,14 +5,14 @@ use crate::adjustment::Adjustment;
 use crate::budget::Budget;
 use crate::matrix::AXES;
 use faer::{Mat, Side};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// What the runs tell of the mounting, and what no run can.
 ///
 /// A small turn θ of the frame of the device, d → d + d × θ, and S → S + \[θ\]× S give the same outputs at any number of
 /// runs and frequencies: three turns are told by the declared uncertainties alone. What they do not change, the angles
 /// between the sensitive axes, the runs do tell.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Identifiability {
     /// Angles of each input of the budget.
     pub inputs: Vec<AngleInformation>,
@@ -24,7 +24,7 @@ pub struct Identifiability {
 }
 
 /// Angles of one input of the budget.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AngleInformation {
     /// Key of the input.
     pub key: String,
@@ -39,7 +39,7 @@ pub struct AngleInformation {
 }
 
 /// A turn of the device about one of its axes, at one frequency.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FrameTurn {
     /// Frequency in Hz.
     pub frequency: f64,

@@ -1,9 +1,10 @@
 //! Angles that a glued device on wedges has and the budget does not: what the runs say of them.
 
-use super::upper_tail;
 use crate::adjustment::{Adjustment, Group, Score};
 use crate::budget::{Acts, Budget, ShakerInput};
+use crate::findings;
 use crate::observation::{PhasorRow, SpuriousTable};
+use proofmass_uncertainty::chi_squared_chance;
 use proofmass_uncertainty::{Finding, Severity};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
@@ -39,11 +40,11 @@ pub(super) fn missing_angles(
         // Spurious motion of few repeats may be known worse than it says: F instead of χ².
         let p = match FisherSnedecor::new(score.dof, few) {
             Ok(f) if few.is_finite() => f.sf(score.statistic / score.dof),
-            _ => upper_tail(score.statistic, score.dof),
+            _ => chi_squared_chance(score.statistic, score.dof),
         };
         Some((score, p))
     };
-    let mut findings = vec![];
+    let mut found = vec![];
     let per_gluing = |i: &ShakerInput| !i.varies_with.is_empty();
     let (tilt, lean) = (
         declared(Acts::Tilt, &per_gluing),
@@ -58,27 +59,21 @@ pub(super) fn missing_angles(
     // Each answers to the other's error: the one that explains more of it is named.
     let leaning = |p: f64| leans.is_some_and(|(_, other)| other < p && other < WANTED);
     if let Some((score, p)) = tilts {
-        findings.push(tilt_finding(score, p, p < WANTED && !leaning(p)));
+        let finding = |seen| findings::missing_gluing_tilt(seen, &size(score), p);
+        found.push(match p < WANTED && !leaning(p) {
+            true => finding(", and the runs ask for one").at(Severity::Decision),
+            false => finding(""),
+        });
     } else if tilt && !declared(Acts::Tilt, &|i| i.varies_with.is_empty()) {
-        findings.push(
-            Finding::new(
-                Severity::Note,
-                "missing-mean-tilt",
-                "the budget has no tilt that all gluings have in common",
-            )
-            .evidence("the base of the device against its marked axes; no run can show it, in whatever number")
-            .advice(
-                "declare `device.tilt.mean` (acts = \"tilt\", varies_with = []); it enters S_xz, S_yz, S_zx, S_zy undiminished",
-            ),
-        );
+        found.push(findings::missing_mean_tilt());
     }
     if let Some((score, p)) = leans
         && p < WANTED
         && tilts.is_none_or(|(_, other)| leaning(other) || other >= WANTED)
     {
-        findings.push(lean_finding(score, p));
+        found.push(findings::missing_wedge_lean(&size(score), p));
     }
-    findings
+    found
 }
 
 fn size(score: Score) -> String {
@@ -87,45 +82,5 @@ fn size(score: Score) -> String {
         score.variance.max(0.0).sqrt().to_degrees(),
         score.statistic,
         score.dof
-    )
-}
-
-fn tilt_finding(score: Score, p: f64, seen: bool) -> Finding {
-    Finding::new(
-        if seen {
-            Severity::Decision
-        } else {
-            Severity::Note
-        },
-        "missing-gluing-tilt",
-        if seen {
-            "the budget has no tilt of the glued device, and the runs want one".to_owned()
-        } else {
-            "the budget has no tilt of the glued device".to_owned()
-        },
-    )
-    .evidence(format!(
-        "the device may turn on the wedge face but not tilt in its adhesive; the runs want {} per gluing, p = {p:.1e})",
-        size(score)
-    ))
-    .advice(
-        "declare `gluing.tilt` (acts = \"tilt\") with inclination and rotation, and `device.tilt.mean` with no key for \
-         what all gluings have in common: no data can show that, and S_xz, S_yz, S_zx, S_zy carry it undiminished",
-    )
-}
-
-fn lean_finding(score: Score, p: f64) -> Finding {
-    Finding::new(
-        Severity::Decision,
-        "missing-wedge-lean",
-        "the budget has no lateral lean of the wedges, and the runs want one",
-    )
-    .evidence(format!(
-        "the wedges may be steeper or flatter than drawn but not lean sideways; the runs want {} per wedge, p = {p:.1e})",
-        size(score)
-    ))
-    .advice(
-        "declare `wedge.lean` (acts = \"lean\") with inclination, or with no key where it is the table that leans; it enters \
-         S_xy and S_yx",
     )
 }

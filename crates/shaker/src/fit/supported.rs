@@ -6,15 +6,15 @@ use crate::derived::PROBABILITY;
 use crate::observation::{PhasorRow, SpuriousTable};
 use proofmass_core::Error;
 use proofmass_uncertainty::{DegreesOfFreedom, dof_of_coverage_factor};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// A kind of error of which the runs tell how large it is.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct VarianceComponent {
     /// Key of the input; `readings` for all that differs from run to run, with its noise.
     pub key: String,
     /// Frequency in Hz, where it is that of one frequency.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub frequency: Option<f64>,
     /// Standard uncertainty by the runs over the declared one.
     pub estimated: f64,

@@ -1,8 +1,9 @@
 //! Whether a run is fit to be used.
 
 use super::Quality;
+use crate::findings;
 use crate::single_axis::transverse_limit;
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 
 /// Rules of a sound run.
@@ -52,7 +53,7 @@ pub struct Assessed<'a> {
 
 /// Findings about a single run.
 pub fn assess(run: &Assessed<'_>, limits: &QualityLimits) -> Vec<Finding> {
-    let mut findings = vec![];
+    let mut doubts = vec![];
     let (name, f, q) = (run.run, run.frequency, run.quality);
     let (amplitude, target) = (run.amplitude, run.target);
     if let Some(found) = q.measured_frequency
@@ -60,17 +61,7 @@ pub fn assess(run: &Assessed<'_>, limits: &QualityLimits) -> Vec<Finding> {
         // In a record of few periods the frequency is not known as well as the limit.
         && (found - f).abs() > 5.0 * q.frequency_uncertainty.unwrap_or(0.0)
     {
-        findings.push(
-            Finding::new(
-                Severity::Decision,
-                "frequency-mismatch",
-                format!("run {name} does not vibrate at the frequency of the table"),
-            )
-            .evidence(format!(
-                "{f} Hz in the table, {found:.3} Hz in the recording"
-            ))
-            .advice("correct the table or leave the run out"),
-        );
+        doubts.push(findings::frequency_mismatch(name, f, found));
     }
     if !q.clipped.is_empty() {
         let channels: Vec<&str> = q
@@ -78,111 +69,110 @@ pub fn assess(run: &Assessed<'_>, limits: &QualityLimits) -> Vec<Finding> {
             .iter()
             .filter_map(|&k| run.channels.get(k).copied())
             .collect();
-        findings.push(
-            Finding::new(
-                Severity::Decision,
-                "clipped",
-                format!("run {name} is clipped"),
-            )
-            .evidence(format!(
-                "samples at full scale on channel {}",
-                channels.join(", ")
-            ))
-            .advice("lower the gain and measure it again"),
-        );
+        doubts.push(proofmass_uncertainty::findings::clipped(
+            &format!("run {name} is clipped"),
+            &format!("samples at full scale on channel {}", channels.join(", ")),
+            "amplitude and phase of the run are wrong",
+        ));
     }
     if let Some((k, part)) = q.flattened.first() {
         let channel = run.channels.get(*k).copied().unwrap_or("output");
-        findings.push(
-            Finding::new(
-                Severity::Decision,
-                "flat-topped",
-                format!("channel {channel} of run {name} has a flat top"),
-            )
-            .evidence(format!(
-                "third and fifth harmonic are those of a sine that is cut off; {:.2} % of the fundamental is lost, at {f} Hz",
-                100.0 * part
-            ))
-            .advice("an amplifier gives out before the converter does: lower its gain or the drive, and measure it again"),
-        );
+        doubts.push(findings::flat_topped(channel, name, 100.0 * part, f));
     }
     if let Some(tone) = q.tones.first() {
         let largest = tone.amplitudes.iter().copied().fold(0.0, f64::max);
-        findings.push(
-            Finding::new(
-                Severity::Note,
-                "tone-beside-drive",
-                format!("a tone beside the drive of run {name} was fitted with it"),
-            )
-            .evidence(format!(
-                "{:.3} Hz beside {f} Hz, {largest:.2e} V at most; {} in all",
-                tone.frequency,
-                q.tones.len()
-            ))
-            .advice("near 50 or 60 Hz and their multiples it is hum: look for loops of the ground"),
-        );
+        doubts.push(findings::tone_beside_drive(
+            name,
+            tone.frequency,
+            f,
+            largest,
+            q.tones.len(),
+        ));
     }
     if let Some(d) = q.distortion.filter(|&d| d > limits.distortion) {
-        findings.push(
-            Finding::new(
-                Severity::Warning,
-                "distortion",
-                format!("the excitation of run {name} is distorted"),
-            )
-            .evidence(format!(
-                "{:.1} % at {f} Hz, {:.0} % admitted",
-                100.0 * d,
-                100.0 * limits.distortion
-            ))
-            .advice("lower the amplitude or look for a loose mounting"),
-        );
+        doubts.push(findings::distortion(
+            name,
+            100.0 * d,
+            f,
+            100.0 * limits.distortion,
+        ));
     }
     if let Some(snr) = q
         .signal_to_noise
         .first()
         .filter(|&&snr| snr < limits.signal_to_noise)
     {
-        findings.push(
-            Finding::new(
-                Severity::Warning,
-                "low-signal",
-                format!("the reference of run {name} is close to its noise"),
-            )
-            .evidence(format!(
-                "{:.0} dB at {f} Hz, {:.0} dB wanted",
-                snr, limits.signal_to_noise
-            ))
-            .advice("raise the amplitude or the gain, or record for longer"),
-        );
+        doubts.push(findings::low_signal(name, *snr, f, limits.signal_to_noise));
     }
     if let Some(t) = target.filter(|t| (amplitude / t - 1.0).abs() > limits.amplitude) {
-        findings.push(
-            Finding::new(
-                Severity::Warning,
-                "amplitude-off-target",
-                format!("run {name} was not driven at its target amplitude"),
-            )
-            .evidence(format!(
-                "{amplitude:.3} m/s² reached, {t} m/s² wanted at {f} Hz"
-            ))
-            .advice("check the levelling; a linear device does not mind, its linearity does"),
-        );
+        doubts.push(findings::amplitude_off_target(name, amplitude, t, f));
     }
     let limit = transverse_limit(f);
     if let Some(t) = q.transverse.filter(|&t| t > limit) {
-        findings.push(
-            Finding::new(
-                Severity::Warning,
-                "transverse-motion",
-                format!("run {name}: the transverse motion exceeds the limit of ISO 16063-21"),
-            )
-            .evidence(format!(
-                "{:.1} % at {f} Hz, {:.0} % admitted",
-                100.0 * t,
-                100.0 * limit
-            ))
-            .advice("correct for the measured spurious motion, or leave the frequency out"),
-        );
+        doubts.push(findings::transverse_motion(
+            name,
+            100.0 * t,
+            f,
+            100.0 * limit,
+        ));
     }
-    findings
+    doubts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::RecordedTone;
+    use super::*;
+
+    fn sound() -> Quality {
+        Quality {
+            measured_frequency: Some(160.0),
+            distortion: Some(0.01),
+            signal_to_noise: vec![60.0; 4],
+            transverse: Some(0.0),
+            ..Quality::default()
+        }
+    }
+
+    /// Codes of a run of 10 m/s² at 160 Hz.
+    fn codes(change: impl FnOnce(&mut Quality), target: Option<f64>) -> Vec<String> {
+        let mut quality = sound();
+        change(&mut quality);
+        let run = Assessed {
+            run: "r",
+            frequency: 160.0,
+            quality: &quality,
+            channels: &CHANNELS,
+            amplitude: 10.0,
+            target,
+        };
+        let found = assess(&run, &QualityLimits::default());
+        found.iter().map(|f| f.code().to_owned()).collect()
+    }
+
+    #[test]
+    fn known_faults_of_a_run_have_their_names_and_a_sound_run_has_none() {
+        assert!(codes(|_| (), Some(10.0)).is_empty());
+        assert_eq!(codes(|_| (), Some(20.0)), ["amplitude-off-target"]);
+        assert_eq!(codes(|q| q.distortion = Some(0.1), None), ["distortion"]);
+        assert_eq!(codes(|q| q.signal_to_noise[0] = 30.0, None), ["low-signal"]);
+        assert_eq!(codes(|q| q.clipped.push(2), None), ["clipped"]);
+        assert_eq!(
+            codes(|q| q.flattened.push((1, 0.02)), None),
+            ["flat-topped"]
+        );
+        assert_eq!(
+            codes(|q| q.transverse = Some(0.9), None),
+            ["transverse-motion"]
+        );
+        assert_eq!(
+            codes(|q| q.measured_frequency = Some(170.0), None),
+            ["frequency-mismatch"]
+        );
+        let tone = RecordedTone {
+            frequency: 50.0,
+            amplitudes: vec![1e-4],
+        };
+        assert_eq!(codes(|q| q.tones.push(tone), None), ["tone-beside-drive"]);
+    }
 }

@@ -1,10 +1,11 @@
 //! The scatter of a reading, pooled over ratios of one kind: a few repeats of each know it together.
 
 use super::{Average, RatioRepeats, average};
-use crate::fit::upper_tail;
+use crate::findings;
 use crate::observation::{Correction, SpuriousTable};
 use proofmass_core::Error;
-use proofmass_uncertainty::{DegreesOfFreedom, Finding, Severity};
+use proofmass_uncertainty::chi_squared_chance;
+use proofmass_uncertainty::{DegreesOfFreedom, Finding};
 use std::collections::BTreeMap;
 
 /// Largest degrees of freedom that count as few repeats: with more, u is as good as known, or was judged.
@@ -124,7 +125,7 @@ fn scatter_alike(list: &[Stated]) -> bool {
     let groups = list.len() as f64 - 1.0;
     let inverse: f64 = list.iter().map(|s| s.reals().recip()).sum();
     let statistic = logarithms / (1.0 + (inverse - total.recip()) / (3.0 * groups));
-    upper_tail(statistic, groups) >= UNEQUAL
+    chi_squared_chance(statistic, groups) >= UNEQUAL
 }
 
 impl SpuriousTable {
@@ -230,45 +231,24 @@ impl SpuriousTable {
         }
         let mut findings = vec![];
         if !pooled_at.is_empty() {
-            findings.push(
-                Finding::new(
-                    Severity::Note,
-                    "spurious-scatter-pooled",
-                    format!("the uncertainties of the spurious motion \"{label}\" were pooled over its wedges and axes"),
-                )
-                .evidence(format!("few repeats know their scatter only together; at {}", pooled_at.join(", ")))
-                .advice("measure ten times, or let `proofmass calibrate` of a spurious-motion campaign write the table"),
-            );
+            findings.push(findings::spurious_scatter_pooled(
+                label,
+                &pooled_at.join(", "),
+            ));
         }
         if !unequal_at.is_empty() {
-            findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "spurious-scatter-unequal",
-                    format!("the ratios of the spurious motion \"{label}\" do not scatter alike"),
-                )
-                .evidence(format!(
-                    "each has the larger one of its own and the pooled uncertainty; at {}",
-                    unequal_at.join(", ")
-                ))
-                .advice("look at the ratio that scatters most; with ten repeats each uncertainty stands for itself"),
-            );
+            findings.push(findings::spurious_scatter_unequal(
+                label,
+                &unequal_at.join(", "),
+            ));
         }
         unsaid.retain(|_, [least, most]| *most > APART * APART * *least);
         if let Some((kind, [least, most])) = unsaid.first_key_value() {
-            findings.push(
-                Finding::new(
-                    Severity::Note,
-                    "spurious-dof-unsaid",
-                    format!("nothing says how many repeats are behind the uncertainties of the spurious motion \"{label}\""),
-                )
-                .evidence(format!(
-                    "at {} Hz the largest is {:.0} times the smallest, and both are taken as known",
-                    f64::from_bits(kind.0),
-                    (most / least).sqrt()
-                ))
-                .advice("a column nu with the degrees of freedom (repeats less one) lets them be pooled where they are few"),
-            );
+            findings.push(findings::spurious_dof_unsaid(
+                label,
+                f64::from_bits(kind.0),
+                (most / least).sqrt(),
+            ));
         }
         (table, findings)
     }

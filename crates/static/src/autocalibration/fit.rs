@@ -2,11 +2,12 @@
 
 use super::StillWindow;
 use crate::Triple;
+use crate::findings;
 use proofmass_core::Error;
 use proofmass_uncertainty::adjustment::{cholesky, solve};
 use proofmass_uncertainty::{
     Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence,
-    Quantity, Severity,
+    Quantity,
 };
 use serde::{Deserialize, Serialize};
 
@@ -60,7 +61,7 @@ impl Default for AutoCalibration {
 }
 
 /// Scale, offset (g) and temperature coefficient (g/K) of each axis.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct AutoCalibrationQuantities {
     /// s.
     pub scale: Triple,
@@ -71,7 +72,7 @@ pub struct AutoCalibrationQuantities {
 }
 
 /// What came of an auto-calibration.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct AutoCalibrationFit {
     /// The parameters.
     pub parameters: AutoCalibrationQuantities,
@@ -403,26 +404,14 @@ fn findings(fit: &AutoCalibrationFit, stop: Stop) -> Vec<Finding> {
     let mut findings = Vec::new();
     let (before, after) = (fit.error_before_mg, fit.error_after_mg);
     if after >= before || after >= ACCEPTED_MG {
-        findings.push(
-            Finding::new(
-                Severity::Decision,
-                "auto-calibration-failed",
-                "the still windows lie no better on the sphere than the method asks for",
-            )
-            .evidence(format!("mean of |‖a‖ − 1| {before:.2} mg before, {after:.2} mg after, {ACCEPTED_MG:.0} mg at most"))
-            .advice("keep the calibration of the maker, or calibrate by hand in twelve attitudes"),
-        );
+        findings.push(findings::auto_calibration_failed(
+            before,
+            after,
+            ACCEPTED_MG,
+        ));
     }
     if stop == Stop::Published {
-        findings.push(
-            Finding::new(
-                Severity::Warning,
-                "published-stop",
-                "the iteration ended at the published stop, which is not the solution",
-            )
-            .evidence(format!("{} iterations, {after:.3} mg", fit.iterations))
-            .advice("use it only to compare with programs that stop there"),
-        );
+        findings.push(findings::published_stop(fit.iterations, after));
     }
     findings
 }

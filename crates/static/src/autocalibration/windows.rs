@@ -30,7 +30,7 @@ impl Default for WindowRule {
 }
 
 /// One still window.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StillWindow {
     /// Middle of the window, s.
     pub time: f64,

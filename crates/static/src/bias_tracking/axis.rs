@@ -4,10 +4,9 @@ use super::consistency::Consistency;
 use super::{BiasNoise, RestMean};
 use proofmass_core::velocity::BiasModel;
 use proofmass_core::{BiasFilter, BiasState, Error};
-use serde::{Deserialize, Serialize};
 
 /// A bias with its standard uncertainty, m/s².
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BiasEstimate {
     /// The bias.
     pub bias: f64,
@@ -16,7 +15,7 @@ pub struct BiasEstimate {
 }
 
 /// The bias of one axis over the recording.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct AxisTrack {
     /// The noise it was tracked with.
     pub noise: BiasNoise,

@@ -1,7 +1,6 @@
 //! Are the innovations what the noise lets expect?
 
 use proofmass_uncertainty::{chi_squared_quantile, normal_quantile};
-use serde::{Deserialize, Serialize};
 
 /// Probability of each kind of finding on a healthy recording, over the three axes together.
 const FALSE_ALARMS: f64 = 1e-3;
@@ -15,7 +14,7 @@ const FEWEST: usize = 20;
 const LAGS: usize = 10;
 
 /// Innovations of one axis against their stated variance.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Consistency {
     /// Root of the mean square of the normalised innovations, one for a filter whose noise is right; rests that deviate left
     /// out.
@@ -33,7 +32,7 @@ pub struct Consistency {
 }
 
 /// A rest whose means lie too far from what was predicted.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DeviatingRest {
     /// Which one.
     pub rest: usize,

@@ -5,11 +5,11 @@ use super::terms::Terms;
 use super::{Model, MultiPosition, MultiPositionFit};
 use crate::Pose;
 use proofmass_core::Error;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use std::fmt;
 
 /// One model fitted to the same standstills.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ModelEvidence {
     /// The matrix.
     pub model: Model,

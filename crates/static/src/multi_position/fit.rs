@@ -6,10 +6,10 @@ use super::suspects::Suspect;
 use crate::{DirectionCoverage, Pose, Triple};
 use proofmass_core::{Compensation, Curvature, Gravity, SensorModel, ThermalTerms};
 use proofmass_uncertainty::{BetweenScatter, Estimate, Finding, Quantity};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// How one standstill agrees with the fit.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PoseResidual {
     /// Name of the standstill.
     pub name: String,
@@ -31,7 +31,7 @@ pub struct PoseResidual {
 }
 
 /// Contributions to the standard uncertainty of one quantity from the standstills, in its unit; they add in squares.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ScatterParts {
     /// The quantity.
     pub name: String,
@@ -44,7 +44,7 @@ pub struct ScatterParts {
 }
 
 /// The result without the standstills that are suspected.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct WithoutSuspects {
     /// Who is left out.
     pub suspects: Vec<Suspect>,
@@ -53,26 +53,22 @@ pub struct WithoutSuspects {
 }
 
 /// Terms beyond ã = K a + b as they were fitted ([`Terms`](super::Terms)).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct BeyondMatrix {
     /// What follows the temperature.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub thermal: Option<ThermalTerms<f64>>,
     /// Lowest and highest temperature of the standstills, °C, where it does.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub range: Option<[f64; 2]>,
     /// What is not linear.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub curvature: Option<Curvature<f64>>,
 }
 
 /// Result of a [`MultiPosition`](super::MultiPosition) fit.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct MultiPositionFit {
     pub(crate) model: Model,
     pub(crate) sensor: SensorModel<f64>,
     /// What goes beyond the matrix, where that was fitted.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) beyond: Option<BeyondMatrix>,
     pub(crate) estimate: Estimate,
     pub(crate) quantities: Vec<Quantity>,
@@ -91,7 +87,6 @@ pub struct MultiPositionFit {
     pub(crate) excess: f64,
     pub(crate) condition: f64,
     pub(crate) iterations: usize,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) effective: Option<f64>,
     pub(crate) misfits: Vec<Misfit>,
     pub(crate) without_suspects: Option<WithoutSuspects>,

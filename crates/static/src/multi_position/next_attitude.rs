@@ -5,10 +5,9 @@ use crate::Triple;
 use crate::direction_coverage::{spiral, unit};
 use proofmass_uncertainty::DegreesOfFreedom;
 use proofmass_uncertainty::adjustment::{cholesky, solve};
-use serde::{Deserialize, Serialize};
 
 /// What one more standstill would do, after those that stand before it in a list.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NextAttitude {
     /// Direction of the specific force in the axes of the sensor: what should point up.
     pub direction: Triple,
@@ -18,8 +17,7 @@ pub struct NextAttitude {
 }
 
 /// Where most of the uncertainty comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Limiting {
     /// Noise within the standstills.

@@ -6,6 +6,7 @@ use super::{AttitudeUncertainty, Model, MultiPosition};
 use crate::direction_coverage::unit;
 use crate::{Ellipsoid, Pose, Triple};
 use faer::{Mat, Side};
+use proofmass_core::numeric::median;
 use proofmass_core::{Error, Matrix3};
 use proofmass_uncertainty::adjustment::{Equations, Solution, adjust};
 
@@ -62,7 +63,8 @@ impl<'a> Problem<'a> {
         let (centre, radius) = match settings.nominal_sensitivity {
             Some(sensitivity) => {
                 let radius = sensitivity * g;
-                let typical = median(means.iter().map(|m| proofmass_core::norm(*m)).collect());
+                let mut norms: Vec<f64> = means.iter().map(|m| proofmass_core::norm(*m)).collect();
+                let typical = median(&mut norms).unwrap_or(0.0);
                 if !(typical > 0.5 * radius && typical < 2.0 * radius) {
                     return Err(Error::OutOfRange {
                         name: "magnitude of the output at rest",
@@ -363,17 +365,4 @@ fn not_definite(value: f64, index: usize) -> Error {
 /// vᵀ C v.
 pub(crate) fn quadratic_form(c: &[Triple; 3], v: Triple) -> f64 {
     proofmass_core::dot(v, Matrix3(*c).times(v))
-}
-
-pub(crate) fn median(mut values: Vec<f64>) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    values.sort_by(f64::total_cmp);
-    let middle = values.len() / 2;
-    if values.len() % 2 == 1 {
-        values[middle]
-    } else {
-        0.5 * (values[middle - 1] + values[middle])
-    }
 }

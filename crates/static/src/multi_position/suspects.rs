@@ -5,10 +5,9 @@ use crate::added_terms::AddedTerms;
 use crate::direction_coverage::unit;
 use crate::{Direction, Pose, Triple};
 use proofmass_core::{dot, norm};
-use serde::{Deserialize, Serialize};
 
 /// A standstill that the others contradict.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Suspect {
     /// Its place among the standstills, counted from 0.
     pub index: usize,

@@ -1,8 +1,8 @@
 //! Axes that are swapped, inverted or turned against the frame in which attitudes are given.
 
-use crate::Triple;
+use crate::{Triple, findings};
 use proofmass_core::Matrix3;
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 /// Share of a row of K that its largest element must hold to name the axis it follows.
@@ -39,47 +39,28 @@ pub(super) fn of(kappa: &[Triple; 3]) -> Option<Finding> {
             .collect();
         format!("{}{mirror}", parts.join(", "))
     };
-    let decision = |code: &str, what: &str| {
-        Finding::new(Severity::Decision, code, what)
-            .evidence(said())
-            .advice("correct the columns, the wiring or the given attitudes and calibrate again; the compensation is right only for outputs in this very order")
-    };
     let mut taken: Vec<usize> = follows.iter().map(|f| f.0).collect();
     taken.sort_unstable();
     if taken == [0, 1, 2] && follows.iter().all(|f| f.2 > DOMINANT) {
         let swapped = (0..3).any(|row| follows[row].0 != row);
         let inverted = follows.iter().any(|f| f.1 < 0.0);
         return match (swapped, inverted) {
-            (true, _) => Some(decision(
-                "axes-swapped",
-                "the outputs follow other axes than they are named after",
-            )),
-            (false, true) => Some(decision(
-                "axis-inverted",
-                "an output falls where it should rise",
-            )),
+            (true, _) => Some(findings::axes_swapped(&said())),
+            (false, true) => Some(findings::axis_inverted(&said())),
             (false, false) => None,
         };
     }
-    Some(
-        Finding::new(
-            Severity::Decision,
-            "frame-turned",
-            "the axes of the sensor are far from those in which the attitudes are given",
-        )
-        .evidence(format!(
-            "rows of K over their length: {}{mirror}",
-            (0..3)
-                .map(|row| {
-                    let norm = proofmass_core::norm(kappa[row]);
-                    let [a, b, c] = kappa[row].map(|v| v / norm);
-                    format!("{} ({a:+.2}, {b:+.2}, {c:+.2})", AXES[row])
-                })
-                .collect::<Vec<_>>()
-                .join(", ")
-        ))
-        .advice("give the attitudes in the axes of the sensor; misalignments of this size are no small angles"),
-    )
+    let rows: Vec<String> = (0..3)
+        .map(|row| {
+            let norm = proofmass_core::norm(kappa[row]);
+            let [a, b, c] = kappa[row].map(|v| v / norm);
+            format!("{} ({a:+.2}, {b:+.2}, {c:+.2})", AXES[row])
+        })
+        .collect();
+    Some(findings::frame_turned(&format!(
+        "{}{mirror}",
+        rows.join(", ")
+    )))
 }
 
 #[cfg(test)]

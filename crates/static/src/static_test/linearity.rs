@@ -4,8 +4,9 @@ use super::StaticFit;
 use super::readings::{
     CommonError, PolynomialOrder, Solved, check, least_squares, not_negative, positive,
 };
+use crate::findings;
 use proofmass_core::Error;
-use proofmass_uncertainty::{Component, Finding, Severity, f_quantile};
+use proofmass_uncertainty::{Component, f_quantile};
 use serde::{Deserialize, Serialize};
 
 /// ã = b₀ + k₁ (a + k₂ a² + k₃ a³) + k_T (T − T̄).
@@ -242,15 +243,7 @@ impl Linearity {
         let mut findings = Vec::new();
         let share = departure / (k1.abs() * full_scale);
         if share > 1e-3 {
-            findings.push(
-                Finding::new(
-                    Severity::Note,
-                    "not-linear",
-                    "the output leaves the straight line by more than 0.1 % of full scale",
-                )
-                .evidence(format!("{:.3} %", 1e2 * share))
-                .advice("compensate curvature, or use the range in which the line holds"),
-            );
+            findings.push(findings::not_linear(1e2 * share));
         }
         Ok(StaticFit {
             estimate,

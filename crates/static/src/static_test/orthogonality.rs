@@ -2,8 +2,9 @@
 
 use super::StaticFit;
 use crate::Triple;
+use crate::findings;
 use proofmass_core::{Error, dot, norm};
-use proofmass_uncertainty::{Component, Estimate, Finding, Severity};
+use proofmass_uncertainty::{Component, Estimate};
 use serde::{Deserialize, Serialize};
 
 /// How far each pair of sensitive axes is from a right angle, and what that costs.
@@ -106,19 +107,11 @@ impl Orthogonality {
                 continue;
             };
             if error.value.abs() > self.tolerance {
-                findings.push(
-                    Finding::new(
-                        Severity::Note,
-                        "not-orthogonal",
-                        format!("{name}: uncorrected, the axes read into each other"),
-                    )
-                    .evidence(format!(
-                        "{:.2} mg at {:.2} m/s²",
-                        error.value / 9.80665e-3,
-                        self.acceleration
-                    ))
-                    .advice("compensate with the whole matrix K, not with scale factors alone"),
-                );
+                findings.push(findings::not_orthogonal(
+                    name,
+                    error.value / 9.80665e-3,
+                    self.acceleration,
+                ));
             }
         }
         Ok(StaticFit {

@@ -6,7 +6,7 @@ use proofmass_uncertainty::adjustment::{cholesky, solve};
 use proofmass_uncertainty::{
     Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence,
 };
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// An error that all readings share, so that no residual shows it.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,7 +26,7 @@ pub struct CommonError {
 }
 
 /// One reading against the model.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ReadingResidual {
     /// Input: an angle in rad, an acceleration in m/s², a time in s.
     pub input: f64,
@@ -44,7 +44,7 @@ impl ReadingResidual {
 }
 
 /// One order that was compared.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PolynomialOrder {
     /// Order.
     pub order: usize,
@@ -61,7 +61,7 @@ pub struct PolynomialOrder {
 }
 
 /// What a static test found.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct StaticFit {
     /// The quantities with one covariance.
     pub estimate: Estimate,

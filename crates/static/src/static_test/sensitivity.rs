@@ -4,8 +4,9 @@ use super::StaticFit;
 use super::readings::{
     CommonError, check, fixture_angle, least_squares, not_negative, per_acceleration,
 };
+use crate::findings;
 use proofmass_core::{Error, Gravity};
-use proofmass_uncertainty::{Component, Estimate, Finding, Severity};
+use proofmass_uncertainty::{Component, Estimate, Finding};
 use serde::{Deserialize, Serialize};
 
 /// S = (V₊ − V₋)/2g and b = (V₊ + V₋)/2; repeated readings are averaged and their scatter counts.
@@ -125,33 +126,13 @@ fn doubts(estimate: &Estimate, unit: &str) -> Option<Finding> {
     let s = estimate.get("sensitivity")?;
     let (value, expanded) = (s.value, s.expanded(0.95));
     let unit_says = unit == "m/s²" && !(0.5..2.0).contains(&value.abs());
-    let (code, what, advice) = if value.abs() <= expanded {
-        (
-            "no-response",
-            "the output does not follow the position",
-            "look at the column, the wiring, and whether up and down are different recordings",
-        )
+    let per = per_acceleration(unit);
+    if value.abs() <= expanded {
+        Some(findings::no_response(value, expanded, &per))
     } else if value < 0.0 {
-        (
-            "axis-inverted",
-            "the output falls where it should rise",
-            "exchange up and down, or correct the wiring",
-        )
-    } else if unit_says {
-        (
-            "sensitivity-implausible",
-            "the output is no acceleration in its unit, by more than a factor of two",
-            "check the unit of the outputs, the column and the angles",
-        )
+        let evidence = format!("sensitivity {value:.3e}, U = {expanded:.1e} {per}");
+        Some(findings::axis_inverted(&evidence))
     } else {
-        return None;
-    };
-    Some(
-        Finding::new(Severity::Decision, code, what)
-            .evidence(format!(
-                "sensitivity {value:.3e}, U = {expanded:.1e} {}",
-                per_acceleration(unit)
-            ))
-            .advice(advice),
-    )
+        unit_says.then(|| findings::sensitivity_implausible(value, expanded, &per))
+    }
 }

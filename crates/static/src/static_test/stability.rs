@@ -1,13 +1,14 @@
 //! Drift of calibration results over time, and when to calibrate again.
 
+use crate::findings;
 use proofmass_core::Error;
 use proofmass_uncertainty::{
-    BetweenScatter, DegreesOfFreedom, Estimate, Finding, NoiseDof, Quantity, Severity,
+    BetweenScatter, DegreesOfFreedom, Estimate, Finding, NoiseDof, Quantity,
 };
 use serde::{Deserialize, Serialize};
 
 /// A calibration and the day it was made.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct DatedEstimate {
     /// Days from any origin.
     pub day: f64,
@@ -75,7 +76,7 @@ pub struct Drift {
 }
 
 /// All quantities over time.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct StabilityFit {
     /// One for each quantity that all calibrations have.
     pub drifts: Vec<Drift>,
@@ -258,27 +259,16 @@ impl Stability {
         for d in drifts {
             let k = d.drift.dof.coverage_factor(level);
             if d.drift.value.abs() > k * d.drift.standard_uncertainty {
-                findings.push(
-                    Finding::new(Severity::Warning, "drifts", format!("{} drifts", d.name))
-                        .evidence(format!(
-                            "{:.3e} ± {:.1e} {} per month",
-                            d.drift.value,
-                            d.drift.expanded(self.probability),
-                            d.unit
-                        ))
-                        .advice("calibrate more often, or extrapolate the drift knowingly"),
-                );
+                findings.push(findings::drifts(
+                    &d.name,
+                    d.drift.value,
+                    d.drift.expanded(self.probability),
+                    &d.unit,
+                ));
             }
         }
         if due_in <= 0.0 {
-            findings.push(
-                Finding::new(
-                    Severity::Decision,
-                    "tolerance-exhausted",
-                    "the uncertainty of the last calibration alone fills a tolerance",
-                )
-                .advice("calibrate better, or widen the tolerance"),
-            );
+            findings.push(findings::tolerance_exhausted());
         }
         findings
     }

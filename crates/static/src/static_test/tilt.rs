@@ -4,8 +4,9 @@ use super::StaticFit;
 use super::readings::{
     CommonError, check, fixture_angle, least_squares, not_negative, per_acceleration,
 };
+use crate::findings;
 use proofmass_core::{Error, Gravity};
-use proofmass_uncertainty::{Component, Estimate, Finding, Severity};
+use proofmass_uncertainty::{Component, Estimate, Finding};
 use serde::{Deserialize, Serialize};
 
 /// Output V = b + S g cos(θ + φ) at angles θ between the sensitive axis and the vertical.
@@ -226,13 +227,5 @@ fn second_harmonic(
     let f = (line - full.squares) / 2.0 / (full.squares / nu);
     let limit = proofmass_uncertainty::f_quantile(0.99, 2.0, nu);
     let size = full.parameters[3].hypot(full.parameters[4]) / reach;
-    (f > limit).then(|| {
-        Finding::new(
-            Severity::Warning,
-            "second-harmonic",
-            "the residuals go twice around with the angle: the output is curved, or the axis of the table moves",
-        )
-        .evidence(format!("{:.3} % of the output at 1 g; F = {f:.1}, limit {limit:.1}", 1e2 * size))
-        .advice("test linearity with known accelerations, or turn the sensor by 180° on the table and repeat")
-    })
+    (f > limit).then(|| findings::second_harmonic(1e2 * size, f, limit))
 }

@@ -2,11 +2,11 @@
 
 use super::readings::not_negative;
 use super::{ReadingResidual, StaticFit};
+use crate::findings;
 use crate::{MeanNoise, Samples, Segment};
 use proofmass_core::{Error, Gravity};
 use proofmass_uncertainty::{
     Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence,
-    Severity,
 };
 use serde::{Deserialize, Serialize};
 
@@ -126,15 +126,7 @@ impl ZeroG {
         let mut findings = drift(&samples, &noise);
         findings.extend(self.elsewhere(mean));
         if self.levelling == 0.0 {
-            findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "level-taken-as-exact",
-                    "the surface is taken as perfectly level",
-                )
-                .evidence(format!("0.05° are {:.2} mg", 1e3 * 0.05f64.to_radians()))
-                .advice("state the standard uncertainty of the levelling, or turn the sensor by 180° and average"),
-            );
+            findings.push(findings::level_taken_as_exact());
         }
         Ok(StaticFit {
             estimate,
@@ -168,18 +160,7 @@ impl ZeroG {
             .zip(AXES)
             .map(|(m, axis)| format!("{axis} {:.4} g", m / g))
             .collect::<Vec<_>>();
-        Some(
-            Finding::new(
-                Severity::Decision,
-                "gravity-elsewhere",
-                format!(
-                    "the sensor does not read gravity along {}: another axis points up, or the unit is another",
-                    AXES[self.up]
-                ),
-            )
-            .evidence(format!("mean outputs: {}", read.join(", ")))
-            .advice("name the axis that points up, the order of the columns and their unit"),
-        )
+        Some(findings::gravity_elsewhere(AXES[self.up], &read.join(", ")))
     }
 }
 
@@ -208,19 +189,15 @@ fn drift(samples: &Samples<'_>, noise: &MeanNoise) -> Vec<Finding> {
         // Four standard uncertainties: once in sixteen thousand, three axes.
         if difference.abs() > noise.dof().coverage_factor(0.99994) * u {
             findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "bias-drifts",
-                    format!("{name} drifts within the recording: its mean is none of a constant"),
+                findings::bias_drift(
+                    &format!(
+                        "second half less first: {:.3} mg, {:.0} standard uncertainties",
+                        difference / 9.80665e-3,
+                        difference.abs() / u
+                    ),
+                    "`proofmass noise` tells its stability",
                 )
-                .evidence(format!(
-                    "second half less first: {:.3} mg, {:.0} standard uncertainties",
-                    difference / 9.80665e-3,
-                    difference.abs() / u
-                ))
-                .advice(
-                    "wait until the sensor is warm, or take `proofmass noise` for its stability",
-                ),
+                .of_part(name),
             );
         }
     }

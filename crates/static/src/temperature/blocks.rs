@@ -2,6 +2,7 @@
 
 use super::{SweepData, means};
 use crate::Triple;
+use proofmass_core::numeric::median;
 use proofmass_core::{Error, check, norm};
 use serde::{Deserialize, Serialize};
 
@@ -22,7 +23,7 @@ const JUMP: f64 = 0.04;
 const ABRUPT: f64 = 4.0;
 
 /// Block means in order of time.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Blocks {
     /// Middle of each block, s.
     pub time: Vec<f64>,
@@ -33,7 +34,6 @@ pub struct Blocks {
     /// Attitude of each block, its number in `attitudes`.
     pub attitude: Vec<usize>,
     /// Number of jumps of the temperature before each block: between them nobody saw whether the sensor lay still.
-    #[serde(default)]
     pub stretch: Vec<usize>,
     /// The attitudes.
     pub attitudes: Vec<Attitude>,
@@ -181,7 +181,7 @@ impl Blocks {
     fn find_attitudes(&mut self) {
         let change = |a: Triple, b: Triple| norm([b[0] - a[0], b[1] - a[1], b[2] - a[2]]);
         let changes: Vec<f64> = self.output.windows(2).map(|w| change(w[0], w[1])).collect();
-        let typical = crate::multi_position::median(changes.clone());
+        let typical = median(&mut changes.clone()).unwrap_or(0.0);
         let mut number = 0;
         self.attitude = vec![0; self.len()];
         let mut steps = vec![None];
@@ -277,7 +277,7 @@ fn jumps(temperature: &[f64]) -> Vec<usize> {
         .windows(2)
         .map(|w| (w[1] - w[0]).abs())
         .collect();
-    let typical = crate::multi_position::median(steps.clone());
+    let typical = median(&mut steps.clone()).unwrap_or(0.0);
     let moved = steps.iter().copied().filter(|s| *s > 0.0);
     // A thermometer of few digits goes in steps of its own.
     let digit = moved.fold(f64::INFINITY, f64::min);

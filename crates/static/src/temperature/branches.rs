@@ -1,10 +1,10 @@
 //! Heating and cooling: which block belongs to which, and what differs between them.
 
 use super::Blocks;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// What heating and cooling do differently on one axis.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Hysteresis {
     /// Largest difference of the branches within their common range, heating minus cooling, m/s².
     pub difference: f64,

@@ -5,12 +5,12 @@ use super::warm_up::SelfHeating;
 use super::{Attitude, Blocks, Hysteresis};
 use proofmass_core::THERMAL_ORDER;
 use proofmass_uncertainty::{Estimate, Finding};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// One order of the polynomial on one axis.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct OrderFit {
     /// Largest power.
     pub order: usize,
@@ -31,7 +31,7 @@ pub struct OrderFit {
 }
 
 /// One axis.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AxisFit {
     /// Every order that was fitted.
     pub orders: Vec<OrderFit>,
@@ -45,10 +45,10 @@ pub struct AxisFit {
     /// and its standard uncertainty, where it can be told.
     pub lag: Option<[f64; 2]>,
     /// Self-heating after switching on, where it is part of the model.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub self_heating: Option<SelfHeating>,
     /// The loudest step that no temperature makes.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub step: Option<OutputStep>,
     /// Mean of the fitted change over the blocks, m/s².
     pub mean_change: f64,
@@ -65,7 +65,7 @@ impl AxisFit {
 }
 
 /// Temperature coefficients with one joint covariance.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct TemperatureFit {
     /// T₀, °C.
     pub reference: f64,

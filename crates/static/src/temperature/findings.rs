@@ -1,6 +1,7 @@
 //! What to doubt in temperature coefficients.
 
 use super::coefficients::{AXES, TemperatureFit};
+use crate::findings;
 use proofmass_core::STANDARD_GRAVITY;
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Severity};
 
@@ -12,22 +13,14 @@ pub(super) fn of(
     settings: &super::TemperatureSweep,
 ) -> Vec<Finding> {
     let probability = settings.probability;
-    let mut findings = Vec::new();
-    turned(fit, &mut findings);
-    jump(fit, settings.tilt, &mut findings);
-    steps(fit, probability, &mut findings);
+    let mut found = Vec::new();
+    turned(fit, &mut found);
+    jump(fit, settings.tilt, &mut found);
+    steps(fit, probability, &mut found);
     if cycle {
-        hysteresis(fit, probability, &mut findings);
+        hysteresis(fit, probability, &mut found);
     } else {
-        findings.push(
-            Finding::new(
-                Severity::Note,
-                "one-direction",
-                "in no attitude did the temperature go both ways: hysteresis and lag are in the coefficients and cannot be seen",
-            )
-            .evidence(format!("{:.1} to {:.1} °C", fit.range[0], fit.range[1]))
-            .advice("record the way back as well, at several rates"),
-        );
+        found.push(findings::one_direction(fit.range[0], fit.range[1]));
     }
     if !fit.scale {
         let largest = fit
@@ -35,61 +28,34 @@ pub(super) fn of(
             .iter()
             .map(|a| proofmass_core::norm(a.output))
             .fold(0.0, f64::max);
-        findings.push(
-            Finding::new(
-                Severity::Note,
-                "bias-and-scale-together",
-                "in one attitude bias and scale are not told apart: the coefficients are those of the output there",
-            )
-            .evidence(format!(
-                "100 ppm/K of scale would be {:.0} µg/K along the specific force",
-                1e-4 * largest * 1e3 * MG
-            ))
-            .advice("sweep the temperature with each axis up and down in turn"),
-        );
+        found.push(findings::bias_and_scale_together(1e-4 * largest * 1e3 * MG));
     }
-    thermometer(fit, &mut findings);
-    self_heating(fit, &mut findings);
+    thermometer(fit, &mut found);
+    self_heating(fit, &mut found);
     if cycle && fit.axes.iter().any(|a| a.lag.is_none()) {
-        findings.push(
-            Finding::new(
-                Severity::Note,
-                "lag-not-determined",
-                "the temperature ran at one rate: a lag of the thermometer looks as hysteresis does, and is counted there",
-            )
-            .evidence("the rate varies by less than a third within the branches")
-            .advice("record at several rates, or with plateaus, to tell them apart"),
-        );
+        found.push(findings::lag_not_determined());
     }
-    findings
+    found
 }
 
 /// One in a hundred healthy recordings of three axes: 2.94 standard uncertainties each.
 const SELF_HEATING: f64 = 2.94;
 
-fn self_heating(fit: &TemperatureFit, findings: &mut Vec<Finding>) {
-    let found: Vec<(&str, crate::SelfHeating)> = AXES
+fn self_heating(fit: &TemperatureFit, found: &mut Vec<Finding>) {
+    let heating: Vec<(&str, crate::SelfHeating)> = AXES
         .into_iter()
         .zip(&fit.axes)
         .filter_map(|(name, axis)| Some((name, axis.self_heating?)))
         .collect();
-    let part = found
+    let part = heating
         .iter()
         .map(|(_, h)| h.own_part)
         .fold(f64::INFINITY, f64::min);
-    if found.iter().any(|(_, h)| !h.determined) {
-        findings.push(
-            Finding::new(
-                Severity::Decision,
-                "self-heating-not-determined",
-                "the temperature ran as self-heating decays: the coefficients and the warming of the sensor cannot be told apart",
-            )
-            .evidence(format!("{:.2} % of the decay is not explained by temperature and attitudes", 1e2 * part))
-            .advice("hold the temperature after switching on until the output rests, or record the way back too"),
-        );
+    if heating.iter().any(|(_, h)| !h.determined) {
+        found.push(findings::self_heating_not_determined(1e2 * part));
         return;
     }
-    let seen: Vec<String> = found
+    let seen: Vec<String> = heating
         .iter()
         .filter(|(_, h)| h.amplitude.abs() > SELF_HEATING * h.standard_uncertainty)
         .map(|(name, h)| {
@@ -102,19 +68,11 @@ fn self_heating(fit: &TemperatureFit, findings: &mut Vec<Finding>) {
         })
         .collect();
     if !seen.is_empty() {
-        findings.push(
-            Finding::new(
-                Severity::Note,
-                "self-heating",
-                "the sensor warmed itself after it was switched on; the coefficients are those of the warm sensor",
-            )
-            .evidence(seen.join("; "))
-            .advice("wait several time constants before a measurement"),
-        );
+        found.push(findings::self_heating(&seen.join("; ")));
     }
 }
 
-fn turned(fit: &TemperatureFit, findings: &mut Vec<Finding>) {
+fn turned(fit: &TemperatureFit, found: &mut Vec<Finding>) {
     let steps: Vec<String> = fit
         .attitudes()
         .iter()
@@ -124,21 +82,12 @@ fn turned(fit: &TemperatureFit, findings: &mut Vec<Finding>) {
         })
         .collect();
     if !steps.is_empty() {
-        findings.push(
-            Finding::new(
-                Severity::Warning,
-                "turned",
-                "the output changed suddenly, as when the sensor is moved: each stretch has an intercept of its own, \
-                 and only what happens within the stretches counts",
-            )
-            .evidence(steps.join(", "))
-            .advice("keep the sensor in one attitude while the temperature changes"),
-        );
+        found.push(findings::turned(&steps.join(", ")));
     }
 }
 
 /// A coefficient that rests on the difference of two stretches cannot be told from a tilt between them.
-fn jump(fit: &TemperatureFit, tilt: Option<f64>, findings: &mut Vec<Finding>) {
+fn jump(fit: &TemperatureFit, tilt: Option<f64>, found: &mut Vec<Finding>) {
     let jumps = fit.blocks.jumps();
     let Some((_, kelvin, change)) = jumps
         .iter()
@@ -147,27 +96,24 @@ fn jump(fit: &TemperatureFit, tilt: Option<f64>, findings: &mut Vec<Finding>) {
     else {
         return;
     };
-    let evidence = format!(
-        "{} of them, the largest by {kelvin:.1} K, where the output changed by {:.2} mg",
-        jumps.len(),
-        proofmass_core::norm(change) * MG
-    );
-    findings.push(match tilt {
-        None => Finding::new(
-            Severity::Decision,
-            "temperature-jump",
-            "the temperature jumps: the recording was interrupted, and a tilt of the sensor meanwhile would look like a \
-             coefficient; the intervals hold every tilt that the outputs leave possible",
-        )
-        .evidence(evidence)
-        .advice("record while the temperature changes, or say how well the attitude was kept (--tilt)"),
-        Some(tilt) => Finding::new(
-            Severity::Note,
-            "temperature-jump",
-            "the temperature jumps: that the sensor was not turned meanwhile is taken from what was declared",
-        )
-        .evidence(format!("{evidence}; declared {:.3}°", tilt.to_degrees()))
-        .advice("record while the temperature changes"),
+    let (treatment, alternative) = match tilt {
+        None => (
+            "the recording was interrupted, and a tilt of the sensor meanwhile would look like a coefficient; \
+             the intervals hold every tilt that the outputs leave possible"
+                .to_owned(),
+            ", or say how well the attitude was kept (--tilt)",
+        ),
+        Some(tilt) => (
+            format!("that the sensor was not turned meanwhile is taken from the {:.3}° that were declared", tilt.to_degrees()),
+            "",
+        ),
+    };
+    let change = proofmass_core::norm(change) * MG;
+    let finding = findings::temperature_jump(&treatment, jumps.len(), kelvin, change, alternative);
+    found.push(if tilt.is_some() {
+        finding.at(Severity::Note)
+    } else {
+        finding
     });
 }
 
@@ -178,7 +124,7 @@ const STEP: f64 = 1e-2;
 const SURE_STEP: f64 = 1e-4;
 
 /// A small turn while the temperature goes on is a step; so is whatever else a polynomial does not follow.
-fn steps(fit: &TemperatureFit, probability: f64, findings: &mut Vec<Finding>) {
+fn steps(fit: &TemperatureFit, probability: f64, found: &mut Vec<Finding>) {
     let mut gravest = Severity::Warning;
     let mut seen = Vec::new();
     for (name, axis) in AXES.into_iter().zip(&fit.axes) {
@@ -198,45 +144,30 @@ fn steps(fit: &TemperatureFit, probability: f64, findings: &mut Vec<Finding>) {
         ));
     }
     if !seen.is_empty() {
-        findings.push(
-            Finding::new(
-                gravest,
-                "output-step",
-                "the output steps beside the temperature, as when the sensor is moved a little: that is in the coefficients",
-            )
-            .evidence(seen.join("; "))
-            .advice("look at the figure, and record again with the sensor fixed; or leave the samples before or after it out"),
-        );
+        found.push(findings::output_step(&seen.join("; ")).at(gravest));
     }
 }
 
-fn hysteresis(fit: &TemperatureFit, probability: f64, findings: &mut Vec<Finding>) {
+fn hysteresis(fit: &TemperatureFit, probability: f64, found: &mut Vec<Finding>) {
     let k = DegreesOfFreedom::INFINITE.coverage_factor(probability);
-    for (name, axis) in AXES.iter().zip(&fit.axes) {
+    for (name, axis) in AXES.into_iter().zip(&fit.axes) {
         let Some(h) = &axis.hysteresis else { continue };
         // The largest of a curve of three parameters: Scheffé's factor keeps the rate of false alarms at 1 %.
         let limit = 3.37 * h.standard_uncertainty;
         if h.difference.abs() > limit {
-            findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "hysteresis",
-                    format!("heating and cooling differ on {name}: a reading is uncertain by it whatever the coefficients"),
-                )
-                .evidence(format!(
-                    "{:.2} mg ± {:.2} mg at {:.1} °C",
-                    h.difference * MG,
-                    k * h.standard_uncertainty * MG,
-                    h.temperature
-                ))
-                .advice(format!("count {:.2} mg as standard uncertainty of a compensated reading", h.of_a_reading() * MG)),
-            );
+            found.push(findings::hysteresis(
+                name,
+                h.difference * MG,
+                k * h.standard_uncertainty * MG,
+                h.temperature,
+                h.of_a_reading() * MG,
+            ));
         }
     }
 }
 
 /// Noise of the thermometer flattens a regression; in blocks it hardly does.
-fn thermometer(fit: &TemperatureFit, findings: &mut Vec<Finding>) {
+fn thermometer(fit: &TemperatureFit, found: &mut Vec<Finding>) {
     let n = fit.blocks.len() as f64;
     let mean = fit.blocks.temperature.iter().sum::<f64>() / n;
     let variance = fit
@@ -253,15 +184,7 @@ fn thermometer(fit: &TemperatureFit, findings: &mut Vec<Finding>) {
         };
         let bias = share * slope.value.abs();
         if axis < 3 && bias > 0.3 * slope.standard_uncertainty {
-            findings.push(
-                Finding::new(
-                    Severity::Warning,
-                    "thermometer-noise",
-                    format!("the noise of the thermometer makes the slope of {name} too small by a part of its uncertainty"),
-                )
-                .evidence(format!("{:.2} % of the slope", 1e2 * share))
-                .advice("record longer, or over a wider range"),
-            );
+            found.push(findings::thermometer_noise(name, 1e2 * share));
         }
     }
 }

@@ -3,11 +3,11 @@
 use super::Blocks;
 use super::correlated_noise::Noise;
 use proofmass_uncertainty::adjustment::{cholesky, solve};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 /// The step of one axis that explains most beside temperature, attitudes and branches.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct OutputStep {
     /// When, s.
     pub time: f64,

@@ -3,7 +3,7 @@
 use super::Blocks;
 use super::averaged;
 use super::correlated_noise::Noise;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// Time constants that are tried.
 const TRIED: usize = 8;
@@ -13,7 +13,7 @@ pub(super) const LEAST: f64 = 0.02;
 const POSSIBLE: f64 = 0.05;
 
 /// What self-heating does to the output of one axis: A e^{−t/τ} from the beginning of the recording.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SelfHeating {
     /// A, m/s².
     pub amplitude: f64,

@@ -2,6 +2,7 @@
 
 use super::NoiseDof;
 use proofmass_core::Error;
+use proofmass_core::numeric::dot;
 
 /// G = (JᵀWJ)⁻¹JᵀW and the squares of P = W − WJ(JᵀWJ)⁻¹JᵀW.
 pub(super) struct Projection {
@@ -141,8 +142,4 @@ impl Projection {
         })
         .collect()
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -4,7 +4,7 @@ use crate::Severity;
 
 /// A kind of finding: what is the same each time it is found. The sentences hold the names of their numbers in braces.
 ///
-/// Declared with [`findings!`](crate::findings).
+/// Declared with [`findings!`](macro@crate::findings).
 #[derive(Clone, Copy, Debug)]
 pub struct FindingKind {
     /// Stable kebab-case name, declared once in the whole project.
@@ -80,7 +80,7 @@ fn without_numbers(template: &str) -> String {
 /// The sentences are format strings over the arguments of the function; evidence, advice and the rate of false alarms
 /// may be left out. The first severity is the usual one, another is chosen with [`Finding::at`](crate::Finding::at).
 /// The arguments are numbers, texts or [`Figure`](crate::Figure)s; each also stands in the finding as machine-readable
-/// evidence.
+/// evidence. The functions are as public as the module that holds the declaration.
 ///
 /// ```
 /// use proofmass_uncertainty::{Severity, findings};
@@ -147,7 +147,7 @@ macro_rules! findings {
 
             $(#[doc = $meaning])+
             #[allow(clippy::too_many_arguments, reason = "one argument for each number of the sentences")]
-            pub(crate) fn $kind($($argument: $type),*) -> $crate::Finding {
+            pub fn $kind($($argument: $type),*) -> $crate::Finding {
                 let sentences = [
                     ::std::fmt::format(::std::format_args!($what)),
                     $crate::findings!(@sentence $($evidence)?),

@@ -5,7 +5,10 @@ use crate::device_output::DeviceOutput;
 use proofmass_io::{Error, ErrorKind, Input, Result};
 use proofmass_shaker::{Acts, Key};
 use proofmass_uncertainty::{Distribution, Evaluation, InputEntry};
-use serde::Deserialize;
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+use std::fmt;
 use std::path::Path;
 
 /// `[[budget]]` entries, or `[budget]` with a file or the name of a known bench.
@@ -17,11 +20,42 @@ pub(crate) struct BudgetTable {
 }
 
 /// Where a budget is written.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) enum BudgetSource {
     Entries(Vec<InputEntry>),
     Table(BudgetTable),
+    #[default]
     Missing,
+}
+
+impl<'de> Deserialize<'de> for BudgetSource {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
+        struct Written;
+        impl<'de> Visitor<'de> for Written {
+            type Value = BudgetSource;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("[[budget]] entries or one table [budget]")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(
+                self,
+                entries: A,
+            ) -> std::result::Result<BudgetSource, A::Error> {
+                let entries = SeqAccessDeserializer::new(entries);
+                Vec::deserialize(entries).map(BudgetSource::Entries)
+            }
+
+            fn visit_map<A: MapAccess<'de>>(
+                self,
+                table: A,
+            ) -> std::result::Result<BudgetSource, A::Error> {
+                let table = MapAccessDeserializer::new(table);
+                BudgetTable::deserialize(table).map(BudgetSource::Table)
+            }
+        }
+        deserializer.deserialize_any(Written)
+    }
 }
 
 /// The budget of a campaign on the shaker.

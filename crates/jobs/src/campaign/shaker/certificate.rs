@@ -2,6 +2,7 @@
 
 use crate::campaign::CampaignFile;
 use crate::device_output::DeviceOutput;
+use crate::findings;
 use crate::frequency_response::{ResponseDocument, read_document};
 use crate::laboratory_table::LaboratoryTable;
 use crate::trouble::{Result as JobResult, Trouble};
@@ -192,13 +193,11 @@ impl Certificate {
         }
         if !phase_stated {
             list.push(
-                Finding::new(
-                    Severity::Note,
-                    "reference-phase-unknown",
-                    "the certificate states no phase of the reference, so phases are relative to it",
+                findings::phase_not_stated(
+                    &path.display().to_string(),
+                    "phases are relative to that of the reference",
                 )
-                .evidence(format!("{} has no column phase_deg", path.display()))
-                .advice("moduli do not need it; add the phase and its uncertainty where phases count"),
+                .at(Severity::Note),
             );
         }
         Ok(Self {
@@ -263,11 +262,5 @@ fn element(
 }
 
 fn correlation_unknown(name: &str) -> Finding {
-    Finding::new(
-        Severity::Note,
-        "reference-correlation-unknown",
-        "the calibration of the reference does not say what its frequencies have in common: its whole uncertainty is taken as common",
-    )
-    .evidence(name)
-    .advice("at each frequency nothing changes; between frequencies nothing of it is averaged away")
+    findings::reference_correlation_unknown(name)
 }

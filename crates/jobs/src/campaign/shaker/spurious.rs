@@ -1,9 +1,13 @@
 //! `spurious.csv`: the motion of the seat beside the excitation, per inclination and frequency.
 
+use crate::page::AXES;
+use crate::page::columns::{filed, frequency, number, percent};
 use num_complex::Complex64;
 use proofmass_io::Source;
 use proofmass_io::sheet::{ANGLE, FREQUENCY, Place, RATIO, Sheet, SheetRow};
-use proofmass_io::{Cell, Input, Result, Table};
+use proofmass_io::{Input, Result};
+use proofmass_report::Rounding::{Decimals, Plain, TwoDigits};
+use proofmass_report::Table;
 use proofmass_shaker::{Correction, Spurious, SpuriousTable};
 use proofmass_uncertainty::DegreesOfFreedom;
 
@@ -15,8 +19,6 @@ pub struct SpuriousFile {
     /// Label and table.
     pub correction: Correction,
 }
-
-const AXES: [&str; 3] = ["x", "y", "z"];
 
 enum AxisColumns {
     Absent,
@@ -122,42 +124,57 @@ impl SpuriousFile {
         })
     }
 
-    /// The table as it is read again: real and imaginary parts with their uncertainties and correlation.
-    ///
-    /// # Errors
-    /// A number that is not finite.
-    pub fn table(table: &SpuriousTable) -> Result<Table> {
-        let mut header = vec!["inclination_deg".to_owned(), "frequency_Hz".to_owned()];
-        for axis in AXES {
-            header.extend([
-                format!("{axis}_real"),
-                format!("{axis}_imaginary"),
-                format!("u_{axis}_real"),
-                format!("u_{axis}_imaginary"),
-                format!("r_{axis}"),
+    /// The table as it is read again: real and imaginary parts with their uncertainties and correlation; on a page
+    /// modulus and phase.
+    pub(crate) fn table(table: &SpuriousTable) -> Table {
+        let mut fields = vec![
+            // Radians of whole degrees come back with rounding in the last digit.
+            number("inclination_deg", ("α", "°"), Plain, |e: &Spurious| {
+                (e.inclination.to_degrees() * 1e9).round() / 1e9
+            }),
+            frequency(|e: &Spurious| e.frequency),
+        ];
+        for (k, axis) in AXES.into_iter().enumerate() {
+            // Standard uncertainty of one part, mean over both.
+            let part = move |e: &Spurious| (0.5 * (e.covariance[k][0] + e.covariance[k][2])).sqrt();
+            fields.extend([
+                percent("", &format!("|ε_{axis}′|"), move |e: &Spurious| {
+                    e.ratio[k].norm()
+                })
+                .rounded(Decimals(3)),
+                number("", ("u", "%"), TwoDigits, move |e: &Spurious| {
+                    Some(100.0 * part(e)).filter(|u| *u > 0.0)
+                }),
+                number("", ("phase", "°"), Decimals(1), move |e: &Spurious| {
+                    let (modulus, phase) = e.ratio[k].to_polar();
+                    (modulus > 2.0 * part(e) && modulus > 0.0).then(|| phase.to_degrees())
+                }),
+                filed(format!("{axis}_real"), move |e: &Spurious| e.ratio[k].re),
+                filed(format!("{axis}_imaginary"), move |e: &Spurious| {
+                    e.ratio[k].im
+                }),
+                filed(format!("u_{axis}_real"), move |e: &Spurious| {
+                    e.covariance[k][0].sqrt()
+                }),
+                filed(format!("u_{axis}_imaginary"), move |e: &Spurious| {
+                    e.covariance[k][2].sqrt()
+                }),
+                filed(format!("r_{axis}"), move |e: &Spurious| {
+                    let [rr, ri, ii] = e.covariance[k];
+                    let both = rr.sqrt() * ii.sqrt();
+                    if both > 0.0 { ri / both } else { 0.0 }
+                }),
             ]);
         }
-        header.push("nu".to_owned());
-        let mut written = Table::new(header);
-        for row in &table.entries {
-            let mut cells = vec![
-                // Radians of whole degrees come back with rounding in the last digit.
-                Cell::from((row.inclination.to_degrees() * 1e9).round() / 1e9),
-                Cell::from(row.frequency),
-            ];
-            for (z, [rr, ri, ii]) in row.ratio.iter().zip(row.covariance) {
-                let (u_re, u_im) = (rr.sqrt(), ii.sqrt());
-                let r = if u_re * u_im > 0.0 {
-                    ri / (u_re * u_im)
-                } else {
-                    0.0
-                };
-                cells.extend([z.re, z.im, u_re, u_im, r].map(Cell::from));
-            }
-            cells.push(Cell::from((!row.dof.is_infinite()).then(|| row.dof.get())));
-            written.push(cells)?;
-        }
-        Ok(written)
+        fields.push(filed("nu", |e: &Spurious| {
+            (!e.dof.is_infinite()).then(|| e.dof.get())
+        }));
+        Table::of(
+            "Correction of each axis: ratio to the reference acceleration, along z′ the departure from one",
+            fields,
+            &table.entries,
+        )
+        .note("u is that of the real or the imaginary part. A phase is given where the modulus exceeds 2 u.")
     }
 }
 

@@ -1,7 +1,7 @@
 //! Other models of the same standstills.
 
 use super::MultiPositionFit;
-use proofmass_report::{Cell, Column, Section, Table};
+use proofmass_report::{Cell, Field, Section, Table};
 use proofmass_static::ModelEvidence;
 
 /// What the model of the result has beyond the matrix, in words.
@@ -52,30 +52,22 @@ pub(super) fn section(fit: &MultiPositionFit, models: &[ModelEvidence]) -> Optio
 }
 
 fn table(fit: &MultiPositionFit, models: &[ModelEvidence]) -> Table {
-    let noun = super::noun(fit);
-    let mut table = Table::new(
-        format!("Models of the same {noun}s, smallest first"),
-        [
-            Column::text("model"),
-            Column::number("parameters", ""),
-            Column::number("ΔAICc", ""),
-            Column::number("weight", ""),
-            Column::number("cross-validation", "mm/s²"),
-            Column::text(""),
-        ],
-    )
-    .note("b(T²): biases with the temperature up to its second power; K(T): scale factors with it; a², a³: curvature.")
-    .note("Cross-validation: RMS error of a tenth of them at a time, left out of the fit. ΔAICc: Akaike's criterion less that of the best model.");
-    for m in models {
-        table = table.row([
-            Cell::text(m.to_string()),
-            Cell::number(m.parameters.to_string()),
-            Cell::number(format!("{:.1}", m.aicc)),
-            Cell::number(format!("{:.3}", m.weight)),
-            m.cross_validation
-                .map_or(Cell::Empty, |v| Cell::number(format!("{:.3}", 1e3 * v))),
-            Cell::text(if m.stated { "stated" } else { "" }),
-        ]);
-    }
-    table
+    let fields = [
+        Field::shown("model", "", |m: &ModelEvidence| m.to_string().into()),
+        Field::shown("parameters", "", |m: &ModelEvidence| m.parameters.into()),
+        Field::shown("ΔAICc", "", |m: &ModelEvidence| m.aicc.into()).decimals(1),
+        Field::shown("weight", "", |m: &ModelEvidence| m.weight.into()).decimals(3),
+        Field::shown("cross-validation", "mm/s²", |m: &ModelEvidence| {
+            m.cross_validation.into()
+        })
+        .scaled(1e3)
+        .decimals(3),
+        Field::shown("", "", |m: &ModelEvidence| {
+            Cell::text(if m.stated { "stated" } else { "" })
+        }),
+    ];
+    let caption = format!("Models of the same {}s, smallest first", super::noun(fit));
+    Table::of(caption, fields, models)
+        .note("b(T²): biases with the temperature up to its second power; K(T): scale factors with it; a², a³: curvature.")
+        .note("Cross-validation: RMS error of a tenth of them at a time, left out of the fit. ΔAICc: Akaike's criterion less that of the best model.")
 }

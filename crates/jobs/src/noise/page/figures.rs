@@ -1,6 +1,8 @@
 //! Figures of a noise analysis.
 
+use crate::page::stability::stability as with_intervals;
 use proofmass_noise::{ChannelAnalysis, FittedPoint, Term};
+use proofmass_report::plot::Style;
 use proofmass_report::{Axis, Series, XyPlot, scientific};
 use proofmass_signal::Trace;
 
@@ -34,40 +36,15 @@ pub(super) fn over_time(channel: &ChannelAnalysis) -> Option<XyPlot> {
 /// The stability curve with its intervals, the fitted curve, and one named power law per identified coefficient.
 pub(super) fn stability(channel: &ChannelAnalysis) -> Option<XyPlot> {
     let curve = channel.curve.as_ref()?;
-    let points: Vec<_> = curve.points.iter().filter(|p| p.deviation > 0.0).collect();
-    points.first()?;
-    let tau: Vec<f64> = points.iter().map(|p| p.tau).collect();
-    let value: Vec<f64> = points.iter().map(|p| p.deviation).collect();
-    let limit = |side: fn((f64, f64)) -> f64| -> Vec<f64> {
-        let of = |p: &&proofmass_noise::DeviationPoint| p.interval.map_or(p.deviation, side);
-        points.iter().map(of).collect()
-    };
+    curve.points.iter().find(|p| p.deviation > 0.0)?;
+    let series = |name, curve| with_intervals(name, curve).style(Style::Markers);
+    let name = curve.statistic.abbreviation();
     let unit = curve.statistic.unit(&channel.unit);
-    let mut plot = XyPlot::new(
-        Axis::log("averaging time τ", "s"),
-        Axis::log(curve.statistic.abbreviation(), unit),
-    )
-    .height(380.0)
-    .series(
-        Series::markers(curve.statistic.abbreviation(), &tau, &value)
-            .bars(&limit(|i| i.0), &limit(|i| i.1)),
-    );
+    let mut plot = XyPlot::new(Axis::log("averaging time τ", "s"), Axis::log(name, unit))
+        .height(380.0)
+        .series(series(name, curve));
     if let Some(compensated) = &channel.compensated {
-        let points: Vec<_> = compensated
-            .points
-            .iter()
-            .filter(|p| p.deviation > 0.0)
-            .collect();
-        let tau: Vec<f64> = points.iter().map(|p| p.tau).collect();
-        let value: Vec<f64> = points.iter().map(|p| p.deviation).collect();
-        let limit = |side: fn((f64, f64)) -> f64| -> Vec<f64> {
-            let of = |p: &&proofmass_noise::DeviationPoint| p.interval.map_or(p.deviation, side);
-            points.iter().map(of).collect()
-        };
-        plot = plot.series(
-            Series::markers("without temperature", &tau, &value)
-                .bars(&limit(|i| i.0), &limit(|i| i.1)),
-        );
+        plot = plot.series(series("without temperature", compensated));
     }
     let Some(model) = channel.whittle.as_ref().map(|f| &f.model) else {
         return Some(plot);

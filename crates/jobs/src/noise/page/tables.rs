@@ -1,75 +1,159 @@
 //! Tables of a noise analysis.
 
+use crate::page::columns::{filed, number};
+use crate::page::words::words;
 use proofmass_noise::{
-    Analysis, ChannelAnalysis, Coefficient, DeviationCurve, Disturbance, DisturbanceKind,
-    NoiseType, Reason, TemperatureSensitivity, Term, Verdict,
+    Analysis, ChannelAnalysis, Coefficient, CoefficientFit, DeviationCurve, DeviationPoint,
+    Disturbance, DisturbanceKind, DynamicWindow, FittedPoint, NoiseType, Reason, RobustFit,
+    SeparatedPoint, SpectrumPoint, TemperatureSensitivity, Term, Verdict,
 };
-use proofmass_report::{Cell, Column, Table, scientific};
+use proofmass_report::Rounding::{Decimals, Signed, Significant};
+use proofmass_report::{Cell, Field, Table, scientific};
+
+/// What is known of a coefficient of a channel; no verdict where nothing was fitted.
+#[derive(Default)]
+struct Line<'a> {
+    channel: &'a str,
+    symbol: String,
+    name: String,
+    verdict: Option<&'a Verdict>,
+    signed: bool,
+    unit: &'a str,
+    usual: String,
+    parameter: Option<f64>,
+}
+
+impl<'a> Line<'a> {
+    fn of(channel: &'a ChannelAnalysis, c: &'a Coefficient) -> Self {
+        Self {
+            channel: &channel.name,
+            symbol: c.term.symbol().to_owned(),
+            name: name(c),
+            verdict: Some(&c.verdict),
+            signed: c.term.is_signed(),
+            unit: &c.unit,
+            usual: usual(channel, c),
+            parameter: c.parameter.map(|p| p.value),
+        }
+    }
+
+    fn of_temperature(channel: &'a ChannelAnalysis, t: &'a TemperatureSensitivity) -> Self {
+        let lag = if t.lag > 0.0 {
+            format!(", lag {} s", scientific(t.lag, 3))
+        } else {
+            String::new()
+        };
+        Self {
+            channel: &channel.name,
+            symbol: "K_T".to_owned(),
+            name: format!("K_T sensitivity to temperature{lag}"),
+            verdict: Some(&t.verdict),
+            signed: true,
+            unit: &t.unit,
+            usual: per_kelvin(t),
+            parameter: Some(t.lag),
+        }
+    }
+
+    /// A channel without a fit.
+    fn none(channel: &'a ChannelAnalysis) -> Self {
+        Self {
+            channel: &channel.name,
+            name: "–".to_owned(),
+            ..Self::default()
+        }
+    }
+
+    fn all(channel: &'a ChannelAnalysis) -> Vec<Self> {
+        let Some(fit) = &channel.whittle else {
+            return Vec::new();
+        };
+        let coefficients = fit.coefficients.iter().map(|c| Self::of(channel, c));
+        let temperature = fit.temperature.iter();
+        coefficients
+            .chain(temperature.map(|t| Self::of_temperature(channel, t)))
+            .collect()
+    }
+
+    /// Of the fit without gross outliers, which only the file has among the others.
+    fn robust(channel: &'a ChannelAnalysis) -> impl Iterator<Item = Self> {
+        let coefficients = channel.robust.iter().flat_map(|r| &r.fit.coefficients);
+        coefficients.map(move |c| Self {
+            symbol: format!("{} robust", c.term.symbol()),
+            ..Self::of(channel, c)
+        })
+    }
+
+    /// Value, interval or limit, and the word for what is known.
+    fn words(&self) -> [String; 3] {
+        match self.verdict {
+            Some(verdict) => in_words(verdict, self.signed),
+            None => ["none", "see the findings", ""].map(str::to_owned),
+        }
+    }
+
+    /// Ends of the interval; a limit of what may have either sign is one of its size.
+    fn ends(&self) -> [Option<f64>; 2] {
+        match self.verdict.and_then(Verdict::interval) {
+            Some((low, high)) => [Some(low), Some(high)],
+            None => {
+                let limit = self.verdict.and_then(Verdict::upper);
+                [limit.filter(|_| self.signed).map(|l| -l), limit]
+            }
+        }
+    }
+}
+
+fn coefficient_fields<'a>() -> [Field<'a, Line<'a>>; 11] {
+    [
+        Field::new("channel", |l: &Line<'_>| l.channel.into()).page("channel", ""),
+        Field::new("term", |l: &Line<'_>| {
+            Cell::from(l.symbol.as_str()).worded(l.name.as_str())
+        })
+        .page("coefficient", ""),
+        Field::new("verdict", |l: &Line<'_>| {
+            let [.., word] = l.words();
+            l.verdict
+                .map(|v| Cell::from(single_word(v)).worded(word))
+                .into()
+        })
+        .page("what it is", ""),
+        Field::new("value", |l: &Line<'_>| {
+            let [value, ..] = l.words();
+            Cell::printed(l.verdict.and_then(Verdict::value), value)
+        })
+        .page("value", ""),
+        Field::shown("interval, or limit", "", |l: &Line<'_>| {
+            l.words()[1].as_str().into()
+        }),
+        Field::new("unit", |l: &Line<'_>| l.unit.into()).page("unit", ""),
+        Field::shown("in usual units", "", |l: &Line<'_>| l.usual.as_str().into()),
+        filed("u", |l: &Line<'_>| {
+            l.verdict.and_then(Verdict::standard_uncertainty)
+        }),
+        filed("low", |l: &Line<'_>| l.ends()[0]),
+        filed("high", |l: &Line<'_>| l.ends()[1]),
+        filed("parameter", |l: &Line<'_>| l.parameter),
+    ]
+}
 
 /// Every coefficient of every channel: a number with its interval, or why there is none.
 pub(super) fn coefficients(analysis: &Analysis) -> Table {
     let fits = || analysis.channels.iter().filter_map(|c| c.whittle.as_ref());
     let probability = fits().next().map_or(0.95, |f| f.probability);
     let rate = fits().next().map_or(0.002, |f| f.false_alarm_rate);
-    let mut table = Table::new(
-        format!(
-            "Noise coefficients with their {} % intervals, by maximum likelihood on the spectrum",
-            scientific(100.0 * probability, 3).trim_end_matches(".0")
-        ),
-        [
-            Column::text("channel"),
-            Column::text("coefficient"),
-            Column::text("value"),
-            Column::text("interval, or limit"),
-            Column::text("unit"),
-            Column::text("in usual units"),
-            Column::text("what it is"),
-        ],
+    let lines = analysis
+        .channels
+        .iter()
+        .flat_map(|channel| match channel.whittle {
+            Some(_) => Line::all(channel),
+            None => vec![Line::none(channel)],
+        });
+    let caption = format!(
+        "Noise coefficients with their {} % intervals, by maximum likelihood on the spectrum",
+        scientific(100.0 * probability, 3).trim_end_matches(".0")
     );
-    for channel in &analysis.channels {
-        let Some(fit) = &channel.whittle else {
-            table = table.row([
-                Cell::text(channel.name.clone()),
-                Cell::text("–"),
-                Cell::text("none"),
-                Cell::text("see the findings"),
-                Cell::Empty,
-                Cell::Empty,
-                Cell::Empty,
-            ]);
-            continue;
-        };
-        for c in &fit.coefficients {
-            let (value, interval, word) = words(&c.verdict, c.term.is_signed());
-            table = table.row([
-                Cell::text(channel.name.clone()),
-                Cell::text(name(c)),
-                Cell::text(value),
-                Cell::text(interval),
-                Cell::text(c.unit.clone()),
-                Cell::text(usual(channel, c)),
-                Cell::text(word),
-            ]);
-        }
-        if let Some(t) = &fit.temperature {
-            let (value, interval, word) = words(&t.verdict, true);
-            let lag = if t.lag > 0.0 {
-                format!(", lag {} s", scientific(t.lag, 3))
-            } else {
-                String::new()
-            };
-            table = table.row([
-                Cell::text(channel.name.clone()),
-                Cell::text(format!("K_T sensitivity to temperature{lag}")),
-                Cell::text(value),
-                Cell::text(interval),
-                Cell::text(t.unit.clone()),
-                Cell::text(per_kelvin(t)),
-                Cell::text(word),
-            ]);
-        }
-    }
-    table
+    Table::of(caption, coefficient_fields(), lines)
         .note(
             "N is the Allan deviation at 1 s, a two-sided root density; the one-sided amplitude density of data \
              sheets is √2 N.",
@@ -81,6 +165,106 @@ pub(super) fn coefficients(analysis: &Analysis) -> Table {
              end is the limit.",
             scientific(1.0 / rate, 1).trim_end_matches(".0")
         ))
+}
+
+/// Tables that only files have.
+pub(super) fn files(analysis: &Analysis) -> Vec<Table> {
+    let channels = &analysis.channels;
+    let lines = channels
+        .iter()
+        .flat_map(|c| Line::all(c).into_iter().chain(Line::robust(c)));
+    let curves = channels.iter().flat_map(|channel| {
+        let all = channel
+            .curve
+            .iter()
+            .chain(&channel.compensated)
+            .chain(&channel.further);
+        all.flat_map(move |curve| points(channel, curve))
+    });
+    let mut list = vec![
+        Table::of("", coefficient_fields(), lines).file("coefficients.csv"),
+        Table::of("", deviation_fields("", ""), curves).file("deviation.csv"),
+        spectra(channels),
+    ];
+    if channels.iter().any(|c| !c.windows.is_empty()) {
+        list.push(windows(channels));
+    }
+    list
+}
+
+fn spectra(channels: &[ChannelAnalysis]) -> Table {
+    type Row<'a> = (&'a ChannelAnalysis, &'a SpectrumPoint);
+    let fields = [
+        Field::new("channel", |(c, _): &Row<'_>| c.name.as_str().into()),
+        Field::new("unit", |(c, _): &Row<'_>| {
+            format!("({})²/Hz", c.unit).into()
+        }),
+        filed("frequency_Hz", |(_, p): &Row<'_>| p.frequency),
+        filed("density_one_sided", |(_, p): &Row<'_>| p.density),
+        filed("low", |(_, p): &Row<'_>| p.interval.map(|i| i.0)),
+        filed("high", |(_, p): &Row<'_>| p.interval.map(|i| i.1)),
+        filed("model", |(_, p): &Row<'_>| p.model),
+    ];
+    let rows = channels
+        .iter()
+        .flat_map(|c| c.spectrum.iter().map(move |p| (c, p)));
+    Table::of("", fields, rows).file("spectrum.csv")
+}
+
+/// The curve of every window.
+fn windows(channels: &[ChannelAnalysis]) -> Table {
+    type Row<'a> = ((&'a ChannelAnalysis, &'a DynamicWindow), &'a DeviationPoint);
+    let fields = [
+        Field::new("channel", |((c, _), _): &Row<'_>| c.name.as_str().into()),
+        Field::new("unit", |((c, _), _): &Row<'_>| c.unit.as_str().into()),
+        filed("from_s", |((_, w), _): &Row<'_>| w.from),
+        filed("to_s", |((_, w), _): &Row<'_>| w.to),
+        filed("factor", |(_, p): &Row<'_>| p.factor),
+        filed("tau_s", |(_, p): &Row<'_>| p.tau),
+        filed("deviation", |(_, p): &Row<'_>| p.deviation),
+        filed("low", |(_, p): &Row<'_>| p.interval.map(|i| i.0)),
+        filed("high", |(_, p): &Row<'_>| p.interval.map(|i| i.1)),
+    ];
+    let all = channels
+        .iter()
+        .flat_map(|c| c.windows.iter().map(move |w| (c, w)));
+    let rows = all.flat_map(|(c, w)| w.curve.points.iter().map(move |p| ((c, w), p)));
+    Table::of("", fields, rows).file("dynamic.csv")
+}
+
+/// The variance of each of three sensors by itself.
+pub(super) fn separated(points: &[SeparatedPoint], names: &[String; 3], unit: &str) -> Table {
+    type Row<'a> = (usize, &'a SeparatedPoint);
+    let square = format!("({unit})²");
+    let variance = |(k, p): &Row<'_>| p.variances[*k];
+    let fields = [
+        Field::new("sensor", |(k, _): &Row<'_>| names[*k].as_str().into()).page("sensor", ""),
+        filed("factor", |(_, p): &Row<'_>| p.factor),
+        number("tau_s", ("τ", "s"), Significant(4), |(_, p): &Row<'_>| {
+            p.tau
+        }),
+        number("variance", ("variance", &square), Significant(4), variance),
+        number(
+            "u_variance",
+            ("u", &square),
+            Significant(2),
+            |(k, p): &Row<'_>| p.uncertainties[*k],
+        ),
+        filed("deviation", |(k, p): &Row<'_>| p.deviation(*k)),
+    ];
+    let caption = "Allan variance of each sensor by itself, with its standard uncertainty";
+    let rows = (0..3).flat_map(|k| points.iter().map(move |p| (k, p)));
+    Table::of(caption, fields, rows).file("separated.csv")
+}
+
+fn single_word(verdict: &Verdict) -> &'static str {
+    match verdict {
+        Verdict::Identified { .. } => "identified",
+        Verdict::Present { .. } => "present",
+        Verdict::Reported { .. } => "reported",
+        Verdict::NotIdentifiable { .. } => "not identifiable",
+        Verdict::Fixed { .. } => "given",
+    }
 }
 
 /// The sensitivity as data sheets give it.
@@ -97,45 +281,50 @@ fn per_kelvin(t: &TemperatureSensitivity) -> String {
 
 /// The fit without gross outliers beside the ordinary one.
 pub(super) fn robust(analysis: &Analysis) -> Option<Table> {
+    type Row<'a> = (Line<'a>, &'a RobustFit, &'a CoefficientFit, Term);
     analysis.channels.iter().find(|c| c.robust.is_some())?;
-    let mut table = Table::new(
-        "The fit without gross outliers beside the ordinary one",
-        [
-            Column::text("channel"),
-            Column::number("replaced", "samples"),
-            Column::text("coefficient"),
-            Column::text("ordinary"),
-            Column::text("robust"),
-            Column::text("interval, or limit"),
-            Column::text("unit"),
-            Column::number("difference", "u"),
-        ],
-    );
-    for channel in &analysis.channels {
-        let (Some(robust), Some(fit)) = (&channel.robust, &channel.whittle) else {
-            continue;
-        };
-        for c in &robust.fit.coefficients {
-            if !matches!(c.term, Term::White | Term::Flicker | Term::RandomWalk) {
-                continue;
-            }
-            let (value, interval, _) = words(&c.verdict, c.term.is_signed());
-            let ordinary = fit.value(c.term);
-            let difference = robust.differences.iter().find(|d| d.0 == c.term);
-            table = table.row([
-                Cell::text(channel.name.clone()),
-                Cell::number(robust.replaced.to_string()),
-                Cell::text(name(c)),
-                Cell::text(ordinary.map_or("–".to_owned(), |v| scientific(v, 4))),
-                Cell::text(value),
-                Cell::text(interval),
-                Cell::text(c.unit.clone()),
-                difference.map_or(Cell::Empty, |d| Cell::number(format!("{:+.1}", d.1))),
-            ]);
-        }
-    }
-    Some(table.note(
-        "Samples further than four robust standard deviations from what their neighbours predict were replaced by that prediction; the          difference is ordinary less robust, in standard uncertainties of the robust value.",
+    let rows = analysis.channels.iter().flat_map(|channel| {
+        let both = channel.robust.as_ref().zip(channel.whittle.as_ref());
+        both.into_iter().flat_map(move |(robust, fit)| {
+            let wanted = |t| matches!(t, Term::White | Term::Flicker | Term::RandomWalk);
+            let terms = robust
+                .fit
+                .coefficients
+                .iter()
+                .filter(move |c| wanted(c.term));
+            terms.map(move |c| (Line::of(channel, c), robust, fit, c.term))
+        })
+    });
+    let fields = [
+        Field::shown("channel", "", |(l, ..): &Row<'_>| l.channel.into()),
+        Field::shown("replaced", "samples", |(_, r, ..): &Row<'_>| {
+            r.replaced.into()
+        }),
+        Field::shown("coefficient", "", |(l, ..): &Row<'_>| {
+            l.name.as_str().into()
+        }),
+        Field::shown("ordinary", "", |(.., fit, term): &Row<'_>| {
+            let value = fit.value(*term);
+            Cell::printed(value, value.map_or("–".to_owned(), |v| scientific(v, 4)))
+        }),
+        Field::shown("robust", "", |(l, ..): &Row<'_>| {
+            Cell::number(&l.words()[0])
+        }),
+        Field::shown("interval, or limit", "", |(l, ..): &Row<'_>| {
+            l.words()[1].as_str().into()
+        }),
+        Field::shown("unit", "", |(l, ..): &Row<'_>| l.unit.into()),
+        number(
+            "",
+            ("difference", "u"),
+            Signed(1),
+            |(_, r, _, term): &Row<'_>| r.differences.iter().find(|d| d.0 == *term).map(|d| d.1),
+        ),
+    ];
+    let caption = "The fit without gross outliers beside the ordinary one";
+    Some(Table::of(caption, fields, rows).note(
+        "Samples further than four robust standard deviations from what their neighbours predict were replaced by that prediction; the \
+         difference is ordinary less robust, in standard uncertainties of the robust value.",
     ))
 }
 
@@ -169,45 +358,31 @@ fn usual(channel: &ChannelAnalysis, c: &Coefficient) -> String {
 }
 
 /// Value, interval or limit, and the word for what is known of a coefficient.
-fn words(verdict: &Verdict, signed: bool) -> (String, String, String) {
+fn in_words(verdict: &Verdict, signed: bool) -> [String; 3] {
+    let value = verdict.value().map_or("–".to_owned(), |v| scientific(v, 4));
+    let interval = || verdict.interval().map_or_else(String::new, range);
     match *verdict {
-        Verdict::Identified {
-            value, interval, ..
-        } => (
-            scientific(value, 4),
-            range(interval),
-            "identified".to_owned(),
-        ),
-        Verdict::Present {
-            value, interval, ..
-        } => (scientific(value, 4), range(interval), "present".to_owned()),
-        Verdict::Reported {
-            value, interval, ..
-        } => (
-            scientific(value, 4),
-            range(interval),
-            "reported as asked; zero lies in the interval".to_owned(),
-        ),
-        Verdict::Fixed { value } => (scientific(value, 4), String::new(), "given".to_owned()),
+        Verdict::Identified { .. } | Verdict::Present { .. } => {
+            [value, interval(), single_word(verdict).to_owned()]
+        }
+        Verdict::Reported { .. } => {
+            let word = "reported as asked; zero lies in the interval";
+            [value, interval(), word.to_owned()]
+        }
+        Verdict::Fixed { .. } => [value, String::new(), "given".to_owned()],
         Verdict::NotIdentifiable {
             reason,
             upper_limit,
             ..
-        } => (
-            "–".to_owned(),
-            upper_limit.map_or(String::new(), |l| {
-                let limit = scientific(l, 3);
-                if signed {
-                    format!("within ±{limit}")
-                } else {
-                    format!("below {limit}")
-                }
-            }),
-            match reason {
-                Reason::NoSupport { .. } => "not identifiable".to_owned(),
+        } => {
+            let side = if signed { "within ±" } else { "below " };
+            let limit = |l| format!("{side}{}", scientific(l, 3));
+            let word = match reason {
+                Reason::NoSupport { .. } => single_word(verdict).to_owned(),
                 _ => reason.to_string(),
-            },
-        ),
+            };
+            [value, upper_limit.map_or_else(String::new, limit), word]
+        }
     }
 }
 
@@ -242,83 +417,143 @@ fn range((low, high): (f64, f64)) -> String {
 pub(super) fn disturbances(found: &[Disturbance]) -> Table {
     let mut worst: Vec<&Disturbance> = found.iter().collect();
     worst.sort_by(|a, b| b.displacement.total_cmp(&a.displacement));
-    let mut table = Table::new(
-        "Disturbances, the worst first",
-        [
-            Column::text("kind"),
-            Column::number("from", "s"),
-            Column::number("to", "s"),
-            Column::number("strength", "σ"),
-            Column::number("needed", "σ"),
-            Column::number("raises the Allan variance by", "%"),
-        ],
-    );
-    for d in worst.iter().take(20) {
-        table = table.row([
-            Cell::text(match d.kind {
+    let rises = "raises the Allan variance by";
+    let fields = [
+        Field::shown("kind", "", |d: &Disturbance| {
+            Cell::from(match d.kind {
                 DisturbanceKind::Step => "step",
                 DisturbanceKind::Burst => "burst",
                 DisturbanceKind::Lull => "lull",
                 DisturbanceKind::Spike => "spike",
-            }),
-            Cell::number(format!("{:.2}", d.seconds.0)),
-            Cell::number(format!("{:.2}", d.seconds.1)),
-            Cell::number(format!("{:.1}", d.strength)),
-            Cell::number(format!("{:.1}", d.threshold)),
-            Cell::number(format!("{:.1}", 100.0 * d.influence)),
-        ]);
+            })
+        }),
+        number("", ("from", "s"), Decimals(2), |d: &Disturbance| {
+            d.seconds.0
+        }),
+        number("", ("to", "s"), Decimals(2), |d: &Disturbance| d.seconds.1),
+        number("", ("strength", "σ"), Decimals(1), |d: &Disturbance| {
+            d.strength
+        }),
+        number("", ("needed", "σ"), Decimals(1), |d: &Disturbance| {
+            d.threshold
+        }),
+        number("", (rises, "%"), Decimals(1), |d: &Disturbance| {
+            100.0 * d.influence
+        }),
+    ];
+    let shown = worst.into_iter().take(20);
+    let table = Table::of("Disturbances, the worst first", fields, shown);
+    match found.len().saturating_sub(20) {
+        0 => table,
+        more => table.note(format!("{more} more are in result.json.")),
     }
-    if found.len() > 20 {
-        table = table.note(format!("{} more are in result.json.", found.len() - 20));
-    }
-    table
 }
 
 /// Rows of a table of deviations; more stand in `deviation.csv`.
 const TABLE_ROWS: usize = 40;
 
-/// The numbers of a curve.
-pub(super) fn deviations(
-    channel: &ChannelAnalysis,
-    curve: &DeviationCurve,
-    without: &str,
-) -> Table {
-    let unit = curve.statistic.unit(&channel.unit);
-    let name = curve.statistic.abbreviation();
-    let mut table = Table::new(
-        format!(
-            "{name}{without} with {} % intervals",
-            scientific(100.0 * curve.probability, 3).trim_end_matches(".0")
+/// A point of a curve of a channel, with the fitted one beside it.
+type Deviation<'a> = (
+    (&'a ChannelAnalysis, &'a DeviationCurve, bool),
+    (&'a DeviationPoint, Option<&'a FittedPoint>),
+);
+
+/// The points of a curve: the model stands beside the one that it was fitted to.
+fn points<'a>(
+    channel: &'a ChannelAnalysis,
+    curve: &'a DeviationCurve,
+) -> impl Iterator<Item = Deviation<'a>> {
+    let is = |other: &Option<DeviationCurve>| {
+        other
+            .as_ref()
+            .is_some_and(|other| std::ptr::eq(other, curve))
+    };
+    let compensated = is(&channel.compensated);
+    let modelled = compensated || channel.compensated.is_none() && is(&channel.curve);
+    let points = curve.points.iter().enumerate();
+    points.map(move |(k, p)| {
+        let fitted = channel.fitted.get(k).filter(|_| modelled);
+        ((channel, curve, compensated), (p, fitted))
+    })
+}
+
+fn deviation_fields<'a>(name: &str, unit: &str) -> [Field<'a, Deviation<'a>>; 12] {
+    type Row<'a> = Deviation<'a>;
+    [
+        Field::new("channel", |((c, ..), _): &Row<'_>| c.name.as_str().into()),
+        Field::new("unit", |((c, curve, _), _): &Row<'_>| {
+            curve.statistic.unit(&c.unit).into()
+        }),
+        Field::new("statistic", |((_, curve, compensated), _): &Row<'_>| {
+            let name = curve.statistic.abbreviation();
+            let without = if *compensated {
+                " without temperature"
+            } else {
+                ""
+            };
+            format!("{name}{without}").into()
+        }),
+        filed("factor", |(_, (p, _)): &Row<'_>| p.factor),
+        number(
+            "tau_s",
+            ("τ", "s"),
+            Significant(4),
+            |(_, (p, _)): &Row<'_>| p.tau,
         ),
-        [
-            Column::number("τ", "s"),
-            Column::number(name, unit.clone()),
-            Column::number("from", unit.clone()),
-            Column::number("to", unit),
-            Column::number("degrees of freedom", ""),
-            Column::text("noise at this τ"),
-        ],
+        number(
+            "deviation",
+            (name, unit),
+            Significant(4),
+            |(_, (p, _)): &Row<'_>| p.deviation,
+        ),
+        number(
+            "low",
+            ("from", unit),
+            Significant(4),
+            |(_, (p, _)): &Row<'_>| p.interval.map(|i| i.0),
+        ),
+        number(
+            "high",
+            ("to", unit),
+            Significant(4),
+            |(_, (p, _)): &Row<'_>| p.interval.map(|i| i.1),
+        ),
+        number(
+            "edf",
+            ("degrees of freedom", ""),
+            Significant(3),
+            |(_, (p, _)): &Row<'_>| p.edf,
+        ),
+        Field::shown("noise at this τ", "", |(_, (p, _)): &Row<'_>| {
+            noise_name(p.noise).into()
+        }),
+        filed("model", |(_, (_, fitted)): &Row<'_>| {
+            fitted.map(|f| f.deviation)
+        }),
+        filed("inside", |(_, (_, fitted)): &Row<'_>| {
+            fitted.map(|f| f64::from(u8::from(f.inside)))
+        }),
+    ]
+}
+
+/// The numbers of a curve.
+pub(super) fn deviations(channel: &ChannelAnalysis, curve: &DeviationCurve) -> Table {
+    let name = curve.statistic.abbreviation();
+    let compensated = channel.compensated.as_ref();
+    let without = match compensated.is_some_and(|c| std::ptr::eq(c, curve)) {
+        true => " without what follows the temperature",
+        false => "",
+    };
+    let caption = format!(
+        "{name}{without} with {} % intervals",
+        scientific(100.0 * curve.probability, 3).trim_end_matches(".0")
     );
-    for p in curve.points.iter().take(TABLE_ROWS) {
-        let limit = |side: fn((f64, f64)) -> f64| {
-            let value = p.interval.map(side);
-            value.map_or(Cell::Empty, |v| Cell::number(scientific(v, 4)))
-        };
-        table = table.row([
-            Cell::number(scientific(p.tau, 4)),
-            Cell::number(scientific(p.deviation, 4)),
-            limit(|i| i.0),
-            limit(|i| i.1),
-            p.edf
-                .map_or(Cell::Empty, |edf| Cell::number(scientific(edf, 3))),
-            Cell::text(noise_name(p.noise)),
-        ]);
+    let fields = deviation_fields(name, &curve.statistic.unit(&channel.unit));
+    let table = Table::of(caption, fields, points(channel, curve).take(TABLE_ROWS));
+    match curve.points.len().saturating_sub(TABLE_ROWS) {
+        0 => table,
+        more => table.note(format!("{more} more are in deviation.csv.")),
     }
-    if curve.points.len() > TABLE_ROWS {
-        let more = curve.points.len() - TABLE_ROWS;
-        table = table.note(format!("{more} more are in deviation.csv."));
-    }
-    table
 }
 
 fn noise_name(noise: NoiseType) -> &'static str {
@@ -334,24 +569,12 @@ fn noise_name(noise: NoiseType) -> &'static str {
 }
 
 pub(super) fn units(channel: &ChannelAnalysis) -> Table {
-    let mut table = Table::new(
-        "The coefficients in the units in use",
-        [
-            Column::text("coefficient"),
-            Column::text("value"),
-            Column::text("unit"),
-            Column::text("meaning"),
-        ],
-    );
-    for term in &channel.units {
-        for unit in &term.units {
-            table = table.row([
-                Cell::text(term.term.symbol()),
-                Cell::text(scientific(unit.value, 4)),
-                Cell::text(unit.unit.clone()),
-                Cell::text(unit.meaning.clone()),
-            ]);
-        }
-    }
-    table
+    let rows = channel.units.iter().flat_map(|term| {
+        term.units.iter().map(|unit| {
+            let (symbol, value) = (term.term.symbol().to_owned(), scientific(unit.value, 4));
+            [symbol, value, unit.unit.clone(), unit.meaning.clone()]
+        })
+    });
+    let headings = ["coefficient", "value", "unit", "meaning"];
+    words("The coefficients in the units in use", headings, rows)
 }

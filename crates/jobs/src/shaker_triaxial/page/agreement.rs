@@ -1,12 +1,12 @@
 //! Whether the runs agree: residuals and Monte Carlo.
 
 use super::sign;
-use proofmass_report::number::{plain, two_digits};
-use proofmass_report::{Axis, Cell, Column, Section, Series, SpherePlot, Table, XyPlot};
+use crate::page::columns::{frequency, printed, words};
+use proofmass_report::number::two_digits;
+use proofmass_report::{Axis, Section, Series, SpherePlot, Table, XyPlot};
 use proofmass_shaker::{
     ComponentCheck, FrequencyCheck, MethodResult, RunResult, ShakerCalibration, Suspicion,
 };
-
 use proofmass_uncertainty::Verdict;
 
 /// Runs of one direction with the root mean square of their 18 studentised residuals … of every frequency.
@@ -68,50 +68,41 @@ pub(super) fn residuals(calibration: &ShakerCalibration, result: &MethodResult) 
     }
     let mut worst: Vec<&RunResult> = result.runs.iter().collect();
     worst.sort_by(|a, b| b.statistic.total_cmp(&a.statistic));
-    let mut table = Table::new(
-        "The runs that differ most from what the others predict",
-        [
-            Column::text("run"),
-            Column::number("f", "Hz"),
-            Column::number("χ²", ""),
-            Column::text("studentised residuals x, y, z (real, imaginary)"),
-            Column::number("influence", "u"),
-            Column::text("explanation"),
-        ],
-    )
-    .note("Influence: largest change of a component of S without the run, in its standard uncertainties.");
-    for run in worst.iter().take(8) {
-        let residuals: Vec<String> = run
-            .studentised
-            .iter()
-            .map(|[re, im]| sign(format!("{re:.1}, {im:.1}")))
-            .collect();
-        let explanation = calibration
-            .suspects
-            .iter()
-            .find(|s| s.run == run.run)
-            .map_or("", |s| match s.suspicion {
-                Suspicion::Channels { .. } => "channels exchanged or inverted",
-                Suspicion::Mounting { .. } | Suspicion::UpsideDown => {
-                    "mounted as another configuration"
-                }
-                Suspicion::Gain { .. } => "read with another gain",
-                Suspicion::Dead { .. } => "without signal",
-                Suspicion::Frequency { .. } => "taken at another frequency",
-                Suspicion::Copied { .. } => "copied from another run",
-                Suspicion::Clipped { .. } => "cut off",
-                Suspicion::Either(..) => "one of two, see the findings",
-                _ => "none found",
-            });
-        table = table.row([
-            Cell::text(run.run.clone()),
-            Cell::number(plain(run.frequency)),
-            Cell::number(format!("{:.1}", run.statistic)),
-            Cell::text(residuals.join("; ")),
-            Cell::number(format!("{:.2}", run.influence)),
-            Cell::text(explanation),
-        ]);
-    }
+    type R = RunResult;
+    let residuals = |run: &R| {
+        let parts = run.studentised.iter();
+        let parts = parts.map(|[re, im]| sign(format!("{re:.1}, {im:.1}")));
+        parts.collect::<Vec<_>>().join("; ")
+    };
+    let explanation = |run: &R| {
+        let mut suspects = calibration.suspects.iter();
+        let suspect = suspects.find(|s| s.run == run.run);
+        suspect.map_or("", |s| match s.suspicion {
+            Suspicion::Channels { .. } => "channels exchanged or inverted",
+            Suspicion::Mounting { .. } | Suspicion::UpsideDown => {
+                "mounted as another configuration"
+            }
+            Suspicion::Gain { .. } => "read with another gain",
+            Suspicion::Dead { .. } => "without signal",
+            Suspicion::Frequency { .. } => "taken at another frequency",
+            Suspicion::Copied { .. } => "copied from another run",
+            Suspicion::Clipped { .. } => "cut off",
+            Suspicion::Either(..) => "one of two, see the findings",
+            _ => "none found",
+        })
+    };
+    let fields = [
+        words("run", |r: &R| r.run.clone()),
+        frequency(|r: &R| r.frequency),
+        printed("χ²", "", |r: &R| format!("{:.1}", r.statistic)),
+        words("studentised residuals x, y, z (real, imaginary)", residuals),
+        printed("influence", "u", |r: &R| format!("{:.2}", r.influence)),
+        words("explanation", explanation),
+    ];
+    let caption = "The runs that differ most from what the others predict";
+    let table = Table::of(caption, fields, worst.into_iter().take(8)).note(
+        "Influence: largest change of a component of S without the run, in its standard uncertainties.",
+    );
     Section::new("Agreement of the runs")
         .paragraph(format!(
             "{chi}Each run is compared with what all other runs predict for it: six real numbers, studentised, and their χ². \
@@ -134,42 +125,37 @@ pub(super) fn monte_carlo(checks: &[FrequencyCheck]) -> Option<Section> {
     let first = checks.first()?;
     let total: usize = checks.iter().map(|c| c.components.len()).sum();
     let count = |verdict| -> usize { checks.iter().map(|c| c.count(verdict)).sum() };
-    let mut table = Table::new(
-        "Law of propagation against Monte Carlo, per frequency",
-        [
-            Column::number("f", "Hz"),
-            Column::number("trials", ""),
-            Column::number("agree", ""),
-            Column::number("differ", ""),
-            Column::number("open", ""),
-            Column::text("largest departure of an end of an interval"),
-        ],
-    );
-    for check in checks {
-        let departure = |v: &ComponentCheck| {
-            (0..2)
-                .map(|e| (v.interval[e] - v.linear_interval[e]).abs() / v.linear)
-                .fold(0.0, f64::max)
-        };
-        let worst = check
-            .components
-            .iter()
-            .max_by(|a, b| departure(a).total_cmp(&departure(b)));
-        table = table.row([
-            Cell::number(plain(check.frequency)),
-            Cell::number(check.trials.to_string()),
-            Cell::number(check.count(Verdict::Validated).to_string()),
-            Cell::number(check.count(Verdict::NotValidated).to_string()),
-            Cell::number(check.count(Verdict::Undecided).to_string()),
-            Cell::text(worst.map_or(String::new(), |v| {
+    type R = FrequencyCheck;
+    let departure = |v: &ComponentCheck| {
+        (0..2)
+            .map(|e| (v.interval[e] - v.linear_interval[e]).abs() / v.linear)
+            .fold(0.0, f64::max)
+    };
+    let of =
+        |heading: &str, verdict| printed(heading, "", move |c: &R| c.count(verdict).to_string());
+    let fields = [
+        frequency(|c: &R| c.frequency),
+        printed("trials", "", |c: &R| c.trials.to_string()),
+        of("agree", Verdict::Validated),
+        of("differ", Verdict::NotValidated),
+        of("open", Verdict::Undecided),
+        words("largest departure of an end of an interval", |c: &R| {
+            let components = c.components.iter();
+            let worst = components.max_by(|a, b| departure(a).total_cmp(&departure(b)));
+            worst.map_or(String::new(), |v| {
                 format!(
                     "{} u at {}",
                     two_digits(departure(v)),
                     component(&v.component)
                 )
-            })),
-        ]);
-    }
+            })
+        }),
+    ];
+    let table = Table::of(
+        "Law of propagation against Monte Carlo, per frequency",
+        fields,
+        checks,
+    );
     Some(
         Section::new("Monte Carlo check")
             .paragraph(format!(

@@ -1,8 +1,10 @@
 //! Where the uncertainty of every term comes from.
 
 use super::digits::{CROSS, MAIN, TERMS, Unit, degrees_of_freedom, representative};
+use crate::page::columns::{printed, words};
 use proofmass_report::number::{plain, two_digits};
-use proofmass_report::{BarPlot, Block, Cell, Column, Section, Table};
+use proofmass_report::{BarPlot, Block, Section, Table};
+use proofmass_shaker::derived::Expanded;
 use proofmass_shaker::{FrequencyResult, MethodResult, VarianceComponent};
 
 /// What a budget line is about, in the order of the budget.
@@ -95,38 +97,24 @@ pub(super) fn section(result: &MethodResult, unit: Unit) -> Section {
 /// What the runs tell of the declared uncertainties.
 fn supported(components: &[VarianceComponent], causes: &[(String, String, String)]) -> Table {
     let dof = |nu: f64| degrees_of_freedom(Some(nu).filter(|nu| nu.is_finite()));
-    components.iter().fold(
-        Table::new(
-            "Declared uncertainties as the runs have them",
-            [
-                Column::text("cause"),
-                Column::number("f", "Hz"),
-                Column::number("û/u", ""),
-                Column::number("ν of û", ""),
-                Column::number("used/u", ""),
-                Column::number("ν used", ""),
-            ],
-        )
-        .note(
-            "u as declared, û by restricted maximum likelihood with the degrees of freedom that the runs (and the declaration, \
-             where it has any) have for it. Used is the larger \
-             of the two; U is the larger of t(ν)·û and of what is declared. Causes that are not here are told by no run.",
-        ),
-        |table, c| {
-            let named = causes.iter().find(|k| k.0 == c.key);
-            let words = match c.key.as_str() {
-                "readings" => "readings and their noise".to_owned(),
-                key => named.map_or(key.to_owned(), |k| k.1.clone()),
-            };
-            table.row([
-                Cell::text(words),
-                c.frequency.map_or(Cell::Empty, |f| Cell::number(plain(f))),
-                Cell::number(format!("{:.2}", c.estimated)),
-                Cell::number(dof(c.freedom)),
-                Cell::number(format!("{:.2}", c.used)),
-                Cell::number(dof(c.dof.get())),
-            ])
-        },
+    type R = VarianceComponent;
+    let cause = |c: &R| match causes.iter().find(|k| k.0 == c.key) {
+        _ if c.key == "readings" => "readings and their noise".to_owned(),
+        Some(named) => named.1.clone(),
+        None => c.key.clone(),
+    };
+    let fields = [
+        words("cause", cause),
+        printed("f", "Hz", |c: &R| c.frequency.map(plain)),
+        printed("û/u", "", |c: &R| format!("{:.2}", c.estimated)),
+        printed("ν of û", "", |c: &R| dof(c.freedom)),
+        printed("used/u", "", |c: &R| format!("{:.2}", c.used)),
+        printed("ν used", "", |c: &R| dof(c.dof.get())),
+    ];
+    Table::of("Declared uncertainties as the runs have them", fields, components).note(
+        "u as declared, û by restricted maximum likelihood with the degrees of freedom that the runs (and the declaration, \
+         where it has any) have for it. Used is the larger \
+         of the two; U is the larger of t(ν)·û and of what is declared. Causes that are not here are told by no run.",
     )
 }
 
@@ -144,41 +132,41 @@ fn table(f: &FrequencyResult, causes: &[(String, String, String)], unit: Unit) -
         "(m/s²)/(m/s²)" => ("10⁻³", 1e3),
         _ => ("nV/(m/s²)", 1e9),
     };
-    let mut columns = vec![Column::text("cause (type)")];
-    columns.extend(TERMS.map(|t| Column::number(t, "")));
-    let mut table = Table::new(
-        format!(
-            "Budget of |S| at {} Hz: contribution of each cause to the standard uncertainty in {small}",
-            plain(f.frequency)
-        ),
-        columns,
-    );
-    for (key, description, evaluation) in causes {
-        let mut cells = vec![Cell::text(format!("{description} ({evaluation})"))];
-        cells.extend((0..9).map(|k| {
+    type Row = (String, [String; 9]);
+    let contributions = |(key, description, evaluation): &(String, String, String)| -> Row {
+        let of = |k: usize| {
             let line = f.sensitivity[k].budget.iter().find(|l| l.key == *key);
-            let value = line.map_or(0.0, |l| l.contribution);
             // A millionth of the sensitivity is rounding, not a contribution.
-            Cell::number(if value < 1e-6 * largest {
-                "0".to_owned()
-            } else {
-                two_digits(factor * value)
-            })
-        }));
-        table = table.row(cells);
-    }
-    let mut total = |name: &str, value: &dyn Fn(usize) -> String| {
-        let mut cells = vec![Cell::text(name)];
-        cells.extend((0..9).map(|k| Cell::number(value(k))));
-        let row = std::mem::take(&mut table).row(cells);
-        table = row;
+            match line.map_or(0.0, |l| l.contribution) {
+                value if value < 1e-6 * largest => "0".to_owned(),
+                value => two_digits(factor * value),
+            }
+        };
+        (
+            format!("{description} ({evaluation})"),
+            std::array::from_fn(of),
+        )
     };
-    let modulus = |k: usize| &f.sensitivity[k].modulus;
-    total("u", &|k| {
-        two_digits(factor * modulus(k).standard_uncertainty)
-    });
-    total("ν_eff", &|k| degrees_of_freedom(modulus(k).dof));
-    total("k", &|k| format!("{:.2}", modulus(k).coverage_factor));
-    total("U", &|k| two_digits(factor * modulus(k).expanded));
-    table
+    let total = |name: &str, value: &dyn Fn(&Expanded) -> String| -> Row {
+        let of = |k: usize| value(&f.sensitivity[k].modulus);
+        (name.to_owned(), std::array::from_fn(of))
+    };
+    let totals = [
+        total("u", &|m| two_digits(factor * m.standard_uncertainty)),
+        total("ν_eff", &|m| degrees_of_freedom(m.dof)),
+        total("k", &|m| format!("{:.2}", m.coverage_factor)),
+        total("U", &|m| two_digits(factor * m.expanded)),
+    ];
+    let mut fields = vec![words("cause (type)", |r: &Row| r.0.clone())];
+    let terms = TERMS.into_iter().enumerate();
+    fields.extend(terms.map(|(k, term)| printed(term, "", move |r: &Row| r.1[k].clone())));
+    let caption = format!(
+        "Budget of |S| at {} Hz: contribution of each cause to the standard uncertainty in {small}",
+        plain(f.frequency)
+    );
+    Table::of(
+        caption,
+        fields,
+        causes.iter().map(contributions).chain(totals),
+    )
 }

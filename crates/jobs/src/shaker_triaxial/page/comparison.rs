@@ -1,10 +1,12 @@
 //! Results side by side: corrections, methods, the datasheet.
 
-use super::digits::{MAIN, TERMS, Unit, plus_minus};
-use super::{method_name, sign};
-use proofmass_report::number::plain;
-use proofmass_report::{Axis, Block, Cell, Column, Section, Series, Table, XyPlot};
-use proofmass_shaker::{MethodResult, ShakerCalibration, ShakerMethod};
+use super::super::tables::word;
+use super::digits::{CROSS, MAIN, TERMS, Unit, plus_minus};
+use crate::page::columns::{frequency, printed, words};
+use proofmass_report::{Axis, Block, Section, Series, Table, XyPlot};
+use proofmass_shaker::{
+    FrequencyResult, MethodResult, ShakerCalibration, ShakerMethod, TermDifference,
+};
 
 /// Value and expanded uncertainty of |S_k|, whatever the method.
 fn modulus(result: &MethodResult, frequency: f64, k: usize) -> Option<(f64, f64)> {
@@ -76,60 +78,33 @@ pub(super) fn corrections(
     }
     // What was measured without any correction is what the others are held against.
     same.sort_by_key(|(label, _)| *label != "none");
-    let mut columns = vec![Column::number("f", "Hz"), Column::text("term")];
-    columns.extend(
-        same.iter()
-            .map(|(label, _)| Column::number(correction_name(label), unit.name)),
+    let named: Vec<(&str, &MethodResult)> = same
+        .iter()
+        .map(|&(label, r)| (correction_name(label), r))
+        .collect();
+    let caption = format!(
+        "Main terms by the {} method with each correction",
+        word(principal.method)
     );
-    let mut values = Table::new(
-        format!(
-            "Main terms by the {} method with each correction",
-            method_name(principal.method)
-        ),
-        columns,
-    );
-    for f in frequencies(principal) {
-        for k in MAIN {
-            let mut cells = vec![
-                Cell::number(plain(f)),
-                Cell::text(format!("|S_{}|", TERMS[k])),
-            ];
-            cells.extend(same.iter().map(|(_, r)| {
-                modulus(r, f, k).map_or(Cell::Empty, |(v, u)| {
-                    Cell::number(plus_minus(unit.factor * v, unit.factor * u))
-                })
-            }));
-            values = values.row(cells);
-        }
-    }
-    let mut differences = Table::new(
-        "Differences of the main terms between two corrections",
-        [
-            Column::text("between"),
-            Column::number("f", "Hz"),
-            Column::text("term"),
-            Column::number("difference", "%"),
-            Column::number("E_n", ""),
-        ],
-    )
-    .note(
+    let values = side_by_side(&caption, principal, &named, &MAIN, unit);
+    type D = TermDifference;
+    let fields = [
+        words("between", |d: &D| {
+            let [one, other] = [1, 0].map(|k| correction_name(&d.between[k]));
+            format!("{one} – {other}")
+        }),
+        frequency(|d: &D| d.frequency),
+        words("term", |d: &D| format!("|S_{}|", d.term)),
+        printed("difference", "%", |d: &D| {
+            format!("{:.2}", 100.0 * d.relative)
+        }),
+        printed("E_n", "", |d: &D| d.e_n.map(|e| format!("{e:.2}"))),
+    ];
+    let caption = "Differences of the main terms between two corrections";
+    let differences = Table::of(caption, fields, &calibration.differences).note(
         "E_n is the difference over the expanded uncertainty that the measurements of the spurious motion alone give it: \
          everything else is common to both. Above 1 the two corrections disagree.",
     );
-    for d in &calibration.differences {
-        differences = differences.row([
-            Cell::text(format!(
-                "{} – {}",
-                correction_name(&d.between[1]),
-                correction_name(&d.between[0])
-            )),
-            Cell::number(plain(d.frequency)),
-            Cell::text(format!("|S_{}|", d.term)),
-            Cell::number(sign(format!("{:.2}", 100.0 * d.relative))),
-            d.e_n
-                .map_or(Cell::Empty, |e| Cell::number(format!("{e:.2}"))),
-        ]);
-    }
     Some(
         Section::new("Corrections compared")
             .paragraph(
@@ -140,10 +115,10 @@ pub(super) fn corrections(
                 format!(
                     "Main terms with each correction, as departures from the first in the legend ({} method); bars are \
                      intervals at {}",
-                    method_name(principal.method),
+                    word(principal.method),
                     super::curves::at(&principal.frequencies)
                 ),
-                departures(&same.iter().map(|&(l, r)| (correction_name(l), r)).collect::<Vec<_>>()),
+                departures(&named),
             )
             .table(values)
             .folded(
@@ -153,7 +128,7 @@ pub(super) fn corrections(
     )
 }
 
-pub(super) fn correction_name(label: &str) -> &str {
+fn correction_name(label: &str) -> &str {
     if label == "none" {
         "uncorrected"
     } else {
@@ -171,7 +146,7 @@ pub(super) fn methods(
         .results
         .iter()
         .filter(|r| r.correction == principal.correction)
-        .map(|r| (method_name(r.method), r))
+        .map(|r| (word(r.method), r))
         .collect();
     if same.len() < 2 {
         return None;
@@ -181,30 +156,6 @@ pub(super) fn methods(
         ShakerMethod::Complex => 1,
         ShakerMethod::PublishedMagnitude => 2,
     });
-    let table = |caption: &str, which: &dyn Fn(usize) -> bool| {
-        let mut columns = vec![Column::number("f", "Hz"), Column::text("term")];
-        columns.extend(
-            same.iter()
-                .map(|(name, _)| Column::number(*name, unit.name)),
-        );
-        let mut table = Table::new(caption, columns);
-        for f in frequencies(principal) {
-            for k in (0..9).filter(|&k| which(k)) {
-                let mut cells = vec![
-                    Cell::number(plain(f)),
-                    Cell::text(format!("|S_{}|", TERMS[k])),
-                ];
-                cells.extend(same.iter().map(|(_, r)| match modulus(r, f, k) {
-                    Some((v, u)) if u.is_finite() => {
-                        Cell::number(plus_minus(unit.factor * v, unit.factor * u))
-                    }
-                    _ => Cell::Empty,
-                }));
-                table = table.row(cells);
-            }
-        }
-        table
-    };
     let mut section = Section::new("Methods side by side").paragraph(format!(
         "The same runs ({}) by each method. Complex: signed phasors with the joint covariance of everything, frequency by \
          frequency. Joint: the same for all frequencies at once, with the mounting angles in common.{}",
@@ -224,19 +175,39 @@ pub(super) fn methods(
         ),
         departures(&same),
     );
-    Some(
-        section
-            .table(table("Main terms by each method, value ± U", &|k| {
-                k % 4 == 0
-            }))
-            .folded(
-                "Cross terms by each method",
-                [Block::Table(table(
-                    "Cross terms by each method, value ± U",
-                    &|k| k % 4 != 0,
-                ))],
-            ),
-    )
+    let table = |which: &str, terms: &[usize]| {
+        let caption = format!("{which} terms by each method, value ± U");
+        side_by_side(&caption, principal, &same, terms, unit)
+    };
+    Some(section.table(table("Main", &MAIN)).folded(
+        "Cross terms by each method",
+        [Block::Table(table("Cross", &CROSS))],
+    ))
+}
+
+/// Terms of several results at every frequency, value ± U.
+fn side_by_side(
+    caption: &str,
+    principal: &MethodResult,
+    results: &[(&str, &MethodResult)],
+    terms: &[usize],
+    unit: Unit,
+) -> Table {
+    type Row = (f64, usize);
+    let mut fields = vec![
+        frequency(|r: &Row| r.0),
+        words("term", |r: &Row| format!("|S_{}|", TERMS[r.1])),
+    ];
+    fields.extend(results.iter().map(|&(name, result)| {
+        printed(name, unit.name, move |r: &Row| {
+            let (v, u) = modulus(result, r.0, r.1).filter(|(_, u)| u.is_finite())?;
+            Some(plus_minus(unit.factor * v, unit.factor * u))
+        })
+    }));
+    let rows = frequencies(principal)
+        .into_iter()
+        .flat_map(|f| terms.iter().map(move |&k| -> Row { (f, k) }));
+    Table::of(caption, fields, rows)
 }
 
 /// Main terms against the datasheet.
@@ -248,26 +219,26 @@ pub(super) fn datasheet(
     if result.frequencies.iter().all(|f| f.datasheet.is_empty()) {
         return None;
     }
-    let mut columns = vec![Column::number("f", "Hz")];
-    for axis in ["xx", "yy", "zz"] {
-        columns.push(Column::number(format!("Δ|S_{axis}|"), "%"));
-        columns.push(Column::number("E_n", ""));
+    type R = FrequencyResult;
+    let mut fields = vec![frequency(|f: &R| f.frequency)];
+    for (number, k) in MAIN.into_iter().enumerate() {
+        fields.push(printed(format!("Δ|S_{}|", TERMS[k]), "%", move |f: &R| {
+            Some(format!("{:.2}", 100.0 * f.datasheet.get(number)?.relative))
+        }));
+        fields.push(printed("E_n", "", move |f: &R| {
+            Some(format!("{:.2}", f.datasheet.get(number)?.e_n))
+        }));
     }
-    let mut table = Table::new("Main terms against the datasheet", columns);
+    let table = Table::of(
+        "Main terms against the datasheet",
+        fields,
+        &result.frequencies,
+    );
     let mut plot = XyPlot::new(
         Axis::log("frequency", "Hz"),
         Axis::linear("departure from the datasheet", "%"),
     )
     .horizontal(0.0, "datasheet");
-    for f in &result.frequencies {
-        let mut cells = vec![Cell::number(plain(f.frequency))];
-        for d in &f.datasheet {
-            cells.push(Cell::number(format!("{:.2}", 100.0 * d.relative)));
-            cells.push(Cell::number(format!("{:.2}", d.e_n)));
-        }
-        cells.resize(7, Cell::Empty);
-        table = table.row(cells);
-    }
     for (number, &k) in MAIN.iter().enumerate() {
         let points: Vec<_> = result
             .frequencies

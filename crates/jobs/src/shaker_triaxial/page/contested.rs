@@ -2,48 +2,48 @@
 
 use super::digits::{TERMS, Unit};
 use super::sign;
-use proofmass_report::number::plain;
-use proofmass_report::{Cell, Column, Section, Table};
-use proofmass_shaker::ShakerCalibration;
+use crate::page::columns::{frequency, printed, words};
+use proofmass_report::{Section, Table};
+use proofmass_shaker::{Contested, ShakerCalibration};
 
 /// Frequencies with runs that contradict the others, with them and without.
 pub(super) fn section(calibration: &ShakerCalibration, unit: Unit) -> Option<Section> {
     if calibration.contested.is_empty() {
         return None;
     }
-    let mut columns = vec![Column::number("f", "Hz"), Column::text("result")];
-    columns.extend(TERMS.map(|t| Column::number(format!("S_{t}"), unit.name)));
-    let mut table = Table::new(
-        "Real parts of S with and without the runs in question",
-        columns,
-    );
-    let mut names: Vec<&str> = vec![];
-    for c in &calibration.contested {
-        names.extend(c.runs.iter().map(String::as_str));
-        let correction = match calibration
-            .contested
-            .iter()
-            .any(|o| o.correction != c.correction)
-        {
+    type Row<'a> = (f64, String, &'a [[f64; 2]]);
+    let several = |c: &Contested| {
+        let mut others = calibration.contested.iter();
+        others.any(|o| o.correction != c.correction)
+    };
+    let rows = calibration.contested.iter().flat_map(|c| {
+        let correction = match several(c) {
             true => format!(" ({})", c.correction),
             false => String::new(),
         };
-        let mut row = |words: &str, s: &[[f64; 2]]| {
-            let mut cells = vec![
-                Cell::number(plain(c.frequency)),
-                Cell::text(format!("{words}{correction}")),
-            ];
-            let parts = s
-                .iter()
-                .map(|[re, _]| sign(format!("{:.4}", unit.factor * re)));
-            cells.extend(parts.map(Cell::number));
-            table = std::mem::take(&mut table).row(cells);
-        };
-        row("without", &c.without);
-        if let Some(with) = &c.with {
-            row("with", with);
-        }
+        let row = |words: &str, s| (c.frequency, format!("{words}{correction}"), s);
+        let with = c.with.as_ref().map(|with| row("with", &with[..]));
+        let without: Row<'_> = row("without", &c.without[..]);
+        std::iter::once(without).chain(with)
+    });
+    let mut fields = vec![
+        frequency(|r: &Row<'_>| r.0),
+        words("result", |r: &Row<'_>| r.1.clone()),
+    ];
+    for (k, term) in TERMS.into_iter().enumerate() {
+        fields.push(printed(
+            format!("S_{term}"),
+            unit.name,
+            move |r: &Row<'_>| Some(sign(format!("{:.4}", unit.factor * r.2.get(k)?[0]))),
+        ));
     }
+    let table = Table::of(
+        "Real parts of S with and without the runs in question",
+        fields,
+        rows,
+    );
+    let runs = calibration.contested.iter().flat_map(|c| &c.runs);
+    let mut names: Vec<&str> = runs.map(String::as_str).collect();
     names.sort_unstable();
     names.dedup();
     Some(

@@ -1,9 +1,9 @@
 //! Sensitivity against frequency.
 
 use super::digits::{CROSS, MAIN, TERMS, Unit, degrees, degrees_of_freedom, plus_minus, scaled};
+use crate::page::columns::{frequency, printed};
 use crate::page::coverage::stated_at;
-use proofmass_report::number::plain;
-use proofmass_report::{Axis, Cell, Column, Section, Series, Table, XyPlot};
+use proofmass_report::{Axis, Section, Series, Table, XyPlot};
 use proofmass_shaker::{FrequencyResult, MethodResult};
 
 /// Points of several series at one frequency are drawn this far apart, so that their bars can be told.
@@ -37,56 +37,48 @@ pub(super) fn at(frequencies: &[FrequencyResult]) -> String {
 
 /// The table a reader takes away: main terms at every frequency.
 pub(super) fn main_table(frequencies: &[FrequencyResult], unit: Unit) -> Table {
-    let mut columns = vec![Column::number("f", "Hz")];
-    for axis in ["xx", "yy", "zz"] {
-        columns.push(Column::number(format!("|S_{axis}|"), unit.name));
-        columns.push(Column::number("U", "%"));
-    }
-    let mut table = Table::new(
-        format!(
-            "Main terms with their expanded uncertainty at {}",
-            at(frequencies)
-        ),
-        columns,
-    );
-    for f in frequencies {
-        let mut cells = vec![Cell::number(plain(f.frequency))];
-        for k in MAIN {
+    type R = FrequencyResult;
+    let mut fields = vec![frequency(|f: &R| f.frequency)];
+    for k in MAIN {
+        fields.push(printed(
+            format!("|S_{}|", TERMS[k]),
+            unit.name,
+            move |f: &R| scaled(&f.sensitivity[k].modulus, unit.factor),
+        ));
+        fields.push(printed("U", "%", move |f: &R| {
             let m = &f.sensitivity[k].modulus;
-            cells.push(Cell::number(scaled(m, unit.factor)));
-            cells.push(Cell::number(format!("{:.2}", 100.0 * m.expanded / m.value)));
-        }
-        table = table.row(cells);
+            format!("{:.2}", 100.0 * m.expanded / m.value)
+        }));
     }
-    table
+    let caption = format!(
+        "Main terms with their expanded uncertainty at {}",
+        at(frequencies)
+    );
+    Table::of(caption, fields, frequencies)
 }
 
 fn phases(result: &MethodResult) -> Table {
-    let mut columns = vec![Column::number("f", "Hz")];
-    for axis in ["xx", "yy", "zz"] {
-        columns.push(Column::number(format!("phase of S_{axis}"), "°"));
-        columns.push(Column::number("k", ""));
-        columns.push(Column::number("ν_eff", ""));
+    type R = FrequencyResult;
+    let mut fields = vec![frequency(|f: &R| f.frequency)];
+    for k in MAIN {
+        fields.extend([
+            printed(format!("phase of S_{}", TERMS[k]), "°", move |f: &R| {
+                degrees(&f.sensitivity[k]).map(|(v, u)| plus_minus(v, u))
+            }),
+            printed("k", "", move |f: &R| {
+                format!("{:.2}", f.sensitivity[k].modulus.coverage_factor)
+            }),
+            printed("ν_eff", "", move |f: &R| {
+                degrees_of_freedom(f.sensitivity[k].modulus.dof)
+            }),
+        ]);
     }
-    let mut table = Table::new(
+    Table::of(
         "Phases of the main terms with their expanded uncertainty; coverage factor and effective degrees of freedom of \
          the modulus",
-        columns,
-    );
-    for f in &result.frequencies {
-        let mut cells = vec![Cell::number(plain(f.frequency))];
-        for k in MAIN {
-            let m = &f.sensitivity[k].modulus;
-            cells.push(
-                degrees(&f.sensitivity[k])
-                    .map_or(Cell::Empty, |(v, u)| Cell::number(plus_minus(v, u))),
-            );
-            cells.push(Cell::number(format!("{:.2}", m.coverage_factor)));
-            cells.push(Cell::number(degrees_of_freedom(m.dof)));
-        }
-        table = table.row(cells);
-    }
-    table
+        fields,
+        &result.frequencies,
+    )
 }
 
 fn terms_plot(result: &MethodResult, which: &[usize], unit: Unit) -> XyPlot {

@@ -1,8 +1,10 @@
 //! The matrices of every frequency, as tables of three by three.
 
-use super::digits::{TERMS, Unit, degrees, plus_minus, representative, scaled};
+use super::digits::{Unit, degrees, plus_minus, representative, scaled};
+use crate::page::AXES;
+use crate::page::columns::{printed, words};
 use proofmass_report::number::plain;
-use proofmass_report::{Alignment, Block, Cell, Column, Section, Table};
+use proofmass_report::{Block, Section, Table};
 use proofmass_shaker::{FrequencyResult, MethodResult};
 
 pub(super) fn section(result: &MethodResult, unit: Unit) -> Section {
@@ -91,17 +93,12 @@ fn percent(ratio: f64) -> String {
 }
 
 fn square(caption: String, row: &str, column: &str, cell: impl Fn(usize) -> String) -> Table {
-    let mut columns = vec![Column::text("")];
-    columns
-        .extend(["x", "y", "z"].map(|axis| {
-            Column::number(format!("{column}_{axis}"), "").aligned(Alignment::Decimal)
-        }));
-    let mut table = Table::new(caption, columns);
-    for (i, axis) in ["x", "y", "z"].iter().enumerate() {
-        let mut cells = vec![Cell::text(format!("{row}_{axis}"))];
-        cells.extend((0..3).map(|j| Cell::number(cell(3 * i + j))));
-        table = table.row(cells);
-    }
-    debug_assert_eq!(TERMS.len(), 9);
-    table
+    let cell = &cell;
+    let mut fields = vec![words("", |i: &usize| format!("{row}_{}", AXES[*i]))];
+    fields.extend(AXES.into_iter().enumerate().map(|(j, axis)| {
+        printed(format!("{column}_{axis}"), "", move |i: &usize| {
+            cell(3 * i + j)
+        })
+    }));
+    Table::of(caption, fields, 0..3)
 }

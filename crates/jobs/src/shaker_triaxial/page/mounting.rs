@@ -1,10 +1,10 @@
 //! Mounting angles: what the runs tell of them, and what no run can.
 
-use super::sign;
+use crate::page::columns::{frequency, printed, words};
 use proofmass_report::number::plain;
 use proofmass_report::plot::Style;
-use proofmass_report::{Axis, Block, Cell, Column, Section, Series, Table, XyPlot};
-use proofmass_shaker::{Identifiability, MethodResult};
+use proofmass_report::{Axis, Block, Field, Section, Series, Table, XyPlot};
+use proofmass_shaker::{AngleInformation, AngleResult, FrameTurn, Identifiability, MethodResult};
 
 /// Mounting angles before and after the data, for a joint fit.
 pub(super) fn angles(result: &MethodResult) -> Option<Section> {
@@ -22,20 +22,10 @@ pub(super) fn angles(result: &MethodResult) -> Option<Section> {
          budget says before the data; estimated: after them. What stays is almost entirely common to all angles of a \
          kind, a rotation of the whole device that no data can tell from a device whose axes are turned.",
     );
-    let mut table = Table::new(
-        "Mounting angles",
-        [
-            Column::text("input"),
-            Column::number("α", "°"),
-            Column::number("ω", "°"),
-            Column::number("estimated error", "°"),
-            Column::number("u estimated", "°"),
-            Column::number("u declared", "°"),
-        ],
-    );
+    let of_key = |key| result.angles.iter().filter(move |a| a.key == key);
     let mut plot: Option<XyPlot> = None;
-    for key in &keys {
-        let of_key: Vec<_> = result.angles.iter().filter(|a| a.key == *key).collect();
+    for &key in &keys {
+        let of_key: Vec<_> = of_key(key).collect();
         let number: Vec<f64> = (1..=of_key.len()).map(|i| i as f64).collect();
         let value: Vec<f64> = of_key.iter().map(|a| a.value.to_degrees()).collect();
         let spread: Vec<f64> = of_key
@@ -64,21 +54,6 @@ pub(super) fn angles(result: &MethodResult) -> Option<Section> {
                     .look(0),
             );
         plot = Some(next);
-        for a in of_key {
-            let whole = a.key.contains("wedge");
-            table = table.row([
-                Cell::text(a.key.clone()),
-                Cell::number(plain(a.configuration.inclination.to_degrees())),
-                if whole {
-                    Cell::Empty
-                } else {
-                    Cell::number(plain(a.configuration.rotation.to_degrees()))
-                },
-                Cell::number(sign(format!("{:.3}", a.value.to_degrees()))),
-                Cell::number(format!("{:.3}", a.standard_uncertainty.to_degrees())),
-                Cell::number(format!("{:.3}", a.prior.to_degrees())),
-            ]);
-        }
     }
     if let Some(plot) = plot {
         section = section.figure(
@@ -90,59 +65,65 @@ pub(super) fn angles(result: &MethodResult) -> Option<Section> {
     if let Some(known) = &result.identifiability {
         section = identifiability(section, known);
     }
+    let rows = keys.iter().flat_map(|key| of_key(*key));
+    let table = Table::of("Mounting angles", fields(), rows);
     Some(section.folded("All mounting angles", [Block::Table(table)]))
+}
+
+fn degrees(angle: f64) -> String {
+    format!("{:.3}", angle.to_degrees())
+}
+
+fn fields() -> [Field<'static, AngleResult>; 6] {
+    type A = AngleResult;
+    [
+        words("input", |a: &A| a.key.clone()),
+        printed("α", "°", |a: &A| {
+            plain(a.configuration.inclination.to_degrees())
+        }),
+        printed("ω", "°", |a: &A| {
+            let whole = a.key.contains("wedge");
+            (!whole).then(|| plain(a.configuration.rotation.to_degrees()))
+        }),
+        printed("estimated error", "°", |a: &A| degrees(a.value)),
+        printed("u estimated", "°", |a: &A| degrees(a.standard_uncertainty)),
+        printed("u declared", "°", |a: &A| degrees(a.prior)),
+    ]
 }
 
 /// What the runs tell of the mounting, and what none can, in words and numbers.
 fn identifiability(section: Section, known: &Identifiability) -> Section {
-    let degrees = |angle: f64| format!("{:.3}", angle.to_degrees());
-    let mut inputs = Table::new(
-        "What the runs tell of each kind of angle",
-        [
-            Column::text("input"),
-            Column::number("angles", ""),
-            Column::number("told by the runs", ""),
-            Column::number("u declared", "°"),
-            Column::number("u after the runs", "°"),
-        ],
-    )
-    .note("Told by the runs: degrees of freedom Σ λ/(1 + λ), λ the information of the runs over that of the declaration.");
-    for input in &known.inputs {
-        inputs = inputs.row([
-            Cell::text(input.key.clone()),
-            Cell::number(input.count.to_string()),
-            Cell::number(format!("{:.1}", input.freedom)),
-            Cell::number(degrees(input.declared)),
-            Cell::number(degrees(input.after)),
-        ]);
-    }
-    let mut turns = Table::new(
-        "A turn of the whole device, and the right angles between its sensitive axes",
-        [
-            Column::number("f", "Hz"),
-            Column::text("about"),
-            Column::text("terms"),
-            Column::number("u of the turn", "°"),
-            Column::number("u of the right angle", "°"),
-        ],
-    )
-    .note(
+    type Input = AngleInformation;
+    type Turn = FrameTurn;
+    let inputs = [
+        words("input", |i: &Input| i.key.clone()),
+        printed("angles", "", |i: &Input| i.count.to_string()),
+        printed("told by the runs", "", |i: &Input| {
+            format!("{:.1}", i.freedom)
+        }),
+        printed("u declared", "°", |i: &Input| degrees(i.declared)),
+        printed("u after the runs", "°", |i: &Input| degrees(i.after)),
+    ];
+    let inputs = Table::of("What the runs tell of each kind of angle", inputs, &known.inputs)
+        .note("Told by the runs: degrees of freedom Σ λ/(1 + λ), λ the information of the runs over that of the declaration.");
+    let turns = [
+        frequency(|t: &Turn| t.frequency),
+        words("about", |t: &Turn| t.about.clone()),
+        words("terms", |t: &Turn| match t.about.as_str() {
+            "x" => "S_yz, S_zy",
+            "y" => "S_xz, S_zx",
+            _ => "S_xy, S_yx",
+        }),
+        printed("u of the turn", "°", |t: &Turn| degrees(t.turn)),
+        printed("u of the right angle", "°", |t: &Turn| {
+            degrees(t.right_angle)
+        }),
+    ];
+    let caption = "A turn of the whole device, and the right angles between its sensitive axes";
+    let turns = Table::of(caption, turns, &known.turns).note(
         "The turn is ½ (S_ik/S_kk − S_ki/S_ii), the departure from a right angle ½ (S_ik/S_kk + S_ki/S_ii); a turn that is not in \
          the budget (tilt or rotation common to all gluings) is not in u either.",
     );
-    for turn in &known.turns {
-        turns = turns.row([
-            Cell::number(plain(turn.frequency)),
-            Cell::text(turn.about.clone()),
-            Cell::text(match turn.about.as_str() {
-                "x" => "S_yz, S_zy",
-                "y" => "S_xz, S_zx",
-                _ => "S_xy, S_yx",
-            }),
-            Cell::number(degrees(turn.turn)),
-            Cell::number(degrees(turn.right_angle)),
-        ]);
-    }
     let [strong, more, less, weak, none] = known.directions;
     section
         .paragraph(format!(

@@ -1,8 +1,15 @@
 //! The report of a comparison: error table, overlaid curves, channels and integrators.
 
-use super::{VelocityReport, figures, pairing};
+use super::{figures, pairing};
+use crate::page::columns::{filed, number};
+use crate::page::measures::lines;
+use crate::velocity::VelocityComparison;
+use crate::velocity::outcome::Head;
 use proofmass_motion::{CompareResult, Family, Method, MethodRow, excerpt};
-use proofmass_report::{Axis, Cell, Column, Report, Section, Series, Table, XyPlot, scientific};
+use proofmass_report::Rounding::Significant;
+use proofmass_report::{
+    Axis, Cell, Field, Place, Report, Section, Series, Table, XyPlot, scientific,
+};
 use std::ops::Range;
 
 /// Whether two rates are the same.
@@ -10,96 +17,114 @@ fn same(a: f64, b: f64) -> bool {
     (a / b - 1.0).abs() < 1e-9
 }
 
-impl VelocityReport<'_> {
-    /// What is worth a look in the terminal.
-    pub(crate) fn compare_summary(&self, result: &CompareResult) -> Report {
-        let mut section = Section::new("Errors");
-        for rate in rates(result) {
-            section = section.table(errors(result, rate, false, self.angular));
-        }
-        self.head(result.reference.len()).section(section)
+pub(in crate::velocity) fn compare(page: Report, outcome: &VelocityComparison) -> Report {
+    let (head, result) = (&outcome.head, &outcome.result);
+    // A terminal has no room for all columns.
+    let [mut few, mut full] = [Place::Summary, Place::Page].map(|at| Section::new("Errors").at(at));
+    for rate in rates(result) {
+        let columns = || error_fields(head, result).into_iter();
+        few = few.table(errors(result, rate, columns().take(7)));
+        full = full.table(errors(result, rate, columns()).note(
+            "Numbers after a name are its settings: points and degree; k₁ and k₂ in rad/s; kx in 1/s and kv in 1/s². \
+             Delay is that of the largest cross-correlation with the reference, noise floor the scatter from sample to \
+             sample.",
+        ));
     }
-
-    /// The whole report.
-    pub(crate) fn compare(&self, result: &CompareResult) -> Report {
-        let mut table = Section::new("Errors");
-        for rate in rates(result) {
-            table = table.table(errors(result, rate, true, self.angular));
-        }
-        let mut report = self.head(result.reference.len()).section(table);
-        let compared = (result.skip / self.sample_time).ceil() as usize;
-        let compared = compared.min(result.reference.len() - 1);
-        let zoom = excerpt(&result.reference[compared..]);
-        let zoom = zoom.start + compared..zoom.end + compared;
-        for rate in rates(result) {
-            let best = chosen(result, rate);
-            // Errors of several times the others' would fill the frame.
-            let smallest = best.iter().map(|r| r.agreement.rms);
-            let smallest = smallest.fold(f64::INFINITY, f64::min);
-            let best: Vec<_> = best.into_iter().enumerate().collect();
-            let (near, far): (Vec<_>, Vec<_>) = best
-                .iter()
-                .copied()
-                .partition(|(_, r)| r.agreement.rms < 12.0 * smallest);
-            let beyond = if far.is_empty() {
-                String::new()
-            } else {
-                let names: Vec<String> = far.iter().map(|(_, r)| short(result, r)).collect();
-                format!("; beyond the frame: {}", names.join(", "))
-            };
-            report = report.section(
-                Section::new(format!("Velocities at {} Hz", gain(rate)))
-                    .figure(
-                        "The whole recording: the reference and the best method of each family",
-                        self.overlaid(result, &best, rate, 0..result.reference.len(), false),
-                    )
-                    .figure(
-                        "The liveliest part of what is compared",
-                        self.overlaid(result, &best, rate, zoom.clone(), false),
-                    )
-                    .figure(
-                        format!("Errors in the same part{beyond}"),
-                        self.overlaid(result, &near, rate, zoom.clone(), true),
-                    ),
-            );
-        }
-        let mut section = Section::new("Models");
-        if let Some(found) = &result.pairing {
-            section = section.table(pairing(found));
-        }
-        if !result.tuned.is_empty() {
-            section = section.table(consistency(result, self.angular));
-        }
-        if let Some(first) = result.tuned.first() {
-            section = section.figure(
-                format!(
-                    "Correlation of the innovations at {} Hz: of a model that describes both sensors 95 % lie within the lines",
-                    gain(first.rate)
+    let all = Table::of("", error_fields(head, result), &result.rows).file("errors.csv");
+    let page = head.opened(page, result.reference.len());
+    let mut page = page.section(few).section(full);
+    let compared = (result.skip / head.sample_time).ceil() as usize;
+    let compared = compared.min(result.reference.len() - 1);
+    let zoom = excerpt(&result.reference[compared..]);
+    let zoom = zoom.start + compared..zoom.end + compared;
+    for rate in rates(result) {
+        let best = chosen(result, rate);
+        // Errors of several times the others' would fill the frame.
+        let smallest = best.iter().map(|r| r.agreement.rms);
+        let smallest = smallest.fold(f64::INFINITY, f64::min);
+        let best: Vec<_> = best.into_iter().enumerate().collect();
+        let (near, far): (Vec<_>, Vec<_>) = best
+            .iter()
+            .copied()
+            .partition(|(_, r)| r.agreement.rms < 12.0 * smallest);
+        let beyond = if far.is_empty() {
+            String::new()
+        } else {
+            let names: Vec<String> = far.iter().map(|(_, r)| short(result, r)).collect();
+            format!("; beyond the frame: {}", names.join(", "))
+        };
+        page = page.section(
+            Section::new(format!("Velocities at {} Hz", gain(rate)))
+                .figure(
+                    "The whole recording: the reference and the best method of each family",
+                    head.overlaid(result, &best, rate, 0..result.reference.len(), false),
+                )
+                .figure(
+                    "The liveliest part of what is compared",
+                    head.overlaid(result, &best, rate, zoom.clone(), false),
+                )
+                .figure(
+                    format!("Errors in the same part{beyond}"),
+                    head.overlaid(result, &near, rate, zoom.clone(), true),
                 ),
-                figures::whiteness(&first.result.tuned),
+        );
+    }
+    let mut section = Section::new("Models");
+    if let Some(found) = &result.pairing {
+        section = section.table(pairing(found));
+    }
+    if !result.tuned.is_empty() {
+        section = section.table(consistency(result, head.angular));
+    }
+    if let Some(first) = result.tuned.first() {
+        section = section.figure(
+            format!(
+                "Correlation of the innovations at {} Hz: of a model that describes both sensors 95 % lie within the lines",
+                gain(first.rate)
+            ),
+            figures::whiteness(&first.result.tuned),
+        );
+    }
+    page = page.section(section);
+    let mut section = Section::new("Channels and integrators");
+    if let Some(first) = result.tuned.first() {
+        let methods = [
+            ("two channels".to_owned(), first.result.two_channel.method),
+            ("observer".to_owned(), first.result.observer.method),
+        ];
+        if let Some(plot) = figures::bode(&methods, 1.0 / first.rate) {
+            section = section.figure(
+                "Gain of the encoder's and the accelerometer's channel on the true velocity, of the tuned filters; the two of one filter add to one",
+                plot,
             );
         }
-        report = report.section(section);
-        let mut section = Section::new("Channels and integrators");
-        if let Some(first) = result.tuned.first() {
-            let methods = [
-                ("two channels".to_owned(), first.result.two_channel.method),
-                ("observer".to_owned(), first.result.observer.method),
-            ];
-            if let Some(plot) = figures::bode(&methods, 1.0 / first.rate) {
-                section = section.figure(
-                    "Gain of the encoder's and the accelerometer's channel on the true velocity, of the tuned filters; the two of one filter add to one",
-                    plot,
-                );
-            }
-        }
-        section = section.figure(
-            "Integration rules: accuracy function (1 is exact), and noise amplification",
-            figures::integrators(),
-        );
-        self.foot(report.section(section))
     }
+    section = section.figure(
+        "Integration rules: accuracy function (1 is exact), and noise amplification",
+        figures::integrators(),
+    );
+    page.section(section)
+        .section(Section::filed([all, velocities(head, result)]))
+}
 
+/// Every velocity at the highest rate, one column per method.
+fn velocities(head: &Head, result: &CompareResult) -> Table {
+    let highest = result.rows.iter().fold(0.0f64, |m, r| m.max(r.rate));
+    let stride = (1.0 / (highest * head.sample_time)).round().max(1.0) as usize;
+    let mut fields = vec![
+        filed("time_s", |k: &usize| head.time(k * stride)),
+        filed(head.unit("reference_m/s"), |k: &usize| {
+            result.reference[k * stride]
+        }),
+    ];
+    let unit = head.unit("m/s");
+    let rows = result.rows.iter().filter(|r| r.rate == highest);
+    fields.extend(rows.map(|r| Field::series(format!("{} ({unit})", r.label), &r.velocity)));
+    let count = result.reference.len().div_ceil(stride);
+    Table::of("", fields, 0..count).file("velocities.csv")
+}
+
+impl Head {
     fn overlaid(
         &self,
         result: &CompareResult,
@@ -217,104 +242,88 @@ fn gain(value: f64) -> String {
     }
 }
 
-/// One row per method; `full` with what a terminal has no room for.
-fn errors(result: &CompareResult, rate: f64, full: bool, angular: bool) -> Table {
-    let unit = |of_length: &str| super::unit_of(of_length, angular);
-    let more = vec![
-        Column::number("stated delay", "ms"),
-        Column::number("noise floor", unit("mm/s")),
-        Column::number("drift", unit("mm/s²")),
-    ];
-    let mut table = Table::new(
-        format!(
-            "{} at {} Hz",
-            if result.reference_is_truth {
-                "Errors against the reference"
-            } else {
-                "Differences to the smoother at the full rate"
-            },
-            gain(rate)
-        ),
-        [
-            Column::text("method"),
-            Column::text("sensors"),
-            Column::number("RMS", unit("mm/s")),
-            Column::number("largest", unit("mm/s")),
-            Column::number("mean", unit("mm/s")),
-            Column::number("delay", "ms"),
-        ]
-        .into_iter()
-        .chain(if full { more } else { Vec::new() }),
-    );
-    let number = |v: f64| Cell::number(scientific(v, 3));
-    let milli = |v: f64| number(1e3 * v);
-    for row in result.rows.iter().filter(|r| same(r.rate, rate)) {
-        let a = &row.agreement;
-        let mut cells = vec![
-            Cell::text(short(result, row)),
-            Cell::text(match row.family {
+/// The columns of errors, those that a terminal has no room for last.
+fn error_fields<'a>(head: &Head, result: &'a CompareResult) -> [Field<'a, MethodRow>; 10] {
+    let (speed, drift) = (head.unit("mm/s"), head.unit("mm/s²"));
+    let milli = |name: &str, heading: &str, unit: &str, get: fn(&MethodRow) -> Option<f64>| {
+        number(head.unit(name), (heading, unit), Significant(3), get).scaled(1e3)
+    };
+    [
+        filed("rate_Hz", |r: &MethodRow| r.rate),
+        Field::new("method", |r: &MethodRow| {
+            Cell::from(r.label.as_str()).worded(short(result, r))
+        })
+        .page("method", ""),
+        Field::new("sensors", |r: &MethodRow| {
+            Cell::from(r.family.name()).worded(match r.family {
                 Family::Position => "encoder",
                 Family::Acceleration => "accel.",
                 Family::Fused => "both",
                 Family::OffLine => "both, off line",
-            }),
-            milli(a.rms),
-            milli(a.max),
-            milli(a.bias),
-            a.delay.map_or(Cell::Empty, milli),
-        ];
-        if full {
-            cells.extend([
-                milli(row.stated_delay),
-                milli(a.noise_floor),
-                milli(a.drift),
-            ]);
-        }
-        table = table.row(cells);
-    }
-    if full {
-        table = table.note(
-            "Numbers after a name are its settings: points and degree; k₁ and k₂ in rad/s; kx in 1/s and kv in 1/s². \
-             Delay is that of the largest cross-correlation with the reference, noise floor the scatter from sample to \
-             sample.",
-        );
-    }
-    table
+            })
+        })
+        .page("sensors", ""),
+        milli("rms_m/s", "RMS", &speed, |r| Some(r.agreement.rms)),
+        milli("max_m/s", "largest", &speed, |r| Some(r.agreement.max)),
+        milli("mean_m/s", "mean", &speed, |r| Some(r.agreement.bias)),
+        milli("delay_s", "delay", "ms", |r| r.agreement.delay),
+        milli("stated_delay_s", "stated delay", "ms", |r| {
+            Some(r.stated_delay)
+        }),
+        milli("noise_floor_m/s", "noise floor", &speed, |r| {
+            Some(r.agreement.noise_floor)
+        }),
+        milli("drift_m/s2", "drift", &drift, |r| Some(r.agreement.drift)),
+    ]
+}
+
+/// One row per method.
+fn errors<'a>(
+    result: &CompareResult,
+    rate: f64,
+    fields: impl Iterator<Item = Field<'a, MethodRow>>,
+) -> Table {
+    let what = match result.reference_is_truth {
+        true => "Errors against the reference",
+        false => "Differences to the smoother at the full rate",
+    };
+    let rows = result.rows.iter().filter(|r| same(r.rate, rate));
+    Table::of(format!("{what} at {} Hz", gain(rate)), fields, rows)
 }
 
 /// What each rate's own samples say about its model, without any reference.
 fn consistency(result: &CompareResult, angular: bool) -> Table {
     let unit = |of_length: &str| super::unit_of(of_length, angular);
-    let mut table = Table::new(
-        "Consistency of the tuned models with the readings: mean ν²/S is 1 of a matched model, p small where the innovations are correlated",
-        [
-            Column::number("rate", "Hz"),
-            Column::number("√q", unit("m/s²")),
-            Column::number("√R", unit("m or m/s")),
-            Column::number("mean ν²/S", "1"),
-            Column::number("p of whiteness", "1"),
-            Column::text("two channels k₁, k₂"),
-            Column::text("observer kx, kv"),
-        ],
-    );
-    for t in &result.tuned {
+    let rows = result.tuned.iter().map(|t| {
         let (model, w) = (&t.result.tuned.model, &t.result.tuned.whiteness);
         let pair = |a: f64, b: f64| format!("{}, {}", scientific(a, 3), scientific(b, 3));
-        table = table.row([
+        [
             Cell::number(gain(t.rate)),
             Cell::number(scientific(model.acceleration_noise.sqrt(), 3)),
             Cell::number(scientific(model.reading_noise.sqrt(), 3)),
             Cell::number(scientific(w.mean_square, 4)),
             Cell::number(scientific(w.p_white, 2)),
-            Cell::text(match t.result.two_channel.method {
+            Cell::from(match t.result.two_channel.method {
                 Method::TwoChannel { k1, k2 } => pair(k1, k2),
                 _ => String::new(),
             }),
-            Cell::text(match t.result.observer.method {
+            Cell::from(match t.result.observer.method {
                 Method::Observer { k_x, k_v } => pair(k_x, k_v),
                 _ => String::new(),
             }),
-        ]);
-    }
-    table
+        ]
+    });
+    lines(
+        "Consistency of the tuned models with the readings: mean ν²/S is 1 of a matched model, p small where the innovations are correlated",
+        [
+            ("rate", "Hz"),
+            ("√q", &unit("m/s²")),
+            ("√R", &unit("m or m/s")),
+            ("mean ν²/S", "1"),
+            ("p of whiteness", "1"),
+            ("two channels k₁, k₂", ""),
+            ("observer kx, kv", ""),
+        ],
+        rows,
+    )
 }

@@ -1,79 +1,96 @@
 //! The report of an estimate: velocity with its uncertainty, and what speaks against it.
 
-use super::{VelocityReport, facts, figures, noise, pairing};
-use proofmass_motion::{EstimateResult, ReadingSource, VelocityTrace, excerpt};
+use super::{facts, figures, noise, pairing};
+use crate::page::columns::{filed, number};
+use crate::velocity::VelocityEstimate;
+use crate::velocity::outcome::Head;
+use proofmass_motion::{
+    Episode, EstimateResult, ReadingSource, RippleLine, VelocityTrace, excerpt,
+};
+use proofmass_report::Rounding::{Decimals, Significant};
 use proofmass_report::{
-    Axis, Cell, Column, KeyFigure, Report, Section, Series, Table, XyPlot, scientific,
+    Axis, Field, KeyFigure, Report, Section, Series, Table, XyPlot, scientific,
 };
 use std::ops::Range;
 
-impl VelocityReport<'_> {
-    /// What is worth a look in the terminal.
-    pub(crate) fn estimate_summary(&self, result: &EstimateResult) -> Report {
-        self.head(result.trace.velocity.len()).section(
-            Section::new("Velocity")
-                .key_figures(self.key_figures(result))
-                .table(facts("Model", self.model(result))),
+pub(in crate::velocity) fn estimate(page: Report, outcome: &VelocityEstimate) -> Report {
+    let (head, result) = (&outcome.head, &outcome.result);
+    let n = result.trace.velocity.len();
+    let zoom = excerpt(&result.smoother.velocity);
+    let velocity = Section::new("Velocity")
+        .key_figures(head.key_figures(result))
+        .figure(
+            "Velocity over the whole recording, with the interval of 95 % that the model states",
+            head.curves(result, 0..n),
         )
+        .figure(
+            format!(
+                "The liveliest part, {} s to {} s",
+                scientific(head.time(zoom.start), 4),
+                scientific(head.time(zoom.end.saturating_sub(1)), 4)
+            ),
+            head.curves(result, zoom.clone()),
+        )
+        .figure(
+            "The method beside the smoother in the same part: their difference, within the method's interval of 95 %",
+            head.difference(result, zoom.clone()),
+        );
+    let mut sensors = Section::new("Sensors as they entered").figure(
+        "Readings of the same part",
+        head.raw(&outcome.reading, zoom.clone()),
+    );
+    if !head.alone {
+        let t = head.times(zoom.clone());
+        let plot = XyPlot::new(
+            Axis::linear("time", "s"),
+            Axis::linear("acceleration", head.unit("m/s²")),
+        );
+        sensors = sensors.figure(
+            "Acceleration of the same part",
+            plot.series(Series::line("", &t, &outcome.acceleration[zoom])),
+        );
     }
+    let offset = result.offset.as_ref();
+    let sections = [
+        Some(velocity.summarised()),
+        Some(head.trust(result).summarised()),
+        Some(sensors),
+        offset.map(|(offset, u)| head.offset(offset, u)),
+        head.episodes(result),
+        head.ripple(result),
+        Some(Section::filed([samples(outcome)])),
+    ];
+    let page = head.opened(page, n);
+    sections.into_iter().flatten().fold(page, Report::section)
+}
 
-    /// The whole report.
-    pub(crate) fn estimate(&self, result: &EstimateResult) -> Report {
-        let n = result.trace.velocity.len();
-        let zoom = excerpt(&result.smoother.velocity);
-        let mut report = self
-            .head(n)
-            .section(
-                Section::new("Velocity")
-                    .key_figures(self.key_figures(result))
-                    .figure(
-                        "Velocity over the whole recording, with the interval of 95 % that the model states",
-                        self.curves(result, 0..n),
-                    )
-                    .figure(
-                        format!(
-                            "The liveliest part, {} s to {} s",
-                            scientific(self.time(zoom.start), 4),
-                            scientific(self.time(zoom.end.saturating_sub(1)), 4)
-                        ),
-                        self.curves(result, zoom.clone()),
-                    )
-                    .figure(
-                        "The method beside the smoother in the same part: their difference, within the method's interval of 95 %",
-                        self.difference(result, zoom.clone()),
-                    ),
-            )
-            .section(self.trust(result));
-        if let Some((source, readings, accelerations)) = self.sensors {
-            let mut section = Section::new("Sensors as they entered").figure(
-                "Readings of the same part",
-                self.raw(source, readings, zoom.clone()),
-            );
-            if !self.alone {
-                let t = self.times(zoom.clone());
-                section = section.figure(
-                    "Acceleration of the same part",
-                    XyPlot::new(
-                        Axis::linear("time", "s"),
-                        Axis::linear("acceleration", self.unit("m/s²")),
-                    )
-                    .series(Series::line("", &t, &accelerations[zoom])),
-                );
-            }
-            report = report.section(section);
-        }
-        if let Some((offset, u)) = &result.offset {
-            report = report.section(self.offset(offset, u));
-        }
-        if let Some(section) = self.episodes(result) {
-            report = report.section(section);
-        }
-        if let Some(section) = self.ripple(result) {
-            report = report.section(section);
-        }
-        self.foot(report)
-    }
+/// One row per sample.
+fn samples(outcome: &VelocityEstimate) -> Table {
+    let (head, result) = (&outcome.head, &outcome.result);
+    let known = |u: &'static str, trace: &'_ VelocityTrace| {
+        let values = trace.standard_uncertainty.clone().unwrap_or_default();
+        Field::series(head.unit(u), values)
+    };
+    let source = match head.source {
+        ReadingSource::Position => "position_m",
+        ReadingSource::Speed => "speed_m/s",
+    };
+    let fields = [
+        filed("time_s", |k: &usize| head.time(*k)),
+        Field::series(head.unit("velocity_m/s"), &result.trace.velocity),
+        known("standard_uncertainty_m/s", &result.trace),
+        Field::series(head.unit("smoothed_m/s"), &result.smoother.velocity),
+        known("smoothed_standard_uncertainty_m/s", &result.smoother),
+        filed(head.unit(source), |k: &usize| outcome.reading[*k]),
+        Field::series(head.unit("acceleration_m/s2"), &outcome.acceleration),
+        filed("slip", |k: &usize| {
+            usize::from(result.slip.as_ref().is_some_and(|s| s.slips(*k, 0)))
+        }),
+    ];
+    Table::of("", fields, 0..outcome.reading.len()).file("velocity.csv")
+}
 
+impl Head {
     fn curves(&self, result: &EstimateResult, part: Range<usize>) -> XyPlot {
         let t = self.times(part.clone());
         let mut plot = XyPlot::new(
@@ -92,11 +109,8 @@ impl VelocityReport<'_> {
             let v = &trace.velocity[part.clone()];
             let mut series = Series::line(name, &t, v);
             if let Some(u) = &trace.standard_uncertainty {
-                let edge = |sign: f64| -> Vec<f64> {
-                    let pairs = v.iter().zip(&u[part.clone()]);
-                    pairs.map(|(v, u)| v + sign * 1.96 * u).collect()
-                };
-                series = series.band(&edge(-1.0), &edge(1.0));
+                let half: Vec<f64> = u[part.clone()].iter().map(|u| 1.96 * u).collect();
+                series = series.within(&half);
             }
             plot = plot.series(series);
         }
@@ -141,7 +155,7 @@ impl VelocityReport<'_> {
     }
 
     /// Readings as they entered; where there was none, no mark.
-    fn raw(&self, source: ReadingSource, readings: &[Option<f64>], part: Range<usize>) -> XyPlot {
+    fn raw(&self, readings: &[Option<f64>], part: Range<usize>) -> XyPlot {
         let (t, x): (Vec<f64>, Vec<f64>) = part
             .filter_map(|k| {
                 readings
@@ -151,7 +165,7 @@ impl VelocityReport<'_> {
                     .map(|x| (self.time(k), x))
             })
             .unzip();
-        let axis = match source {
+        let axis = match self.source {
             ReadingSource::Position => Axis::linear("position", self.unit("m")),
             ReadingSource::Speed => Axis::linear("speed", self.unit("m/s")),
         };
@@ -206,20 +220,12 @@ impl VelocityReport<'_> {
     }
 
     fn offset(&self, offset: &[f64], u: &[f64]) -> Section {
-        let edge = |sign: f64| -> Vec<f64> {
-            offset
-                .iter()
-                .zip(u)
-                .map(|(b, u)| b + sign * 1.96 * u)
-                .collect()
-        };
+        let half: Vec<f64> = u.iter().map(|u| 1.96 * u).collect();
         let plot = XyPlot::new(
             Axis::linear("time", "s"),
             Axis::linear("offset", self.unit("m/s²")),
         )
-        .series(
-            Series::line("", &self.times(0..offset.len()), offset).band(&edge(-1.0), &edge(1.0)),
-        );
+        .series(Series::line("", &self.times(0..offset.len()), offset).within(&half));
         Section::new("Offset of the accelerometer")
             .figure("Offset by the smoother, with its interval of 95 %", plot)
     }
@@ -229,16 +235,6 @@ impl VelocityReport<'_> {
         if slip.slip.is_empty() && slip.collisions.is_empty() {
             return None;
         }
-        let mut table = Table::new(
-            "Where encoder and accelerometer do not share one motion, the strongest first",
-            [
-                Column::text("kind"),
-                Column::number("from", "s"),
-                Column::number("to", "s"),
-                Column::number("velocity change", self.unit("m/s")),
-                Column::number("strength", "σ"),
-            ],
-        );
         let mut all: Vec<_> = slip
             .slip
             .iter()
@@ -246,15 +242,31 @@ impl VelocityReport<'_> {
             .chain(slip.collisions.iter().map(|e| ("collision", e)))
             .collect();
         all.sort_by(|a, b| b.1.deviations.abs().total_cmp(&a.1.deviations.abs()));
-        for (kind, e) in all.iter().take(20) {
-            table = table.row([
-                Cell::text(*kind),
-                Cell::number(format!("{:.3}", self.time(e.from))),
-                Cell::number(format!("{:.3}", self.time(e.to))),
-                Cell::number(format!("{:.4}", e.velocity)),
-                Cell::number(format!("{:.1}", e.deviations.abs())),
-            ]);
-        }
+        type Row<'a> = (&'a str, &'a Episode);
+        let unit = self.unit("m/s");
+        let fields = [
+            Field::shown("kind", "", |(kind, _): &Row<'_>| (*kind).into()),
+            number("", ("from", "s"), Decimals(3), |(_, e): &Row<'_>| {
+                self.time(e.from)
+            }),
+            number("", ("to", "s"), Decimals(3), |(_, e): &Row<'_>| {
+                self.time(e.to)
+            }),
+            number(
+                "",
+                ("velocity change", &unit),
+                Decimals(4),
+                |(_, e): &Row<'_>| e.velocity,
+            ),
+            number("", ("strength", "σ"), Decimals(1), |(_, e): &Row<'_>| {
+                e.deviations.abs()
+            }),
+        ];
+        let mut table = Table::of(
+            "Where encoder and accelerometer do not share one motion, the strongest first",
+            fields,
+            all.iter().take(20),
+        );
         if all.len() > 20 {
             table = table.note(format!("{} more are in result.json.", all.len() - 20));
         }
@@ -262,7 +274,7 @@ impl VelocityReport<'_> {
     }
 }
 
-impl VelocityReport<'_> {
+impl Head {
     fn key_figures(&self, result: &EstimateResult) -> Vec<KeyFigure> {
         let (fastest, _) = result.largest_speed();
         let mut figures = vec![
@@ -307,14 +319,14 @@ impl VelocityReport<'_> {
         figures
     }
 
-    fn model(&self, result: &EstimateResult) -> Vec<(String, String)> {
-        let mut rows = vec![("method".to_owned(), result.trace.label.clone())];
+    fn model(&self, result: &EstimateResult) -> Vec<[String; 2]> {
+        let mut rows = vec![["method".to_owned(), result.trace.label.clone()]];
         rows.extend(noise(&result.model, self.angular, self.alone));
         if let Some(tuned) = &result.tuned {
             let w = &tuned.whiteness;
             if let Some((below, above)) = tuned.log_q_interval {
                 let q = result.model.acceleration_noise.sqrt();
-                rows.push((
+                rows.push([
                     "interval of √q, 95 %".to_owned(),
                     format!(
                         "{} to {} {}",
@@ -322,9 +334,9 @@ impl VelocityReport<'_> {
                         scientific(q * (0.5 * above).exp(), 3),
                         self.unit("m/s²")
                     ),
-                ));
+                ]);
             }
-            rows.push((
+            rows.push([
                 "innovations white with probability".to_owned(),
                 format!(
                     "{} ({} lags, largest correlation {} at lag {})",
@@ -333,11 +345,11 @@ impl VelocityReport<'_> {
                     scientific(w.largest_correlation.1, 2),
                     w.largest_correlation.0
                 ),
-            ));
-            rows.push((
+            ]);
+            rows.push([
                 "mean square of the normalised innovations".to_owned(),
                 format!("{} (1 is due)", scientific(w.mean_square, 4)),
-            ));
+            ]);
         }
         rows
     }
@@ -348,32 +360,42 @@ fn kind(trace: &VelocityTrace) -> &str {
     trace.label.split(',').next().unwrap_or_default()
 }
 
-impl VelocityReport<'_> {
+impl Head {
     fn ripple(&self, result: &EstimateResult) -> Option<Section> {
         let ripple = result.ripple.as_ref()?;
         if ripple.lines.is_empty() && ripple.once_per_turn.is_none() {
             return None;
         }
-        let mut table = Table::new(
-            "Errors of the encoder that repeat with the position",
-            [
-                Column::text("line"),
-                Column::number("period", self.unit("mm")),
-                Column::number("amplitude", self.unit("mm")),
-                Column::number("standard uncertainty", self.unit("mm")),
-                Column::number("share of the velocity", "%"),
-            ],
-        );
+        type Row<'a> = (&'a str, &'a RippleLine);
+        let mm = self.unit("mm");
+        let share = ("share of the velocity", "%");
+        let fields = [
+            Field::shown("line", "", |(name, _): &Row<'_>| (*name).into()),
+            number("", ("period", &mm), Significant(4), |(_, l): &Row<'_>| {
+                1e3 * l.period
+            }),
+            number(
+                "",
+                ("amplitude", &mm),
+                Significant(3),
+                |(_, l): &Row<'_>| 1e3 * l.amplitude,
+            ),
+            number(
+                "",
+                ("standard uncertainty", &mm),
+                Significant(2),
+                |(_, l): &Row<'_>| 1e3 * l.amplitude_uncertainty,
+            ),
+            number("", share, Significant(3), |(_, l): &Row<'_>| {
+                100.0 * l.relative_velocity
+            }),
+        ];
         let turn = ripple.once_per_turn.iter().map(|l| ("once per turn", l));
-        for (name, l) in turn.chain(ripple.lines.iter().map(|l| ("found", l))) {
-            table = table.row([
-                Cell::text(name),
-                Cell::number(scientific(1e3 * l.period, 4)),
-                Cell::number(scientific(1e3 * l.amplitude, 3)),
-                Cell::number(scientific(1e3 * l.amplitude_uncertainty, 2)),
-                Cell::number(scientific(100.0 * l.relative_velocity, 3)),
-            ]);
-        }
+        let table = Table::of(
+            "Errors of the encoder that repeat with the position",
+            fields,
+            turn.chain(ripple.lines.iter().map(|l| ("found", l))),
+        );
         Some(Section::new("Ripple of the encoder").table(table.note(format!(
         "Spectrum over {} {} of travel; a line stands five times above the median of the spectrum.",
         scientific(ripple.distance, 3),

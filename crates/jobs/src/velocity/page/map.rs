@@ -1,84 +1,98 @@
 //! The report of an encoder map: its lines, and the error over a turn.
 
-use super::VelocityReport;
-use proofmass_motion::{FoundMap, MapLine};
+use crate::page::columns::{filed, number};
+use crate::velocity::VelocityMap;
+use proofmass_motion::MapLine;
+use proofmass_report::Rounding::{Exact, Significant};
 use proofmass_report::plot::{Axis, Series, XyPlot};
-use proofmass_report::{Cell, Column, Report, Section, Table, scientific};
+use proofmass_report::{Cell, Field, Report, Section, Table, scientific};
 use std::f64::consts::TAU;
 
-impl VelocityReport<'_> {
-    /// What is worth a look in the terminal.
-    pub(crate) fn map_summary(&self, found: &FoundMap, samples: usize) -> Report {
-        let unit = self.unit("m");
-        let mut table = Table::new(
-            format!(
-                "Lines over {:.2} turns of {} {unit}",
-                found.turns,
-                scientific(found.map.turn, 6)
-            ),
-            [
-                Column::number("cycles per turn", ""),
-                Column::number("amplitude", unit.clone()),
-                Column::number("u", unit),
-                Column::number("phase", "°"),
-                Column::number("of the velocity", "%"),
-                Column::number("by chance", ""),
-                Column::text("subtracted"),
-            ],
-        );
-        for line in &found.lines {
-            let there = found.map.lines.iter().any(|l| l.order == line.order);
-            let amplitude = line.amplitude();
-            table = table.row([
-                Cell::number(line.order.to_string()),
-                Cell::number(scientific(amplitude, 3)),
-                Cell::number(scientific(line.amplitude_uncertainty(), 2)),
-                Cell::number(match there {
-                    true => format!("{:.1}", phase(line)),
-                    // The phase of noise.
-                    false => "–".to_owned(),
-                }),
-                Cell::number(scientific(
-                    100.0 * TAU * line.order * amplitude / found.map.turn,
-                    2,
-                )),
-                Cell::number(match line.chance < 1e-12 {
-                    true => "< 10⁻¹²".to_owned(),
-                    false => scientific(line.chance, 1),
-                }),
-                Cell::text(if there { "yes" } else { "no" }),
-            ]);
-        }
-        self.head(samples)
-            .section(Section::new("Encoder map").table(table))
-    }
-
-    /// The whole report.
-    pub(crate) fn map(&self, found: &FoundMap, samples: usize) -> Report {
-        let report = self.map_summary(found, samples);
-        if found.map.lines.is_empty() {
-            return self.foot(report);
-        }
-        let angle: Vec<f64> = (0..=360).map(f64::from).collect();
-        let place = |a: &f64| a / 360.0 * found.map.turn;
-        let error: Vec<f64> = angle.iter().map(|a| found.map.error(place(a))).collect();
-        let edge = |sign: f64| -> Vec<f64> {
-            let pairs = angle.iter().zip(&error);
-            pairs
-                .map(|(a, e)| e + sign * 2.0 * found.map.uncertainty(place(a)))
-                .collect()
-        };
-        let plot = XyPlot::new(
-            Axis::linear("reading within a turn", "°").range(0.0, 360.0),
-            Axis::linear("error of the reading", self.unit("m")),
+pub(in crate::velocity) fn map(page: Report, outcome: &VelocityMap) -> Report {
+    let (head, found) = (&outcome.head, &outcome.found);
+    let turn = found.map.turn;
+    let unit = head.unit("m");
+    let there = |line: &MapLine| found.map.lines.iter().any(|l| l.order == line.order);
+    let fields = [
+        number(
+            "cycles_per_turn",
+            ("cycles per turn", ""),
+            Exact,
+            |l: &MapLine| l.order,
+        ),
+        filed(head.unit("cosine_m"), |l: &MapLine| l.cosine),
+        filed(head.unit("sine_m"), |l: &MapLine| l.sine),
+        filed(head.unit("u_cosine_m"), |l: &MapLine| {
+            l.covariance[0][0].sqrt()
+        }),
+        filed(head.unit("u_sine_m"), |l: &MapLine| {
+            l.covariance[1][1].sqrt()
+        }),
+        number(
+            head.unit("amplitude_m"),
+            ("amplitude", &unit),
+            Significant(3),
+            MapLine::amplitude,
+        ),
+        number(
+            head.unit("u_amplitude_m"),
+            ("u", &unit),
+            Significant(2),
+            MapLine::amplitude_uncertainty,
+        ),
+        Field::shown("phase", "°", |l: &MapLine| {
+            Cell::number(match there(l) {
+                true => format!("{:.1}", phase(l)),
+                // The phase of noise.
+                false => "–".to_owned(),
+            })
+        }),
+        number(
+            "share_of_velocity",
+            ("of the velocity", "%"),
+            Significant(2),
+            |l: &MapLine| TAU * l.order * l.amplitude() / turn,
         )
-        .series(Series::line("", &angle, &error).band(&edge(-1.0), &edge(1.0)))
-        .horizontal(0.0, "");
-        self.foot(report.section(Section::new("Error over a turn").figure(
-            "What the encoder shows too much, with ± 2 u; it belongs to the zero of the readings",
-            plot,
-        )))
+        .scaled(100.0),
+        Field::new("chance", |l: &MapLine| match l.chance < 1e-12 {
+            true => Cell::printed(l.chance, "< 10⁻¹²"),
+            false => l.chance.into(),
+        })
+        .page("by chance", "")
+        .rounded(Significant(1)),
+        Field::new("subtracted", |l: &MapLine| {
+            Cell::from(usize::from(there(l))).worded(if there(l) { "yes" } else { "no" })
+        })
+        .page("subtracted", "")
+        .left(),
+    ];
+    let caption = format!(
+        "Lines over {:.2} turns of {} {unit}",
+        found.turns,
+        scientific(turn, 6)
+    );
+    let table = Table::of(caption, fields, &found.lines).file("lines.csv");
+    let page = head
+        .opened(page, head.samples)
+        .section(Section::new("Encoder map").table(table).summarised());
+    if found.map.lines.is_empty() {
+        return page;
     }
+    let angle: Vec<f64> = (0..=360).map(f64::from).collect();
+    let place = |a: &f64| a / 360.0 * found.map.turn;
+    let error: Vec<f64> = angle.iter().map(|a| found.map.error(place(a))).collect();
+    let half = angle.iter().map(|a| 2.0 * found.map.uncertainty(place(a)));
+    let half: Vec<f64> = half.collect();
+    let plot = XyPlot::new(
+        Axis::linear("reading within a turn", "°").range(0.0, 360.0),
+        Axis::linear("error of the reading", unit),
+    )
+    .series(Series::line("", &angle, &error).within(&half))
+    .horizontal(0.0, "");
+    page.section(Section::new("Error over a turn").figure(
+        "What the encoder shows too much, with ± 2 u; it belongs to the zero of the readings",
+        plot,
+    ))
 }
 
 /// Angle of the maximum of a line, in degrees of its own cycle.

@@ -1,13 +1,15 @@
 //! Raw signals of an encoder: logic levels, voltages of a resolver.
 
-use super::{Reading, Samples};
+use super::Reading;
+use crate::findings;
 use crate::trouble::Trouble;
 use proofmass_core::Error;
 use proofmass_io::{RecordedColumn, Recording};
 use proofmass_motion::{
-    Decoded, Excitation, TimedEdge, demodulated, quadrature, quadrature_edges, resolver,
+    Decoded, Excitation, Samples, TimedEdge, demodulated, even_step, levels, quadrature,
+    quadrature_edges, resolver, teeth,
 };
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
 
 impl Reading {
     /// Angle of a resolver, of a carrier first freed.
@@ -42,38 +44,29 @@ impl Reading {
             (Some(carrier), None) => Excitation::Frequency(carrier),
             (None, None) => Excitation::Frequency(f64::NAN),
         };
-        let (Some(first), Some(last)) = (clock.first(), clock.last()) else {
-            return Ok(Samples::default());
-        };
-        let step = (last - first) / (clock.len().max(2) - 1) as f64;
-        let off = |(k, t): (usize, &f64)| (t - first - step * k as f64).abs() > 0.2 * step;
-        if let Some((k, _)) = clock.iter().enumerate().find(|x| off(*x)) {
-            return Err(Trouble::data(format!(
+        let (first, step) = match (clock.first(), even_step(clock)) {
+            (Some(first), Some(Ok(step))) => (*first, step),
+            (_, Some(Err(k))) => {
+                return Err(Trouble::data(format!(
                 "{}:{}: the samples of the resolver are not even, so that its carrier cannot be taken out",
                 recording.path.display(),
                 recording.line(k)
             ))
             .with_hint("cut the recording before the gap, or give --rate where the stamps are poor"));
-        }
-        let found = demodulated(*first, step, sine, cosine, excitation).map_err(|e| {
+            }
+            _ => return Ok(Samples::default()),
+        };
+        let found = demodulated(first, step, sine, cosine, excitation).map_err(|e| {
             place(e).with_hint(
                 "--excitation names the column of the exciting voltage, --carrier its frequency; eight samples to a period and more",
             )
         })?;
         let angles = resolver(&found.sine, &found.cosine).map_err(place)?;
-        findings.push(
-            Finding::new(
-                Severity::Note,
-                "resolver-demodulated",
-                "the carrier of the resolver was taken out",
-            )
-            .evidence(format!(
-                "{:.6} Hz, an angle from every {} samples, {} in all",
-                found.carrier,
-                found.block,
-                found.time.len()
-            )),
-        );
+        findings.push(findings::resolver_demodulated(
+            found.carrier,
+            found.block,
+            found.time.len(),
+        ));
         findings.extend(angles.findings);
         let value: Vec<f64> = angles.angle.iter().map(|a| radius * a).collect();
         Ok(Samples::present(&found.time, &value, &[&angles.lost]))
@@ -105,15 +98,7 @@ impl Reading {
                 value: count.into_iter().map(|c| step * c as f64).collect(),
             });
         }
-        // Levels in volts are cut half way.
-        let levels: Vec<Vec<bool>> = columns
-            .iter()
-            .map(|c| {
-                let high = c.data.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-                let low = c.data.iter().copied().fold(f64::INFINITY, f64::min);
-                c.data.iter().map(|v| *v > 0.5 * (low + high)).collect()
-            })
-            .collect();
+        let levels: Vec<Vec<bool>> = columns.iter().map(|c| levels(&c.data)).collect();
         let index = levels.get(2).map(Vec::as_slice);
         let decoded: Decoded = if self.edges {
             let edges: Vec<TimedEdge> = (0..clock.len())
@@ -130,18 +115,10 @@ impl Reading {
         }
         .map_err(|e| Trouble::from(e).detail(recording.path.display().to_string()))?;
         if let Some(k) = decoded.illegal.first() {
-            findings.push(
-                Finding::new(
-                    Severity::Note,
-                    "illegal-transition-line",
-                    "where the first illegal transition stands",
-                )
-                .evidence(format!(
-                    "{}:{}",
-                    recording.path.display(),
-                    recording.line(*k)
-                )),
-            );
+            findings.push(findings::illegal_transition_line(
+                &recording.path.display().to_string(),
+                recording.line(*k),
+            ));
         }
         findings.extend(decoded.findings);
         let value: Vec<f64> = decoded.count.iter().map(|c| step * *c as f64).collect();
@@ -150,24 +127,4 @@ impl Reading {
             value,
         })
     }
-}
-
-/// Rising edges of a level up to each sample; a pass counts after the level was below a third of its range.
-fn teeth(level: &[f64]) -> Vec<i64> {
-    let high = level.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let low = level.iter().copied().fold(f64::INFINITY, f64::min);
-    let at = |share: f64| low + share * (high - low);
-    let (mut count, mut armed) = (0, false);
-    level
-        .iter()
-        .map(|v| {
-            if *v <= at(1.0 / 3.0) {
-                armed = true;
-            } else if armed && *v > at(2.0 / 3.0) {
-                armed = false;
-                count += 1;
-            }
-            count
-        })
-        .collect()
 }

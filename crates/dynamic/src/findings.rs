@@ -1,0 +1,175 @@
+//! Every finding of this room, declared once.
+
+use proofmass_uncertainty::findings;
+
+findings! {
+    /// What frequency responses, shocks, steps and levels may find.
+    pub CATALOGUE;
+
+    /// Two calibrations of a device contradict each other.
+    calibrations_differ(evidence: &str, frequency: f64, element: &str, modulus: f64, phase: f64, modulus_en: f64, phase_en: f64) =
+        "calibrations-differ", [Decision],
+        what "the two calibrations differ by more than their uncertainties allow",
+        evidence "{evidence}; most at {frequency:.4} Hz, {element}: {modulus:+.2} % in modulus, {phase:+.2}° in phase (E_n {modulus_en:.1} and {phase_en:.1})",
+        advice "one of them understates its uncertainty, or the device has changed in between: look at the course of the differences over frequency";
+
+    /// A calibration has no covariance between its frequencies.
+    correlation_not_stated(points: usize) =
+        "correlation-not-stated", [Note],
+        what "a calibration does not say what its frequencies have in common",
+        evidence "{points} points, each judged alone",
+        advice "differences that are the same at all frequencies may be one error seen many times";
+
+    /// Laboratories of a comparison contradict each other.
+    laboratories_differ(evidence: &str) =
+        "laboratories-differ", [Decision],
+        what "the laboratories differ by more than their uncertainties allow",
+        evidence "{evidence}",
+        advice "take the median as the reference where the mean does not fit; ask the one that is off for its uncertainty, or whether the device has changed";
+
+    /// Outputs over level are no parabola.
+    not_a_parabola(chi_squared: f64, limit: f64, dof: usize) =
+        "not-a-parabola", [Decision],
+        what "the outputs depart from a slope with one curvature by more than stated",
+        evidence "χ² = {chi_squared:.1}, at most {limit:.1} with {dof} degrees of freedom",
+        advice "look at the levels one by one: a threshold, a saturation, or too small uncertainties",
+        false_alarms "0.1 % of healthy devices, by the level of the test";
+
+    /// The sensitivity is another at high level.
+    sensitivity_depends_on_level(change: f64, deviations: f64) =
+        "sensitivity-depends-on-level", [Warning],
+        what "the sensitivity changes with the level",
+        evidence "{change:+.2} % at the highest level, {deviations:.0} standard uncertainties",
+        advice "state the level with the sensitivity, or correct by the amplitude coefficient";
+
+    /// Damping ratios from width, phase and fit differ.
+    dampings_disagree(least: &str, least_value: f64, most: &str, most_value: f64, u: f64) =
+        "dampings-disagree", [Note],
+        what "the methods for the damping ratio disagree",
+        evidence "{least} {least_value:.4}, {most} {most_value:.4}, standard uncertainty of the difference {u:.4}",
+        advice "width and phase assume one oscillator and nothing else; a delay, a second mode or lines too far apart move them: prefer the fit";
+
+    /// The model leaves residuals beyond the uncertainty of the data. A warning for a step, whose intervals have them.
+    model_does_not_describe(response: &str, evidence: &str, consequence: &str) =
+        "model-does-not-describe", [Decision, Warning],
+        what "the model does not describe {response}",
+        evidence "{evidence}",
+        advice "{consequence}";
+
+    /// A fitted resonance is above all points.
+    resonance_beyond_points(name: &str, value: f64, highest: f64) =
+        "resonance-beyond-points", [Note],
+        what "{name} lies beyond the measured band",
+        evidence "{value:.4} Hz, points up to {highest:.4} Hz",
+        advice "it is an extrapolation of the model; measure further to confirm it";
+
+    /// A parameter has a relative uncertainty beyond 20 %.
+    parameter_ill_determined(name: &str, relative: f64) =
+        "parameter-ill-determined", [Warning],
+        what "{name} is hardly determined",
+        evidence "relative standard uncertainty {relative:.0} %",
+        advice "leave the element out, or measure where it acts";
+
+    /// Steps of a stepped sine are too short.
+    steps_too_short(steps: &str, periods: usize) =
+        "steps-too-short", [Warning],
+        what "some steps are too short and were left out",
+        evidence "{steps}; {periods} periods must remain after settling",
+        advice "stay longer at each frequency: twelve periods at least, and until the device has settled";
+
+    /// The response changes within steps of a stepped sine.
+    step_not_settled(steps: &str) =
+        "step-not-settled", [Warning],
+        what "the response still changes within some steps",
+        evidence "between the two halves: {steps}",
+        advice "stay longer at these frequencies, or look whether the level changes within them";
+
+    /// The noise before a step is not known.
+    no_quiet_before(samples: usize) =
+        "no-quiet-before", [Note],
+        what "the record holds too little before the step to know the noise",
+        evidence "{samples} samples",
+        advice "record some periods before the step";
+
+    /// The record ends while the step response still oscillates.
+    step_cut_off(periods: f64) =
+        "step-cut-off", [Warning],
+        what "the record ends before the step has settled",
+        evidence "{periods:.2} periods after the step",
+        advice "record longer: final value and damping are extrapolated";
+
+    /// The record ends within the pulse.
+    pulse_cut_off(role: &str, level: f64) =
+        "pulse-cut-off", [Decision],
+        what "the {role} ends within the pulse",
+        evidence "last sample at {level:.0} % of the peak",
+        advice "record longer after the pulse; duration, velocity change and what follows from them are not given";
+
+    /// The record begins within the pulse.
+    pulse_begins_before_record(role: &str) =
+        "pulse-begins-before-record", [Decision],
+        what "the {role} begins within the pulse",
+        advice "use a trigger with a stretch before it of several pulse durations";
+
+    /// A record has several pulses.
+    more_than_one_pulse(role: &str, time: f64, others: &str) =
+        "more-than-one-pulse", [Decision],
+        what "the {role} holds more than one pulse; the greatest is evaluated",
+        evidence "the greatest at {time:.4} s, others at {others}",
+        advice "a rebound is caught by a brake; cut the record to the pulse that is meant";
+
+    /// The level after the pulse is not that before it.
+    zero_shift(role: &str, shift: f64, deviations: f64) =
+        "zero-shift", [Warning],
+        what "the {role} does not return to its level",
+        evidence "{shift:.1} % of the peak, {deviations:.0} standard uncertainties",
+        advice "a piezoelectric element or its amplifier was overloaded, or the mounting moved; do not use the integral";
+
+    /// The channel oscillates after the pulse.
+    ringing(role: &str, amplitude: f64, frequency: f64) =
+        "ringing", [Warning],
+        what "the {role} rings after the pulse",
+        evidence "{amplitude:.0} % of the peak at {frequency:.0} Hz",
+        advice "the peak may be that of the ringing: compare with the sensitivities by integral and by spectrum, damp the fixture, or filter both channels alike";
+
+    /// The pulse has fewer than ten samples.
+    few_samples(role: &str, samples: usize) =
+        "few-samples", [Warning],
+        what "the pulse of the {role} has few samples",
+        evidence "{samples} within it",
+        advice "sample at least ten times within the pulse, better fifty";
+
+    /// Gravity, velocity change or the ratio of two channels says that a unit is wrong.
+    unit_contradicts_data(observation: &str, evidence: &str) =
+        "unit-contradicts-data", [Decision],
+        what "{observation}",
+        evidence "{evidence}",
+        advice "check the units in the headings of the columns, that of time included";
+
+    /// Reference and output have their pulses at different times.
+    pulses_apart(reference: f64, output: f64, durations: f64) =
+        "pulses-apart", [Decision],
+        what "reference and output show their pulses at different times",
+        evidence "{reference:.4} s and {output:.4} s, {durations:.1} durations apart",
+        advice "check that both columns are of one shock and one clock";
+
+    /// The output comes before its cause.
+    output_leads(cause: &str, evidence: &str) =
+        "output-leads", [Decision, Warning],
+        what "the output comes before the {cause}, which no device can",
+        evidence "{evidence}",
+        advice "the channels may be swapped, or their converters do not sample together";
+
+    /// The sensitivity is negative.
+    opposite_sign() =
+        "opposite-sign", [Note],
+        what "output and reference go to opposite sides",
+        advice "the sensitivity is given with its sign; check the mounting";
+
+    /// Two sensitivities of one shock differ.
+    peak_and_integral_differ(difference: f64, u: f64) =
+        "peak-and-integral-differ", [Warning],
+        what "the sensitivities by peak and by integral differ by more than the noise",
+        evidence "{difference:+.2} %, standard uncertainty {u:.2} %",
+        advice "the device does not follow the pulse: its resonance raises the peak, a high-pass lowers the integral; see the spectrum";
+}

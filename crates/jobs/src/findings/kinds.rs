@@ -1,0 +1,384 @@
+//! Every finding of the jobs themselves, declared once.
+
+use proofmass_uncertainty::findings;
+
+findings! {
+    /// What a job may find beside the mathematics it calls.
+    pub CATALOGUE;
+
+    /// Samples of a recording exceed the accelerations of the calibration.
+    beyond_tested_range(beyond: u64, low: f64, high: f64, samples: u64) =
+        "beyond-tested-range", [Note],
+        what "{beyond} samples lie beyond {low:.1} … {high:.1} m/s², where the calibration was tested; the model is extrapolated there",
+        evidence "of {samples} samples";
+
+    /// Samples of a recording are hotter or colder than the calibration.
+    beyond_temperature_range(beyond: u64, low: f64, high: f64, lowest: f64, highest: f64, samples: u64) =
+        "beyond-temperature-range", [Warning],
+        what "{beyond} samples are beyond {low:.1} … {high:.1} °C, where the temperature coefficients were measured; the polynomials are extrapolated there",
+        evidence "{lowest:.1} to {highest:.1} °C in {samples} samples",
+        advice "sweep a larger range, or refuse such samples";
+
+    /// A compensation filter deviates from the inverse of the sensitivity.
+    filter_too_short(taps: usize, departure: f64) =
+        "filter-too-short", [Warning],
+        what "the filter does not follow the inverse of the sensitivity as closely as was asked",
+        evidence "{taps} samples, departure {departure:.2} %",
+        advice "leave out the lowest frequencies with a band, or allow a longer filter; the stated error holds it";
+
+    /// A filtered recording has gaps.
+    gaps_in_recording(gaps: u64, lost: usize) =
+        "gaps-in-recording", [Note],
+        what "samples are missing; the filter begins anew behind each gap",
+        evidence "{gaps} gaps, {lost} samples without a result on either side of each";
+
+    /// A calibration has fewer than three frequencies.
+    interpolation_unknown() =
+        "interpolation-unknown", [Warning],
+        what "the calibration has too few frequencies to tell how the sensitivity runs between them",
+        evidence "fewer than three",
+        advice "calibrate at more frequencies, or use the compensation at the calibrated ones alone";
+
+    /// The random walk of a bias is known by its upper limit.
+    walk_is_a_limit(axes: &str) =
+        "walk-is-a-limit", [Note],
+        what "{axes}: how the bias walks is not identified; the upper limit is taken",
+        evidence "the noise result gives no random walk",
+        advice "the intervals are wider than they need be: record the noise for longer";
+
+    /// A table of a calibration has no phase. A note for a reference, to which phases are relative.
+    phase_not_stated(table: &str, treatment: &str) =
+        "phase-not-stated", [Warning, Note],
+        what "the table of a calibration states no phase: {treatment}",
+        evidence "{table} has no column phase_deg",
+        advice "moduli do not need it; add phase_deg and u_phase_deg where phases or delays count";
+
+    /// A reference has no covariance between its frequencies.
+    reference_correlation_unknown(name: &str) =
+        "reference-correlation-unknown", [Note],
+        what "the calibration of the reference does not say what its frequencies have in common: its whole uncertainty is taken as common",
+        evidence "{name}",
+        advice "at each frequency nothing changes; between frequencies nothing of it is averaged away";
+
+    /// A frequency of the campaign meets a resonance of the wedge.
+    fixture_resonance(inclination: f64, frequency: f64, u: f64, weight: f64, near: &str) =
+        "fixture-resonance", [Decision],
+        what "a resonance of the wedge of {inclination:.0}° lies among the frequencies",
+        evidence "{frequency:.0} Hz with u = {u:.0} Hz, weight {weight:.1} %; near {near}",
+        advice "leave these frequencies out on this wedge, or use another one";
+
+    /// Frequencies of the campaign are beyond those to which the wedge moves as one body.
+    fixture_beyond_its_range(inclination: f64, usable: f64, motion: f64, above: usize, frequencies: usize, highest: f64) =
+        "fixture-beyond-its-range", [Decision],
+        what "the wedge of {inclination:.0}° moves beside the excitation by more than is admitted",
+        evidence "by its model above {usable:.0} Hz more than {motion} %; {above} of {frequencies} frequencies lie there, up to {highest} Hz",
+        advice "measure the spurious motion there and correct for it, or leave these frequencies out";
+
+    /// The count of modes contradicts the modes.
+    mode_missed(highest: f64) =
+        "mode-missed", [Decision],
+        what "the count of modes by the signs of the factorisation disagrees with the modes found",
+        evidence "below {highest:.1} Hz",
+        advice "ask for more modes: those that were found may not be the lowest";
+
+    /// The transfer is asked for beyond the modes.
+    beyond_the_last_mode(frequency: f64, last: f64) =
+        "beyond-the-last-mode", [Decision],
+        what "the transfer at {frequency} Hz lies beyond the last mode calculated",
+        evidence "last mode {last:.0} Hz",
+        advice "ask for more modes";
+
+    /// Slow oscillators swing on after the record.
+    peak_after_record(period: f64) =
+        "peak-after-record", [Note],
+        what "slow oscillators reach their peak after the record ends",
+        evidence "from a period of {period:.3} s on",
+        advice "the spectrum is that of the record alone; add what follows, or read it below that period";
+
+    /// The band of a vibration is not within the record.
+    no_vibration_velocity(reason: &str) =
+        "no-vibration-velocity", [Note],
+        what "the vibration figures cannot be given for this band",
+        evidence "{reason}",
+        advice "choose --vibration-band within what length and rate of the record resolve";
+
+    /// The sampling rate does not reach the upper end of a band.
+    band_narrowed(high: f64, wanted: f64) =
+        "band-narrowed", [Note],
+        what "the band of the vibration velocity ends below the one asked for",
+        evidence "{high:.1} Hz instead of {wanted:.1} Hz",
+        advice "sample faster to hold the whole band";
+
+    /// The velocity at the end is as large as that of the motion.
+    velocity_drifts(end: f64, mean: f64) =
+        "velocity-drifts", [Warning],
+        what "the velocity does not return: an offset was integrated",
+        evidence "{end:.4} m/s at the end, mean acceleration {mean:.3e} m/s²",
+        advice "state a correction with --baseline: mean, before=SECONDS or velocity=DEGREE";
+
+    /// Time stamps are not even.
+    uneven_stamps(treatment: &str, evidence: &str, remedy: &str) =
+        "uneven-stamps", [Note],
+        what "the time stamps come unevenly: {treatment}",
+        evidence "{evidence}",
+        advice "{remedy}";
+
+    /// Time stamps scatter, and the samples do not.
+    late_stamps(evidence: &str) =
+        "late-stamps", [Warning],
+        what "samples were taken at even steps, whatever their time stamps say; the sine was fitted on the even grid",
+        evidence "{evidence}",
+        advice "the stamps are those of reading the samples: a clock that is shared is known no better than they scatter";
+
+    /// A recording of a campaign has no full scale.
+    clipping_unchecked() =
+        "clipping-unchecked", [Note],
+        what "the full scale of the recordings is not known, so clipped samples go unnoticed",
+        evidence "[recording] has no full_scale_V",
+        advice "add full_scale_V = … to [recording]";
+
+    /// Two tones are too near for the length of the record.
+    tones_unresolved(run: &str, frequency: f64, other: &str, file: &str) =
+        "tones-unresolved", [Decision],
+        what "run {run} was left out: the record does not separate its tone from another",
+        evidence "{frequency} Hz and {other} Hz in {file}",
+        advice "record for longer than two periods of their difference, or drive one of the two at a time";
+
+    /// A tone of the table is not in the recording.
+    tone_missing(run: &str, frequency: f64, reason: &str, file: &str) =
+        "tone-missing", [Decision],
+        what "run {run} was left out: its recording has no {frequency} Hz",
+        evidence "{reason}; {file}",
+        advice "check the list of frequencies against the generator; measure the run again, or take the frequency out";
+
+    /// A recording is shorter than the others.
+    short_recording(run: &str, duration: f64, rate: f64, file: &str, median: f64) =
+        "short-recording", [Warning],
+        what "the recording of run {run} is shorter than the others",
+        evidence "{duration:.4} s at {rate} Hz in {file}, {median:.4} s in the middle of all runs",
+        advice "it may have been cut short; its phasors were used with the uncertainty they have";
+
+    /// A plan takes the spurious motion of an earlier campaign.
+    spurious_motion_expected(correction: &str, frequency: f64, u: f64, missing: usize) =
+        "spurious-motion-expected", [Note],
+        what "the uncertainty of the spurious motion is that of the correction \"{correction}\" at {frequency} Hz",
+        evidence "u = {u:.1e} of the excitation in each part of a ratio where it is known least; {missing} inclinations are not in the table and were given that",
+        advice "more repeats of the measurement of the spurious motion bring the cross terms down";
+
+    /// A plan has no expected sensitivity.
+    sensitivity_assumed() =
+        "sensitivity-assumed", [Note],
+        what "the expected sensitivity is not stated, so 10 mV/(m/s²) was assumed",
+        evidence "the campaign has no [datasheet]",
+        advice "it matters where additive noise does; add [datasheet] with sensitivity, tolerance and unit";
+
+    /// The sensor has a clock of its own.
+    own_clock(consequence: &str, phases: &str) =
+        "own-clock", [Note],
+        what "{consequence}",
+        evidence "the sensor samples by a clock of its own, which starts with every file",
+        advice "{phases}; for phases stamp both files by one clock (clock = \"shared\")";
+
+    /// Two measurements of a spurious motion differ.
+    measurements_disagree(first: &str, second: &str, evidence: &str) =
+        "measurements-disagree", [Warning],
+        what "the measurements {first} and {second} disagree",
+        evidence "{evidence}",
+        advice "repeats in a row do not see what changes between two set-ups; take their difference into the uncertainty",
+        false_alarms "0.5 % of healthy campaigns, by the level of the test";
+
+    /// A calculated spurious motion is not the measured one.
+    calculated_motion_disagrees(calculated: &str, measured: &str, evidence: &str) =
+        "calculated-motion-disagrees", [Warning],
+        what "the calculated motion {calculated} and the measurement {measured} disagree",
+        evidence "{evidence}",
+        advice "a model of the wedge alone knows nothing of the table's own motion, which is nearly the same at all frequencies; what grows with frequency is the base or the gluing",
+        false_alarms "0.5 % of healthy campaigns, by the level of the test";
+
+    /// The runs along the axis contradict the stated calibration.
+    axis_not_as_calibrated(frequency: f64, off: f64) =
+        "axis-not-as-calibrated", [Decision],
+        what "along its axis the device at {frequency} Hz is not what [axis] says",
+        evidence "{off:+.1} %; the runs were used",
+        advice "look at gains, cables and the device of [axis]";
+
+    /// The transverse sensitivity is beyond its limit with its whole interval.
+    transverse_exceeds_datasheet(limit: f64, frequencies: &str) =
+        "transverse-exceeds-datasheet", [Decision],
+        what "the transverse sensitivity exceeds {limit:.2} %",
+        evidence "{frequencies}",
+        advice "look at the mounting surface and the torque; else the device does not keep to its datasheet";
+
+    /// The limit lies within the interval of the transverse sensitivity.
+    transverse_undecided(limit: f64, frequencies: &str) =
+        "transverse-undecided", [Warning],
+        what "whether the transverse sensitivity keeps to {limit:.2} % cannot be said",
+        evidence "{frequencies}",
+        advice "the limit lies inside the interval: the budget says which cause to make smaller";
+
+    /// Directions in radians were declared as degrees.
+    rotation_unit(directions: usize, first: f64, last: f64) =
+        "rotation-unit", [Decision],
+        what "the directions look like radians under a heading of degrees",
+        evidence "{directions} directions from {first}° to {last}°",
+        advice "call the column rotation_rad";
+
+    /// A calibration is validated by the recording it was made of.
+    same_recording() =
+        "same-recording", [Warning],
+        what "the calibration was made from this very recording: agreement proves nothing",
+        advice "record new standstills and validate with them";
+
+    /// A calibration with temperature coefficients is validated without them.
+    temperature_not_followed(reference: f64) =
+        "temperature-not-followed", [Warning],
+        what "the comparison takes the calibration at its reference temperature",
+        evidence "{reference:.1} °C",
+        advice "record at that temperature, or validate the recording after `proofmass apply`";
+
+    /// A calibration has no covariance.
+    calibration_without_uncertainty() =
+        "calibration-without-uncertainty", [Warning],
+        what "the calibration states no uncertainty: the comparison takes its coefficients as exact",
+        advice "judge by the errors in mg, not by χ²; or calibrate here";
+
+    /// Means of rows stand for a long recording.
+    rows_averaged(rows: usize, all: u64, rate: f64) =
+        "rows-averaged", [Note],
+        what "the recording is long: means of {rows} rows stand for them",
+        evidence "{all} rows, {rate:.3} means in a second",
+        advice "standstills of fewer than five means are not seen: validate a part by itself where they are short";
+
+    /// A table has several rows of one frequency.
+    repeats_averaged(table: &str, most: usize, frequencies: usize) =
+        "repeats-averaged", [Note],
+        what "rows of one frequency were taken as repeats and averaged",
+        evidence "{table}: up to {most} rows at each of {frequencies} frequencies",
+        advice "the mean keeps the stated uncertainty of a row, and that of the mean by their scatter beside it";
+
+    /// Edges of an encoder were not recorded.
+    edges_lost(lost: usize, rows: usize, largest: f64) =
+        "edges-lost", [Warning],
+        what "rows jump by more than a count: edges between them are missing, and the samples around have a larger uncertainty",
+        evidence "{lost} of {rows} rows, the largest by {largest} counts",
+        advice "a capture that is too slow, or a counter that rolls over or was reset: --bits states its width";
+
+    /// A drift was predicted for an exactly level axis.
+    inclination_not_stated() =
+        "inclination-not-stated", [Note],
+        what "the axis is taken to be exactly level: an inclination of a tenth of a degree is 17 mm/s² of gravity",
+        advice "state --tilt or --tilt-uncertainty";
+
+    /// Rows have no reading.
+    rows_without_reading(absent: usize, rows: usize, line: u64) =
+        "rows-without-reading", [Note],
+        what "rows hold no reading of the encoder",
+        evidence "{absent} of {rows} rows; the first is line {line}";
+
+    /// The carrier of a resolver was demodulated.
+    resolver_demodulated(carrier: f64, block: usize, angles: usize) =
+        "resolver-demodulated", [Note],
+        what "the carrier of the resolver was demodulated",
+        evidence "{carrier:.6} Hz, an angle from every {block} samples, {angles} in all";
+
+    /// The place of the first illegal transition.
+    illegal_transition_line(file: &str, line: u64) =
+        "illegal-transition-line", [Note],
+        what "where the first illegal transition stands",
+        evidence "{file}:{line}";
+
+    /// The reference velocity is interrupted.
+    gaps_in_reference(bridged: usize, samples: usize) =
+        "gaps-in-reference", [Warning],
+        what "the reference has gaps, which are bridged by straight lines",
+        evidence "{bridged} of {samples} samples",
+        advice "leave them out with --between FROM,TO";
+
+    /// The reference is sampled more slowly than the sensors.
+    slow_reference(rate: f64, sensors: f64) =
+        "slow-reference", [Note],
+        what "the reference is slower than the sensors: straight lines stand between its samples",
+        evidence "{rate:.4} Hz against {sensors:.4} Hz";
+
+    /// The reference covers a part of the recording.
+    cut_to_reference(used: usize, samples: usize) =
+        "cut-to-reference", [Note],
+        what "only the part that the reference covers is compared",
+        evidence "{used} of {samples} samples";
+
+    /// An input in volts and an output in m/s² may be exchanged.
+    input_in_volts(input: &str, output: &str) =
+        "input-in-volts", [Note],
+        what "the input is a voltage and the output an acceleration",
+        evidence "{input} in V, {output} in m/s²",
+        advice "of an exciter that is so; of a device the two columns may be swapped, or --standard tells the acceleration behind the volts";
+
+    /// Input and output are not coherent.
+    low_coherence(poor: usize, lines: usize) =
+        "low-coherence", [Warning],
+        what "input and output are hardly related over much of the band",
+        evidence "coherence below 0.75 at {poor} of {lines} lines",
+        advice "raise the excitation, check the channels, or narrow --band; noise on the input asks for H2 or Hv";
+
+    /// The lines are too far apart for a resonance.
+    leakage(bias: f64, frequency: f64) =
+        "leakage", [Warning],
+        what "a resonance is narrower than the lines resolve",
+        evidence "bias of {bias:.1} % of the modulus at {frequency:.2} Hz",
+        advice "give longer segments (--segment)";
+
+    /// Few segments were averaged.
+    few_averages(dof: f64) =
+        "few-averages", [Note],
+        what "the bands rest on few averages",
+        evidence "{dof:.0} degrees of freedom to a line",
+        advice "average more segments or impacts: an uncertainty that is itself uncertain makes wide intervals";
+
+    /// Impacts of a hammer are doubled, clipped or cut off.
+    blows_left_out(left_out: usize, blows: usize, reasons: &str) =
+        "blows-left-out", [Warning],
+        what "{left_out} of {blows} impacts are left out",
+        evidence "{reasons}",
+        advice "strike once, and let the response decay before the next impact";
+
+    /// Responses to impacts are cut off.
+    response_not_decayed(undecayed: usize, blows: usize) =
+        "response-not-decayed", [Warning],
+        what "responses do not decay within their record",
+        evidence "{undecayed} of {blows} end above 5 % of their greatest value",
+        advice "record longer after each impact: what is cut off leaks into all lines";
+
+    /// A pulse cannot be held against its tolerance.
+    tolerance_not_judged() =
+        "tolerance-not-judged", [Decision],
+        what "the tolerance cannot be judged",
+        advice "the pulse must be whole, the nominal peak and duration positive";
+
+    /// A shock spectrum cannot be held against its tolerance.
+    spectrum_not_judged(unit: &str) =
+        "spectrum-not-judged", [Decision],
+        what "the tolerance of the spectrum cannot be judged",
+        evidence "spectrum in {unit}",
+        advice "the channel must be an acceleration, and its natural frequencies (--frequencies) among those required";
+
+    /// Oscillators of a shock spectrum are fast for the sampling rate.
+    few_samples_per_oscillation(frequency: f64, rate: f64, low: f64) =
+        "few-samples-per-oscillation", [Note],
+        what "the highest oscillators are sampled less than ten times a period",
+        evidence "{frequency:.0} Hz at {rate:.0} samples/s: peaks low by up to {low:.0} %",
+        advice "look for extremes between the samples (--peaks between-samples), or stay below a tenth of the rate";
+
+    /// The inverse of a model reaches beyond its points.
+    model_extrapolated(corner: f64, highest: f64) =
+        "model-extrapolated", [Warning],
+        what "the inverse uses the model beyond the frequencies it was fitted to",
+        evidence "corner {corner:.0} Hz, points up to {highest:.0} Hz",
+        advice "measure the response further up, or set the corner (--corner)";
+
+    /// The low-pass of a deconvolution acts on the peak.
+    little_is_left(u: f64, peak: f64) =
+        "little-is-left", [Warning],
+        what "what the low-pass removes may be a tenth of the peak or more",
+        evidence "standard uncertainty {u:.3e} of {peak:.3e}",
+        advice "the device does not follow this motion within its noise: the values are a smoothed picture of it";
+}

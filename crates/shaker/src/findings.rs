@@ -1,0 +1,417 @@
+//! Every finding of this room, declared once.
+
+use proofmass_uncertainty::findings;
+
+findings! {
+    /// What a calibration on a shaker may find.
+    pub CATALOGUE;
+
+    /// A correction has no entry for some of the runs.
+    correction_incomplete(label: &str, missing: usize, first: &str) =
+        "correction-incomplete", [Warning],
+        what "the correction \"{label}\" does not cover the whole campaign",
+        evidence "{missing} inclinations and frequencies have no entry and were not corrected, the first is {first}",
+        advice "measure the spurious motion there too, or check the angles and frequencies of its table";
+
+    /// A sensitivity rises with frequency.
+    resonance_onset(term: &str, rise: f64, frequency: f64, resonance: f64) =
+        "resonance-onset", [Note],
+        what "S_{term} rises towards a resonance",
+        evidence "{rise:.1} % above its median at {frequency} Hz; an undamped resonance near {resonance:.0} Hz would do that",
+        advice "do not use the sensitivity of lower frequencies there";
+
+    /// The highest frequency is beyond 1 kHz.
+    adhesive_mounting(highest: f64) =
+        "adhesive-mounting", [Warning],
+        what "above 1 kHz an adhesive mounting changes the sensitivity",
+        evidence "highest frequency {highest} Hz; published: −0.9 % at 2 kHz and −1.9 % at 3 kHz against a stud",
+        advice "mount by a stud, or state the mounting with the result";
+
+    /// Main sensitivities are off the datasheet at the frequency nearest to 160 Hz.
+    off_datasheet(frequency: f64, axes: &str) =
+        "off-datasheet", [Warning],
+        what "the sensitivity at {frequency} Hz is not that of the datasheet",
+        evidence "{axes}, beyond tolerance and U together",
+        advice "check gains, cables and the unit of the datasheet; near a resonance it does not hold";
+
+    /// Runs that contradict the others were left out until somebody decides.
+    runs_set_aside(runs: &str, names: &str, changes: &str) =
+        "runs-set-aside", [Decision],
+        what "{runs} not in the result",
+        evidence "run {names}: {changes}",
+        advice "the intervals there reach the result with them until that is decided: measure these runs again, or leave them out by name";
+
+    /// The published method was asked for.
+    published_method() =
+        "published-method", [Note],
+        what "the published method is shown for comparison; its intervals do not hold what they promise",
+        evidence "it loses the signs of cross terms and averages common errors away",
+        advice "use the complex or the joint result";
+
+    /// The check standard deviates from its calibration.
+    check_standard_off(frequency: f64, modulus: f64, modulus_u: f64, phase: f64, phase_u: f64) =
+        "check-standard-off", [Decision],
+        what "the check standard is not what it is known to be, so the bench is in doubt for every device of this campaign",
+        evidence "{frequency} Hz: {modulus:+.3} % (u = {modulus_u:.3} %), {phase:+.3}° (u = {phase_u:.3}°)",
+        advice "look at reference, gains, cables and mounting, and measure again; a check standard that was dropped shows itself alone";
+
+    /// The check standard is not calibrated at every frequency.
+    check_standard_partial(frequencies: &str) =
+        "check-standard-partial", [Warning],
+        what "the calibration of the check standard does not reach every frequency, so that nothing vouches for the bench there",
+        evidence "{frequencies}",
+        advice "have the check standard calibrated there";
+
+    /// One line of the certificate does not fit the course of the sensitivity over frequency.
+    certificate_off(frequency: f64, second: &str, count: usize, deviation: f64, u: f64, gain: f64) =
+        "certificate-off", [Decision],
+        what "the certificate of the reference does not fit at {frequency} Hz{second}",
+        evidence "all main terms together are {deviation:.2} % off what a resonance and a high-pass through the {count} frequencies give, u = {u:.2} %, χ² falls by {gain:.0}",
+        advice "compare that line of the certificate with its neighbours and with the last calibration of the reference";
+
+    /// A configuration of the plan has no run.
+    missing_configuration(configuration: &str, frequency: f64, runs: usize, planned: usize) =
+        "missing-configuration", [Warning],
+        what "there is no run at {configuration}, {frequency} Hz",
+        evidence "{runs} runs at {frequency} Hz, {planned} in the plan",
+        advice "the uncertainty already contains what it costs; measure it if it can be";
+
+    /// A configuration was measured more than once.
+    duplicate_configuration(configuration: &str, frequency: f64, times: usize, runs: &str) =
+        "duplicate-configuration", [Warning],
+        what "{configuration} at {frequency} Hz was measured {times} times",
+        evidence "runs {runs}",
+        advice "if it is one run entered twice, take one out; true repeats share their mounting error";
+
+    /// A run has a configuration that was not planned.
+    unplanned_configuration(run: &str, configuration: &str) =
+        "unplanned-configuration", [Note],
+        what "run {run} is not in the plan",
+        evidence "{configuration}",
+        advice "it was used";
+
+    /// Two runs have the same phasors.
+    copied_run(observation: &str, evidence: &str) =
+        "copied-run", [Decision],
+        what "{observation}",
+        evidence "{evidence}",
+        advice "one of the two was copied; measure it again or leave it out";
+
+    /// Runs fit the others when channels are exchanged.
+    swapped_channels(observation: &str, evidence: &str) =
+        "swapped-channels", [Decision],
+        what "{observation}",
+        evidence "{evidence}",
+        advice "check the cables against the axes marked on the device; exchange the channels of these runs in the table or in [recording], measure them again or leave them out; x and y with opposite signs are a rotation template off by 90°";
+
+    /// A channel has the opposite sign, in single runs or, as a warning, in all.
+    inverted_channel(observation: &str, evidence: &str) =
+        "inverted-channel", [Decision, Warning],
+        what "{observation}",
+        evidence "{evidence}",
+        advice "check the polarity of the channel: in every run it is right for an inverting amplifier; measure a single run again or leave it out";
+
+    /// A run fits the others at another inclination or rotation.
+    wrong_configuration(observation: &str, evidence: &str) =
+        "wrong-configuration", [Decision],
+        what "{observation}",
+        evidence "{evidence}",
+        advice "check wedge and rotation in the record of the run; measure it again or leave it out";
+
+    /// A run fits the others with another gain.
+    wrong_gain(observation: &str, evidence: &str) =
+        "wrong-gain", [Decision],
+        what "{observation}",
+        evidence "{evidence}",
+        advice "check the gains in the record of the run; measure it again or leave it out";
+
+    /// A run fits those of another frequency.
+    wrong_frequency(observation: &str, evidence: &str) =
+        "wrong-frequency", [Decision],
+        what "{observation}",
+        evidence "{evidence}",
+        advice "check the frequency in the record of the run; measure it again or leave it out";
+
+    /// An output of a run has no signal.
+    dead_channel(observation: &str, evidence: &str) =
+        "dead-channel", [Decision],
+        what "{observation}",
+        evidence "{evidence}",
+        advice "check cable and amplifier of that output; measure the run again or leave it out";
+
+    /// A run contradicts the others, and no single cause explains it.
+    outlier_configuration(observation: &str, evidence: &str) =
+        "outlier-configuration", [Decision],
+        what "{observation}",
+        evidence "{evidence}",
+        advice "measure it again or leave it out; the result is without it and its interval reaches the one with it";
+
+    /// Phases in radians were declared as degrees.
+    phase_unit(runs: &str, largest: f64, as_declared: f64, as_radians: f64) =
+        "phase-unit", [Decision],
+        what "the phases of the table look like radians that were declared as degrees",
+        evidence "{runs}: no phase exceeds {largest:.2}°, χ² = {as_declared:.0} as declared and {as_radians:.0} as radians",
+        advice "declare the phase column in radians and calibrate again";
+
+    /// One of two tables counts a lag as positive.
+    phases_conjugated(evidence: &str) =
+        "phases-conjugated", [Decision, Warning],
+        what "the phases of the runs and those of the spurious motion run in opposite senses",
+        evidence "{evidence}",
+        advice "one of the two tables counts a lag as positive; change the sign of its phases";
+
+    /// x and y are inverted together.
+    mask_reversed(evidence: &str) =
+        "mask-reversed", [Decision, Warning],
+        what "x and y are inverted in every run: the device looks as if it were turned by 180° on every wedge",
+        evidence "{evidence}",
+        advice "check the zero of the rotation template against the marks on the device, then the polarity of both channels";
+
+    /// All outputs are inverted together.
+    reference_inverted(evidence: &str) =
+        "reference-inverted", [Decision, Warning],
+        what "all outputs are inverted against the reference in every run",
+        evidence "{evidence}",
+        advice "check the polarity of the reference channel";
+
+    /// Rotations are counted counter-clockwise.
+    rotation_sense(mark: &str, evidence: &str, correction: &str) =
+        "rotation-sense", [Decision, Warning],
+        what "the rotations look as if they were counted in the opposite sense{mark}",
+        evidence "{evidence}",
+        advice "rotation is positive clockwise, seen from above on the device{correction}";
+
+    /// Inclinations are counted the other way.
+    inclination_sense(evidence: &str) =
+        "inclination-sense", [Decision, Warning],
+        what "the inclinations look as if they were counted in the opposite sense",
+        evidence "{evidence}",
+        advice "inclination is positive where the +x side of the face climbs; change its sign in the table of runs";
+
+    /// The spurious motion has the opposite sign.
+    spurious_sign(axes: &str, evidence: &str, check: &str) =
+        "spurious-sign", [Decision, Warning],
+        what "the spurious motion along {axes} has the opposite sign of what the runs say",
+        evidence "{evidence}",
+        advice "{check} in the table of the spurious motion";
+
+    /// x and y are turned together against the marks.
+    mask_offset(angle: f64, frequency: f64, xy: f64, yx: f64, u: f64, askew: f64, limit: f64) =
+        "mask-offset", [Warning],
+        what "x and y are turned together by {angle:.1}° against the marks of the device",
+        evidence "at {frequency} Hz: S_xy/S_yy = {xy:.4}, S_yx/S_xx = {yx:.4}, u = {u:.2}°; {askew:.1} times what its axes are askew otherwise, which one device in a hundred exceeds {limit:.1} times by itself; wedges and spurious motion say nothing about it",
+        advice "check the zero of the rotation template: an offset cannot be told from a rotated sensor; S refers to the marks on the case",
+        false_alarms "1 % of healthy devices, by the level of the test";
+
+    /// Mounting angles scatter more than their declared uncertainty.
+    angle_prior_too_small(input: &str, ratio: f64, declared: f64, chi_squared: f64, dof: usize) =
+        "angle-prior-too-small", [Decision],
+        what "the mounting angles of {input} scatter more than declared",
+        evidence "the data ask for {ratio:.2} times the declared {declared:.3}°: χ² = {chi_squared:.1} with {dof} degrees of freedom",
+        advice "the result is with what the runs support; declare it so, or look for a configuration that was mounted wrongly",
+        false_alarms "0.01 % of healthy campaigns, by the level of the test";
+
+    /// Mounting angles scatter less than their declared uncertainty.
+    angle_prior_too_large(input: &str, ratio: f64, declared: f64, chi_squared: f64, dof: usize) =
+        "angle-prior-too-large", [Note],
+        what "the mounting angles of {input} scatter less than declared",
+        evidence "the data ask for {ratio:.2} times the declared {declared:.3}°: χ² = {chi_squared:.1} with {dof} degrees of freedom",
+        advice "a smaller declared uncertainty would be defensible",
+        false_alarms "0.01 % of healthy campaigns, by the level of the test";
+
+    /// A gain changes in the order of the runs.
+    drift(outputs: &str, drift: f64, over: &str, u: f64) =
+        "drift", [Warning],
+        what "the gain of {outputs} drifts in the order of the runs",
+        evidence "{drift:+.2} % over {over}, u = {u:.2} %",
+        advice "let the conditioner warm up and repeat the first runs at the end; the order is that of the table of runs";
+
+    /// The budget has no common tilt.
+    missing_mean_tilt() =
+        "missing-mean-tilt", [Note],
+        what "the budget has no tilt that all gluings have in common",
+        evidence "the base of the device against its marked axes; no run can show it, in whatever number",
+        advice "declare `device.tilt.mean` (acts = \"tilt\", varies_with = []); it enters S_xz, S_yz, S_zx, S_zy undiminished";
+
+    /// The budget has no tilt of the glued device. A decision where the runs show one.
+    missing_gluing_tilt(seen: &str, size: &str, p_value: f64) =
+        "missing-gluing-tilt", [Note, Decision],
+        what "the budget has no tilt of the glued device{seen}",
+        evidence "the device may turn on the wedge face but not tilt in its adhesive; the runs ask for {size} per gluing, p = {p_value:.1e})",
+        advice "declare `gluing.tilt` (acts = \"tilt\") with inclination and rotation, and `device.tilt.mean` with no key for what all gluings have in common: no data can show that, and S_xz, S_yz, S_zx, S_zy carry it undiminished";
+
+    /// The budget has no sideways tilt of the wedges, and the runs show one.
+    missing_wedge_lean(size: &str, p_value: f64) =
+        "missing-wedge-lean", [Decision],
+        what "the budget has no sideways tilt of the wedges, and the runs ask for one",
+        evidence "the wedges may be steeper or flatter than drawn but not tilt sideways; the runs ask for {size} per wedge, p = {p_value:.1e})",
+        advice "declare `wedge.lean` (acts = \"lean\") with inclination, or with no key where it is the table that leans; it enters S_xy and S_yx";
+
+    /// A drive lies on a harmonic of the mains. A note where the interference could not be measured.
+    drive_at_mains(frequencies: &str, mains: &str, evidence: &str) =
+        "drive-at-mains", [Warning, Note],
+        what "the drive at {frequencies} cannot be told from a harmonic of the mains at {mains}",
+        evidence "{evidence}",
+        advice "move the drive by a few resolutions, take a record long enough to separate them, or record once with the drive off";
+
+    /// A run vibrates at another frequency than its table says.
+    frequency_mismatch(run: &str, stated: f64, measured: f64) =
+        "frequency-mismatch", [Decision],
+        what "run {run} does not vibrate at the frequency of the table",
+        evidence "{stated} Hz in the table, {measured:.3} Hz in the recording",
+        advice "correct the table or leave the run out";
+
+    /// The top of a sine is flat, though the converter is not at its limit.
+    flat_topped(channel: &str, run: &str, lost: f64, frequency: f64) =
+        "flat-topped", [Decision],
+        what "channel {channel} of run {run} has a flat top",
+        evidence "third and fifth harmonic are those of a sine that is cut off; {lost:.2} % of the fundamental is lost, at {frequency} Hz",
+        advice "an amplifier saturates before the converter does: lower its gain or the drive, and measure it again";
+
+    /// A second tone was fitted.
+    tone_beside_drive(run: &str, tone: f64, frequency: f64, amplitude: f64, tones: usize) =
+        "tone-beside-drive", [Note],
+        what "a tone beside the drive of run {run} was fitted with it",
+        evidence "{tone:.3} Hz beside {frequency} Hz, {amplitude:.2e} V at most; {tones} in all",
+        advice "near 50 or 60 Hz and their multiples it is mains interference: look for ground loops";
+
+    /// The excitation has harmonics.
+    distortion(run: &str, distortion: f64, frequency: f64, admitted: f64) =
+        "distortion", [Warning],
+        what "the excitation of run {run} is distorted",
+        evidence "{distortion:.1} % at {frequency} Hz, {admitted:.0} % admitted",
+        advice "lower the amplitude or look for a loose mounting";
+
+    /// The signal of the reference is near its noise.
+    low_signal(run: &str, ratio: f64, frequency: f64, wanted: f64) =
+        "low-signal", [Warning],
+        what "the reference of run {run} is close to its noise",
+        evidence "{ratio:.0} dB at {frequency} Hz, {wanted:.0} dB wanted",
+        advice "raise the amplitude or the gain, or record for longer";
+
+    /// A run has another amplitude than planned.
+    amplitude_off_target(run: &str, amplitude: f64, target: f64, frequency: f64) =
+        "amplitude-off-target", [Warning],
+        what "run {run} was not driven at its target amplitude",
+        evidence "{amplitude:.3} m/s² reached, {target} m/s² wanted at {frequency} Hz",
+        advice "check the levelling; a linear device does not mind, its linearity does";
+
+    /// The transverse motion of the table is beyond the standard.
+    transverse_motion(run: &str, motion: f64, frequency: f64, admitted: f64) =
+        "transverse-motion", [Warning],
+        what "run {run}: the transverse motion exceeds the limit of ISO 16063-21",
+        evidence "{motion:.1} % at {frequency} Hz, {admitted:.0} % admitted",
+        advice "correct for the measured spurious motion, balance the load, change the fixture, or leave the frequency out";
+
+    /// The transverse motion of the table is not known.
+    transverse_motion_unknown(unknown: usize, runs: usize) =
+        "transverse-motion-unknown", [Note],
+        what "the transverse motion of the table was not measured",
+        evidence "{unknown} of {runs} runs",
+        advice "give it as transverse_%; ISO 16063-21 and ISO 16063-31 ask for it";
+
+    /// The clock of the sensor changes from run to run.
+    clock_unsteady(scatter: f64, runs: usize, expected: f64, farthest: &str, error: f64) =
+        "clock-unsteady", [Warning],
+        what "the clock of the sensor varies from run to run by more than the uncertainty of the fitted sines",
+        evidence "{scatter:.2} ppm of scatter over {runs} runs, {expected:.2} ppm by the sines; farthest is run {farthest} with {error:+.1} ppm",
+        advice "moduli do not depend on it; an oscillator that warms up does this, and so does a run at another frequency than the table says";
+
+    /// Two files were said to share a clock, and do not.
+    clocks_differ(error: f64, u: f64) =
+        "clocks-differ", [Decision],
+        what "the two files are not stamped by one clock",
+        evidence "the sine in the file of the sensor is off by {error:+.0} ppm against that in the recording of the bench, u = {u:.1} ppm",
+        advice "clock = \"own\" in [output_recording], which gives no phase against the reference; or stamp both files by one clock";
+
+    /// The phases are not proportional to frequency.
+    delay_and_more(misfit: f64, dof: usize, delay: f64) =
+        "delay-and-more", [Note],
+        what "the phases are not those of a delay alone",
+        evidence "χ² = {misfit:.1} with {dof} degrees of freedom about a delay of {delay:.6} ms",
+        advice "filter and resonance of the sensor turn the phase beyond it; the uncertainty of the delay is enlarged by the misfit";
+
+    /// Several delays give the same phases.
+    delay_ambiguous(delay: f64, ambiguity: f64, frequencies: &str) =
+        "delay-ambiguous", [Warning],
+        what "other delays explain the phases as well",
+        evidence "{delay:.4} ms, or another by {ambiguity:.4} ms; {frequencies}",
+        advice "phases count modulo a turn: measure at frequencies that lie close together too";
+
+    /// A run was left out by name.
+    excluded_run(run: &str, frequency: f64) =
+        "excluded-run", [Note],
+        what "run {run} was left out as asked",
+        evidence "{frequency} Hz";
+
+    /// The certificate does not reach all frequencies.
+    reference_out_of_range(frequencies: &str, evidence: &str) =
+        "reference-out-of-range", [Decision, Warning, Note],
+        what "the certificate of the reference does not reach {frequencies}",
+        evidence "{evidence}",
+        advice "have the reference calibrated there, or leave these frequencies out";
+
+    /// The runs of a frequency are too few, or in too few directions.
+    frequency_undetermined(frequency: f64, reason: &str, runs: &str) =
+        "frequency-undetermined", [Decision],
+        what "the runs at {frequency} Hz do not determine the sensitivity and were left out",
+        evidence "{reason} at {frequency} Hz: run {runs}",
+        advice "check frequency and file of these runs in the table, or measure the missing configurations";
+
+    /// Repeats scatter more than their declared uncertainty.
+    scatter_exceeds_reading(frequency: f64, runs: usize, ratio: f64, run: &str, modulus: f64, phase: f64) =
+        "scatter-exceeds-reading", [Warning],
+        what "the runs at {frequency} Hz scatter more than the declared uncertainty of a reading",
+        evidence "{runs} runs, {ratio:.2} times the declared uncertainty; farthest from the mean is run {run} ({modulus:+.3} %, {phase:+.3}°)",
+        advice "look at that run, or declare the uncertainty that a reading has",
+        false_alarms "0.01 % of healthy frequencies, by the level of the test";
+
+    /// A spurious motion was measured twice only.
+    two_repeats(place: &str, dof: f64) =
+        "two-repeats", [Note],
+        what "the spurious motion along {place} rests on two repeats",
+        evidence "its uncertainty is that of all ratios of its kind at this frequency, ν = {dof}",
+        advice "measure at least four";
+
+    /// Repeats have no common phase.
+    incoherent_repeats(place: &str, repeats: usize, resultant: f64, deviation: f64, p_value: f64) =
+        "incoherent-repeats", [Decision],
+        what "the repeats along {place} have no common phase and were not averaged",
+        evidence "{repeats} repeats, resultant length {resultant:.2}, circular standard deviation {deviation:.0}°, Rayleigh p = {p_value:.2}",
+        advice "record the vibrometer and the reference with one clock; until then this axis has no correction";
+
+    /// Uncertainties from few repeats were pooled.
+    spurious_scatter_pooled(label: &str, places: &str) =
+        "spurious-scatter-pooled", [Note],
+        what "the uncertainties of the spurious motion \"{label}\" were pooled over its wedges and axes",
+        evidence "few repeats know their scatter only together; at {places}",
+        advice "measure ten times, or let `proofmass calibrate` of a spurious-motion campaign write the table";
+
+    /// Ratios of a spurious motion scatter differently.
+    spurious_scatter_unequal(label: &str, places: &str) =
+        "spurious-scatter-unequal", [Warning],
+        what "the ratios of the spurious motion \"{label}\" do not scatter alike",
+        evidence "each has the larger one of its own and the pooled uncertainty; at {places}",
+        advice "look at the ratio that scatters most; with ten repeats each uncertainty stands for itself";
+
+    /// A table of spurious motion has no degrees of freedom.
+    spurious_dof_unsaid(label: &str, frequency: f64, ratio: f64) =
+        "spurious-dof-unsaid", [Note],
+        what "nothing says how many repeats are behind the uncertainties of the spurious motion \"{label}\"",
+        evidence "at {frequency} Hz the largest is {ratio:.0} times the smallest, and both are taken as known",
+        advice "a column nu with the degrees of freedom (repeats less one) lets them be pooled where they are few";
+
+    /// The output over the direction of a transverse vibration is no cosine.
+    not_a_cosine(frequency: f64, second: f64, scatter: f64) =
+        "not-a-cosine", [Warning],
+        what "the output at {frequency} Hz does not follow the direction as a transverse sensitivity does",
+        evidence "twice per turn {second:.2} % of the sensitivity along the axis; the runs scatter by {scatter:.2} %",
+        advice "look at cable, mounting and angles; a resonance of the fixture does this too";
+
+    /// Runs along the axis of a transverse test differ.
+    axial_runs_disagree(frequency: f64, largest: f64) =
+        "axial-runs-disagree", [Decision],
+        what "the runs along the axis at {frequency} Hz are no repeats of each other",
+        evidence "one is {largest:.0} % from their mean",
+        advice "the transverse sensitivity is relative to their mean: measure them again, or leave one out by name";
+}

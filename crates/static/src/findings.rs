@@ -1,0 +1,362 @@
+//! Every finding of this room, declared once.
+
+use proofmass_uncertainty::findings;
+
+findings! {
+    /// What a static calibration may find.
+    pub CATALOGUE;
+
+    /// Samples stay at the largest or smallest value of a channel: a limit that nobody declared.
+    suspected_clipping(axis: &str, extreme: f64, run: usize, start: usize) =
+        "suspected-clipping", [Warning],
+        what "output {axis} stays at its extreme value",
+        evidence "{extreme} for at least {run} samples from sample {start}",
+        advice "declare `range` of the recording if this is the limit of the converter";
+
+    /// An output stays at one value while another one moves: a dead channel, a stuck converter, a lost column.
+    frozen_output(axis: &str, value: f64, start: usize, end: usize, percentage: f64) =
+        "frozen-output", [Decision],
+        what "output {axis} stands still while the others move",
+        evidence "{value} from sample {start} to {end}, {percentage:.0} % of the recording",
+        advice "look for a dead channel or a converter that stuck, and record again";
+
+    /// The temperature changed across the standstills, and the model has no term for it. A decision beyond 10 K.
+    temperature_drift(low: f64, high: f64, slope: f64) =
+        "temperature-drift", [Warning, Decision],
+        what "the temperature changed across the standstills, and the model has no temperature term",
+        evidence "{low:.1} to {high:.1} °C; residual slope {slope:+.3} mm/s² per kelvin",
+        advice "let the sensor settle before recording; the calibration holds for the mean temperature";
+
+    /// The centripetal acceleration of a tumble is not small against gravity.
+    tumble_fast(turning: f64, pull: f64, lever: f64) =
+        "tumble-fast", [Warning],
+        what "the sensor was turned fast, and what that adds to gravity is not in the budget",
+        evidence "{turning:.2} rad/s in the median: {pull:.2} mg at {lever} m from the axis of turning",
+        advice "turn more slowly, about the sensor itself; or lay it down in twelve attitudes";
+
+    /// Accelerations of the hand are not small against gravity.
+    tumble_shaken(scatter: f64, lengthened: f64) =
+        "tumble-shaken", [Warning],
+        what "the sensor was shaken while it was turned",
+        evidence "magnitudes scatter by {scatter:.2} m/s² and are {lengthened:.2} mg too long in the mean, which is taken off",
+        advice "turn it more smoothly; or lay it down in twelve attitudes";
+
+    /// Auto-calibration does not reach the error that its method asks for.
+    auto_calibration_failed(before: f64, after: f64, accepted: f64) =
+        "auto-calibration-failed", [Decision],
+        what "the still windows lie no better on the sphere than the method asks for",
+        evidence "mean of |‖a‖ − 1| {before:.2} mg before, {after:.2} mg after, {accepted:.0} mg at most",
+        advice "keep the calibration of the maker, or calibrate by hand in twelve attitudes";
+
+    /// The iteration was ended by the published rule.
+    published_stop(iterations: usize, error: f64) =
+        "published-stop", [Warning],
+        what "the iteration ended at the published stop, which is not the solution",
+        evidence "{iterations} iterations, {error:.3} mg",
+        advice "use it only to compare with programs that stop there";
+
+    /// A rest lies so far from its prediction that it was in another attitude.
+    rest_in_another_attitude(axis: &str, rest: usize, time: f64, off: f64, deviations: f64, deviating: usize) =
+        "rest-in-another-attitude", [Decision],
+        what "{axis}: what a rest reads is not the known acceleration and a bias",
+        evidence "rest {rest} at {time:.1} s: {off:.4} m/s² off, {deviations:.1} standard deviations; {deviating} of the rests in all",
+        advice "was the sensor turned? state the attitude of every rest in a table of segments";
+
+    /// A rest lies far from its prediction.
+    rest_out_of_line(axis: &str, rest: usize, time: f64, off: f64, deviations: f64, deviating: usize) =
+        "rest-out-of-line", [Warning],
+        what "{axis}: a rest lies further from the prediction than noise and motion of the bias explain",
+        evidence "rest {rest} at {time:.1} s: {off:.4} m/s² off, {deviations:.1} standard deviations; {deviating} of the rests in all",
+        advice "look for motion during that rest, a step of the bias (shock, temperature, switching), or take a wider initial uncertainty";
+
+    /// Innovations of the bias filter are larger than its noise. A decision beyond a factor of two.
+    innovations_too_large(axis: &str, ratio: f64, low: f64, high: f64, means: usize) =
+        "innovations-too-large", [Warning, Decision],
+        what "{axis}: the innovations are larger than the stated noise lets expect",
+        evidence "{ratio:.2} times their standard deviation, {low:.2} to {high:.2} by chance over {means} means",
+        advice "the intervals are too narrow: take the noise in the state in which this was recorded (mounted, running), or leave rests out that are none";
+
+    /// Innovations of the bias filter are smaller than its noise.
+    innovations_too_small(axis: &str, ratio: f64, low: f64, high: f64, means: usize) =
+        "innovations-too-small", [Warning],
+        what "{axis}: the innovations are smaller than the stated noise lets expect",
+        evidence "{ratio:.2} times their standard deviation, {low:.2} to {high:.2} by chance over {means} means",
+        advice "the intervals are too wide: the noise result is of another sensor, bandwidth or state";
+
+    /// Innovations of the bias filter are correlated.
+    innovations_correlated(axis: &str, correlation: f64, statistic: f64, limit: f64) =
+        "innovations-correlated", [Warning],
+        what "{axis}: the innovations are correlated: the bias moves otherwise than its model",
+        evidence "correlation up to {correlation:.2}; Ljung–Box {statistic:.1}, {limit:.1} by chance",
+        advice "the filter follows too slowly (positive) or too fast (negative): compare the model of the bias with a longer noise recording, and look at the temperature";
+
+    /// The temperature rose or fell, not both.
+    one_direction(low: f64, high: f64) =
+        "one-direction", [Note],
+        what "in no attitude did the temperature go both ways: hysteresis and lag are in the coefficients and cannot be seen",
+        evidence "{low:.1} to {high:.1} °C",
+        advice "record the way back as well, at several rates";
+
+    /// The temperature was swept in one attitude only.
+    bias_and_scale_together(drift: f64) =
+        "bias-and-scale-together", [Note],
+        what "in one attitude bias and scale cannot be separated: the coefficients are those of the output there",
+        evidence "100 ppm/K of scale would be {drift:.0} µg/K along the specific force",
+        advice "sweep the temperature with each axis up and down in turn";
+
+    /// A lag of the thermometer and hysteresis cannot be separated.
+    lag_not_determined() =
+        "lag-not-determined", [Note],
+        what "the temperature ran at one rate: a lag of the thermometer looks as hysteresis does, and is counted there",
+        evidence "the rate varies by less than a third within the branches",
+        advice "record at several rates, or with plateaus, to separate them";
+
+    /// Temperature and self-heating run alike.
+    self_heating_not_determined(own_part: f64) =
+        "self-heating-not-determined", [Decision],
+        what "the temperature ran as self-heating decays: the coefficients and the warming of the sensor cannot be separated",
+        evidence "{own_part:.2} % of the decay is not explained by temperature and attitudes",
+        advice "hold the temperature after switching on until the output rests, or record the way back too";
+
+    /// The output settles after switching on.
+    self_heating(axes: &str) =
+        "self-heating", [Note],
+        what "the sensor warmed itself after it was switched on; the coefficients are those of the warm sensor",
+        evidence "{axes}",
+        advice "wait several time constants before a measurement";
+
+    /// The output jumps by far more than a coefficient explains.
+    turned(steps: &str) =
+        "turned", [Warning],
+        what "the output changed suddenly, as when the sensor is moved: each stretch has an intercept of its own, and only what happens within the stretches counts",
+        evidence "{steps}",
+        advice "keep the sensor in one attitude while the temperature changes";
+
+    /// The recording was interrupted while the temperature changed. A note where the tilt meanwhile was declared.
+    temperature_jump(treatment: &str, jumps: usize, kelvin: f64, change: f64, alternative: &str) =
+        "temperature-jump", [Decision, Note],
+        what "the temperature jumps: {treatment}",
+        evidence "{jumps} of them, the largest by {kelvin:.1} K, where the output changed by {change:.2} mg",
+        advice "record while the temperature changes{alternative}";
+
+    /// A step of the output that the temperature does not explain. A decision where it is in the mean slope beyond its interval.
+    output_step(axes: &str) =
+        "output-step", [Warning, Decision],
+        what "the output steps beside the temperature, as when the sensor is moved a little: that is in the coefficients",
+        evidence "{axes}",
+        advice "look at the figure, and record again with the sensor fixed; or leave the samples before or after it out",
+        false_alarms "1 % of healthy recordings, by the level of the test";
+
+    /// Heating and cooling give different outputs.
+    hysteresis(axis: &str, difference: f64, expanded: f64, temperature: f64, of_a_reading: f64) =
+        "hysteresis", [Warning],
+        what "heating and cooling differ on {axis}: a reading is uncertain by it whatever the coefficients",
+        evidence "{difference:.2} mg ± {expanded:.2} mg at {temperature:.1} °C",
+        advice "count {of_a_reading:.2} mg as standard uncertainty of a compensated reading",
+        false_alarms "1 % of healthy recordings, by the level of the test";
+
+    /// Noise of the thermometer flattens a slope.
+    thermometer_noise(axis: &str, percentage: f64) =
+        "thermometer-noise", [Warning],
+        what "the noise of the thermometer makes the slope of {axis} too small by a part of its uncertainty",
+        evidence "{percentage:.2} % of the slope",
+        advice "record longer, or over a wider range";
+
+    /// The fit has no degrees of freedom.
+    no_redundancy(standstills: usize) =
+        "no-redundancy", [Decision],
+        what "there are as many equations as parameters: nothing checks the fit",
+        evidence "{standstills} standstills",
+        advice "record more standstills, or choose a smaller model";
+
+    /// There are fewer attitudes than a calibration should have.
+    few_attitudes(standstills: usize, parameters: usize, wanted: usize) =
+        "few-attitudes", [Warning],
+        what "few attitudes",
+        evidence "{standstills} standstills for {parameters} parameters",
+        advice "record at least {wanted} well-spread attitudes: of 10 the intervals are 3 to 4 times as wide as of 12, and the residuals tell nothing of what the model leaves out";
+
+    /// A part of the sphere has no attitude. A decision where a reading there has more than 0.1 % of g as U.
+    attitudes_badly_spread(coverage: &str, radius: f64, x: f64, y: f64, z: f64, expected: &str) =
+        "attitudes-badly-spread", [Decision, Warning],
+        what "the attitudes leave a part of the sphere open",
+        evidence "{coverage}; no attitude within {radius:.0}° of ({x:+.2}, {y:+.2}, {z:+.2}){expected}",
+        advice "record standstills there; until then bias and scale factor of that axis depend on each other, and nothing checks the model there";
+
+    /// The sensor moved during a standstill.
+    restless_standstill(standstill: &str, start: usize, end: usize, ratio: f64) =
+        "restless-standstill", [Warning],
+        what "standstill {standstill} is not still",
+        evidence "samples {start} to {end}: {ratio:.1} times the median deviation",
+        advice "lay the sensor down instead of holding it, or leave this standstill out (`exclude` in [standstill])";
+
+    /// The residuals follow elements of K that the model does not have.
+    model_too_small(model: &str, elements: &str, size: f64, chance: &str, alternative: &str) =
+        "model-too-small", [Warning, Decision],
+        what "the residuals ask for model {model}",
+        evidence "{elements}: up to {size:.2} mg ({chance})",
+        advice "fit `model = \"{model}\"`{alternative}";
+
+    /// The bias changes during the recording.
+    bias_drift(evidence: &str, remedy: &str) =
+        "bias-drift", [Warning, Decision],
+        what "the bias drifts during the recording",
+        evidence "{evidence}",
+        advice "let the sensor settle first; {remedy}";
+
+    /// The bias decays after switching on.
+    warm_up(amplitudes: &str, time_constant: f64, chance: &str) =
+        "warm-up", [Warning, Decision],
+        what "the biases settle during the recording",
+        evidence "{amplitudes} at the first standstill, time constant about {time_constant:.0} s ({chance})",
+        advice "switch the sensor on earlier, or leave out the beginning";
+
+    /// The residuals follow the temperature of the standstills.
+    temperature_dependence(amplitudes: &str, span: f64, coefficients: &str, chance: &str) =
+        "temperature-dependence", [Warning, Decision],
+        what "the biases follow the temperature, and the model has no temperature term",
+        evidence "{amplitudes} over {span:.1} K: {coefficients} mg/K ({chance})",
+        advice "fit a temperature term (`[terms]`), or let the sensor settle before recording";
+
+    /// The residuals follow the square of the acceleration.
+    quadratic_term(amplitudes: &str, chance: &str) =
+        "quadratic-term", [Warning, Decision],
+        what "the outputs are not linear: a term in the square of the acceleration",
+        evidence "{amplitudes} at 1 g ({chance})",
+        advice "biases and scale factors hold for the mean over ±1 g; at other accelerations the error grows with the square";
+
+    /// The residuals follow the third power of the acceleration.
+    cubic_term(amplitudes: &str, chance: &str) =
+        "cubic-term", [Warning, Decision],
+        what "the outputs are not linear: a term in the third power of the acceleration",
+        evidence "{amplitudes} at 1 g ({chance})",
+        advice "scale factors hold for the mean over ±1 g; beyond 1 g the error grows with the third power";
+
+    /// The residuals follow the direction from which an attitude was reached.
+    last_motion(x: f64, y: f64, z: f64, chance: &str) =
+        "last-motion", [Warning, Decision],
+        what "the outputs depend on from where an attitude was reached: hysteresis, friction or play",
+        evidence "±{x:.2}, ±{y:.2}, ±{z:.2} mg along x, y, z ({chance})",
+        advice "come into each attitude from both sides; hysteresis does not average down and part of it counts as scale factor";
+
+    /// No misalignment matters.
+    smaller_model_suffices(model: &str, largest: f64) =
+        "smaller-model-suffices", [Note],
+        what "the misalignments are negligible: model {model} would do",
+        evidence "every misalignment with its U stays below {largest:.2} mrad",
+        advice "fit `model = \"{model}\"`: three more degrees of freedom narrow the intervals";
+
+    /// A standstill has another attitude than the one given for it.
+    wrong_label(kind: &str, name: &str, place: &str, given: &str, seen: &str) =
+        "wrong-label", [Decision],
+        what "{kind} {name} has another attitude than its label says",
+        evidence "{place}given {given}, the others see it along {seen}",
+        advice "correct the attitude in the table of standstills, or leave the standstill out (`exclude` in [standstill])";
+
+    /// A standstill contradicts the others.
+    standstill_out_of_line(kind: &str, name: &str, place: &str, off: f64, chance: &str, residual: &str, exclusion: &str) =
+        "standstill-out-of-line", [Warning],
+        what "{kind} {name} is out of line",
+        evidence "{place}{off:.2} mg off the others ({chance}); ‖a‖ − g = {residual} mm/s²",
+        advice "look at the recording there; it was kept in the fit, and the result without it stands beside{exclusion}";
+
+    /// Outputs follow other axes than those of their name.
+    axes_swapped(axes: &str) =
+        "axes-swapped", [Decision],
+        what "the outputs follow other axes than they are named after",
+        evidence "{axes}",
+        advice "correct the columns, the wiring or the given attitudes and calibrate again; the compensation is right only for outputs in this very order";
+
+    /// The sensitivity of an output is negative.
+    axis_inverted(evidence: &str) =
+        "axis-inverted", [Decision],
+        what "an output falls where it should rise",
+        evidence "{evidence}",
+        advice "correct the wiring or the column, or the given attitudes (up and down exchanged), and calibrate again";
+
+    /// The sensor is turned against the axes in which attitudes are given.
+    frame_turned(rows: &str) =
+        "frame-turned", [Decision],
+        what "the axes of the sensor are far from those in which the attitudes are given",
+        evidence "rows of K over their length: {rows}",
+        advice "give the attitudes in the axes of the sensor; misalignments of this size are no small angles";
+
+    /// Standstills of a validation lie beyond 0.1 % of g.
+    beyond_one_per_mille(beyond: usize, standstills: usize, worst: &str, relative: f64, residual: f64, gravity: f64) =
+        "beyond-one-per-mille", [Decision],
+        what "{beyond} of {standstills} standstills miss the 0.1 % rule",
+        evidence "worst is standstill {worst}: │‖a‖ − g│/g = {relative:.3} % ({residual:+.2} mm/s²)",
+        advice "calibrate again, at the temperature of use; check that g = {gravity:.4} m/s² holds here";
+
+    /// Residuals of a validation exceed their covariance.
+    inconsistent_with_covariance(chi_squared: f64, dof: usize, p_value: f64) =
+        "inconsistent-with-covariance", [Warning],
+        what "the residuals are larger than the stated covariance explains",
+        evidence "χ² = {chi_squared:.1} with {dof} degrees of freedom, probability {p_value:.1e}",
+        advice "the sensor has moved since (temperature, time, mounting), or the standstills were not still",
+        false_alarms "1 % of healthy validations, by the level of the test";
+
+    /// The output is no straight line.
+    not_linear(percentage: f64) =
+        "not-linear", [Note],
+        what "the output leaves the straight line by more than 0.1 % of full scale",
+        evidence "{percentage:.3} %",
+        advice "compensate curvature, or use the range in which the line holds";
+
+    /// The sensitivity is zero within its interval.
+    no_response(sensitivity: f64, expanded: f64, unit: &str) =
+        "no-response", [Decision],
+        what "the output does not follow the position",
+        evidence "sensitivity {sensitivity:.3e}, U = {expanded:.1e} {unit}",
+        advice "look at the column, the wiring, and whether up and down are different recordings";
+
+    /// An output in m/s² is off by a factor of two and more.
+    sensitivity_implausible(sensitivity: f64, expanded: f64, unit: &str) =
+        "sensitivity-implausible", [Decision],
+        what "the output is no acceleration in its unit, by more than a factor of two",
+        evidence "sensitivity {sensitivity:.3e}, U = {expanded:.1e} {unit}",
+        advice "check the unit of the outputs, the column and the angles";
+
+    /// Two axes are not at right angles.
+    not_orthogonal(axes: &str, error: f64, acceleration: f64) =
+        "not-orthogonal", [Note],
+        what "{axes}: uncorrected, the axes read into each other",
+        evidence "{error:.2} mg at {acceleration:.2} m/s²",
+        advice "compensate with the whole matrix K, not with scale factors alone";
+
+    /// Residuals over the angle of a table have a second harmonic.
+    second_harmonic(percentage: f64, f: f64, limit: f64) =
+        "second-harmonic", [Warning],
+        what "the residuals go twice around with the angle: the output is curved, or the axis of the table moves",
+        evidence "{percentage:.3} % of the output at 1 g; F = {f:.1}, limit {limit:.1}",
+        advice "test linearity with known accelerations, or turn the sensor by 180° on the table and repeat",
+        false_alarms "1 % of healthy tests, by the level of the test";
+
+    /// No uncertainty of the levelling was stated.
+    level_taken_as_exact() =
+        "level-taken-as-exact", [Warning],
+        what "the surface is taken as perfectly level",
+        evidence "0.05° are 0.87 mg",
+        advice "state the standard uncertainty of the levelling, or turn the sensor by 180° and average";
+
+    /// Gravity is not along the axis that was named.
+    gravity_elsewhere(axis: &str, outputs: &str) =
+        "gravity-elsewhere", [Decision],
+        what "the sensor does not read gravity along {axis}: another axis points up, or the unit is another",
+        evidence "mean outputs: {outputs}",
+        advice "name the axis that points up, the order of the columns and their unit";
+
+    /// A quantity changes from calibration to calibration.
+    drifts(quantity: &str, drift: f64, expanded: f64, unit: &str) =
+        "drifts", [Warning],
+        what "{quantity} drifts",
+        evidence "{drift:.3e} ± {expanded:.1e} {unit} per month",
+        advice "calibrate more often, or extrapolate the drift knowingly",
+        false_alarms "1 % of healthy histories, over all quantities together";
+
+    /// The next calibration is due at once.
+    tolerance_exhausted() =
+        "tolerance-exhausted", [Decision],
+        what "the uncertainty of the last calibration alone fills a tolerance",
+        advice "calibrate better, or widen the tolerance";
+}
