@@ -147,9 +147,9 @@ pub struct ChannelAnalysis {
     /// Steps, bursts and spikes; samples and seconds count from the first row analysed, missing samples included.
     pub disturbances: Vec<Disturbance>,
     /// What all of them together add to the Allan variance, in the stretch where they add most.
-    pub joint_influence: Option<JointInfluence>,
+    pub(crate) joint_influence: Option<JointInfluence>,
     /// What the converter leaves in the samples.
-    pub converter: Vec<ConverterTrace>,
+    pub(crate) converter: Vec<ConverterTrace>,
     /// What to doubt.
     pub findings: Vec<Finding>,
 }

@@ -120,7 +120,7 @@ pub struct MethodResult {
     pub findings: Vec<Finding>,
     /// What the frequencies have in common, where the method knows it.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub shared: Option<Vec<SharedEffect>>,
+    pub(crate) shared: Option<Vec<SharedEffect>>,
     /// What the runs tell of the mounting and what no run can, for the joint method.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub identifiability: Option<Identifiability>,

@@ -116,9 +116,9 @@ pub(super) fn findings(
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilterFigures {
     /// Sampling rate, Hz.
-    pub rate: f64,
+    pub(crate) rate: f64,
     /// Length of its impulse response, samples.
-    pub length: usize,
+    pub(crate) length: usize,
     /// Samples without a result at the beginning and at the end of every stretch.
     pub half: usize,
 }
