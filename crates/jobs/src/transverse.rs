@@ -407,7 +407,7 @@ impl TransverseJob {
             findings.push(proofmass_uncertainty::findings::limit_undecided(
                 &format!("the transverse sensitivity ({:.2} %)", 100.0 * limit),
                 &undecided.join("; "),
-                "the budget says which cause to make smaller",
+                "the budget shows which contribution to reduce",
             ));
         }
         findings
