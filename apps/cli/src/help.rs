@@ -262,7 +262,15 @@ const HEADINGS: &[(&str, &[Group])] = &[
             ),
             (
                 "Reference",
-                &["reference", "reference-unit", "reference-uncertainty"],
+                &[
+                    "reference",
+                    "reference-unit",
+                    "reference-uncertainty",
+                    "standard",
+                    "standard-coverage-factor",
+                    "standard-axis",
+                    "standard-model",
+                ],
             ),
         ],
     ),
@@ -365,10 +373,15 @@ const HEADINGS: &[(&str, &[Group])] = &[
 
 /// Options that `-h` leaves to `--help`, by the beginning of the command.
 const FOR_LATER: &[(&str, &[&str])] = &[
-    ("", &["force", "sign", "contained", "time-unit"]),
+    ("", &["force", "sign", "contained", "time-unit", "strict"]),
+    ("velocity estimate", &["gain-uncertainty"]),
+    ("velocity compare", &["gain-uncertainty"]),
+    ("velocity tune", &["gain-uncertainty"]),
+    ("velocity map", &["gain-uncertainty"]),
     (
         "velocity",
         &[
+            "edges",
             "resolver",
             "excitation",
             "carrier",
@@ -408,6 +421,7 @@ const FOR_LATER: &[(&str, &[&str])] = &[
         &[
             "scale",
             "phase",
+            "robust",
             "temperature-lag",
             "detrend",
             "probability",
@@ -449,6 +463,9 @@ const FOR_LATER: &[(&str, &[&str])] = &[
         "test shock",
         &[
             "per-octave",
+            "band",
+            "required-spectrum",
+            "reference-unit",
             "peaks",
             "velocity-band",
             "spectrum-band",
@@ -511,7 +528,7 @@ pub(crate) fn command() -> Command {
 
 /// Headings, and what waits for `--help`, of a command and those below it.
 fn laid_out(command: Command, path: &str) -> Command {
-    let mut later = Vec::new();
+    let mut later = 0;
     let command = command.mut_args(|argument| {
         let argument = with_brief(argument);
         let Some(name) = argument.get_long().map(str::to_owned) else {
@@ -522,17 +539,14 @@ fn laid_out(command: Command, path: &str) -> Command {
             Some(heading) => argument.help_heading(heading),
         };
         let waits = !argument.is_required_set() && waits(path, &name);
-        later.extend(waits.then_some(name));
+        later += usize::from(waits);
         argument.hide_short_help(waits)
     });
-    let command = match (later.len(), path) {
+    let command = match (later, path) {
         (_, "") => command,
         (0, _) => command.after_long_help(ARGUMENT_FILES),
         (n, _) => command
-            .after_help(format!(
-                "`--help` explains {n} more options: {}",
-                list(&later)
-            ))
+            .after_help(format!("`--help` explains {n} more options."))
             .after_long_help(ARGUMENT_FILES),
     };
     command.mut_subcommands(|below| {
@@ -559,7 +573,7 @@ fn with_brief(argument: Arg) -> Arg {
 
 /// A text up to the last mark that leaves a line of it, where it is longer than a line.
 fn brief(text: &str) -> Option<String> {
-    const LINE: usize = 64;
+    const LINE: usize = 60;
     const PHRASE: usize = 30;
     if text.chars().count() <= LINE {
         return None;
@@ -575,12 +589,6 @@ fn brief(text: &str) -> Option<String> {
         Some(phrase) => Some(phrase.to_owned()),
         None => cut(&[", "]).map(|part| format!("{part}, …")),
     }
-}
-
-/// Names as options, in one line that the terminal breaks.
-fn list(names: &[String]) -> String {
-    let names: Vec<String> = names.iter().map(|name| format!("--{name}")).collect();
-    names.join(", ")
 }
 
 /// Whether a row that begins so is about a command.
@@ -702,25 +710,22 @@ mod tests {
 
     #[test]
     fn law_short_help_is_short_and_long_help_is_whole() {
+        let mut longer = Vec::new();
         for (path, mut command) in every_command() {
             let short = command.render_help().to_string();
-            assert!(
-                short.lines().count() <= 40,
-                "{path}: {} lines\n{short}",
-                short.lines().count()
-            );
+            let lines = short.lines().count();
+            if lines > 40 {
+                longer.push(format!("{path}: {lines} lines\n{short}"));
+            }
             let long = command.render_long_help().to_string();
-            for argument in command.get_arguments().filter_map(clap::Arg::get_long) {
+            for argument in command.get_arguments().filter_map(Arg::get_long) {
                 assert!(
                     long.contains(&format!("--{argument}")),
-                    "{path}: --{argument}"
-                );
-                assert!(
-                    short.contains(&format!("--{argument}")),
-                    "{path}: --{argument} in -h"
+                    "{path}: {argument}"
                 );
             }
         }
+        assert!(longer.is_empty(), "{}", longer.join("\n\n"));
     }
 
     #[test]
