@@ -580,15 +580,20 @@ fn brief(text: &str) -> Option<String> {
     }
     let cut = |marks: &[&str]| {
         let ends = marks.iter().flat_map(|mark| text.match_indices(mark));
-        let ends = ends
-            .map(|(at, _)| at)
-            .filter(|at| (PHRASE..=LINE).contains(at));
+        let ends = ends.map(|(at, _)| at);
+        let ends = ends.filter(|at| (PHRASE..=LINE).contains(at) && is_balanced(&text[..*at]));
         ends.max().map(|at| &text[..at])
     };
     match cut(&["; ", ": ", " [", " ("]) {
         Some(phrase) => Some(phrase.to_owned()),
         None => cut(&[", "]).map(|part| format!("{part}, …")),
     }
+}
+
+/// Whether every bracket of a text is closed.
+fn is_balanced(text: &str) -> bool {
+    let count = |c: char| text.matches(c).count();
+    count('(') == count(')') && count('[') == count(']')
 }
 
 /// Whether a row that begins so is about a command.
@@ -649,6 +654,11 @@ mod tests {
         assert_eq!(
             brief(list).as_deref(),
             Some("Shaker campaigns: coverage factor of U, such as 2")
+        );
+        let default = "Folder for result.json, report.html and tables [default: none is written]";
+        assert_eq!(
+            brief(default).as_deref(),
+            Some("Folder for result.json, report.html and tables")
         );
     }
 
