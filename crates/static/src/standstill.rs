@@ -167,6 +167,12 @@ impl WindowedVariance {
         segments
     }
 
+    /// Whether a half-open range of samples stays below a threshold, and time does not jump in it.
+    pub(crate) fn stays_below(&self, start: usize, end: usize, threshold: f64) -> bool {
+        self.statistic[start..end].iter().all(|s| *s < threshold)
+            && !self.breaks.iter().any(|b| (start..=end).contains(b))
+    }
+
     /// The ladder of thresholds a sweep tries, each √2 of the one before.
     pub fn ladder() -> impl Iterator<Item = f64> {
         (0..22).map(|i| 1.5 * 2f64.powf(0.5 * f64::from(i)))

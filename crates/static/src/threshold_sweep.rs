@@ -1,6 +1,7 @@
 //! The threshold of the standstill search, chosen by what the fit makes of it.
 
-use crate::{Ellipsoid, MultiPosition, Pose, Samples, Segment, Standstill, WindowedVariance};
+use crate::hold::Holds;
+use crate::{MultiPosition, Pose, Samples, Segment, Standstill, WindowedVariance};
 use proofmass_core::Error;
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -10,9 +11,9 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 pub struct Candidate {
     /// Largest windowed variance of a standstill, in multiples of the noise floor.
     pub threshold: f64,
-    /// Standstills found.
+    /// Standstills found, each hold of the sensor once.
     pub standstills: usize,
-    /// Standstills in the same attitude as the one before (within 3 % of g): fragments of it.
+    /// Pieces beyond one for each of them: how often the search cut a hold.
     pub fragments: usize,
     /// Samples in them.
     pub samples: usize,
@@ -29,9 +30,8 @@ pub struct Candidate {
 /// half-width of the parameters' intervals: t₀.₉₇₅(ν) · s · √(tr C/p), with s² the residual variance per degree
 /// of freedom and C the cofactor matrix. (The residual alone would favour thresholds that leave few
 /// standstills.) The residual itself scatters by 1/√(2ν), so thresholds within twice that of the smallest
-/// figure are alike. Of those the one that breaks fewest standstills into fragments is taken (fragments of one standstill
-/// share its errors and would pose as independent attitudes), and among equals the strictest: it lets the least
-/// motion in.
+/// figure are alike. Of those the one that cuts fewest standstills into pieces is taken, and among equals the strictest: it
+/// lets the least motion in. Pieces of one hold of the sensor are one standstill at every threshold, so that ν counts attitudes.
 ///
 /// **Source** after `[Tedaldi2014]` III-C, with the figure above in place of the residual norm.
 #[doc(alias("static detector"))]
@@ -73,7 +73,7 @@ impl ThresholdSweep {
                 });
             }
             return Ok(Self {
-                segments: windowed.segments(threshold),
+                segments: windowed.holds(samples, threshold),
                 threshold: Some(threshold),
                 candidates: Vec::new(),
                 excluded: Vec::new(),
@@ -164,10 +164,10 @@ impl ThresholdSweep {
     }
 
     /// The most standstills that any threshold finds: what there is when no fit could be made.
-    pub fn most(windowed: &WindowedVariance) -> Vec<Segment> {
+    pub fn most(samples: &Samples<'_>, windowed: &WindowedVariance) -> Vec<Segment> {
         let mut most = Vec::new();
         for threshold in WindowedVariance::ladder() {
-            let found = windowed.segments(threshold);
+            let found = windowed.holds(samples, threshold);
             if found.len() > most.len() {
                 most = found;
             }
@@ -182,7 +182,7 @@ fn try_threshold(
     threshold: f64,
     fit: &MultiPosition,
 ) -> (Candidate, Vec<Segment>, Option<Error>) {
-    let segments = windowed.segments(threshold);
+    let Holds { segments, cuts } = Holds::of(samples, windowed, threshold);
     let poses: Vec<Pose> = segments
         .iter()
         .map(|segment| Pose {
@@ -193,7 +193,7 @@ fn try_threshold(
     let mut candidate = Candidate {
         threshold,
         standstills: segments.len(),
-        fragments: fragments(&poses),
+        fragments: cuts,
         samples: segments.iter().map(Segment::len).sum(),
         residual: None,
         figure: None,
@@ -220,18 +220,4 @@ fn try_threshold(
         Err(error) => Some(error),
     };
     (candidate, segments, error)
-}
-
-fn fragments(poses: &[Pose]) -> usize {
-    let means: Vec<_> = poses.iter().map(|p| p.mean).collect();
-    let near = Ellipsoid::sphere(&means).map_or(0.0, |sphere| 0.03 * sphere.radius());
-    means
-        .windows(2)
-        .filter(|pair| {
-            (0..3)
-                .map(|i| (pair[1][i] - pair[0][i]).powi(2))
-                .sum::<f64>()
-                < near * near
-        })
-        .count()
 }

@@ -15,7 +15,7 @@ findings! {
     /// Samples of a recording are hotter or colder than the calibration.
     beyond_temperature_range(beyond: u64, low: f64, high: f64, lowest: f64, highest: f64, samples: u64) =
         "beyond-temperature-range", [Warning],
-        what "{beyond} samples are beyond {low:.1} … {high:.1} °C, where the temperature coefficients were measured; the polynomials are extrapolated there",
+        what "{beyond} samples are beyond {low:.1} … {high:.1} °C, where the temperature coefficients were measured; they are compensated as if at the nearer end",
         evidence "{lowest:.1} to {highest:.1} °C in {samples} samples",
         advice "sweep a larger range, or refuse such samples";
 
