@@ -58,7 +58,14 @@ impl Place {
             noise: self.noise,
             wander: self.wander * 1e-3,
             sensor: SensorModel::new(
-                proofmass_core::Matrix3([[1.01, 0.004, -0.006], [0.0, 0.985, 0.008], [0.0, 0.0, 1.006]].map(|row| row.map(|v| v / STEP))),
+                proofmass_core::Matrix3(
+                    [
+                        [1.01, 0.004, -0.006],
+                        [0.0, 0.985, 0.008],
+                        [0.0, 0.0, 1.006],
+                    ]
+                    .map(|row| row.map(|v| v / STEP)),
+                ),
                 [120.0, -50.0, 200.0],
             )
             .unwrap_or_else(|error| unreachable!("{error}")),
@@ -69,7 +76,8 @@ impl Place {
     /// Runs many recordings.
     pub fn cell(&self, recordings: usize) -> Cell {
         let rig = self.rig();
-        let gravity = Gravity::given(rig.gravity, 0.0).unwrap_or_else(|error| unreachable!("{error}"));
+        let gravity =
+            Gravity::given(rig.gravity, 0.0).unwrap_or_else(|error| unreachable!("{error}"));
         let settings = MultiPosition::new(gravity).output_unit("count");
         let results: Vec<Result<(Vec<bool>, f64, bool), String>> = (0..recordings as u64)
             .into_par_iter()
@@ -101,25 +109,50 @@ fn one(
 ) -> Result<(Vec<bool>, f64, bool), String> {
     let [x, y, z] = &recording.outputs;
     let samples = Samples::new(x, y, z).map_err(|e| e.to_string())?;
-    let found = StandstillCalibration::run(&samples, recording.rate, &[], &Standstill::default(), settings)
-        .map_err(|e| e.to_string())?;
+    let found = StandstillCalibration::run(
+        &samples,
+        recording.rate,
+        &[],
+        &Standstill::default(),
+        settings,
+    )
+    .map_err(|e| e.to_string())?;
     let given: Vec<Segment> = recording
         .rests
         .iter()
-        .map(|rest| Segment { start: rest.start, end: rest.end, attitude: None, label: None })
+        .map(|rest| Segment {
+            start: rest.start,
+            end: rest.end,
+            attitude: None,
+            label: None,
+        })
         .collect();
-    let given = StandstillCalibration::of_segments(&samples, given, settings, StandstillEstimator::LeastSquares)
-        .map_err(|e| format!("rests as they were: {e}"))?;
+    let given = StandstillCalibration::of_segments(
+        &samples,
+        given,
+        settings,
+        StandstillEstimator::LeastSquares,
+    )
+    .map_err(|e| format!("rests as they were: {e}"))?;
     let held = found
         .fit
         .quantities()
         .iter()
         .map(|q| (q.value - of(&rig.sensor, &q.name)).abs() <= q.expanded(0.95))
         .collect();
-    let width = |fit: &MultiPositionFit| fit.quantities().iter().map(|q| q.expanded(0.95).ln()).sum::<f64>();
+    let width = |fit: &MultiPositionFit| {
+        fit.quantities()
+            .iter()
+            .map(|q| q.expanded(0.95).ln())
+            .sum::<f64>()
+    };
     let parameters = found.fit.quantities().len() as f64;
     let ratio = ((width(&found.fit) - width(&given.fit)) / parameters).exp();
-    Ok((held, ratio, found.sweep.segments.len() == recording.rests.len()))
+    Ok((
+        held,
+        ratio,
+        found.sweep.segments.len() == recording.rests.len(),
+    ))
 }
 
 fn of(sensor: &SensorModel<f64>, name: &str) -> f64 {
@@ -134,38 +167,61 @@ fn of(sensor: &SensorModel<f64>, name: &str) -> f64 {
 }
 
 fn main() {
-    let recordings = std::env::args().nth(1).and_then(|a| a.parse().ok()).unwrap_or(1000);
-    println!("| rate / Hz | attitudes | rest / s | noise / step | between rests / (mm/s²) | coverage / % (worst) | U against given | found all / % | refused / % |");
+    let recordings = std::env::args()
+        .nth(1)
+        .and_then(|a| a.parse().ok())
+        .unwrap_or(1000);
+    println!(
+        "| rate / Hz | attitudes | rest / s | noise / step | between rests / (mm/s²) | coverage / % (worst) | U against given | found all / % | refused / % |"
+    );
     println!("|---|---|---|---|---|---|---|---|---|");
     for place in PLACES {
         let cell = place.cell(recordings);
         println!(
             "| {} | {} | {} | {} | {} | {:.1} ({:.1}) | {:.2} | {:.0} | {:.1} | {}",
-            place.rate, place.attitudes, place.rest, place.noise, place.wander,
-            100.0 * cell.mean, 100.0 * cell.worst, cell.width, 100.0 * cell.found,
-            100.0 * cell.refused as f64 / cell.recordings as f64, cell.reason.unwrap_or_default()
+            place.rate,
+            place.attitudes,
+            place.rest,
+            place.noise,
+            place.wander,
+            100.0 * cell.mean,
+            100.0 * cell.worst,
+            cell.width,
+            100.0 * cell.found,
+            100.0 * cell.refused as f64 / cell.recordings as f64,
+            cell.reason.unwrap_or_default()
         );
     }
 }
 
 const fn place(rate: f64, attitudes: usize, rest: f64, noise: f64, wander: f64) -> Place {
-    Place { rate, attitudes, rest, noise, wander }
+    Place {
+        rate,
+        attitudes,
+        rest,
+        noise,
+        wander,
+    }
 }
 
 /// The map.
-pub const PLACES: [Place; 14] = [
+pub const PLACES: [Place; 18] = [
     place(50.0, 12, 10.0, 4.0, 0.0),
     place(50.0, 12, 10.0, 4.0, 1.0),
+    place(50.0, 16, 10.0, 4.0, 5.0),
     place(100.0, 12, 30.0, 4.0, 0.0),
     place(100.0, 12, 30.0, 4.0, 3.0),
     place(100.0, 24, 4.0, 4.0, 1.0),
     place(100.0, 16, 2.0, 4.0, 0.0),
     place(100.0, 24, 1.5, 4.0, 0.0),
+    place(100.0, 24, 1.5, 4.0, 2.0),
     place(5.0, 16, 10.0, 4.0, 0.0),
     place(5.0, 12, 30.0, 4.0, 1.0),
     place(10.0, 12, 10.0, 4.0, 1.0),
-    place(25.0, 8, 10.0, 4.0, 1.0),
-    place(50.0, 12, 10.0, 0.2, 1.0),
+    place(25.0, 10, 10.0, 4.0, 1.0),
     place(50.0, 12, 10.0, 0.05, 1.0),
+    place(50.0, 12, 10.0, 0.2, 1.0),
+    place(50.0, 12, 10.0, 0.5, 1.0),
     place(50.0, 12, 10.0, 1.0, 1.0),
+    place(50.0, 12, 10.0, 10.0, 1.0),
 ];

@@ -25,7 +25,10 @@ impl Holds {
     /// touched, the longer piece stands for it.
     pub(crate) fn of(samples: &Samples<'_>, windowed: &WindowedVariance, threshold: f64) -> Self {
         let pieces = windowed.segments(threshold);
-        let means: Vec<Triple> = pieces.iter().map(|s| samples.mean(s.start, s.end)).collect();
+        let means: Vec<Triple> = pieces
+            .iter()
+            .map(|s| samples.mean(s.start, s.end))
+            .collect();
         let near = Ellipsoid::sphere(&means).map_or(0.0, |sphere| SAME_ATTITUDE * sphere.radius());
         let found = pieces.len();
         let mut segments: Vec<Segment> = Vec::with_capacity(found);
