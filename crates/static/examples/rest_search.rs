@@ -46,6 +46,16 @@ pub struct Cell {
     pub reason: Option<String>,
 }
 
+/// What came of one recording.
+struct Run {
+    /// Whether the interval of each parameter holds the truth.
+    held: Vec<bool>,
+    /// U over that from the rests as they were.
+    width: f64,
+    /// Whether as many rests were found as there were.
+    found: bool,
+}
+
 /// Step of the converter, m/s²: 16 bits over ± 8 g.
 const STEP: f64 = 16.0 * 9.80665 / 65536.0;
 
@@ -79,16 +89,16 @@ impl Place {
         let gravity =
             Gravity::given(rig.gravity, 0.0).unwrap_or_else(|error| unreachable!("{error}"));
         let settings = MultiPosition::new(gravity).output_unit("count");
-        let results: Vec<Result<(Vec<bool>, f64, bool), String>> = (0..recordings as u64)
+        let results: Vec<Result<Run, String>> = (0..recordings as u64)
             .into_par_iter()
             .map(|seed| one(&rig, &rig.simulate(seed), &settings))
             .collect();
         let good: Vec<_> = results.iter().filter_map(|r| r.as_ref().ok()).collect();
-        let parameters = good.first().map_or(0, |r| r.0.len());
+        let parameters = good.first().map_or(0, |r| r.held.len());
         let shares: Vec<f64> = (0..parameters)
-            .map(|p| good.iter().filter(|r| r.0[p]).count() as f64 / good.len() as f64)
+            .map(|p| good.iter().filter(|r| r.held[p]).count() as f64 / good.len() as f64)
             .collect();
-        let mut widths: Vec<f64> = good.iter().map(|r| r.1).collect();
+        let mut widths: Vec<f64> = good.iter().map(|r| r.width).collect();
         widths.sort_by(f64::total_cmp);
         Cell {
             recordings,
@@ -96,7 +106,7 @@ impl Place {
             mean: shares.iter().sum::<f64>() / parameters.max(1) as f64,
             worst: shares.iter().copied().fold(1.0, f64::min),
             width: widths.get(widths.len() / 2).copied().unwrap_or(0.0),
-            found: good.iter().filter(|r| r.2).count() as f64 / good.len().max(1) as f64,
+            found: good.iter().filter(|r| r.found).count() as f64 / good.len().max(1) as f64,
             reason: results.iter().find_map(|r| r.as_ref().err().cloned()),
         }
     }
@@ -106,7 +116,7 @@ fn one(
     rig: &HandHeld,
     recording: &HandHeldRecording,
     settings: &MultiPosition,
-) -> Result<(Vec<bool>, f64, bool), String> {
+) -> Result<Run, String> {
     let [x, y, z] = &recording.outputs;
     let samples = Samples::new(x, y, z).map_err(|e| e.to_string())?;
     let found = StandstillCalibration::run(
@@ -148,11 +158,11 @@ fn one(
     };
     let parameters = found.fit.quantities().len() as f64;
     let ratio = ((width(&found.fit) - width(&given.fit)) / parameters).exp();
-    Ok((
+    Ok(Run {
         held,
-        ratio,
-        found.sweep.segments.len() == recording.rests.len(),
-    ))
+        width: ratio,
+        found: found.sweep.segments.len() == recording.rests.len(),
+    })
 }
 
 fn of(sensor: &SensorModel<f64>, name: &str) -> f64 {
