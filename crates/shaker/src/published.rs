@@ -183,6 +183,7 @@ pub struct MagnitudeRow {
 
 /// Matrices and expanded uncertainties (k = 2) as published.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct PublishedFit {
     /// Exploitation matrix in (m/s²)/V.
     pub exploitation: [[f64; 3]; 3],
