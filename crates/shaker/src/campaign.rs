@@ -5,6 +5,7 @@ mod request;
 mod statement;
 mod undecided;
 
+pub use doubts::not_that_of_the_datasheet;
 pub use request::{ShakerCampaign, ShakerMethod};
 pub use undecided::Contested;
 

@@ -6,7 +6,7 @@ use super::readings::{
 };
 use crate::findings;
 use proofmass_core::Error;
-use proofmass_uncertainty::{Component, f_quantile};
+use proofmass_uncertainty::{Component, Severity, f_quantile};
 use serde::{Deserialize, Serialize};
 
 /// ã = b₀ + k₁ (a + k₂ a² + k₃ a³) + k_T (T − T̄).
@@ -243,7 +243,12 @@ impl Linearity {
         let mut findings = Vec::new();
         let share = departure / (k1.abs() * full_scale);
         if share > 1e-3 {
-            findings.push(findings::not_linear(1e2 * share));
+            let finding = findings::nonlinear_output(
+                "it leaves the straight line by more than 0.1 % of full scale",
+                &format!("{:.3} %", 1e2 * share),
+                "the sensitivity is that of the line",
+            );
+            findings.push(finding.at(Severity::Note));
         }
         Ok(StaticFit {
             estimate,

@@ -267,5 +267,9 @@ fn element(
 }
 
 fn correlation_unknown(name: &str) -> Finding {
-    findings::reference_correlation_unknown(name)
+    proofmass_dynamic::findings::correlation_not_stated(
+        "the calibration of the reference",
+        name,
+        "its whole uncertainty is taken as common: at each frequency nothing changes, between frequencies nothing of it is averaged away",
+    )
 }
