@@ -71,6 +71,7 @@ impl StatedQuantity {
 
 /// A joint covariance with the names of its rows.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct NamedCovariance {
     /// Names of rows and columns.
     pub names: Vec<String>,
@@ -94,6 +95,7 @@ impl NamedCovariance {
 
 /// A result in the making; written with [`ResultDocument::to_json`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct ResultDocument {
     /// Form and version.
     pub schema: Schema,

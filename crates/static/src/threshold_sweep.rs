@@ -37,6 +37,7 @@ pub struct Candidate {
 /// **Source** after `[Tedaldi2014]` III-C, with the figure above in place of the residual norm.
 #[doc(alias("static detector"))]
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[non_exhaustive]
 pub struct ThresholdSweep {
     /// The standstills of the chosen threshold.
     pub segments: Vec<Segment>,

@@ -497,6 +497,7 @@ fn effective(u: f64, parts: &[(f64, DegreesOfFreedom)]) -> DegreesOfFreedom {
 
 /// One line of a budget.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct BudgetLine {
     /// Stable name of the cause.
     pub key: String,
@@ -518,6 +519,7 @@ pub struct BudgetLine {
 
 /// The scalar input behind a budget line.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct BudgetInput {
     /// Estimate.
     pub value: f64,

@@ -73,6 +73,7 @@ const SECOND_ORDER: usize = 200;
 
 /// One output by the law of propagation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct LinearOutput {
     /// Value, standard uncertainty and degrees of freedom.
     pub quantity: Quantity,
@@ -88,6 +89,7 @@ pub struct LinearOutput {
 
 /// Result for one output.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct OutputResult {
     /// Name.
     pub name: String,

@@ -19,6 +19,7 @@ pub enum StatementMethod {
 ///
 /// The law of propagation states it, unless Monte Carlo contradicts it or it has no value there.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Statement {
     /// Name.
     pub name: String,
