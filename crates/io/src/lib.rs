@@ -58,6 +58,7 @@ pub mod spelling;
 mod stamp;
 mod table;
 mod time_base;
+mod trial_file;
 mod unit;
 mod verification;
 mod vtu;
@@ -91,6 +92,7 @@ pub use output::{
 };
 pub use proofmass_uncertainty::DecimalMark;
 pub use recording::{Absent, Input, RecordedColumn, Recording, RecordingOptions, TimeUnit};
+pub use trial_file::{TRIALS, TRIALS_SECTION, TrialFile};
 pub use result_document::{
     NamedCovariance, RESULT_SCHEMA, RESULT_VERSION, ResultDocument, StatedQuantity, is_result,
 };

@@ -4,7 +4,8 @@ use super::{UncertaintyJob, UncertaintyOutcome, trouble};
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
 use proofmass_io::{
-    Input, LARGEST_DOCUMENT, ResultDocument, Source, check_model, explain_model, parse_model,
+    Input, LARGEST_DOCUMENT, ResultDocument, Source, TrialFile, check_model, explain_model,
+    parse_model,
 };
 use proofmass_uncertainty::{Evaluate, Refusal, UncertaintyModel};
 use std::path::Path;
@@ -36,10 +37,20 @@ impl ModelText {
         for entry in &mut model.earlier {
             let path = Path::new(&name).with_file_name(&entry.file);
             let (bytes, input) = Source::open(&path)?.into_bytes(LARGEST_DOCUMENT)?;
-            entry.estimate = ResultDocument::from_json(&bytes)
-                .map_err(|trouble| Trouble::from(trouble).about(&entry.file))?
-                .estimate;
             inputs.push(input);
+            let about = |trouble: proofmass_io::Error| Trouble::from(trouble).about(&entry.file);
+            let document = ResultDocument::from_json(&bytes).map_err(about)?;
+            entry.estimate = document.stated().map_err(about)?.cloned();
+            if let Some(file) = TrialFile::in_result(&document).map_err(about)? {
+                let beside = path.with_file_name(&file.file);
+                let source = Source::open(&beside).map_err(|e| {
+                    e.with_hint("the result states quantities by Monte Carlo: keep this file beside its result.json, as -o writes both")
+                })?;
+                let (bytes, input) = source.into_bytes(LARGEST_DOCUMENT)?;
+                let table = file.table(bytes);
+                entry.trials = Some(table.map_err(|e| Trouble::from(e.at(&beside)))?);
+                inputs.push(input);
+            }
         }
         check_model(&model, &text).map_err(|refusal| at_line(&refusal))?;
         Ok(Self {
