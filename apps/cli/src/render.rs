@@ -31,7 +31,9 @@ impl Render {
         // What stands beside it goes along.
         let result = match self.delivery.output {
             Some(_) => result.with_files_beside(|name| {
-                Ok(Source::open(path.with_file_name(name))?.into_bytes(LARGEST_DOCUMENT)?.0)
+                Ok(Source::open(path.with_file_name(name))?
+                    .into_bytes(LARGEST_DOCUMENT)?
+                    .0)
             })?,
             None => result,
         };

@@ -92,7 +92,6 @@ pub use output::{
 };
 pub use proofmass_uncertainty::DecimalMark;
 pub use recording::{Absent, Input, RecordedColumn, Recording, RecordingOptions, TimeUnit};
-pub use trial_file::{TRIALS, TRIALS_SECTION, TrialFile};
 pub use result_document::{
     NamedCovariance, RESULT_SCHEMA, RESULT_VERSION, ResultDocument, StatedQuantity, is_result,
 };
@@ -105,6 +104,7 @@ pub use source::{LARGEST_DOCUMENT, Source};
 pub use stamp::Stamp;
 pub use table::{Cell, RowWriter, Table};
 pub use time_base::{TimeBase, TimeSource};
+pub use trial_file::{TRIALS, TRIALS_SECTION, TrialFile};
 pub use unit::{Unit, split_heading};
 pub use verification::{
     Fate, Link, PROVENANCE_SCHEMA, PROVENANCE_VERSION, Provenance, Verification, Vouching,

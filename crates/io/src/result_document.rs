@@ -275,7 +275,9 @@ impl ResultDocument {
                 continue;
             };
             let u = estimate.covariance().standard_uncertainty(i);
-            let near = |a: f64, b: f64| (a - b).abs() <= 1e-6 * u.max(q.u.unwrap_or(0.0)) + 1e-12 * a.abs();
+            let near = |a: f64, b: f64| {
+                (a - b).abs() <= 1e-6 * u.max(q.u.unwrap_or(0.0)) + 1e-12 * a.abs()
+            };
             if !(near(q.value, component.value) && q.u.is_none_or(|stated| near(stated, u)))
                 || q.unit != component.unit
             {

@@ -69,8 +69,11 @@ impl TrialFile {
             return Ok(None);
         };
         let file = Self::deserialize(section).map_err(|e| {
-            Error::new(ErrorKind::Format, format!("the section of its trials is damaged: {e}"))
-                .because(e)
+            Error::new(
+                ErrorKind::Format,
+                format!("the section of its trials is damaged: {e}"),
+            )
+            .because(e)
         })?;
         if file.file.contains(['/', '\\', '\0']) || file.file == ".." {
             return Err(Error::new(
@@ -87,9 +90,16 @@ impl TrialFile {
     /// Other bytes than those that were written with the result.
     pub fn table(&self, bytes: Vec<u8>) -> Result<TrialTable> {
         let wrong = |what: &str| Error::new(ErrorKind::Format, what);
-        if Source::from_bytes(&*self.file, bytes.clone())?.finish()?.sha256 != self.sha256 {
-            return Err(wrong("is not the file that was written with the result")
-                .with_hint("fetch both again from where they were computed, or compute them anew"));
+        if Source::from_bytes(&*self.file, bytes.clone())?
+            .finish()?
+            .sha256
+            != self.sha256
+        {
+            return Err(
+                wrong("is not the file that was written with the result").with_hint(
+                    "fetch both again from where they were computed, or compute them anew",
+                ),
+            );
         }
         let damaged = || wrong("does not hold the columns that the result names");
         let text = String::from_utf8(bytes).map_err(|_| damaged())?;
@@ -99,7 +109,9 @@ impl TrialFile {
             for column in &mut columns {
                 let z: Option<f64> = fields.next().and_then(|field| field.parse().ok());
                 let z = z.filter(|z| z.is_finite());
-                column.trials.push(z.ok_or_else(|| damaged().line(k as u64 + 1))?);
+                column
+                    .trials
+                    .push(z.ok_or_else(|| damaged().line(k as u64 + 1))?);
             }
         }
         let table = TrialTable { columns };

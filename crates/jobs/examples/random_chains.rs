@@ -4,8 +4,8 @@
 //! `[[earlier]]`. The same equations in one model are the truth. Held against each other are the trials of the second model
 //! (u, both ends), and what it states. `random_chains [COUNT] [SEED] [TRIALS OF THE TRUTH]`; each departure is named by its seed.
 
-use proofmass_jobs::Unwatched;
 use proofmass_io::Source;
+use proofmass_jobs::Unwatched;
 use proofmass_jobs::uncertainty::{ModelText, UncertaintyOutcome};
 use proofmass_jobs::{Record, StoredResult};
 use proofmass_uncertainty::{Evaluate, Severity, StatementMethod, Trials, Verdict};
@@ -44,7 +44,12 @@ fn input(rng: &mut Random, name: &str, share: f64) -> (String, bool) {
         _ => {
             let n = rng.random_range(4..12);
             let readings: Vec<String> = (0..n)
-                .map(|_| format!("{}", value + a * (n as f64).sqrt() * rng.random_range(-1.0..1.0)))
+                .map(|_| {
+                    format!(
+                        "{}",
+                        value + a * (n as f64).sqrt() * rng.random_range(-1.0..1.0)
+                    )
+                })
                 .collect();
             (format!("observations = [{}]", readings.join(", ")), n > 5)
         }
@@ -117,8 +122,11 @@ fn chain(rng: &mut Random) -> Chain {
             let name = format!("y{k}{o}");
             let depth = rng.random_range(1..=2);
             let expression = formula(rng, &own, depth);
-            text += &format!("[[output]]\nname = \"{name}\"\nunit = \"1\"\nexpression = \"{expression}\"\n");
-            parts += &format!("[[intermediate]]\nname = \"{name}\"\nexpression = \"{expression}\"\n");
+            text += &format!(
+                "[[output]]\nname = \"{name}\"\nunit = \"1\"\nexpression = \"{expression}\"\n"
+            );
+            parts +=
+                &format!("[[intermediate]]\nname = \"{name}\"\nexpression = \"{expression}\"\n");
             wanted.push(format!("{name} = \"{name}\""));
             names.push(name);
         }
@@ -199,7 +207,9 @@ fn compare(rng: &mut Random, seed: u64, truth: usize, tally: &mut Tally) -> Resu
     let mut by_trials = false;
     for (k, text) in chain.first.iter().enumerate() {
         let first = evaluate(folder.path(), &format!("first{k}"), text, adaptive)?;
-        let trials = |o: &proofmass_uncertainty::OutputResult| o.stated.method == StatementMethod::MonteCarlo;
+        let trials = |o: &proofmass_uncertainty::OutputResult| {
+            o.stated.method == StatementMethod::MonteCarlo
+        };
         by_trials |= first.result.outputs.iter().any(trials);
     }
     let second = evaluate(folder.path(), "second", &chain.second, adaptive)?;
@@ -220,12 +230,17 @@ fn compare(rng: &mut Random, seed: u64, truth: usize, tally: &mut Tally) -> Resu
     }
     let half = 0.5 * truth.symmetric.width();
     let off = |lower: f64, upper: f64| {
-        (lower - truth.symmetric.lower).abs().max((upper - truth.symmetric.upper).abs()) / half
+        (lower - truth.symmetric.lower)
+            .abs()
+            .max((upper - truth.symmetric.upper).abs())
+            / half
     };
     let ends = off(got.symmetric.lower, got.symmetric.upper);
     let stated = off(output.stated.interval.lower, output.stated.interval.upper);
     let u = truth.standard_uncertainty.zip(got.standard_uncertainty);
-    let u = u.map(|(truth, got)| (got / truth - 1.0).abs()).filter(|_| chain.many);
+    let u = u
+        .map(|(truth, got)| (got / truth - 1.0).abs())
+        .filter(|_| chain.many);
     let beyond = match u {
         Some(u) => {
             tally.worst_u = tally.worst_u.max(u);
@@ -248,13 +263,19 @@ fn compare(rng: &mut Random, seed: u64, truth: usize, tally: &mut Tally) -> Resu
     });
     let wrongly = validated && linear.is_some_and(|off| off > 0.10);
     tally.validated_wrongly += usize::from(wrongly);
-    let few = verdict == Some(Verdict::FewDegreesOfFreedom);
+    let few = output
+        .validation
+        .as_ref()
+        .is_some_and(|v| v.few_degrees_of_freedom);
     let far = stated > 0.10 && !few;
     tally.stated_beyond += usize::from(far);
     if beyond || wrongly || far {
         println!(
             "seed {seed}: u {}, ends {:.1} %, stated {:.1} % by {}, {verdict:?}\n{}---\n{}",
-            u.map_or_else(|| "not compared".to_owned(), |u| format!("{:.1} %", 100.0 * u)),
+            u.map_or_else(
+                || "not compared".to_owned(),
+                |u| format!("{:.1} %", 100.0 * u)
+            ),
             100.0 * ends,
             100.0 * stated,
             output.stated.method.words(),
@@ -274,7 +295,9 @@ fn main() -> Result<()> {
         let mut rng = Random::seed_from_u64(seed);
         compare(&mut rng, seed, truth, &mut tally).map_err(|e| format!("seed {seed}: {e}"))?;
     }
-    println!("| chains | refused | a first result by trials | shared causes of trials, said | u beyond 2 % (worst) | ends beyond 5 % (worst) | validated | wrongly | stated beyond 10 % |");
+    println!(
+        "| chains | refused | a first result by trials | shared causes of trials, said | u beyond 2 % (worst) | ends beyond 5 % (worst) | validated | wrongly | stated beyond 10 % |"
+    );
     println!("|---|---|---|---|---|---|---|---|---|");
     println!(
         "| {} | {} | {} | {} | {} ({:.1} %) | {} ({:.1} %) | {} | {} | {} |",

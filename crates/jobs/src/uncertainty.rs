@@ -5,9 +5,9 @@ mod page;
 
 pub use model_text::ModelText;
 
+use crate::outcome::section;
 use crate::record::Record;
 use crate::trouble::{Result, Trouble, TroubleKind};
-use crate::outcome::section;
 use crate::{Job, Outcome};
 use proofmass_core::Watch;
 use proofmass_io::{StatedQuantity, TRIALS_SECTION, TrialFile};
@@ -161,7 +161,12 @@ impl Outcome for UncertaintyOutcome {
     fn sections(&self) -> Result<Vec<(&'static str, serde_json::Value)>> {
         let outputs = self.result.outputs.iter();
         let linear: Vec<StatedQuantity> = outputs
-            .filter_map(|o| Some(StatedQuantity::new(&o.linear.as_ref()?.quantity, self.result.options.probability)))
+            .filter_map(|o| {
+                Some(StatedQuantity::new(
+                    &o.linear.as_ref()?.quantity,
+                    self.result.options.probability,
+                ))
+            })
             .collect();
         // For information: what is stated stands under `quantities`.
         let mut sections = vec![section("linear", &linear)?];

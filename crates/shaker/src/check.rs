@@ -60,7 +60,7 @@ pub fn adopt(calibration: &mut ShakerCalibration, checks: &[FrequencyCheck]) {
                     let half = c.interval[0].abs().max(c.interval[1].abs());
                     match c.validation.verdict {
                         Verdict::NotValidated => half / c.linear_interval[1],
-                        Verdict::Validated | Verdict::FewDegreesOfFreedom | Verdict::Undecided => 1.0,
+                        Verdict::Validated | Verdict::Undecided => 1.0,
                     }
                 })
             };

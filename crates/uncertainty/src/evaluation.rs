@@ -9,10 +9,9 @@ pub use statement::{Method, Statement, StatementMethod};
 use crate::model::Prepared;
 use crate::{
     BudgetLine, CauseEffect, CorrelationEntry, Covariance, DegreesOfFreedom, Equations, Estimate,
-    Finding,
-    JointInputs, Linear, Model, MonteCarlo, OutputEntry, Progress, Quantity, Refusal, Region,
-    Sampled, SampledOutput, SecondOrder, TrialTable, Trials, UncertaintyModel, Validation, Verdict,
-    numerical_tolerance, propagate, propagate_second_order,
+    Finding, JointInputs, Linear, Model, MonteCarlo, OutputEntry, Progress, Quantity, Refusal,
+    Region, Sampled, SampledOutput, SecondOrder, TrialTable, Trials, UncertaintyModel, Validation,
+    Verdict, numerical_tolerance, propagate, propagate_second_order,
 };
 use proofmass_core::Error;
 use serde::{Deserialize, Serialize};
@@ -254,7 +253,9 @@ impl UncertaintyModel {
                 return Err(Refusal::Output {
                     name: entry.name.clone(),
                     what: match options.method {
-                        Some(Method::Auto) | None => "not a finite number at the estimates nor in enough trials",
+                        Some(Method::Auto) | None => {
+                            "not a finite number at the estimates nor in enough trials"
+                        }
                         _ => "without a result by the method that is asked for",
                     },
                 });
@@ -276,8 +277,13 @@ impl UncertaintyModel {
             });
         }
         self.effects(&joint, &equations, options, &mut outputs, progress)?;
-        let (stated, table) =
-            passed::on(&mut outputs, linear.as_ref(), (&equations, &joint), (fewer, drawn), options)?;
+        let (stated, table) = passed::on(
+            &mut outputs,
+            linear.as_ref(),
+            (&equations, &joint),
+            (fewer, drawn),
+            options,
+        )?;
         let Sampled {
             trials,
             covariance,
@@ -363,7 +369,7 @@ fn of_few_degrees(
     trials: usize,
     options: &Evaluate,
 ) -> Result<Vec<Validation>, Refusal> {
-    let refuted = |v: &Validation| v.verdict == Verdict::NotValidated;
+    let refuted = |v: &Validation| v.refutes();
     let doubtful = joint.inputs.iter().any(|i| !i.dof.is_infinite());
     let places: Vec<usize> = (0..equations.outputs().len())
         .filter(|&k| {
@@ -396,7 +402,7 @@ fn of_few_degrees(
             continue;
         }
         for first in judged.iter_mut().filter(|v| v.name == again.name) {
-            first.verdict = Verdict::FewDegreesOfFreedom;
+            first.few_degrees_of_freedom = true;
         }
     }
     Ok(judged)

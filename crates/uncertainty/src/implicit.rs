@@ -153,7 +153,10 @@ fn slopes<'a, M: Implicit>(
 ) -> impl Fn(&[f64]) -> Result<(Vec<f64>, Vec<f64>), Error> + 'a {
     // Two derivatives travel at a quarter of the cost of eight.
     let (narrow, wide) = if m <= 2 {
-        (x.iter().map(|&x| Dual::from(x)).collect::<Vec<_>>(), Vec::new())
+        (
+            x.iter().map(|&x| Dual::from(x)).collect::<Vec<_>>(),
+            Vec::new(),
+        )
     } else {
         (Vec::new(), constants(x))
     };
@@ -209,12 +212,21 @@ impl Root {
     /// **Source** `[Deuflhard2004] 5.1`.
     pub fn follow<M: Implicit>(model: &M, from: &Branch, x: &[f64]) -> Result<Self, Error> {
         let mut y = from.y.clone();
-        let weight: Vec<f64> = y.iter().zip(&from.scale).map(|(y, s)| y.abs().max(*s)).collect();
+        let weight: Vec<f64> = y
+            .iter()
+            .zip(&from.scale)
+            .map(|(y, s)| y.abs().max(*s))
+            .collect();
         let (mut done, mut part): (f64, f64) = (0.0, 1.0);
         for _ in 0..ATTEMPTS {
             let next = (done + part).min(1.0);
             let at: Vec<f64> = match next < 1.0 {
-                true => from.x.iter().zip(x).map(|(a, b)| a + next * (b - a)).collect(),
+                true => from
+                    .x
+                    .iter()
+                    .zip(x)
+                    .map(|(a, b)| a + next * (b - a))
+                    .collect(),
                 false => x.to_vec(),
             };
             match Self::near(model, &y, &at, weight.clone(), from.sign) {

@@ -219,9 +219,9 @@ mod trials {
     pub use crate::monte_carlo::{
         Drawn, Interval, MonteCarlo, Progress, Sampled, SampledOutput, Trial, Trials,
     };
-    pub use crate::trial_table::{TrialColumn, TrialTable};
     pub use crate::reference_value::{Deviation, MedianDeviation, MedianValue, WeightedMean};
     pub use crate::region::Region;
+    pub use crate::trial_table::{TrialColumn, TrialTable};
     pub use crate::validation::{ENDS, Validation, Verdict, numerical_tolerance};
 }
 #[cfg(feature = "monte-carlo")]

@@ -147,12 +147,17 @@ impl TrialTable {
             let own: f64 = rest[i].iter().map(|z| z * z).sum();
             // What the causes do not explain, so that the whole is the stated variance.
             let share = (1.0 - explained[i]).max(0.0);
-            if own > 0.0 { (share * rows / own).sqrt() } else { 0.0 }
+            if own > 0.0 {
+                (share * rows / own).sqrt()
+            } else {
+                0.0
+            }
         };
         for i in (0..n).filter(|i| kept[*i].is_none()) {
             for j in (0..=i).filter(|j| kept[*j].is_none()) {
                 let product: f64 = rest[i].iter().zip(&rest[j]).map(|(a, b)| a * b).sum();
-                let v = product / rows * left(i) * left(j) * quantities[i].scale * quantities[j].scale;
+                let v =
+                    product / rows * left(i) * left(j) * quantities[i].scale * quantities[j].scale;
                 (covariance[i * n + j], covariance[j * n + i]) = (v, v);
             }
         }
@@ -175,7 +180,10 @@ impl TrialTable {
         if !matches!(influence.effect, Effect::Scalar { .. }) {
             return 0.0;
         }
-        let cause = self.columns.iter().find(|c| c.cause && c.name == influence.key);
+        let cause = self
+            .columns
+            .iter()
+            .find(|c| c.cause && c.name == influence.key);
         let Some(cause) = cause else { return 0.0 };
         let squares: f64 = cause.trials.iter().map(|x| x * x).sum();
         let own: f64 = trials.iter().map(|z| z * z).sum();

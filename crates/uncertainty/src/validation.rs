@@ -13,9 +13,6 @@ pub const ENDS: f64 = 0.05;
 pub enum Verdict {
     /// Both ends agree within the tolerance.
     Validated,
-    /// The intervals differ, but for few degrees of freedom alone: with the standard uncertainties taken as known both
-    /// roads agree. The model is linear enough; Monte Carlo draws Student's t where the law of propagation has ν_eff.
-    FewDegreesOfFreedom,
     /// Use the Monte Carlo interval.
     NotValidated,
     /// The ends of the Monte Carlo interval scatter too much to tell: more trials are needed.
@@ -39,6 +36,22 @@ pub struct Validation {
     pub relative: f64,
     /// Verdict.
     pub verdict: Verdict,
+    /// Whether the intervals differ for few degrees of freedom alone: with the standard uncertainties taken as known both roads
+    /// agree. The model is linear enough; Monte Carlo draws Student's t where the law of propagation has ν_eff.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub few_degrees_of_freedom: bool,
+}
+
+impl Validation {
+    /// Whether the linear result may stand.
+    pub fn holds(&self) -> bool {
+        self.verdict == Verdict::Validated || self.few_degrees_of_freedom
+    }
+
+    /// Whether Monte Carlo refutes the linearity of the model.
+    pub fn refutes(&self) -> bool {
+        self.verdict == Verdict::NotValidated && !self.few_degrees_of_freedom
+    }
 }
 
 impl Sampled {
@@ -93,6 +106,7 @@ impl Sampled {
                     lower,
                     upper,
                     scatter: sampled.symmetric_scatter,
+                    few_degrees_of_freedom: false,
                     relative: if width > 0.0 { largest / width } else { 0.0 },
                     verdict: if largest + doubt <= tolerance {
                         Verdict::Validated

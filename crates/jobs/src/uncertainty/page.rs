@@ -88,7 +88,7 @@ fn method(outcome: &UncertaintyOutcome) -> Section {
 fn key_figures(result: &ModelResult) -> Vec<KeyFigure> {
     let checked = |o: &&OutputResult| {
         let validation = o.validation.as_ref();
-        validation.is_some_and(|v| holds(v.verdict))
+        validation.is_some_and(|v| v.holds())
     };
     let held = result.outputs.iter().filter(checked).count();
     let mut figures = Vec::new();
@@ -222,14 +222,6 @@ fn by_the_law(result: &ModelResult) -> Table {
         "By the law of propagation",
         fields,
         rows.filter_map(|o| Some((o, o.linear.as_ref()?))),
-    )
-}
-
-/// Whether the linear result may stand.
-fn holds(verdict: Verdict) -> bool {
-    matches!(
-        verdict,
-        Verdict::Validated | Verdict::FewDegreesOfFreedom
     )
 }
 
@@ -557,7 +549,7 @@ fn comparison_in_words(output: &OutputResult) -> String {
         scientific(validation.tolerance, 1),
         match validation.verdict {
             Verdict::Validated => "validated",
-            Verdict::FewDegreesOfFreedom => "validated but for few degrees of freedom, of which Monte Carlo makes Student's t",
+            Verdict::NotValidated if validation.few_degrees_of_freedom => "validated but for few degrees of freedom, of which Monte Carlo makes Student's t",
             Verdict::NotValidated => "not validated; use the Monte Carlo interval",
             Verdict::Undecided => "neither validated nor refuted, for the trials scatter too much",
         }
@@ -568,9 +560,12 @@ fn comparison_in_words(output: &OutputResult) -> String {
 }
 
 fn verdict(output: &OutputResult) -> &'static str {
-    match output.validation.as_ref().map(|v| v.verdict) {
+    let validation = output.validation.as_ref();
+    if validation.is_some_and(|v| v.few_degrees_of_freedom) {
+        return "differs for few ν";
+    }
+    match validation.map(|v| v.verdict) {
         Some(Verdict::Validated) => "validated",
-        Some(Verdict::FewDegreesOfFreedom) => "differs for few ν",
         Some(Verdict::NotValidated) => "not validated",
         Some(Verdict::Undecided) => "undecided",
         None if output.linear.is_none() => "none",

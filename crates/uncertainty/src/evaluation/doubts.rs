@@ -91,6 +91,9 @@ pub(super) fn verdict(
     );
     match validation.verdict {
         Verdict::Validated => None,
+        Verdict::NotValidated if validation.few_degrees_of_freedom => Some(
+            findings::few_degrees_of_freedom_differ(&entry.name, &evidence),
+        ),
         Verdict::NotValidated => Some(
             findings::linear_result_not_validated(
                 &entry.name,
@@ -103,10 +106,6 @@ pub(super) fn verdict(
                 Severity::Warning
             }),
         ),
-        Verdict::FewDegreesOfFreedom => Some(findings::few_degrees_of_freedom_differ(
-            &entry.name,
-            &evidence,
-        )),
         Verdict::Undecided => Some(findings::monte_carlo_undecided(
             &entry.name,
             &format!(

@@ -82,7 +82,9 @@ pub(super) fn on(
             stated.probability = trials.iter().filter(inside).count() as f64 / trials.len() as f64;
         }
     }
-    let settled = outputs.iter().all(|o| o.stated.standard_uncertainty.is_some());
+    let settled = outputs
+        .iter()
+        .all(|o| o.stated.standard_uncertainty.is_some());
     let estimate = settled.then(|| table.estimate(linear)).transpose()?;
     Ok((estimate, Some(table)))
 }

@@ -1,7 +1,7 @@
 //! The one place where the result of an output is decided.
 
 use super::{Evaluate, LinearOutput};
-use crate::{DegreesOfFreedom, Interval, OutputEntry, SampledOutput, Validation, Verdict};
+use crate::{DegreesOfFreedom, Interval, OutputEntry, SampledOutput, Validation};
 use serde::{Deserialize, Serialize};
 
 /// By which road results are to be stated.
@@ -93,8 +93,7 @@ impl Roads<'_> {
         let silent = |s: &&SampledOutput| {
             s.standard_uncertainty == Some(0.0) && self.linear.is_some_and(varies)
         };
-        let refuted = |v: &Validation| v.verdict == Verdict::NotValidated;
-        self.validation.is_some_and(refuted)
+        self.validation.is_some_and(Validation::refutes)
             && self.sampled.filter(whole).is_some_and(|s| !silent(&s))
     }
 
@@ -121,7 +120,13 @@ impl Statement {
     fn of_law(entry: &OutputEntry, linear: &LinearOutput, options: &Evaluate) -> Self {
         let q = &linear.quantity;
         let method = StatementMethod::LawOfPropagation;
-        Self::with_factor(entry, (q.value, q.standard_uncertainty), linear, options, method)
+        Self::with_factor(
+            entry,
+            (q.value, q.standard_uncertainty),
+            linear,
+            options,
+            method,
+        )
     }
 
     fn to_second_order(

@@ -217,9 +217,13 @@ impl Earlier {
             let (Some(dof), false) = (cause.dof, entry.independent.contains(&cause.name)) else {
                 continue;
             };
-            let known = |(key, u, nu, unit, _): &&(String, f64, DegreesOfFreedom, String, usize)| {
-                *key == cause.name && crate::estimate::same(*u, cause.scale) && *nu == dof && *unit == cause.unit
-            };
+            let known =
+                |(key, u, nu, unit, _): &&(String, f64, DegreesOfFreedom, String, usize)| {
+                    *key == cause.name
+                        && crate::estimate::same(*u, cause.scale)
+                        && *nu == dof
+                        && *unit == cause.unit
+                };
             if self.known.iter().any(|k| known(&k)) {
                 self.lost.push(cause.name.clone());
                 continue;
@@ -242,7 +246,12 @@ impl Earlier {
     }
 
     /// A variable that is a column of trials.
-    fn column(&mut self, column: &TrialColumn, entry: &EarlierEntry, inputs: &[InputEntry]) -> usize {
+    fn column(
+        &mut self,
+        column: &TrialColumn,
+        entry: &EarlierEntry,
+        inputs: &[InputEntry],
+    ) -> usize {
         let name = self.unused(format!("{} of {}", column.name, entry.file), entry, inputs);
         let values = column.values();
         let input = Input::new(name, &column.unit, Distribution::Samples { values });
@@ -353,8 +362,10 @@ impl Earlier {
 
     /// What was taken as common, and what could not be.
     pub fn findings(&self) -> Vec<Finding> {
-        let shared = (!self.shared.is_empty()).then(|| findings::shared_causes(&self.shared.join(", ")));
-        let lost = (!self.lost.is_empty()).then(|| findings::shared_causes_of_trials(&self.lost.join(", ")));
+        let shared =
+            (!self.shared.is_empty()).then(|| findings::shared_causes(&self.shared.join(", ")));
+        let lost = (!self.lost.is_empty())
+            .then(|| findings::shared_causes_of_trials(&self.lost.join(", ")));
         shared.into_iter().chain(lost).collect()
     }
 }
@@ -363,7 +374,10 @@ impl EarlierEntry {
     /// Whether it has this cause, stated alike, and does not call it its own.
     fn has(&self, cause: &TrialColumn, dof: DegreesOfFreedom) -> bool {
         let same = |key: &str, u: f64, nu: DegreesOfFreedom, unit: &str| {
-            *key == cause.name && crate::estimate::same(u, cause.scale) && nu == dof && unit == cause.unit
+            *key == cause.name
+                && crate::estimate::same(u, cause.scale)
+                && nu == dof
+                && unit == cause.unit
         };
         if self.independent.contains(&cause.name) {
             return false;

@@ -74,7 +74,10 @@ impl Equations {
     ///
     /// # Errors
     /// A covariance that is none.
-    pub(crate) fn reduced(&self, joint: &JointInputs) -> Result<Option<(Self, JointInputs)>, Refusal> {
+    pub(crate) fn reduced(
+        &self,
+        joint: &JointInputs,
+    ) -> Result<Option<(Self, JointInputs)>, Refusal> {
         let (uses, varies) = (self.uses(), self.varies(joint));
         let mut fits = Vec::new();
         let mut gone = vec![false; joint.draws.len()];
@@ -101,7 +104,8 @@ impl Equations {
             self.run(&x, &mut before);
             let y: Vec<f64> = fit.y.iter().map(|&k| before[k as usize]).collect();
             let (values, slopes) = derivatives::<8>(&y, fit.degree + 1, |y, parameters| {
-                let mut results: Vec<Dual<f64, 8>> = before.iter().map(|b| Dual::from(*b)).collect();
+                let mut results: Vec<Dual<f64, 8>> =
+                    before.iter().map(|b| Dual::from(*b)).collect();
                 for (&place, y) in fit.y.iter().zip(y) {
                     results[place as usize] = *y;
                 }
@@ -146,10 +150,17 @@ impl Equations {
         let mut varies: Vec<bool> = Vec::with_capacity(self.program().ops.len());
         for op in &self.program().ops {
             varies.push(match op {
-                Op::Input(i) => joint.draws.get(*i).is_none_or(|d| d.standard_uncertainty > 0.0),
+                Op::Input(i) => joint
+                    .draws
+                    .get(*i)
+                    .is_none_or(|d| d.standard_uncertainty > 0.0),
                 Op::Block(number) => self.blocks()[*number].takes().any(|k| varies[k as usize]),
                 Op::Further => varies.last().copied().unwrap_or(true),
-                other => other.operands().into_iter().flatten().any(|k| varies[k as usize]),
+                other => other
+                    .operands()
+                    .into_iter()
+                    .flatten()
+                    .any(|k| varies[k as usize]),
             });
         }
         varies
@@ -157,7 +168,13 @@ impl Equations {
 
     /// The draws whose plain sum, with what does not vary, a result is; `false` where it is something else, or another takes
     /// a part of it.
-    fn sum_of_draws(&self, k: u32, uses: &[usize], varies: &[bool], found: &mut Vec<usize>) -> bool {
+    fn sum_of_draws(
+        &self,
+        k: u32,
+        uses: &[usize],
+        varies: &[bool],
+        found: &mut Vec<usize>,
+    ) -> bool {
         if !varies[k as usize] {
             return true;
         }
@@ -170,7 +187,8 @@ impl Equations {
                 true
             }
             Op::Add(a, b) => {
-                self.sum_of_draws(a, uses, varies, found) && self.sum_of_draws(b, uses, varies, found)
+                self.sum_of_draws(a, uses, varies, found)
+                    && self.sum_of_draws(b, uses, varies, found)
             }
             _ => false,
         }
@@ -191,16 +209,26 @@ impl Equations {
             number[d] = inputs.draws.len();
             inputs.draws.push(draw.clone());
         }
-        inputs.clusters.retain(|c| c.draws.iter().all(|d| !gone[*d]));
+        inputs
+            .clusters
+            .retain(|c| c.draws.iter().all(|d| !gone[*d]));
         for draw in inputs.clusters.iter_mut().flat_map(|c| &mut c.draws) {
             *draw = number[*draw];
         }
-        let drawn: Vec<Vec<Vec<usize>>> = fits.iter().map(|fit| inputs.drawn(fit)).collect::<Result<_, _>>()?;
+        let drawn: Vec<Vec<Vec<usize>>> = fits
+            .iter()
+            .map(|fit| inputs.drawn(fit))
+            .collect::<Result<_, _>>()?;
         // Results that are needed, from the last back.
         let ops = &self.program().ops;
-        let fit_at = |place: usize| fits.iter().position(|f| (f.place..f.place + f.values.len()).contains(&place));
+        let fit_at = |place: usize| {
+            fits.iter()
+                .position(|f| (f.place..f.place + f.values.len()).contains(&place))
+        };
         let mut needed = vec![false; ops.len()];
-        self.places().iter().for_each(|&k| needed[k as usize] = true);
+        self.places()
+            .iter()
+            .for_each(|&k| needed[k as usize] = true);
         for k in (0..ops.len()).rev() {
             // The first of several results stands for all.
             if matches!(ops[k], Op::Further) && needed[k] {
@@ -210,8 +238,14 @@ impl Equations {
                 continue;
             }
             match ops[k] {
-                Op::Block(number) => self.blocks()[number].takes().for_each(|k| needed[k as usize] = true),
-                op => op.operands().into_iter().flatten().for_each(|k| needed[k as usize] = true),
+                Op::Block(number) => self.blocks()[number]
+                    .takes()
+                    .for_each(|k| needed[k as usize] = true),
+                op => op
+                    .operands()
+                    .into_iter()
+                    .flatten()
+                    .for_each(|k| needed[k as usize] = true),
             }
         }
         for k in 1..ops.len() {
@@ -284,7 +318,8 @@ impl JointInputs {
                 });
                 draws.push(self.draws.len() - 1);
                 members.push(self.inputs.len());
-                self.inputs.push(Input::new(name, "1", distribution).dof(dof));
+                self.inputs
+                    .push(Input::new(name, "1", distribution).dof(dof));
             }
             self.together.push(members.clone());
             self.clusters.push(Cluster {
@@ -349,9 +384,14 @@ fn parameters_covariance(
     let mut mine = vec![false; joint.draws.len()];
     members.iter().for_each(|&d| mine[d] = true);
     // What a draw does to each parameter, in its standard uncertainty.
-    let effect = |i: usize, d: usize| slopes[i * n + point[d]] * joint.draws[d].standard_uncertainty;
+    let effect =
+        |i: usize, d: usize| slopes[i * n + point[d]] * joint.draws[d].standard_uncertainty;
     let mut sum = vec![0.0; p * p];
-    for cluster in joint.clusters.iter().filter(|c| c.draws.iter().any(|d| mine[*d])) {
+    for cluster in joint
+        .clusters
+        .iter()
+        .filter(|c| c.draws.iter().any(|d| mine[*d]))
+    {
         for i in 0..p {
             for j in 0..=i {
                 let mut v = 0.0;
@@ -360,7 +400,8 @@ fn parameters_covariance(
                         None => effect(i, d) * effect(j, d),
                         Some(r) => {
                             let others = cluster.draws.iter().enumerate();
-                            effect(i, d) * others.map(|(b, &e)| r[(a, b)] * effect(j, e)).sum::<f64>()
+                            effect(i, d)
+                                * others.map(|(b, &e)| r[(a, b)] * effect(j, e)).sum::<f64>()
                         }
                     };
                 }
