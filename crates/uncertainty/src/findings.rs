@@ -60,6 +60,13 @@ crate::findings! {
         evidence "{causes}",
         advice "list those that are not the same under `independent` of one of the results";
 
+    /// An earlier result has findings that need a decision: what is computed from it does as well.
+    earlier_result_in_doubt(file: &str, doubts: &str) =
+        "earlier-result-in-doubt", [Decision],
+        what "the earlier result {file} needs a decision before it is used",
+        evidence "{doubts}",
+        advice "settle it there and evaluate both again";
+
     /// Two earlier results that are stated by their trials have a cause in common: rows of two tables cannot be drawn together.
     shared_causes_of_trials(causes: &str) =
         "shared-causes-of-trials", [Decision],

@@ -29,6 +29,9 @@ pub struct EarlierEntry {
     /// Its trials, where it states a quantity by them: likewise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trials: Option<TrialTable>,
+    /// What needs a decision before that result is used: likewise.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub doubts: Vec<String>,
 }
 
 impl EarlierEntry {
@@ -60,6 +63,8 @@ pub(super) struct Earlier {
     known: Vec<(String, f64, DegreesOfFreedom, String, usize)>,
     /// Variables that are columns of one table of trials.
     rows: Vec<Vec<usize>>,
+    /// Results that need a decision, and why.
+    doubts: Vec<(String, String)>,
     /// Causes that two results share.
     shared: Vec<String>,
     /// Causes that two results share, each of them stated by its trials.
@@ -69,6 +74,10 @@ pub(super) struct Earlier {
 impl Earlier {
     pub fn of(entries: &[EarlierEntry], inputs: &[InputEntry]) -> Result<Self, Refusal> {
         let mut all = Self::default();
+        for entry in entries.iter().filter(|e| !e.doubts.is_empty()) {
+            all.doubts
+                .push((entry.file.clone(), entry.doubts.join("; ")));
+        }
         // Rows of trials come first: a cause that others share with them is a column of theirs.
         for entry in entries {
             if let Some(table) = entry.drawn() {
@@ -366,7 +375,9 @@ impl Earlier {
             (!self.shared.is_empty()).then(|| findings::shared_causes(&self.shared.join(", ")));
         let lost = (!self.lost.is_empty())
             .then(|| findings::shared_causes_of_trials(&self.lost.join(", ")));
-        shared.into_iter().chain(lost).collect()
+        let doubts = self.doubts.iter();
+        let doubts = doubts.map(|(file, why)| findings::earlier_result_in_doubt(file, why));
+        doubts.chain(shared).chain(lost).collect()
     }
 }
 
