@@ -178,21 +178,22 @@ fn evaluate(folder: &Path, name: &str, text: &str, trials: Trials) -> Result<Unc
     Ok(outcome)
 }
 
-#[derive(Default)]
-struct Tally {
-    chains: usize,
-    refused: usize,
+/// What became of the chains.
+#[derive(Debug, Default)]
+pub(crate) struct Tally {
+    pub(crate) chains: usize,
+    pub(crate) refused: usize,
     /// Firsts stated by their trials.
-    by_trials: usize,
+    pub(crate) by_trials: usize,
     /// Results that share a cause and are both stated by trials: said, and not counted below.
-    said: usize,
-    u_beyond: usize,
-    ends_beyond: usize,
-    validated: usize,
-    validated_wrongly: usize,
-    stated_beyond: usize,
-    worst_u: f64,
-    worst_end: f64,
+    pub(crate) said: usize,
+    pub(crate) u_beyond: usize,
+    pub(crate) ends_beyond: usize,
+    pub(crate) validated: usize,
+    pub(crate) validated_wrongly: usize,
+    pub(crate) stated_beyond: usize,
+    pub(crate) worst_u: f64,
+    pub(crate) worst_end: f64,
 }
 
 fn compare(rng: &mut Random, seed: u64, truth: usize, tally: &mut Tally) -> Result<()> {
@@ -286,15 +287,21 @@ fn compare(rng: &mut Random, seed: u64, truth: usize, tally: &mut Tally) -> Resu
     Ok(())
 }
 
-fn main() -> Result<()> {
-    let mut arguments = std::env::args().skip(1).map(|a| a.parse::<u64>());
-    let mut next = |default: u64| arguments.next().transpose().map(|n| n.unwrap_or(default));
-    let (count, start, truth) = (next(500)?, next(1)?, next(1_000_000)? as usize);
+/// Chains of these seeds.
+pub(crate) fn run(count: u64, start: u64, truth: usize) -> Result<Tally> {
     let mut tally = Tally::default();
     for seed in start..start + count {
         let mut rng = Random::seed_from_u64(seed);
         compare(&mut rng, seed, truth, &mut tally).map_err(|e| format!("seed {seed}: {e}"))?;
     }
+    Ok(tally)
+}
+
+fn main() -> Result<()> {
+    let mut arguments = std::env::args().skip(1).map(|a| a.parse::<u64>());
+    let mut next = |default: u64| arguments.next().transpose().map(|n| n.unwrap_or(default));
+    let (count, start, truth) = (next(500)?, next(1)?, next(1_000_000)? as usize);
+    let tally = run(count, start, truth)?;
     println!(
         "| chains | refused | a first result by trials | shared causes of trials, said | u beyond 2 % (worst) | ends beyond 5 % (worst) | validated | wrongly | stated beyond 10 % |"
     );
