@@ -218,7 +218,7 @@ impl Effect {
             .collect()
     }
 
-    fn propagate(&self, jacobian: &[f64], n: usize) -> Result<Self, Error> {
+    pub(crate) fn propagate(&self, jacobian: &[f64], n: usize) -> Result<Self, Error> {
         Ok(match self {
             Self::Scalar {
                 value,
