@@ -5,6 +5,7 @@ mod page;
 
 pub use model_text::ModelText;
 
+use crate::outcome::section;
 use crate::record::Record;
 use crate::trouble::{Result, Trouble, TroubleKind};
 use crate::{Job, Outcome};
@@ -157,6 +158,21 @@ impl Outcome for UncertaintyOutcome {
         self.result.estimate.as_ref()
     }
 
+    fn sections(&self) -> Result<Vec<(&'static str, serde_json::Value)>> {
+        let result = &self.result;
+        let mut sections = Vec::new();
+        if !result.conformity.is_empty() {
+            sections.push(section("conformity", &result.conformity)?);
+        }
+        if !result.sweeps.is_empty() {
+            sections.push(section("sweeps", &result.sweeps)?);
+        }
+        if !result.targets.is_empty() {
+            sections.push(section("targets", &result.targets)?);
+        }
+        Ok(sections)
+    }
+
     fn page(&self, page: Report) -> Report {
         page::add(page, self)
     }
@@ -174,10 +190,16 @@ impl UncertaintyOutcome {
             parts.push([solve.unknown.join(", "), text]);
         }
         for fit in &self.model.fit {
+            let shape = match &fit.curve {
+                Some(curve) => format!("curve {curve}"),
+                None => format!(
+                    "polynomial of degree {}",
+                    fit.parameters.len().saturating_sub(1)
+                ),
+            };
             let text = format!(
-                "{}: polynomial of degree {} through ({}, {}), {}{}",
+                "{}: {shape} through ({}, {}), {}{}",
                 fit.name,
-                fit.parameters.len().saturating_sub(1),
                 fit.x,
                 fit.y,
                 match fit.weights {
@@ -208,6 +230,10 @@ fn given(entry: &InputEntry) -> [String; 4] {
         (None, Some(values)) => format!("{} observations", values.len()),
         (None, None) => stated(entry),
     };
+    if let Some(file) = &entry.file {
+        let column = entry.column.as_deref().unwrap_or_default();
+        known += &format!("; column {column} of {file}");
+    }
     if let Some(dof) = entry.dof {
         known += &format!("; ν = {}", dof.get());
     }
