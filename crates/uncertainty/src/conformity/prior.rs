@@ -12,13 +12,18 @@ pub(super) struct Cells(Vec<Cell>);
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cell {
     pub from: f64,
+    pub middle: f64,
     pub to: f64,
     pub mass: f64,
+    /// Of the three in Simpson's rule.
+    weights: [f64; 3],
 }
 
 impl Cell {
-    pub fn middle(&self) -> f64 {
-        0.5 * (self.from + self.to)
+    /// What a function of the items comes to over the cell.
+    pub fn integral(&self, f: impl Fn(f64) -> f64) -> f64 {
+        let values = [self.from, self.middle, self.to].map(f);
+        values.iter().zip(self.weights).map(|(v, w)| v * w).sum()
     }
 }
 
@@ -60,11 +65,17 @@ impl Cells {
         }
         edges.sort_by(f64::total_cmp);
         let values: Vec<f64> = edges.iter().map(|z| value(*z)).collect();
+        let density = |z: f64| (-0.5 * z * z).exp() / std::f64::consts::TAU.sqrt();
         let cells = edges.windows(2).zip(values.windows(2));
-        let cells = cells.map(|(z, x)| Cell {
-            from: x[0],
-            to: x[1],
-            mass: share(z[0], z[1]),
+        let cells = cells.map(|(z, x)| {
+            let (middle, sixth) = (0.5 * (z[0] + z[1]), (z[1] - z[0]) / 6.0);
+            Cell {
+                from: x[0],
+                middle: value(middle),
+                to: x[1],
+                mass: share(z[0], z[1]),
+                weights: [density(z[0]), 4.0 * density(middle), density(z[1])].map(|d| d * sixth),
+            }
         });
         Ok(Self(cells.filter(|c| c.to > c.from).collect()))
     }
