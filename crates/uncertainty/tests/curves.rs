@@ -305,7 +305,6 @@ fn bad_curves_are_refused_in_words() {
         said(&|f| f.start = Some(vec![1.0])),
         "one finite number per parameter, 3",
     );
-    needs(said(&|f| f.degree = Some(2)), "has no `degree`");
     needs(
         said(&|f| f.curve = Some("a * exp(-b * z) + c".into())),
         "no variable is called z",
