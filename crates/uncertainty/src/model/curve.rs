@@ -50,10 +50,15 @@ const STEPS: usize = 5000;
 const ORDERS: usize = 5;
 
 impl Curve {
-    /// The parameters; not numbers where the search does not settle.
+    /// The parameters; not numbers where the search does not settle. It goes down first, so that no other place where the
+    /// normal equations hold is taken for the least squares.
     pub fn evaluate<T: Number>(&self, before: &[T], parameters: &mut [T]) {
-        Solved::new(NormalEquations(self), self.start.clone())
-            .evaluate(&self.points(before), parameters);
+        let points = self.points(before);
+        let plain: Vec<f64> = points.iter().map(|p| p.value()).collect();
+        match self.search(&plain) {
+            Ok(near) => Solved::new(NormalEquations(self), near).evaluate(&points, parameters),
+            Err(_) => parameters.fill(T::from(f64::NAN)),
+        }
     }
 
     /// How the points are weighed, and the solution at the estimates: `covariance` is that of the abscissae, then the
@@ -87,7 +92,7 @@ impl Curve {
         self.start = self.search(&points)?;
         let mut found = vec![0.0; self.start.len()];
         self.evaluate(before, &mut found);
-        if found.iter().any(|p| !p.is_finite()) {
+        if found.iter().any(|p| !p.is_finite()) || !self.determined(&found, &points) {
             return Err(format!(
                 "the points do not determine every parameter: the search ended near {:?}; state fewer parameters, or begin \
                  nearer in `start`",
@@ -228,6 +233,21 @@ impl Curve {
         point
     }
 
+    /// Whether the points tell every parameter from the others.
+    fn determined(&self, at: &[f64], points: &[f64]) -> bool {
+        let m = at.len();
+        let constants: Vec<Dual<f64, 8>> = points.iter().map(|&p| Dual::from(p)).collect();
+        let slopes = jacobian_of::<8>(at, self.residuals(), |p, r| self.residual(p, &constants, r));
+        let Ok((_, jacobian)) = slopes else {
+            return false;
+        };
+        let normal = |i: usize, j: usize| -> f64 {
+            let rows = jacobian.chunks_exact(m);
+            rows.map(|row| row[i] * row[j]).sum()
+        };
+        ScaledRoot::new(m, normal).is_some()
+    }
+
     /// Levenberg and Marquardt's descent from the start.
     fn search(&self, points: &[f64]) -> Result<Vec<f64>, String> {
         let m = self.start.len();
@@ -258,6 +278,11 @@ impl Curve {
             let step = ScaledRoot::new(m, normal).map(|root| root.solve(&gradient));
             let there: Option<Vec<f64>> =
                 step.map(|step| here.iter().zip(step).map(|(p, s)| p - s).collect());
+            let small = damping < 1e-2
+                && there.as_ref().is_some_and(|there| {
+                    let mut steps = there.iter().zip(&here);
+                    steps.all(|(to, from)| (to - from).abs() <= 1e-8 * from.abs())
+                });
             let better = there.and_then(|there| {
                 let (r, j) = equations(&there)?;
                 (cost(&r) < cost(&residual)).then_some((there, r, j))
@@ -266,9 +291,11 @@ impl Curve {
                 let gained = 1.0 - cost(&r) / cost(&residual);
                 (here, residual, jacobian) = (there, r, j);
                 damping = (0.1 * damping).max(1e-15);
-                if gained < 1e-14 && damping < 1e-6 {
+                if small || (gained < 1e-14 && damping < 1e-6) {
                     break;
                 }
+            } else if small {
+                break;
             } else {
                 damping = (10.0 * damping).max(1e-9);
                 // No direction leads down any more.
