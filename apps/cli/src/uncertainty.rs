@@ -2,11 +2,11 @@
 
 use crate::console::Progress;
 use crate::delivery::Delivery;
-use crate::{Failure, Outcome, clock};
+use crate::{Failure, Outcome, clock, console};
 use proofmass::io::Source;
 use proofmass::jobs::uncertainty::{ModelText, UncertaintyOutcome};
 use proofmass::jobs::{Outcome as _, Record, StoredResult};
-use proofmass::uncertainty::{Evaluate, Method, Trials};
+use proofmass::uncertainty::{Evaluate, Method, SweepEntry, TargetEntry, Trials};
 use std::path::PathBuf;
 
 /// Evaluate the uncertainty of a measurement from its equations.
@@ -43,17 +43,37 @@ pub(crate) struct Uncertainty {
     /// Make the budget by Monte Carlo for every output, not only for those whose linear result does not stand
     #[arg(long)]
     effects: bool,
+    /// State the outputs also for STEPS estimates of an input, such as T=10:30:21; may be given again
+    #[arg(long, value_name = "INPUT=FROM:TO:STEPS", value_parser = sweep)]
+    sweep: Vec<SweepEntry>,
+    /// Say which u of each input alone would bring an output to this U, such as y=0.5; may be given again
+    #[arg(long, value_name = "OUTPUT=U", value_parser = target)]
+    target: Vec<TargetEntry>,
+    /// Write the Monte Carlo trials to this file (CSV), a column per output
+    #[arg(long, value_name = "FILE")]
+    draws: Option<PathBuf>,
     #[command(flatten)]
     delivery: Delivery,
 }
 
 impl Uncertainty {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
-        let model = ModelText::read(Source::open(&self.model)?)?;
+        let mut model = ModelText::read(Source::open(&self.model)?)?;
+        model.ask(self.sweep.clone(), self.target.clone());
         let folder = self
             .delivery
             .begin(UncertaintyOutcome::KIND, &[&self.model])?;
         let outcome = model.evaluate(self.options(), &Progress::new())?;
+        if let Some(file) = &self.draws {
+            let left_out = model.write_draws(&self.options(), &outcome, file)?;
+            if left_out > 0 {
+                console::note(format!(
+                    "{left_out} of {} trials are not in {}: an output is no finite number in them",
+                    outcome.result.trials,
+                    file.display()
+                ));
+            }
+        }
         let record = Record {
             date: Some(clock::today()),
             inputs: model.inputs(),
@@ -93,6 +113,34 @@ pub(crate) fn coverage_factor(text: &str) -> Result<f64, String> {
         Ok(k) if k > 0.0 && k.is_finite() => Ok(k),
         _ => Err("a number above 0 is needed, such as 2".to_owned()),
     }
+}
+
+/// `T=10:30:21`
+fn sweep(text: &str) -> Result<SweepEntry, String> {
+    let parse = || {
+        let (input, rest) = text.split_once('=')?;
+        let mut parts = rest.split(':');
+        let entry = SweepEntry {
+            input: input.trim().to_owned(),
+            from: parts.next()?.trim().parse().ok()?,
+            to: parts.next()?.trim().parse().ok()?,
+            steps: parts.next()?.trim().parse().ok()?,
+        };
+        parts.next().is_none().then_some(entry)
+    };
+    parse().ok_or_else(|| "INPUT=FROM:TO:STEPS is needed, such as T=10:30:21".to_owned())
+}
+
+/// `y=0.5`
+fn target(text: &str) -> Result<TargetEntry, String> {
+    let parse = || {
+        let (output, expanded) = text.rsplit_once('=')?;
+        Some(TargetEntry {
+            output: output.trim().to_owned(),
+            expanded: expanded.trim().parse().ok()?,
+        })
+    };
+    parse().ok_or_else(|| "OUTPUT=U is needed, such as y=0.5".to_owned())
 }
 
 fn probability(text: &str) -> Result<f64, String> {

@@ -396,3 +396,108 @@ fn known_probability_of_a_fixed_factor() {
         &["Results with k = 2", "p / %", "81.6", "95.4", "constant"],
     );
 }
+
+/// Readings from a table, conformity, a sweep, a target and the trials, in one run.
+#[test]
+fn what_is_asked_beside_the_outputs() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("readings.csv"), "n;V\n1;4,9\n2;5,1\n3;5,0\n4;5,0\n").unwrap();
+    std::fs::write(
+        at("model.toml"),
+        "[[input]]\nname = \"V\"\nunit = \"V\"\nfile = \"readings.csv\"\ncolumn = \"V\"\n\
+         [[input]]\nname = \"R\"\nunit = \"Ω\"\nvalue = 100\nu = 3\n\
+         [[output]]\nname = \"P\"\nunit = \"W\"\nexpression = \"V^2 / R\"\n\
+         [[conformity]]\noutput = \"P\"\nupper = 0.3\nguard_band = 1\n",
+    )
+    .unwrap();
+    let (model, output, draws) = (at("model.toml"), at("result"), at("draws.csv"));
+    let asked = [
+        "uncertainty",
+        text(&model),
+        "-k",
+        "2",
+        "--trials",
+        "20000",
+        "--sweep",
+        "R=50:200:4",
+        "--target",
+        "P=0.014",
+        "--draws",
+        text(&draws),
+    ];
+    let run = succeed(&[&asked[..], &["-o", text(&output)]].concat());
+    let said = String::from_utf8_lossy(&run.stdout).into_owned();
+    assert_says(
+        &said,
+        &[
+            "Conformity",
+            "accepted",
+            "Sweep of R",
+            "Target uncertainty of P",
+        ],
+    );
+    let result = json(&output.join("result.json"));
+    let inputs = result["inputs"].as_array().unwrap();
+    assert!(
+        inputs
+            .iter()
+            .any(|i| i["path"].as_str().unwrap().ends_with("readings.csv"))
+    );
+    assert_eq!(result["sweeps"][0]["points"].as_array().unwrap().len(), 4);
+    // u(P)² = (2 V/R u(V))² + (V²/R² u(R))², with u(V) = √(0.02/12) V and u(R) = 3 Ω; 0.007 W are wanted.
+    let readings = (0.1f64 * (0.02f64 / 12.0).sqrt()).powi(2);
+    let needed = ((0.007f64.powi(2) - readings) / 0.0025f64.powi(2)).sqrt();
+    let target = &result["targets"][0]["inputs"][1];
+    assert_eq!(target["input"], "R");
+    assert!(
+        (target["needed"].as_f64().unwrap() / needed - 1.0).abs() < 1e-5,
+        "{target}"
+    );
+    for name in ["conformity.csv", "sweep.csv", "target_P.csv"] {
+        assert!(output.join(name).is_file(), "{name}");
+    }
+    let sweep = std::fs::read_to_string(output.join("sweep.csv")).unwrap();
+    assert_eq!(sweep.lines().count(), 5, "{sweep}");
+    // The trials are those of the result.
+    let table = std::fs::read_to_string(&draws).unwrap();
+    let mut lines = table.lines();
+    assert_eq!(lines.next(), Some("P_W"));
+    let values: Vec<f64> = lines.map(|line| line.parse().unwrap()).collect();
+    assert_eq!(values.len(), 20_000);
+    let mean = values.iter().sum::<f64>() / 20_000.0;
+    assert!((mean - 0.2505).abs() < 0.0005, "{mean}");
+
+    // What cannot be answered is said, and nothing is written.
+    for (option, value, word) in [
+        ("--sweep", "R=50:200", "FROM:TO:STEPS"),
+        ("--sweep", "Q=50:200:4", "no input is called Q"),
+        ("--target", "P=much", "OUTPUT=U"),
+        ("--target", "Q=1", "no output is called Q"),
+    ] {
+        let other = at("other");
+        let said = refuse(&[
+            "uncertainty",
+            text(&model),
+            option,
+            value,
+            "-o",
+            text(&other),
+        ]);
+        assert!(said.contains(word) && !other.exists(), "{said}");
+    }
+    // A field that is no number, with file, line and column.
+    std::fs::write(at("readings.csv"), "n;V\n1;4,9\n2;five\n").unwrap();
+    let said = refuse(&["uncertainty", text(&model)]);
+    assert_says(&said, &["readings.csv:3", "five"]);
+    // A draws file may not replace an input.
+    std::fs::write(at("readings.csv"), "n;V\n1;4,9\n2;5,0\n").unwrap();
+    refuse(&[
+        "uncertainty",
+        text(&model),
+        "--trials",
+        "10000",
+        "--draws",
+        text(&at("readings.csv")),
+    ]);
+}

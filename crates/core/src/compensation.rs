@@ -374,7 +374,9 @@ mod tests {
         for (beyond, end) in [(-60.0, -40.0), (85.1, 85.0), (300.0, 85.0)] {
             assert_eq!(model.apply(output, beyond), model.apply(output, end));
             assert_eq!(model.at(beyond), model.at(end));
-            assert!(!model.thermal().unwrap().covers(beyond) && model.thermal().unwrap().covers(end));
+            assert!(
+                !model.thermal().unwrap().covers(beyond) && model.thermal().unwrap().covers(end)
+            );
         }
         assert!(model.apply(output, f64::NAN)[0].is_nan());
     }

@@ -84,7 +84,8 @@ pub use inspection::{
 };
 pub use layout::{ColumnRef, Layout, LayoutOptions, Separator};
 pub use model_file::{
-    check as check_model, explain as explain_model, parse as parse_model, read_budget, read_model,
+    ColumnTrouble, check as check_model, explain as explain_model, fill_columns,
+    parse as parse_model, read_budget, read_model,
 };
 pub use output::{
     AtomicFile, Listed, MANIFEST, MANIFEST_SCHEMA, MANIFEST_VERSION, Manifest, OutputFolder,

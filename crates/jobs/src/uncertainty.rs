@@ -173,6 +173,16 @@ impl Outcome for UncertaintyOutcome {
         if let Some(table) = &self.result.table {
             sections.push(section(TRIALS_SECTION, &TrialFile::of(table)?.0)?);
         }
+        let result = &self.result;
+        if !result.conformity.is_empty() {
+            sections.push(section("conformity", &result.conformity)?);
+        }
+        if !result.sweeps.is_empty() {
+            sections.push(section("sweeps", &result.sweeps)?);
+        }
+        if !result.targets.is_empty() {
+            sections.push(section("targets", &result.targets)?);
+        }
         Ok(sections)
     }
 
@@ -201,10 +211,16 @@ impl UncertaintyOutcome {
             parts.push([solve.unknown.join(", "), text]);
         }
         for fit in &self.model.fit {
+            let shape = match &fit.curve {
+                Some(curve) => format!("curve {curve}"),
+                None => format!(
+                    "polynomial of degree {}",
+                    fit.parameters.len().saturating_sub(1)
+                ),
+            };
             let text = format!(
-                "{}: polynomial of degree {} through ({}, {}), {}{}",
+                "{}: {shape} through ({}, {}), {}{}",
                 fit.name,
-                fit.parameters.len().saturating_sub(1),
                 fit.x,
                 fit.y,
                 match fit.weights {
@@ -235,6 +251,10 @@ fn given(entry: &InputEntry) -> [String; 4] {
         (None, Some(values)) => format!("{} observations", values.len()),
         (None, None) => stated(entry),
     };
+    if let Some(file) = &entry.file {
+        let column = entry.column.as_deref().unwrap_or_default();
+        known += &format!("; column {column} of {file}");
+    }
     if let Some(dof) = entry.dof {
         known += &format!("; ν = {}", dof.get());
     }

@@ -2,8 +2,10 @@
 
 mod doubts;
 mod passed;
+mod requests;
 mod statement;
 
+pub use requests::{OutputConformity, Sweep, SweepPoint, Target, TargetInput};
 pub use statement::{Method, Statement, StatementMethod};
 
 use crate::model::Prepared;
@@ -142,6 +144,15 @@ pub struct ModelResult {
     pub input_correlations: Vec<CorrelationEntry>,
     /// Joint coverage region by Monte Carlo.
     pub region: Option<Region>,
+    /// Whether outputs conform, where that was asked.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub conformity: Vec<OutputConformity>,
+    /// The outputs for several estimates of an input, where that was asked.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sweeps: Vec<Sweep>,
+    /// Uncertainties of inputs for a wanted one of an output, where that was asked.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub targets: Vec<Target>,
     /// What to doubt.
     pub findings: Vec<Finding>,
 }
@@ -154,15 +165,8 @@ impl ModelResult {
 }
 
 impl UncertaintyModel {
-    /// Budget, linear result, terms of second order, Monte Carlo check and verdict, in one call.
-    ///
-    /// No road can take the result of another away: where one fails a finding says so and the others stand.
-    /// `progress` is told how far the trials have come and may stop them.
-    ///
-    /// # Errors
-    /// [`Refusal`] for inputs or expressions that do not do, for a model that is finite neither at the estimates nor
-    /// in enough trials, or when cancelled.
-    pub fn evaluate(
+    /// The outputs, by three roads.
+    fn evaluate_outputs(
         &self,
         options: &Evaluate,
         progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
@@ -313,6 +317,9 @@ impl UncertaintyModel {
                 })
                 .collect(),
             region,
+            conformity: Vec::new(),
+            sweeps: Vec::new(),
+            targets: Vec::new(),
             findings,
         })
     }

@@ -155,7 +155,7 @@ pub use agreement::En;
 pub use between_scatter::{
     BetweenScatter, CommonErrors, Linearised, MeanOfRepeats, NoiseDof, Repeats, WithCommonErrors,
 };
-pub use conformity::{Conformity, DecisionRule, GlobalRisk, Limits};
+pub use conformity::{Conformity, DecisionRule, GlobalRisk, Limits, Measured};
 pub use coverage::DegreesOfFreedom;
 pub use distribution::Distribution;
 pub use effective_dof::welch_satterthwaite;
@@ -253,12 +253,14 @@ mod evaluation;
 mod model;
 #[cfg(feature = "model")]
 pub use evaluation::{
-    Evaluate, LinearOutput, Method, ModelResult, OutputResult, Statement, StatementMethod,
+    Evaluate, LinearOutput, Method, ModelResult, OutputConformity, OutputResult, Statement,
+    StatementMethod, Sweep, SweepPoint, Target, TargetInput,
 };
 #[cfg(feature = "model")]
 pub use model::{
-    Accuracy, BudgetEntries, CorrelationEntry, EarlierEntry, Equations, FitEntry, FitScatter,
-    FitWeights, InputEntry, IntermediateEntry, OutputEntry, SolveEntry, UncertaintyModel, UnitRule,
+    Accuracy, BudgetEntries, ColumnContent, ConformityEntry, CorrelationEntry, EarlierEntry,
+    Equations, FitEntry, FitScatter, FitWeights, InputEntry, IntermediateEntry, OutputEntry,
+    SolveEntry, SweepEntry, TargetEntry, UncertaintyModel, UnitRule,
 };
 
 /// The example of the README, so that it stays true.

@@ -4,12 +4,14 @@ use super::{UncertaintyJob, UncertaintyOutcome, trouble};
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
 use proofmass_io::{
-    Input, LARGEST_DOCUMENT, ResultDocument, Source, TrialFile, check_model, explain_model,
-    parse_model,
+    ColumnTrouble, Input, LARGEST_DOCUMENT, ResultDocument, RowWriter, Source, TrialFile,
+    check_model, explain_model, fill_columns, parse_model,
 };
 use proofmass_uncertainty::{
-    EarlierEntry, Evaluate, EvidenceValue, Finding, Refusal, Severity, UncertaintyModel,
+    EarlierEntry, Evaluate, EvidenceValue, Finding, Refusal, Severity, SweepEntry, TargetEntry,
+    UncertaintyModel,
 };
+use std::ops::ControlFlow;
 use std::path::Path;
 
 /// The text of a model and what it says.
@@ -61,6 +63,13 @@ impl ModelText {
                 .with_hint("evaluate it again with this version, which keeps the trials beside it"));
             }
         }
+        let folder = Path::new(&name).with_file_name("");
+        inputs.extend(
+            fill_columns(&mut model, &folder).map_err(|trouble| match trouble {
+                ColumnTrouble::Table(error) => Trouble::from(error),
+                ColumnTrouble::Entry(refusal) => at_line(&explain_model(&model, &text, refusal)),
+            })?,
+        );
         check_model(&model, &text).map_err(|refusal| at_line(&refusal))?;
         Ok(Self {
             model,
@@ -84,7 +93,58 @@ impl ModelText {
         })
     }
 
-    /// The model file and the earlier results it speaks of, with their digests.
+    /// Asks for sweeps and targets beside those of the file.
+    pub fn ask(&mut self, sweeps: Vec<SweepEntry>, targets: Vec<TargetEntry>) {
+        self.model.sweep.extend(sweeps);
+        self.model.target.extend(targets);
+    }
+
+    /// Writes the trials behind a result as CSV, a column per output, and says how many were left out because an output is no
+    /// finite number in them.
+    ///
+    /// # Errors
+    /// As [`UncertaintyModel::draws`]; a file that cannot be written, or that is an input.
+    pub fn write_draws(
+        &self,
+        options: &Evaluate,
+        outcome: &UncertaintyOutcome,
+        path: &Path,
+    ) -> Result<usize> {
+        let outputs = outcome.result.outputs.iter();
+        let headings: Vec<String> = outputs
+            .map(|o| match o.unit.as_str() {
+                "" | "1" => o.name.clone(),
+                unit => format!("{}_{unit}", o.name),
+            })
+            .collect();
+        let inputs: Vec<&Path> = self.inputs.iter().map(|i| Path::new(&i.path)).collect();
+        let mut writer = RowWriter::create(path, &headings, &inputs)?;
+        let (mut left_out, mut failed) = (0, None);
+        let mut row = Vec::with_capacity(headings.len());
+        let made = self
+            .model
+            .draws(options, outcome.result.trials, &mut |columns| {
+                for trial in 0..columns.first().map_or(0, Vec::len) {
+                    row.clear();
+                    row.extend(columns.iter().map(|column| column[trial]));
+                    if row.iter().any(|y| !y.is_finite()) {
+                        left_out += 1;
+                    } else if let Err(error) = writer.row(&row) {
+                        failed = Some(error);
+                        return ControlFlow::Break(());
+                    }
+                }
+                ControlFlow::Continue(())
+            });
+        if let Some(error) = failed {
+            return Err(error.into());
+        }
+        made.map_err(|refusal| trouble(&refusal))?;
+        writer.commit()?;
+        Ok(left_out)
+    }
+
+    /// The model file, and the earlier results and tables it speaks of, with their digests.
     pub fn inputs(&self) -> Vec<Input> {
         self.inputs.clone()
     }

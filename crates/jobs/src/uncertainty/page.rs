@@ -1,5 +1,7 @@
 //! The report of a measurement model: result, budget, Monte Carlo check.
 
+mod requests;
+
 use super::UncertaintyOutcome;
 use crate::page::words::words;
 use Rounding::{Decimals, Significant};
@@ -22,6 +24,7 @@ pub(super) fn add(page: Report, outcome: &UncertaintyOutcome) -> Report {
             .table(by_the_law(result))
             .summarised(),
     );
+    page = requests::add(page, outcome);
     for output in &result.outputs {
         page = page.section(detail(result, output));
     }

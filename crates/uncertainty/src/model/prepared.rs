@@ -56,6 +56,7 @@ impl UncertaintyModel {
             });
         }
         let outputs = compiled.outputs.clone();
+        self.check_requests(&outputs)?;
         let mut findings: Vec<Finding> = compiled.shared.clone();
         let mut equations = compiled.equations();
         let mut joint = with_scatter(&inputs, &scatters)?;
