@@ -145,6 +145,9 @@ fn statement(stated: &Statement, digits: u32) -> String {
                 format!("({both})e{}", rounded.exponent)
             }
         }
+        (StatementMethod::LawOfPropagation, None) if half > 0.0 => {
+            format!("{} ± {}", scientific(stated.value, 15), scientific(half, 2))
+        }
         (StatementMethod::LawOfPropagation, _) => scientific(stated.value, 6),
         _ => {
             let end = |v| at_place(v, half, digits);
@@ -596,6 +599,8 @@ fn at_place(value: f64, u: f64, digits: u32) -> String {
     match Rounded::new(value, u, digits as usize) {
         Some(rounded) if rounded.exponent == 0 => rounded.value,
         Some(rounded) => format!("{}e{}", rounded.value, rounded.exponent),
+        // More digits than a double has.
+        None if u > 0.0 => scientific(value, 15),
         None => scientific(value, 6),
     }
 }
