@@ -44,7 +44,10 @@ impl Line {
             self.open = true;
             (self.n, self.x, self.mean_x, self.mean_y, self.last) = (1.0, 0.0, 0.0, y, y);
             let (a, b, c, d) = &mut self.blocks;
-            (a.begin(), b.begin(), c.begin(), d.begin());
+            a.begin();
+            b.begin();
+            c.begin();
+            d.begin();
             return;
         }
         let step = y - self.last;
@@ -62,7 +65,10 @@ impl Line {
         self.syy += dy * (y - self.mean_y);
         self.parts.add(row, self.x, y);
         let (a, b, c, d) = &mut self.blocks;
-        (a.add(y), b.add(y), c.add(y), d.add(y));
+        a.add(y);
+        b.add(y);
+        c.add(y);
+        d.add(y);
     }
 
     /// Share of the samples whose loss would make the stamps wander as they do; 0 where they do not wander.
