@@ -29,6 +29,15 @@ impl Render {
         let (bytes, _) = Source::open(&path)?.into_bytes(LARGEST_DOCUMENT)?;
         let result = StoredResult::from_json(&bytes)
             .map_err(|trouble| Failure::from(trouble).detail(path.display().to_string()))?;
+        // What stands beside it goes along.
+        let result = match self.delivery.output {
+            Some(_) => result.with_files_beside(|name| {
+                Ok(Source::open(path.with_file_name(name))?
+                    .into_bytes(LARGEST_DOCUMENT)?
+                    .0)
+            })?,
+            None => result,
+        };
         let folder = self.delivery.begin(result.kind(), &[&path])?;
         self.delivery.deliver(folder, &result)
     }

@@ -6,7 +6,7 @@ use crate::{Failure, Outcome, clock};
 use proofmass::io::Source;
 use proofmass::jobs::uncertainty::{ModelText, UncertaintyOutcome};
 use proofmass::jobs::{Outcome as _, Record, StoredResult};
-use proofmass::uncertainty::{Evaluate, Trials};
+use proofmass::uncertainty::{Evaluate, Method, Trials};
 use std::path::PathBuf;
 
 /// Evaluate the uncertainty of a measurement from its equations.
@@ -18,10 +18,14 @@ use std::path::PathBuf;
 pub(crate) struct Uncertainty {
     /// Model file (TOML)
     model: PathBuf,
+    /// Method that states the result: auto is the law of propagation where Monte Carlo does not contradict it [default: that of
+    /// the model file, auto where it says none]
+    #[arg(long, value_name = "METHOD", value_parser = ["auto", "linear", "second-order", "monte-carlo"])]
+    method: Option<String>,
     /// Coverage probability of the intervals, between 0 and 1
     #[arg(long, value_name = "P", default_value_t = 0.95, value_parser = probability, allow_negative_numbers = true)]
     probability: f64,
-    /// Coverage factor of the linear result, such as 2 [default: from the probability and the degrees of freedom]
+    /// Coverage factor of the result, such as 2 [default: from the probability and the degrees of freedom]
     #[arg(short = 'k', long, value_name = "K", value_parser = coverage_factor)]
     coverage_factor: Option<f64>,
     /// Significant digits of u that are printed
@@ -61,6 +65,12 @@ impl Uncertainty {
 
     fn options(&self) -> Evaluate {
         Evaluate {
+            method: self.method.as_deref().map(|method| match method {
+                "linear" => Method::Linear,
+                "second-order" => Method::SecondOrder,
+                "monte-carlo" => Method::MonteCarlo,
+                _ => Method::Auto,
+            }),
             probability: self.probability,
             coverage_factor: self.coverage_factor,
             digits: self.digits,

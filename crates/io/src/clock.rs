@@ -12,6 +12,7 @@ pub(crate) const LISTED: usize = 100;
 
 /// A place where samples are missing.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Gap {
     /// Index of the last sample before the gap.
     pub after_sample: usize,

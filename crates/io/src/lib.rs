@@ -58,6 +58,7 @@ pub mod spelling;
 mod stamp;
 mod table;
 mod time_base;
+mod trial_file;
 mod unit;
 mod verification;
 mod vtu;
@@ -103,6 +104,7 @@ pub use source::{LARGEST_DOCUMENT, Source};
 pub use stamp::Stamp;
 pub use table::{Cell, RowWriter, Table};
 pub use time_base::{TimeBase, TimeSource};
+pub use trial_file::{TRIALS, TRIALS_SECTION, TrialFile};
 pub use unit::{Unit, split_heading};
 pub use verification::{
     Fate, Link, PROVENANCE_SCHEMA, PROVENANCE_VERSION, Provenance, Verification, Vouching, doubt_of,

@@ -123,6 +123,7 @@ pub struct RecordingOptions {
 
 /// One column of a recording.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct RecordedColumn {
     /// Name without unit.
     pub name: String,

@@ -31,6 +31,7 @@ pub(crate) enum BadFields {
 
 /// A row that has not as many fields as the others.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[non_exhaustive]
 pub struct BadRow {
     /// Line, from one.
     pub line: u64,

@@ -111,15 +111,13 @@ impl Provenance {
     /// # Errors
     /// Another form or version, damage.
     pub fn from_json(bytes: &[u8]) -> Result<Self> {
-        let wrong = |what: String| Error::new(ErrorKind::Format, what);
-        let found: Self = serde_json::from_slice(bytes)
-            .map_err(|e| wrong(format!("is not a provenance of proofmass: {e}")).because(e))?;
-        if found.schema.name != PROVENANCE_SCHEMA || found.schema.version != PROVENANCE_VERSION {
-            return Err(wrong(format!(
-                "is {} version {}; this program reads {PROVENANCE_SCHEMA} version {PROVENANCE_VERSION}",
-                found.schema.name, found.schema.version
-            )));
-        }
+        let found: Self = serde_json::from_slice(bytes).map_err(|e| {
+            let what = format!("is not a provenance of proofmass: {e}");
+            Error::new(ErrorKind::Format, what).because(e)
+        })?;
+        found
+            .schema
+            .require(PROVENANCE_SCHEMA, PROVENANCE_VERSION)?;
         Ok(found)
     }
 
@@ -175,6 +173,7 @@ pub struct Vouching {
 
 /// The whole chain.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Verification {
     /// Every link, from the newest file back.
     pub links: Vec<Link>,

@@ -31,6 +31,7 @@ pub struct ChannelReading {
 
 /// One channel in SI, or in its raw unit.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct RecordedChannel {
     /// Name without unit.
     pub name: String,
@@ -64,6 +65,7 @@ impl RecordedChannel {
 
 /// Channels in memory.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct RecordedChannels {
     /// As asked for, in their order.
     pub channels: Vec<RecordedChannel>,

@@ -46,7 +46,7 @@ pub trait Outcome {
     /// What to doubt, the gravest first.
     fn findings(&self) -> &[Finding];
 
-    /// The joint estimate behind the quantities, where there is one.
+    /// The joint estimate behind the quantities, where there is one: it says what the quantities say.
     fn estimate(&self) -> Option<&Estimate> {
         None
     }
@@ -69,6 +69,15 @@ pub trait Outcome {
     /// # Errors
     /// A number that is not finite.
     fn attachments(&self, _record: &Record) -> Result<Vec<(String, Vec<u8>)>> {
+        Ok(Vec::new())
+    }
+
+    /// Files that stand beside result.json alone, by name, with their digests in a section of it: what another calculation
+    /// reads, and no page shows.
+    ///
+    /// # Errors
+    /// A number that is not finite.
+    fn beside(&self) -> Result<Vec<(String, Vec<u8>)>> {
         Ok(Vec::new())
     }
 

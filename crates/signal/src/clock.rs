@@ -66,6 +66,7 @@ pub struct Slip {
 
 /// Two rates in one record.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct RateChange {
     /// Row near which the rate changes, to a hundredth of the record.
     pub row: usize,

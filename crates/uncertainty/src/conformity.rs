@@ -66,6 +66,7 @@ pub struct Conformity {
 
 /// Risks over a whole production. **Source** `[JCGM106] 9.5`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct GlobalRisk {
     /// Probability that an item is accepted and does not conform.
     pub consumer: f64,

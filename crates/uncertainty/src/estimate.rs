@@ -218,7 +218,7 @@ impl Effect {
             .collect()
     }
 
-    fn propagate(&self, jacobian: &[f64], n: usize) -> Result<Self, Error> {
+    pub(crate) fn propagate(&self, jacobian: &[f64], n: usize) -> Result<Self, Error> {
         Ok(match self {
             Self::Scalar {
                 value,
@@ -501,6 +501,7 @@ fn effective(u: f64, parts: &[(f64, DegreesOfFreedom)]) -> DegreesOfFreedom {
 
 /// One line of a budget.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct BudgetLine {
     /// Stable name of the cause.
     pub key: String,
@@ -539,6 +540,7 @@ impl BudgetLine {
 
 /// The scalar input behind a budget line.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct BudgetInput {
     /// Estimate.
     pub value: f64,

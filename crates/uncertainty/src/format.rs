@@ -83,17 +83,18 @@ pub enum ShowDof {
 ///
 /// **Source** `[GUM] 7.2.2, 7.2.4, 7.2.6`; rounding `[ISO80000-1] B.3`.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Format {
     /// Significant digits of the uncertainty, 1 to 15.
-    pub digits: usize,
+    pub(crate) digits: usize,
     /// Concise or expanded.
-    pub notation: Notation,
+    pub(crate) notation: Notation,
     /// Unicode or ASCII.
-    pub alphabet: Alphabet,
+    pub(crate) alphabet: Alphabet,
     /// Point or comma.
-    pub decimal: DecimalMark,
+    pub(crate) decimal: DecimalMark,
     /// Degrees of freedom beside k.
-    pub dof: ShowDof,
+    pub(crate) dof: ShowDof,
 }
 
 impl Default for Format {
@@ -260,6 +261,7 @@ impl Format {
 /// assert_eq!((r.value.as_str(), r.uncertainty.as_str(), r.exponent), ("1.235", "0.013", 5));
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Rounded {
     /// The value, decimal point, without the power of ten.
     pub value: String,

@@ -217,11 +217,12 @@ mod trials {
     pub use crate::effects::{CauseEffect, OutputEffects};
     pub use crate::histogram::Histogram;
     pub use crate::monte_carlo::{
-        Interval, MonteCarlo, Progress, Sampled, SampledOutput, Trial, Trials,
+        Drawn, Interval, MonteCarlo, Progress, Sampled, SampledOutput, Trial, Trials,
     };
     pub use crate::reference_value::{Deviation, MedianDeviation, MedianValue, WeightedMean};
     pub use crate::region::Region;
-    pub use crate::validation::{Validation, Verdict, numerical_tolerance};
+    pub use crate::trial_table::{TrialColumn, TrialTable};
+    pub use crate::validation::{ENDS, Validation, Verdict, numerical_tolerance};
 }
 #[cfg(feature = "monte-carlo")]
 mod effects;
@@ -235,6 +236,8 @@ mod reference_value;
 mod region;
 #[cfg(feature = "monte-carlo")]
 mod sampler;
+#[cfg(feature = "monte-carlo")]
+mod trial_table;
 #[cfg(feature = "monte-carlo")]
 mod validation;
 #[cfg(feature = "monte-carlo")]
@@ -250,7 +253,7 @@ mod evaluation;
 mod model;
 #[cfg(feature = "model")]
 pub use evaluation::{
-    Evaluate, LinearOutput, ModelResult, OutputResult, Statement, StatementMethod,
+    Evaluate, LinearOutput, Method, ModelResult, OutputResult, Statement, StatementMethod,
 };
 #[cfg(feature = "model")]
 pub use model::{

@@ -7,6 +7,7 @@ mod equations;
 mod fit;
 mod input_entry;
 mod prepared;
+mod reduced;
 mod solve;
 mod units;
 
@@ -17,7 +18,7 @@ pub use input_entry::{Accuracy, InputEntry};
 pub(crate) use prepared::Prepared;
 pub use units::UnitRule;
 
-use crate::{Distribution, Inputs, JointReadings, Refusal};
+use crate::{Distribution, Inputs, JointReadings, Method, Refusal};
 use serde::{Deserialize, Serialize};
 
 /// The inputs of a campaign: `budget.toml`, as data.
@@ -107,6 +108,9 @@ pub struct UncertaintyModel {
     /// Title for the report.
     #[serde(default)]
     pub title: String,
+    /// By which road results are stated.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub method: Method,
     /// How readings made together are stated.
     #[serde(default, skip_serializing_if = "is_default")]
     pub(crate) joint_readings: JointReadings,

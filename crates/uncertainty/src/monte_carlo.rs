@@ -1,6 +1,7 @@
 //! Propagation of distributions by Monte Carlo.
 
 mod circle;
+mod drawn;
 mod order;
 mod sampled;
 mod stability;
@@ -8,6 +9,7 @@ mod summary;
 mod valid;
 
 pub(crate) use circle::{circles, nearest_turn};
+pub use drawn::Drawn;
 pub use sampled::{Interval, Sampled, SampledOutput};
 
 use crate::findings;

@@ -259,7 +259,7 @@ impl MethodModel {
     }
 
     /// Whether the fit needs attitudes to be given.
-    pub fn needs_attitudes(self) -> bool {
+    pub(crate) fn needs_attitudes(self) -> bool {
         matches!(self, Self::Full | Self::SixPosition | Self::Ferraris)
     }
 }
@@ -483,7 +483,7 @@ impl MultiPositionCampaign {
     }
 
     /// How each recording is to be read.
-    pub fn recording_options(&self) -> RecordingOptions {
+    pub(crate) fn recording_options(&self) -> RecordingOptions {
         let t = &self.recording;
         RecordingOptions {
             layout: LayoutOptions {
@@ -519,14 +519,6 @@ impl MultiPositionCampaign {
         self.names()
             .map(|name| Recording::from_source(self.source.source(name)?, &options))
             .collect()
-    }
-
-    /// The table of given segments, where there is one.
-    pub fn segments_file(&self) -> Option<PathBuf> {
-        self.standstill
-            .segments
-            .as_ref()
-            .map(|name| self.source.resolve(name))
     }
 
     /// Reads the given segments against a recording; `None` where standstills are to be found.

@@ -254,7 +254,7 @@ impl SingleAxisCampaign {
     }
 
     /// Whether every line of the file is a reading with its angle or position.
-    pub fn is_table(&self) -> bool {
+    pub(crate) fn is_table(&self) -> bool {
         self.recording.angle.is_some() || self.recording.position.is_some()
     }
 

@@ -209,8 +209,9 @@ fn standstills(outcome: &MultiPositionOutcome) -> Section {
             format!("Standstills were found with the given threshold of {threshold:.1} times the noise floor.")
         }
         Some(threshold) => format!(
-            "Standstills were found by the variance in a sliding window. Of {} thresholds the fit was as good as \
-             the best at {threshold:.1} times the noise floor, the strictest that breaks fewest standstills.",
+            "Standstills were found by the variance in a sliding window of {} s. Of {} thresholds the fit was as good as \
+             the best at {threshold:.1} times the noise floor, the strictest that cuts fewest standstills.",
+            sweep.window.unwrap_or_default(),
             sweep.candidates.len()
         ),
         None if fit.effective_readings().is_some() => TUMBLE.to_owned(),

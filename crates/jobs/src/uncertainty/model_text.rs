@@ -4,9 +4,12 @@ use super::{UncertaintyJob, UncertaintyOutcome, trouble};
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
 use proofmass_io::{
-    Input, LARGEST_DOCUMENT, ResultDocument, Source, check_model, explain_model, parse_model,
+    Input, LARGEST_DOCUMENT, ResultDocument, Source, TrialFile, check_model, explain_model,
+    parse_model,
 };
-use proofmass_uncertainty::{Evaluate, Refusal, UncertaintyModel};
+use proofmass_uncertainty::{
+    EarlierEntry, Evaluate, EvidenceValue, Finding, Refusal, Severity, UncertaintyModel,
+};
 use std::path::Path;
 
 /// The text of a model and what it says.
@@ -36,10 +39,27 @@ impl ModelText {
         for entry in &mut model.earlier {
             let path = Path::new(&name).with_file_name(&entry.file);
             let (bytes, input) = Source::open(&path)?.into_bytes(LARGEST_DOCUMENT)?;
-            entry.estimate = ResultDocument::from_json(&bytes)
-                .map_err(|trouble| Trouble::from(trouble).about(&entry.file))?
-                .estimate;
             inputs.push(input);
+            let about = |trouble: proofmass_io::Error| Trouble::from(trouble).about(&entry.file);
+            let document = ResultDocument::from_json(&bytes).map_err(about)?;
+            entry.estimate = document.stated().map_err(about)?.cloned();
+            entry.doubts = doubts(&document);
+            if let Some(file) = TrialFile::in_result(&document).map_err(about)? {
+                let beside = path.with_file_name(&file.file);
+                let source = Source::open(&beside).map_err(|e| {
+                    e.with_hint("the result states quantities by Monte Carlo: keep this file beside its result.json, as -o writes both")
+                })?;
+                let (bytes, input) = source.into_bytes(LARGEST_DOCUMENT)?;
+                let table = file.table(bytes);
+                entry.trials = Some(table.map_err(|e| Trouble::from(e.at(&beside)))?);
+                inputs.push(input);
+            } else if let Some(name) = interval_alone(&document, entry) {
+                return Err(Trouble::data(format!(
+                    "{}: {name} is stated by an interval, which no value with an uncertainty says again",
+                    entry.file
+                ))
+                .with_hint("evaluate it again with this version, which keeps the trials beside it"));
+            }
         }
         check_model(&model, &text).map_err(|refusal| at_line(&refusal))?;
         Ok(Self {
@@ -68,6 +88,29 @@ impl ModelText {
     pub fn inputs(&self) -> Vec<Input> {
         self.inputs.clone()
     }
+}
+
+/// What needs a decision before a result is used. That Monte Carlo refutes a linear result is settled where Monte Carlo states it.
+fn doubts(document: &ResultDocument) -> Vec<String> {
+    let settled = |finding: &Finding| {
+        let mut stated = document.quantities.iter().filter(|q| {
+            let name = EvidenceValue::from(q.name.as_str());
+            finding.evidence_fields().get("name") == Some(&name)
+        });
+        finding.code() == "linear-result-not-validated"
+            && stated.all(|q| q.method.as_deref() == Some("monte-carlo"))
+    };
+    let findings = document.findings.iter();
+    let grave = findings.filter(|f| f.severity() == Severity::Decision && !settled(f));
+    grave.map(|f| f.what().to_owned()).collect()
+}
+
+/// A quantity that is asked for and has an interval that is not value ± U, without trials.
+fn interval_alone<'a>(document: &'a ResultDocument, entry: &EarlierEntry) -> Option<&'a str> {
+    let asked = |name: &String| entry.quantities.values().any(|q| q == name);
+    let mut quantities = document.quantities.iter();
+    let found = quantities.find(|q| q.interval.is_some() && asked(&q.name));
+    found.map(|q| q.name.as_str())
 }
 
 /// `file:line: what`, and what to do.

@@ -8,8 +8,8 @@ use proofmass_report::{
     Series, Table, scientific,
 };
 use proofmass_uncertainty::{
-    BudgetLine, CauseEffect, CorrelationEntry, LinearOutput, ModelResult, OutputResult, Rounded,
-    Statement, StatementMethod, Verdict,
+    BudgetLine, CauseEffect, CorrelationEntry, LinearOutput, Method, ModelResult, OutputResult,
+    Rounded, Statement, Verdict,
 };
 
 pub(super) fn add(page: Report, outcome: &UncertaintyOutcome) -> Report {
@@ -17,7 +17,9 @@ pub(super) fn add(page: Report, outcome: &UncertaintyOutcome) -> Report {
     let mut page = page.section(
         Section::new("Result")
             .key_figures(key_figures(result))
+            .paragraph(in_a_line(result))
             .table(results(result))
+            .table(by_the_law(result))
             .summarised(),
     );
     for output in &result.outputs {
@@ -86,7 +88,7 @@ fn method(outcome: &UncertaintyOutcome) -> Section {
 fn key_figures(result: &ModelResult) -> Vec<KeyFigure> {
     let checked = |o: &&OutputResult| {
         let validation = o.validation.as_ref();
-        validation.is_some_and(|v| v.verdict == Verdict::Validated)
+        validation.is_some_and(|v| v.holds())
     };
     let held = result.outputs.iter().filter(checked).count();
     let mut figures = Vec::new();
@@ -96,7 +98,7 @@ fn key_figures(result: &ModelResult) -> Vec<KeyFigure> {
         let note = format!(
             "{} % interval by {}",
             percent(stated.probability),
-            road(stated.method)
+            stated.method.words()
         );
         figures.push(
             KeyFigure::new(
@@ -105,10 +107,8 @@ fn key_figures(result: &ModelResult) -> Vec<KeyFigure> {
                 shown(&stated.unit),
             )
             .note(match stated.coverage_factor {
-                Some(k) if stated.method == StatementMethod::LawOfPropagation => {
-                    format!("{note}, k = {k:.2}")
-                }
-                _ => note,
+                Some(k) => format!("{note}, k = {k:.2}"),
+                None => note,
             }),
         );
     }
@@ -130,14 +130,18 @@ fn key_figures(result: &ModelResult) -> Vec<KeyFigure> {
     figures
 }
 
-/// `10000.025 ± 0.059` by the law of propagation, `1.084 to 1.383` by Monte Carlo.
+/// `10000.025 ± 0.059`, or `1.084 to 1.383` where the interval is not value ± U.
 fn statement(stated: &Statement, digits: u32) -> String {
-    let half = stated.expanded_uncertainty;
-    match (
-        stated.method,
-        Rounded::new(stated.value, half, digits as usize),
-    ) {
-        (StatementMethod::LawOfPropagation, Some(rounded)) if half > 0.0 => {
+    let Some(half) = stated.expanded_uncertainty else {
+        let end = |v| at_place(v, stated.reach(), digits);
+        return format!(
+            "{} to {}",
+            end(stated.interval.lower),
+            end(stated.interval.upper)
+        );
+    };
+    match Rounded::new(stated.value, half, digits as usize) {
+        Some(rounded) if half > 0.0 => {
             let both = format!("{} ± {}", rounded.value, rounded.uncertainty);
             if rounded.exponent == 0 {
                 both
@@ -145,33 +149,95 @@ fn statement(stated: &Statement, digits: u32) -> String {
                 format!("({both})e{}", rounded.exponent)
             }
         }
-        (StatementMethod::LawOfPropagation, None) if half > 0.0 => {
+        None if half > 0.0 => {
             format!("{} ± {}", scientific(stated.value, 15), scientific(half, 2))
         }
-        (StatementMethod::LawOfPropagation, _) => scientific(stated.value, 6),
-        _ => {
-            let end = |v| at_place(v, half, digits);
-            format!(
-                "{} to {}",
-                end(stated.interval.lower),
-                end(stated.interval.upper)
-            )
-        }
+        _ => scientific(stated.value, 6),
     }
 }
 
-fn road(method: StatementMethod) -> &'static str {
-    match method {
-        StatementMethod::LawOfPropagation => "the law of propagation",
-        _ => "Monte Carlo",
-    }
+/// Each result in a line: y ± U, k, p, ν, method.
+fn in_a_line(result: &ModelResult) -> String {
+    let line = |output: &OutputResult| {
+        let stated = &output.stated;
+        let digits = result.options.digits;
+        let unit = match shown(&stated.unit) {
+            "" => String::new(),
+            unit => format!(" {unit}"),
+        };
+        let interval = statement(stated, digits);
+        let p = percent((1e4 * stated.probability).round() / 1e4);
+        let mut words = match stated.expanded_uncertainty {
+            Some(_) if unit.is_empty() => vec![format!("{} = {interval}", stated.name)],
+            Some(_) => vec![format!("{} = ({interval}){unit}", stated.name)],
+            None => {
+                let scale = stated.standard_uncertainty.unwrap_or(stated.reach());
+                let value = at_place(stated.value, scale, digits);
+                let mut words = vec![format!("{} = {value}{unit}", stated.name)];
+                if let Some(u) = stated.standard_uncertainty {
+                    words.push(format!("u = {}{unit}", at_place(u, u, digits)));
+                }
+                words.push(format!("interval {interval}{unit}"));
+                words
+            }
+        };
+        if let Some(k) = stated.coverage_factor {
+            words.push(format!("k = {k:.2}"));
+        }
+        words.push(format!("p = {p} %"));
+        if let Some(nu) = stated.dof {
+            words.push(format!("ν = {}", degrees(nu.get())));
+        }
+        words.push(format!("by {}", stated.method.words()));
+        words.join(", ")
+    };
+    let lines: Vec<String> = result.outputs.iter().map(line).collect();
+    lines.join("; ") + "."
+}
+
+/// What the law of propagation says of each output, for information where another method states it.
+fn by_the_law(result: &ModelResult) -> Table {
+    type Row<'a> = (&'a OutputResult, &'a LinearOutput);
+    let digits = result.options.digits;
+    let number = move |r: &Row<'_>, value: f64| {
+        Cell::number(at_place(value, r.1.quantity.standard_uncertainty, digits))
+    };
+    let factor = result.options.coverage_factor;
+    let k = move |r: &Row<'_>| factor.unwrap_or(r.1.coverage_factor);
+    let fields = [
+        Field::shown("quantity", "", |r: &Row<'_>| r.0.name.as_str().into()),
+        Field::shown("y", "", move |r: &Row<'_>| number(r, r.1.quantity.value)),
+        Field::shown("u_c", "", move |r: &Row<'_>| {
+            number(r, r.1.quantity.standard_uncertainty)
+        }),
+        Field::shown("U", "", move |r: &Row<'_>| {
+            number(r, k(r) * r.1.quantity.standard_uncertainty)
+        }),
+        Field::shown("unit", "", |r: &Row<'_>| shown(&r.0.unit).into()),
+        Field::shown("k", "", move |r: &Row<'_>| k(r).into()).rounded(Decimals(2)),
+        Field::shown("ν_eff", "", |r: &Row<'_>| {
+            Cell::number(degrees(r.1.quantity.dof.get()))
+        }),
+        Field::shown("Monte Carlo says", "", |r: &Row<'_>| verdict(r.0).into()),
+    ];
+    let rows = result.outputs.iter();
+    Table::of(
+        "By the law of propagation",
+        fields,
+        rows.filter_map(|o| Some((o, o.linear.as_ref()?))),
+    )
 }
 
 /// Each output as it is stated.
 fn results(result: &ModelResult) -> Table {
     // A stated factor has another probability at each number of degrees of freedom.
     let fixed = result.options.coverage_factor;
-    let road = "by the law of propagation where Monte Carlo does not contradict it";
+    let road = match result.options.method.unwrap_or_default() {
+        Method::Linear => "by the law of propagation",
+        Method::SecondOrder => "by the law of propagation with terms of second order",
+        Method::MonteCarlo => "by Monte Carlo",
+        _ => "by the law of propagation where Monte Carlo does not contradict it",
+    };
     let caption = match fixed {
         Some(k) => format!("Results with k = {k}, {road}; p is the probability of the interval"),
         None => format!(
@@ -182,14 +248,14 @@ fn results(result: &ModelResult) -> Table {
     let number = |output: &OutputResult, value: f64| {
         let stated = &output.stated;
         let known = stated.standard_uncertainty.filter(|u| *u > 0.0);
-        let scale = known.unwrap_or(0.5 * stated.expanded_uncertainty);
+        let scale = known.unwrap_or(0.5 * stated.reach());
         Cell::number(at_place(value, scale, result.options.digits))
     };
     let half = |o: &OutputResult| {
-        let linear = o.stated.method == StatementMethod::LawOfPropagation;
-        linear.then(|| number(o, o.stated.expanded_uncertainty))
+        let half = o.stated.expanded_uncertainty;
+        half.map(|half| number(o, half))
     };
-    let k = |o: &OutputResult| o.stated.dof.and(o.stated.coverage_factor);
+    let k = |o: &OutputResult| o.stated.coverage_factor;
     let mut fields = vec![
         Field::shown("quantity", "", |o: &OutputResult| {
             o.stated.name.as_str().into()
@@ -456,7 +522,7 @@ fn comparison(result: &ModelResult, output: &OutputResult) -> Table {
         .map(|l| l.quantity.standard_uncertainty)
         .filter(|u| *u > 0.0)
         .or(sampled.and_then(|s| s.standard_uncertainty))
-        .unwrap_or(0.5 * output.stated.expanded_uncertainty);
+        .unwrap_or(0.5 * output.stated.reach());
     let number = |v: f64| Cell::number(at_place(v, scale, result.options.digits));
     let unit = shown(&output.unit);
     type Row = (&'static str, f64, Option<f64>, [f64; 2]);
@@ -486,6 +552,7 @@ fn comparison_in_words(output: &OutputResult) -> String {
         scientific(validation.tolerance, 1),
         match validation.verdict {
             Verdict::Validated => "validated",
+            Verdict::NotValidated if validation.few_degrees_of_freedom => "validated but for few degrees of freedom, of which Monte Carlo makes Student's t",
             Verdict::NotValidated => "not validated; use the Monte Carlo interval",
             Verdict::Undecided => "neither validated nor refuted, for the trials scatter too much",
         }
@@ -496,7 +563,11 @@ fn comparison_in_words(output: &OutputResult) -> String {
 }
 
 fn verdict(output: &OutputResult) -> &'static str {
-    match output.validation.as_ref().map(|v| v.verdict) {
+    let validation = output.validation.as_ref();
+    if validation.is_some_and(|v| v.few_degrees_of_freedom) {
+        return "differs for few ν";
+    }
+    match validation.map(|v| v.verdict) {
         Some(Verdict::Validated) => "validated",
         Some(Verdict::NotValidated) => "not validated",
         Some(Verdict::Undecided) => "undecided",

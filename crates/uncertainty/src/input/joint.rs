@@ -149,6 +149,16 @@ impl JointInputs {
         })
     }
 
+    /// The same inputs with every standard uncertainty taken as known.
+    #[cfg(feature = "model")]
+    pub(crate) fn known(&self) -> Self {
+        let mut known = self.clone();
+        for input in &mut known.inputs {
+            input.dof = crate::DegreesOfFreedom::INFINITE;
+        }
+        known
+    }
+
     /// Whose estimate of σ a draw shares: the first input of its set, else its own input.
     pub(crate) fn estimated_with(&self, draw: usize) -> usize {
         let input = self.draws[draw].input;

@@ -24,7 +24,7 @@ pub(super) struct Compiled {
     /// Fits whose residuals are a cause: block, number of points.
     pub(crate) scatter: Vec<(usize, usize)>,
     /// What earlier results were taken to share.
-    pub(crate) shared: Option<Finding>,
+    pub(crate) shared: Vec<Finding>,
 }
 
 /// Where the operations of one formula stand.
@@ -95,7 +95,7 @@ impl UncertaintyModel {
                 places: Vec::new(),
                 stated: Vec::new(),
                 scatter: Vec::new(),
-                shared: None,
+                shared: Vec::new(),
             },
             inputs: 0,
         };
@@ -229,7 +229,7 @@ impl Compiler {
 
     /// Value and causes of the quantities of earlier results.
     fn earlier(&mut self, earlier: &Earlier) -> Result<(), Refusal> {
-        self.compiled.shared = earlier.finding();
+        self.compiled.shared = earlier.findings();
         let variables: Vec<u32> = earlier.inputs.iter().map(|_| self.variable()).collect();
         for quantity in &earlier.quantities {
             let mut sum = self.program().push(Op::Constant(quantity.value));
@@ -389,6 +389,7 @@ impl Compiler {
             program: inner,
             residuals,
             captured,
+            branch: None,
         });
         self.block(block, &entry.unknown);
         Ok(())
