@@ -45,9 +45,13 @@ pub struct Clock {
     pub(crate) wraps: u64,
     /// Number of gaps.
     pub gaps: u64,
-    /// Samples missing in them.
+    /// Samples missing in them; more where stamps scatter too much to tell between which rows.
     #[serde(default)]
     pub missing: u64,
+    /// Whether rows may be missing without a trace, because stamps wander as those of such a record do: the uncertainty of
+    /// the rate holds it.
+    #[serde(default)]
+    pub untested: bool,
     /// Stamps that lie before the one before.
     #[serde(default)]
     pub crossing: u64,
@@ -297,6 +301,7 @@ impl ClockEstimator {
             wraps: self.wrap_count,
             gaps: clock.gaps,
             missing: clock.missing,
+            untested: clock.untested,
             crossing: clock.crossing,
             steps: clock.steps,
             change: clock.change,

@@ -108,7 +108,7 @@ pub use time_base::{TimeBase, TimeSource};
 pub use trial_file::{TRIALS, TRIALS_SECTION, TrialFile};
 pub use unit::{Unit, split_heading};
 pub use verification::{
-    Fate, Link, PROVENANCE_SCHEMA, PROVENANCE_VERSION, Provenance, Verification, Vouching,
+    Fate, Link, PROVENANCE_SCHEMA, PROVENANCE_VERSION, Provenance, Verification, Vouching, doubt_of,
 };
 pub use vtu::{VtuField, vtu};
 pub use waiting_rows::{ReadyRows, WaitingRows, compensate, rows_outside};

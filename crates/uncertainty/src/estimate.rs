@@ -438,6 +438,10 @@ impl Estimate {
                 share: share(contribution * contribution),
             });
         }
+        let value = self.components[i].value;
+        lines
+            .iter_mut()
+            .for_each(|line| line.clear_rounding(value, variance.sqrt()));
         lines.sort_by(|a, b| b.contribution.total_cmp(&a.contribution));
         Some(lines)
     }
@@ -515,6 +519,23 @@ pub struct BudgetLine {
     pub contribution: f64,
     /// Share of the variance, 0 to 1.
     pub share: f64,
+}
+
+impl BudgetLine {
+    /// Sets to zero a sensitivity that is what rounding left of zero: by it the whole input, or its uncertainty where that is
+    /// larger, changes the component by less than a double tells, and its contribution is nothing beside the whole.
+    pub(crate) fn clear_rounding(&mut self, value: f64, standard_uncertainty: f64) {
+        let least = 16.0 * f64::EPSILON * value.abs().max(standard_uncertainty);
+        let nothing = self.contribution <= 1e-9 * standard_uncertainty;
+        if let Some(input) = &mut self.input {
+            let whole = input.value.abs().max(input.standard_uncertainty);
+            if nothing && whole > 0.0 && (input.sensitivity * whole).abs() <= least {
+                input.sensitivity = 0.0;
+                self.contribution = 0.0;
+                self.share = 0.0;
+            }
+        }
+    }
 }
 
 /// The scalar input behind a budget line.

@@ -152,6 +152,9 @@ fn statement(stated: &Statement, digits: u32) -> String {
                 format!("({both})e{}", rounded.exponent)
             }
         }
+        None if half > 0.0 => {
+            format!("{} ± {}", scientific(stated.value, 15), scientific(half, 2))
+        }
         _ => scientific(stated.value, 6),
     }
 }
@@ -670,6 +673,8 @@ fn at_place(value: f64, u: f64, digits: u32) -> String {
     match Rounded::new(value, u, digits as usize) {
         Some(rounded) if rounded.exponent == 0 => rounded.value,
         Some(rounded) => format!("{}e{}", rounded.value, rounded.exponent),
+        // More digits than a double has.
+        None if u > 0.0 => scientific(value, 15),
         None => scientific(value, 6),
     }
 }
