@@ -6,10 +6,10 @@ use proofmass::io::{LARGEST_DOCUMENT, Source};
 use proofmass::jobs::StoredResult;
 use std::path::PathBuf;
 
-/// Show a result again, or write its report and tables anew, from result.json alone.
+/// Show a result, or write its report and tables, from result.json alone.
 ///
-/// The recordings are not needed: what was found, drawn and doubted stands in the result. Files come out as they were
-/// written, to the byte, by the same version.
+/// The recordings are not needed: quantities, plots and findings stand in the result. The same version writes the same files,
+/// byte by byte.
 #[derive(clap::Args)]
 pub(crate) struct Render {
     /// result.json, or the folder that holds it

@@ -2,6 +2,7 @@
 
 use crate::console::Progress;
 use crate::delivery::Delivery;
+use crate::number_arguments::{coverage_factor, probability};
 use crate::{Failure, Outcome, clock, console};
 use proofmass::io::Source;
 use proofmass::jobs::uncertainty::{ModelText, UncertaintyOutcome};
@@ -9,12 +10,29 @@ use proofmass::jobs::{Outcome as _, Record, StoredResult};
 use proofmass::uncertainty::{Evaluate, Method, SweepEntry, TargetEntry, Trials};
 use std::path::PathBuf;
 
-/// Evaluate the uncertainty of a measurement from its equations.
+/// Evaluate the uncertainty of a measurement from its equations (GUM)
 ///
-/// The model file states formulas, inputs and their distributions. The result is computed twice: by the law of
-/// propagation (with budget and effective degrees of freedom) and by Monte Carlo, which says whether the first may
-/// be used. docs/uncertainty.md describes the model file, examples/uncertainty/ holds some.
+/// The model file states formulas, inputs and their distributions.
+/// The result is computed by the law of propagation of uncertainty (with budget and effective degrees of freedom) and by
+/// Monte Carlo, which shows whether the first may be used. A model file:
+///
+///     [[input]]
+///     name = "U"
+///     unit = "V"
+///     value = 5.0
+///     u = 0.01
+///
+///     [[input]]
+///     name = "I"
+///     unit = "A"
+///     observations = [0.01997, 0.02002, 0.02001]
+///
+///     [[output]]
+///     name = "R"
+///     unit = "Ω"
+///     expression = "U / I"
 #[derive(clap::Args)]
+#[command(verbatim_doc_comment)]
 pub(crate) struct Uncertainty {
     /// Model file (TOML)
     model: PathBuf,
@@ -26,7 +44,7 @@ pub(crate) struct Uncertainty {
     #[arg(long, value_name = "P", default_value_t = 0.95, value_parser = probability, allow_negative_numbers = true)]
     probability: f64,
     /// Coverage factor of the result, such as 2 [default: from the probability and the degrees of freedom]
-    #[arg(short = 'k', long, value_name = "K", value_parser = coverage_factor)]
+    #[arg(short = 'k', long, alias = "coverage", value_name = "K", value_parser = coverage_factor)]
     coverage_factor: Option<f64>,
     /// Significant digits of u that are printed
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=6))]
@@ -40,7 +58,7 @@ pub(crate) struct Uncertainty {
     /// Seed of the random numbers: the same seed gives the same result
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Make the budget by Monte Carlo for every output, not only for those whose linear result does not stand
+    /// Budget by Monte Carlo for every output, not only where the linear result is not validated
     #[arg(long)]
     effects: bool,
     /// State the outputs also for STEPS estimates of an input, such as T=10:30:21; may be given again
@@ -108,13 +126,6 @@ impl Uncertainty {
     }
 }
 
-pub(crate) fn coverage_factor(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(k) if k > 0.0 && k.is_finite() => Ok(k),
-        _ => Err("a number above 0 is needed, such as 2".to_owned()),
-    }
-}
-
 /// `T=10:30:21`
 fn sweep(text: &str) -> Result<SweepEntry, String> {
     let parse = || {
@@ -141,11 +152,4 @@ fn target(text: &str) -> Result<TargetEntry, String> {
         })
     };
     parse().ok_or_else(|| "OUTPUT=U is needed, such as y=0.5".to_owned())
-}
-
-fn probability(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(p) if p > 0.0 && p < 1.0 => Ok(p),
-        _ => Err("a number between 0 and 1 is needed, such as 0.95".to_owned()),
-    }
 }

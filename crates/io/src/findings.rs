@@ -18,7 +18,7 @@ findings! {
         "stamps-in-bursts", [Warning],
         what "the time stamps come in bursts: they give the time when samples were handed over, not when they were taken",
         evidence "stamps scatter by {scatter:.3e} s about equal steps of {period:.3e} s; rate {rate}",
-        advice "{treatment}; record the stamps at the sensor for anything finer";
+        advice "{treatment}; record the time stamps at the sensor for anything finer";
 
     /// The stamps have few digits.
     stamps_coarse(resolution: &str, fraction: f64, rate: &str, treatment: &str) =

@@ -185,7 +185,7 @@ impl Header {
                             t,
                             match recording.time.origin().value() {
                                 0.0 => String::new(),
-                                _ => " counted from its first stamp".into(),
+                                _ => " counted from its first time stamp".into(),
                             }
                         ),
                     )

@@ -400,7 +400,9 @@ fn numbers(options: &WaveformOptions, count: usize) -> Result<Vec<usize>> {
             ColumnRef::Index(i) if (1..=count).contains(i) => Ok(i - 1),
             other => Err(Error::new(
                 ErrorKind::Configuration,
-                format!("channel {name} is said to be {other}, the file has channels 1 to {count}"),
+                format!(
+                    "channel {name} is declared as {other}, the file has channels 1 to {count}"
+                ),
             )
             .with_hint("correct `channels` in [recording]; channels are counted from 1")),
         })

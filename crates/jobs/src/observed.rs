@@ -108,7 +108,7 @@ pub(crate) fn observe<S: Sync + Clone>(
                 findings: vec![],
             }),
             (RunData::Recording(name), None) => Err(Trouble::data(format!(
-                "{}: it is not said how recordings are read",
+                "{}: `[recording]` does not state how recordings are read",
                 table.source.resolve(name).display()
             ))
             .with_hint("add [recording] to campaign.toml")),
@@ -167,7 +167,7 @@ fn paired<S>(
     };
     match (run.output_file.is_some(), sensor.is_some()) {
         (true, false) => Err(Trouble::data(format!(
-            "{}: the runs name files of the sensor, and it is not said how they are read",
+            "{}: the runs name files of the sensor, and `[output_recording]` does not state how they are read",
             place(run)
         ))
         .with_hint("add [output_recording] with clock, unit and channels to campaign.toml")),

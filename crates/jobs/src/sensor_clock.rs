@@ -71,7 +71,7 @@ impl SensorClock {
                     e.runs,
                     match self.clock {
                         SampleClock::Own => "its own: no phase against the reference",
-                        SampleClock::Shared => "said to be one clock",
+                        SampleClock::Shared => "declared as one clock",
                     }
                 ),
             ));

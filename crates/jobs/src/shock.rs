@@ -110,7 +110,7 @@ fn no_pulse(role: &str, why: NoPulse, name: &str) -> Trouble {
             "largest excursion {:.4e}, noise {:.4e}: a pulse stands {} times above it",
             why.largest, why.noise, why.least_ratio
         ))
-        .with_hint("check trigger and columns; the quiet stretch belongs before the pulse")
+        .with_hint("check trigger and columns; the recording must begin with a quiet interval before the pulse")
 }
 
 /// The standard as one number, refused in words.

@@ -362,9 +362,9 @@ impl TransverseJob {
             Untold::OneLine => Trouble::data(format!(
                 "{at} the device was shaken along one line across its axis, which is half of a transverse sensitivity"
             ))
-            .with_hint("measure two directions at a right angle at least; twelve around the circle tell the table from the device"),
+            .with_hint("measure two directions at a right angle at least; twelve around the circle separate the table from the device"),
             Untold::Squareness => Trouble::data(format!(
-                "{at} the device was shaken in two directions, which cannot tell how square it sat"
+                "{at} the device was shaken in two directions, which do not show whether its axis was square to the vibration"
             ))
             .with_hint(
                 "state u_squareness_deg in [mounting], or measure a third direction (180° opposite one of the two is one)",
@@ -407,7 +407,7 @@ impl TransverseJob {
             findings.push(proofmass_uncertainty::findings::limit_undecided(
                 &format!("the transverse sensitivity ({:.2} %)", 100.0 * limit),
                 &undecided.join("; "),
-                "the budget says which cause to make smaller",
+                "the budget shows which contribution to reduce",
             ));
         }
         findings

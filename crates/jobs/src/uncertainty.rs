@@ -82,6 +82,10 @@ impl Job for UncertaintyJob {
     }
 }
 
+/// What a model file is, for somebody whose file was refused.
+const MODEL_FILE: &str = "a model file is TOML: [[input]] with name, unit, value and u (or observations, or a distribution), and [[output]] \
+                          with name, unit and expression; `proofmass uncertainty --help` shows one";
+
 /// What to do about a refusal.
 pub fn trouble(refusal: &Refusal) -> Trouble {
     let (kind, hint) = match refusal {
@@ -90,10 +94,7 @@ pub fn trouble(refusal: &Refusal) -> Trouble {
             TroubleKind::Data,
             "the formulas must be finite at the estimates of the inputs, or in most of what their distributions allow",
         ),
-        _ => (
-            TroubleKind::Request,
-            "docs/uncertainty.md describes the model file, examples/uncertainty/ holds some",
-        ),
+        _ => (TroubleKind::Request, MODEL_FILE),
     };
     Trouble::new(kind, refusal.to_string()).with_hint(hint)
 }

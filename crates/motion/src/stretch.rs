@@ -61,7 +61,7 @@ pub fn longest_stretch(time: &[f64]) -> Option<Ungapped> {
             time[from],
             time[to - 1]
         ),
-        "choose another stretch of time",
+        "choose another part of the recording",
     );
     Some(Ungapped {
         used: from..to,

@@ -367,7 +367,7 @@ fn gap_finding(gaps: &[RecordGap], used: &[(usize, usize)], total: usize, policy
         "{number}, the first at row {}; {rows} of {total} rows used",
         gaps[0].row
     );
-    let remedy = "averaging times longer than the stretches between gaps are lost";
+    let remedy = "averaging times longer than the segments between gaps are lost";
     proofmass_uncertainty::findings::gaps_in_record(treatment, &evidence, remedy).at(severity)
 }
 

@@ -40,11 +40,11 @@ impl fmt::Display for Reason {
             ),
             Self::OtherTermsSuffice => f.write_str("the other terms describe the data without it"),
             Self::Collinear => {
-                f.write_str("the temperature changes as a ramp does: they cannot be told apart")
+                f.write_str("the temperature changes like a ramp: the two cannot be separated")
             }
             Self::BeyondBand { highest_frequency } => write!(
                 f,
-                "cannot be told from what shapes the upper spectrum (used from 0 to {} Hz)",
+                "cannot be separated from the shape of the upper spectrum (used from 0 to {} Hz)",
                 figure(*highest_frequency)
             ),
         }

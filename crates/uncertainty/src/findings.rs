@@ -30,7 +30,7 @@ crate::findings! {
     /// Temperatures in °C and in K stand in one model.
     two_zeros_of_temperature() =
         "two-zeros-of-temperature", [Decision],
-        what "quantities in °C stand beside quantities in K: °C was converted as a difference, without 273.15",
+        what "quantities in °C are combined with quantities in K: °C was converted as a difference, without 273.15",
         advice "use one scale, or write t + 273.15 where a temperature in °C is meant as a point of the scale";
 
     /// The units of a formula contradict each other or the unit of the result.
@@ -202,7 +202,7 @@ crate::findings! {
     /// Time stamps scatter about even steps, as those of a computer do. A warning where the samples are known to be even.
     uneven_stamps(treatment: &str, evidence: &str, remedy: &str) =
         "uneven-stamps", [Note, Warning],
-        what "the time stamps come unevenly: {treatment}",
+        what "the time stamps are uneven: {treatment}",
         evidence "{evidence}",
         advice "{remedy}";
 

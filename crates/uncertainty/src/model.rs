@@ -251,7 +251,7 @@ fn inputs(
             let Some(values) = column else {
                 return Err(Refusal::Incomplete {
                     name: entries[i].name.clone(),
-                    needed: "beside `together`, `observations` as of the others",
+                    needed: "with `together`, `observations` as of the others",
                 });
             };
             let expected = readings.first().map_or(values.len(), |c| c.len());

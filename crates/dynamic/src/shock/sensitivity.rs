@@ -260,7 +260,7 @@ fn estimate(
                 "noise.{}",
                 components[i].name.trim_start_matches("sensitivity.")
             ),
-            description: "noise of both channels, from the stretch before the pulse".into(),
+            description: "noise of both channels, from the baseline before the pulse".into(),
             evaluation: Evaluation::A,
             distribution: "normal".into(),
             dof: DegreesOfFreedom::new(*dof).unwrap_or(DegreesOfFreedom::INFINITE),

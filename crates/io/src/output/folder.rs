@@ -482,7 +482,7 @@ impl Standing {
         if self.manifest.is_none() && !self.foreign.is_empty() {
             return taken(
                 "is not empty and holds no results of proofmass".into(),
-                "name another folder, or write beside what is there with --force: files of the same name are then replaced",
+                "name another folder, or add to what is there with --force: files of the same name are then replaced",
             );
         }
         Ok(())

@@ -356,7 +356,7 @@ impl ShakerTriaxialCampaign {
                 )
                 .at(&table.path)
                 .column(format!("{name}_deg"))
-                .with_hint(format!("write {name}_rad into the heading; a plan within a few degrees tells nothing of S across it")));
+                .with_hint(format!("write {name}_rad into the heading; a plan within a few degrees does not determine S across it")));
             }
         }
         Ok(())

@@ -102,7 +102,7 @@ pub struct PositionTable {
     /// Standard uncertainty of the zero of the angle scale, degrees.
     #[serde(default)]
     pub(crate) zero_deg: f64,
-    /// Standard uncertainty of the lean of the axis of turning off the level, degrees.
+    /// Standard uncertainty of the inclination of the axis of rotation off the level, degrees.
     #[serde(default)]
     pub(crate) lean_deg: f64,
     /// Standard uncertainty of the angle between the sensitive axis and the plane of turning, degrees.

@@ -146,7 +146,7 @@ fn data_at_fault(
     let pauses = data.breaks.len();
     if pauses > 0 {
         trouble = trouble.detail(format!(
-            "the stamps pause or restart {}",
+            "the time stamps pause or restart {}",
             count(pauses, "time")
         ));
     }

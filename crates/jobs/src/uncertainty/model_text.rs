@@ -179,6 +179,5 @@ fn at_its_line(name: &str, refusal: &Refusal) -> Trouble {
         return trouble(refusal).about(name);
     };
     let line = line.map_or(String::new(), |line| format!("{line}:"));
-    Trouble::request(format!("{name}:{line} {reason}"))
-        .with_hint("docs/uncertainty.md describes the model file, examples/uncertainty/ holds some")
+    Trouble::request(format!("{name}:{line} {reason}")).with_hint(super::MODEL_FILE)
 }

@@ -363,7 +363,7 @@ impl InputEntry {
                 _ => {
                     return Err(Refusal::Incomplete {
                         name: self.name.clone(),
-                        needed: "beside `U`, either its factor `k` above 0 or its `probability` between 0 and 1,",
+                        needed: "with `U`, either its factor `k` above 0 or its `probability` between 0 and 1,",
                     });
                 }
             };

@@ -103,7 +103,7 @@ impl OutputRecording {
         if self.time.is_some() && self.sampling_rate_hz.is_some() {
             return Err(source
                 .refuse(TABLE, "time", "a time column and a sampling rate exclude each other")
-                .with_hint("keep `time` where the stamps are those of the samples, else `sampling_rate_Hz`"));
+                .with_hint("keep `time` where the time stamps are those of the samples, else `sampling_rate_Hz`"));
         }
         for name in self.channels.keys() {
             if name == "reference" {

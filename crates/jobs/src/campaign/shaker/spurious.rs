@@ -170,7 +170,7 @@ impl SpuriousFile {
             (!e.dof.is_infinite()).then(|| e.dof.get())
         }));
         Table::of(
-            "Correction of each axis: ratio to the reference acceleration, along z′ the departure from one",
+            "Correction of each axis: ratio to the reference acceleration, along z′ the deviation from one",
             fields,
             &table.entries,
         )
