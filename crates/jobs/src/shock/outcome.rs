@@ -23,6 +23,8 @@ pub struct ShockChannel {
     pub unit: String,
     /// Time in s, values.
     pub trace: Trace,
+    /// The same about the pulse alone, thinned for itself: its shape is that of the samples.
+    pub pulse: Trace,
 }
 
 /// Spectra of one channel.

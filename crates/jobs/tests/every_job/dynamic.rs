@@ -71,6 +71,40 @@ pub fn shock(kind: &str) {
     }
 }
 
+/// In a record of a million samples the pulse is drawn as it was sampled: its flat top has all its points and no apex, and the
+/// figure of the whole record keeps the extremes.
+#[test]
+fn law_a_pulse_keeps_its_shape() {
+    let (rate, first, top) = (100e3, 500_000, 200);
+    let mut record = noise(0.5, 1_000_000, 5);
+    for (k, a) in record[first..first + top].iter_mut().enumerate() {
+        // Up, flat and down again; each flank takes fifty samples.
+        let flank = (k.min(top - 1 - k) as f64 / 50.0).min(1.0);
+        *a += 1000.0 * flank;
+    }
+    let data = ShockData {
+        reference: None,
+        output: channel("a", "m/s²", &record),
+        rate,
+        findings: &[],
+        name: "memory",
+    };
+    let mut job = ShockJob::default();
+    job.per_octave = 1;
+    let result = ask(job, &AnyData::Shock(data), &proofmass_jobs::Unwatched).expect("a result");
+    let report = result.report();
+    let figure = report.answer.figure.as_ref().expect("a figure");
+    let proofmass_report::Plot::Xy(plot) = &figure.plot else {
+        panic!("no curve");
+    };
+    let drawn = &plot.panels[0].series[0];
+    let high = drawn.y.iter().filter(|y| **y > 990.0).count();
+    assert_eq!(high, top - 100, "points of the flat top");
+    let largest = record.iter().copied().fold(f64::MIN, f64::max);
+    let seen = drawn.y.iter().copied().fold(f64::MIN, f64::max);
+    assert!((seen - largest).abs() < 0.5, "{seen} {largest}");
+}
+
 pub fn response(kind: &str) {
     let input = noise(1.0, 8000, 1);
     let own = noise(1e-3, 8000, 2);
