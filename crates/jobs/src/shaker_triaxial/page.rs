@@ -160,9 +160,10 @@ fn answer(result: &MethodResult, unit: Unit) -> Vec<KeyFigure> {
                     "%",
                 )
                 .note(format!(
-                    "output {} at {} Hz",
+                    "output {} at {} Hz, k = {:.2}",
                     q.name.trim_start_matches("transverse."),
-                    plain(f.frequency)
+                    plain(f.frequency),
+                    q.coverage_factor
                 )),
             );
         }
