@@ -12,13 +12,13 @@ fn stdout(arguments: &[&str]) -> String {
 fn a_code_is_explained_and_all_are_listed() {
     let one = stdout(&["explain", "gaps-in-record"]);
     assert!(
-        one.contains("gaps-in-record (noise)") && one.contains("advice: "),
+        one.contains("gaps-in-record (uncertainty)") && one.contains("advice: "),
         "{one}"
     );
     let json: serde_json::Value =
         serde_json::from_str(&stdout(&["explain", "gaps-in-record", "--json"])).expect("JSON");
-    assert_eq!(json["severities"], serde_json::json!(["note", "warning"]));
-    assert_eq!(json["evidence_fields"][0], "gaps");
+    assert_eq!(json["severities"], serde_json::json!(["warning", "note"]));
+    assert_eq!(json["evidence_fields"][1], "evidence");
 
     let all = stdout(&["explain"]);
     let list: serde_json::Value =

@@ -55,7 +55,7 @@ fn known_table_of_a_device_that_gives_acceleration() {
     let result: serde_json::Value =
         serde_json::from_slice(&succeed(&arguments).stdout).expect("a result");
     let finding = &result["findings"][0];
-    assert_eq!(finding["code"], "laboratories-differ", "{finding}");
+    assert_eq!(finding["code"], "calibrations-differ", "{finding}");
     assert!(finding.to_string().contains("off.csv: at"), "{finding}");
     let arguments = [&["compare", text(&off)], &paths[..], &["--strict"]].concat();
     assert_eq!(proofmass(&arguments).status.code(), Some(3));

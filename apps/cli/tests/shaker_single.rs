@@ -66,10 +66,7 @@ fn known_transverse_sensitivity_on_a_turned_table() {
     succeed(&["render", text(&out)]);
     assert_eq!(before, std::fs::read(out.join("report.html")).unwrap());
     // Half of it would be too much; 2 % cannot be decided.
-    for (limit, code) in [
-        ("1", "transverse-exceeds-datasheet"),
-        ("2", "transverse-undecided"),
-    ] {
+    for (limit, code) in [("1", "beyond-limit"), ("2", "limit-undecided")] {
         let rest = rest.replace("= 5", &format!("= {limit}"));
         write(folder.path(), &rest, &runs(&turn, true));
         succeed(&["calibrate", text(folder.path())]);
@@ -223,7 +220,7 @@ fn known_devices_on_one_table_beside_a_check_standard() {
     write(0.101);
     succeed(&["calibrate", text(folder.path())]);
     for name in ["a", "b"] {
-        assert_eq!(codes(&result(name)), ["check-standard-off"]);
+        assert_eq!(codes(&result(name)), ["not-as-calibrated"]);
     }
     for (from, to, word) in [
         ("channel = \"b\"", "channel = \"a\"", "twice"),

@@ -246,7 +246,7 @@ fn dead_channels_need_a_decision_and_a_standstill_cannot_be_tuned() {
     let output = proofmass(&all.iter().map(String::as_str).collect::<Vec<_>>());
     assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
     let result: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert!(codes(&result).iter().any(|c| c == "constant-accelerometer"));
+    assert!(codes(&result).iter().any(|c| c == "constant-channel"));
     let place = axis(
         folder.path(),
         &["--motion", "standstill", "--duration", "2"],

@@ -21,7 +21,7 @@ fn law_an_encoder_alone_in_metres_and_in_radians() {
         &length,
         &[&alone[..], &["--radius", "0.3"]].concat(),
     );
-    assert!(!codes(&result).iter().any(|c| c == "constant-accelerometer"));
+    assert!(!codes(&result).iter().any(|c| c == "constant-channel"));
     let table = length.join("velocity.csv");
     let (v, u) = (
         column(&table, "velocity_m/s"),

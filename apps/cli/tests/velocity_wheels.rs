@@ -55,7 +55,7 @@ fn a_wheel_speed_is_fused_against_a_slow_reference() {
     succeed(&all.iter().map(String::as_str).collect::<Vec<_>>());
     let result = json(&out.path().join("out/result.json"));
     let codes = codes(&result);
-    for code in ["repeated-readings", "slow-reference"] {
+    for code in ["repeated-samples", "slow-reference"] {
         assert!(codes.iter().any(|c| c == code), "{code}: {codes:?}");
     }
     for code in ["unit-suspected", "gain-mismatch", "opposite-sense"] {

@@ -6,34 +6,19 @@ findings! {
     /// What frequency responses, shocks, steps and levels may find.
     pub CATALOGUE;
 
-    /// Two calibrations of a device contradict each other.
-    calibrations_differ(evidence: &str, frequency: f64, element: &str, modulus: f64, phase: f64, modulus_en: f64, phase_en: f64) =
+    /// Calibrations of one device, or laboratories of a comparison, contradict each other.
+    calibrations_differ(which: &str, evidence: &str, remedy: &str) =
         "calibrations-differ", [Decision],
-        what "the two calibrations differ by more than their uncertainties allow",
-        evidence "{evidence}; most at {frequency:.4} Hz, {element}: {modulus:+.2} % in modulus, {phase:+.2}° in phase (E_n {modulus_en:.1} and {phase_en:.1})",
-        advice "one of them understates its uncertainty, or the device has changed in between: look at the course of the differences over frequency";
+        what "the {which} differ by more than their uncertainties allow",
+        evidence "{evidence}",
+        advice "one of them understates its uncertainty, or the device has changed in between: {remedy}";
 
     /// A calibration has no covariance between its frequencies.
-    correlation_not_stated(points: usize) =
+    correlation_not_stated(calibration: &str, evidence: &str, consequence: &str) =
         "correlation-not-stated", [Note],
-        what "a calibration does not say what its frequencies have in common",
-        evidence "{points} points, each judged alone",
-        advice "differences that are the same at all frequencies may be one error seen many times";
-
-    /// Laboratories of a comparison contradict each other.
-    laboratories_differ(evidence: &str) =
-        "laboratories-differ", [Decision],
-        what "the laboratories differ by more than their uncertainties allow",
+        what "{calibration} does not say what its frequencies have in common",
         evidence "{evidence}",
-        advice "take the median as the reference where the mean does not fit; ask the one that is off for its uncertainty, or whether the device has changed";
-
-    /// Outputs over level are no parabola.
-    not_a_parabola(chi_squared: f64, limit: f64, dof: usize) =
-        "not-a-parabola", [Decision],
-        what "the outputs depart from a slope with one curvature by more than stated",
-        evidence "χ² = {chi_squared:.1}, at most {limit:.1} with {dof} degrees of freedom",
-        advice "look at the levels one by one: a threshold, a saturation, or too small uncertainties",
-        false_alarms "0.1 % of healthy devices, by the level of the test";
+        advice "{consequence}";
 
     /// The sensitivity is another at high level.
     sensitivity_depends_on_level(change: f64, deviations: f64) =
@@ -56,12 +41,12 @@ findings! {
         evidence "{evidence}",
         advice "{consequence}";
 
-    /// A fitted resonance is above all points.
-    resonance_beyond_points(name: &str, value: f64, highest: f64) =
-        "resonance-beyond-points", [Note],
-        what "{name} lies beyond the measured band",
+    /// A fitted resonance is above all points, or the inverse of a model reaches beyond them.
+    model_extrapolated(extrapolated: &str, value: f64, highest: f64, remedy: &str) =
+        "model-extrapolated", [Note, Warning],
+        what "{extrapolated} lies beyond the frequencies that the model was fitted to",
         evidence "{value:.4} Hz, points up to {highest:.4} Hz",
-        advice "it is an extrapolation of the model; measure further to confirm it";
+        advice "measure the response further up{remedy}";
 
     /// A parameter has a relative uncertainty beyond 20 %.
     parameter_ill_determined(name: &str, relative: f64) =
@@ -84,32 +69,20 @@ findings! {
         evidence "between the two halves: {steps}",
         advice "stay longer at these frequencies, or look whether the level changes within them";
 
-    /// The noise before a step is not known.
-    no_quiet_before(samples: usize) =
-        "no-quiet-before", [Note],
-        what "the record holds too little before the step to know the noise",
-        evidence "{samples} samples",
-        advice "record some periods before the step";
+    /// The record ends before what is measured in it. A warning where results are extrapolated, a note where they are those of the
+    /// record alone.
+    record_ends_early(event: &str, evidence: &str, consequence: &str) =
+        "record-ends-early", [Decision, Warning, Note],
+        what "the record ends before {event}",
+        evidence "{evidence}",
+        advice "record longer: {consequence}";
 
-    /// The record ends while the step response still oscillates.
-    step_cut_off(periods: f64) =
-        "step-cut-off", [Warning],
-        what "the record ends before the step has settled",
-        evidence "{periods:.2} periods after the step",
-        advice "record longer: final value and damping are extrapolated";
-
-    /// The record ends within the pulse.
-    pulse_cut_off(role: &str, level: f64) =
-        "pulse-cut-off", [Decision],
-        what "the {role} ends within the pulse",
-        evidence "last sample at {level:.0} % of the peak",
-        advice "record longer after the pulse; duration, velocity change and what follows from them are not given";
-
-    /// The record begins within the pulse.
-    pulse_begins_before_record(role: &str) =
-        "pulse-begins-before-record", [Decision],
-        what "the {role} begins within the pulse",
-        advice "use a trigger with a stretch before it of several pulse durations";
+    /// The record begins within what is measured, or too shortly before it to know the noise.
+    record_starts_late(event: &str, evidence: &str) =
+        "record-starts-late", [Decision, Note],
+        what "the record starts too late: {event}",
+        evidence "{evidence}",
+        advice "use a trigger with a stretch before it of several pulse durations or periods";
 
     /// A record has several pulses.
     more_than_one_pulse(role: &str, time: f64, others: &str) =
@@ -138,13 +111,6 @@ findings! {
         what "the pulse of the {role} has few samples",
         evidence "{samples} within it",
         advice "sample at least ten times within the pulse, better fifty";
-
-    /// Gravity, velocity change or the ratio of two channels says that a unit is wrong.
-    unit_contradicts_data(observation: &str, evidence: &str) =
-        "unit-contradicts-data", [Decision],
-        what "{observation}",
-        evidence "{evidence}",
-        advice "check the units in the headings of the columns, that of time included";
 
     /// Reference and output have their pulses at different times.
     pulses_apart(reference: f64, output: f64, durations: f64) =

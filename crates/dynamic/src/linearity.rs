@@ -128,7 +128,11 @@ impl LevelLinearity {
         let mut findings = Vec::new();
         let limit = chi_squared_quantile(0.999, (n - 2) as f64);
         if chi > limit {
-            findings.push(findings::not_a_parabola(chi, limit, n - 2));
+            findings.push(findings::model_does_not_describe(
+                "the outputs over level: they depart from a slope with one curvature by more than stated",
+                &format!("χ² = {chi:.1}, at most {limit:.1} with {} degrees of freedom", n - 2),
+                "look at the levels one by one: a threshold, a saturation, or too small uncertainties",
+            ));
         }
         let uk = estimate.covariance().standard_uncertainty(1);
         if kappa.abs() > 3.3 * uk && (kappa * top).abs() > 1e-3 {
@@ -205,7 +209,7 @@ mod tests {
                 .collect::<Vec<_>>()
         };
         assert!(code(1e-3, 0.0).contains(&"sensitivity-depends-on-level".to_owned()));
-        assert!(code(0.0, -2e-4).contains(&"not-a-parabola".to_owned()));
+        assert!(code(0.0, -2e-4).contains(&"model-does-not-describe".to_owned()));
     }
 
     #[test]

@@ -239,10 +239,26 @@ impl StepFit {
             );
         }
         if early == 0.0 {
-            findings.push(findings::no_quiet_before(quiet));
+            findings.push(
+                findings::record_starts_late(
+                    "it holds too little before the step to know the noise",
+                    &format!("{quiet} samples"),
+                )
+                .at(Severity::Note),
+            );
         }
         if frequency * (length - value[2]) < 2.0 {
-            findings.push(findings::step_cut_off(frequency * (length - value[2])));
+            findings.push(
+                findings::record_ends_early(
+                    "the step has settled",
+                    &format!(
+                        "{:.2} periods after the step",
+                        frequency * (length - value[2])
+                    ),
+                    "final value and damping are extrapolated",
+                )
+                .at(Severity::Warning),
+            );
         }
         let reach = |level: f64| {
             // Monotonic up to its first passage: on a grid of a thousandth of a period.

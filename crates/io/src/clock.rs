@@ -34,14 +34,14 @@ pub struct Clock {
     /// Standard deviation of the steps about the intervals they span, s; `None` below two.
     pub jitter_s: Option<f64>,
     /// Standard deviation of the stamps about the clock line, s.
-    pub scatter_s: f64,
+    pub(crate) scatter_s: f64,
     /// Resolution of the stamps, s: the largest unit of which all steps are multiples; where these are whole sampling
     /// intervals, the last digit written.
     pub resolution_s: f64,
     /// Whether the stamps come in bursts, so that a step says little about the sampling.
-    pub bursts: bool,
+    pub(crate) bursts: bool,
     /// How often the counter behind the stamps began again from its lowest value.
-    pub wraps: u64,
+    pub(crate) wraps: u64,
     /// Number of gaps.
     pub gaps: u64,
     /// Samples missing in them.
@@ -69,9 +69,9 @@ pub(crate) enum Backward {
 /// A wrap of the counter, for the finding.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Wrap {
-    pub line: u64,
+    pub(crate) line: u64,
     /// Length of one turn, s.
-    pub turn_s: f64,
+    pub(crate) turn_s: f64,
 }
 
 /// Takes stamps one by one and tells the clock at the end.

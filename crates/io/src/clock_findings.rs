@@ -72,11 +72,15 @@ fn short(v: f64) -> String {
 
 fn missing(gaps: &[Gap], missing: u64) -> Option<Finding> {
     let longest = gaps.iter().max_by(|a, b| a.step_s.total_cmp(&b.step_s))?;
-    Some(findings::time_gaps(
-        gaps.len(),
-        missing,
-        longest.step_s,
-        longest.at_s,
-        longest.line,
+    Some(proofmass_uncertainty::findings::gaps_in_record(
+        "",
+        &format!(
+            "{} gaps, about {missing} samples; the longest is {:.4} s after {:.4} s (line {})",
+            gaps.len(),
+            longest.step_s,
+            longest.at_s,
+            longest.line
+        ),
+        "a standstill that contains a gap counts fewer samples than it seems to",
     ))
 }

@@ -27,13 +27,6 @@ findings! {
         evidence "resolution {resolution} s, {fraction:.0} % of a sampling interval; rate {rate}",
         advice "{treatment}; export the time with more digits";
 
-    /// Steps of the time stamps are longer than the sampling interval.
-    time_gaps(gaps: usize, missing: u64, longest: f64, after: f64, line: u64) =
-        "time-gaps", [Warning],
-        what "samples are missing in the recording",
-        evidence "{gaps} gaps, about {missing} samples; the longest is {longest:.4} s after {after:.4} s (line {line})",
-        advice "check the transport of the data, and the clock for a leap; a standstill that contains a gap counts fewer samples than it seems to";
-
     /// The stamps advance at two rates.
     rate_changes(before: f64, after: f64, row: usize) =
         "rate-changes", [Warning],

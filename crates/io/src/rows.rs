@@ -43,9 +43,9 @@ pub struct BadRow {
 /// A field that is not a finite number.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct BadField {
-    pub line: u64,
-    pub selected: usize,
-    pub text: String,
+    pub(crate) line: u64,
+    pub(crate) selected: usize,
+    pub(crate) text: String,
 }
 
 /// Consecutive rows of the selected columns.

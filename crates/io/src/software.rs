@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Software {
     /// Name.
-    pub name: String,
+    pub(crate) name: String,
     /// Version.
-    pub version: String,
+    pub(crate) version: String,
 }
 
 impl Default for Software {
@@ -30,7 +30,7 @@ impl std::fmt::Display for Software {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Schema {
     /// Dotted name.
-    pub name: String,
+    pub(crate) name: String,
     /// Version, counted up when a reader of the old form could no longer read the new one.
     pub version: u32,
 }

@@ -25,19 +25,19 @@ const ENDING: &str = ".provenance.json";
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Provenance {
     /// Form and version.
-    pub schema: Schema,
+    pub(crate) schema: Schema,
     /// Program that wrote it.
-    pub software: Software,
+    pub(crate) software: Software,
     /// SHA-256 of the file in hexadecimal digits.
     pub sha256: String,
     /// Files it was computed from.
-    pub inputs: Vec<Input>,
+    pub(crate) inputs: Vec<Input>,
     /// SHA-256 of the file that stood there before: a run that was killed while it replaced it left that one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub replaces: Option<String>,
     /// Who vouches for all of this.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub signature: Option<Signature>,
+    pub(crate) signature: Option<Signature>,
 }
 
 impl Provenance {
@@ -161,7 +161,7 @@ pub struct Link {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Vouching {
     /// The manifest or provenance.
-    pub list: PathBuf,
+    pub(crate) list: PathBuf,
     /// Public key of the signer in hexadecimal digits; `None` without a signature.
     pub key: Option<String>,
     /// Whether the signature is that of this key over this list.

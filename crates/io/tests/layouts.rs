@@ -107,7 +107,7 @@ fn gaps_are_found_and_told() {
         (r.time.gaps()[0].after_sample, r.time.gaps()[0].line),
         (2, 4)
     );
-    assert_eq!(r.findings()[0].code(), "time-gaps");
+    assert_eq!(r.findings()[0].code(), "gaps-in-record");
     assert!((r.duration_s() - 0.07).abs() < 1e-12);
 }
 

@@ -212,7 +212,7 @@ fn known_missing_samples_are_gaps_and_do_not_bend_the_rate() {
         });
         let recording = read(&table("t_s", stamps)).unwrap();
         assert_eq!(recording.time.gaps().len(), 3, "{rate} {decimals}");
-        assert_eq!(codes(&recording).last(), Some(&"time-gaps"));
+        assert_eq!(codes(&recording).last(), Some(&"gaps-in-record"));
         assert!(
             (recording.time.rate_hz() / rate - 1.0).abs() < 1e-6,
             "{rate}"

@@ -8,13 +8,13 @@ use proofmass_uncertainty::Finding;
 #[derive(Debug)]
 pub struct BenchRuns<'a, R> {
     /// Runs in the order of the campaign.
-    pub runs: &'a [R],
+    pub(crate) runs: &'a [R],
     /// What reading them found.
-    pub findings: &'a [Finding],
+    pub(crate) findings: &'a [Finding],
     /// What the table of runs is called in messages.
-    pub name: &'a str,
+    pub(crate) name: &'a str,
     /// How many of the last inputs of the record are recordings.
-    pub recordings: usize,
+    pub(crate) recordings: usize,
 }
 
 impl<R> Clone for BenchRuns<'_, R> {
@@ -41,7 +41,7 @@ impl<'a, R> BenchRuns<'a, R> {
 #[derive(Clone, Debug, PartialEq)]
 pub struct BenchFiles<J, R> {
     /// The question.
-    pub job: J,
+    pub(crate) job: J,
     pub(crate) runs: Vec<R>,
     pub(crate) findings: Vec<Finding>,
     pub(crate) name: String,

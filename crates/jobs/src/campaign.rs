@@ -134,7 +134,7 @@ pub struct CampaignFile {
     /// The file `campaign.toml` itself, as it stands in messages.
     pub path: PathBuf,
     /// Path and digest.
-    pub input: Input,
+    pub(crate) input: Input,
     text: String,
     store: Arc<dyn Store>,
 }

@@ -16,7 +16,7 @@ use proofmass_dynamic::model::{FitProblem, ModelFit, ModelStructure, ResponsePoi
 use proofmass_dynamic::shock::PulseSearch;
 use proofmass_io::{AnyCalibration, Device, Input, LARGEST_DOCUMENT, Source, StatedQuantity};
 use proofmass_report::Report;
-use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity};
+use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity, Severity};
 use serde::{Deserialize, Serialize};
 
 /// How an output is turned back.
@@ -244,7 +244,15 @@ impl Job for DeconvolutionJob {
         let top = result.top();
         let highest = fit.residuals.iter().map(|r| r[0]).fold(0.0, f64::max);
         if result.corner > 1.05 * highest {
-            findings.push(findings::model_extrapolated(result.corner, highest));
+            findings.push(
+                proofmass_dynamic::findings::model_extrapolated(
+                    "the corner of the inverse",
+                    result.corner,
+                    highest,
+                    ", or set the corner (--corner)",
+                )
+                .at(Severity::Warning),
+            );
         }
         if result.regularisation > 0.1 * result.value[top].abs() {
             findings.push(findings::little_is_left(

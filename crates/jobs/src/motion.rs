@@ -13,7 +13,7 @@ use proofmass_core::{STANDARD_GRAVITY, Watch};
 use proofmass_signal::{
     Baseline, Extremes, Peaks, Response, ShockSpectrum, StrongMotion, Trace, Vibration,
 };
-use proofmass_uncertainty::Finding;
+use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
 
 /// What is asked of a recorded acceleration.
@@ -146,18 +146,34 @@ impl Job for MotionJob {
             .map(|(_, t)| *t)
             .fold(f64::INFINITY, f64::min);
         if later.is_finite() {
-            findings.push(findings::peak_after_record(later));
+            findings.push(
+                proofmass_dynamic::findings::record_ends_early(
+                    "slow oscillators reach their peak",
+                    &format!("from a period of {later:.3} s on"),
+                    "the spectrum is that of the record alone; read it below that period",
+                )
+                .at(Severity::Note),
+            );
         }
         let high = self.vibration_band[1].min(0.45 * data.rate);
         let vibration = match Vibration::of(record, data.rate, [self.vibration_band[0], high]) {
             Ok(v) => Some(v),
             Err(why) => {
-                findings.push(findings::no_vibration_velocity(&why.to_string()));
+                findings.push(findings::vibration_band_not_resolved(
+                    "its figures are not given",
+                    &why.to_string(),
+                ));
                 None
             }
         };
         if vibration.is_some() && high < self.vibration_band[1] {
-            findings.push(findings::band_narrowed(high, self.vibration_band[1]));
+            findings.push(findings::vibration_band_not_resolved(
+                "its velocity is that of a narrower one",
+                &format!(
+                    "up to {high:.1} Hz instead of {:.1} Hz",
+                    self.vibration_band[1]
+                ),
+            ));
         }
         let mean = record.iter().sum::<f64>() / record.len() as f64;
         let end = motion.velocity.last().copied().unwrap_or(0.0);

@@ -15,12 +15,12 @@ pub use stream::NoiseStream;
 use crate::outcome::Job;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{Error, Watch};
-use proofmass_noise::findings::gaps_in_record;
 use proofmass_noise::{
     AnalysisOptions, ChannelName, Gaps, LongRecord, NoiseChannel, analyse_beside_temperature,
 };
 use proofmass_signal::{Trace, clock};
-use proofmass_uncertainty::Finding;
+use proofmass_uncertainty::findings::gaps_in_record;
+use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
 use std::sync::Mutex;
 
@@ -276,13 +276,14 @@ impl NoiseJob {
             .map_err(|e| self.explain(e, data.name))?;
         if gaps > 0 {
             analysis.findings.retain(|f| f.code() != "gaps-in-record");
-            analysis.findings.push(gaps_in_record(
-                &format!("{gaps} gaps"),
-                "",
-                record.samples() as usize,
-                record.samples() as usize,
-                "no statistic reaches across a gap",
-            ));
+            analysis.findings.push(
+                gaps_in_record(
+                    ": no statistic reaches across a gap",
+                    &format!("{gaps} gaps; all {} rows used", record.samples()),
+                    "averaging times longer than the stretches between gaps are lost",
+                )
+                .at(Severity::Note),
+            );
         }
         let step = analysis.averaged as f64 / rate;
         let traces = (0..channels.len())

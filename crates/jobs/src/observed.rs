@@ -21,22 +21,22 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Phasors of all runs, in the order of the table, and what was noticed on the way.
 pub(crate) struct Observed {
-    pub runs: Vec<ObservedRun>,
+    pub(crate) runs: Vec<ObservedRun>,
     /// Table and recordings.
-    pub inputs: Vec<Input>,
-    pub findings: Vec<Finding>,
+    pub(crate) inputs: Vec<Input>,
+    pub(crate) findings: Vec<Finding>,
 }
 
 pub(crate) struct ObservedRun {
     /// Complex peak amplitudes, channel by channel.
-    pub phasors: Vec<Complex64>,
-    pub covariances: Vec<[f64; 3]>,
+    pub(crate) phasors: Vec<Complex64>,
+    pub(crate) covariances: Vec<[f64; 3]>,
     /// What the samples say; `None` for a table of phasors.
-    pub recorded: Option<Recorded>,
+    pub(crate) recorded: Option<Recorded>,
 }
 
 pub(crate) struct Recorded {
-    pub phasors: Phasors,
+    pub(crate) phasors: Phasors,
     duration: f64,
     rate: f64,
     path: String,

@@ -407,6 +407,11 @@ fn quality(response: &ResponseEstimate, findings: &mut Vec<Finding>) {
         findings.push(findings::leakage(100.0 * share, frequency));
     }
     if response.dof.first().is_some_and(|d| *d < 10.0) {
-        findings.push(findings::few_averages(response.dof[0]));
+        let few = proofmass_uncertainty::findings::few_degrees_of_freedom(
+            "every line",
+            response.dof[0],
+            "average more segments or impacts",
+        );
+        findings.push(few.at(Severity::Note));
     }
 }

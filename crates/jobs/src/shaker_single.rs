@@ -20,7 +20,8 @@ use proofmass_io::{AnyCalibration, StatedQuantity};
 use proofmass_report::Report;
 use proofmass_shaker::check_standard::{CheckPoint, against_known};
 use proofmass_shaker::derived::{Expanded, PROBABILITY};
-use proofmass_shaker::findings::{excluded_run, off_datasheet, reference_out_of_range};
+use proofmass_shaker::findings::{excluded_run, reference_out_of_range};
+use proofmass_shaker::not_that_of_the_datasheet;
 use proofmass_shaker::recording::{Assessed, Quality, QualityLimits, assess};
 use proofmass_shaker::sample_clock::{ClockError, Latency, SampleClock};
 use proofmass_shaker::single_axis::{
@@ -410,7 +411,7 @@ fn against_datasheet(datasheet: Option<(f64, f64)>, results: &[SingleAxis]) -> V
             let q = result.estimate.get("modulus")?;
             let off = q.value - nominal;
             (off.abs() > tolerance.hypot(q.expanded(PROBABILITY))).then(|| {
-                off_datasheet(
+                not_that_of_the_datasheet(
                     result.frequency,
                     &format!(
                         "{:+.1} %, tolerance {:.1} %, U = {:.2} %",

@@ -259,7 +259,11 @@ impl ShockJob {
             Some(t) => {
                 let result = t.judge(&pulse, judged.data, data.rate, measures.velocity_change);
                 if result.is_none() {
-                    findings.push(findings::tolerance_not_judged());
+                    findings.push(findings::tolerance_not_judged(
+                        "pulse",
+                        "",
+                        "the pulse must be whole, the nominal peak and duration positive",
+                    ));
                 }
                 result
             }
@@ -381,7 +385,11 @@ impl ShockJob {
             self.spectrum_tolerance
                 .judge(&required, &measured, &judged.maximax_uncertainty);
         if judged.unit != "m/s²" || result.is_none() {
-            findings.push(findings::spectrum_not_judged(&judged.unit));
+            findings.push(findings::tolerance_not_judged(
+                "spectrum",
+                &format!("spectrum in {}", judged.unit),
+                "the channel must be an acceleration, and its natural frequencies (--frequencies) among those required",
+            ));
             return Ok(None);
         }
         Ok(result.map(|result| SpectrumVerdict { required, result }))

@@ -95,15 +95,15 @@ pub type SpuriousMotionData<'a> = BenchRuns<'a, SpuriousRun>;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measurement {
     /// Label.
-    pub label: String,
+    pub(crate) label: String,
     /// Ratios of every place, repeat by repeat.
-    pub repeats: Vec<RatioRepeats>,
+    pub(crate) repeats: Vec<RatioRepeats>,
     /// Names of the runs of each ratio.
-    pub runs: Vec<Vec<String>>,
+    pub(crate) runs: Vec<Vec<String>>,
     /// What a campaign is corrected with.
-    pub table: SpuriousTable,
+    pub(crate) table: SpuriousTable,
     /// What the repeats of each ratio say.
-    pub summaries: Vec<RatioSummary>,
+    pub(crate) summaries: Vec<RatioSummary>,
 }
 
 /// Spurious motion of a bench, measurement by measurement.

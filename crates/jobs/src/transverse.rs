@@ -5,7 +5,6 @@ mod page;
 use crate::bench_runs::{BenchFiles, BenchRuns};
 use crate::campaign::TransverseCampaign;
 use crate::device_output::DeviceOutput;
-use crate::findings;
 use crate::observed::observe;
 use crate::outcome::{Job, Outcome};
 use crate::record::Record;
@@ -320,7 +319,11 @@ impl TransverseJob {
                 let mean = along.iter().sum::<Complex64>() / along.len() as f64;
                 let off = mean.norm() / known.sensitivity - 1.0;
                 if off.abs() > 0.05 {
-                    findings.push(findings::axis_not_as_calibrated(frequency, 100.0 * off));
+                    findings.push(proofmass_shaker::findings::not_as_calibrated(
+                        "the device along its axis",
+                        " by [axis]; its runs were used",
+                        &format!("{frequency} Hz: {:+.1} %", 100.0 * off),
+                    ));
                 }
             }
             return Ok((None, certificate));
@@ -394,15 +397,17 @@ impl TransverseJob {
         let (beyond, undecided) = (list(Some(false)), list(None));
         let mut findings = Vec::new();
         if !beyond.is_empty() {
-            findings.push(findings::transverse_exceeds_datasheet(
-                100.0 * limit,
+            findings.push(proofmass_uncertainty::findings::beyond_limit(
+                &format!("the transverse sensitivity is, at {:.2} %,", 100.0 * limit),
                 &beyond.join("; "),
+                "look at the mounting surface and the torque; else the device does not keep to its datasheet",
             ));
         }
         if !undecided.is_empty() {
-            findings.push(findings::transverse_undecided(
-                100.0 * limit,
+            findings.push(proofmass_uncertainty::findings::limit_undecided(
+                &format!("the transverse sensitivity ({:.2} %)", 100.0 * limit),
                 &undecided.join("; "),
+                "the budget says which cause to make smaller",
             ));
         }
         findings
@@ -410,7 +415,13 @@ impl TransverseJob {
 }
 
 fn rotation_unit(rows: &[TransverseRow]) -> Option<Finding> {
-    like_radians(rows).map(|(count, [first, last])| findings::rotation_unit(count, first, last))
+    like_radians(rows).map(|(count, [first, last])| {
+        proofmass_shaker::findings::radians_as_degrees(
+            "directions",
+            &format!("{count} directions from {first}° to {last}°"),
+            "call the column rotation_rad",
+        )
+    })
 }
 
 fn motion_unknown(rows: &[TransverseRow]) -> Option<Finding> {

@@ -101,7 +101,7 @@ pub fn trouble(refusal: &Refusal) -> Trouble {
 #[derive(Clone, Debug, PartialEq)]
 pub struct UncertaintyOutcome {
     /// The model.
-    pub model: UncertaintyModel,
+    pub(crate) model: UncertaintyModel,
     /// Its result by every road.
     pub result: ModelResult,
 }

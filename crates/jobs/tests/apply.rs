@@ -266,7 +266,7 @@ fn law_a_filter_begins_anew_behind_a_gap() {
         outcome
             .findings()
             .iter()
-            .any(|f| f.code() == "gaps-in-recording")
+            .any(|f| f.code() == "gaps-in-record")
     );
     let stated = outcome.error().expect("a statement").stated;
     assert!(error(&written, &motion, 0.0) < stated);
@@ -363,7 +363,7 @@ fn refuses_ways_and_ranges_that_a_calibration_does_not_have() {
     assert!(refused(CompensationMethod::Band([50.0, 300.0]), &matrix).contains("one matrix"));
     let (outcome, _) = apply(CompensationMethod::Model, &matrix, recording()).expect("an outcome");
     assert!(outcome.beyond() > 0 && outcome.error().is_none());
-    assert_eq!(outcome.findings()[0].code(), "beyond-tested-range");
+    assert_eq!(outcome.findings()[0].code(), "beyond-calibrated-range");
     let mut job = ApplyJob::default();
     job.out_of_range = OutOfRange::Refuse;
     job.reading.columns = Some(vec!["x".into(), "y".into(), "z".into()]);

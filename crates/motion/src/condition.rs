@@ -4,6 +4,7 @@
 use crate::findings;
 use crate::{MotionRecord, ReadingSource};
 use proofmass_uncertainty::Finding;
+use proofmass_uncertainty::findings::repeated_samples;
 
 /// Findings on the record itself.
 pub fn conditions(record: &MotionRecord) -> Vec<Finding> {
@@ -28,11 +29,10 @@ fn dead(record: &MotionRecord) -> Option<Finding> {
         .acceleration
         .first()
         .filter(|_| record.accelerometer)?;
-    record
-        .acceleration
-        .iter()
-        .all(|a| *a == first)
-        .then(|| findings::constant_accelerometer(first, record.acceleration.len()))
+    record.acceleration.iter().all(|a| *a == first).then(|| {
+        let evidence = format!("{first} in all {} samples", record.acceleration.len());
+        proofmass_uncertainty::findings::constant_channel("the accelerometer", &evidence, "")
+    })
 }
 
 /// Seconds over which an acceleration is averaged where it is asked whether the axis moves.
@@ -115,12 +115,16 @@ fn repeated(record: &MotionRecord) -> Option<Finding> {
         return None;
     }
     let n = repetition(record)?;
-    Some(findings::repeated_readings(
-        "",
-        n,
-        1.0 / (n as f64 * record.sample_time),
-        1.0 / record.sample_time,
-    ))
+    Some(repeated_samples("", &often(record, n)))
+}
+
+/// How often each reading stands, in words.
+pub(crate) fn often(record: &MotionRecord, n: usize) -> String {
+    let rate = 1.0 / record.sample_time;
+    format!(
+        "most readings stand {n} times in a row, at {:.4} Hz of {rate:.4} Hz",
+        rate / n as f64
+    )
 }
 
 /// How often each reading stands in a row, when nearly all that change stand equally often and more than once.
@@ -200,7 +204,7 @@ mod tests {
         let noise = |k: usize| (k * 7919 % 101) as f64;
         let held = record(|k| Some(wave(k / 10 * 10)), noise);
         assert_eq!(repetition(&held), Some(10));
-        assert_eq!(codes(&held), ["repeated-readings"]);
+        assert_eq!(codes(&held), ["repeated-samples"]);
         assert!(codes(&record(|k| Some(wave(k)), noise)).is_empty());
         // A quantised axis rests on a value as long as it takes.
         let quantised = record(|k| Some((20.0 * wave(k)).round()), noise);
@@ -210,7 +214,7 @@ mod tests {
     #[test]
     fn law_dead_channels_and_missing_readings_are_said() {
         let wave = |k: usize| Some((0.01 * k as f64).sin());
-        assert_eq!(codes(&record(wave, |_| 0.5)), ["constant-accelerometer"]);
+        assert_eq!(codes(&record(wave, |_| 0.5)), ["constant-channel"]);
         let noise = |k: usize| (k * 7919 % 101) as f64;
         assert_eq!(
             codes(&record(|_| Some(1.0), noise)),

@@ -6,13 +6,6 @@ findings! {
     /// What the estimation of velocity and its decoders may find.
     pub CATALOGUE;
 
-    /// The accelerometer has one value throughout.
-    constant_accelerometer(value: f64, samples: usize) =
-        "constant-accelerometer", [Decision],
-        what "the accelerometer never changes",
-        evidence "{value} in all {samples} samples",
-        advice "check its column, cable and range: a working accelerometer shows at least its noise";
-
     /// The position or the speed has one value throughout.
     readings_never_change(cause: &str, value: f64, readings: usize, details: &str) =
         "readings-never-change", [Decision],
@@ -26,13 +19,6 @@ findings! {
         what "readings are missing",
         evidence "{missing} of {due} readings missing",
         advice "fused methods integrate the acceleration there; the uncertainty grows with it";
-
-    /// A slower sensor was logged at the rate of the faster one; a note where the repetitions were left out.
-    repeated_readings(treatment: &str, times: usize, rate: f64, log_rate: f64) =
-        "repeated-readings", [Warning, Note],
-        what "each reading is repeated: a slower sensor was logged with the faster one{treatment}",
-        evidence "most values stand {times} times in a row, at {rate:.4} Hz of {log_rate:.4} Hz",
-        advice "use only the first of each: repeated values look like independent ones and make the uncertainty too small";
 
     /// The first readings contradict the stated initial velocity.
     start_in_motion(mean: f64, span: f64, stated: f64) =
@@ -68,13 +54,6 @@ findings! {
         what "the readings rest on one value for long stretches: they were used at the edges, where they change",
         evidence "{fraction:.0} % of the readings lie in runs of {run} and more equal ones",
         advice "record the times of the edges: they determine the motion better where the axis is slow";
-
-    /// The innovations of the filter are correlated.
-    innovations_not_white(model: &str, lags: usize, inflation: f64, correlation: f64, lag: usize, p_value: f64, remedy: &str) =
-        "innovations-not-white", [Warning],
-        what "the innovations are correlated: {model}",
-        evidence "the variance of their mean over {lags} lags is {inflation:.2} times that of white ones; correlation {correlation:.3} at lag {lag} (Ljung-Box p = {p_value:.1e})",
-        advice "{remedy}; the stated uncertainty is then a lower bound";
 
     /// A count or an angle jumps by its whole range.
     rollover_suspected(jump: &str, from: f64, to: f64, remedy: &str) =
@@ -151,13 +130,6 @@ findings! {
         evidence "{from:.3} s to {to:.3} s: velocity change {change:.4} within {window:.0} ms ({deviations:.1} standard deviations){others}",
         advice "check the range and bandwidth of the accelerometer; what it may have missed of the impact is in the uncertainty";
 
-    /// A sensor was not recorded without interruption.
-    gaps_in_readings(gaps: usize, from: f64, to: f64) =
-        "gaps-in-readings", [Warning],
-        what "the recording has gaps: only the longest stretch without one is used",
-        evidence "{gaps} gaps of more than three steps; used {from:.3} s to {to:.3} s after the start",
-        advice "choose another stretch of time";
-
     /// Both channels of an incremental encoder changed at once.
     illegal_transitions(transitions: usize, samples: usize, first: usize) =
         "illegal-transitions", [Warning],
@@ -192,13 +164,6 @@ findings! {
         what "the recording covers less than a turn: elsewhere the map is an extrapolation",
         evidence "{turns:.2} turns",
         advice "turn the axis through two turns or more, in both senses";
-
-    /// Periodic errors of the encoder were estimated.
-    encoder_map_found(lines: &str) =
-        "encoder-map-found", [Note],
-        what "the encoder has errors that repeat with its reading",
-        evidence "{lines}",
-        advice "subtract the map; an incremental encoder is set to zero at its index first";
 
     /// The intervals of filter and smoother overlap too rarely.
     filter_and_smoother_disagree(fraction: f64) =
@@ -235,10 +200,4 @@ findings! {
         evidence "velocity changes of the readings over those of the accelerometer: {gain:.4} (u = {uncertainty:.4}), correlation {correlation:.3}, windows of {window:.3} s",
         advice "reverse one of them";
 
-    /// Readings and accelerometer differ by a factor that a wrong unit makes.
-    unit_suspected(mistake: &str, gain: f64, uncertainty: f64, correlation: f64, window: f64) =
-        "unit-suspected", [Decision],
-        what "a unit seems wrong: {mistake}",
-        evidence "velocity changes of the readings over those of the accelerometer: {gain:.4} (u = {uncertainty:.4}), correlation {correlation:.3}, windows of {window:.3} s",
-        advice "state the units of both columns; every fused velocity is wrong until they agree";
 }

@@ -150,12 +150,12 @@ impl Pairing {
         if (size - 1.0).abs() > allowed {
             let mistaken = MISTAKEN.iter().find(|(f, _)| near(*f));
             findings.push(match mistaken {
-                Some((_, what)) => findings::unit_suspected(
+                Some((_, what)) => proofmass_uncertainty::findings::unit_suspected(
                     what,
-                    self.gain,
-                    self.gain_uncertainty,
-                    self.correlation,
-                    self.window,
+                    &format!(
+                        "velocity changes of the readings over those of the accelerometer: {:.4} (u = {:.4}), correlation {:.3}, windows of {:.3} s",
+                        self.gain, self.gain_uncertainty, self.correlation, self.window
+                    ),
                 ),
                 None if (size - 1.0).abs() > 0.3 => gain_mismatch().at(Severity::Decision),
                 None => gain_mismatch(),

@@ -1,9 +1,10 @@
 //! Stamped samples of one sensor before they share a time base with another: clock, gaps, stretches.
 
+use crate::condition::often;
 use crate::condition::repetition;
-use crate::findings;
 use crate::{MotionRecord, out_of_order};
 use proofmass_core::numeric::upper_median;
+use proofmass_uncertainty::findings::{gaps_in_record, repeated_samples};
 use proofmass_uncertainty::{Finding, Severity};
 use std::ops::Range;
 
@@ -51,7 +52,16 @@ pub fn longest_stretch(time: &[f64]) -> Option<Ungapped> {
         .windows(2)
         .map(|w| (w[0], w[1]))
         .max_by_key(|(from, to)| to - from)?;
-    let finding = findings::gaps_in_readings(cuts.len() - 2, time[from], time[to - 1]);
+    let finding = gaps_in_record(
+        ": only the longest stretch without a gap is used",
+        &format!(
+            "{} gaps of more than three steps; used {:.3} s to {:.3} s after the start",
+            cuts.len() - 2,
+            time[from],
+            time[to - 1]
+        ),
+        "choose another stretch of time",
+    );
     Some(Ungapped {
         used: from..to,
         finding,
@@ -72,13 +82,5 @@ pub fn thin(record: &mut MotionRecord) -> Option<Finding> {
             *reading = None;
         }
     }
-    Some(
-        findings::repeated_readings(
-            "; only the first of each is used",
-            n,
-            1.0 / (n as f64 * record.sample_time),
-            1.0 / record.sample_time,
-        )
-        .at(Severity::Note),
-    )
+    Some(repeated_samples("; only the first of each is used", &often(record, n)).at(Severity::Note))
 }

@@ -125,13 +125,13 @@ pub struct Tuned {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoiseNode {
     /// q
-    pub acceleration: f64,
+    pub(crate) acceleration: f64,
     /// White part of R.
-    pub reading: f64,
+    pub(crate) reading: f64,
     /// Density of the walk.
-    pub walk: Option<f64>,
+    pub(crate) walk: Option<f64>,
     /// Coloured part of the readings.
-    pub coloured: Option<ColouredNoise>,
+    pub(crate) coloured: Option<ColouredNoise>,
 }
 
 impl NoiseNode {

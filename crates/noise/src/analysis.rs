@@ -147,9 +147,9 @@ pub struct ChannelAnalysis {
     /// Steps, bursts and spikes; samples and seconds count from the first row analysed, missing samples included.
     pub disturbances: Vec<Disturbance>,
     /// What all of them together add to the Allan variance, in the stretch where they add most.
-    pub joint_influence: Option<JointInfluence>,
+    pub(crate) joint_influence: Option<JointInfluence>,
     /// What the converter leaves in the samples.
-    pub converter: Vec<ConverterTrace>,
+    pub(crate) converter: Vec<ConverterTrace>,
     /// What to doubt.
     pub findings: Vec<Finding>,
 }
@@ -354,15 +354,19 @@ fn separate(
 fn gap_finding(gaps: &[RecordGap], used: &[(usize, usize)], total: usize, policy: Gaps) -> Finding {
     let rows: usize = used.iter().map(|r| r.1 - r.0).sum();
     let (severity, treatment) = match policy {
-        Gaps::LongestStretch => (Severity::Warning, "only its longest stretch was analysed"),
-        _ => (Severity::Note, "no statistic reaches across a gap"),
+        Gaps::LongestStretch => (Severity::Warning, ": only the longest stretch was analysed"),
+        _ => (Severity::Note, ": no statistic reaches across a gap"),
     };
     let number = match gaps.len() {
         1 => "1 gap".to_owned(),
         n => format!("{n} gaps"),
     };
-    let place = format!(", the first at row {}", gaps[0].row);
-    findings::gaps_in_record(&number, &place, rows, total, treatment).at(severity)
+    let evidence = format!(
+        "{number}, the first at row {}; {rows} of {total} rows used",
+        gaps[0].row
+    );
+    let remedy = "averaging times longer than the stretches between gaps are lost";
+    proofmass_uncertainty::findings::gaps_in_record(treatment, &evidence, remedy).at(severity)
 }
 
 /// Jitter, or a rate that is not the stated one.
@@ -370,12 +374,22 @@ fn stamp_finding(stamps: &[f64], sample_rate: f64) -> Option<Finding> {
     let finite: Vec<f64> = stamps.iter().copied().filter(|t| t.is_finite()).collect();
     let (clock, _) = clock::read(&finite, Some(sample_rate)).ok()?;
     if (clock.rate_hz / sample_rate - 1.0).abs() > 1e-3 {
-        return Some(findings::uneven_time_stamps(
+        return Some(findings::rate_contradicts_stamps(
             clock.rate_hz,
             clock.rate_u_hz,
             sample_rate,
         ));
     }
     let jitter = clock.scatter_s * clock.rate_hz;
-    (jitter > 0.1).then(|| findings::jittering_time_stamps(100.0 * jitter, clock.missing))
+    (jitter > 0.1).then(|| {
+        proofmass_uncertainty::findings::uneven_stamps(
+            "they scatter about the line of an even clock; the samples are taken as even",
+            &format!(
+                "by {:.0} % of the sampling interval; {} samples lost by the line",
+                100.0 * jitter,
+                clock.missing
+            ),
+            "this is usual where a computer stamps on arrival; if the sampling itself jitters, frequencies near half the rate are blurred",
+        )
+    })
 }

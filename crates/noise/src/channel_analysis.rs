@@ -87,7 +87,11 @@ pub(crate) fn analyse_channel(
     if stretches.iter().all(|s| s.iter().all(|y| *y == first)) {
         result
             .findings
-            .push(findings::constant_channel(samples, first));
+            .push(proofmass_uncertainty::findings::constant_channel(
+                "the channel",
+                &format!("all {samples} samples are {first}"),
+                ": it has no noise to describe",
+            ));
         return Ok(result);
     }
     let mut prepared: Vec<Vec<f64>> = Vec::new();
@@ -259,7 +263,11 @@ fn without_temperature(
 }
 
 fn no_robust_fit(error: &Error) -> Finding {
-    findings::no_robust_fit(&error.to_string())
+    findings::no_coefficients(
+        "the fit without outliers",
+        &error.to_string(),
+        "more than a tenth of the samples lie far out, so they are no outliers; look at the time plot",
+    )
 }
 
 /// The curves, with the degrees of freedom of the fitted noise; `freed` of what follows the temperature.
@@ -391,6 +399,7 @@ fn outcome(
         }
         Err(error) => {
             findings.push(findings::no_coefficients(
+                "the fit of the coefficients",
                 &error.to_string(),
                 match error {
                     Error::TooFew {

@@ -278,7 +278,7 @@ pub struct BandUse {
     pub front_end: Option<FrontEnd>,
     /// Up to which frequency terms and front end together describe the spectrum, Hz: not below `highest_frequency`.
     #[serde(default)]
-    pub described_to: f64,
+    pub(crate) described_to: f64,
 }
 
 /// A fitted noise model.

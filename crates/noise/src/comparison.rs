@@ -328,11 +328,19 @@ fn beyond(checked: &[CheckedLimit], names: &[&str]) -> Vec<Finding> {
     let mut findings = Vec::new();
     let fail = those(Conformity::Fail);
     if !fail.is_empty() {
-        findings.push(findings::beyond_limit(&shortened(&fail)));
+        findings.push(proofmass_uncertainty::findings::beyond_limit(
+            "coefficients of units are",
+            &shortened(&fail),
+            "the units do not meet the limits; their measurement uncertainty is allowed for",
+        ));
     }
     let undecided = those(Conformity::Undecided);
     if !undecided.is_empty() {
-        findings.push(findings::limit_undecided(&shortened(&undecided)));
+        findings.push(proofmass_uncertainty::findings::limit_undecided(
+            "coefficients of units",
+            &shortened(&undecided),
+            "record longer, until the interval lies on one side of the limit",
+        ));
     }
     findings
 }

@@ -192,13 +192,27 @@ pub(crate) fn converter_findings(traces: &[ConverterTrace], unit: &str) -> Vec<F
                 "the white noise of a clipped record is too low",
             ),
             ConverterTrace::Repeated { share } => {
-                findings::repeated_samples(100.0 * share, 1.0 / (1.0 - share).max(1e-9))
+                proofmass_uncertainty::findings::repeated_samples(
+                    "; densities below a tenth of its rate are valid",
+                    &format!(
+                        "{:.0} % of the samples equal the one before: about one new value in {:.1} rows",
+                        100.0 * share,
+                        1.0 / (1.0 - share).max(1e-9)
+                    ),
+                )
             }
             ConverterTrace::Frozen {
                 first,
                 longest,
                 samples,
-            } => findings::frozen(samples, longest, first + 1),
+            } => proofmass_uncertainty::findings::frozen(
+                "the output",
+                &format!(
+                    "{samples} samples in runs of equal values, the longest of {longest} from sample {} of the longest stretch",
+                    first + 1
+                ),
+                "leave these fields empty, so that they count as a gap; with them N is too small, and K may be spurious",
+            ),
         })
         .collect()
 }

@@ -6,33 +6,12 @@ findings! {
     /// What the analysis of noise and the comparison of units may find.
     pub CATALOGUE;
 
-    /// The recording is too long to be held in memory, so averages of it are analysed.
-    averaged_record(averaged: usize, rate: f64) =
-        "averaged-record", [Note],
-        what "the spectrum, the coefficients and the disturbances are those of the averaged recording; the Allan curve is that of all samples",
-        evidence "averages of {averaged} samples, {rate} Hz",
-        advice "the fit allows for the averaging; analyse a shorter part for frequencies above half of this rate";
-
-    /// Rows are missing in the record.
-    gaps_in_record(gaps: &str, place: &str, used_rows: usize, rows: usize, treatment: &str) =
-        "gaps-in-record", [Note, Warning],
-        what "the record has gaps; {treatment}",
-        evidence "{gaps}{place}; {used_rows} of {rows} rows used",
-        advice "averaging times longer than the stretches between gaps are lost; look for lost packets or a logger that pauses";
-
     /// The rate of the time stamps is not the stated one.
-    uneven_time_stamps(stamp_rate: f64, uncertainty: f64, sample_rate: f64) =
-        "uneven-time-stamps", [Warning],
+    rate_contradicts_stamps(stamp_rate: f64, uncertainty: f64, sample_rate: f64) =
+        "rate-contradicts-stamps", [Warning],
         what "the time stamps do not advance at the stated sampling rate",
         evidence "{stamp_rate:.6}({uncertainty:.0e}) Hz by the stamps, {sample_rate} Hz stated",
         advice "densities are proportional to the rate; leave the rate out to use that of the stamps";
-
-    /// The time stamps scatter, as those of a computer do.
-    jittering_time_stamps(jitter: f64, lost: u64) =
-        "jittering-time-stamps", [Note],
-        what "the time stamps scatter about the line of an even clock; the samples are taken as even",
-        evidence "by {jitter:.0} % of the sampling interval; {lost} samples lost by the line",
-        advice "this is usual where a computer stamps on arrival; if the sampling itself jitters, frequencies near half the rate are blurred";
 
     /// Spectrum or Allan curve deviate from the fitted sum of noise terms by more than their scatter. A note where only a part
     /// outside the fitted band deviates.
@@ -71,24 +50,10 @@ findings! {
         evidence "its slowest changes are no larger than its fastest",
         advice "leave the temperature out, or let it change by several times the noise of the thermometer";
 
-    /// Every sample has the same value.
-    constant_channel(samples: usize, value: f64) =
-        "constant-channel", [Decision],
-        what "the channel does not vary: it has no noise to describe",
-        evidence "all {samples} samples are {value}",
-        advice "check that the channel is connected and not saturated";
-
-    /// The fit that leaves outliers out has no result.
-    no_robust_fit(reason: &str) =
-        "no-robust-fit", [Warning],
-        what "the fit without outliers has no result",
-        evidence "{reason}",
-        advice "more than a tenth of the samples lie far out, so they are no outliers; look at the time plot";
-
-    /// The fit to the spectrum has no result.
-    no_coefficients(reason: &str, remedy: &str) =
+    /// A fit to the spectrum has no result.
+    no_coefficients(fit: &str, reason: &str, remedy: &str) =
         "no-coefficients", [Warning],
-        what "the coefficients cannot be estimated",
+        what "{fit} has no result",
         evidence "{reason}",
         advice "{remedy}";
 
@@ -99,26 +64,12 @@ findings! {
         evidence "ratio {ratio:.3} at τ = {tau} s",
         advice "the record is not stationary; look at the time plot for a disturbance";
 
-    /// The recorded temperature is a straight line in time.
-    temperature_like_ramp(correlation: f64) =
-        "temperature-like-ramp", [Warning],
-        what "the temperature changes as a straight line does: a drift with time and one with temperature cannot be separated",
-        evidence "their correlation is {correlation:.5}; neither is given",
-        advice "leave the ramp out of the terms to ascribe all of the drift to the temperature, or record through a temperature that rises and falls";
-
-    /// The recorded temperature is nearly a straight line in time.
-    temperature_near_ramp(correlation: f64) =
-        "temperature-near-ramp", [Note],
-        what "the temperature changes nearly as a straight line does: its coefficient and the ramp are poorly separated",
-        evidence "their correlation is {correlation:.3}; both intervals allow for it",
-        advice "record through a temperature that rises and falls";
-
-    /// Noise of the thermometer attenuates the temperature coefficient.
-    noisy_thermometer(attenuation: f64, range: Figure) =
-        "noisy-thermometer", [Warning],
-        what "the noise of the thermometer makes the temperature coefficient too small",
-        evidence "by up to {attenuation:.0} %, the fraction of noise in the power of the temperature, over a range of {range} K",
-        advice "let the temperature change more, or average the thermometer";
+    /// The recorded temperature is, or nearly is, a straight line in time. A note where both intervals allow for it.
+    temperature_like_ramp(separated: &str, correlation: f64, consequence: &str) =
+        "temperature-like-ramp", [Warning, Note],
+        what "the temperature changes as a straight line does: a drift with time and one with temperature are {separated} separated",
+        evidence "their correlation is {correlation:.5}; {consequence}",
+        advice "record through a temperature that rises and falls, or leave the ramp out of the terms to ascribe all of the drift to the temperature";
 
     /// A coefficient is not the same in all units.
     units_differ(coefficients: &str) =
@@ -126,20 +77,6 @@ findings! {
         what "the units have significantly different coefficients",
         evidence "{coefficients}",
         advice "state the coefficients of each unit; a common value holds for none of them";
-
-    /// A coefficient exceeds its limit with its whole interval.
-    beyond_limit(coefficients: &str) =
-        "beyond-limit", [Decision],
-        what "coefficients exceed their limits with their whole interval",
-        evidence "{coefficients}",
-        advice "the units do not meet the limits; their measurement uncertainty is allowed for";
-
-    /// A limit lies within the interval of a coefficient.
-    limit_undecided(coefficients: &str) =
-        "limit-undecided", [Warning],
-        what "limits lie within intervals: conformity is undecided",
-        evidence "{coefficients}",
-        advice "record longer, until the interval lies on one side of the limit";
 
     /// Units were compared for which no limit is stated.
     no_limit_covers(count: usize, units: usize, names: &str) =
@@ -154,20 +91,6 @@ findings! {
         what "the step of the converter is larger than the noise: the coefficients describe the steps",
         evidence "step {step} {unit}, standard deviation of a sample {deviation} {unit}",
         advice "record at a finer range or resolution; white noise below the step cannot be determined";
-
-    /// The recording is faster than the sensor.
-    repeated_samples(fraction: f64, rows: f64) =
-        "repeated-samples", [Warning],
-        what "samples are repeated: the sensor is slower than the recording",
-        evidence "{fraction:.0} % of the samples equal the one before: about one new value in {rows:.1} rows",
-        advice "record at the output data rate of the sensor; densities below a tenth of its rate are valid";
-
-    /// The output holds one value for a while, then goes on.
-    frozen(samples: usize, longest: usize, first: usize) =
-        "frozen", [Decision],
-        what "the output stood still: the sensor or its reader hung",
-        evidence "{samples} samples in runs of equal values, the longest of {longest} from sample {first} of the longest stretch",
-        advice "leave these fields empty, so that they count as a gap; with them N is too small, and K may be spurious";
 
     /// Many small disturbances add up.
     disturbances_together(places: usize, together: &str) =

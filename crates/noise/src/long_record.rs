@@ -2,7 +2,6 @@
 
 use crate::allan_covariance::degrees_of_freedom;
 use crate::averages::Averages;
-use crate::findings;
 use crate::{
     Analysis, AnalysisOptions, DeviationCurve, NoiseBasis, NoiseChannel, NoiseModel, Sensor,
     Statistic, StreamingAllan, Taus, analyse, chi_square_interval, in_units, kalman_noise,
@@ -207,9 +206,13 @@ impl LongRecord {
             }
         }
         if averaged > 1 {
-            analysis.findings.push(findings::averaged_record(
-                averaged,
-                sample_rate / averaged as f64,
+            analysis.findings.push(proofmass_uncertainty::findings::averaged_record(
+                "spectrum, coefficients and disturbances are those of averages; the Allan curve is that of all samples",
+                &format!(
+                    "averages of {averaged} samples, {} Hz",
+                    sample_rate / averaged as f64
+                ),
+                "the fit allows for the averaging; analyse a shorter part for frequencies above half of this rate",
             ));
         }
         Ok(analysis)

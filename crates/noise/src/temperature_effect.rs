@@ -6,7 +6,7 @@ use crate::findings;
 use crate::fit_record::FitRecord;
 use crate::profile::{Fitted, form_level};
 use crate::{FitOptions, Reason, Verdict};
-use proofmass_uncertainty::{Figure, Finding};
+use proofmass_uncertainty::{Figure, Finding, Severity};
 use serde::{Deserialize, Serialize};
 
 /// Mean square of the temperature's cosines, in multiples of the thermometer's noise, below which only that noise is left.
@@ -153,14 +153,27 @@ impl Temperature {
     fn findings(&self, found: &TemperatureSensitivity, collinear: bool) -> Vec<Finding> {
         let mut findings = Vec::new();
         match found.ramp_correlation {
-            Some(r) if collinear => findings.push(findings::temperature_like_ramp(r)),
-            Some(r) if r * r > 0.8 => findings.push(findings::temperature_near_ramp(r)),
+            Some(r) if collinear => {
+                findings.push(findings::temperature_like_ramp(
+                    "not",
+                    r,
+                    "neither is given",
+                ));
+            }
+            Some(r) if r * r > 0.8 => findings.push(
+                findings::temperature_like_ramp("poorly", r, "both intervals allow for it")
+                    .at(Severity::Note),
+            ),
             _ => {}
         }
         if self.noise_share > NOISY {
-            findings.push(findings::noisy_thermometer(
-                100.0 * (self.noise_share / (1.0 + self.noise_share)).min(1.0),
-                Figure(self.range.1 - self.range.0),
+            findings.push(proofmass_uncertainty::findings::noisy_thermometer(
+                "the temperature coefficient",
+                &format!(
+                    "by up to {:.0} %, the fraction of noise in the power of the temperature, over a range of {} K",
+                    100.0 * (self.noise_share / (1.0 + self.noise_share)).min(1.0),
+                    Figure(self.range.1 - self.range.0)
+                ),
             ));
         }
         findings

@@ -393,7 +393,7 @@ fn refuses_or_explains_bad_records() {
     // A rate that is not the stated one.
     let slow: Vec<f64> = (0..4000).map(|k| f64::from(k) * 0.0102).collect();
     let uneven = analyse(&[channel(&y)], Some(&slow), 100.0, &options).unwrap();
-    assert_eq!(uneven.findings[0].code(), "uneven-time-stamps");
+    assert_eq!(uneven.findings[0].code(), "rate-contradicts-stamps");
     // All missing.
     assert!(analyse(&[channel(&[f64::NAN; 100])], None, 100.0, &options).is_err());
     // Nonsense rates.

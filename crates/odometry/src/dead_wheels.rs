@@ -1,6 +1,5 @@
 //! Channels of several wheels that never change while the others move.
 
-use crate::findings;
 use crate::several_wheels::smallest_step;
 use proofmass_uncertainty::Finding;
 
@@ -27,7 +26,11 @@ pub fn dead_wheels(readings: &[Vec<Option<f64>>], names: &[&str]) -> (Vec<usize>
         .iter()
         .map(|(i, v)| format!("{}: {v} in all readings", names.get(*i).unwrap_or(&"")))
         .collect();
-    let finding = findings::constant_wheels(&told.join("; "));
+    let finding = proofmass_uncertainty::findings::constant_channel(
+        "the channel of a wheel",
+        &told.join("; "),
+        " while others move: it is left out of the mean",
+    );
     (held.into_iter().map(|(i, _)| i).collect(), Some(finding))
 }
 
@@ -67,7 +70,7 @@ mod tests {
         let (dead, finding) = dead_wheels(&four, &NAMES);
         assert_eq!(dead, [2]);
         let finding = finding.unwrap();
-        assert_eq!(finding.code(), "constant-wheels");
+        assert_eq!(finding.code(), "constant-channel");
         assert!(finding.evidence_text().starts_with("rl: 0 in all"));
         four[0] = wheel(|_| 3.5);
         assert_eq!(dead_wheels(&four, &NAMES).0, [0, 2]);

@@ -13,10 +13,4 @@ findings! {
         evidence "{wheels}: {from:.3} s to {to:.3} s, {change:.4} {sense} within {window:.0} ms ({deviations:.1} standard deviations of the quiet part){others}",
         advice "the mean of the wheels is not valid there: leave out the wheel or the stretch; a wrong sense, unit or track shows in every curve";
 
-    /// A wheel of several has one value while others move.
-    constant_wheels(wheels: &str) =
-        "constant-wheels", [Decision],
-        what "wheels never change while others move: they are left out of the mean",
-        evidence "{wheels}",
-        advice "check column and cable; name only the wheels that work";
 }

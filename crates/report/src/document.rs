@@ -15,7 +15,7 @@ pub struct Report {
     pub title: String,
     /// One line under the title; empty for none.
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub subtitle: String,
+    pub(crate) subtitle: String,
     /// Language of the text as a BCP 47 tag, `en` by default.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub language: String,
@@ -27,13 +27,13 @@ pub struct Report {
     pub answer: Answer,
     /// What to doubt, one line each behind the answer.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub findings: Vec<Finding>,
+    pub(crate) findings: Vec<Finding>,
     /// The sections, in order.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sections: Vec<Section>,
     /// Last line; empty for none.
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub footer: String,
+    pub(crate) footer: String,
 }
 
 /// What a reader came for, on the first screen: the result with its uncertainty, the verdict, the plot that shows it.
@@ -58,13 +58,13 @@ pub struct Answer {
 pub struct Section {
     /// Where it is printed.
     #[serde(default, skip_serializing_if = "is_default")]
-    pub place: Place,
+    pub(crate) place: Place,
     /// Heading.
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub title: String,
+    pub(crate) title: String,
     /// What stands in it, in order.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub blocks: Vec<Block>,
+    pub(crate) blocks: Vec<Block>,
 }
 
 /// Where a section is printed.
@@ -115,16 +115,16 @@ pub enum Block {
 pub struct KeyFigure {
     /// What it is.
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub label: String,
+    pub(crate) label: String,
     /// The number as printed.
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub value: String,
+    pub(crate) value: String,
     /// Its unit; empty for none.
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub unit: String,
+    pub(crate) unit: String,
     /// A small line below; empty for none.
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub note: String,
+    pub(crate) note: String,
 }
 
 /// Columns, rows and notes.
@@ -152,25 +152,25 @@ pub struct Table {
 pub struct Column {
     /// Name in the file, unit included (`bias_m/s2`); empty where only the page shows the column.
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub name: String,
+    pub(crate) name: String,
     /// Name of the standard uncertainty in the file, where the cells are values with theirs.
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub uncertainty: String,
+    pub(crate) uncertainty: String,
     /// Heading on the page; empty where only the file has the column.
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub heading: String,
+    pub(crate) heading: String,
     /// Unit of all numbers in the column; empty for none or where units differ.
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub unit: String,
+    pub(crate) unit: String,
     /// How cells are aligned.
     #[serde(default, skip_serializing_if = "is_default")]
-    pub alignment: Alignment,
+    pub(crate) alignment: Alignment,
     /// What a value of the file is multiplied by to be in the unit of the page.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub scale: Option<f64>,
+    pub(crate) scale: Option<f64>,
     /// How values are printed on the page.
     #[serde(default, skip_serializing_if = "is_default")]
-    pub rounding: Rounding,
+    pub(crate) rounding: Rounding,
 }
 
 /// How the cells of a column are aligned.
@@ -224,9 +224,9 @@ pub enum Cell {
 pub struct Figure {
     /// Caption.
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub caption: String,
+    pub(crate) caption: String,
     /// What is drawn.
-    pub plot: Plot,
+    pub(crate) plot: Plot,
 }
 
 impl Report {

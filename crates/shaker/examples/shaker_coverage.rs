@@ -493,7 +493,7 @@ impl Case {
                     f[p].expanded(0.95) / f[0].value
                 });
                 let said = [
-                    missing("missing-gluing-tilt") || missing("missing-wedge-lean"),
+                    missing("missing-angle"),
                     missing("angle-prior-too-small"),
                     !suspects.is_empty(),
                 ];

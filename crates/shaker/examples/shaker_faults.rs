@@ -247,14 +247,14 @@ pub fn single(fault: Fault, position: usize, seed: u64) -> (Verdict, usize) {
 /// Faults of a whole campaign, and the code that names each.
 pub const THROUGHOUT: [(&str, &str); 9] = [
     ("phases of the runs conjugated", "phases-conjugated"),
-    ("rotation counted backwards", "rotation-sense"),
-    ("inclination counted backwards", "inclination-sense"),
+    ("rotation counted backwards", "angle-sense"),
+    ("inclination counted backwards", "angle-sense"),
     ("x′ of the spurious motion reversed", "spurious-sign"),
     ("y′ of the spurious motion reversed", "spurious-sign"),
     ("reference inverted", "reference-inverted"),
     ("cables of x and y", "swapped-channels"),
     ("mask 10° off", "mask-offset"),
-    ("conditioner drifts by 1 %", "drift"),
+    ("conditioner drifts by 1 %", "gain-drift"),
 ];
 
 /// Findings that need a look, of a campaign with one of [`THROUGHOUT`].

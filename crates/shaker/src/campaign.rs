@@ -5,6 +5,7 @@ mod request;
 mod statement;
 mod undecided;
 
+pub use doubts::not_that_of_the_datasheet;
 pub use request::{ShakerCampaign, ShakerMethod};
 pub use undecided::Contested;
 
@@ -120,7 +121,7 @@ pub struct MethodResult {
     pub findings: Vec<Finding>,
     /// What the frequencies have in common, where the method knows it.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub shared: Option<Vec<SharedEffect>>,
+    pub(crate) shared: Option<Vec<SharedEffect>>,
     /// What the runs tell of the mounting and what no run can, for the joint method.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub identifiability: Option<Identifiability>,

@@ -93,12 +93,17 @@ pub fn against_known(
     };
     let worst = points.iter().max_by(|a, b| size(a).total_cmp(&size(b)));
     let finding = worst.filter(|p| size(p) > limit).map(|p| {
-        findings::check_standard_off(
-            p.frequency,
-            100.0 * p.modulus,
-            100.0 * p.modulus_uncertainty,
-            p.phase.to_degrees(),
-            p.phase_uncertainty.to_degrees(),
+        findings::not_as_calibrated(
+            "the check standard",
+            ", so the bench is in doubt for every device of this campaign",
+            &format!(
+                "{} Hz: {:+.3} % (u = {:.3} %), {:+.3}° (u = {:.3}°)",
+                p.frequency,
+                100.0 * p.modulus,
+                100.0 * p.modulus_uncertainty,
+                p.phase.to_degrees(),
+                p.phase_uncertainty.to_degrees()
+            ),
         )
     });
     let partial =

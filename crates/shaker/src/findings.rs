@@ -27,13 +27,6 @@ findings! {
         evidence "highest frequency {highest} Hz; published: −0.9 % at 2 kHz and −1.9 % at 3 kHz against a stud",
         advice "mount by a stud, or state the mounting with the result";
 
-    /// Main sensitivities are off the datasheet at the frequency nearest to 160 Hz.
-    off_datasheet(frequency: f64, axes: &str) =
-        "off-datasheet", [Warning],
-        what "the sensitivity at {frequency} Hz is not that of the datasheet",
-        evidence "{axes}, beyond tolerance and U together",
-        advice "check gains, cables and the unit of the datasheet; near a resonance it does not hold";
-
     /// Runs that contradict the others were left out until somebody decides.
     runs_set_aside(runs: &str, names: &str, changes: &str) =
         "runs-set-aside", [Decision],
@@ -48,12 +41,12 @@ findings! {
         evidence "it loses the signs of cross terms and averages common errors away",
         advice "use the complex or the joint result";
 
-    /// The check standard deviates from its calibration.
-    check_standard_off(frequency: f64, modulus: f64, modulus_u: f64, phase: f64, phase_u: f64) =
-        "check-standard-off", [Decision],
-        what "the check standard is not what it is known to be, so the bench is in doubt for every device of this campaign",
-        evidence "{frequency} Hz: {modulus:+.3} % (u = {modulus_u:.3} %), {phase:+.3}° (u = {phase_u:.3}°)",
-        advice "look at reference, gains, cables and mounting, and measure again; a check standard that was dropped shows itself alone";
+    /// A check standard, or the device along its axis, deviates from its calibration.
+    not_as_calibrated(device: &str, consequence: &str, evidence: &str) =
+        "not-as-calibrated", [Decision],
+        what "{device} is not what it is known to be{consequence}",
+        evidence "{evidence}",
+        advice "look at reference, gains, cables and mounting, and measure again; a device that was dropped shows itself alone";
 
     /// The check standard is not calibrated at every frequency.
     check_standard_partial(frequencies: &str) =
@@ -146,12 +139,12 @@ findings! {
         evidence "{evidence}",
         advice "measure it again or leave it out; the result is without it and its interval reaches the one with it";
 
-    /// Phases in radians were declared as degrees.
-    phase_unit(runs: &str, largest: f64, as_declared: f64, as_radians: f64) =
-        "phase-unit", [Decision],
-        what "the phases of the table look like radians that were declared as degrees",
-        evidence "{runs}: no phase exceeds {largest:.2}°, χ² = {as_declared:.0} as declared and {as_radians:.0} as radians",
-        advice "declare the phase column in radians and calibrate again";
+    /// Angles in radians were declared as degrees: the phases of a table, or the directions of a turned device.
+    radians_as_degrees(angles: &str, evidence: &str, remedy: &str) =
+        "radians-as-degrees", [Decision],
+        what "the {angles} look like radians that were declared as degrees",
+        evidence "{evidence}",
+        advice "{remedy}";
 
     /// One of two tables counts a lag as positive.
     phases_conjugated(evidence: &str) =
@@ -174,19 +167,12 @@ findings! {
         evidence "{evidence}",
         advice "check the polarity of the reference channel";
 
-    /// Rotations are counted counter-clockwise.
-    rotation_sense(mark: &str, evidence: &str, correction: &str) =
-        "rotation-sense", [Decision, Warning],
-        what "the rotations look as if they were counted in the opposite sense{mark}",
+    /// Rotations or inclinations are counted the other way.
+    angle_sense(angles: &str, evidence: &str, definition: &str) =
+        "angle-sense", [Decision, Warning],
+        what "the {angles} look as if they were counted in the opposite sense",
         evidence "{evidence}",
-        advice "rotation is positive clockwise, seen from above on the device{correction}";
-
-    /// Inclinations are counted the other way.
-    inclination_sense(evidence: &str) =
-        "inclination-sense", [Decision, Warning],
-        what "the inclinations look as if they were counted in the opposite sense",
-        evidence "{evidence}",
-        advice "inclination is positive where the +x side of the face climbs; change its sign in the table of runs";
+        advice "{definition}; change the sign in the table of runs";
 
     /// The spurious motion has the opposite sign.
     spurious_sign(axes: &str, evidence: &str, check: &str) =
@@ -220,32 +206,19 @@ findings! {
         false_alarms "0.01 % of healthy campaigns, by the level of the test";
 
     /// A gain changes in the order of the runs.
-    drift(outputs: &str, drift: f64, over: &str, u: f64) =
-        "drift", [Warning],
+    gain_drift(outputs: &str, drift: f64, over: &str, u: f64) =
+        "gain-drift", [Warning],
         what "the gain of {outputs} drifts in the order of the runs",
         evidence "{drift:+.2} % over {over}, u = {u:.2} %",
         advice "let the conditioner warm up and repeat the first runs at the end; the order is that of the table of runs";
 
-    /// The budget has no common tilt.
-    missing_mean_tilt() =
-        "missing-mean-tilt", [Note],
-        what "the budget has no tilt that all gluings have in common",
-        evidence "the base of the device against its marked axes; no run can show it, in whatever number",
-        advice "declare `device.tilt.mean` (acts = \"tilt\", varies_with = []); it enters S_xz, S_yz, S_zx, S_zy undiminished";
-
-    /// The budget has no tilt of the glued device. A decision where the runs show one.
-    missing_gluing_tilt(seen: &str, size: &str, p_value: f64) =
-        "missing-gluing-tilt", [Note, Decision],
-        what "the budget has no tilt of the glued device{seen}",
-        evidence "the device may turn on the wedge face but not tilt in its adhesive; the runs ask for {size} per gluing, p = {p_value:.1e})",
-        advice "declare `gluing.tilt` (acts = \"tilt\") with inclination and rotation, and `device.tilt.mean` with no key for what all gluings have in common: no data can show that, and S_xz, S_yz, S_zx, S_zy carry it undiminished";
-
-    /// The budget has no sideways tilt of the wedges, and the runs show one.
-    missing_wedge_lean(size: &str, p_value: f64) =
-        "missing-wedge-lean", [Decision],
-        what "the budget has no sideways tilt of the wedges, and the runs ask for one",
-        evidence "the wedges may be steeper or flatter than drawn but not tilt sideways; the runs ask for {size} per wedge, p = {p_value:.1e})",
-        advice "declare `wedge.lean` (acts = \"lean\") with inclination, or with no key where it is the table that leans; it enters S_xy and S_yx";
+    /// The budget has no tilt of the glued device, none that all gluings share, or no lean of the wedges. A decision where the
+    /// runs show one.
+    missing_angle(angle: &str, evidence: &str, declaration: &str) =
+        "missing-angle", [Note, Decision],
+        what "the budget has no {angle}",
+        evidence "{evidence}",
+        advice "declare {declaration}";
 
     /// A drive lies on a harmonic of the mains. A note where the interference could not be measured.
     drive_at_mains(frequencies: &str, mains: &str, evidence: &str) =
@@ -365,13 +338,6 @@ findings! {
         evidence "{runs} runs, {ratio:.2} times the declared uncertainty; farthest from the mean is run {run} ({modulus:+.3} %, {phase:+.3}°)",
         advice "look at that run, or declare the uncertainty that a reading has",
         false_alarms "0.01 % of healthy frequencies, by the level of the test";
-
-    /// A spurious motion was measured twice only.
-    two_repeats(place: &str, dof: f64) =
-        "two-repeats", [Note],
-        what "the spurious motion along {place} rests on two repeats",
-        evidence "its uncertainty is that of all ratios of its kind at this frequency, ν = {dof}",
-        advice "measure at least four";
 
     /// Repeats have no common phase.
     incoherent_repeats(place: &str, repeats: usize, resultant: f64, deviation: f64, p_value: f64) =

@@ -47,6 +47,7 @@ pub use budget::{Acts, Budget, Key, ShakerInput};
 pub use campaign::{
     AngleResult, Contested, FrequencyResult, MethodResult, PublishedResult, RunResult,
     ShakerCalibration, ShakerCampaign, ShakerMethod, TermDifference, calibrate,
+    not_that_of_the_datasheet,
 };
 pub use check::{adopt, check};
 pub use diagnosis::{SuspectRun, Suspicion, diagnose};

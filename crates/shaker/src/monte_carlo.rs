@@ -374,8 +374,11 @@ pub fn findings(checks: &[FrequencyCheck], digits: u32) -> Vec<Finding> {
     }
     let open = with(Verdict::Undecided);
     if !open.is_empty() {
-        found.push(findings::monte_carlo_undecided(
-            &format!("{} of {total} components of S", open.len()),
+        found.push(findings::too_few_trials(
+            &format!(
+                "to check the linear interval of {} of {total} components of S",
+                open.len()
+            ),
             &worst(&open),
         ));
     }

@@ -56,7 +56,7 @@ pub struct RecordedTone {
     /// Frequency in Hz.
     pub frequency: f64,
     /// Peak amplitude in each channel, in the unit of its samples.
-    pub amplitudes: Vec<f64>,
+    pub(crate) amplitudes: Vec<f64>,
 }
 
 /// One run as it comes from the bench: phasors in volts, or the reference already in m/s².

@@ -9,7 +9,7 @@ use num_complex::Complex64;
 use pool::Pool;
 pub(crate) use pool::pooled;
 use proofmass_core::Error;
-use proofmass_uncertainty::{DegreesOfFreedom, Finding, f_quantile, welch_satterthwaite};
+use proofmass_uncertainty::{DegreesOfFreedom, Finding, Severity, f_quantile, welch_satterthwaite};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -262,7 +262,12 @@ pub fn table(campaign: &[RatioRepeats]) -> Result<(SpuriousTable, Vec<Finding>),
                     entry.dof = dof;
                 }
                 if estimate.repeats == 2 {
-                    findings.push(findings::two_repeats(&place, pool.dof));
+                    let few = proofmass_uncertainty::findings::few_degrees_of_freedom(
+                        &format!("the spurious motion along {place}, from two repeats,"),
+                        pool.dof,
+                        "it is that of all ratios of its kind at this frequency: measure at least four",
+                    );
+                    findings.push(few.at(Severity::Note));
                 }
             }
             Average::Incoherent { modulus, phases } => {

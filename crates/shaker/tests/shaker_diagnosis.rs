@@ -217,7 +217,7 @@ fn refuses_radians_declared_as_degrees() {
         .collect();
     let codes = codes(&rows);
     assert_eq!(codes.len(), 1, "{codes:?}");
-    assert!(codes[0].starts_with("phase-unit"));
+    assert!(codes[0].starts_with("radians-as-degrees"));
 }
 
 #[test]

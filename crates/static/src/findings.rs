@@ -13,20 +13,6 @@ findings! {
         evidence "{extreme} for at least {run} samples from sample {start}",
         advice "declare `range` of the recording if this is the limit of the converter";
 
-    /// An output stays at one value while another one moves: a dead channel, a stuck converter, a lost column.
-    frozen_output(axis: &str, value: f64, start: usize, end: usize, percentage: f64) =
-        "frozen-output", [Decision],
-        what "output {axis} stands still while the others move",
-        evidence "{value} from sample {start} to {end}, {percentage:.0} % of the recording",
-        advice "look for a dead channel or a converter that stuck, and record again";
-
-    /// The temperature changed across the standstills, and the model has no term for it. A decision beyond 10 K.
-    temperature_drift(low: f64, high: f64, slope: f64) =
-        "temperature-drift", [Warning, Decision],
-        what "the temperature changed across the standstills, and the model has no temperature term",
-        evidence "{low:.1} to {high:.1} °C; residual slope {slope:+.3} mm/s² per kelvin",
-        advice "let the sensor settle before recording; the calibration holds for the mean temperature";
-
     /// The centripetal acceleration of a tumble is not small against gravity.
     tumble_fast(turning: f64, pull: f64, lever: f64) =
         "tumble-fast", [Warning],
@@ -83,13 +69,6 @@ findings! {
         evidence "{ratio:.2} times their standard deviation, {low:.2} to {high:.2} by chance over {means} means",
         advice "the intervals are too wide: the noise result is of another sensor, bandwidth or state";
 
-    /// Innovations of the bias filter are correlated.
-    innovations_correlated(axis: &str, correlation: f64, statistic: f64, limit: f64) =
-        "innovations-correlated", [Warning],
-        what "{axis}: the innovations are correlated: the bias moves otherwise than its model",
-        evidence "correlation up to {correlation:.2}; Ljung–Box {statistic:.1}, {limit:.1} by chance",
-        advice "the filter follows too slowly (positive) or too fast (negative): compare the model of the bias with a longer noise recording, and look at the temperature";
-
     /// The temperature rose or fell, not both.
     one_direction(low: f64, high: f64) =
         "one-direction", [Note],
@@ -118,20 +97,6 @@ findings! {
         evidence "{own_part:.2} % of the decay is not explained by temperature and attitudes",
         advice "hold the temperature after switching on until the output rests, or record the way back too";
 
-    /// The output settles after switching on.
-    self_heating(axes: &str) =
-        "self-heating", [Note],
-        what "the sensor warmed itself after it was switched on; the coefficients are those of the warm sensor",
-        evidence "{axes}",
-        advice "wait several time constants before a measurement";
-
-    /// The output jumps by far more than a coefficient explains.
-    turned(steps: &str) =
-        "turned", [Warning],
-        what "the output changed suddenly, as when the sensor is moved: each stretch has an intercept of its own, and only what happens within the stretches counts",
-        evidence "{steps}",
-        advice "keep the sensor in one attitude while the temperature changes";
-
     /// The recording was interrupted while the temperature changed. A note where the tilt meanwhile was declared.
     temperature_jump(treatment: &str, jumps: usize, kelvin: f64, change: f64, alternative: &str) =
         "temperature-jump", [Decision, Note],
@@ -140,11 +105,11 @@ findings! {
         advice "record while the temperature changes{alternative}";
 
     /// A step of the output that the temperature does not explain. A decision where it is in the mean slope beyond its interval.
-    output_step(axes: &str) =
+    output_step(treatment: &str, steps: &str) =
         "output-step", [Warning, Decision],
-        what "the output steps beside the temperature, as when the sensor is moved a little: that is in the coefficients",
-        evidence "{axes}",
-        advice "look at the figure, and record again with the sensor fixed; or leave the samples before or after it out",
+        what "the output steps beside the temperature, as when the sensor is moved: {treatment}",
+        evidence "{steps}",
+        advice "look at the figure, and record again with the sensor fixed; or leave the samples before or after the step out",
         false_alarms "1 % of healthy recordings, by the level of the test";
 
     /// Heating and cooling give different outputs.
@@ -155,26 +120,12 @@ findings! {
         advice "count {of_a_reading:.2} mg as standard uncertainty of a compensated reading",
         false_alarms "1 % of healthy recordings, by the level of the test";
 
-    /// Noise of the thermometer flattens a slope.
-    thermometer_noise(axis: &str, percentage: f64) =
-        "thermometer-noise", [Warning],
-        what "the noise of the thermometer makes the slope of {axis} too small by a part of its uncertainty",
-        evidence "{percentage:.2} % of the slope",
-        advice "record longer, or over a wider range";
-
-    /// The fit has no degrees of freedom.
-    no_redundancy(standstills: usize) =
-        "no-redundancy", [Decision],
-        what "there are as many equations as parameters: nothing checks the fit",
-        evidence "{standstills} standstills",
-        advice "record more standstills, or choose a smaller model";
-
-    /// There are fewer attitudes than a calibration should have.
-    few_attitudes(standstills: usize, parameters: usize, wanted: usize) =
-        "few-attitudes", [Warning],
-        what "few attitudes",
+    /// There are fewer attitudes than a calibration should have. A decision where nothing checks the fit.
+    few_attitudes(consequence: &str, standstills: usize, parameters: usize, remedy: &str) =
+        "few-attitudes", [Warning, Decision],
+        what "there are few attitudes: {consequence}",
         evidence "{standstills} standstills for {parameters} parameters",
-        advice "record at least {wanted} well-spread attitudes: of 10 the intervals are 3 to 4 times as wide as of 12, and the residuals tell nothing of what the model leaves out";
+        advice "{remedy}";
 
     /// A part of the sphere has no attitude. A decision where a reading there has more than 0.1 % of g as U.
     attitudes_badly_spread(coverage: &str, radius: f64, x: f64, y: f64, z: f64, expected: &str) =
@@ -204,33 +155,27 @@ findings! {
         evidence "{evidence}",
         advice "let the sensor settle first; {remedy}";
 
-    /// The bias decays after switching on.
-    warm_up(amplitudes: &str, time_constant: f64, chance: &str) =
-        "warm-up", [Warning, Decision],
-        what "the biases settle during the recording",
-        evidence "{amplitudes} at the first standstill, time constant about {time_constant:.0} s ({chance})",
-        advice "switch the sensor on earlier, or leave out the beginning";
+    /// The output settles after switching on. A note where the coefficients are those of the warm sensor.
+    warm_up(observation: &str, evidence: &str) =
+        "warm-up", [Warning, Decision, Note],
+        what "the sensor warmed itself after it was switched on: {observation}",
+        evidence "{evidence}",
+        advice "switch the sensor on several time constants earlier, or leave out the beginning";
 
-    /// The residuals follow the temperature of the standstills.
-    temperature_dependence(amplitudes: &str, span: f64, coefficients: &str, chance: &str) =
+    /// The temperature changed across the standstills, or the residuals follow it, and the model has no term for it. A decision
+    /// beyond 10 K.
+    temperature_dependence(observation: &str, evidence: &str) =
         "temperature-dependence", [Warning, Decision],
-        what "the biases follow the temperature, and the model has no temperature term",
-        evidence "{amplitudes} over {span:.1} K: {coefficients} mg/K ({chance})",
-        advice "fit a temperature term (`[terms]`), or let the sensor settle before recording";
+        what "{observation}, and the model has no temperature term",
+        evidence "{evidence}",
+        advice "fit a temperature term (`[terms]`), or let the sensor settle before recording; the calibration holds for the mean temperature";
 
-    /// The residuals follow the square of the acceleration.
-    quadratic_term(amplitudes: &str, chance: &str) =
-        "quadratic-term", [Warning, Decision],
-        what "the outputs are not linear: a term in the square of the acceleration",
-        evidence "{amplitudes} at 1 g ({chance})",
-        advice "biases and scale factors hold for the mean over ±1 g; at other accelerations the error grows with the square";
-
-    /// The residuals follow the third power of the acceleration.
-    cubic_term(amplitudes: &str, chance: &str) =
-        "cubic-term", [Warning, Decision],
-        what "the outputs are not linear: a term in the third power of the acceleration",
-        evidence "{amplitudes} at 1 g ({chance})",
-        advice "scale factors hold for the mean over ±1 g; beyond 1 g the error grows with the third power";
+    /// The output is no straight line of the acceleration. A note where a linearity test finds more than 0.1 % of full scale.
+    nonlinear_output(form: &str, evidence: &str, consequence: &str) =
+        "nonlinear-output", [Warning, Decision, Note],
+        what "the output is not linear: {form}",
+        evidence "{evidence}",
+        advice "{consequence}; compensate the curvature, or stay within the range in which a line holds";
 
     /// The residuals follow the direction from which an attitude was reached.
     last_motion(x: f64, y: f64, z: f64, chance: &str) =
@@ -296,26 +241,12 @@ findings! {
         advice "the sensor has moved since (temperature, time, mounting), or the standstills were not still",
         false_alarms "1 % of healthy validations, by the level of the test";
 
-    /// The output is no straight line.
-    not_linear(percentage: f64) =
-        "not-linear", [Note],
-        what "the output leaves the straight line by more than 0.1 % of full scale",
-        evidence "{percentage:.3} %",
-        advice "compensate curvature, or use the range in which the line holds";
-
     /// The sensitivity is zero within its interval.
     no_response(sensitivity: f64, expanded: f64, unit: &str) =
         "no-response", [Decision],
         what "the output does not follow the position",
         evidence "sensitivity {sensitivity:.3e}, U = {expanded:.1e} {unit}",
         advice "look at the column, the wiring, and whether up and down are different recordings";
-
-    /// An output in m/s² is off by a factor of two and more.
-    sensitivity_implausible(sensitivity: f64, expanded: f64, unit: &str) =
-        "sensitivity-implausible", [Decision],
-        what "the output is no acceleration in its unit, by more than a factor of two",
-        evidence "sensitivity {sensitivity:.3e}, U = {expanded:.1e} {unit}",
-        advice "check the unit of the outputs, the column and the angles";
 
     /// Two axes are not at right angles.
     not_orthogonal(axes: &str, error: f64, acceleration: f64) =
@@ -332,13 +263,6 @@ findings! {
         advice "test linearity with known accelerations, or turn the sensor by 180° on the table and repeat",
         false_alarms "1 % of healthy tests, by the level of the test";
 
-    /// No uncertainty of the levelling was stated.
-    level_taken_as_exact() =
-        "level-taken-as-exact", [Warning],
-        what "the surface is taken as perfectly level",
-        evidence "0.05° are 0.87 mg",
-        advice "state the standard uncertainty of the levelling, or turn the sensor by 180° and average";
-
     /// Gravity is not along the axis that was named.
     gravity_elsewhere(axis: &str, outputs: &str) =
         "gravity-elsewhere", [Decision],
@@ -347,8 +271,8 @@ findings! {
         advice "name the axis that points up, the order of the columns and their unit";
 
     /// A quantity changes from calibration to calibration.
-    drifts(quantity: &str, drift: f64, expanded: f64, unit: &str) =
-        "drifts", [Warning],
+    calibration_drift(quantity: &str, drift: f64, expanded: f64, unit: &str) =
+        "calibration-drift", [Warning],
         what "{quantity} drifts",
         evidence "{drift:.3e} ± {expanded:.1e} {unit} per month",
         advice "calibrate more often, or extrapolate the drift knowingly",

@@ -87,12 +87,14 @@ pub fn frozen(samples: &Samples<'_>) -> Vec<Finding> {
                 .clone()
                 .any(|other| span(&columns[other][start..end]) > MOVED * span(columns[other]));
             (end - start >= RUN && moved).then(|| {
-                findings::frozen_output(
-                    AXES[axis],
-                    column[start],
-                    start,
-                    end,
-                    1e2 * (end - start) as f64 / column.len() as f64,
+                proofmass_uncertainty::findings::frozen(
+                    &format!("output {}", AXES[axis]),
+                    &format!(
+                        "{} from sample {start} to {end}, {:.0} % of the recording, while the others move",
+                        column[start],
+                        1e2 * (end - start) as f64 / column.len() as f64
+                    ),
+                    "look for a dead channel or a converter that stuck, and record again",
                 )
             })
         })
@@ -133,5 +135,12 @@ pub fn temperature_drift(
     } else {
         Severity::Warning
     };
-    Some(findings::temperature_drift(low, high, 1e3 * slope).at(severity))
+    let finding = findings::temperature_dependence(
+        "the temperature changed across the standstills",
+        &format!(
+            "{low:.1} to {high:.1} °C; residual slope {:+.3} mm/s² per kelvin",
+            1e3 * slope
+        ),
+    );
+    Some(finding.at(severity))
 }

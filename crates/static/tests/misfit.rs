@@ -122,13 +122,13 @@ fn known_faults_are_named() {
         "a warm-up of 30 to 80 mm/s²",
     );
     at_least(
-        bench.named("cubic-term", true, &|u, _, _| {
+        bench.named("nonlinear-output", true, &|u, _, _| {
             u.map(|v| 0.003 * G * v.powi(3))
         }),
         "a cubic term of 0.3 %",
     );
     at_least(
-        bench.named("quadratic-term", true, &|u, _, _| {
+        bench.named("nonlinear-output", true, &|u, _, _| {
             u.map(|v| 0.002 * G * v * v)
         }),
         "a quadratic term of 0.2 %",

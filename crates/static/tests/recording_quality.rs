@@ -53,7 +53,7 @@ fn known_output_that_stands_still_while_others_move() {
     let mut outputs = turning();
     outputs[2][50..250].fill(0.2);
     let found = of(&outputs);
-    assert_eq!(found[0].code(), "frozen-output");
+    assert_eq!(found[0].code(), "frozen");
     assert_eq!(found.len(), 1);
 }
 
@@ -80,7 +80,7 @@ fn known_temperature_that_drifts_across_the_standstills() {
     assert_eq!(of(1.0), None);
     for (rise, severity) in [(5.0, Severity::Warning), (30.0, Severity::Decision)] {
         let found = of(rise).unwrap();
-        assert_eq!(found.code(), "temperature-drift");
+        assert_eq!(found.code(), "temperature-dependence");
         assert_eq!(found.severity(), severity);
     }
 }

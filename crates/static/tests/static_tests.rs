@@ -343,7 +343,7 @@ fn known_due_date_of_a_drifting_bias() {
         "{}",
         fit.due_in / MONTH
     );
-    assert!(fit.findings.iter().any(|f| f.code() == "drifts"));
+    assert!(fit.findings.iter().any(|f| f.code() == "calibration-drift"));
     test.tolerances[0].1 = 1e-12;
     let spent = test.fit(&values).unwrap().findings;
     assert!(spent.iter().any(|f| f.code() == "tolerance-exhausted"));
@@ -433,6 +433,6 @@ fn known_two_positions_that_cannot_be_have_names() {
     };
     assert_eq!(codes(9.91, 9.91), ["no-response"]);
     assert_eq!(codes(-9.71, 9.91), ["axis-inverted"]);
-    assert_eq!(codes(1.01, -0.99), ["sensitivity-implausible"]);
+    assert_eq!(codes(1.01, -0.99), ["unit-suspected"]);
     assert!(codes(9.91, -9.71).is_empty());
 }

@@ -195,7 +195,7 @@ fn known_coefficients_of_a_sweep() {
         );
     }
     assert!(fit.findings.iter().any(|f| f.code() == "one-direction"));
-    assert!(!fit.findings.iter().any(|f| f.code() == "turned"));
+    assert!(!fit.findings.iter().any(|f| f.code() == "output-step"));
 }
 
 /// A full cycle with 11 mg between the branches: shown, not averaged away, and the slope is not bent by it.
@@ -390,7 +390,7 @@ fn coverage_of_self_heating_and_lag() {
             count[2] += usize::from((lag - 15.0).abs() < 1.96 * u);
             let healthy = switched_on([0.0; 3], 200.0, 0, true, 1000 + seed);
             let healthy = warm_up().fit(&healthy.data()).unwrap();
-            count[3] += usize::from(healthy.findings.iter().any(|f| f.code() == "self-heating"));
+            count[3] += usize::from(healthy.findings.iter().any(|f| f.code() == "warm-up"));
             count
         })
         .collect();

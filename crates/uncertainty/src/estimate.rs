@@ -83,25 +83,25 @@ pub enum Effect {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Member {
     /// Stable name.
-    pub key: String,
+    pub(crate) key: String,
     /// What it is.
-    pub description: String,
+    pub(crate) description: String,
     /// Type A or type B.
-    pub evaluation: Evaluation,
+    pub(crate) evaluation: Evaluation,
     /// Distribution as a word.
-    pub distribution: String,
+    pub(crate) distribution: String,
     /// Degrees of freedom of its standard uncertainty.
-    pub dof: DegreesOfFreedom,
+    pub(crate) dof: DegreesOfFreedom,
     /// Members with the same number here share one estimate of σ: their variance counts as a whole.
-    pub estimate_of_scatter: usize,
+    pub(crate) estimate_of_scatter: usize,
     /// Estimate of the input.
-    pub value: f64,
+    pub(crate) value: f64,
     /// Unit of the input.
-    pub unit: String,
+    pub(crate) unit: String,
     /// Standard uncertainty of the input.
-    pub standard_uncertainty: f64,
+    pub(crate) standard_uncertainty: f64,
     /// ∂(component)/∂(input), one per component.
-    pub sensitivity: Vec<f64>,
+    pub(crate) sensitivity: Vec<f64>,
 }
 
 /// Per member of a correlated effect, seen in component `i`: contribution c u with its sign, and that times all that

@@ -79,13 +79,6 @@ crate::findings! {
         evidence "{reason}",
         advice "the linear result is not checked; state distributions that stay within the possible values";
 
-    /// Monte Carlo has too few trials to check the linear interval.
-    monte_carlo_undecided(name: &str, evidence: &str) =
-        "monte-carlo-undecided", [Warning],
-        what "the trials are too few to check the linear interval of {name}",
-        evidence "{evidence}",
-        advice "allow more trials, or ask for fewer digits of the check";
-
     /// The observations scatter more than their declared noise.
     excess_residuals(place: &str, evidence: &str, remedy: &str) =
         "excess-residuals", [Warning, Note, Decision],
@@ -101,11 +94,11 @@ crate::findings! {
         evidence "{evidence}",
         advice "{consequence}; choose a wider range or a lower gain and record again";
 
-    /// The adaptive number of trials reached its limit.
-    monte_carlo_not_stable(digits: u32, trials: usize) =
-        "monte-carlo-not-stable", [Warning],
-        what "the Monte Carlo result is not stable to {digits} digits of u",
-        evidence "{trials} trials",
+    /// Monte Carlo has too few trials for the digits asked for, or to check the linear interval.
+    too_few_trials(purpose: &str, evidence: &str) =
+        "too-few-trials", [Warning],
+        what "the Monte Carlo trials are too few {purpose}",
+        evidence "{evidence}",
         advice "allow more trials or ask for fewer digits";
 
     /// Correlated inputs have distributions other than the normal one.
@@ -115,12 +108,12 @@ crate::findings! {
         evidence "{inputs}",
         advice "their correlation coefficient differs a little from the one given";
 
-    /// The law of propagation gives few effective degrees of freedom.
-    few_effective_degrees_of_freedom(name: &str, dof: f64) =
-        "few-effective-degrees-of-freedom", [Warning],
+    /// An uncertainty rests on few observations, averages or repeats.
+    few_degrees_of_freedom(name: &str, dof: f64, remedy: &str) =
+        "few-degrees-of-freedom", [Warning, Note],
         what "the uncertainty of {name} is itself poorly known",
-        evidence "ν_eff = {dof:.1}",
-        advice "repeat the dominant type A observation, or use the Monte Carlo interval";
+        evidence "ν = {dof:.1}",
+        advice "{remedy}";
 
     /// Correlated inputs have finite degrees of freedom.
     separately_estimated(inputs: &str) =
@@ -148,4 +141,88 @@ crate::findings! {
         "no-standard-deviation", [Warning],
         what "the trials of {name} have tails so heavy that their standard deviation does not converge",
         advice "state the Monte Carlo interval with the median; look for a division by something that reaches zero, and for inputs from three observations or fewer";
+
+    /// A channel has one value throughout where it should move.
+    constant_channel(channel: &str, evidence: &str, consequence: &str) =
+        "constant-channel", [Decision],
+        what "{channel} never changes{consequence}",
+        evidence "{evidence}",
+        advice "check column, cable, supply and range: a working sensor shows at least its noise";
+
+    /// An output holds one value for a while, as no working sensor does.
+    frozen(output: &str, evidence: &str, remedy: &str) =
+        "frozen", [Decision],
+        what "{output} stood still: the sensor, its converter or its reader hung",
+        evidence "{evidence}",
+        advice "{remedy}";
+
+    /// A slower sensor was recorded at the rate of a faster one; a note where the repetitions were left out.
+    repeated_samples(treatment: &str, evidence: &str) =
+        "repeated-samples", [Warning, Note],
+        what "samples are repeated: the sensor is slower than the recording{treatment}",
+        evidence "{evidence}",
+        advice "record at the output data rate of the sensor, or use only the first of each: repeated values look like independent ones and make uncertainties too small";
+
+    /// Samples are missing.
+    gaps_in_record(treatment: &str, evidence: &str, remedy: &str) =
+        "gaps-in-record", [Warning, Note],
+        what "samples are missing{treatment}",
+        evidence "{evidence}",
+        advice "look for lost packets, a logger that pauses, or a clock that leaps; {remedy}";
+
+    /// A long recording is represented by means of successive samples.
+    averaged_record(treatment: &str, evidence: &str, remedy: &str) =
+        "averaged-record", [Note],
+        what "the recording is long: {treatment}",
+        evidence "{evidence}",
+        advice "{remedy}";
+
+    /// Time stamps scatter about even steps, as those of a computer do. A warning where the samples are known to be even.
+    uneven_stamps(treatment: &str, evidence: &str, remedy: &str) =
+        "uneven-stamps", [Note, Warning],
+        what "the time stamps come unevenly: {treatment}",
+        evidence "{evidence}",
+        advice "{remedy}";
+
+    /// Gravity, a velocity change, or the ratio of two channels says that a unit is wrong.
+    unit_suspected(observation: &str, evidence: &str) =
+        "unit-suspected", [Decision],
+        what "a unit seems wrong: {observation}",
+        evidence "{evidence}",
+        advice "check the units of the columns, that of time included: every result is wrong until they agree";
+
+    /// Noise of the thermometer flattens a coefficient.
+    noisy_thermometer(coefficient: &str, evidence: &str) =
+        "noisy-thermometer", [Warning],
+        what "the noise of the thermometer makes {coefficient} too small",
+        evidence "{evidence}",
+        advice "let the temperature change more, record longer, or average the thermometer";
+
+    /// The innovations of a filter are correlated.
+    innovations_correlated(model: &str, evidence: &str, remedy: &str) =
+        "innovations-correlated", [Warning],
+        what "the innovations are correlated: {model}",
+        evidence "{evidence}",
+        advice "{remedy}; the stated uncertainty is then a lower bound";
+
+    /// A quantity exceeds its limit with its whole interval. A warning where the limit is a datasheet's.
+    beyond_limit(subject: &str, evidence: &str, remedy: &str) =
+        "beyond-limit", [Decision, Warning],
+        what "{subject} beyond the limit with the whole interval",
+        evidence "{evidence}",
+        advice "{remedy}";
+
+    /// A limit lies within the interval of a quantity.
+    limit_undecided(subject: &str, evidence: &str, remedy: &str) =
+        "limit-undecided", [Warning],
+        what "the limit lies within the interval of {subject}: conformity is undecided",
+        evidence "{evidence}",
+        advice "{remedy}";
+
+    /// No uncertainty was stated of a surface or axis that is levelled. A note for what is predicted before measuring.
+    level_taken_as_exact(level: &str, evidence: &str, remedy: &str) =
+        "level-taken-as-exact", [Warning, Note],
+        what "{level} is taken as exactly level",
+        evidence "{evidence}",
+        advice "{remedy}";
 }

@@ -105,9 +105,9 @@ fn constants(v: &[f64]) -> Vec<Partial> {
 
 /// Where h(y, x) = 0 for one x.
 pub(crate) struct Root {
-    pub y: Vec<f64>,
+    pub(crate) y: Vec<f64>,
     /// ∂h/∂y there.
-    pub slope: Scaled,
+    pub(crate) slope: Scaled,
     /// Last step of the iteration.
     step: Vec<f64>,
     /// Largest value and step met, the measure of a step.

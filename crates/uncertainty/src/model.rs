@@ -40,7 +40,7 @@ use serde::{Deserialize, Serialize};
 pub struct BudgetEntries {
     /// Title for the report.
     #[serde(default)]
-    pub title: String,
+    pub(crate) title: String,
     /// `[[input]]`
     #[serde(default, rename = "input")]
     pub input: Vec<InputEntry>,
@@ -109,10 +109,10 @@ pub struct UncertaintyModel {
     pub title: String,
     /// How readings made together are stated.
     #[serde(default, skip_serializing_if = "is_default")]
-    pub joint_readings: JointReadings,
+    pub(crate) joint_readings: JointReadings,
     /// Whether units are converted.
     #[serde(default, skip_serializing_if = "is_default")]
-    pub units: UnitRule,
+    pub(crate) units: UnitRule,
     /// `[[input]]`
     #[serde(default, rename = "input")]
     pub input: Vec<InputEntry>,

@@ -292,9 +292,10 @@ impl MonteCarlo {
             .iter()
             .all(|o| o.standard_uncertainty.is_some());
         if let (Trials::Adaptive { digits, .. }, false, true) = (self.trials, stable, settled) {
-            result
-                .findings
-                .push(findings::monte_carlo_not_stable(digits, done * block));
+            result.findings.push(findings::too_few_trials(
+                &format!("for a result that is stable to {digits} digits of u"),
+                &format!("{} trials", done * block),
+            ));
         }
         if !sampler.copula.is_empty() {
             result

@@ -239,9 +239,11 @@ pub fn linear(
         let name = &result.estimate.components()[k].name;
         let nu = result.dof[k].get();
         if variance > 0.0 && nu < 3.0 {
-            result
-                .findings
-                .push(findings::few_effective_degrees_of_freedom(name, nu));
+            result.findings.push(findings::few_degrees_of_freedom(
+                name,
+                nu,
+                "repeat the dominant type A observation, or use the Monte Carlo interval",
+            ));
         }
         if variance > 0.0 {
             result

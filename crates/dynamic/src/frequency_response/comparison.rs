@@ -403,17 +403,25 @@ fn findings(
             ),
         };
         findings.push(findings::calibrations_differ(
-            &evidence,
-            worst.frequency,
-            &worst.element,
-            100.0 * worst.modulus_difference,
-            worst.phase_difference.to_degrees(),
-            worst.modulus_en,
-            worst.phase_en,
+            "two calibrations",
+            &format!(
+                "{evidence}; most at {:.4} Hz, {}: {:+.2} % in modulus, {:+.2}° in phase (E_n {:.1} and {:.1})",
+                worst.frequency,
+                worst.element,
+                100.0 * worst.modulus_difference,
+                worst.phase_difference.to_degrees(),
+                worst.modulus_en,
+                worst.phase_en
+            ),
+            "look at the course of the differences over frequency",
         ));
     }
     if whole.is_none() {
-        findings.push(findings::correlation_not_stated(points.len()));
+        findings.push(findings::correlation_not_stated(
+            "a calibration",
+            &format!("{} points, each judged alone", points.len()),
+            "differences that are the same at all frequencies may be one error seen many times",
+        ));
     }
     findings
 }

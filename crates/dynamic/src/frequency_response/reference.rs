@@ -59,7 +59,7 @@ pub struct ReferenceElement {
 /// draws along. Of an element that one laboratory has within five standard uncertainties of zero, the parts in phase with the mean and in
 /// quadrature to it, relative to its modulus, stand for modulus and phase, which do not hold there.
 ///
-/// **Assumes** laboratories that have nothing in common. **Accuracy** at most 1 % of agreeing laboratories raise `laboratories-differ`
+/// **Assumes** laboratories that have nothing in common. **Accuracy** at most 1 % of agreeing laboratories raise `calibrations-differ`
 /// (`known_laboratories_that_agree_and_one_that_does_not`). **Source** `[Cox02]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReferenceComparison {
@@ -199,7 +199,11 @@ impl ReferenceComparison {
                 100.0 * self.consistent,
             )
         });
-        self.findings.push(findings::laboratories_differ(&evidence));
+        self.findings.push(findings::calibrations_differ(
+            "laboratories",
+            &evidence,
+            "ask the one that is off; take the median as the reference where the mean does not fit",
+        ));
         self
     }
 }

@@ -30,13 +30,21 @@ pub fn pulse_findings(
     let mut found = Vec::new();
     let PulseContext { rate, unit, role } = *context;
     if pulse.end.is_none() {
-        found.push(findings::pulse_cut_off(
-            role,
-            100.0 * pulse.sign * (record[record.len() - 1] - pulse.baseline) / measures.peak.abs(),
+        found.push(findings::record_ends_early(
+            &format!("the pulse of the {role} does"),
+            &format!(
+                "last sample at {:.0} % of the peak",
+                100.0 * pulse.sign * (record[record.len() - 1] - pulse.baseline)
+                    / measures.peak.abs()
+            ),
+            "duration, velocity change and what follows from them are not given",
         ));
     }
     if pulse.start.is_none() {
-        found.push(findings::pulse_begins_before_record(role));
+        found.push(findings::record_starts_late(
+            &format!("within the pulse of the {role}"),
+            "no sample before it is at rest",
+        ));
     }
     if !pulse.others.is_empty() {
         let times: Vec<String> = pulse
@@ -125,7 +133,7 @@ fn plausibility(found: &mut Vec<Finding>, pulse: &Pulse, measures: &PulseMeasure
             && pulse.quiet >= 16
             && level > 20.0 * pulse.noise / (pulse.quiet as f64).sqrt()
         {
-            found.push(findings::unit_contradicts_data(
+            found.push(proofmass_uncertainty::findings::unit_suspected(
                 &format!("the level before the pulse in the {role} is gravity in another unit"),
                 &format!("{level:.4} m/s² as read: in {believed} by its heading, 1 g if it were in {real}"),
             ));
@@ -134,7 +142,7 @@ fn plausibility(found: &mut Vec<Finding>, pulse: &Pulse, measures: &PulseMeasure
     if let Some(dv) = measures.velocity_change
         && dv.abs() > 150.0
     {
-        found.push(findings::unit_contradicts_data(
+        found.push(proofmass_uncertainty::findings::unit_suspected(
             &format!("the velocity change of the {role} is beyond any shock machine"),
             &format!(
                 "{:.0} m/s, the fall from {:.0} m",

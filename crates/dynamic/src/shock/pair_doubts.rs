@@ -54,7 +54,7 @@ impl ShockCalibration {
                 (1e-3, "as if a prefix milli were wrong"),
             ] {
                 if (ratio / factor - 1.0).abs() < 0.1 {
-                    findings.push(findings::unit_contradicts_data(
+                    findings.push(proofmass_uncertainty::findings::unit_suspected(
                         "the two accelerations differ by the ratio of two units",
                         &format!("ratio {ratio:.4}, {words}"),
                     ));

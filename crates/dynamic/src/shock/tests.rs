@@ -149,7 +149,7 @@ fn known_faults_are_named() {
     };
     // Cut off on the falling flank.
     let end = 2000 + 80;
-    assert!(of(&r[..end], &o[..end]).contains("pulse-cut-off"));
+    assert!(of(&r[..end], &o[..end]).contains("record-ends-early"));
     // A rebound of half the height.
     let rebound = PulseShape::HalfSine.record(500.0, 2e-3, 0.052, 3000, RATE);
     let add = |x: &[f64], by: f64| -> Vec<f64> {

@@ -19,16 +19,16 @@ pub struct Listed {
     /// Name in the folder.
     pub name: String,
     /// SHA-256 in hexadecimal digits.
-    pub sha256: String,
+    pub(crate) sha256: String,
 }
 
 /// The files of a folder that belong to one result.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Manifest {
     /// Form and version.
-    pub schema: Schema,
+    pub(crate) schema: Schema,
     /// Program that wrote them.
-    pub software: Software,
+    pub(crate) software: Software,
     /// Kind of the result, as `kind` in result.json.
     pub kind: String,
     /// The files, the manifest itself left out.

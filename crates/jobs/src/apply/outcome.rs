@@ -7,7 +7,8 @@ use crate::record::Record;
 use proofmass_dynamic::frequency_response::{BandMatrix, CompensationError};
 use proofmass_io::{AnyCalibration, CalibrationFile, Input, StatedQuantity, rows_outside};
 use proofmass_report::Report;
-use proofmass_uncertainty::Finding;
+use proofmass_uncertainty::findings::gaps_in_record;
+use proofmass_uncertainty::{Finding, Severity};
 
 /// Counts while the rows go by.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -70,25 +71,28 @@ pub(super) fn findings(
 ) -> Vec<Finding> {
     let mut findings = Vec::new();
     if let (true, Some([low, high])) = (figures.beyond > 0, range(calibration)) {
-        findings.push(findings::beyond_tested_range(
+        findings.push(findings::beyond_calibrated_range(
             figures.beyond,
             low,
             high,
-            figures.written,
+            "m/s²",
+            &format!("of {} samples", figures.written),
         ));
     }
     if let (AnyCalibration::Triaxial(file), Some([low, high])) = (calibration, figures.temperatures)
         && let Some(block) = &file.temperature
         && figures.beyond_temperature > 0
     {
-        findings.push(findings::beyond_temperature_range(
-            figures.beyond_temperature,
-            block.range[0],
-            block.range[1],
-            low,
-            high,
-            figures.read,
-        ));
+        findings.push(
+            findings::beyond_calibrated_range(
+                figures.beyond_temperature,
+                block.range[0],
+                block.range[1],
+                "°C",
+                &format!("{low:.1} to {high:.1} °C in {} samples", figures.read),
+            )
+            .at(Severity::Warning),
+        );
     }
     let Some(compensation) = compensation else {
         return findings;
@@ -101,7 +105,17 @@ pub(super) fn findings(
             ));
         }
         if figures.gaps > 0 {
-            findings.push(findings::gaps_in_recording(figures.gaps, filter.half));
+            findings.push(
+                gaps_in_record(
+                    "; the filter begins anew behind each gap",
+                    &format!(
+                        "{} gaps, {} samples without a result on either side of each",
+                        figures.gaps, filter.half
+                    ),
+                    "a shorter filter loses less at each",
+                )
+                .at(Severity::Note),
+            );
         }
     }
     if let Some(error) = compensation.error()
@@ -116,9 +130,9 @@ pub(super) fn findings(
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilterFigures {
     /// Sampling rate, Hz.
-    pub rate: f64,
+    pub(crate) rate: f64,
     /// Length of its impulse response, samples.
-    pub length: usize,
+    pub(crate) length: usize,
     /// Samples without a result at the beginning and at the end of every stretch.
     pub half: usize,
 }

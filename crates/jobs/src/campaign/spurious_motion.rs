@@ -17,10 +17,10 @@ use serde::de::IgnoredAny;
 pub struct VibrometerTable {
     /// Sensitivity in V/(m/s).
     #[serde(rename = "sensitivity_V_per_m_s")]
-    pub sensitivity: f64,
+    pub(crate) sensitivity: f64,
     /// Delay of the decoder behind the motion, s.
     #[serde(default)]
-    pub delay_s: f64,
+    pub(crate) delay_s: f64,
 }
 
 /// `[[model]]`: spurious.csv of `proofmass modes`.
@@ -28,9 +28,9 @@ pub struct VibrometerTable {
 #[serde(deny_unknown_fields)]
 pub struct ModelTable {
     /// Label in results.
-    pub label: String,
+    pub(crate) label: String,
     /// Table of calculated motion, relative to the campaign.
-    pub file: String,
+    pub(crate) file: String,
 }
 
 /// The tables of a campaign of spurious motion; the files they name are read by its methods.
@@ -41,26 +41,26 @@ pub struct SpuriousMotionCampaign {
     _kind: IgnoredAny,
     /// The file it was read from.
     #[serde(skip, default = "CampaignFile::unread")]
-    pub source: CampaignFile,
+    pub(crate) source: CampaignFile,
     /// One line for the head of the report.
-    pub title: Option<String>,
+    pub(crate) title: Option<String>,
     /// The bench.
     #[serde(default)]
-    pub device: Device,
+    pub(crate) device: Device,
     /// Runs: one repeat along one axis each.
-    pub runs: RunsTable,
+    pub(crate) runs: RunsTable,
     /// Waveforms.
-    pub recording: Option<ShakerRecording>,
+    pub(crate) recording: Option<ShakerRecording>,
     /// Certificate of the reference; `None` when the runs carry accelerations.
-    pub reference: Option<CertificateTable>,
+    pub(crate) reference: Option<CertificateTable>,
     /// The vibrometer; `None` when the runs carry velocities.
-    pub vibrometer: Option<VibrometerTable>,
+    pub(crate) vibrometer: Option<VibrometerTable>,
     /// Calculated motions to set beside the measured one.
     #[serde(default, rename = "model")]
-    pub models: Vec<ModelTable>,
+    pub(crate) models: Vec<ModelTable>,
     /// Conditions.
     #[serde(default)]
-    pub ambient: Ambient,
+    pub(crate) ambient: Ambient,
 }
 
 impl SpuriousMotionCampaign {

@@ -6,18 +6,12 @@ findings! {
     /// What a job may find beside the mathematics it calls.
     pub CATALOGUE;
 
-    /// Samples of a recording exceed the accelerations of the calibration.
-    beyond_tested_range(beyond: u64, low: f64, high: f64, samples: u64) =
-        "beyond-tested-range", [Note],
-        what "{beyond} samples lie beyond {low:.1} … {high:.1} m/s², where the calibration was tested; the model is extrapolated there",
-        evidence "of {samples} samples";
-
-    /// Samples of a recording are hotter or colder than the calibration.
-    beyond_temperature_range(beyond: u64, low: f64, high: f64, lowest: f64, highest: f64, samples: u64) =
-        "beyond-temperature-range", [Warning],
-        what "{beyond} samples are beyond {low:.1} … {high:.1} °C, where the temperature coefficients were measured; the polynomials are extrapolated there",
-        evidence "{lowest:.1} to {highest:.1} °C in {samples} samples",
-        advice "sweep a larger range, or refuse such samples";
+    /// Samples of a recording exceed the accelerations, or the temperatures, of the calibration.
+    beyond_calibrated_range(beyond: u64, low: f64, high: f64, unit: &str, samples: &str) =
+        "beyond-calibrated-range", [Note, Warning],
+        what "{beyond} samples lie beyond {low:.1} … {high:.1} {unit}, where the calibration was tested; the model is extrapolated there",
+        evidence "{samples}",
+        advice "calibrate over a larger range, or refuse such samples";
 
     /// A compensation filter deviates from the inverse of the sensitivity.
     filter_too_short(taps: usize, departure: f64) =
@@ -25,12 +19,6 @@ findings! {
         what "the filter does not follow the inverse of the sensitivity as closely as was asked",
         evidence "{taps} samples, departure {departure:.2} %",
         advice "leave out the lowest frequencies with a band, or allow a longer filter; the stated error holds it";
-
-    /// A filtered recording has gaps.
-    gaps_in_recording(gaps: u64, lost: usize) =
-        "gaps-in-recording", [Note],
-        what "samples are missing; the filter begins anew behind each gap",
-        evidence "{gaps} gaps, {lost} samples without a result on either side of each";
 
     /// A calibration has fewer than three frequencies.
     interpolation_unknown() =
@@ -53,13 +41,6 @@ findings! {
         evidence "{table} has no column phase_deg",
         advice "moduli do not need it; add phase_deg and u_phase_deg where phases or delays count";
 
-    /// A reference has no covariance between its frequencies.
-    reference_correlation_unknown(name: &str) =
-        "reference-correlation-unknown", [Note],
-        what "the calibration of the reference does not say what its frequencies have in common: its whole uncertainty is taken as common",
-        evidence "{name}",
-        advice "at each frequency nothing changes; between frequencies nothing of it is averaged away";
-
     /// A frequency of the campaign meets a resonance of the wedge.
     fixture_resonance(inclination: f64, frequency: f64, u: f64, weight: f64, near: &str) =
         "fixture-resonance", [Decision],
@@ -74,40 +55,19 @@ findings! {
         evidence "by its model above {usable:.0} Hz more than {motion} %; {above} of {frequencies} frequencies lie there, up to {highest} Hz",
         advice "measure the spurious motion there and correct for it, or leave these frequencies out";
 
-    /// The count of modes contradicts the modes.
-    mode_missed(highest: f64) =
-        "mode-missed", [Decision],
-        what "the count of modes by the signs of the factorisation disagrees with the modes found",
-        evidence "below {highest:.1} Hz",
-        advice "ask for more modes: those that were found may not be the lowest";
+    /// The modes that were calculated are not all that matter.
+    modes_missing(observation: &str, evidence: &str) =
+        "modes-missing", [Decision],
+        what "modes are missing: {observation}",
+        evidence "{evidence}",
+        advice "ask for more modes: those that were found may not be the ones that matter";
 
-    /// The transfer is asked for beyond the modes.
-    beyond_the_last_mode(frequency: f64, last: f64) =
-        "beyond-the-last-mode", [Decision],
-        what "the transfer at {frequency} Hz lies beyond the last mode calculated",
-        evidence "last mode {last:.0} Hz",
-        advice "ask for more modes";
-
-    /// Slow oscillators swing on after the record.
-    peak_after_record(period: f64) =
-        "peak-after-record", [Note],
-        what "slow oscillators reach their peak after the record ends",
-        evidence "from a period of {period:.3} s on",
-        advice "the spectrum is that of the record alone; add what follows, or read it below that period";
-
-    /// The band of a vibration is not within the record.
-    no_vibration_velocity(reason: &str) =
-        "no-vibration-velocity", [Note],
-        what "the vibration figures cannot be given for this band",
-        evidence "{reason}",
-        advice "choose --vibration-band within what length and rate of the record resolve";
-
-    /// The sampling rate does not reach the upper end of a band.
-    band_narrowed(high: f64, wanted: f64) =
-        "band-narrowed", [Note],
-        what "the band of the vibration velocity ends below the one asked for",
-        evidence "{high:.1} Hz instead of {wanted:.1} Hz",
-        advice "sample faster to hold the whole band";
+    /// The band of a vibration is not within what the record resolves.
+    vibration_band_not_resolved(consequence: &str, evidence: &str) =
+        "vibration-band-not-resolved", [Note],
+        what "the record does not resolve the whole band of the vibration: {consequence}",
+        evidence "{evidence}",
+        advice "choose --vibration-band within what length and rate of the record resolve, or sample faster";
 
     /// The velocity at the end is as large as that of the motion.
     velocity_drifts(end: f64, mean: f64) =
@@ -115,20 +75,6 @@ findings! {
         what "the velocity does not return: an offset was integrated",
         evidence "{end:.4} m/s at the end, mean acceleration {mean:.3e} m/s²",
         advice "state a correction with --baseline: mean, before=SECONDS or velocity=DEGREE";
-
-    /// Time stamps are not even.
-    uneven_stamps(treatment: &str, evidence: &str, remedy: &str) =
-        "uneven-stamps", [Note],
-        what "the time stamps come unevenly: {treatment}",
-        evidence "{evidence}",
-        advice "{remedy}";
-
-    /// Time stamps scatter, and the samples do not.
-    late_stamps(evidence: &str) =
-        "late-stamps", [Warning],
-        what "samples were taken at even steps, whatever their time stamps say; the sine was fitted on the even grid",
-        evidence "{evidence}",
-        advice "the stamps are those of reading the samples: a clock that is shared is known no better than they scatter";
 
     /// A recording of a campaign has no full scale.
     clipping_unchecked() =
@@ -195,34 +141,6 @@ findings! {
         advice "a model of the wedge alone knows nothing of the table's own motion, which is nearly the same at all frequencies; what grows with frequency is the base or the gluing",
         false_alarms "0.5 % of healthy campaigns, by the level of the test";
 
-    /// The runs along the axis contradict the stated calibration.
-    axis_not_as_calibrated(frequency: f64, off: f64) =
-        "axis-not-as-calibrated", [Decision],
-        what "along its axis the device at {frequency} Hz is not what [axis] says",
-        evidence "{off:+.1} %; the runs were used",
-        advice "look at gains, cables and the device of [axis]";
-
-    /// The transverse sensitivity is beyond its limit with its whole interval.
-    transverse_exceeds_datasheet(limit: f64, frequencies: &str) =
-        "transverse-exceeds-datasheet", [Decision],
-        what "the transverse sensitivity exceeds {limit:.2} %",
-        evidence "{frequencies}",
-        advice "look at the mounting surface and the torque; else the device does not keep to its datasheet";
-
-    /// The limit lies within the interval of the transverse sensitivity.
-    transverse_undecided(limit: f64, frequencies: &str) =
-        "transverse-undecided", [Warning],
-        what "whether the transverse sensitivity keeps to {limit:.2} % cannot be said",
-        evidence "{frequencies}",
-        advice "the limit lies inside the interval: the budget says which cause to make smaller";
-
-    /// Directions in radians were declared as degrees.
-    rotation_unit(directions: usize, first: f64, last: f64) =
-        "rotation-unit", [Decision],
-        what "the directions look like radians under a heading of degrees",
-        evidence "{directions} directions from {first}° to {last}°",
-        advice "call the column rotation_rad";
-
     /// A calibration is validated by the recording it was made of.
     same_recording() =
         "same-recording", [Warning],
@@ -242,13 +160,6 @@ findings! {
         what "the calibration states no uncertainty: the comparison takes its coefficients as exact",
         advice "judge by the errors in mg, not by χ²; or calibrate here";
 
-    /// Means of rows stand for a long recording.
-    rows_averaged(rows: usize, all: u64, rate: f64) =
-        "rows-averaged", [Note],
-        what "the recording is long: means of {rows} rows stand for them",
-        evidence "{all} rows, {rate:.3} means in a second",
-        advice "standstills of fewer than five means are not seen: validate a part by itself where they are short";
-
     /// A table has several rows of one frequency.
     repeats_averaged(table: &str, most: usize, frequencies: usize) =
         "repeats-averaged", [Note],
@@ -263,36 +174,11 @@ findings! {
         evidence "{lost} of {rows} rows, the largest by {largest} counts",
         advice "a capture that is too slow, or a counter that rolls over or was reset: --bits states its width";
 
-    /// A drift was predicted for an exactly level axis.
-    inclination_not_stated() =
-        "inclination-not-stated", [Note],
-        what "the axis is taken to be exactly level: an inclination of a tenth of a degree is 17 mm/s² of gravity",
-        advice "state --tilt or --tilt-uncertainty";
-
-    /// Rows have no reading.
-    rows_without_reading(absent: usize, rows: usize, line: u64) =
-        "rows-without-reading", [Note],
-        what "rows hold no reading of the encoder",
-        evidence "{absent} of {rows} rows; the first is line {line}";
-
     /// The carrier of a resolver was demodulated.
     resolver_demodulated(carrier: f64, block: usize, angles: usize) =
         "resolver-demodulated", [Note],
         what "the carrier of the resolver was demodulated",
         evidence "{carrier:.6} Hz, an angle from every {block} samples, {angles} in all";
-
-    /// The place of the first illegal transition.
-    illegal_transition_line(file: &str, line: u64) =
-        "illegal-transition-line", [Note],
-        what "where the first illegal transition stands",
-        evidence "{file}:{line}";
-
-    /// The reference velocity is interrupted.
-    gaps_in_reference(bridged: usize, samples: usize) =
-        "gaps-in-reference", [Warning],
-        what "the reference has gaps, which are bridged by straight lines",
-        evidence "{bridged} of {samples} samples",
-        advice "leave them out with --between FROM,TO";
 
     /// The reference is sampled more slowly than the sensors.
     slow_reference(rate: f64, sensors: f64) =
@@ -327,13 +213,6 @@ findings! {
         evidence "bias of {bias:.1} % of the modulus at {frequency:.2} Hz",
         advice "give longer segments (--segment)";
 
-    /// Few segments were averaged.
-    few_averages(dof: f64) =
-        "few-averages", [Note],
-        what "the bands rest on few averages",
-        evidence "{dof:.0} degrees of freedom to a line",
-        advice "average more segments or impacts: an uncertainty that is itself uncertain makes wide intervals";
-
     /// Impacts of a hammer are doubled, clipped or cut off.
     blows_left_out(left_out: usize, blows: usize, reasons: &str) =
         "blows-left-out", [Warning],
@@ -341,25 +220,12 @@ findings! {
         evidence "{reasons}",
         advice "strike once, and let the response decay before the next impact";
 
-    /// Responses to impacts are cut off.
-    response_not_decayed(undecayed: usize, blows: usize) =
-        "response-not-decayed", [Warning],
-        what "responses do not decay within their record",
-        evidence "{undecayed} of {blows} end above 5 % of their greatest value",
-        advice "record longer after each impact: what is cut off leaks into all lines";
-
-    /// A pulse cannot be held against its tolerance.
-    tolerance_not_judged() =
+    /// A pulse or a shock spectrum cannot be held against its tolerance.
+    tolerance_not_judged(subject: &str, evidence: &str, remedy: &str) =
         "tolerance-not-judged", [Decision],
-        what "the tolerance cannot be judged",
-        advice "the pulse must be whole, the nominal peak and duration positive";
-
-    /// A shock spectrum cannot be held against its tolerance.
-    spectrum_not_judged(unit: &str) =
-        "spectrum-not-judged", [Decision],
-        what "the tolerance of the spectrum cannot be judged",
-        evidence "spectrum in {unit}",
-        advice "the channel must be an acceleration, and its natural frequencies (--frequencies) among those required";
+        what "the tolerance of the {subject} cannot be judged",
+        evidence "{evidence}",
+        advice "{remedy}";
 
     /// Oscillators of a shock spectrum are fast for the sampling rate.
     few_samples_per_oscillation(frequency: f64, rate: f64, low: f64) =
@@ -367,13 +233,6 @@ findings! {
         what "the highest oscillators are sampled less than ten times a period",
         evidence "{frequency:.0} Hz at {rate:.0} samples/s: peaks low by up to {low:.0} %",
         advice "look for extremes between the samples (--peaks between-samples), or stay below a tenth of the rate";
-
-    /// The inverse of a model reaches beyond its points.
-    model_extrapolated(corner: f64, highest: f64) =
-        "model-extrapolated", [Warning],
-        what "the inverse uses the model beyond the frequencies it was fitted to",
-        evidence "corner {corner:.0} Hz, points up to {highest:.0} Hz",
-        advice "measure the response further up, or set the corner (--corner)";
 
     /// The low-pass of a deconvolution acts on the peak.
     little_is_left(u: f64, peak: f64) =

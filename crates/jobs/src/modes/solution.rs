@@ -66,7 +66,10 @@ pub(super) fn solve(
     let mut estimate = frequency_estimate(&frequencies, &sensitivities, &errors)?;
     let mut findings = solved.findings.clone();
     if solved.modes.effort.complete == Some(false) {
-        findings.push(findings::mode_missed(frequencies[frequencies.len() - 1]));
+        findings.push(findings::modes_missing(
+            "the count by the signs of the factorisation disagrees with the modes found",
+            &format!("below {:.1} Hz", frequencies[frequencies.len() - 1]),
+        ));
     }
     findings.extend(close_modes(&estimate));
     let updated = if job.measured.is_empty() {
@@ -101,7 +104,10 @@ pub(super) fn solve(
         )
     };
     if let Some(beyond) = transfer.iter().map(|t| t.frequency).find(|f| *f > last) {
-        findings.push(findings::beyond_the_last_mode(beyond, last));
+        findings.push(findings::modes_missing(
+            &format!("the transfer at {beyond} Hz lies beyond the last one calculated"),
+            &format!("last mode {last:.0} Hz"),
+        ));
     }
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
     let (mass, centre) = mass_and_centre(&model);

@@ -2,7 +2,6 @@
 
 use super::{MultiPositionData, MultiPositionJob, Readings};
 use crate::campaign::{FileIs, GravityInput, MultiPositionCampaign, RowsAre};
-use crate::findings;
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{Error, Gravity, Watch};
@@ -278,7 +277,7 @@ fn doubts(recording: &Recording, breaks: &[usize]) -> Vec<Finding> {
     let longest = recording.time.gaps().iter().map(|g| g.step_s);
     let longest = longest.fold(0.0, f64::max);
     let uneven = || {
-        findings::uneven_stamps(
+        proofmass_uncertainty::findings::uneven_stamps(
             "they scatter, or single rows are lost",
             &format!(
                 "{} long steps among {}; the longest takes {longest:.3} s",
@@ -292,7 +291,7 @@ fn doubts(recording: &Recording, breaks: &[usize]) -> Vec<Finding> {
         .findings()
         .iter()
         .map(
-            |finding| match finding.code() == "time-gaps" && breaks.is_empty() {
+            |finding| match finding.code() == "gaps-in-record" && breaks.is_empty() {
                 true => uneven(),
                 false => finding.clone(),
             },

@@ -156,7 +156,7 @@ fn findings(recording: &[Finding], analysis: &Analysis) -> Vec<Finding> {
     // What the stamps say of gaps was looked at again, against the line of their clock.
     let mut findings: Vec<Finding> = recording
         .iter()
-        .filter(|f| f.code() != "time-gaps")
+        .filter(|f| f.code() != "gaps-in-record")
         .cloned()
         .collect();
     findings.extend(analysis.findings.iter().cloned());

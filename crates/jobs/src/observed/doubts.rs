@@ -5,7 +5,7 @@ use crate::campaign::{RunTable, ShakerRun};
 use crate::findings;
 use proofmass_io::Input;
 use proofmass_shaker::recording::{Line, UnevenStamps};
-use proofmass_uncertainty::Finding;
+use proofmass_uncertainty::{Finding, Severity};
 
 /// Findings of a reader, with the name of the run.
 pub(super) fn named(run: &str, findings: &[Finding]) -> Vec<Finding> {
@@ -53,13 +53,18 @@ pub(super) fn uneven(stamps: &[(String, UnevenStamps)]) -> Vec<Finding> {
             worst.residuals[1]
         );
         findings.push(if used {
-            findings::uneven_stamps(
+            proofmass_uncertainty::findings::uneven_stamps(
                 "the sine was fitted at the stamps",
                 &evidence,
                 "nothing is to be done when the stamps are those of the samples",
             )
         } else {
-            findings::late_stamps(&evidence)
+            proofmass_uncertainty::findings::uneven_stamps(
+                "the samples were taken at even steps all the same, and the sine was fitted on the even grid",
+                &evidence,
+                "the stamps are those of reading the samples: a clock that is shared is known no better than they scatter",
+            )
+            .at(Severity::Warning)
         });
     }
     findings

@@ -130,29 +130,38 @@ mod tests {
                 standard_uncertainty: u,
                 dof: DegreesOfFreedom::INFINITE,
             };
-            let figure = stated(&StatedQuantity::new(&quantity, 0.95));
-            [figure.label, figure.value, figure.note]
+            stated(&StatedQuantity::new(&quantity, 0.95))
+        };
+        let figure = |label: &str, value: &str, unit: &str, note: &str| {
+            KeyFigure::new(label, value, unit).note(note)
         };
         assert_eq!(
             of("bias.x", "m/s²", -0.0312, 0.0014),
-            ["bias x", "-0.0312 ± 0.0027", "k = 1.96, 95 %; −3.18 mg"]
+            figure(
+                "bias x",
+                "-0.0312 ± 0.0027",
+                "m/s²",
+                "k = 1.96, 95 %; −3.18 mg"
+            )
         );
         // 1 mg/√Hz is 9.80665e-3 (m/s²)/√Hz and 0.588 m/s/√h.
         assert_eq!(
             of("x.N", "(m/s²)/√Hz", 9.80665e-3, 1e-5),
-            [
+            figure(
                 "x N",
                 "0.009807 ± 0.000020",
+                "(m/s²)/√Hz",
                 "k = 1.96, 95 %; 1000 µg/√Hz; 0.588 m/s/√h"
-            ]
+            )
         );
         assert_eq!(
             of("S.xx.modulus[frequency=160]", "V/(m/s²)", 2.5e-5, 1e-7),
-            [
+            figure(
                 "S xx modulus at 160 Hz",
                 "(2.500 ± 0.020)×10⁻⁵",
+                "V/(m/s²)",
                 "k = 1.96, 95 %"
-            ]
+            )
         );
         assert_eq!(in_the_trade(2.0 * STANDARD_GRAVITY, "m/s²"), ["2.00 g"]);
         assert_eq!(plus_minus(0.0, 0.0), "0");

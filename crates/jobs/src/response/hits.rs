@@ -4,7 +4,7 @@ use super::ResponseData;
 use crate::findings;
 use crate::trouble::{Result, Trouble};
 use proofmass_dynamic::blows::{BlowFault, Blows};
-use proofmass_uncertainty::Finding;
+use proofmass_uncertainty::{Finding, Severity};
 
 /// Stretches of input and output, one for each blow, and their common length.
 pub(super) struct Hits<'a> {
@@ -72,7 +72,17 @@ pub(super) fn find<'a>(
     let length = blows.length(wanted);
     let undecayed = blows.undecayed(length);
     if undecayed > 0 {
-        findings.push(findings::response_not_decayed(undecayed, pieces.len()));
+        findings.push(
+            proofmass_dynamic::findings::record_ends_early(
+                "responses have decayed",
+                &format!(
+                    "{undecayed} of {} end above 5 % of their greatest value",
+                    pieces.len()
+                ),
+                "what is cut off after an impact leaks into all lines",
+            )
+            .at(Severity::Warning),
+        );
     }
     Ok(Hits {
         pieces: blows.pieces,

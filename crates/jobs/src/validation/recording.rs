@@ -3,7 +3,6 @@
 use super::ValidationData;
 use super::averages::Averages;
 use crate::block_clock::BlockClock;
-use crate::findings;
 use crate::multi_position::{pauses, segment, shortest_pause};
 use crate::record::Record;
 use crate::recording::RecordingReading;
@@ -15,6 +14,7 @@ use proofmass_io::{
 };
 use proofmass_static::Segment;
 use proofmass_uncertainty::Finding;
+use proofmass_uncertainty::findings::averaged_record;
 
 /// A calibration, a recording of the same sensor in its unit, and standstills where they are given.
 #[derive(Clone, Debug)]
@@ -174,7 +174,11 @@ impl ValidationRecording {
             .ok_or_else(|| Trouble::data("the time does not advance").detail(name.clone()))?
             / per as f64;
         if per > 1 {
-            findings.push(findings::rows_averaged(per, rows as u64, rate));
+            findings.push(averaged_record(
+                &format!("means of {per} rows stand for them"),
+                &format!("{rows} rows, {rate:.3} means in a second"),
+                "standstills of fewer than five means are not seen: validate a part by itself where they are short",
+            ));
         }
         Ok(Self {
             calibration,
@@ -254,7 +258,7 @@ mod tests {
         );
         assert!(data.outputs.iter().all(|o| o.iter().all(|v| *v == 2.0)));
         assert!((data.rate - 50.0).abs() < 1e-9);
-        assert_eq!(data.findings[0].code(), "rows-averaged");
+        assert_eq!(data.findings[0].code(), "averaged-record");
     }
 
     #[test]

@@ -2,7 +2,6 @@
 
 use super::outcome::quantity;
 use super::page;
-use crate::findings;
 use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
@@ -10,7 +9,7 @@ use proofmass_core::Watch;
 use proofmass_io::StatedQuantity;
 use proofmass_motion::{DriftBudget, DriftSources};
 use proofmass_report::Report;
-use proofmass_uncertainty::Finding;
+use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
 
 /// Drift from offset, inclination, gain and noise.
@@ -93,7 +92,14 @@ impl VelocityDrift {
     fn new(request: VelocityDriftJob, budgets: Vec<DriftBudget>) -> Self {
         let sources = request.sources;
         let silent = sources.orientation == 0.0 && sources.orientation_uncertainty == 0.0;
-        let findings = silent.then(findings::inclination_not_stated);
+        let findings = silent.then(|| {
+            proofmass_uncertainty::findings::level_taken_as_exact(
+                "the axis",
+                "an inclination of a tenth of a degree is 17 mm/s² of gravity",
+                "state --tilt or --tilt-uncertainty",
+            )
+            .at(Severity::Note)
+        });
         Self {
             request,
             budgets,

@@ -3,7 +3,6 @@
 mod signal;
 
 use super::sensors::{stated_unit, unknown_unit};
-use crate::findings;
 use crate::trouble::Trouble;
 use proofmass_core::Error;
 use proofmass_core::encoder::Decoding;
@@ -292,14 +291,6 @@ impl Reading {
         let n = self.columns()?.len();
         let columns = &recording.columns[..n];
         let missing: Vec<&[usize]> = (0..n).map(|i| recording.missing(i)).collect();
-        let absent: usize = missing.iter().map(|m| m.len()).sum();
-        if absent > 0 && columns.len() == 1 && absent * 2 < clock.len() {
-            findings.push(findings::rows_without_reading(
-                absent,
-                clock.len(),
-                recording.line(missing[0][0]),
-            ));
-        }
         if self.is_level() {
             return self.logic(recording, columns, clock, &missing, findings);
         }

@@ -151,7 +151,11 @@ impl Reference {
         if bridged > 0 {
             bench
                 .findings
-                .push(findings::gaps_in_reference(bridged, to - from));
+                .push(proofmass_uncertainty::findings::gaps_in_record(
+                    " in the reference, and are bridged by straight lines",
+                    &format!("{bridged} of {} samples", to - from),
+                    "leave them out with --between FROM,TO",
+                ));
         }
         if step > 1.5 * dt {
             bench

@@ -250,7 +250,7 @@ impl AxisSensors {
         let mut findings = main.findings().to_vec();
         if self.reading.edges() {
             // Edges come when they come.
-            findings.retain(|f| f.code() != "time-gaps");
+            findings.retain(|f| f.code() != "gaps-in-record");
         }
         // Seconds since an epoch leave a double too few digits for a step.
         let origin = main.time.seconds(0);

@@ -311,7 +311,7 @@ fn findings(map: &EncoderMap, turns: f64, quarter: Option<f64>) -> Vec<Finding> 
                 )
             })
             .collect();
-        list.push(findings::encoder_map_found(&told.join("; ")));
+        list.push(findings::encoder_ripple(&told.join("; ")));
     }
     list
 }

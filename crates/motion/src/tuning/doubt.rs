@@ -55,16 +55,15 @@ pub(super) fn not_white(
     let matters = inflation > INFLATION && whiteness.mean_square > 0.25;
     (whiteness.p_white < 1e-3 && matters).then(|| {
         let (lag, rho) = whiteness.largest_correlation;
-        findings::innovations_not_white(
+        proofmass_uncertainty::findings::innovations_correlated(
             match record.accelerometer {
                 true => "the model does not describe both sensors",
                 false => "the motion does not change at random",
             },
-            whiteness.lags,
-            inflation,
-            rho,
-            lag,
-            whiteness.p_white,
+            &format!(
+                "the variance of their mean over {} lags is {inflation:.2} times that of white ones; correlation {rho:.3} at lag {lag} (Ljung-Box p = {:.1e})",
+                whiteness.lags, whiteness.p_white
+            ),
             match record.accelerometer {
                 true => "look for slip, a gain error, a latency that changes, or an error of the encoder that repeats",
                 false => "add an accelerometer, which would show the motion",

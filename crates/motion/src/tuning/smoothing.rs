@@ -26,7 +26,7 @@ impl Tuned {
         self.model.acceleration_noise = found.model.acceleration_noise;
         self.log_q_interval = found.log_q_interval;
         self.findings
-            .retain(|f| !matches!(f.code(), "innovations-not-white" | "rounding-repeats"));
+            .retain(|f| !matches!(f.code(), "innovations-correlated" | "rounding-repeats"));
         if innovations.len() >= 20 {
             self.whiteness = Whiteness::test(innovations)?;
             self.autocorrelation = autocorrelation(innovations, self.whiteness.lags);

@@ -3,7 +3,7 @@
 use super::MethodResult;
 use crate::findings;
 use crate::observation::{Correction, PhasorRow};
-use proofmass_uncertainty::Finding;
+use proofmass_uncertainty::{Finding, Severity};
 
 /// Places of the campaign that a correction says nothing about.
 pub(super) fn gaps(correction: &Correction, rows: &[PhasorRow]) -> Option<Finding> {
@@ -76,5 +76,15 @@ pub(super) fn off_datasheet(results: &[MethodResult]) -> Option<Finding> {
         .filter(|d| d.e_n.abs() > 1.0)
         .map(|d| format!("{} {:+.1} %", d.axis, 100.0 * d.relative))
         .collect();
-    (!off.is_empty()).then(|| findings::off_datasheet(result.frequency, &off.join(", ")))
+    (!off.is_empty()).then(|| not_that_of_the_datasheet(result.frequency, &off.join(", ")))
+}
+
+/// A sensitivity beyond the tolerance of its datasheet and U together.
+pub fn not_that_of_the_datasheet(frequency: f64, off: &str) -> Finding {
+    proofmass_uncertainty::findings::beyond_limit(
+        &format!("the sensitivity at {frequency} Hz is, by the datasheet,"),
+        off,
+        "check gains, cables and the unit of the datasheet; near a resonance it does not hold",
+    )
+    .at(Severity::Warning)
 }

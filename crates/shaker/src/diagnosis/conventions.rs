@@ -12,6 +12,9 @@ use proofmass_core::Error;
 use proofmass_uncertainty::{Finding, Severity};
 use rayon::prelude::*;
 
+/// How rotations are counted.
+const CLOCKWISE: &str = "rotation is positive clockwise, seen from above on the device";
+
 /// Phases that were radians but read as degrees leave nothing outside ±π/180 rad · π.
 pub(super) fn phase_unit(
     rows: &[PhasorRow],
@@ -45,7 +48,14 @@ pub(super) fn phase_unit(
             (Some(a), Some(b)) => format!("runs {} to {}", a.run, b.run),
             _ => String::new(),
         };
-        findings::phase_unit(&runs, largest.to_degrees(), as_given, as_radians)
+        findings::radians_as_degrees(
+            "phases of the table",
+            &format!(
+                "{runs}: no phase exceeds {:.2}°, χ² = {as_given:.0} as declared and {as_radians:.0} as radians",
+                largest.to_degrees()
+            ),
+            "declare the phase column in radians and calibrate again",
+        )
     }))
 }
 
@@ -194,14 +204,18 @@ impl Reading {
             (_, false, false, [true, true, false]) => findings::mask_reversed(evidence),
             (_, false, false, [true, true, true]) => findings::reference_inverted(evidence),
             (_, false, true, [false, true, false]) => {
-                findings::rotation_sense("", evidence, "; change its sign in the table of runs")
+                findings::angle_sense("rotations", evidence, CLOCKWISE)
             }
-            (_, true, false, [false, true, false]) => findings::rotation_sense(
-                " and from the opposite mark",
+            (_, true, false, [false, true, false]) => findings::angle_sense(
+                "rotations, from the opposite mark,",
                 evidence,
-                ", from the mark of x",
+                &format!("{CLOCKWISE}, from the mark of x"),
             ),
-            (_, true, true, [true, true, false]) => findings::inclination_sense(evidence),
+            (_, true, true, [true, true, false]) => findings::angle_sense(
+                "inclinations",
+                evidence,
+                "inclination is positive where the +x side of the face climbs",
+            ),
             (_, false, true, _) => sign("y′", "y′ × z′ = x′: check the sense of y′"),
             (_, true, false, _) => {
                 sign("x′", "x′ points to where the wedge climbs: check its sense")

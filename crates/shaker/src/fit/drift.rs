@@ -43,6 +43,6 @@ pub(super) fn finding(adjustment: &Adjustment) -> Option<Finding> {
     let (size, slope, u, over, channel) = largest?;
     (size > SEEN && slope.abs() > WORTH).then(|| {
         let what = channel.map_or("all outputs".to_owned(), |k| format!("output {}", AXES[k]));
-        findings::drift(&what, 100.0 * slope, over, 100.0 * u)
+        findings::gain_drift(&what, 100.0 * slope, over, 100.0 * u)
     })
 }

@@ -59,21 +59,48 @@ pub(super) fn missing_angles(
     // Each answers to the other's error: the one that explains more of it is named.
     let leaning = |p: f64| leans.is_some_and(|(_, other)| other < p && other < WANTED);
     if let Some((score, p)) = tilts {
-        let finding = |seen| findings::missing_gluing_tilt(seen, &size(score), p);
+        let finding = |seen| gluing_tilt(seen, &size(score), p);
         found.push(match p < WANTED && !leaning(p) {
             true => finding(", and the runs ask for one").at(Severity::Decision),
             false => finding(""),
         });
     } else if tilt && !declared(Acts::Tilt, &|i| i.varies_with.is_empty()) {
-        found.push(findings::missing_mean_tilt());
+        found.push(mean_tilt());
     }
     if let Some((score, p)) = leans
         && p < WANTED
         && tilts.is_none_or(|(_, other)| leaning(other) || other >= WANTED)
     {
-        found.push(findings::missing_wedge_lean(&size(score), p));
+        found.push(wedge_lean(&size(score), p));
     }
     found
+}
+
+fn gluing_tilt(seen: &str, size: &str, p_value: f64) -> Finding {
+    findings::missing_angle(
+        &format!("tilt of the glued device{seen}"),
+        &format!(
+            "the device may turn on the wedge face but not tilt in its adhesive; the runs ask for {size} per gluing, p = {p_value:.1e})"
+        ),
+        "`gluing.tilt` (acts = \"tilt\") with inclination and rotation, and `device.tilt.mean` with no key for what all gluings have in common: no data can show that, and S_xz, S_yz, S_zx, S_zy carry it undiminished",
+    )
+}
+
+fn mean_tilt() -> Finding {
+    findings::missing_angle(
+        "tilt that all gluings have in common",
+        "the base of the device against its marked axes; no run can show it, in whatever number",
+        "`device.tilt.mean` (acts = \"tilt\", varies_with = []); it enters S_xz, S_yz, S_zx, S_zy undiminished",
+    )
+}
+
+fn wedge_lean(size: &str, p_value: f64) -> Finding {
+    findings::missing_angle(
+        "sideways tilt of the wedges, and the runs ask for one",
+        &format!("the wedges may be steeper or flatter than drawn but not tilt sideways; the runs ask for {size} per wedge, p = {p_value:.1e})"),
+        "`wedge.lean` (acts = \"lean\") with inclination, or with no key where it is the table that leans; it enters S_xy and S_yx",
+    )
+    .at(Severity::Decision)
 }
 
 fn size(score: Score) -> String {

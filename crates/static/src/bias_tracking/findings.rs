@@ -56,7 +56,14 @@ pub(super) fn findings(axes: &[AxisTrack; 3], means: &[RestMean]) -> Vec<Finding
         }
         if let Some(r) = consistency.coloured() {
             let [statistic, limit] = consistency.whiteness.unwrap_or_default();
-            found.push(findings::innovations_correlated(name, r, statistic, limit));
+            let finding = proofmass_uncertainty::findings::innovations_correlated(
+                "the bias moves otherwise than its model",
+                &format!(
+                    "correlation up to {r:.2}; Ljung–Box {statistic:.1}, {limit:.1} by chance"
+                ),
+                "the filter follows too slowly (positive) or too fast (negative): compare the model of the bias with a longer noise recording, and look at the temperature",
+            );
+            found.push(finding.of_part(name));
         }
     }
     found.sort_by_key(|f| std::cmp::Reverse(f.severity()));

@@ -111,14 +111,29 @@ fn scatter_text(fit: &MultiPositionFit) -> String {
 }
 
 fn redundancy(fit: &MultiPositionFit) -> Option<Finding> {
-    (fit.degrees_of_freedom() == 0).then(|| findings::no_redundancy(fit.poses().len()))
+    (fit.degrees_of_freedom() == 0).then(|| {
+        findings::few_attitudes(
+            "as many equations as parameters, so that nothing checks the fit",
+            fit.poses().len(),
+            fit.parameters(),
+            "record more standstills, or choose a smaller model",
+        )
+        .at(Severity::Decision)
+    })
 }
 
 fn few_attitudes(fit: &MultiPositionFit) -> Option<Finding> {
     let n = fit.poses().len();
     let large = fit.parameters() > Model::BiasScale.parameters();
     (n < FEW && large && !fit.attitudes_given())
-        .then(|| findings::few_attitudes(n, fit.parameters(), FEW))
+        .then(|| {
+            findings::few_attitudes(
+                "of 10 the intervals are 3 to 4 times as wide as of 12",
+                n,
+                fit.parameters(),
+                &format!("record at least {FEW} well-spread attitudes: the residuals tell nothing of what the model leaves out"),
+            )
+        })
 }
 
 fn spread(fit: &MultiPositionFit) -> Option<Finding> {
@@ -226,13 +241,29 @@ fn misfit(fit: &MultiPositionFit, misfit: &Misfit) -> Option<Finding> {
             &format!("{axes} from the first standstill to the last ({chance})"),
             "record faster, or repeat the first attitudes at the end; the bias is that of the middle of the recording",
         ),
-        MisfitCause::WarmUp { time_constant } => findings::warm_up(&axes, time_constant, &chance),
+        MisfitCause::WarmUp { time_constant } => findings::warm_up(
+            "the biases settle during the recording",
+            &format!(
+                "{axes} at the first standstill, time constant about {time_constant:.0} s ({chance})"
+            ),
+        ),
         MisfitCause::Temperature { span } => {
             let coefficients = format!("{:+.3}, {:+.3}, {:+.3}", x / span, y / span, z / span);
-            findings::temperature_dependence(&axes, span, &coefficients, &chance)
+            findings::temperature_dependence(
+                "the biases follow the temperature",
+                &format!("{axes} over {span:.1} K: {coefficients} mg/K ({chance})"),
+            )
         }
-        MisfitCause::Quadratic => findings::quadratic_term(&axes, &chance),
-        MisfitCause::Cubic => findings::cubic_term(&axes, &chance),
+        MisfitCause::Quadratic => findings::nonlinear_output(
+            "a term in the square of the acceleration",
+            &format!("{axes} at 1 g ({chance})"),
+            "biases and scale factors hold for the mean over ±1 g, beyond it the error grows with the square",
+        ),
+        MisfitCause::Cubic => findings::nonlinear_output(
+            "a term in the third power of the acceleration",
+            &format!("{axes} at 1 g ({chance})"),
+            "scale factors hold for the mean over ±1 g, beyond it the error grows with the third power",
+        ),
         MisfitCause::LastMotion => findings::last_motion(x.abs(), y.abs(), z.abs(), &chance),
     };
     Some(finding.at(severity))

@@ -34,7 +34,7 @@ pub struct PoseResidual {
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScatterParts {
     /// The quantity.
-    pub name: String,
+    pub(crate) name: String,
     /// Noise within the standstills.
     pub noise: f64,
     /// Own errors of the given attitudes.

@@ -6,7 +6,7 @@ use super::readings::{
 };
 use crate::findings;
 use proofmass_core::Error;
-use proofmass_uncertainty::{Component, f_quantile};
+use proofmass_uncertainty::{Component, Severity, f_quantile};
 use serde::{Deserialize, Serialize};
 
 /// ã = b₀ + k₁ (a + k₂ a² + k₃ a³) + k_T (T − T̄).
@@ -41,13 +41,13 @@ impl Default for Linearity {
 
 /// Names of the readings' inputs and what else moves them.
 pub(super) struct Inputs<'a> {
-    pub acceleration: &'a [f64],
-    pub output: &'a [f64],
-    pub temperature: Option<&'a [f64]>,
-    pub unit: &'a str,
-    pub label: &'static str,
+    pub(crate) acceleration: &'a [f64],
+    pub(crate) output: &'a [f64],
+    pub(crate) temperature: Option<&'a [f64]>,
+    pub(crate) unit: &'a str,
+    pub(crate) label: &'static str,
     /// Errors all readings share, as relative or absolute errors of the acceleration: ∂a/∂x of every reading.
-    pub common: Vec<CommonError>,
+    pub(crate) common: Vec<CommonError>,
 }
 
 impl Linearity {
@@ -243,7 +243,12 @@ impl Linearity {
         let mut findings = Vec::new();
         let share = departure / (k1.abs() * full_scale);
         if share > 1e-3 {
-            findings.push(findings::not_linear(1e2 * share));
+            let finding = findings::nonlinear_output(
+                "it leaves the straight line by more than 0.1 % of full scale",
+                &format!("{:.3} %", 1e2 * share),
+                "the sensitivity is that of the line",
+            );
+            findings.push(finding.at(Severity::Note));
         }
         Ok(StaticFit {
             estimate,

@@ -83,15 +83,15 @@ pub struct StaticFit {
 
 /// Least squares of equal weights with the scatter of the residuals: Student's t is exact for it.
 pub(super) struct Solved {
-    pub parameters: Vec<f64>,
+    pub(crate) parameters: Vec<f64>,
     /// (XᵀX)⁻¹.
-    pub inverse: Vec<f64>,
+    pub(crate) inverse: Vec<f64>,
     /// (XᵀX)⁻¹ Xᵀ, p × n.
-    pub gain: Vec<f64>,
-    pub fitted: Vec<f64>,
+    pub(crate) gain: Vec<f64>,
+    pub(crate) fitted: Vec<f64>,
     /// Σ r².
-    pub squares: f64,
-    pub dof: usize,
+    pub(crate) squares: f64,
+    pub(crate) dof: usize,
 }
 
 /// `columns`: p columns of n values, of comparable size.

@@ -133,6 +133,11 @@ fn doubts(estimate: &Estimate, unit: &str) -> Option<Finding> {
         let evidence = format!("sensitivity {value:.3e}, U = {expanded:.1e} {per}");
         Some(findings::axis_inverted(&evidence))
     } else {
-        unit_says.then(|| findings::sensitivity_implausible(value, expanded, &per))
+        unit_says.then(|| {
+            proofmass_uncertainty::findings::unit_suspected(
+                "the output is no acceleration in its unit, by more than a factor of two",
+                &format!("sensitivity {value:.3e}, U = {expanded:.1e} {per}"),
+            )
+        })
     }
 }

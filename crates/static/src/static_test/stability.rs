@@ -259,7 +259,7 @@ impl Stability {
         for d in drifts {
             let k = d.drift.dof.coverage_factor(level);
             if d.drift.value.abs() > k * d.drift.standard_uncertainty {
-                findings.push(findings::drifts(
+                findings.push(findings::calibration_drift(
                     &d.name,
                     d.drift.value,
                     d.drift.expanded(self.probability),

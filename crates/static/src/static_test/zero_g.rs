@@ -126,7 +126,11 @@ impl ZeroG {
         let mut findings = drift(&samples, &noise);
         findings.extend(self.elsewhere(mean));
         if self.levelling == 0.0 {
-            findings.push(findings::level_taken_as_exact());
+            findings.push(proofmass_uncertainty::findings::level_taken_as_exact(
+                "the surface",
+                "0.05° are 0.87 mg",
+                "state the standard uncertainty of the levelling, or turn the sensor by 180° and average",
+            ));
         }
         Ok(StaticFit {
             estimate,

@@ -68,7 +68,11 @@ fn self_heating(fit: &TemperatureFit, found: &mut Vec<Finding>) {
         })
         .collect();
     if !seen.is_empty() {
-        found.push(findings::self_heating(&seen.join("; ")));
+        let finding = findings::warm_up(
+            "the coefficients are those of the warm sensor",
+            &seen.join("; "),
+        );
+        found.push(finding.at(Severity::Note));
     }
 }
 
@@ -82,7 +86,10 @@ fn turned(fit: &TemperatureFit, found: &mut Vec<Finding>) {
         })
         .collect();
     if !steps.is_empty() {
-        found.push(findings::turned(&steps.join(", ")));
+        found.push(findings::output_step(
+            "each stretch has an intercept of its own, and only what happens within the stretches counts",
+            &steps.join(", "),
+        ));
     }
 }
 
@@ -144,7 +151,8 @@ fn steps(fit: &TemperatureFit, probability: f64, found: &mut Vec<Finding>) {
         ));
     }
     if !seen.is_empty() {
-        found.push(findings::output_step(&seen.join("; ")).at(gravest));
+        let finding = findings::output_step("that is in the coefficients", &seen.join("; "));
+        found.push(finding.at(gravest));
     }
 }
 
@@ -184,7 +192,10 @@ fn thermometer(fit: &TemperatureFit, found: &mut Vec<Finding>) {
         };
         let bias = share * slope.value.abs();
         if axis < 3 && bias > 0.3 * slope.standard_uncertainty {
-            found.push(findings::thermometer_noise(name, 1e2 * share));
+            found.push(proofmass_uncertainty::findings::noisy_thermometer(
+                &format!("the slope of {name}"),
+                &format!("by {:.2} %, a part of its uncertainty", 1e2 * share),
+            ));
         }
     }
 }

@@ -29,8 +29,8 @@ pub struct SelfHeating {
 
 /// Decays over the blocks, and their time constants.
 pub(super) struct WarmUp {
-    pub times: Vec<f64>,
-    pub decays: Vec<Vec<f64>>,
+    pub(crate) times: Vec<f64>,
+    pub(crate) decays: Vec<Vec<f64>>,
 }
 
 impl WarmUp {

@@ -103,8 +103,8 @@ pub(super) fn verdict(
                 Severity::Warning
             }),
         ),
-        Verdict::Undecided => Some(findings::monte_carlo_undecided(
-            &entry.name,
+        Verdict::Undecided => Some(findings::too_few_trials(
+            &format!("to check the linear interval of {}", entry.name),
             &format!(
                 "{evidence}, and the ends of the Monte Carlo interval scatter by {}{unit}",
                 scientific(validation.scatter, 1)

@@ -13,7 +13,7 @@ pub struct Draw {
     /// Position of the input.
     pub input: usize,
     /// Keys and their values.
-    pub labels: Vec<(String, String)>,
+    pub(crate) labels: Vec<(String, String)>,
     /// Estimate.
     pub estimate: f64,
     /// Standard uncertainty.
@@ -24,11 +24,11 @@ pub struct Draw {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Cluster {
     /// Draws, ascending.
-    pub draws: Vec<usize>,
+    pub(crate) draws: Vec<usize>,
     /// Inputs, ascending.
-    pub inputs: Vec<usize>,
+    pub(crate) inputs: Vec<usize>,
     /// Correlation matrix of the draws; `None` when they are independent of each other.
-    pub correlation: Option<Covariance>,
+    pub(crate) correlation: Option<Covariance>,
 }
 
 /// All draws of a set of observations, with their joint covariance.

@@ -13,27 +13,27 @@ use std::collections::HashSet;
 
 /// A model as one list of operations, with what became of its formulas.
 pub(super) struct Compiled {
-    pub program: Program,
-    pub blocks: Vec<Block>,
-    pub formulas: Vec<Formula>,
+    pub(crate) program: Program,
+    pub(crate) blocks: Vec<Block>,
+    pub(crate) formulas: Vec<Formula>,
     /// Outputs, complex and vectors taken apart.
-    pub outputs: Vec<OutputEntry>,
-    pub places: Vec<u32>,
+    pub(crate) outputs: Vec<OutputEntry>,
+    pub(crate) places: Vec<u32>,
     /// Units of results that are quantities of earlier results.
-    pub stated: Vec<(u32, String)>,
+    pub(crate) stated: Vec<(u32, String)>,
     /// Fits whose residuals are a cause: block, number of points.
-    pub scatter: Vec<(usize, usize)>,
+    pub(crate) scatter: Vec<(usize, usize)>,
     /// What earlier results were taken to share.
-    pub shared: Option<Finding>,
+    pub(crate) shared: Option<Finding>,
 }
 
 /// Where the operations of one formula stand.
 pub(super) struct Formula {
-    pub name: String,
+    pub(crate) name: String,
     /// Unit, for an output.
-    pub unit: Option<String>,
-    pub from: usize,
-    pub results: Vec<u32>,
+    pub(crate) unit: Option<String>,
+    pub(crate) from: usize,
+    pub(crate) results: Vec<u32>,
 }
 
 /// A part of the equations that has no unit of its own.

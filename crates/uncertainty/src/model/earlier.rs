@@ -21,7 +21,7 @@ pub struct EarlierEntry {
     pub quantities: BTreeMap<String, String>,
     /// Causes that are not those of the same name in another result.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub independent: Vec<String>,
+    pub(crate) independent: Vec<String>,
     /// The estimate of that result: what a reader of the file puts here.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub estimate: Option<Estimate>,
@@ -29,24 +29,24 @@ pub struct EarlierEntry {
 
 /// One quantity: value + Σ factor (variable − its estimate).
 pub(super) struct EarlierQuantity {
-    pub name: String,
-    pub unit: String,
-    pub value: f64,
+    pub(crate) name: String,
+    pub(crate) unit: String,
+    pub(crate) value: f64,
     /// Variable (by its position among the earlier ones), factor, estimate of the variable.
-    pub terms: Vec<(usize, f64, f64)>,
+    pub(crate) terms: Vec<(usize, f64, f64)>,
 }
 
 /// All quantities of all earlier results, and the causes behind them as inputs.
 #[derive(Default)]
 pub(super) struct Earlier {
-    pub quantities: Vec<EarlierQuantity>,
-    pub inputs: Vec<Input>,
+    pub(crate) quantities: Vec<EarlierQuantity>,
+    pub(crate) inputs: Vec<Input>,
     correlations: Vec<(usize, usize, f64)>,
     ensembles: Vec<Vec<usize>>,
     /// Statement of each scalar cause, to recognise it: key, u, dof, unit.
     known: Vec<(String, f64, DegreesOfFreedom, String, usize)>,
     /// Causes that two results share.
-    pub shared: Vec<String>,
+    pub(crate) shared: Vec<String>,
 }
 
 impl Earlier {

@@ -20,7 +20,7 @@ pub struct OutputEntry {
     /// Name.
     pub name: String,
     /// Unit.
-    pub unit: String,
+    pub(crate) unit: String,
     /// Formula; without one the quantity that has this name already.
     #[serde(default)]
     pub expression: String,
@@ -33,7 +33,7 @@ pub struct SolveEntry {
     /// Names of the unknowns.
     pub unknown: Vec<String>,
     /// Where the search begins, one number per unknown.
-    pub start: Vec<f64>,
+    pub(crate) start: Vec<f64>,
     /// `left = right`, or an expression that is to be 0.
     pub equations: Vec<String>,
 }
@@ -51,7 +51,7 @@ pub struct FitEntry {
     pub y: String,
     /// Degree; one less than there are parameters when not said.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub degree: Option<usize>,
+    pub(crate) degree: Option<usize>,
     /// Names of the parameters, the constant first.
     pub parameters: Vec<String>,
     /// How the points are weighed.

@@ -7,12 +7,12 @@ use crate::{Covariance, Finding, LeastSquares, Model, NormalEquations, Number, S
 /// A polynomial through points.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Fit {
-    pub entry: FitEntry,
+    pub(crate) entry: FitEntry,
     /// Results that are the abscissae and the ordinates.
-    pub x: Vec<u32>,
-    pub y: Vec<u32>,
-    pub degree: usize,
-    pub weighing: Weighing,
+    pub(crate) x: Vec<u32>,
+    pub(crate) y: Vec<u32>,
+    pub(crate) degree: usize,
+    pub(crate) weighing: Weighing,
     /// Middle and half-width of the abscissae at the estimates: the powers are taken of (x − middle)/half.
     middle: f64,
     half: f64,

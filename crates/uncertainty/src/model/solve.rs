@@ -6,14 +6,14 @@ use crate::{Implicit, Model, Number, Solved};
 /// Equations h(y, x) = 0 with y the unknowns and x results of the formulas before.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Solve {
-    pub unknown: Vec<String>,
-    pub start: Vec<f64>,
+    pub(crate) unknown: Vec<String>,
+    pub(crate) start: Vec<f64>,
     /// Variables: the unknowns, then the captured results.
-    pub program: Program,
+    pub(crate) program: Program,
     /// Results of the program that are to be 0.
-    pub residuals: Vec<u32>,
+    pub(crate) residuals: Vec<u32>,
     /// Results of the formulas before that the equations speak of.
-    pub captured: Vec<u32>,
+    pub(crate) captured: Vec<u32>,
 }
 
 impl Solve {

@@ -15,8 +15,8 @@ use std::path::Path;
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct BudgetTable {
-    pub file: Option<String>,
-    pub bench: Option<String>,
+    pub(crate) file: Option<String>,
+    pub(crate) bench: Option<String>,
 }
 
 /// Where a budget is written.

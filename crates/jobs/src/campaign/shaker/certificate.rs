@@ -17,15 +17,15 @@ use serde::Deserialize;
 #[serde(deny_unknown_fields)]
 pub struct CertificateTable {
     /// The table of a laboratory (`.csv`), a calibration.json or a result.json, relative to the campaign.
-    pub file: String,
+    pub(crate) file: String,
     /// Coverage factor of the columns `U_…`.
-    pub k: Option<f64>,
+    pub(crate) k: Option<f64>,
     /// Which standard it is and who calibrated it, for the report.
-    pub description: Option<String>,
+    pub(crate) description: Option<String>,
     /// Axis of a calibration of several, such as `z`: what output and acceleration along it have to do with each other.
-    pub axis: Option<String>,
+    pub(crate) axis: Option<String>,
     /// Elements of a model that stands for the points, such as `1mode+delay`.
-    pub model: Option<String>,
+    pub(crate) model: Option<String>,
 }
 
 /// How a calibration over frequency is read as that of a reference standard.
@@ -50,7 +50,7 @@ pub struct Certificate {
     /// Path and digest.
     pub input: Input,
     /// Which standard it is.
-    pub description: Option<String>,
+    pub(crate) description: Option<String>,
     /// Sensitivity against frequency.
     pub table: ReferenceTable,
     /// What it does not say.
@@ -262,5 +262,9 @@ fn element(
 }
 
 fn correlation_unknown(name: &str) -> Finding {
-    findings::reference_correlation_unknown(name)
+    proofmass_dynamic::findings::correlation_not_stated(
+        "the calibration of the reference",
+        name,
+        "its whole uncertainty is taken as common: at each frequency nothing changes, between frequencies nothing of it is averaged away",
+    )
 }

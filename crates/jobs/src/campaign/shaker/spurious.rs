@@ -15,9 +15,9 @@ use proofmass_uncertainty::DegreesOfFreedom;
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpuriousFile {
     /// Path and digest; `None` for a table without a file.
-    pub input: Option<Input>,
+    pub(crate) input: Option<Input>,
     /// Label and table.
-    pub correction: Correction,
+    pub(crate) correction: Correction,
 }
 
 enum AxisColumns {

@@ -114,13 +114,13 @@ impl Reading {
             quadrature(self.decoding, &levels[0], &levels[1], index)
         }
         .map_err(|e| Trouble::from(e).detail(recording.path.display().to_string()))?;
-        if let Some(k) = decoded.illegal.first() {
-            findings.push(findings::illegal_transition_line(
-                &recording.path.display().to_string(),
-                recording.line(*k),
-            ));
-        }
-        findings.extend(decoded.findings);
+        let first = decoded.illegal.first().map(|k| recording.line(*k));
+        findings.extend(decoded.findings.into_iter().map(|found| match first {
+            Some(line) if found.code() == "illegal-transitions" => {
+                found.with_evidence(|e| format!("{e}; {}:{line}", recording.path.display()))
+            }
+            _ => found,
+        }));
         let value: Vec<f64> = decoded.count.iter().map(|c| step * *c as f64).collect();
         Ok(Samples {
             time: clock.to_vec(),
