@@ -18,7 +18,7 @@ use std::fmt::Write;
 const STYLE: &str = include_str!("html/style.css");
 const SCRIPT: &str = include_str!("html/figures.js");
 /// A table of more rows than these is folded where it would stand open.
-const LONG: usize = 30;
+const LONG: usize = 24;
 /// A table of at most this many rows is kept on one sheet of paper.
 const SHORT: usize = 8;
 

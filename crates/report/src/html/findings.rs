@@ -85,14 +85,13 @@ fn capital(text: &str) -> String {
         .unwrap_or_default()
 }
 
-/// Capital and full stop around a clause; a Greek or mathematical symbol at its head stays as it is.
+/// Capital and full stop around a clause; a symbol or the name of a part at its head stays as it is.
 fn sentence(text: &str) -> String {
-    let mut text = if text.starts_with(|c: char| c.is_ascii_lowercase())
-        && text.chars().take_while(|c| c.is_ascii_alphabetic()).count() > 1
-    {
-        capital(text)
-    } else {
-        text.to_string()
+    let head = text.split(' ').next().unwrap_or_default();
+    let word = head.len() > 1 && head.chars().all(|c| c.is_ascii_lowercase() || c == ',');
+    let mut text = match word {
+        true => capital(text),
+        false => text.to_owned(),
     };
     if !text.ends_with(['.', '!', '?', ':']) {
         text.push('.');
