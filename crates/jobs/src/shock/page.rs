@@ -5,7 +5,9 @@ use crate::page::columns::filed;
 use crate::page::measures::measures;
 use proofmass_dynamic::shock::{ShockCalibration, SpectrumLine, ToleranceResult};
 use proofmass_report::number::{concise, plain, two_digits};
-use proofmass_report::{Axis, Cell, Field, KeyFigure, Report, Section, Series, Table, XyPlot};
+use proofmass_report::{
+    Axis, Cell, Field, KeyFigure, Report, Section, Series, Table, XyPlot, scientific,
+};
 use proofmass_signal::Extremes;
 use proofmass_uncertainty::Quantity;
 use std::f64::consts::TAU;
@@ -56,7 +58,7 @@ fn result(shock: &ShockOutcome) -> Section {
         KeyFigure::new("duration", format!("{:.4}", 1e3 * d), "ms").note("at a tenth of the peak")
     }));
     let change = m.velocity_change;
-    figures.extend(change.map(|v| KeyFigure::new("velocity change", format!("{v:.5}"), integral)));
+    figures.extend(change.map(|v| KeyFigure::new("velocity change", scientific(v, 4), integral)));
     let mut section = Section::new("Result").key_figures(figures);
     if let Some(calibration) = shock.shock_calibration() {
         section = section.table(sensitivities(calibration));
