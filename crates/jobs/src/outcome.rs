@@ -89,8 +89,11 @@ pub trait Outcome {
         Ok(None)
     }
 
-    /// Adds to an opened page what the result says: a line under the title, sections with their tables and figures.
+    /// Adds to an opened page what the result says: a line under the title, the verdict in words, sections with their tables
+    /// and figures.
     ///
+    /// The page opens with its [`Answer`](proofmass_report::Answer). Where the job names no numbers for it, they are the first
+    /// quantities, else the first key figures; where it names no plot, it is the first one.
     /// Sections of the summary say so by their [`Place`](proofmass_report::Place); tables that name a file are written there too. Findings,
     /// inputs, device and the last line are added by whoever opened the page.
     fn page(&self, page: Report) -> Report;

@@ -1,6 +1,7 @@
 //! A result as data: what `result.json` holds, and every file that is made from it.
 
 use crate::outcome::{Outcome, QUANTITIES};
+use crate::page::answer::answer_first;
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_io::{
@@ -85,7 +86,7 @@ impl StoredResult {
         for (name, value) in outcome.sections()? {
             document = document.section(name, &value)?;
         }
-        let page = outcome.page(Report::default()).shortened();
+        let page = answer_first(outcome.page(Report::default()), &document.quantities).shortened();
         let mut files = BTreeMap::new();
         for (name, bytes) in outcome.attachments(&record)? {
             let text = String::from_utf8(bytes)
@@ -120,7 +121,9 @@ impl StoredResult {
             ))
             .with_hint("evaluate it again, or use the version of proofmass that wrote it; it stands under `software`"));
         }
-        let shown: Shown = part(&document, SHOWN)?;
+        let mut shown: Shown = part(&document, SHOWN)?;
+        // Pages that were written before a page had an answer.
+        shown.page = answer_first(shown.page, &document.quantities);
         document.extra.remove(SHOWN);
         let tables = shown.page.filed_tables();
         let names = tables.iter().map(|t| &t.file).chain(shown.files.keys());

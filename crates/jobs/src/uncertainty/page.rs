@@ -5,6 +5,7 @@ mod requests;
 use super::UncertaintyOutcome;
 use crate::page::words::words;
 use Rounding::{Decimals, Significant};
+use proofmass_report::number::freedom;
 use proofmass_report::{
     Axis, BarPlot, Cell, Field, HistogramPlot, KeyFigure, MatrixPlot, Report, Rounding, Section,
     Series, Table, scientific,
@@ -16,7 +17,7 @@ use proofmass_uncertainty::{
 
 pub(super) fn add(page: Report, outcome: &UncertaintyOutcome) -> Report {
     let result = &outcome.result;
-    let mut page = page.section(
+    let mut page = page.verdict(sentence(result)).section(
         Section::new("Result")
             .key_figures(key_figures(result))
             .paragraph(in_a_line(result))
@@ -24,7 +25,16 @@ pub(super) fn add(page: Report, outcome: &UncertaintyOutcome) -> Report {
             .table(by_the_law(result))
             .summarised(),
     );
+    if let Some((caption, plot)) = result.outputs.first().and_then(|o| drawn(result, o)) {
+        page = page.shown_by(caption, plot);
+    }
     page = requests::add(page, outcome);
+    for output in &result.outputs {
+        if let Some(linear) = &output.linear {
+            let section = Section::new(format!("Uncertainty components of {}", output.name));
+            page = page.section(section.table(budget(output, linear)).summarised());
+        }
+    }
     for output in &result.outputs {
         page = page.section(detail(result, output));
     }
@@ -86,6 +96,30 @@ fn method(outcome: &UncertaintyOutcome) -> Section {
          {} Monte Carlo trials, seed {} (JCGM 101:2008 and 102:2011).",
         result.trials, result.options.seed
     ))
+}
+
+/// Whether the linear result may be used, by Monte Carlo.
+fn sentence(result: &ModelResult) -> String {
+    let checked = |o: &&OutputResult| o.validation.is_some();
+    let held = |o: &&OutputResult| {
+        o.validation
+            .as_ref()
+            .is_some_and(|v| v.verdict == Verdict::Validated)
+    };
+    let outputs = || result.outputs.iter();
+    match (
+        outputs().filter(checked).count(),
+        outputs().filter(held).count(),
+    ) {
+        (0, _) => "The linear result was not checked by Monte Carlo.".to_owned(),
+        (all, n) if n == all => {
+            "The law of propagation holds: Monte Carlo validates the linear result.".to_owned()
+        }
+        (1, _) => "The linear result is not validated: Monte Carlo says something else.".to_owned(),
+        (all, n) => {
+            format!("The linear result is validated for {n} of {all} quantities by Monte Carlo.")
+        }
+    }
 }
 
 fn key_figures(result: &ModelResult) -> Vec<KeyFigure> {
@@ -314,15 +348,13 @@ fn correlations(result: &ModelResult) -> Option<Table> {
 
 fn detail(result: &ModelResult, output: &OutputResult) -> Section {
     let name = &output.name;
-    let mut section = Section::new(format!("Uncertainty of {name}")).summarised();
+    let mut section = Section::new(format!("Uncertainty of {name}"));
     if let Some(linear) = &output.linear {
         let mut bars = BarPlot::shares(format!("share of the variance of {name}"));
         for line in &linear.budget {
             bars = bars.bar(line.key.clone(), line.share, "");
         }
-        section = section
-            .figure("Causes of uncertainty", bars)
-            .table(budget(output, linear));
+        section = section.figure("Causes of uncertainty", bars);
     }
     section = section.table(comparison(result, output));
     if !output.effects.is_empty() {
@@ -338,18 +370,26 @@ fn detail(result: &ModelResult, output: &OutputResult) -> Section {
             ),
         );
     }
-    if let Some(plot) = histogram(output) {
-        section = section.figure(
-            format!(
-                "Distribution of {name} from {} trials, with the density that the law of propagation implies; marks: \
-                 ends of the linear interval and of the symmetric Monte Carlo interval at {} %",
-                result.trials,
-                percent(result.options.probability)
-            ),
-            plot,
-        );
+    match output.name == result.outputs[0].name {
+        true => section,
+        false => drawn(result, output)
+            .into_iter()
+            .fold(section, |section, (caption, plot)| {
+                section.figure(caption, plot)
+            }),
     }
-    section
+}
+
+/// The distribution of an output; that of the first opens the page.
+fn drawn(result: &ModelResult, output: &OutputResult) -> Option<(String, HistogramPlot)> {
+    let caption = format!(
+        "Distribution of {} from {} trials, with the density that the law of propagation implies; marks: ends of the linear \
+         interval and of the symmetric Monte Carlo interval at {} %",
+        output.name,
+        result.trials,
+        percent(result.options.probability)
+    );
+    Some((caption, histogram(output)?))
 }
 
 /// A cause of an output; none where the row closes the budget.
@@ -637,7 +677,7 @@ fn histogram(output: &OutputResult) -> Option<HistogramPlot> {
 }
 
 fn joint(result: &ModelResult) -> Section {
-    let mut section = Section::new("Joint result").summarised();
+    let mut section = Section::new("Joint result");
     if let Some(estimate) = result
         .estimate
         .as_ref()
@@ -680,8 +720,8 @@ fn at_place(value: f64, u: f64, digits: u32) -> String {
 }
 
 fn degrees(nu: f64) -> String {
-    if nu.is_infinite() || nu > 1e6 {
-        "∞".to_owned()
+    if nu.is_infinite() || nu > 9999.0 {
+        freedom(nu)
     } else if nu < 100.0 && (nu - nu.round()).abs() > 1e-9 {
         format!("{nu:.2}")
     } else {
