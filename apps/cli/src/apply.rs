@@ -16,13 +16,12 @@ use std::path::{Path, PathBuf};
 
 /// Compensate a recording with a calibration.
 ///
-/// a = K⁻¹ (ã − b), row by row: a recording of any size needs no more memory than a small one. All other columns
+/// a = K⁻¹ (output − b), row by row: a recording of any size needs no more memory than a small one. All other columns
 /// are kept as they are. The same function runs in firmware. A calibration over frequency (from a shaker, or the table
 /// of a laboratory) is used through the constant matrix of a band, or through a filter; both state their error.
 #[derive(clap::Args)]
 pub(crate) struct Apply {
-    /// calibration.json written by `proofmass calibrate`, or the table of a laboratory (.csv: frequency, sensitivity,
-    /// phase, uncertainties)
+    /// calibration.json of `proofmass calibrate`, or a laboratory's table (.csv) over frequency
     calibration: PathBuf,
     /// Recording with uncompensated outputs; `-` is standard input
     recording: PathBuf,
@@ -32,8 +31,9 @@ pub(crate) struct Apply {
     /// Calibration over frequency: the constant real matrix of this band in hertz
     #[arg(long, value_name = "LOW,HIGH", value_parser = band)]
     band: Option<Band>,
-    /// Calibration over frequency: a filter that undoes it over the whole range (or over --band); samples at either end
-    /// of the recording, for which it would need others before or after, are left out
+    /// Calibration over frequency: an inverse filter over the whole range (or over --band)
+    ///
+    /// Samples at either end of the recording, for which the filter needs others before or after, are left out.
     #[arg(long)]
     filter: bool,
     /// Below and above the calibrated frequencies, take the sensitivity of the nearest one instead of filtering them out
@@ -44,17 +44,20 @@ pub(crate) struct Apply {
         short = 'k',
         long = "coverage-factor",
         alias = "coverage",
-        value_name = "K"
+        value_name = "K",
+        value_parser = crate::number_arguments::coverage_factor
     )]
     coverage: Option<f64>,
-    /// Column of the temperature in °C, by name or number: for a calibration that follows it
+    /// Column of the temperature in °C, for a calibration over temperature
     #[arg(long, value_name = "COLUMN")]
     temperature: Option<String>,
     /// Refuse a recording with samples beyond the range in which the calibration was tested, instead of reporting them
     #[arg(long)]
     within_range: bool,
-    /// Turn back the dynamics of one channel (--columns) by a fitted model: acceleration with the uncertainty of every sample. The
-    /// calibration is then the result.json of a test with a model, or a calibration over frequency that --model is fitted to
+    /// Acceleration behind one channel (--columns) by the inverse of a fitted model, each sample with its uncertainty
+    ///
+    /// The calibration is then the result.json of a test with a model, or a calibration over frequency that --model is
+    /// fitted to.
     #[arg(long, requires = "columns", conflicts_with_all = ["band", "filter", "temperature", "within_range"])]
     dynamic: bool,
     #[command(flatten)]
@@ -69,10 +72,10 @@ pub(crate) struct Apply {
     reading: RecordingReading,
 }
 
-/// What --dynamic may be told.
+/// How --dynamic works.
 #[derive(clap::Args)]
 struct Turning {
-    /// Model to fit to a calibration over frequency: elements of 1mode … 4modes, delay, low-pass=ORDER, joined by + [default: 1mode]
+    /// Model to fit to a calibration over frequency: 1mode … 4modes, delay, low-pass=ORDER, joined by + [default: 1mode]
     #[arg(long, value_name = "ELEMENTS", requires = "dynamic")]
     model: Option<ModelStructure>,
     /// Corner of the low-pass in hertz [default: where noise and bias together are least]
@@ -99,6 +102,15 @@ impl Apply {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
         let replaced = self.may_replace()?;
         let signer = self.sign.as_deref().map(SigningKey::read).transpose()?;
+        let replaced_key = Provenance::of(&self.output)
+            .ok()
+            .flatten()
+            .and_then(|p| Some(p.signature?.key));
+        let key = signer.as_ref().map(|s| s.public().to_string());
+        if let Some(old) = replaced_key.filter(|old| key.as_ref() != Some(old)) {
+            console::unsigned(&self.output.display().to_string(), &old, key.is_some());
+        }
+        console::doubt(&self.calibration);
         if self.dynamic {
             return self.turn_back(replaced, signer.as_ref());
         }

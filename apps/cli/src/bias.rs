@@ -10,10 +10,10 @@ use proofmass::jobs::bias::{AxisNoise, BiasJob, BiasOutcome, BiasRecording};
 use proofmass::jobs::{Job, Outcome as _, RecordingReading, StoredResult};
 use std::path::{Path, PathBuf};
 
-/// Track the bias of an accelerometer over a recording from its rests: known gravity, or zero motion.
+/// Track the bias over a recording from its rests (known gravity, zero velocity).
 ///
-/// The filter that runs on the chip, with the noise of a `proofmass noise` result, and a smoother back over the whole
-/// recording. Tells whether the innovations are what that noise lets expect.
+/// It is the filter that runs on the chip, with the noise of a `proofmass noise` result, and a smoother over the whole
+/// recording. The innovations are tested against that noise.
 #[derive(clap::Args)]
 pub(crate) struct Bias {
     /// Recording in g or m/s² (compensate it with `proofmass apply` first)
@@ -33,8 +33,8 @@ pub(crate) struct Bias {
     /// Standard uncertainty of the bias before the first rest, in m/s²
     #[arg(long, value_name = "M_PER_S2", value_parser = positive, default_value_t = AxisNoise::INITIAL)]
     initial: f64,
-    /// Which way is up at rest: +x … -z, X,Y,Z in the frame of the sensor, or `none` for readings free of gravity
-    /// [default: what the table of segments says]
+    /// Direction that points up at rest: +x … -z, X,Y,Z in the frame of the sensor, or `none` for readings free of
+    /// gravity [default: from the table of segments]
     #[arg(long, value_name = "DIRECTION", value_parser = up, allow_hyphen_values = true)]
     up: Option<Up>,
     /// Standard uncertainty of that direction, in degrees
@@ -45,10 +45,10 @@ pub(crate) struct Bias {
     /// Table of rests (columns start, end; up_x, up_y, up_z or direction) instead of searching for them
     #[arg(long, value_name = "FILE")]
     segments: Option<PathBuf>,
-    /// Largest windowed variance of a rest in multiples of the noise floor
+    /// Largest windowed variance of a rest, in multiples of the noise floor
     #[arg(long, default_value_t = 6.0, allow_negative_numbers = true)]
     threshold: f64,
-    /// Length of the means that the filter takes, in seconds
+    /// Length of the means that the filter uses, in seconds
     #[arg(long, value_name = "S", value_parser = positive, default_value_t = 0.5)]
     mean: f64,
     #[command(flatten)]

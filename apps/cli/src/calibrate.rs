@@ -3,15 +3,17 @@
 use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::draft_arguments::DraftArguments;
-use crate::uncertainty::coverage_factor;
+use crate::number_arguments::coverage_factor;
 use crate::{Failure, Outcome, clock};
 use proofmass::jobs::campaign::Campaign;
 use std::path::PathBuf;
 
-/// Calibrate a sensor from a campaign folder, or from one recording with standstills.
+/// Calibrate a sensor from a campaign folder, or from one recording.
 ///
-/// A campaign is a folder with `campaign.toml` and the recordings it names; its `kind` says what is calibrated. A
-/// recording alone needs the place (`--latitude`) or local gravity; `proofmass init` writes it a campaign.
+/// A campaign is a folder with `campaign.toml` and the recordings it names. Its `kind` says what is calibrated:
+/// `multi-position`, `single-axis`, `free-living`, `shaker-triaxial`, `shaker-single`, `transverse-sensitivity` or
+/// `spurious-motion`. A recording alone, with static intervals in many positions, needs the place (`--latitude`) or
+/// local gravity; `proofmass init` writes a campaign for it.
 /// Results go to a folder: result.json (everything, covariance included), report.html (one file, opens without
 /// network), calibration.json (what `proofmass apply` needs) and CSV tables.
 #[derive(clap::Args)]
@@ -19,11 +21,11 @@ use std::path::PathBuf;
 pub(crate) struct Calibrate {
     /// Campaign folder, its campaign.toml, or a recording
     campaign: PathBuf,
-    /// Refuse a campaign that names files outside of its folder: for campaigns of strangers
+    /// Refuse a campaign that names files outside of its folder: for campaigns that others made
     #[arg(long)]
     contained: bool,
-    /// Coverage factor that U is stated with, such as 2, and the probability it then has [default: that of 95 %; shaker campaigns]
-    #[arg(short = 'k', long, value_name = "K", value_parser = coverage_factor)]
+    /// Shaker campaigns: coverage factor of U, such as 2; its probability is stated [default: that of 95 %]
+    #[arg(short = 'k', long, alias = "coverage", value_name = "K", value_parser = coverage_factor)]
     coverage_factor: Option<f64>,
     #[command(flatten)]
     recording: DraftArguments,

@@ -8,10 +8,10 @@ use proofmass::jobs::comparison::{ComparisonData, ComparisonJob, ComparisonOutco
 use proofmass::jobs::{Job, Outcome as _, Record, StoredResult, frequency_response};
 use std::path::{Path, PathBuf};
 
-/// Compare calibrations of one device over frequency: of two E_n point by point and χ² of the whole, of more their reference value.
+/// Compare calibrations of one device over frequency (E_n, reference value).
 ///
-/// Of three or more, the reference is the weighted mean of all, with the median beside it, and every laboratory's deviation from
-/// both. Each is a calibration.json of kind frequency-response, the result.json of a test or calibration that gives one, or the table of a
+/// Of two, E_n at each point and χ² of the whole. Of three or more, the reference value is the weighted mean of all; the median
+/// and the deviation of each laboratory from both are stated. Each is a calibration.json of kind frequency-response, the result.json of a test or calibration that gives one, or the table of a
 /// laboratory (.csv: frequency_Hz, sensitivity_V/(m/s2) or another unit, phase_deg, u_relative_% or U_relative_% with --coverage,
 /// u_phase_deg).
 #[derive(clap::Args)]
@@ -20,14 +20,15 @@ pub(crate) struct Compare {
     #[arg(required = true, num_args = 2.., value_name = "CALIBRATION")]
     calibrations: Vec<PathBuf>,
     /// Probability of the expanded uncertainties
-    #[arg(long, default_value_t = 0.95)]
+    #[arg(long, value_name = "P", default_value_t = 0.95, value_parser = crate::number_arguments::probability)]
     probability: f64,
     /// Coverage factor of the expanded uncertainties (U_…) in the table of a laboratory
     #[arg(
         short = 'k',
         long = "coverage-factor",
         alias = "coverage",
-        value_name = "K"
+        value_name = "K",
+        value_parser = crate::number_arguments::coverage_factor
     )]
     coverage: Option<f64>,
     #[command(flatten)]

@@ -11,7 +11,7 @@ pub(crate) struct Delivery {
     /// Folder for result.json, report.html and tables [default: none is written]
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) output: Option<PathBuf>,
-    /// Write into a folder with other files or results of another kind; files of the same name are replaced, others kept
+    /// Write into a folder that holds other files: those of the same name are replaced, others kept
     #[arg(long)]
     force: bool,
     /// Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it
@@ -56,6 +56,13 @@ impl Delivery {
             folder.sign_with(SigningKey::read(key)?);
         }
         folder.protect(inputs.iter().copied());
+        if let Some(key) = folder.unsigns() {
+            console::unsigned(
+                &folder.target().display().to_string(),
+                &key,
+                self.sign.is_some(),
+            );
+        }
         for litter in folder.swept() {
             console::note(format!(
                 "removed what an interrupted run had left: {}",

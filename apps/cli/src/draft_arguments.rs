@@ -45,8 +45,7 @@ pub(crate) struct DraftArguments {
     /// Sampling rate in hertz, where there is no time column
     #[arg(long, value_name = "HZ")]
     rate: Option<f64>,
-    /// What a row is: one of the samples in which standstills are found, a mean or a reading in an attitude of its own,
-    /// a sample of a sensor that is turned slowly all the time
+    /// What a row is: a sample (static intervals are found), one reading in one position, a sample of a slow tumble
     #[arg(
         long,
         value_enum,

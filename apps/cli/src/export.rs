@@ -9,8 +9,9 @@ use proofmass::io::{
 use proofmass::jobs::firmware::{GainsOf, firmware};
 use std::path::{Path, PathBuf};
 
-/// Write a calibration as a constant of Rust, a C header, a Python module, imu.yaml or plain JSON; of results the filter
-/// of a bias, the gains of a velocity or the map of an encoder.
+/// Write a calibration as source code (C, Rust, Python), imu.yaml or JSON.
+///
+/// Of a result of `bias`, `velocity tune` or `velocity map` it writes the filter, the gains or the encoder map.
 ///
 /// K⁻¹ is in it, so that nothing is inverted at start-up, and so are temperature and curvature where the calibration has
 /// them. Each of Rust, C and Python checks itself: it holds outputs with the accelerations that were computed here.
@@ -141,8 +142,9 @@ impl Export {
     }
 }
 
-/// Design a low-pass filter against noise and write it as a constant of Rust, a C header or plain JSON, with its group
-/// delay.
+/// Design a low-pass filter and write it as source code (C, Rust) or JSON.
+///
+/// A Butterworth low-pass of second order or a moving average, with its group delay.
 #[derive(clap::Args)]
 pub(crate) struct Filter {
     #[command(flatten)]

@@ -4,9 +4,9 @@ use crate::{Failure, Outcome, console};
 use proofmass::io::{AtomicFile, CoefficientForm, Source, Unit, import_coefficients};
 use std::path::PathBuf;
 
-/// Make a calibration.json of coefficients that another program found.
+/// Make a calibration.json from the coefficients of another program.
 ///
-/// It can be applied and exported. These forms have no uncertainty, and so has the calibration none: `proofmass calibrate`
+/// It can be applied and exported. These files state no uncertainty, so the calibration has none; `proofmass calibrate`
 /// on the same recording gives one.
 #[derive(clap::Args)]
 pub(crate) struct Import {

@@ -5,13 +5,13 @@ use crate::{Failure, Outcome, console};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Write a commented campaign.toml beside a recording.
+/// Write a commented campaign.toml for a recording.
 ///
-/// Columns, time and unit are filled in as far as the recording tells them; the rest stands there as comments. An
+/// Columns, time and unit are filled in as far as the recording states them; the rest stands there as comments. An
 /// existing campaign is never replaced.
 #[derive(clap::Args)]
 pub(crate) struct Init {
-    /// Recording with standstills
+    /// Recording with static intervals in many positions
     recording: PathBuf,
     #[command(flatten)]
     about: DraftArguments,

@@ -4,8 +4,9 @@ use crate::{Failure, Outcome, console};
 use proofmass::io::SigningKey;
 use std::path::PathBuf;
 
-/// Make a pair of keys: NAME.key signs results (`--sign`), NAME.pub verifies them (`proofmass verify --key`).
+/// Make a pair of keys to sign results with.
 ///
+/// NAME.key signs results (`--sign`), NAME.pub verifies them (`proofmass verify --key`).
 /// Ed25519 in the PEM form of OpenSSL. The private key is not encrypted: keep it where only you can read it. A key is never
 /// replaced.
 #[derive(clap::Args)]

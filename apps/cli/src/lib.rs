@@ -1,6 +1,7 @@
 //! `proofmass`: the open accelerometer laboratory on the command line, as a function of its arguments.
 
 mod apply;
+mod argument_file;
 mod bias;
 mod calibrate;
 mod clock;
@@ -11,7 +12,9 @@ mod draft_arguments;
 mod explain;
 mod export;
 mod failure;
+mod glossary;
 mod gravity_arguments;
+mod help;
 mod import;
 mod init;
 mod inspect;
@@ -28,7 +31,8 @@ mod validate;
 mod velocity;
 mod verify;
 
-use clap::{Parser, Subcommand};
+use clap::error::{ContextKind, ContextValue};
+use clap::{FromArgMatches, Parser, Subcommand};
 use failure::Failure;
 use std::ffi::OsString;
 
@@ -124,14 +128,81 @@ fn execute(arguments: Arguments) -> Result<Outcome, Failure> {
     }
 }
 
-/// Removes what is being written when the user or the system ends the process; results in place are the old ones or the
-/// new ones. Without it the next run would remove it.
+/// Removes what is being written when the user or the system ends the process, and ends it with 128 and the number of the
+/// signal, as a shell tells it: 130 after Ctrl-C (SIGINT), 143 after SIGTERM, 129 after SIGHUP. Results in place are the old ones
+/// or the new ones. Without it the next run would remove what was being written.
+///
+/// Call it before anything else: threads that are there already would take the signals themselves.
 pub fn handle_interrupts() {
-    let _ = ctrlc::set_handler(|| {
+    let end = |code: i32| {
         proofmass::io::discard_unfinished();
         console::complain("interrupted: nothing was written\n");
-        std::process::exit(130);
-    });
+        std::process::exit(code);
+    };
+    #[cfg(unix)]
+    {
+        use nix::sys::signal::{SigSet, Signal};
+        let all: SigSet = [Signal::SIGINT, Signal::SIGTERM, Signal::SIGHUP]
+            .into_iter()
+            .collect();
+        let waiter = move || {
+            if let Ok(signal) = all.wait() {
+                end(128 + signal as i32);
+            }
+        };
+        // Blocked here and in every later thread, and taken by one; where there is none for it the signals end the process themselves.
+        if all.thread_block().is_ok() && std::thread::Builder::new().spawn(waiter).is_err() {
+            let _ = all.thread_unblock();
+        }
+    }
+    #[cfg(not(unix))]
+    {
+        let _ = ctrlc::set_handler(move || end(130));
+    }
+}
+
+/// Begins the threads of the calculation, which would otherwise be begun by the first that needs one, and panic there.
+fn begin_threads() -> Result<(), Failure> {
+    let Err(refused) = rayon::ThreadPoolBuilder::new().build_global() else {
+        return Ok(());
+    };
+    // Without a source it says that an earlier call in this process began them.
+    match std::error::Error::source(&refused) {
+        None => Ok(()),
+        Some(why) => Err(Failure::new(format!(
+            "the system gives no threads to calculate with: {why}"
+        ))
+        .hint("raise the number of processes (`ulimit -u`) or the memory that this user may have, or end other programs")),
+    }
+}
+
+/// The arguments as a request, or the exit code after help, the version or an error was shown.
+fn parsed<I, T>(arguments: I) -> Result<Arguments, u8>
+where
+    I: IntoIterator<Item = T>,
+    T: Into<OsString> + Clone,
+{
+    let expanded = argument_file::expand(arguments).map_err(|failure| {
+        console::complain(&failure.to_string());
+        2
+    })?;
+    let mut command = help::command();
+    let found = command.try_get_matches_from_mut(&expanded.arguments);
+    let found = found.and_then(|mut matches| Arguments::from_arg_matches_mut(&mut matches));
+    found.map_err(|wrong| {
+        if let Some(ContextValue::String(word)) = wrong.get(ContextKind::InvalidSubcommand)
+            && let Some(failure) = glossary::no_command(word, &command)
+        {
+            console::complain(&failure.to_string());
+            return 2;
+        }
+        // Help and version come this way too, to standard output and with code 0.
+        let _ = wrong.print();
+        if let Some(line) = expanded.line(&wrong) {
+            console::note(format!("\n  {line}"));
+        }
+        u8::try_from(wrong.exit_code()).unwrap_or(2)
+    })
 }
 
 /// Runs one command, the name of the program first, and returns its exit code: 0 done, 1 failed, 2 wrong use, 3 done with
@@ -141,21 +212,52 @@ where
     I: IntoIterator<Item = T>,
     T: Into<OsString> + Clone,
 {
-    let arguments = match Arguments::try_parse_from(arguments) {
+    let arguments = match parsed(arguments) {
         Ok(arguments) => arguments,
-        Err(wrong) => {
-            // Help and version come this way too, to standard output and with code 0.
-            let _ = wrong.print();
-            return u8::try_from(wrong.exit_code()).unwrap_or(2);
-        }
+        Err(code) => return code,
     };
-    match execute(arguments) {
+    match begin_threads().and_then(|()| execute(arguments)) {
         Ok(Outcome::Done) => 0,
         Ok(Outcome::Doubtful) => 3,
         Err(failure) if failure.is_broken_pipe() => 0,
         Err(failure) => {
             console::complain(&failure.to_string());
             1
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Calls of `proofmass` that stand on lines of their own in a page.
+    fn calls(page: &str) -> Vec<String> {
+        let place = concat!(env!("CARGO_MANIFEST_DIR"), "/../../");
+        let text = std::fs::read_to_string(format!("{place}{page}"));
+        let text = text.unwrap_or_else(|e| panic!("{page}: {e}"));
+        let lines = text.lines().map(str::trim);
+        let calls = lines
+            .filter(|line| line.starts_with("proofmass "))
+            .map(|line| {
+                let line = line.split("  #").next().unwrap_or(line).trim();
+                line.replace("@examples", &format!("@{place}examples"))
+            });
+        calls.collect()
+    }
+
+    #[test]
+    fn law_every_call_of_the_page_of_tasks_is_understood() {
+        let calls = calls("docs/tasks.md");
+        assert_eq!(calls.len(), 22, "twenty tasks and two calls with a file");
+        for call in calls {
+            let read = argument_file::expand(call.split(' '))
+                .map_err(|failure| failure.to_string())
+                .and_then(|expanded| {
+                    let read = help::command().try_get_matches_from(expanded.arguments);
+                    read.map_err(|wrong| wrong.to_string())
+                });
+            assert!(read.is_ok(), "{call}: {}", read.err().unwrap_or_default());
         }
     }
 }

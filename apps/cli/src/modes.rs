@@ -7,11 +7,11 @@ use proofmass::jobs::modes::{ModesFile, ModesOutcome};
 use proofmass::jobs::{Job, Outcome as _, StoredResult};
 use std::path::PathBuf;
 
-/// Natural frequencies, mode shapes and spurious motion of a wedge, by finite elements.
+/// Natural frequencies and mode shapes of a wedge, by finite elements.
 ///
-/// The file gives a wedge by its dimensions or names a Gmsh mesh, and says what it stands on. Results: frequencies with their
-/// intervals, deformed shapes, spurious.csv in the form of a vibrometer's table, modes.vtu for ParaView; with [search], the shape
-/// whose first mode that matters is highest.
+/// The file gives a wedge by its dimensions or names a Gmsh mesh, and states its support. Results: frequencies with their
+/// intervals, deformed shapes, the spurious motion (spurious.csv, in the form of a vibrometer's table), modes.vtu for ParaView.
+/// With [search], the shape whose first relevant mode is highest.
 #[derive(clap::Args)]
 pub(crate) struct Modes {
     /// Description of the fixture, a TOML file

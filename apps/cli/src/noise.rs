@@ -17,10 +17,11 @@ use proofmass::noise::{
 use proofmass::signal::Detrend;
 use std::path::{Path, PathBuf};
 
-/// Noise and stability of a sensor at rest: Allan deviation, spectrum, coefficients with intervals.
+/// Noise of a sensor at rest: Allan deviation, spectrum, N, B, K with intervals.
 ///
-/// Quantisation Q, white noise N, bias instability B, random walk K and ramp R are fitted together: each has an interval
-/// that allows for all others, or, where that reaches zero, a limit. Steps, bursts and spikes are found and named. With
+/// Quantisation noise Q, white noise N, bias instability B, random walk K and ramp R are fitted together. Each has an
+/// interval that allows for all others, or, where that reaches zero, an upper limit. Steps, bursts and spikes are
+/// reported. With
 /// -o, a folder gets result.json (everything), report.html, tables, and imu.yaml where the sensors are inertial.
 #[derive(clap::Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
@@ -32,7 +33,9 @@ pub(crate) struct Noise {
     recording: Option<PathBuf>,
     #[command(flatten)]
     reading: NoiseReading,
-    /// Statistics, the one plotted first: adev, oadev, mdev, tdev, hdev, ohdev, totdev, mtotdev, ttotdev, htotdev, theo1, theoh, pdev, tierms, mtie
+    /// Statistics, the first is plotted: adev, oadev, mdev, tdev, hdev, totdev, theo1, pdev, mtie and more with --help
+    ///
+    /// All: adev, oadev, mdev, tdev, hdev, ohdev, totdev, mtotdev, ttotdev, htotdev, theo1, theoh, pdev, tierms, mtie.
     #[arg(
         long,
         value_name = "A,B,…",
@@ -49,7 +52,7 @@ pub(crate) struct Noise {
     /// Probability of the intervals
     #[arg(long, value_name = "P", default_value_t = 0.95)]
     probability: f64,
-    /// Terms of the model by their letters: Q, N, B, K, R, G (Gauss–Markov), A (sinusoids); others are forbidden
+    /// Terms of the model: Q, N, B, K, R, G (Gauss–Markov), A (sinusoids); terms not named are not fitted
     #[arg(
         long,
         value_name = "N,B,…",
@@ -72,10 +75,10 @@ pub(crate) struct Noise {
         allow_negative_numbers = true
     )]
     temperature_lag: f64,
-    /// Fit once more without gross outliers, beside the ordinary fit
+    /// Also fit without gross outliers
     #[arg(long)]
     robust: bool,
-    /// Terms to report with a value whatever the data say of zero
+    /// Terms to report with a value even where their interval reaches zero
     #[arg(long = "report-terms", value_name = "K,…", value_delimiter = ',')]
     forced: Vec<Term>,
     /// Coefficients that are known, in SI: held at their value
@@ -84,7 +87,7 @@ pub(crate) struct Noise {
     /// Highest frequency of the fit in hertz [default: the highest below which no filter shows]
     #[arg(long, value_name = "HZ")]
     highest_frequency: Option<f64>,
-    /// Probability at which a term that is not there may be called identified
+    /// Probability that an absent term is called identified
     #[arg(long, value_name = "P", default_value_t = 0.002, value_parser = false_alarm_rate, allow_negative_numbers = true)]
     false_alarm_rate: f64,
     /// Correction of the biases of TOTDEV, MTOTDEV, HTOTDEV and THEO1: by-noise-type, from-record, as-defined
@@ -93,24 +96,24 @@ pub(crate) struct Noise {
     /// Degrees of freedom of MTOTDEV and HTOTDEV: published or stable32
     #[arg(long, default_value = "published")]
     edf: EdfFormula,
-    /// Noise type that rules at every τ, by its α from -4 to 2 [default: from the record]
+    /// Dominant noise type at every τ, by its exponent α from -4 to 2 [default: from the record]
     #[arg(long, value_name = "ALPHA", allow_negative_numbers = true)]
     noise_type: Option<NoiseType>,
     /// Samples per segment of the Welch density [default: an eighth of the record, at most 4096]
     #[arg(long, value_name = "SAMPLES")]
     segment: Option<usize>,
-    /// Dynamic Allan deviation: OADEV of so many equal windows, one after the other
+    /// Dynamic Allan deviation: OADEV of this number of equal windows in succession
     #[arg(long, value_name = "NUMBER", default_value_t = 0)]
     windows: usize,
-    /// Separate the noise of three channels side by side, what they share left out; with --phase of two clocks measured against a third
+    /// Noise of each of three channels side by side, without what they have in common; with --phase, of clocks
     ///
     /// Groslambert covariance, which from one recording is the three-cornered hat.
     #[arg(long, conflicts_with = "stream")]
     separate: bool,
-    /// Refuse a recording with gaps instead of analysing the stretches between them
+    /// Refuse a recording with gaps instead of analysing the segments between them
     #[arg(long)]
     refuse_gaps: bool,
-    /// Read the recording as a stream, in memory that does not grow with it [default: above some 20 million samples, or 48 MiB through a pipe]
+    /// Read the recording as a stream, in bounded memory [default: above some 20 million samples, or 48 MiB through a pipe]
     ///
     /// Gives OADEV at octaves of all samples; spectrum, coefficients and disturbances of its averages.
     #[arg(long)]

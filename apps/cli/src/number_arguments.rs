@@ -34,3 +34,19 @@ pub(crate) fn band(text: &str) -> Result<[f64; 2], String> {
         Err(refused())
     }
 }
+
+/// A coverage factor: any positive number.
+pub(crate) fn coverage_factor(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(k) if k > 0.0 && k.is_finite() => Ok(k),
+        _ => Err("a number above 0 is needed, such as 2".to_owned()),
+    }
+}
+
+/// A coverage probability: neither 0 nor 1.
+pub(crate) fn probability(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(p) if p > 0.0 && p < 1.0 => Ok(p),
+        _ => Err("a number between 0 and 1 is needed, such as 0.95".to_owned()),
+    }
+}

@@ -8,15 +8,14 @@ use proofmass::jobs::plan::PlanOutcome;
 use proofmass::jobs::{Job, Outcome as _, Record, StoredResult};
 use std::path::PathBuf;
 
-/// Predict the uncertainties of a campaign on the shaker, and find the best of fewer configurations; or, of one held by
-/// hand, the attitudes to add.
+/// Predict the uncertainties of a campaign before it is measured.
 ///
-/// Of kind `multi-position` it evaluates what there is so far and tells which further standstills narrow the intervals most,
-/// and to what.
+/// Of a campaign of kind `shaker-triaxial` it reads budget, certificate and plan, and finds the best of fewer
+/// configurations; nothing needs to have been measured. The candidates are the plan of the campaign, or else the
+/// configurations of its runs, or else the 44 published ones.
 ///
-/// Reads budget, certificate and plan of a campaign of kind `shaker-triaxial`; nothing needs to have been measured.
-/// The candidates are the plan of the campaign, or else the configurations of its runs, or else the 44 published
-/// ones.
+/// Of a campaign of kind `multi-position` it evaluates what there is so far, and lists the further positions that narrow
+/// the intervals most, and to what.
 #[derive(clap::Args)]
 pub(crate) struct Plan {
     /// Campaign folder, or its campaign.toml
@@ -30,7 +29,7 @@ pub(crate) struct Plan {
     /// Frequency whose uncertainty of the reference counts, Hz
     #[arg(long, value_name = "HZ", default_value_t = 160.0)]
     frequency: f64,
-    /// Refuse a campaign that names files outside of its folder: for campaigns of strangers
+    /// Refuse a campaign that names files outside of its folder: for campaigns that others made
     #[arg(long)]
     contained: bool,
     #[command(flatten)]

@@ -11,7 +11,7 @@ use proofmass::jobs::simulate::{
 use proofmass::jobs::{Job, Sink};
 use std::path::{Path, PathBuf};
 
-/// Make a campaign whose truth is known.
+/// Simulate recordings and campaigns whose truth is known.
 #[derive(clap::Args)]
 pub(crate) struct Simulate {
     #[command(subcommand)]

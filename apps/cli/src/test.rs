@@ -13,7 +13,7 @@ mod temperature;
 
 use crate::{Failure, Outcome};
 
-/// Test a device: how it answers a shock, a vibration, a step, an inclination, a temperature.
+/// Test a device: by gravity, temperature, vibration, shock.
 #[derive(clap::Args)]
 pub(crate) struct Test {
     #[command(subcommand)]

@@ -2,27 +2,49 @@
 
 use crate::console::Progress;
 use crate::delivery::Delivery;
-use crate::{Failure, Outcome, clock};
+use crate::number_arguments::{coverage_factor, probability};
+use crate::{Failure, Outcome, clock, console};
 use proofmass::io::Source;
 use proofmass::jobs::uncertainty::{ModelText, UncertaintyOutcome};
 use proofmass::jobs::{Outcome as _, Record, StoredResult};
-use proofmass::uncertainty::{Evaluate, Trials};
+use proofmass::uncertainty::{Evaluate, Method, SweepEntry, TargetEntry, Trials};
 use std::path::PathBuf;
 
-/// Evaluate the uncertainty of a measurement from its equations.
+/// Evaluate the uncertainty of a measurement from its equations (GUM)
 ///
-/// The model file states formulas, inputs and their distributions. The result is computed twice: by the law of
-/// propagation (with budget and effective degrees of freedom) and by Monte Carlo, which says whether the first may
-/// be used. docs/uncertainty.md describes the model file, examples/uncertainty/ holds some.
+/// The model file states formulas, inputs and their distributions.
+/// The result is computed by the law of propagation of uncertainty (with budget and effective degrees of freedom) and by
+/// Monte Carlo, which shows whether the first may be used. A model file:
+///
+///     [[input]]
+///     name = "U"
+///     unit = "V"
+///     value = 5.0
+///     u = 0.01
+///
+///     [[input]]
+///     name = "I"
+///     unit = "A"
+///     observations = [0.01997, 0.02002, 0.02001]
+///
+///     [[output]]
+///     name = "R"
+///     unit = "Ω"
+///     expression = "U / I"
 #[derive(clap::Args)]
+#[command(verbatim_doc_comment)]
 pub(crate) struct Uncertainty {
     /// Model file (TOML)
     model: PathBuf,
+    /// Method that states the result: auto is the law of propagation where Monte Carlo does not contradict it [default: that of
+    /// the model file, auto where it says none]
+    #[arg(long, value_name = "METHOD", value_parser = ["auto", "linear", "second-order", "monte-carlo"])]
+    method: Option<String>,
     /// Coverage probability of the intervals, between 0 and 1
     #[arg(long, value_name = "P", default_value_t = 0.95, value_parser = probability, allow_negative_numbers = true)]
     probability: f64,
-    /// Coverage factor of the linear result, such as 2 [default: from the probability and the degrees of freedom]
-    #[arg(short = 'k', long, value_name = "K", value_parser = coverage_factor)]
+    /// Coverage factor of the result, such as 2 [default: from the probability and the degrees of freedom]
+    #[arg(short = 'k', long, alias = "coverage", value_name = "K", value_parser = coverage_factor)]
     coverage_factor: Option<f64>,
     /// Significant digits of u that are printed
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=6))]
@@ -36,20 +58,40 @@ pub(crate) struct Uncertainty {
     /// Seed of the random numbers: the same seed gives the same result
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Make the budget by Monte Carlo for every output, not only for those whose linear result does not stand
+    /// Budget by Monte Carlo for every output, not only where the linear result is not validated
     #[arg(long)]
     effects: bool,
+    /// State the outputs also for STEPS estimates of an input, such as T=10:30:21; may be given again
+    #[arg(long, value_name = "INPUT=FROM:TO:STEPS", value_parser = sweep)]
+    sweep: Vec<SweepEntry>,
+    /// Say which u of each input alone would bring an output to this U, such as y=0.5; may be given again
+    #[arg(long, value_name = "OUTPUT=U", value_parser = target)]
+    target: Vec<TargetEntry>,
+    /// Write the Monte Carlo trials to this file (CSV), a column per output
+    #[arg(long, value_name = "FILE")]
+    draws: Option<PathBuf>,
     #[command(flatten)]
     delivery: Delivery,
 }
 
 impl Uncertainty {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
-        let model = ModelText::read(Source::open(&self.model)?)?;
+        let mut model = ModelText::read(Source::open(&self.model)?)?;
+        model.ask(self.sweep.clone(), self.target.clone());
         let folder = self
             .delivery
             .begin(UncertaintyOutcome::KIND, &[&self.model])?;
         let outcome = model.evaluate(self.options(), &Progress::new())?;
+        if let Some(file) = &self.draws {
+            let left_out = model.write_draws(&self.options(), &outcome, file)?;
+            if left_out > 0 {
+                console::note(format!(
+                    "{left_out} of {} trials are not in {}: an output is no finite number in them",
+                    outcome.result.trials,
+                    file.display()
+                ));
+            }
+        }
         let record = Record {
             date: Some(clock::today()),
             inputs: model.inputs(),
@@ -61,6 +103,12 @@ impl Uncertainty {
 
     fn options(&self) -> Evaluate {
         Evaluate {
+            method: self.method.as_deref().map(|method| match method {
+                "linear" => Method::Linear,
+                "second-order" => Method::SecondOrder,
+                "monte-carlo" => Method::MonteCarlo,
+                _ => Method::Auto,
+            }),
             probability: self.probability,
             coverage_factor: self.coverage_factor,
             digits: self.digits,
@@ -78,16 +126,30 @@ impl Uncertainty {
     }
 }
 
-pub(crate) fn coverage_factor(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(k) if k > 0.0 && k.is_finite() => Ok(k),
-        _ => Err("a number above 0 is needed, such as 2".to_owned()),
-    }
+/// `T=10:30:21`
+fn sweep(text: &str) -> Result<SweepEntry, String> {
+    let parse = || {
+        let (input, rest) = text.split_once('=')?;
+        let mut parts = rest.split(':');
+        let entry = SweepEntry {
+            input: input.trim().to_owned(),
+            from: parts.next()?.trim().parse().ok()?,
+            to: parts.next()?.trim().parse().ok()?,
+            steps: parts.next()?.trim().parse().ok()?,
+        };
+        parts.next().is_none().then_some(entry)
+    };
+    parse().ok_or_else(|| "INPUT=FROM:TO:STEPS is needed, such as T=10:30:21".to_owned())
 }
 
-fn probability(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(p) if p > 0.0 && p < 1.0 => Ok(p),
-        _ => Err("a number between 0 and 1 is needed, such as 0.95".to_owned()),
-    }
+/// `y=0.5`
+fn target(text: &str) -> Result<TargetEntry, String> {
+    let parse = || {
+        let (output, expanded) = text.rsplit_once('=')?;
+        Some(TargetEntry {
+            output: output.trim().to_owned(),
+            expanded: expanded.trim().parse().ok()?,
+        })
+    };
+    parse().ok_or_else(|| "OUTPUT=U is needed, such as y=0.5".to_owned())
 }

@@ -11,13 +11,13 @@ use std::path::{Path, PathBuf};
 
 /// Check a calibration on a recording it was not made from.
 ///
-/// Each standstill of the recording must read ‖a‖ = g: within 0.1 % each, and all together within what the
+/// In each static interval of the recording ‖a‖ must be g: within 0.1 % each, and all together within what the
 /// covariance of the calibration allows (χ²).
 #[derive(clap::Args)]
 pub(crate) struct Validate {
     /// calibration.json written by `proofmass calibrate`
     calibration: PathBuf,
-    /// Recording with standstills in attitudes of any kind
+    /// Recording with static intervals in any positions
     recording: PathBuf,
     /// Local gravity in m/s² where the recording was made [default: that of the calibration]
     #[arg(long, value_name = "M_PER_S2", requires = "gravity_uncertainty")]
@@ -25,13 +25,13 @@ pub(crate) struct Validate {
     /// Its standard uncertainty in m/s²
     #[arg(long, value_name = "M_PER_S2", requires = "gravity")]
     gravity_uncertainty: Option<f64>,
-    /// Table of standstills (columns start, end) instead of searching for them
+    /// Table of static intervals (columns start, end) instead of searching for them
     #[arg(long, value_name = "FILE")]
     segments: Option<PathBuf>,
-    /// Largest windowed variance of a standstill in multiples of the noise floor
+    /// Largest windowed variance of a static interval, in multiples of the noise floor
     #[arg(long, default_value_t = 6.0, allow_negative_numbers = true)]
     threshold: f64,
-    /// Read the recording as a stream, in memory that does not grow with it [default: above some 20 million rows, or 48 MiB through a pipe]
+    /// Read the recording as a stream, in bounded memory [default: above some 20 million rows, or 48 MiB through a pipe]
     ///
     /// Of more than a million rows means stand for them, as long as these take no more than a quarter of a second.
     #[arg(long, conflicts_with = "segments")]

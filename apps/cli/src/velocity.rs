@@ -11,7 +11,7 @@ use proofmass::jobs::{Folder, Job, Outcome as _, Record, StoredResult};
 use proofmass::motion::{BiasChoice, DriftSources, Method, Tuning};
 use std::path::Path;
 
-/// Velocity of an axis from its encoder (or wheel speed) and its accelerometer, or from the encoder alone.
+/// Velocity from an encoder or wheel speed and an accelerometer, or one alone.
 #[derive(clap::Args)]
 pub(crate) struct Velocity {
     #[command(subcommand)]
@@ -53,7 +53,7 @@ impl Velocity {
             }
             Question::Map(c) => {
                 let turn = c.turn.or(c.sensors.reading.turn()).ok_or_else(|| {
-                    Failure::new("the way of one turn is not known")
+                    Failure::new("the distance of one turn is not known")
                         .hint("add --turn METRES, or --radius METRES, or --angular")
                 })?;
                 let mut job = VelocityMapJob::new(turn);
@@ -118,10 +118,10 @@ where
     delivery.deliver(folder, &StoredResult::new(record, &outcome)?)
 }
 
-/// Velocity with its uncertainty; slip, collisions and ripple of the encoder are found and named.
+/// Velocity with its uncertainty; slip, collisions and encoder ripple are reported.
 ///
-/// Without --method the Kalman filter, its noise found by maximum likelihood and its gains by the smoother, which
-/// uses the readings before and after. With -o, a folder gets result.json, report.html and velocity.csv.
+/// Without --method it is the Kalman filter. Its noise is found by maximum likelihood, its gains by comparison with the
+/// smoother, which uses the readings before and after. With -o, a folder gets result.json, report.html and velocity.csv.
 #[derive(clap::Args)]
 struct Estimate {
     #[command(flatten)]
@@ -129,15 +129,16 @@ struct Estimate {
     /// Method with its settings, such as observer:5,25 or savitzky-golay:9,2 [default: Kalman, tuned]
     #[arg(long, value_name = "METHOD")]
     method: Option<Method>,
-    /// Distance of one turn of the wheel, m: its ripple is then told by itself
+    /// Circumference of the wheel, m: errors that repeat every turn are then reported by themselves
     #[arg(long, value_name = "METRES")]
     circumference: Option<f64>,
     #[command(flatten)]
     delivery: Delivery,
 }
 
-/// Errors of many methods side by side, at any list of sample rates, against a reference or the smoother.
+/// Errors of many methods, against a reference velocity or the smoother.
 ///
+/// At any list of sampling rates.
 /// Without --method: differences, a fit and the integral of single sensors, two channels and observers with the
 /// gains of the literature, and every fused method with gains found at that rate. With -o, a folder gets
 /// result.json, report.html, errors.csv and velocities.csv.
@@ -147,7 +148,7 @@ struct Compare {
     sensors: AxisSensors,
     #[command(flatten)]
     reference: Option<Reference>,
-    /// Sample rates in hertz, to which the recording is thinned [default: its own]
+    /// Sampling rates in hertz, to which the recording is thinned [default: its own]
     #[arg(long, value_name = "HZ,…", value_delimiter = ',')]
     rates: Vec<f64>,
     /// Method with its settings, such as observer:5,25; may be given several times [default: all]
@@ -160,9 +161,9 @@ struct Compare {
     delivery: Delivery,
 }
 
-/// Noise of both sensors by maximum likelihood, and the gains of every fused filter, without a reference.
+/// Noise of both sensors and gains of every filter, from the recording alone.
 ///
-/// The gains are those whose velocity comes closest to the smoother's. With -o, a folder gets result.json,
+/// The noise is found by maximum likelihood. The gains are those whose velocity comes closest to the smoother's. With -o, a folder gets result.json,
 /// report.html and likelihood.csv.
 #[derive(clap::Args)]
 struct Tune {
@@ -186,12 +187,13 @@ enum Offset {
     Constant,
     /// A random walk
     RandomWalk,
-    /// The one whose likelihood pays for its parameters
+    /// The one that the likelihood-ratio criterion favours
     Automatic,
 }
 
-/// How far a velocity from an accelerometer alone drifts, from what is known of the sensor; needs no recording.
+/// Drift of a velocity from an accelerometer alone; needs no recording.
 ///
+/// It is computed from the stated errors of the sensor.
 /// Known errors add up, uncertainties and noise widen the interval; each stands by itself in the table. With -o, a folder
 /// gets result.json, report.html and drift.csv.
 #[derive(clap::Args)]
@@ -207,10 +209,10 @@ struct Drift {
     /// Its standard uncertainty, m/s²
     #[arg(long, value_name = "M/S2", default_value_t = 0.0)]
     offset_uncertainty: f64,
-    /// Walk of the offset, (m/s²)/√s, as `proofmass noise` states it
+    /// Random walk of the offset, (m/s²)/√s, as `proofmass noise` states it (coefficient K)
     #[arg(long, value_name = "M/S2/√S", default_value_t = 0.0)]
     offset_walk: f64,
-    /// Inclination of the axis, degrees: its share of gravity is taken for motion
+    /// Inclination of the axis, degrees: the component of gravity along it is taken for motion
     #[arg(
         long,
         value_name = "DEG",
@@ -272,17 +274,18 @@ struct Drift {
     delivery: Delivery,
 }
 
-/// Errors of the encoder that repeat with its reading, such as an eccentric disc, found with the accelerometer's help.
+/// Errors of the encoder that repeat every turn, such as those of an eccentric disc.
 ///
-/// A few turns in either sense, or there and back, suffice; where the wheel slips, the stretches without slip are used. Lines that are told from nothing are subtracted by
+/// They are found with the help of the accelerometer. A few turns in either direction, or there and back, suffice. Where the
+/// wheel slips, the segments without slip are used. Lines that differ significantly from zero are subtracted by
 /// `--encoder-map RESULT` of the other commands. The map belongs to the zero of the readings: an incremental encoder is set
 /// to zero at its index. With -o, a folder gets result.json, report.html and lines.csv.
 #[derive(clap::Args)]
 struct Map {
     #[command(flatten)]
     sensors: AxisSensors,
-    /// Way of one turn in the unit of the readings, m or rad [default: by --angular or --radius]
-    #[arg(long, value_name = "WAY")]
+    /// Distance or angle of one turn, in m or rad [default: by --angular or --radius]
+    #[arg(long, value_name = "M|RAD")]
     turn: Option<f64>,
     /// Cycles per turn of each line: 1 for an eccentric disc, 2 for an ellipse, the ratio of a gear
     #[arg(
@@ -295,7 +298,7 @@ struct Map {
     /// Also look for unequal quarters of the encoder's lines: an error that repeats every four counts
     #[arg(long)]
     quarters: bool,
-    /// Probability at which lines that are not there are subtracted, all together
+    /// Probability that any line is subtracted from an ideal encoder
     #[arg(long, value_name = "P", default_value_t = 0.001)]
     false_alarm_rate: f64,
     #[command(flatten)]

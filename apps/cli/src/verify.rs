@@ -5,7 +5,7 @@ use proofmass::io::{Verification, VerifyingKey};
 use proofmass::jobs::verification;
 use std::path::PathBuf;
 
-/// Check by digests that a result, and the files it was computed from, are unchanged.
+/// Check by digests that a result and the files behind it are unchanged.
 ///
 /// From a folder of results, a result.json, a calibration.json or a recording that `proofmass apply` wrote, back to the raw
 /// recordings as far as they are found. Ends with exit code 1 where a file was changed or is missing, a signature does not hold,

@@ -115,7 +115,7 @@ fn law_an_accelerometer_alone_states_its_drift() {
         let all = run("estimate", &recording, &[&sensor[..], more].concat());
         refuse(&all.iter().map(String::as_str).collect::<Vec<_>>())
     };
-    assert!(said(&[]).contains("a stretch at rest is needed"));
+    assert!(said(&[]).contains("an interval at rest is needed"));
     assert!(
         said(&["--still", "0,1", "--method", "fixed-time"]).contains("needs a position or a speed")
     );

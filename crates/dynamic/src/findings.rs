@@ -82,7 +82,7 @@ findings! {
         "record-starts-late", [Decision, Note],
         what "the record starts too late: {event}",
         evidence "{evidence}",
-        advice "use a trigger with a stretch before it of several pulse durations or periods";
+        advice "use a trigger with an interval before it of several pulse durations or periods";
 
     /// A record has several pulses.
     more_than_one_pulse(role: &str, time: f64, others: &str) =

@@ -27,7 +27,7 @@ pub struct CalibrationFile {
     /// Form and version.
     pub schema: Schema,
     /// Kind of calibration, [`TRIAXIAL`].
-    pub kind: String,
+    pub(crate) kind: String,
     /// Program that wrote it.
     pub software: Software,
     /// The calibrated device.

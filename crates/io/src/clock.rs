@@ -12,6 +12,7 @@ pub(crate) const LISTED: usize = 100;
 
 /// A place where samples are missing.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Gap {
     /// Index of the last sample before the gap.
     pub after_sample: usize,
@@ -34,19 +35,23 @@ pub struct Clock {
     /// Standard deviation of the steps about the intervals they span, s; `None` below two.
     pub jitter_s: Option<f64>,
     /// Standard deviation of the stamps about the clock line, s.
-    pub scatter_s: f64,
+    pub(crate) scatter_s: f64,
     /// Resolution of the stamps, s: the largest unit of which all steps are multiples; where these are whole sampling
     /// intervals, the last digit written.
     pub resolution_s: f64,
     /// Whether the stamps come in bursts, so that a step says little about the sampling.
-    pub bursts: bool,
+    pub(crate) bursts: bool,
     /// How often the counter behind the stamps began again from its lowest value.
-    pub wraps: u64,
+    pub(crate) wraps: u64,
     /// Number of gaps.
     pub gaps: u64,
-    /// Samples missing in them.
+    /// Samples missing in them; more where stamps scatter too much to tell between which rows.
     #[serde(default)]
     pub missing: u64,
+    /// Whether rows may be missing without a trace, because stamps wander as those of such a record do: the uncertainty of
+    /// the rate holds it.
+    #[serde(default)]
+    pub untested: bool,
     /// Stamps that lie before the one before.
     #[serde(default)]
     pub crossing: u64,
@@ -69,9 +74,9 @@ pub(crate) enum Backward {
 /// A wrap of the counter, for the finding.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Wrap {
-    pub line: u64,
+    pub(crate) line: u64,
     /// Length of one turn, s.
-    pub turn_s: f64,
+    pub(crate) turn_s: f64,
 }
 
 /// Takes stamps one by one and tells the clock at the end.
@@ -296,6 +301,7 @@ impl ClockEstimator {
             wraps: self.wrap_count,
             gaps: clock.gaps,
             missing: clock.missing,
+            untested: clock.untested,
             crossing: clock.crossing,
             steps: clock.steps,
             change: clock.change,

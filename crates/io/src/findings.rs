@@ -18,7 +18,7 @@ findings! {
         "stamps-in-bursts", [Warning],
         what "the time stamps come in bursts: they give the time when samples were handed over, not when they were taken",
         evidence "stamps scatter by {scatter:.3e} s about equal steps of {period:.3e} s; rate {rate}",
-        advice "{treatment}; record the stamps at the sensor for anything finer";
+        advice "{treatment}; record the time stamps at the sensor for anything finer";
 
     /// The stamps have few digits.
     stamps_coarse(resolution: &str, fraction: f64, rate: &str, treatment: &str) =
@@ -26,6 +26,21 @@ findings! {
         what "the time stamps are rounded to a large fraction of a sampling interval",
         evidence "resolution {resolution} s, {fraction:.0} % of a sampling interval; rate {rate}",
         advice "{treatment}; export the time with more digits";
+
+    /// Rows are missing, and the stamps scatter too much to tell where.
+    rows_missing_somewhere(missing: u64, share: f64, rate: &str) =
+        "rows-missing-somewhere", [Warning],
+        what "rows are missing, and the time stamps scatter too much to tell between which",
+        evidence "about {missing} samples, {share:.1} %; rate {rate}, by the grid that the stamps lie about",
+        advice "the rate holds, but what counts rows does not: record the stamps at the sensor, or a counter beside them",
+        false_alarms "once in 10⁹ recordings of independent errors";
+
+    /// Nothing tells lost rows from a clock that wanders.
+    rate_untested(percent: f64, rate: &str) =
+        "rate-untested", [Warning],
+        what "rows may be missing without a trace: the time stamps wander, or are too coarse to show a row that is lost",
+        evidence "rate {rate}, which holds a loss of {percent:.1} % of the rows",
+        advice "state the rate of the data sheet, or record a counter of samples or finer stamps";
 
     /// The stamps advance at two rates.
     rate_changes(before: f64, after: f64, row: usize) =

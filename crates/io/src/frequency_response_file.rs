@@ -21,22 +21,22 @@ pub const FREQUENCY_RESPONSE: &str = "frequency-response";
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FrequencyResponseFile {
     /// Form and version.
-    pub schema: Schema,
+    pub(crate) schema: Schema,
     /// Kind of calibration, [`FREQUENCY_RESPONSE`].
-    pub kind: String,
+    pub(crate) kind: String,
     /// Program that wrote it.
     pub software: Software,
     /// The calibrated device.
     pub device: Device,
     /// Unit of the recordings it applies to.
-    pub input_unit: Unit,
+    pub(crate) input_unit: Unit,
     /// Unit of the compensated signal.
     pub output_unit: Unit,
     /// Columns of the outputs in a recording, where they are known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub columns: Option<Vec<ColumnRef>>,
     /// How it was found: the method of a shaker calibration, a certificate.
-    pub model: String,
+    pub(crate) model: String,
     /// Names of the outputs: rows of K.
     pub outputs: Vec<String>,
     /// Names of the directions of acceleration: columns of K.

@@ -16,6 +16,7 @@ const DISTINCT: usize = 1 << 16;
 
 /// A field that is not a finite number.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[non_exhaustive]
 pub struct BadEntry {
     /// Line, from one.
     pub line: u64,
@@ -27,6 +28,7 @@ pub struct BadEntry {
 
 /// One column.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[non_exhaustive]
 pub struct ColumnSummary {
     /// Name without unit.
     pub name: String,
@@ -59,6 +61,7 @@ pub struct Statistics {
 
 /// Times of a recording as far as a single pass shows them.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[non_exhaustive]
 pub struct TimeSummary {
     /// Name of the column.
     pub column: String,

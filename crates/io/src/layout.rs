@@ -77,7 +77,7 @@ pub struct Layout {
     /// Decimal mark.
     pub decimal: DecimalMark,
     /// Prefixes of lines to be passed over.
-    pub comment: Vec<String>,
+    pub(crate) comment: Vec<String>,
     /// Column headings as they stand in the file; `None` without a header.
     pub header: Option<Vec<String>>,
     /// Units, where a second header line carries them.
@@ -89,7 +89,7 @@ pub struct Layout {
     /// Whether each column holds numbers, judged on the head of the file.
     pub numeric: Vec<bool>,
     /// Whether each column holds dates with times, judged on the head of the file.
-    pub dated: Vec<bool>,
+    pub(crate) dated: Vec<bool>,
     /// Line of the first row of data, counted from one.
     pub first_data_line: u64,
     /// Byte at which that line begins.

@@ -58,6 +58,7 @@ pub mod spelling;
 mod stamp;
 mod table;
 mod time_base;
+mod trial_file;
 mod unit;
 mod verification;
 mod vtu;
@@ -83,7 +84,8 @@ pub use inspection::{
 };
 pub use layout::{ColumnRef, Layout, LayoutOptions, Separator};
 pub use model_file::{
-    check as check_model, explain as explain_model, parse as parse_model, read_budget, read_model,
+    ColumnTrouble, check as check_model, explain as explain_model, fill_columns,
+    parse as parse_model, read_budget, read_model,
 };
 pub use output::{
     AtomicFile, Listed, MANIFEST, MANIFEST_SCHEMA, MANIFEST_VERSION, Manifest, OutputFolder,
@@ -103,9 +105,10 @@ pub use source::{LARGEST_DOCUMENT, Source};
 pub use stamp::Stamp;
 pub use table::{Cell, RowWriter, Table};
 pub use time_base::{TimeBase, TimeSource};
+pub use trial_file::{TRIALS, TRIALS_SECTION, TrialFile};
 pub use unit::{Unit, split_heading};
 pub use verification::{
-    Fate, Link, PROVENANCE_SCHEMA, PROVENANCE_VERSION, Provenance, Verification, Vouching,
+    Fate, Link, PROVENANCE_SCHEMA, PROVENANCE_VERSION, Provenance, Verification, Vouching, doubt_of,
 };
 pub use vtu::{VtuField, vtu};
 pub use waiting_rows::{ReadyRows, WaitingRows, compensate, rows_outside};

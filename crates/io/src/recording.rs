@@ -123,6 +123,7 @@ pub struct RecordingOptions {
 
 /// One column of a recording.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct RecordedColumn {
     /// Name without unit.
     pub name: String,
@@ -490,7 +491,7 @@ fn time_scale(
     };
     if unit != Some(TimeUnit::Index) && options.sampling_rate_hz.is_some() {
         return Err(error("both a time column and a sampling rate are given")
-            .with_hint("keep one of them; a column that counts samples needs `time_unit = \"index\"` beside the rate"));
+            .with_hint("keep one of them; a column that counts samples needs `time_unit = \"index\"` with the rate"));
     }
     // A date with a time is one whatever the heading says.
     if first.dated {

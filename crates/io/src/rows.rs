@@ -31,6 +31,7 @@ pub(crate) enum BadFields {
 
 /// A row that has not as many fields as the others.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[non_exhaustive]
 pub struct BadRow {
     /// Line, from one.
     pub line: u64,
@@ -43,9 +44,9 @@ pub struct BadRow {
 /// A field that is not a finite number.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct BadField {
-    pub line: u64,
-    pub selected: usize,
-    pub text: String,
+    pub(crate) line: u64,
+    pub(crate) selected: usize,
+    pub(crate) text: String,
 }
 
 /// Consecutive rows of the selected columns.

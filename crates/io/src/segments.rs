@@ -9,6 +9,7 @@ use std::path::Path;
 
 /// One standstill.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct SegmentRow {
     /// First sample.
     pub start: usize,
@@ -184,7 +185,7 @@ impl Header {
                             t,
                             match recording.time.origin().value() {
                                 0.0 => String::new(),
-                                _ => " counted from its first stamp".into(),
+                                _ => " counted from its first time stamp".into(),
                             }
                         ),
                     )

@@ -48,11 +48,11 @@ impl fmt::Debug for VerifyingKey {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Signature {
     /// Always `ed25519`.
-    pub algorithm: String,
+    pub(crate) algorithm: String,
     /// Public key of the signer in hexadecimal digits.
-    pub key: String,
+    pub(crate) key: String,
     /// The signature in hexadecimal digits.
-    pub value: String,
+    pub(crate) value: String,
 }
 
 impl SigningKey {

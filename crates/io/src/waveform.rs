@@ -50,6 +50,7 @@ pub struct WaveformOptions {
 
 /// When the samples of a recording were taken, by its own time stamps.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct SampleTimes {
     /// Where the even grid through the stamps begins, s, by the zero of the time column.
     pub begin_s: f64,
@@ -81,6 +82,7 @@ impl SampleTimes {
 
 /// Channels of one recording, in the unit asked for.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Waveform {
     /// The file.
     pub path: PathBuf,
@@ -398,7 +400,9 @@ fn numbers(options: &WaveformOptions, count: usize) -> Result<Vec<usize>> {
             ColumnRef::Index(i) if (1..=count).contains(i) => Ok(i - 1),
             other => Err(Error::new(
                 ErrorKind::Configuration,
-                format!("channel {name} is said to be {other}, the file has channels 1 to {count}"),
+                format!(
+                    "channel {name} is declared as {other}, the file has channels 1 to {count}"
+                ),
             )
             .with_hint("correct `channels` in [recording]; channels are counted from 1")),
         })

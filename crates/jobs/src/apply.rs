@@ -177,7 +177,7 @@ impl Job for ApplyJob {
         let sha256 = kept.then(|| writer.sha256());
         if figures.written == 0 {
             return Err(about(Trouble::data(
-                "nothing is left of the recording: no stretch without a gap is as long as the filter",
+                "nothing is left of the recording: no segment without a gap is as long as the filter",
             )
             .detail(format!("{} samples", figures.read)))
             .with_hint("record for longer, or use --band for a constant matrix"));

@@ -2,7 +2,7 @@
 
 /// A stretch of time, `FROM,TO` in seconds.
 pub(crate) fn stretch(text: &str) -> Result<[f64; 2], String> {
-    let wrong = || format!("{text:?} is no stretch of time: write FROM,TO in seconds");
+    let wrong = || format!("{text:?} is no interval of time: write FROM,TO in seconds");
     let (from, to) = text.split_once(',').ok_or_else(wrong)?;
     let number = |t: &str| t.trim().parse::<f64>().ok().filter(|v| v.is_finite());
     match (number(from), number(to)) {

@@ -1,20 +1,22 @@
 //! Runs of a bench, whatever is made of them: as phasors for a job, and as the files of a campaign say them.
 
+use crate::observed::Observed;
 use crate::record::Record;
 use proofmass_io::{Ambient, Device, Input};
 use proofmass_uncertainty::Finding;
+use std::path::Path;
 
 /// The runs as phasors.
 #[derive(Debug)]
 pub struct BenchRuns<'a, R> {
     /// Runs in the order of the campaign.
-    pub runs: &'a [R],
+    pub(crate) runs: &'a [R],
     /// What reading them found.
-    pub findings: &'a [Finding],
+    pub(crate) findings: &'a [Finding],
     /// What the table of runs is called in messages.
-    pub name: &'a str,
+    pub(crate) name: &'a str,
     /// How many of the last inputs of the record are recordings.
-    pub recordings: usize,
+    pub(crate) recordings: usize,
 }
 
 impl<R> Clone for BenchRuns<'_, R> {
@@ -41,7 +43,7 @@ impl<'a, R> BenchRuns<'a, R> {
 #[derive(Clone, Debug, PartialEq)]
 pub struct BenchFiles<J, R> {
     /// The question.
-    pub job: J,
+    pub(crate) job: J,
     pub(crate) runs: Vec<R>,
     pub(crate) findings: Vec<Finding>,
     pub(crate) name: String,
@@ -50,6 +52,26 @@ pub struct BenchFiles<J, R> {
 }
 
 impl<J, R> BenchFiles<J, R> {
+    /// A question and its runs, with what the tables and the recordings said: the recordings come last.
+    pub(crate) fn new(
+        (job, runs): (J, Vec<R>),
+        name: &Path,
+        (mut findings, mut inputs): (Vec<Finding>, Vec<Input>),
+        observed: Observed,
+    ) -> Self {
+        let recordings = observed.inputs.len() - 1;
+        findings.extend(observed.findings);
+        inputs.extend(observed.inputs);
+        Self {
+            job,
+            runs,
+            findings,
+            name: name.display().to_string(),
+            inputs,
+            recordings,
+        }
+    }
+
     /// The runs, for the job.
     pub fn data(&self) -> BenchRuns<'_, R> {
         BenchRuns {

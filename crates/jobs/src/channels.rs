@@ -31,6 +31,7 @@ pub struct ChannelReading {
 
 /// One channel in SI, or in its raw unit.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct RecordedChannel {
     /// Name without unit.
     pub name: String,
@@ -64,6 +65,7 @@ impl RecordedChannel {
 
 /// Channels in memory.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct RecordedChannels {
     /// As asked for, in their order.
     pub channels: Vec<RecordedChannel>,
@@ -107,7 +109,7 @@ impl ChannelReading {
             return Err(Trouble::data("samples are missing: the clock of a dynamic test must run on")
                 .detail(format!("{name}:{}", gap.line))
                 .detail(format!("a step of {:.6} s at {:.6} s", gap.step_s, gap.at_s))
-                .with_hint("cut the recording to a stretch without gaps, or give --rate if only the stamps are wrong"));
+                .with_hint("cut the recording to a segment without gaps, or give --rate if only the time stamps are wrong"));
         }
         let rate = self.rate.unwrap_or_else(|| recording.time.rate_hz());
         let mut channels = Vec::with_capacity(wanted.len());

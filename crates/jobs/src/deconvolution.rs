@@ -84,6 +84,7 @@ pub struct DeconvolutionData<'a> {
 
 /// A fitted model and where it is from.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct FittedModel {
     /// The model with its covariance.
     pub fit: ModelFit,
@@ -210,7 +211,7 @@ impl Job for DeconvolutionJob {
                 record.len()
             ))
             .detail(data.name)
-            .with_hint("cut it to the motion and the quiet stretch before it"));
+            .with_hint("cut it to the motion and a quiet interval before it"));
         }
         let named = |e: proofmass_core::Error| Trouble::from(e).detail(data.name);
         let quiet = match self.quiet {
@@ -220,7 +221,7 @@ impl Job for DeconvolutionJob {
                 .map_err(named)?
                 .map(|pulse| pulse.quiet)
                 .map_err(|_| {
-                    Trouble::data("no pulse is found, and so no quiet stretch before it")
+                    Trouble::data("no pulse is found, and so no quiet interval before it")
                         .detail(data.name)
                         .with_hint(
                             "say how long nothing happens at the beginning (--quiet SECONDS)",
@@ -235,7 +236,7 @@ impl Job for DeconvolutionJob {
             .apply(&fit.model, &fit.problem.structure, &fit.estimate, record, data.rate)
             .map_err(|e| {
                 named(e).with_hint(
-                    "a model without high-pass and a stretch of 32 quiet samples or more are needed",
+                    "a model without high-pass and an interval of at least 32 quiet samples are needed",
                 )
             })?;
         watch.step("inverse filter", 1, 1)?;

@@ -131,7 +131,8 @@ pub fn page() -> String {
          A finding is a doubt about an answer that could be computed: what, the evidence in numbers, and what to do next.\n\
          `proofmass explain CODE` shows an entry of this page. Numbers are shown by their names, ⟨like this⟩; the same names\n\
          are the keys of `evidence_fields` of a finding in `result.json`. A *note* is worth knowing, a *warning* is a reservation,\n\
-         and a *decision* has to be made before the result is used (exit code 3 under `--strict`).\n\n\
+         and a *decision* has to be made before the result is used (exit code 3 under `--strict`). Words are explained in the\n\
+         [glossary](glossary.md).\n\n\
          This page is made from the catalogue: `cargo run -p proofmass-jobs --example findings_page`.\n",
     );
     let mut room = "";

@@ -332,6 +332,10 @@ impl Outcome for FreeLivingOutcome {
             "Auto-calibration from {} still windows of {} ({} independent blocks of time)",
             fit.windows, self.seen, fit.blocks
         ))
+        .verdict(format!(
+            "Where the sensor was still, ‖a‖ is 1 g within {:.1} mg on average; it was {:.1} mg before.",
+            fit.error_after_mg, fit.error_before_mg
+        ))
         .section(result.summarised())
     }
 }

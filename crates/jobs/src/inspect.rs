@@ -1,13 +1,14 @@
 //! What is in a recording, before anything is made of it.
 
 use crate::outcome::{Job, Outcome, section};
+use crate::page::answer::plus_minus;
 use crate::page::measures::lines;
 use crate::plural::count;
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
 use proofmass_io::{ColumnSummary, Inspection, Source, StatedQuantity, Statistics, inspect_source};
-use proofmass_report::{Cell, Field, Report, Section, Table};
+use proofmass_report::{Cell, Field, KeyFigure, Place, Report, Section, Table};
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 use std::sync::Mutex;
@@ -123,8 +124,11 @@ impl Outcome for InspectOutcome {
 
     fn page(&self, page: Report) -> Report {
         let page = head(page, &self.inspection).section(columns(&self.inspection).summarised());
+        // A summary cuts long tables of the page; these places stand in it alone and whole.
         match self.damage {
-            true => page.section(places(&self.inspection).summarised()),
+            true => page
+                .section(places(&self.inspection).at(Place::Summary))
+                .section(places(&self.inspection)),
             false => page,
         }
     }
@@ -135,22 +139,31 @@ fn head(page: Report, inspection: &Inspection) -> Report {
     let layout = &inspection.layout;
     let separator = format!("{:?}", layout.separator).to_lowercase();
     let header = if layout.header.is_some() { "yes" } else { "no" };
+    let damaged = inspection.bad_count + inspection.bad_row_count;
     let page = page
-        .meta("rows", inspection.rows.to_string())
+        .verdict(match damaged {
+            0 => format!("All {} are whole.", count(inspection.rows as usize, "row")),
+            n => format!("{} damaged.", count(n as usize, "place")),
+        })
+        .answers([KeyFigure::new("rows", inspection.rows.to_string(), "")
+            .note(count(inspection.columns.len(), "column"))])
         .meta("separator", separator)
         .meta("header", header);
     let Some(time) = &inspection.time else {
         return page;
     };
     let clock = &time.clock;
-    let rate = format!("{:.6} Hz, u = {:.1e} Hz", time.rate_hz, clock.rate_u_hz);
+    let rate = plus_minus(time.rate_hz, 2.0 * clock.rate_u_hz);
     let resolution = format!("{} s", significant(clock.resolution_s));
     let page = page
         .meta("time", format!("column {}", time.column))
-        .meta("rate", rate)
         .meta("resolution of the stamps", resolution)
-        .meta("duration", format!("{:.3} s", time.duration_s))
-        .meta("gaps", time.gap_count.to_string());
+        .answers([
+            KeyFigure::new("rate", rate, "Hz")
+                .note(format!("k = 2; u = {:.1e} Hz", clock.rate_u_hz)),
+            KeyFigure::new("duration", format!("{:.3}", time.duration_s), "s"),
+            KeyFigure::new("gaps", time.gap_count.to_string(), ""),
+        ]);
     match time.jitter_s {
         Some(jitter) => page.meta("jitter", format!("{jitter:.1e} s")),
         None => page,

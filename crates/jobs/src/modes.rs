@@ -36,21 +36,21 @@ pub enum Body {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MeshedBody {
     /// Metres per unit of the coordinates.
-    pub scale: f64,
+    pub(crate) scale: f64,
     /// Material of every region that has none of its own.
-    pub material: Material,
+    pub(crate) material: Material,
     /// Materials by name of the region.
-    pub materials: BTreeMap<String, Material>,
+    pub(crate) materials: BTreeMap<String, Material>,
     /// Name of the group of triangles that stand on the table; `None` takes the faces in the lowest plane.
-    pub base: Option<String>,
+    pub(crate) base: Option<String>,
     /// Where the accelerometer is glued, m.
-    pub point: [f64; 3],
+    pub(crate) point: [f64; 3],
     /// Its footprint along the slope and across, m.
-    pub footprint: [f64; 2],
+    pub(crate) footprint: [f64; 2],
     /// What the body stands on.
-    pub support: Support,
+    pub(crate) support: Support,
     /// What is glued to it.
-    pub accelerometer: Option<Accelerometer>,
+    pub(crate) accelerometer: Option<Accelerometer>,
 }
 
 /// The question.

@@ -280,7 +280,7 @@ impl NoiseJob {
                 gaps_in_record(
                     ": no statistic reaches across a gap",
                     &format!("{gaps} gaps; all {} rows used", record.samples()),
-                    "averaging times longer than the stretches between gaps are lost",
+                    "averaging times longer than the segments between gaps are lost",
                 )
                 .at(Severity::Note),
             );

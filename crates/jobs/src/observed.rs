@@ -21,22 +21,22 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Phasors of all runs, in the order of the table, and what was noticed on the way.
 pub(crate) struct Observed {
-    pub runs: Vec<ObservedRun>,
+    pub(crate) runs: Vec<ObservedRun>,
     /// Table and recordings.
-    pub inputs: Vec<Input>,
-    pub findings: Vec<Finding>,
+    pub(crate) inputs: Vec<Input>,
+    pub(crate) findings: Vec<Finding>,
 }
 
 pub(crate) struct ObservedRun {
     /// Complex peak amplitudes, channel by channel.
-    pub phasors: Vec<Complex64>,
-    pub covariances: Vec<[f64; 3]>,
+    pub(crate) phasors: Vec<Complex64>,
+    pub(crate) covariances: Vec<[f64; 3]>,
     /// What the samples say; `None` for a table of phasors.
-    pub recorded: Option<Recorded>,
+    pub(crate) recorded: Option<Recorded>,
 }
 
 pub(crate) struct Recorded {
-    pub phasors: Phasors,
+    pub(crate) phasors: Phasors,
     duration: f64,
     rate: f64,
     path: String,
@@ -108,7 +108,7 @@ pub(crate) fn observe<S: Sync + Clone>(
                 findings: vec![],
             }),
             (RunData::Recording(name), None) => Err(Trouble::data(format!(
-                "{}: it is not said how recordings are read",
+                "{}: `[recording]` does not state how recordings are read",
                 table.source.resolve(name).display()
             ))
             .with_hint("add [recording] to campaign.toml")),
@@ -167,7 +167,7 @@ fn paired<S>(
     };
     match (run.output_file.is_some(), sensor.is_some()) {
         (true, false) => Err(Trouble::data(format!(
-            "{}: the runs name files of the sensor, and it is not said how they are read",
+            "{}: the runs name files of the sensor, and `[output_recording]` does not state how they are read",
             place(run)
         ))
         .with_hint("add [output_recording] with clock, unit and channels to campaign.toml")),

@@ -135,7 +135,7 @@ impl Store for Folder {
             )
             .at(&self.describe(name))
             .with_hint(
-                "copy the file beside campaign.toml, or allow it where the campaign is trusted",
+                "copy the file into the folder of campaign.toml, or allow it where the campaign is trusted",
             ));
         }
         Source::open(self.describe(name))

@@ -333,7 +333,7 @@ fn lacking(data: &AxisData<'_>, methods: &[Method]) -> Result<()> {
 /// A refusal of the calculation, with the recording and a remedy.
 fn explain(error: Error, name: &str) -> Trouble {
     let hint = match error {
-        Error::TooFew { .. } => "record longer, or use a stretch with more readings",
+        Error::TooFew { .. } => "record longer, or use a part with more readings",
         Error::NotFinite { .. } => {
             "gains too high for this rate make a filter run away: lower them, or leave them to `velocity tune`"
         }

@@ -34,21 +34,21 @@ pub struct CountingModel {
 #[derive(Clone, Debug)]
 pub(crate) struct CountingRun {
     /// Velocity and standard uncertainty from the counts up to each sample, in the cell of that sample.
-    pub filtered: (Vec<f64>, Vec<f64>),
+    pub(crate) filtered: (Vec<f64>, Vec<f64>),
     /// From all counts.
-    pub smoothed: (Vec<f64>, Vec<f64>),
+    pub(crate) smoothed: (Vec<f64>, Vec<f64>),
     /// Innovation over its standard deviation at every edge and new cell, with its sample.
-    pub innovations: Vec<(usize, f64)>,
+    pub(crate) innovations: Vec<(usize, f64)>,
 }
 
 /// A counted axis whose noise was found.
 #[derive(Clone, Debug)]
 pub(crate) struct CountingTuned {
-    pub model: CountingModel,
+    pub(crate) model: CountingModel,
     /// Half width of ln q, below and above.
-    pub log_q_interval: Option<(f64, f64)>,
+    pub(crate) log_q_interval: Option<(f64, f64)>,
     /// Models at which the smoother is averaged.
-    pub nodes: Vec<CountingModel>,
+    pub(crate) nodes: Vec<CountingModel>,
 }
 
 /// Counts from the first one on, where all readings lie on the increment's grid.

@@ -51,14 +51,14 @@ pub struct ColouredNoise {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Noise {
     /// q after `form`.
-    pub q: f64,
-    pub form: ProcessNoise,
+    pub(crate) q: f64,
+    pub(crate) form: ProcessNoise,
     /// White part of a reading.
-    pub r: f64,
+    pub(crate) r: f64,
     /// Density of the walk of the offset.
-    pub walk: Option<f64>,
+    pub(crate) walk: Option<f64>,
     /// Variance and correlation time of the coloured part of a reading.
-    pub colour: Option<(f64, f64)>,
+    pub(crate) colour: Option<(f64, f64)>,
 }
 
 impl Noise {
@@ -94,12 +94,12 @@ pub(crate) struct Prepared<'a> {
 /// Velocity with the constants found from all readings (smoother) or from those up to each sample (filter).
 #[derive(Clone, Debug)]
 pub(crate) struct Trajectory {
-    pub velocity: Vec<f64>,
-    pub uncertainty: Vec<f64>,
+    pub(crate) velocity: Vec<f64>,
+    pub(crate) uncertainty: Vec<f64>,
     /// Offset of the accelerometer and its standard uncertainty, when it is unknown.
-    pub offset: Option<(Vec<f64>, Vec<f64>)>,
+    pub(crate) offset: Option<(Vec<f64>, Vec<f64>)>,
     /// Innovation over its standard deviation with the constants of the whole record, per reading.
-    pub innovations: Vec<Option<f64>>,
+    pub(crate) innovations: Vec<Option<f64>>,
 }
 
 impl Trajectory {

@@ -66,9 +66,9 @@ impl KalmanModel {
 
 /// Every step of a filter over a record.
 pub(crate) struct Pass<const N: usize> {
-    pub prior: Vec<KalmanState<f64, N>>,
-    pub posterior: Vec<KalmanState<f64, N>>,
-    pub innovations: Vec<Option<Innovation<f64>>>,
+    pub(crate) prior: Vec<KalmanState<f64, N>>,
+    pub(crate) posterior: Vec<KalmanState<f64, N>>,
+    pub(crate) innovations: Vec<Option<Innovation<f64>>>,
 }
 
 /// State component the readings show.
@@ -176,6 +176,7 @@ pub(crate) fn pass<const N: usize>(
 
 /// A filter or smoother over a record.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct KalmanRun {
     /// Velocity per sample.
     pub velocity: Vec<f64>,

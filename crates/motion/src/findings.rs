@@ -30,9 +30,9 @@ findings! {
     /// The acceleration is not constant in the stretch that is stated as still.
     still_stretch_moves(scatter: f64, ratio: f64, offset: f64) =
         "still-stretch-moves", [Warning],
-        what "the acceleration changes in the stretch that is stated as still",
+        what "the acceleration changes in the interval that is stated as at rest",
         evidence "means of a tenth of it scatter by {scatter:.2e} m/s², {ratio:.0} times what its noise explains; the offset is uncertain by {offset:.2e} m/s², which makes {offset:.2e} m/s in a second",
-        advice "choose a stretch in which the axis rests, or one long enough for vibration to average";
+        advice "choose an interval in which the axis rests, or one long enough for vibration to average";
 
     /// Rounding is correlated with the motion.
     rounding_repeats(found: f64, rounding: f64) =
@@ -46,12 +46,12 @@ findings! {
         "likelihood-at-bound", [Warning],
         what "one sensor is ignored: the likelihood has no maximum inside the searched range",
         evidence "log10(q T^4/R) = {ratio:.1}, searched from {lowest:.1} to {highest:.1}",
-        advice "check that both sensors move and share unit and sense";
+        advice "check that both sensors move, and that unit and sign of both agree";
 
     /// The axis stays on one increment for long stretches.
     slow_quantised_readings(fraction: f64, run: usize) =
         "slow-quantised-readings", [Note],
-        what "the readings rest on one value for long stretches: they were used at the edges, where they change",
+        what "the readings keep one value for long times: they were used at the edges, where they change",
         evidence "{fraction:.0} % of the readings lie in runs of {run} and more equal ones",
         advice "record the times of the edges: they determine the motion better where the axis is slow";
 
@@ -81,7 +81,7 @@ findings! {
     smoother_as_reference() =
         "smoother-as-reference", [Note],
         what "no true velocity was given: errors are differences from the smoother at the full rate",
-        advice "an error that both sensors share does not show";
+        advice "an error common to both sensors does not show";
 
     /// A thinned record is too short for tuning.
     not_tuned(rate: &str, reason: &str) =
@@ -119,7 +119,7 @@ findings! {
     /// Encoder and accelerometer disagree for a short time.
     slip(from: f64, to: f64, window: f64, change: f64, deviations: f64, quiet: f64, others: &str) =
         "slip", [Warning],
-        what "encoder and accelerometer do not see the same motion",
+        what "encoder and accelerometer do not measure the same motion",
         evidence "{from:.3} s to {to:.3} s: velocity change over {window:.0} ms differs by {change:.4} ({deviations:.1} standard deviations of the quiet part, {quiet:.4}){others}",
         advice "the wheel slips, the coupling yields, or the accelerometer feels a rotation; the fused velocity is not valid there";
 

@@ -67,20 +67,20 @@ pub struct Blow {
 #[derive(Clone, Debug, PartialEq)]
 pub struct TimedEdges {
     /// Tick of the clock that timed them, s.
-    pub tick: f64,
+    pub(crate) tick: f64,
     /// In order of time.
-    pub list: Vec<PassedAt>,
+    pub(crate) list: Vec<PassedAt>,
 }
 
 /// One edge as a filter at samples takes it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PassedAt {
     /// The first sample at or after it.
-    pub sample: usize,
+    pub(crate) sample: usize,
     /// How long before that sample, s.
-    pub age: f64,
+    pub(crate) age: f64,
     /// Whether the count rose.
-    pub upwards: bool,
+    pub(crate) upwards: bool,
 }
 
 impl TimedEdges {

@@ -5,8 +5,8 @@ use proofmass_core::Error;
 /// A place and the value there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Maximum<X> {
-    pub at: X,
-    pub value: f64,
+    pub(crate) at: X,
+    pub(crate) value: f64,
 }
 
 /// Grid between two ends in steps of at most `step`, then Brent's parabolas and golden sections one step around the

@@ -8,9 +8,9 @@ use std::collections::BTreeMap;
 /// Steps of a record.
 pub(crate) struct Curve {
     /// Change of position and of velocity in the step to each sample.
-    pub steps: Vec<[f64; 2]>,
+    pub(crate) steps: Vec<[f64; 2]>,
     /// Variances of what the steps do not have of the changes: of position, both, velocity.
-    pub unseen: Vec<[f64; 3]>,
+    pub(crate) unseen: Vec<[f64; 3]>,
 }
 
 /// Steps over which a curve at an end is held against that of all samples.

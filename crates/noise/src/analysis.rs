@@ -79,6 +79,7 @@ impl Default for AnalysisOptions {
 
 /// One point of the spectrum of the whole record: neighbouring cosines together, as the likelihood sees them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct SpectrumPoint {
     /// Centre of the bin in Hz.
     pub frequency: f64,
@@ -92,6 +93,7 @@ pub struct SpectrumPoint {
 
 /// One coefficient in every unit in use.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct TermUnits {
     /// Which.
     pub term: Term,
@@ -147,9 +149,9 @@ pub struct ChannelAnalysis {
     /// Steps, bursts and spikes; samples and seconds count from the first row analysed, missing samples included.
     pub disturbances: Vec<Disturbance>,
     /// What all of them together add to the Allan variance, in the stretch where they add most.
-    pub joint_influence: Option<JointInfluence>,
+    pub(crate) joint_influence: Option<JointInfluence>,
     /// What the converter leaves in the samples.
-    pub converter: Vec<ConverterTrace>,
+    pub(crate) converter: Vec<ConverterTrace>,
     /// What to doubt.
     pub findings: Vec<Finding>,
 }
@@ -365,7 +367,7 @@ fn gap_finding(gaps: &[RecordGap], used: &[(usize, usize)], total: usize, policy
         "{number}, the first at row {}; {rows} of {total} rows used",
         gaps[0].row
     );
-    let remedy = "averaging times longer than the stretches between gaps are lost";
+    let remedy = "averaging times longer than the segments between gaps are lost";
     proofmass_uncertainty::findings::gaps_in_record(treatment, &evidence, remedy).at(severity)
 }
 

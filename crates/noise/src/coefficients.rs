@@ -40,11 +40,11 @@ impl fmt::Display for Reason {
             ),
             Self::OtherTermsSuffice => f.write_str("the other terms describe the data without it"),
             Self::Collinear => {
-                f.write_str("the temperature changes as a ramp does: they cannot be told apart")
+                f.write_str("the temperature changes like a ramp: the two cannot be separated")
             }
             Self::BeyondBand { highest_frequency } => write!(
                 f,
-                "cannot be told from what shapes the upper spectrum (used from 0 to {} Hz)",
+                "cannot be separated from the shape of the upper spectrum (used from 0 to {} Hz)",
                 figure(*highest_frequency)
             ),
         }
@@ -245,6 +245,7 @@ impl Limits {
 
 /// One coefficient with its unit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Coefficient {
     /// Which process.
     pub term: Term,
@@ -258,6 +259,7 @@ pub struct Coefficient {
 
 /// The second number of a term that has two.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct TermParameter {
     /// Its value.
     pub value: f64,
@@ -278,7 +280,7 @@ pub struct BandUse {
     pub front_end: Option<FrontEnd>,
     /// Up to which frequency terms and front end together describe the spectrum, Hz: not below `highest_frequency`.
     #[serde(default)]
-    pub described_to: f64,
+    pub(crate) described_to: f64,
 }
 
 /// A fitted noise model.

@@ -27,6 +27,7 @@ pub enum DisturbanceKind {
 
 /// One disturbance of a record.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Disturbance {
     /// What it looks like.
     pub kind: DisturbanceKind,
@@ -138,11 +139,11 @@ fn weigh(d: &mut Disturbance, phase: &[f64], factors: &[usize], whole: &[MeanSqu
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointInfluence {
     /// Averaging time in s at which they show most.
-    pub tau: f64,
+    pub(crate) tau: f64,
     /// Share of the Allan variance there that the differences touching a disturbance add beyond their number.
-    pub influence: f64,
+    pub(crate) influence: f64,
     /// The same in standard uncertainties of that Allan variance.
-    pub displacement: f64,
+    pub(crate) displacement: f64,
 }
 
 /// The joint influence of disturbances at octave averaging times that leave half of the differences untouched.

@@ -11,7 +11,7 @@ findings! {
         "rate-contradicts-stamps", [Warning],
         what "the time stamps do not advance at the stated sampling rate",
         evidence "{stamp_rate:.6}({uncertainty:.0e}) Hz by the stamps, {sample_rate} Hz stated",
-        advice "densities are proportional to the rate; leave the rate out to use that of the stamps";
+        advice "densities are proportional to the rate; leave the rate out to use that of the time stamps";
 
     /// Spectrum or Allan curve deviate from the fitted sum of noise terms by more than their scatter. A note where only a part
     /// outside the fitted band deviates.

@@ -72,10 +72,10 @@ impl<'a> FitRecord<'a> {
             })
         };
         if !self.starts.is_empty() {
-            same("starts of the stretches", self.starts.len())?;
+            same("starts of the segments", self.starts.len())?;
         }
         if let Some(temperature) = self.temperature {
-            same("stretches of the temperature", temperature.len())?;
+            same("segments of the temperature", temperature.len())?;
             for (t, s) in temperature.iter().zip(self.stretches) {
                 check_finite("temperature", t)?;
                 if t.len() != s.len() {

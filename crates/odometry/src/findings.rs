@@ -11,6 +11,6 @@ findings! {
         "wheel-slip", [Warning],
         what "the speed of a wheel is not consistent with the motion of the vehicle",
         evidence "{wheels}: {from:.3} s to {to:.3} s, {change:.4} {sense} within {window:.0} ms ({deviations:.1} standard deviations of the quiet part){others}",
-        advice "the mean of the wheels is not valid there: leave out the wheel or the stretch; a wrong sense, unit or track shows in every curve";
+        advice "the mean of the wheels is not valid there: leave out the wheel or that part; a wrong sign, unit or track shows in every curve";
 
 }

@@ -15,22 +15,42 @@ pub struct Report {
     pub title: String,
     /// One line under the title; empty for none.
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub subtitle: String,
+    pub(crate) subtitle: String,
     /// Language of the text as a BCP 47 tag, `en` by default.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub language: String,
     /// Label and value of what a reader files it by: device, date, operator, version.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub meta: Vec<(String, String)>,
-    /// What to doubt, shown before everything else.
+    /// What a reader came for; it opens the page.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub answer: Answer,
+    /// What to doubt, one line each behind the answer.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub findings: Vec<Finding>,
+    pub(crate) findings: Vec<Finding>,
     /// The sections, in order.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sections: Vec<Section>,
     /// Last line; empty for none.
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub footer: String,
+    pub(crate) footer: String,
+}
+
+/// What a reader came for, on the first screen: the result with its uncertainty, the verdict, the plot that shows it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Answer {
+    /// What the result means, as a sentence; empty where the numbers say it all.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub verdict: String,
+    /// The result.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub figures: Vec<KeyFigure>,
+    /// What is copied from the page, such as coefficients for firmware.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub blocks: Vec<Block>,
+    /// The plot that shows it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub figure: Option<Figure>,
 }
 
 /// A titled part of a report.
@@ -38,23 +58,23 @@ pub struct Report {
 pub struct Section {
     /// Where it is printed.
     #[serde(default, skip_serializing_if = "is_default")]
-    pub place: Place,
+    pub(crate) place: Place,
     /// Heading.
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub title: String,
+    pub(crate) title: String,
     /// What stands in it, in order.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub blocks: Vec<Block>,
+    pub(crate) blocks: Vec<Block>,
 }
 
 /// Where a section is printed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Place {
-    /// On the page alone.
+    /// On the page alone, folded behind its title.
     #[default]
     Page,
-    /// On the page and in the summary of a terminal.
+    /// On the page, open, and in the summary of a terminal.
     Both,
     /// In the summary of a terminal alone.
     Summary,
@@ -95,16 +115,16 @@ pub enum Block {
 pub struct KeyFigure {
     /// What it is.
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub label: String,
+    pub(crate) label: String,
     /// The number as printed.
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub value: String,
+    pub(crate) value: String,
     /// Its unit; empty for none.
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub unit: String,
+    pub(crate) unit: String,
     /// A small line below; empty for none.
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub note: String,
+    pub(crate) note: String,
 }
 
 /// Columns, rows and notes.
@@ -132,25 +152,25 @@ pub struct Table {
 pub struct Column {
     /// Name in the file, unit included (`bias_m/s2`); empty where only the page shows the column.
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub name: String,
+    pub(crate) name: String,
     /// Name of the standard uncertainty in the file, where the cells are values with theirs.
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub uncertainty: String,
+    pub(crate) uncertainty: String,
     /// Heading on the page; empty where only the file has the column.
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub heading: String,
+    pub(crate) heading: String,
     /// Unit of all numbers in the column; empty for none or where units differ.
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub unit: String,
+    pub(crate) unit: String,
     /// How cells are aligned.
     #[serde(default, skip_serializing_if = "is_default")]
-    pub alignment: Alignment,
+    pub(crate) alignment: Alignment,
     /// What a value of the file is multiplied by to be in the unit of the page.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub scale: Option<f64>,
+    pub(crate) scale: Option<f64>,
     /// How values are printed on the page.
     #[serde(default, skip_serializing_if = "is_default")]
-    pub rounding: Rounding,
+    pub(crate) rounding: Rounding,
 }
 
 /// How the cells of a column are aligned.
@@ -204,9 +224,9 @@ pub enum Cell {
 pub struct Figure {
     /// Caption.
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub caption: String,
+    pub(crate) caption: String,
     /// What is drawn.
-    pub plot: Plot,
+    pub(crate) plot: Plot,
 }
 
 impl Report {
@@ -233,6 +253,65 @@ impl Report {
         self
     }
 
+    /// Says what the result means.
+    #[must_use]
+    pub fn verdict(mut self, sentence: impl Into<String>) -> Self {
+        self.answer.verdict = minus_signs(sentence);
+        self
+    }
+
+    /// Adds the numbers that are the answer.
+    #[must_use]
+    pub fn answers(mut self, figures: impl IntoIterator<Item = KeyFigure>) -> Self {
+        self.answer.figures.extend(figures);
+        self
+    }
+
+    /// Adds to the answer what is copied from the page.
+    #[must_use]
+    pub fn copied(mut self, block: Block) -> Self {
+        self.answer.blocks.push(block);
+        self
+    }
+
+    /// Sets the plot that shows the answer.
+    #[must_use]
+    pub fn shown_by(mut self, caption: impl Into<String>, plot: impl Into<Plot>) -> Self {
+        self.answer.figure = Some(Figure {
+            caption: caption.into(),
+            plot: plot.into(),
+        });
+        self
+    }
+
+    /// The report with its answer first: numbers and plot that nobody named are the first ones of the sections.
+    #[must_use]
+    pub fn answer_first(mut self) -> Self {
+        if self.answer.figures.is_empty()
+            && let Some(Block::KeyFigures(figures)) =
+                self.taken(|b| matches!(b, Block::KeyFigures(_)))
+        {
+            self.answer.figures = figures;
+        }
+        if self.answer.figure.is_none()
+            && let Some(Block::Figure(figure)) = self.taken(|b| matches!(b, Block::Figure(_)))
+        {
+            self.answer.figure = Some(figure);
+        }
+        self.sections.retain(|s| !s.blocks.is_empty());
+        self
+    }
+
+    /// Takes the first block of a kind out of the sections of the page.
+    fn taken(&mut self, wanted: impl Fn(&Block) -> bool) -> Option<Block> {
+        let sections = self.sections.iter_mut();
+        let mut shown = sections.filter(|s| matches!(s.place, Place::Page | Place::Both));
+        shown.find_map(|section| {
+            let at = section.blocks.iter().position(&wanted)?;
+            Some(section.blocks.remove(at))
+        })
+    }
+
     /// Adds findings to the head.
     #[must_use]
     pub fn findings(mut self, findings: impl IntoIterator<Item = Finding>) -> Self {
@@ -254,8 +333,12 @@ impl Report {
             .retain(|s| s.place == Place::Both || s.place == place);
         if place == Place::Summary {
             self.footer.clear();
+            self.answer.figure = None;
             for section in &mut self.sections {
                 section.blocks.retain(|b| !matches!(b, Block::Figure(_)));
+                if section.place == Place::Both {
+                    section.blocks.iter_mut().for_each(cut);
+                }
             }
             self.sections.retain(|s| !s.blocks.is_empty());
         }
@@ -276,6 +359,12 @@ impl Report {
                     _ => {}
                 }
             }
+        }
+        if let Some(figure) = self.answer.figure.take() {
+            self.answer.figure = Some(Figure {
+                plot: figure.plot.shortened(),
+                caption: figure.caption,
+            });
         }
         for section in &mut self.sections {
             shorten(&mut section.blocks);
@@ -308,6 +397,7 @@ impl Report {
             subtitle: self.subtitle.clone(),
             language: self.language.clone(),
             meta: self.meta.clone(),
+            answer: self.answer.clone(),
             findings: self.findings.clone(),
             sections: self.sections.iter().map(kept).collect(),
             footer: self.footer.clone(),
@@ -327,6 +417,7 @@ impl Report {
             }
         }
         let mut list = Vec::new();
+        collect(&self.answer.blocks, &mut list);
         for section in &self.sections {
             collect(&section.blocks, &mut list);
         }
@@ -583,6 +674,23 @@ impl Cell {
             Self::Worded { file, .. } => file.is_text(),
             cell => matches!(cell, Self::Text(_)),
         }
+    }
+}
+
+/// Rows of a table that a summary prints; its file has all of them.
+const SUMMARISED: usize = 24;
+
+/// A long table for a summary.
+fn cut(block: &mut Block) {
+    let Block::Table(table) = block else { return };
+    let left = table.rows.len().saturating_sub(SUMMARISED);
+    if left > 0 {
+        table.rows.truncate(SUMMARISED);
+        let place = match table.file.as_str() {
+            "" => "on the page",
+            file => file,
+        };
+        table.notes = vec![format!("{left} more rows: {place}.")];
     }
 }
 

@@ -110,11 +110,11 @@ pub struct TransducerLimits {
     /// Greatest acceleration, m/s².
     pub acceleration: f64,
     /// Lowest frequency within 5 %, Hz; zero where it measures down to rest.
-    pub lowest: f64,
+    pub(crate) lowest: f64,
     /// Highest frequency within 5 %, Hz.
-    pub highest: f64,
+    pub(crate) highest: f64,
     /// Relative change of the sensitivity with temperature, 1/K.
-    pub temperature: f64,
+    pub(crate) temperature: f64,
 }
 
 impl Transducer {

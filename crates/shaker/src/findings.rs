@@ -74,7 +74,7 @@ findings! {
         "duplicate-configuration", [Warning],
         what "{configuration} at {frequency} Hz was measured {times} times",
         evidence "runs {runs}",
-        advice "if it is one run entered twice, take one out; true repeats share their mounting error";
+        advice "if it is one run entered twice, take one out; true repeats have the same mounting error";
 
     /// A run has a configuration that was not planned.
     unplanned_configuration(run: &str, configuration: &str) =
@@ -186,7 +186,7 @@ findings! {
         "mask-offset", [Warning],
         what "x and y are turned together by {angle:.1}° against the marks of the device",
         evidence "at {frequency} Hz: S_xy/S_yy = {xy:.4}, S_yx/S_xx = {yx:.4}, u = {u:.2}°; {askew:.1} times what its axes are askew otherwise, which one device in a hundred exceeds {limit:.1} times by itself; wedges and spurious motion say nothing about it",
-        advice "check the zero of the rotation template: an offset cannot be told from a rotated sensor; S refers to the marks on the case",
+        advice "check the zero of the rotation template: an offset cannot be separated from a rotated sensor; S refers to the marks on the case",
         false_alarms "1 % of healthy devices, by the level of the test";
 
     /// Mounting angles scatter more than their declared uncertainty.
@@ -223,7 +223,7 @@ findings! {
     /// A drive lies on a harmonic of the mains. A note where the interference could not be measured.
     drive_at_mains(frequencies: &str, mains: &str, evidence: &str) =
         "drive-at-mains", [Warning, Note],
-        what "the drive at {frequencies} cannot be told from a harmonic of the mains at {mains}",
+        what "the drive at {frequencies} cannot be separated from a harmonic of the mains at {mains}",
         evidence "{evidence}",
         advice "move the drive by a few resolutions, take a record long enough to separate them, or record once with the drive off";
 
@@ -363,7 +363,7 @@ findings! {
     /// A table of spurious motion has no degrees of freedom.
     spurious_dof_unsaid(label: &str, frequency: f64, ratio: f64) =
         "spurious-dof-unsaid", [Note],
-        what "nothing says how many repeats are behind the uncertainties of the spurious motion \"{label}\"",
+        what "the number of repeats is not stated for the uncertainties of the spurious motion \"{label}\"",
         evidence "at {frequency} Hz the largest is {ratio:.0} times the smallest, and both are taken as known",
         advice "a column nu with the degrees of freedom (repeats less one) lets them be pooled where they are few";
 

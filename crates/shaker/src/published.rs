@@ -15,13 +15,13 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SpuriousMagnitude {
     /// Modulus relative to the reference acceleration.
-    pub modulus: [f64; 3],
+    pub(crate) modulus: [f64; 3],
     /// Standard uncertainty of the modulus.
-    pub modulus_uncertainty: [f64; 3],
+    pub(crate) modulus_uncertainty: [f64; 3],
     /// Phase in radians.
-    pub phase: [f64; 3],
+    pub(crate) phase: [f64; 3],
     /// Standard uncertainty of the phase in radians.
-    pub phase_uncertainty: [f64; 3],
+    pub(crate) phase_uncertainty: [f64; 3],
 }
 
 /// Standard uncertainties of the published budget.
@@ -61,11 +61,11 @@ impl MagnitudeBudget {
 #[derive(Clone, Debug, PartialEq)]
 pub struct AppliedLine {
     /// Input: `reference`, `inclination`, `rotation`, `modulus.x′` … `phase.z′`.
-    pub input: String,
+    pub(crate) input: String,
     /// Sensitivity coefficient.
-    pub sensitivity: f64,
+    pub(crate) sensitivity: f64,
     /// Contribution to the standard uncertainty, m/s².
-    pub contribution: f64,
+    pub(crate) contribution: f64,
 }
 
 /// Magnitude of the acceleration along one axis of the device, with its budget.
@@ -78,7 +78,7 @@ pub struct Applied {
     /// Effective degrees of freedom over all inputs.
     pub dof: f64,
     /// Budget in the order of the published spreadsheet.
-    pub budget: Vec<AppliedLine>,
+    pub(crate) budget: Vec<AppliedLine>,
 }
 
 /// Magnitudes of the acceleration along x, y, z of the device in one configuration.
@@ -183,6 +183,7 @@ pub struct MagnitudeRow {
 
 /// Matrices and expanded uncertainties (k = 2) as published.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct PublishedFit {
     /// Exploitation matrix in (m/s²)/V.
     pub exploitation: [[f64; 3]; 3],

@@ -56,7 +56,7 @@ pub struct RecordedTone {
     /// Frequency in Hz.
     pub frequency: f64,
     /// Peak amplitude in each channel, in the unit of its samples.
-    pub amplitudes: Vec<f64>,
+    pub(crate) amplitudes: Vec<f64>,
 }
 
 /// One run as it comes from the bench: phasors in volts, or the reference already in m/s².
@@ -346,6 +346,7 @@ impl PhasorReading {
 
 /// What the samples of a run give, channel by channel.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Phasors {
     /// Complex peak amplitudes.
     pub amplitudes: Vec<Complex64>,
@@ -379,6 +380,7 @@ pub struct Phasors {
 
 /// Time stamps that are not even.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct UnevenStamps {
     /// Root mean square of their departure from the even grid, s.
     pub scatter: f64,

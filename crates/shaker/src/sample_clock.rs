@@ -20,6 +20,7 @@ pub enum SampleClock {
 
 /// Error of a sensor's clock.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ClockError {
     /// Samples it takes in a second over those it says, less one.
     pub relative: f64,
@@ -99,6 +100,7 @@ impl ClockError {
 
 /// One delay that explains the phases of all frequencies: arg S(f) = −2π f τ (+ π for an output of the other sign).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Latency {
     /// τ, s.
     pub delay: f64,

@@ -75,6 +75,7 @@ impl TransverseMotion {
 
 /// Sensitivity at one frequency.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct SingleAxis {
     /// Frequency in Hz.
     pub frequency: f64,

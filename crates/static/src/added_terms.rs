@@ -26,9 +26,9 @@ pub(crate) struct AddedTerms<'a> {
 #[derive(Clone, Debug)]
 pub(crate) struct Test {
     /// Coefficient of each column.
-    pub amplitudes: Vec<f64>,
+    pub(crate) amplitudes: Vec<f64>,
     /// Probability of an F at least this large when none of the terms is there.
-    pub p_value: f64,
+    pub(crate) p_value: f64,
     columns: Vec<Vec<f64>>,
 }
 

@@ -194,7 +194,7 @@ findings! {
     /// A standstill has another attitude than the one given for it.
     wrong_label(kind: &str, name: &str, place: &str, given: &str, seen: &str) =
         "wrong-label", [Decision],
-        what "{kind} {name} has another attitude than its label says",
+        what "{kind} {name} has another attitude than its label states",
         evidence "{place}given {given}, the others see it along {seen}",
         advice "correct the attitude in the table of standstills, or leave the standstill out (`exclude` in [standstill])";
 

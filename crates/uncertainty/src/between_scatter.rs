@@ -90,9 +90,9 @@ impl NoiseDof {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BetweenScatter {
     /// p.
-    pub parameters: usize,
+    pub(crate) parameters: usize,
     /// n − p.
-    pub residual_dof: f64,
+    pub(crate) residual_dof: f64,
     /// Coverage probability of every factor below.
     pub probability: f64,
     /// Q(0): weighted sum of squared residuals against the noise alone.
@@ -106,21 +106,21 @@ pub struct BetweenScatter {
     /// Interval of τ at the coverage probability, from the profile of Q. **Source** `[Viechtbauer2007]`.
     pub excess_interval: [f64; 2],
     /// q: 1 where τ̂² > 0, else Q(0)/ν.
-    pub residual_factor: f64,
+    pub(crate) residual_factor: f64,
     /// T = tr P², the information on τ² times two.
-    pub information: f64,
+    pub(crate) information: f64,
     /// S, p × p by rows.
     pub covariance: Vec<f64>,
     /// GΣGᵀ, the part of the noise.
-    pub noise: Vec<f64>,
+    pub(crate) noise: Vec<f64>,
     /// τ̂² GGᵀ, the part of the scatter between the equations.
-    pub between: Vec<f64>,
+    pub(crate) between: Vec<f64>,
     /// m_c, one per parameter, before the harmonic mean and its limits.
-    pub component_dof: Vec<f64>,
+    pub(crate) component_dof: Vec<f64>,
     /// ν_s.
-    pub scatter_dof: f64,
+    pub(crate) scatter_dof: f64,
     /// Degrees of freedom of the noise.
-    pub noise_dof: DegreesOfFreedom,
+    pub(crate) noise_dof: DegreesOfFreedom,
     /// k: U = k u for each parameter.
     pub coverage_factor: f64,
     /// ν*, at which Student's t has the factor k; with it every later step is the ordinary one.

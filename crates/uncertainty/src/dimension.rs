@@ -8,7 +8,7 @@ const BASES: usize = 7;
 pub(crate) struct Dimension {
     powers: [i8; BASES],
     /// Factor to the coherent unit, where it is known.
-    pub factor: Option<f64>,
+    pub(crate) factor: Option<f64>,
 }
 
 const M: usize = 0;

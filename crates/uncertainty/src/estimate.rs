@@ -83,25 +83,25 @@ pub enum Effect {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Member {
     /// Stable name.
-    pub key: String,
+    pub(crate) key: String,
     /// What it is.
-    pub description: String,
+    pub(crate) description: String,
     /// Type A or type B.
-    pub evaluation: Evaluation,
+    pub(crate) evaluation: Evaluation,
     /// Distribution as a word.
-    pub distribution: String,
+    pub(crate) distribution: String,
     /// Degrees of freedom of its standard uncertainty.
-    pub dof: DegreesOfFreedom,
+    pub(crate) dof: DegreesOfFreedom,
     /// Members with the same number here share one estimate of σ: their variance counts as a whole.
-    pub estimate_of_scatter: usize,
+    pub(crate) estimate_of_scatter: usize,
     /// Estimate of the input.
-    pub value: f64,
+    pub(crate) value: f64,
     /// Unit of the input.
-    pub unit: String,
+    pub(crate) unit: String,
     /// Standard uncertainty of the input.
-    pub standard_uncertainty: f64,
+    pub(crate) standard_uncertainty: f64,
     /// ∂(component)/∂(input), one per component.
-    pub sensitivity: Vec<f64>,
+    pub(crate) sensitivity: Vec<f64>,
 }
 
 /// Per member of a correlated effect, seen in component `i`: contribution c u with its sign, and that times all that
@@ -218,7 +218,7 @@ impl Effect {
             .collect()
     }
 
-    fn propagate(&self, jacobian: &[f64], n: usize) -> Result<Self, Error> {
+    pub(crate) fn propagate(&self, jacobian: &[f64], n: usize) -> Result<Self, Error> {
         Ok(match self {
             Self::Scalar {
                 value,
@@ -438,6 +438,10 @@ impl Estimate {
                 share: share(contribution * contribution),
             });
         }
+        let value = self.components[i].value;
+        lines
+            .iter_mut()
+            .for_each(|line| line.clear_rounding(value, variance.sqrt()));
         lines.sort_by(|a, b| b.contribution.total_cmp(&a.contribution));
         Some(lines)
     }
@@ -497,6 +501,7 @@ fn effective(u: f64, parts: &[(f64, DegreesOfFreedom)]) -> DegreesOfFreedom {
 
 /// One line of a budget.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct BudgetLine {
     /// Stable name of the cause.
     pub key: String,
@@ -516,8 +521,26 @@ pub struct BudgetLine {
     pub share: f64,
 }
 
+impl BudgetLine {
+    /// Sets to zero a sensitivity that is what rounding left of zero: by it the whole input, or its uncertainty where that is
+    /// larger, changes the component by less than a double tells, and its contribution is nothing beside the whole.
+    pub(crate) fn clear_rounding(&mut self, value: f64, standard_uncertainty: f64) {
+        let least = 16.0 * f64::EPSILON * value.abs().max(standard_uncertainty);
+        let nothing = self.contribution <= 1e-9 * standard_uncertainty;
+        if let Some(input) = &mut self.input {
+            let whole = input.value.abs().max(input.standard_uncertainty);
+            if nothing && whole > 0.0 && (input.sensitivity * whole).abs() <= least {
+                input.sensitivity = 0.0;
+                self.contribution = 0.0;
+                self.share = 0.0;
+            }
+        }
+    }
+}
+
 /// The scalar input behind a budget line.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct BudgetInput {
     /// Estimate.
     pub value: f64,

@@ -62,9 +62,9 @@ enum Shape {
 pub(crate) struct Sampler {
     plans: Vec<Plan>,
     /// Names of correlated inputs whose marginals are not normal: their joint distribution is a choice.
-    pub copula: Vec<String>,
+    pub(crate) copula: Vec<String>,
     /// Whether an input has no standard deviation.
-    pub heavy: bool,
+    pub(crate) heavy: bool,
 }
 
 /// A Student t as a normal with a stretch, anything else as it is.

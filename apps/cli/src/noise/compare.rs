@@ -11,11 +11,10 @@ use proofmass::jobs::noise_comparison::{
 use proofmass::jobs::{Job, Outcome as _, Record, StoredResult};
 use std::path::{Path, PathBuf};
 
-/// Compare the noise of units or runs: coefficients beside each other, whether they are equal, and a batch against limits.
+/// Compare the noise of units or runs, or a batch with the limits of a data sheet.
 ///
-/// Takes what `proofmass noise RECORDING -o FOLDER` wrote for each of them. Channels of the same name are compared. With --limits every unit
-/// is held against the limits of a data sheet: it passes when its whole interval lies within, fails when all of it lies beyond, and is
-/// undecided in between.
+/// It reads what `proofmass noise RECORDING -o FOLDER` wrote for each of them. Channels of the same name are compared. With --limits
+/// a unit passes when its whole interval lies within a limit, fails when all of it lies beyond, and is undecided in between.
 #[derive(clap::Args)]
 pub(crate) struct Compare {
     /// Folders (or result.json) of `proofmass noise`: two or more, or one with --limits

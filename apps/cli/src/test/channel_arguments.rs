@@ -1,7 +1,6 @@
 //! The channels of a dynamic test on the command line.
 
 use crate::Failure;
-use crate::number_arguments::positive;
 use proofmass::dynamic::model::ModelStructure;
 use proofmass::io::{ColumnRef, Source, Unit};
 use proofmass::jobs::campaign::{Certificate, CertificateOptions};
@@ -11,12 +10,11 @@ use std::path::{Path, PathBuf};
 /// Calibration over frequency of the transducer whose channel is the reference.
 #[derive(clap::Args)]
 pub(super) struct StandardArguments {
-    /// Calibration over frequency of the reference transducer, whose channel is then in volts: calibration.json, result.json, or the
-    /// table of a laboratory (.csv)
+    /// Calibration over frequency of the reference transducer, whose channel is then in volts (.json or a table, .csv)
     #[arg(long, value_name = "FILE")]
     pub(super) standard: Option<PathBuf>,
     /// Coverage factor of the expanded uncertainties (U_…) in the table of a laboratory
-    #[arg(long = "standard-coverage-factor", alias = "standard-coverage", value_name = "K", value_parser = positive, requires = "standard")]
+    #[arg(long = "standard-coverage-factor", alias = "standard-coverage", value_name = "K", value_parser = crate::number_arguments::coverage_factor, requires = "standard")]
     standard_coverage: Option<f64>,
     /// Axis of a calibration of several
     #[arg(long, value_name = "AXIS", requires = "standard")]

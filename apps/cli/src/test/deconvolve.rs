@@ -12,7 +12,7 @@ use proofmass::jobs::deconvolution::{DeconvolutionJob, DeconvolutionOutcome, Fit
 use proofmass::jobs::{Outcome as _, StoredResult};
 use std::path::PathBuf;
 
-/// The acceleration behind a device's output, from its fitted model, with the uncertainty of every sample.
+/// Acceleration behind an output, each sample with its uncertainty.
 ///
 /// The model is that of `proofmass test random|impact|sweep --model …` or `proofmass test model`, with its covariance; `proofmass apply
 /// --dynamic` writes the same values as a recording.
@@ -24,7 +24,7 @@ pub(super) struct Deconvolve {
     recording: PathBuf,
     #[command(flatten)]
     channel: ChannelArguments,
-    /// Model to fit to a calibration over frequency: elements of 1mode … 4modes, delay, low-pass=ORDER, joined by + [default: 1mode]
+    /// Model to fit to a calibration over frequency: 1mode … 4modes, delay, low-pass=ORDER, joined by + [default: 1mode]
     #[arg(long, value_name = "ELEMENTS")]
     model: Option<ModelStructure>,
     /// Corner of the low-pass in hertz [default: where noise and bias together are least]

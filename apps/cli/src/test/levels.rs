@@ -10,7 +10,9 @@ use proofmass::jobs::linearity::{LinearityJob, LinearityOutcome, RecordedLevels}
 use proofmass::jobs::{Job, Outcome as _, StoredResult};
 use std::path::PathBuf;
 
-/// Linearity over the level at one frequency: sensitivity, amplitude coefficient, largest departure from a straight line.
+/// Linearity over the amplitude at one frequency.
+///
+/// Sensitivity, amplitude coefficient, largest deviation from a straight line.
 #[derive(clap::Args)]
 pub(super) struct Levels {
     /// Table with a line for each level

@@ -11,9 +11,9 @@ use proofmass::jobs::response::{ModelJob, PointColumns, RecordedPoints, Response
 use proofmass::jobs::{Job, Outcome as _, StoredResult};
 use std::path::PathBuf;
 
-/// Fit a model to a frequency response from a calibration.json or a table, as stepped sines or a laboratory give it; say when it
-/// does not fit.
+/// Fit a model (modes, delay, filters) to a frequency response.
 ///
+/// The response is a calibration.json or a table of points. A model that does not fit is reported.
 /// A table needs its five columns named; without them the file is read as a calibration of kind frequency-response, or as the table
 /// of a certificate (.csv: frequency, sensitivity, phase, uncertainties).
 #[derive(clap::Args)]
@@ -54,7 +54,7 @@ pub(super) struct Model {
     #[arg(long, value_name = "HZ", value_parser = positive)]
     reference_frequency: Option<f64>,
     /// Coverage factor of the expanded uncertainties (U_…) in the table of a certificate
-    #[arg(short = 'k', long = "coverage-factor", alias = "coverage", value_name = "K", value_parser = positive)]
+    #[arg(short = 'k', long = "coverage-factor", alias = "coverage", value_name = "K", value_parser = crate::number_arguments::coverage_factor)]
     coverage: Option<f64>,
     #[command(flatten)]
     delivery: Delivery,

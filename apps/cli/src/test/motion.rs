@@ -11,7 +11,7 @@ use proofmass::jobs::{Job, Outcome as _, StoredResult};
 use proofmass::signal::Baseline;
 use std::path::PathBuf;
 
-/// Figures of a recorded acceleration: intensity, velocity, displacement, response spectrum, machine vibration.
+/// Velocity, displacement, response spectrum, machine vibration of a record.
 #[derive(clap::Args)]
 pub(super) struct Motion {
     /// Recording with the acceleration

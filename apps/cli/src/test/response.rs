@@ -13,7 +13,7 @@ use proofmass::jobs::{ChannelReading, Job, Outcome as _, StoredResult};
 use proofmass::signal::transfer::Estimator;
 use std::path::{Path, PathBuf};
 
-/// Channels, estimator, model: what all three excitations share.
+/// Channels, estimator, model: what all excitations have in common.
 #[derive(clap::Args)]
 pub(super) struct Common {
     /// Column of the input (reference acceleration, force; volts with --standard), by name or number (from 1)
@@ -48,7 +48,9 @@ pub(super) struct Common {
     delivery: Delivery,
 }
 
-/// Frequency response from noise: H1, H2 or Hv with coherence and 95 % bands, resonances, bandwidths, a fitted model.
+/// Frequency response (FRF) from random excitation: H1, H2 or Hv.
+///
+/// With coherence, 95 % intervals, resonances, bandwidths and a fitted model.
 #[derive(clap::Args)]
 pub(super) struct Random {
     /// Recording of input and output
@@ -66,13 +68,15 @@ pub(super) struct Random {
     common: Common,
 }
 
-/// Frequency response from blows of a hammer: one or several to a recording; doubled and unfinished ones are left out.
+/// Frequency response (FRF) from impacts of a hammer.
+///
+/// One or several impacts to a recording; double and incomplete ones are left out.
 #[derive(clap::Args)]
 pub(super) struct Impact {
     /// Recordings of force and response
     #[arg(required = true)]
     recordings: Vec<PathBuf>,
-    /// Samples of each blow [default: up to the next one]
+    /// Samples of each impact [default: up to the next one]
     #[arg(long, value_name = "SAMPLES")]
     segment: Option<usize>,
     /// Samples to either side of the greatest force that are kept of the force [default: all]
@@ -88,7 +92,9 @@ pub(super) struct Impact {
     common: Common,
 }
 
-/// Frequency response from a swept sine, linear or logarithmic, by local polynomials over the whole record.
+/// Frequency response (FRF) from a swept sine, linear or logarithmic.
+///
+/// By local polynomials over the whole record.
 #[derive(clap::Args)]
 pub(super) struct Sweep {
     /// Recording of input and output
@@ -100,11 +106,10 @@ pub(super) struct Sweep {
     common: Common,
 }
 
-/// Frequency response from a sine that stays at one frequency after the other: the steps are found, a sine is fitted to both
-/// channels in each.
+/// Frequency response (FRF) from a stepped sine.
 ///
-/// One recording with all steps, or one for each frequency. A step holds twelve periods at least; its first three tenths are left to
-/// the device to settle.
+/// The steps are found, and a sine is fitted to both channels in each. One recording with all steps, or one for each frequency.
+/// A step holds at least twelve periods; its first three tenths are left out while the device settles.
 #[derive(clap::Args)]
 pub(super) struct Steps {
     /// Recordings of input and output

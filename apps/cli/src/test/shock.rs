@@ -13,10 +13,10 @@ use proofmass::jobs::{ChannelReading, Job, Outcome as _, StoredResult};
 use proofmass::signal::{Peaks, PulseShape};
 use std::path::{Path, PathBuf};
 
-/// A recorded shock: peak, duration, velocity change, shock response spectrum; sensitivity against a reference.
+/// Peak, duration, velocity change and response spectrum (SRS) of a shock.
 ///
 /// With --reference, the sensitivity of the output by peak, by integral and by spectrum (ISO 16063-13, -22), each with its
-/// interval. Pulses that are cut off, doubled, saturated, shifted or ringing are named. With -o, a folder gets result.json,
+/// interval. Pulses that are cut off, doubled, saturated, shifted or ringing are reported. With -o, a folder gets result.json,
 /// report.html and tables.
 #[derive(clap::Args)]
 pub(super) struct Shock {
@@ -66,7 +66,7 @@ pub(super) struct Shock {
     /// Half-width of the band in per cent of the nominal peak
     #[arg(long, value_name = "PERCENT", value_parser = positive, default_value = "20")]
     band: f64,
-    /// Largest departure of the velocity change in per cent
+    /// Largest deviation of the velocity change in per cent
     #[arg(long, value_name = "PERCENT", value_parser = positive, default_value = "15")]
     velocity_band: f64,
     /// Shock response spectrum that is required, a table of frequency_Hz and acceleration_m/s2 (or _g) [default: that of the nominal

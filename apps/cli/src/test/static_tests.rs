@@ -50,7 +50,7 @@ fn answer(
     delivery.deliver(folder, &StoredResult::new(record, &outcome)?)
 }
 
-/// One axis turned through known angles: bias, sensitivity, misalignment, departure from the cosine.
+/// Bias, sensitivity, misalignment of one axis turned through known angles.
 #[derive(clap::Args)]
 pub(super) struct TiltTest {
     #[command(flatten)]
@@ -61,7 +61,7 @@ pub(super) struct TiltTest {
     /// Standard uncertainty of the zero of the angles, in degrees
     #[arg(long, value_name = "DEG", default_value_t = 0.0)]
     zero_uncertainty: f64,
-    /// Full scale of the output in its unit [default: twice its largest departure from the bias]
+    /// Full scale of the output in its unit [default: twice its largest deviation from the bias]
     #[arg(long, value_name = "OUTPUT")]
     full_scale: Option<f64>,
     #[command(flatten)]
@@ -77,7 +77,9 @@ impl TiltTest {
     }
 }
 
-/// One axis up and down: S = (V₊ − V₋)/2g and b = (V₊ + V₋)/2.
+/// Sensitivity and bias of one axis up and down.
+///
+/// S = (V₊ − V₋)/2g and b = (V₊ + V₋)/2.
 #[derive(clap::Args)]
 pub(super) struct SensitivityTest {
     #[command(flatten)]
@@ -105,7 +107,9 @@ impl SensitivityTest {
     }
 }
 
-/// One axis at known accelerations: bias, sensitivity, curvature, temperature coefficient, order by evidence.
+/// Bias, sensitivity and curvature of one axis at known accelerations.
+///
+/// Also the temperature coefficient, where the table has temperatures. The order is chosen by the data.
 #[derive(clap::Args)]
 pub(super) struct LinearityTest {
     #[command(flatten)]
@@ -135,7 +139,9 @@ impl LinearityTest {
     }
 }
 
-/// One axis on a rotating arm: sensitivity and curvature at many g, with radius, speed, stretch and alignment in the budget.
+/// Sensitivity and curvature of one axis on a rotating arm, at many g.
+///
+/// Radius, speed, elongation of the arm and alignment are in the budget.
 #[derive(clap::Args)]
 pub(super) struct CentrifugeTest {
     #[command(flatten)]
@@ -152,7 +158,7 @@ pub(super) struct CentrifugeTest {
     /// Relative standard uncertainty of all speeds together, in per cent
     #[arg(long, value_name = "PERCENT", default_value_t = 0.0)]
     speed_uncertainty: f64,
-    /// Relative stretch of the arm per squared speed, in s²
+    /// Relative elongation of the arm per squared speed, in s²
     #[arg(long, value_name = "S2", default_value_t = 0.0)]
     stretch: f64,
     /// Its standard uncertainty, in s²
@@ -183,7 +189,7 @@ impl CentrifugeTest {
     }
 }
 
-/// Bias of a sensor at rest on a level surface, the autocorrelation of its noise counted.
+/// Bias of a triaxial sensor at rest on a level surface.
 #[derive(clap::Args)]
 pub(super) struct ZeroGTest {
     /// Recording of three axes at rest
@@ -215,7 +221,7 @@ impl ZeroGTest {
     }
 }
 
-/// Angles between the sensitive axes of a calibration, and what they cost.
+/// Angles between the sensitive axes of a calibration.
 #[derive(clap::Args)]
 pub(super) struct OrthogonalityTest {
     /// calibration.json written by `proofmass calibrate`
@@ -234,7 +240,7 @@ impl OrthogonalityTest {
     }
 }
 
-/// Drift of calibration results over time, a control chart of each quantity, and when the next one is due.
+/// Drift of calibration results over months, and when the next one is due.
 #[derive(clap::Args)]
 pub(super) struct StabilityTest {
     /// result.json of three or more calibrations of one device

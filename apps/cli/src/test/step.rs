@@ -9,7 +9,7 @@ use proofmass::jobs::step::{StepData, StepJob, StepOutcome};
 use proofmass::jobs::{Job, Outcome as _, StoredResult};
 use std::path::PathBuf;
 
-/// A recorded step response: natural frequency and damping fitted, rise, overshoot, settling.
+/// Step response: natural frequency, damping, rise time, overshoot, settling.
 #[derive(clap::Args)]
 pub(super) struct Step {
     /// Recording of the step, from before it until the device has settled

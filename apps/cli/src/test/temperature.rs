@@ -9,10 +9,11 @@ use proofmass::jobs::temperature::{TemperatureJob, TemperatureOutcome, Temperatu
 use proofmass::jobs::{Job, Outcome as _, RecordingReading, StoredResult};
 use std::path::PathBuf;
 
-/// Temperature coefficients of a resting accelerometer, from plateaus or a continuous sweep.
+/// Temperature coefficients of a resting accelerometer.
 ///
-/// Slopes and polynomials per axis with one joint covariance; hysteresis where the sensor was heated and cooled; an attitude
-/// that changed on the way is found, and where it leaves nothing to conclude from, that is said. With --calibration, the
+/// From plateaus or a continuous sweep: slopes and polynomials per axis with one joint covariance, and hysteresis where the
+/// sensor was heated and cooled. A change of position during the sweep is reported, and refused where it leaves nothing to
+/// conclude from. With --calibration, the
 /// result holds that calibration with the coefficients in it.
 #[derive(clap::Args)]
 pub(super) struct Temperature {
@@ -30,8 +31,8 @@ pub(super) struct Temperature {
     /// Largest power of the temperature
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..=3))]
     order: u8,
-    /// The sensor was switched on when the recording began: its own warming, with a time constant of at most this many
-    /// seconds, is part of the model
+    /// The sensor was switched on when the recording began: fit its self-heating, with a time constant up to this many
+    /// seconds
     #[arg(long, value_name = "S", value_parser = positive)]
     warm_up: Option<f64>,
     /// Where the recording was interrupted while the temperature changed: standard uncertainty, in degrees, of how the

@@ -24,9 +24,9 @@ pub struct AdaptiveObserver<T> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AdaptiveObserverState<T> {
     /// Position and velocity.
-    pub motion: ObserverState<T>,
+    pub(crate) motion: ObserverState<T>,
     /// Learnt factor ĝ on the accelerometer's reading; starts at one.
-    pub gain: T,
+    pub(crate) gain: T,
     sensitivity: ObserverState<T>,
 }
 

@@ -92,9 +92,9 @@ pub trait Estimator<T: Float> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Last<S, T> {
     /// Of the estimator.
-    pub inner: S,
+    pub(crate) inner: S,
     /// Last velocity.
-    pub velocity: T,
+    pub(crate) velocity: T,
 }
 
 impl<T: Float, const N: usize> Estimator<T> for PositionDifference<T, N> {
@@ -143,7 +143,7 @@ impl<T: Float> Estimator<T> for FixedTime<T> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MixedTimeMemory<T> {
     /// From the first edge on.
-    pub inner: Option<MixedTimeState<T>>,
+    pub(crate) inner: Option<MixedTimeState<T>>,
     /// Last velocity and its standard uncertainty, once there was one.
     pub reading: Option<(T, T)>,
 }

@@ -74,7 +74,7 @@ pub struct InputGuardState<T> {
     /// Samples since the last reading, for the distance the axis may have gone.
     missed: u32,
     /// Samples in a row in which something was refused.
-    pub faults: u32,
+    pub(crate) faults: u32,
 }
 
 /// Readings that are refused before a counter is taken to have been reset.

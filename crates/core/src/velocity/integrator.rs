@@ -202,9 +202,9 @@ pub struct Newmark<T> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NewmarkState<T> {
     /// Position.
-    pub position: T,
+    pub(crate) position: T,
     /// Velocity.
-    pub velocity: T,
+    pub(crate) velocity: T,
     last: Option<T>,
 }
 

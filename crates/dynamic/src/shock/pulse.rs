@@ -35,7 +35,7 @@ pub struct Pulse {
     /// +1 or −1: the side to which it goes.
     pub sign: f64,
     /// Sample of the greatest value.
-    pub top: usize,
+    pub(crate) top: usize,
     /// First passage through the level, in samples; `None` when the record begins within the pulse.
     pub start: Option<f64>,
     /// Last passage through the level, in samples; `None` when the record ends within the pulse.
@@ -47,11 +47,12 @@ pub struct Pulse {
     /// Standard deviation of the quiet samples, or of what is not the pulse where there are too few.
     pub noise: f64,
     /// Samples of the peaks of other pulses.
-    pub others: Vec<usize>,
+    pub(crate) others: Vec<usize>,
 }
 
 /// Why there is no pulse: the numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct NoPulse {
     /// Largest excursion from the median.
     pub largest: f64,
@@ -208,7 +209,7 @@ pub struct PulseMeasures {
     /// Amplitude of an oscillation that remains after the pulse, as a share of the peak, and its frequency in Hz.
     pub ringing: Option<(f64, f64)>,
     /// Longest run of equal samples at the greatest value.
-    pub flat_top: usize,
+    pub(crate) flat_top: usize,
     /// Samples within the pulse.
     pub samples: usize,
 }
@@ -478,6 +479,7 @@ impl Default for Tolerance {
 
 /// Whether a pulse keeps its tolerance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct ToleranceResult {
     /// What was asked.
     pub tolerance: Tolerance,

@@ -9,15 +9,15 @@ use std::f64::consts::PI;
 #[derive(Clone, Copy, Debug)]
 pub struct SpectrumDoubt<'a> {
     /// What was recorded before the shock, in the unit of the spectrum.
-    pub quiet: &'a [f64],
+    pub(crate) quiet: &'a [f64],
     /// Samples per second.
-    pub rate: f64,
+    pub(crate) rate: f64,
     /// Q = 1/(2ζ).
-    pub quality: f64,
+    pub(crate) quality: f64,
     /// Relative standard uncertainty of the acceleration.
-    pub relative: f64,
+    pub(crate) relative: f64,
     /// Where extremes were looked for.
-    pub peaks: Peaks,
+    pub(crate) peaks: Peaks,
 }
 
 impl SpectrumDoubt<'_> {
@@ -107,6 +107,7 @@ pub struct SpectrumRequest {
 
 /// How oscillators answer a shock.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct PulseSpectra {
     /// Natural frequencies, Hz.
     pub frequency: Vec<f64>,

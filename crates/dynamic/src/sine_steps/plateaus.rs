@@ -15,7 +15,7 @@ pub struct Plateau {
     /// Hz.
     pub frequency: f64,
     /// Relative change of the frequency from its beginning to its end.
-    pub drift: f64,
+    pub(crate) drift: f64,
 }
 
 /// Why a recording has no steps.

@@ -7,15 +7,15 @@ use proofmass_core::{Compensation, STANDARD_GRAVITY, norm};
 #[derive(Clone, Debug, PartialEq)]
 pub struct SelfCheck {
     /// Output x, y, z in the input unit.
-    pub outputs: Vec<[f64; 3]>,
+    pub(crate) outputs: Vec<[f64; 3]>,
     /// Temperature, °C.
-    pub temperatures: Vec<f64>,
+    pub(crate) temperatures: Vec<f64>,
     /// Acceleration in double precision, m/s².
-    pub accelerations: Vec<[f64; 3]>,
+    pub(crate) accelerations: Vec<[f64; 3]>,
     /// Largest rounding error of single precision, m/s².
-    pub single_bound: f64,
+    pub(crate) single_bound: f64,
     /// Largest rounding error of double precision, m/s².
-    pub double_bound: f64,
+    pub(crate) double_bound: f64,
 }
 
 impl SelfCheck {

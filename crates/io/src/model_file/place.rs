@@ -4,11 +4,11 @@ use proofmass_uncertainty::{CorrelationEntry, InputEntry, Refusal};
 
 /// One formula and where it stands in the file.
 pub(super) struct Formula<'a> {
-    pub table: &'static str,
-    pub number: usize,
-    pub name: &'a str,
-    pub key: &'static str,
-    pub text: &'a str,
+    pub(crate) table: &'static str,
+    pub(crate) number: usize,
+    pub(crate) name: &'a str,
+    pub(crate) key: &'static str,
+    pub(crate) text: &'a str,
 }
 
 impl<'a> Formula<'a> {

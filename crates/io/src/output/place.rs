@@ -9,11 +9,11 @@ use std::path::{Path, PathBuf};
 #[derive(Debug)]
 pub(super) struct Place {
     /// Where it is.
-    pub path: PathBuf,
+    pub(crate) path: PathBuf,
     /// The folder it stands in.
-    pub parent: PathBuf,
+    pub(crate) parent: PathBuf,
     /// Its last part.
-    pub name: String,
+    pub(crate) name: String,
     /// Folders that had to be made for it, the innermost first; removed again when nothing comes into them.
     made: Vec<PathBuf>,
 }

@@ -76,6 +76,7 @@ pub(super) fn findings(
             low,
             high,
             "m/s²",
+            "the model is extrapolated there",
             &format!("of {} samples", figures.written),
         ));
     }
@@ -89,6 +90,7 @@ pub(super) fn findings(
                 block.range[0],
                 block.range[1],
                 "°C",
+                "they are compensated as at the nearer end of that range",
                 &format!("{low:.1} to {high:.1} °C in {} samples", figures.read),
             )
             .at(Severity::Warning),
@@ -130,9 +132,9 @@ pub(super) fn findings(
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilterFigures {
     /// Sampling rate, Hz.
-    pub rate: f64,
+    pub(crate) rate: f64,
     /// Length of its impulse response, samples.
-    pub length: usize,
+    pub(crate) length: usize,
     /// Samples without a result at the beginning and at the end of every stretch.
     pub half: usize,
 }

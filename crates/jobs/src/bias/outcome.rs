@@ -16,11 +16,11 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq)]
 pub struct BiasRest {
     /// Its name, where it has one.
-    pub label: Option<String>,
+    pub(crate) label: Option<String>,
     /// Time of its first sample, s.
-    pub start: f64,
+    pub(crate) start: f64,
     /// Time of its last sample, s.
-    pub end: f64,
+    pub(crate) end: f64,
 }
 
 /// Coefficients of [`BiasFilter`] at the rate of the recording.

@@ -28,19 +28,19 @@ pub struct FreeLivingCampaign {
     _kind: IgnoredAny,
     /// The file it was read from.
     #[serde(skip, default = "CampaignFile::unread")]
-    pub source: CampaignFile,
+    pub(crate) source: CampaignFile,
     /// One line for the head of the report.
-    pub title: Option<String>,
+    pub(crate) title: Option<String>,
     /// The device.
     #[serde(default)]
-    pub device: Device,
+    pub(crate) device: Device,
     /// Where the samples are.
-    pub recording: StreamTable,
+    pub(crate) recording: StreamTable,
     /// How they are fitted.
     #[serde(default)]
-    pub method: FreeLivingMethod,
+    pub(crate) method: FreeLivingMethod,
     /// Gravity where it was worn; `None`: anywhere on the ground.
-    pub gravity: Option<GravityInput>,
+    pub(crate) gravity: Option<GravityInput>,
 }
 
 /// `[recording]` of a stream.
@@ -48,35 +48,35 @@ pub struct FreeLivingCampaign {
 #[serde(deny_unknown_fields)]
 pub struct StreamTable {
     /// The file, relative to the campaign.
-    pub file: String,
+    pub(crate) file: String,
     /// `text`, or `f32` for raw floats.
     #[serde(default)]
-    pub format: StreamFormat,
+    pub(crate) format: StreamFormat,
     /// Channels in a file of raw floats, when there are more than are named.
-    pub channel_count: Option<usize>,
+    pub(crate) channel_count: Option<usize>,
     /// `comma`, `semicolon`, `tab`, `pipe` or `whitespace`.
-    pub separator: Option<Separator>,
+    pub(crate) separator: Option<Separator>,
     /// Whether there is a header row.
-    pub header: Option<bool>,
+    pub(crate) header: Option<bool>,
     /// Prefixes of comment lines.
-    pub comment: Option<Prefixes>,
+    pub(crate) comment: Option<Prefixes>,
     /// `point` or `comma`.
-    pub decimal: Option<DecimalMark>,
+    pub(crate) decimal: Option<DecimalMark>,
     /// Lines to pass over at the top.
-    pub skip_lines: Option<usize>,
+    pub(crate) skip_lines: Option<usize>,
     /// Columns of the axes, by name or number.
-    pub columns: Axes,
+    pub(crate) columns: Axes,
     /// Time column, by name or number.
-    pub time: Option<ColumnRef>,
+    pub(crate) time: Option<ColumnRef>,
     /// `s`, `ms`, `us`, `ns` or `index`.
-    pub time_unit: Option<TimeUnit>,
+    pub(crate) time_unit: Option<TimeUnit>,
     /// Sampling rate, Hz, instead of a time column.
     #[serde(rename = "sampling_rate_Hz", alias = "sampling_rate_hz")]
-    pub sampling_rate_hz: Option<f64>,
+    pub(crate) sampling_rate_hz: Option<f64>,
     /// Temperature column, by name or number.
-    pub temperature: Option<ColumnRef>,
+    pub(crate) temperature: Option<ColumnRef>,
     /// Unit of the three axes: g unless told.
-    pub unit: Option<Unit>,
+    pub(crate) unit: Option<Unit>,
 }
 
 /// Form of the samples of a stream.
@@ -107,11 +107,11 @@ impl StreamTable {
 #[serde(deny_unknown_fields, default)]
 pub struct FreeLivingMethod {
     /// `converged`, or `published` to equal programs that stop early.
-    pub stop: Stop,
+    pub(crate) stop: Stop,
     /// Whether temperature is a regressor where there is one.
-    pub temperature: bool,
+    pub(crate) temperature: bool,
     /// Probability of the intervals.
-    pub confidence: f64,
+    pub(crate) confidence: f64,
 }
 
 impl Default for FreeLivingMethod {

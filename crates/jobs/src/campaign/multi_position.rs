@@ -39,31 +39,31 @@ pub struct MultiPositionCampaign {
     _kind: IgnoredAny,
     /// The file it was read from.
     #[serde(skip, default = "CampaignFile::unread")]
-    pub source: CampaignFile,
+    pub(crate) source: CampaignFile,
     /// One line for the head of the report.
-    pub title: Option<String>,
+    pub(crate) title: Option<String>,
     /// The device under calibration.
     #[serde(default)]
-    pub device: Device,
+    pub(crate) device: Device,
     /// Where the samples are.
-    pub recording: RecordingTable,
+    pub(crate) recording: RecordingTable,
     /// Local gravity.
-    pub gravity: GravityInput,
+    pub(crate) gravity: GravityInput,
     /// How standstills are found.
     #[serde(default)]
-    pub standstill: StandstillTable,
+    pub(crate) standstill: StandstillTable,
     /// What is fitted.
     #[serde(default)]
     pub method: MethodTable,
     /// What is fitted beside the matrix.
     #[serde(default)]
-    pub terms: Terms,
+    pub(crate) terms: Terms,
     /// Uncertainty of given attitudes.
     #[serde(default)]
-    pub attitude: AttitudeTable,
+    pub(crate) attitude: AttitudeTable,
     /// Conditions.
     #[serde(default)]
-    pub ambient: Ambient,
+    pub(crate) ambient: Ambient,
 }
 
 /// Columns of the three axes.
@@ -71,11 +71,11 @@ pub struct MultiPositionCampaign {
 #[serde(deny_unknown_fields)]
 pub struct Axes {
     /// Column of x.
-    pub x: ColumnRef,
+    pub(crate) x: ColumnRef,
     /// Column of y.
-    pub y: ColumnRef,
+    pub(crate) y: ColumnRef,
     /// Column of z.
-    pub z: ColumnRef,
+    pub(crate) z: ColumnRef,
 }
 
 /// `[recording]`: files, shape of the text, columns, times, unit.
@@ -83,40 +83,40 @@ pub struct Axes {
 #[serde(deny_unknown_fields)]
 pub struct RecordingTable {
     /// One file, relative to the campaign.
-    pub file: Option<String>,
+    pub(crate) file: Option<String>,
     /// Several files, each a recording of its own.
-    pub files: Option<Vec<String>>,
+    pub(crate) files: Option<Vec<String>>,
     /// `comma`, `semicolon`, `tab`, `pipe` or `whitespace`.
-    pub separator: Option<Separator>,
+    pub(crate) separator: Option<Separator>,
     /// Whether there is a header row.
-    pub header: Option<bool>,
+    pub(crate) header: Option<bool>,
     /// Prefixes of comment lines.
-    pub comment: Option<Prefixes>,
+    pub(crate) comment: Option<Prefixes>,
     /// `point` or `comma`.
-    pub decimal: Option<DecimalMark>,
+    pub(crate) decimal: Option<DecimalMark>,
     /// Lines to pass over at the top.
-    pub skip_lines: Option<usize>,
+    pub(crate) skip_lines: Option<usize>,
     /// Columns of the axes, by name or number.
-    pub columns: Axes,
+    pub(crate) columns: Axes,
     /// Time column, by name or number.
-    pub time: Option<ColumnRef>,
+    pub(crate) time: Option<ColumnRef>,
     /// `s`, `ms`, `us`, `ns` or `index`.
-    pub time_unit: Option<TimeUnit>,
+    pub(crate) time_unit: Option<TimeUnit>,
     /// Sampling rate, Hz, instead of a time column.
     #[serde(rename = "sampling_rate_Hz", alias = "sampling_rate_hz")]
-    pub sampling_rate_hz: Option<f64>,
+    pub(crate) sampling_rate_hz: Option<f64>,
     /// Temperature column, by name or number.
-    pub temperature: Option<ColumnRef>,
+    pub(crate) temperature: Option<ColumnRef>,
     /// Unit of the three axes.
-    pub unit: Option<Unit>,
+    pub(crate) unit: Option<Unit>,
     /// Smallest and largest output in that unit, beyond which the converter clips.
-    pub range: Option<[f64; 2]>,
+    pub(crate) range: Option<[f64; 2]>,
     /// What a row is: a sample of a recording, or a reading (a mean) of its own.
     #[serde(default)]
-    pub rows: RowsAre,
+    pub(crate) rows: RowsAre,
     /// What a file is: a recording in which standstills are found, or one standstill.
     #[serde(default)]
-    pub each_file: FileIs,
+    pub(crate) each_file: FileIs,
 }
 
 /// What a row of a table is.
@@ -167,17 +167,17 @@ impl Prefixes {
 #[serde(deny_unknown_fields)]
 pub struct GravityInput {
     /// Local gravity, m/s².
-    pub value: Option<f64>,
+    pub(crate) value: Option<f64>,
     /// Its standard uncertainty, m/s²; of a place that of the resulting value, instead of the model's own.
-    pub standard_uncertainty: Option<f64>,
+    pub(crate) standard_uncertainty: Option<f64>,
     /// Geodetic latitude, degrees, instead of a value.
-    pub latitude_deg: Option<f64>,
+    pub(crate) latitude_deg: Option<f64>,
     /// Height above the ellipsoid (or the sea), m.
-    pub height_m: Option<f64>,
+    pub(crate) height_m: Option<f64>,
     /// Standard uncertainty of the latitude, degrees.
-    pub latitude_standard_uncertainty_deg: Option<f64>,
+    pub(crate) latitude_standard_uncertainty_deg: Option<f64>,
     /// Standard uncertainty of the height, m.
-    pub height_standard_uncertainty_m: Option<f64>,
+    pub(crate) height_standard_uncertainty_m: Option<f64>,
 }
 
 /// `[standstill]`: everything may be left out.
@@ -185,20 +185,20 @@ pub struct GravityInput {
 #[serde(deny_unknown_fields)]
 pub struct StandstillTable {
     /// Shortest standstill, s.
-    pub minimum_duration_s: Option<f64>,
+    pub(crate) minimum_duration_s: Option<f64>,
     /// Window of the moving variance, s.
-    pub window_s: Option<f64>,
+    pub(crate) window_s: Option<f64>,
     /// Threshold of the variance relative to that of the quietest stretch, instead of a sweep.
-    pub threshold: Option<f64>,
+    pub(crate) threshold: Option<f64>,
     /// Table of given segments, relative to the campaign.
-    pub segments: Option<String>,
+    pub(crate) segments: Option<String>,
     /// Attitude of each standstill in order, where each file or each row is one: `+x`, `-z`, …: the axis that points up.
-    pub directions: Option<Vec<String>>,
+    pub(crate) directions: Option<Vec<String>>,
     /// Standstills that are left out, by number counted from one or by label.
     #[serde(default)]
-    pub exclude: Vec<NumberOrLabel>,
+    pub(crate) exclude: Vec<NumberOrLabel>,
     /// Standard uncertainty of a reading from its noise, in the unit of the file, where rows are readings.
-    pub reading_standard_uncertainty: Option<f64>,
+    pub(crate) reading_standard_uncertainty: Option<f64>,
 }
 
 /// How a standstill is called.
@@ -259,7 +259,7 @@ impl MethodModel {
     }
 
     /// Whether the fit needs attitudes to be given.
-    pub fn needs_attitudes(self) -> bool {
+    pub(crate) fn needs_attitudes(self) -> bool {
         matches!(self, Self::Full | Self::SixPosition | Self::Ferraris)
     }
 }
@@ -274,7 +274,7 @@ pub struct MethodTable {
     pub confidence: f64,
     /// Largest standard uncertainty at which a parameter is a result: of a scale factor relative, of a misalignment in
     /// rad, of a bias in units of g.
-    pub largest_uncertainty: Option<f64>,
+    pub(crate) largest_uncertainty: Option<f64>,
 }
 
 impl Default for MethodTable {
@@ -292,7 +292,7 @@ impl Default for MethodTable {
 #[serde(deny_unknown_fields)]
 pub struct AttitudeTable {
     /// Standard uncertainty of a given direction, per transverse axis, degrees.
-    pub standard_uncertainty_deg: Option<f64>,
+    pub(crate) standard_uncertainty_deg: Option<f64>,
 }
 
 impl MultiPositionCampaign {
@@ -483,7 +483,7 @@ impl MultiPositionCampaign {
     }
 
     /// How each recording is to be read.
-    pub fn recording_options(&self) -> RecordingOptions {
+    pub(crate) fn recording_options(&self) -> RecordingOptions {
         let t = &self.recording;
         RecordingOptions {
             layout: LayoutOptions {
@@ -519,14 +519,6 @@ impl MultiPositionCampaign {
         self.names()
             .map(|name| Recording::from_source(self.source.source(name)?, &options))
             .collect()
-    }
-
-    /// The table of given segments, where there is one.
-    pub fn segments_file(&self) -> Option<PathBuf> {
-        self.standstill
-            .segments
-            .as_ref()
-            .map(|name| self.source.resolve(name))
     }
 
     /// Reads the given segments against a recording; `None` where standstills are to be found.

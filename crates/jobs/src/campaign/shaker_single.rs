@@ -19,11 +19,11 @@ use serde::de::IgnoredAny;
 pub struct ReadingTable {
     /// Relative standard uncertainty of the ratio of the two outputs in one run; the mean of repeats keeps it, beside their
     /// scatter.
-    pub u_relative: f64,
+    pub(crate) u_relative: f64,
     /// Standard uncertainty of its phase, degrees.
-    pub u_phase_deg: f64,
+    pub(crate) u_phase_deg: f64,
     /// Degrees of freedom of both; infinite when left out.
-    pub dof: Option<f64>,
+    pub(crate) dof: Option<f64>,
 }
 
 /// `[transverse]`: what a motion of the table across the axis does.
@@ -32,10 +32,10 @@ pub struct ReadingTable {
 pub struct TransverseTable {
     /// Transverse sensitivity of the device, per cent of the sensitivity along its axis.
     #[serde(rename = "sensitivity_%")]
-    pub sensitivity: f64,
+    pub(crate) sensitivity: f64,
     /// Largest transverse motion of the table, per cent, where the runs do not say it.
     #[serde(rename = "motion_%")]
-    pub motion: Option<f64>,
+    pub(crate) motion: Option<f64>,
 }
 
 /// `[[devices]]`: one of several devices on the table at once.
@@ -43,15 +43,15 @@ pub struct TransverseTable {
 #[serde(deny_unknown_fields)]
 pub struct DeviceChannel {
     /// Its channel, which is also the name of the folder of its result.
-    pub channel: String,
+    pub(crate) channel: String,
     /// Maker, where it is not that of `[device]`.
-    pub manufacturer: Option<String>,
+    pub(crate) manufacturer: Option<String>,
     /// Type, where it is not that of `[device]`.
-    pub model: Option<String>,
+    pub(crate) model: Option<String>,
     /// Serial number.
-    pub serial: Option<String>,
+    pub(crate) serial: Option<String>,
     /// Anything else worth filing.
-    pub description: Option<String>,
+    pub(crate) description: Option<String>,
 }
 
 /// `[check_standard]`: a device of known sensitivity on the same table.
@@ -60,13 +60,13 @@ pub struct DeviceChannel {
 pub struct CheckStandardTable {
     /// Its channel.
     #[serde(default = "check")]
-    pub channel: String,
+    pub(crate) channel: String,
     /// Its calibration: the table of a laboratory (`.csv`), a calibration.json or a result.json, relative to the campaign.
-    pub file: String,
+    pub(crate) file: String,
     /// Coverage factor of the columns `U_…`.
-    pub k: Option<f64>,
+    pub(crate) k: Option<f64>,
     /// Axis of a calibration of several.
-    pub axis: Option<String>,
+    pub(crate) axis: Option<String>,
 }
 
 fn check() -> String {
@@ -110,40 +110,40 @@ pub struct ShakerSingleCampaign {
     _kind: IgnoredAny,
     /// The file it was read from.
     #[serde(skip, default = "CampaignFile::unread")]
-    pub source: CampaignFile,
+    pub(crate) source: CampaignFile,
     /// One line for the head of the report.
-    pub title: Option<String>,
+    pub(crate) title: Option<String>,
     /// The device under calibration.
     #[serde(default)]
-    pub device: Device,
+    pub(crate) device: Device,
     /// Its channel.
     #[serde(skip)]
-    pub channel: String,
+    pub(crate) channel: String,
     /// All devices on the table, where they are several.
     #[serde(default)]
-    pub devices: Vec<DeviceChannel>,
+    pub(crate) devices: Vec<DeviceChannel>,
     /// A device of known sensitivity on the same table.
-    pub check_standard: Option<CheckStandardTable>,
+    pub(crate) check_standard: Option<CheckStandardTable>,
     /// Runs.
-    pub runs: RunsTable,
+    pub(crate) runs: RunsTable,
     /// Waveforms.
-    pub recording: Option<ShakerRecording>,
+    pub(crate) recording: Option<ShakerRecording>,
     /// Files of a sensor that records by itself.
-    pub output_recording: Option<OutputRecording>,
+    pub(crate) output_recording: Option<OutputRecording>,
     /// Certificate of the reference; `None` when the runs carry accelerations.
-    pub reference: Option<CertificateTable>,
+    pub(crate) reference: Option<CertificateTable>,
     /// Uncertainty of a reading.
-    pub reading: ReadingTable,
+    pub(crate) reading: ReadingTable,
     /// Transverse sensitivity and motion.
-    pub transverse: Option<TransverseTable>,
+    pub(crate) transverse: Option<TransverseTable>,
     /// Sensitivity on the datasheet, and its tolerance.
-    pub datasheet: Option<Datasheet>,
+    pub(crate) datasheet: Option<Datasheet>,
     /// How U is stated.
     #[serde(default)]
-    pub method: StatementTable,
+    pub(crate) method: StatementTable,
     /// Conditions.
     #[serde(default)]
-    pub ambient: Ambient,
+    pub(crate) ambient: Ambient,
 }
 
 impl ShakerSingleCampaign {
@@ -251,7 +251,7 @@ impl ShakerSingleCampaign {
     ///
     /// # Errors
     /// As the table says, with line and column; volts of a reference without a certificate, accelerations with one.
-    pub fn read_runs(&self) -> Result<RunTable<SingleAxisSeat>> {
+    pub(crate) fn read_runs(&self) -> Result<RunTable<SingleAxisSeat>> {
         let names = self.channels();
         let channels: Vec<(&str, &[PhasorQuantity])> = names
             .iter()
@@ -275,20 +275,9 @@ impl ShakerSingleCampaign {
     ///
     /// # Errors
     /// No `[recording]`, or a channel that is missing.
-    pub fn waveform_options(&self) -> Result<WaveformOptions> {
+    pub(crate) fn waveform_options(&self) -> Result<WaveformOptions> {
         let names = of_the_bench(&self.channels(), self.output_recording.as_ref());
         waveform_options(&self.source, self.recording.as_ref(), &names)
-    }
-
-    /// Reads the certificate of the reference.
-    ///
-    /// # Errors
-    /// As the table says, with line and column.
-    pub fn read_reference(&self) -> Result<Option<Certificate>> {
-        let table = self.reference.as_ref();
-        table
-            .map(|t| Certificate::read(&self.source, t))
-            .transpose()
     }
 
     /// Reads the calibration of the check standard, whose channel has this output.

@@ -2,9 +2,10 @@
 
 use super::CampaignFile;
 use super::shaker::{
-    BudgetSource, Certificate, CertificateTable, Mounting, OutputRecording, PhasorQuantity,
-    RunTable, RunsTable, ShakerBudget, ShakerRecording, SpuriousFile, read_runs,
+    BudgetSource, CertificateTable, Mounting, OutputRecording, PhasorQuantity, RunTable, RunsTable,
+    ShakerBudget, ShakerRecording, SpuriousFile, read_runs,
 };
+use super::shaker_single::{REFERENCES, reference_fits};
 use super::statement::coverage_factor;
 use crate::device_output::DeviceOutput;
 use proofmass_io::sheet::{ACCELERATION_RATIO, COUNT_SENSITIVITY, SENSITIVITY};
@@ -24,13 +25,13 @@ const MOST_TRIALS: u64 = 100_000_000;
 #[serde(deny_unknown_fields, default)]
 pub struct ShakerMethods {
     /// Calculations to set side by side; the first is the result.
-    pub methods: Vec<ShakerMethod>,
+    pub(crate) methods: Vec<ShakerMethod>,
     /// Monte Carlo trials for the check of the propagation; zero for none.
-    pub trials: u64,
+    pub(crate) trials: u64,
     /// Seed of the random numbers.
-    pub seed: u64,
+    pub(crate) seed: u64,
     /// Coverage factor of the stated U, such as 2; else that of 95 %.
-    pub coverage_factor: Option<f64>,
+    pub(crate) coverage_factor: Option<f64>,
 }
 
 impl Default for ShakerMethods {
@@ -49,13 +50,13 @@ impl Default for ShakerMethods {
 #[serde(deny_unknown_fields, default)]
 pub struct PublishedInputs {
     /// Relative standard uncertainty of an output, u_S.
-    pub output: f64,
+    pub(crate) output: f64,
     /// Relative standard uncertainty of the reference.
-    pub reference: f64,
+    pub(crate) reference: f64,
     /// Half width of the inclination, degrees.
-    pub inclination_deg: f64,
+    pub(crate) inclination_deg: f64,
     /// Half width of the rotation, degrees.
-    pub rotation_deg: f64,
+    pub(crate) rotation_deg: f64,
 }
 
 impl Default for PublishedInputs {
@@ -74,9 +75,9 @@ impl Default for PublishedInputs {
 #[serde(deny_unknown_fields)]
 pub struct CorrectionTable {
     /// Label in results.
-    pub label: String,
+    pub(crate) label: String,
     /// Table of spurious motion, relative to the campaign; none is no correction.
-    pub file: Option<String>,
+    pub(crate) file: Option<String>,
 }
 
 /// `[datasheet]`.
@@ -84,11 +85,11 @@ pub struct CorrectionTable {
 #[serde(deny_unknown_fields)]
 pub struct Datasheet {
     /// Nominal sensitivity.
-    pub sensitivity: f64,
+    pub(crate) sensitivity: f64,
     /// Its tolerance or expanded uncertainty, in the same unit.
-    pub tolerance: f64,
+    pub(crate) tolerance: f64,
     /// `V/(m/s²)`, `mV/(m/s²)`, `V/g`, `mV/g`; of a single axis also `g/g` and `count/(m/s²)` and their like.
-    pub unit: String,
+    pub(crate) unit: String,
 }
 
 /// `[plan]`.
@@ -96,12 +97,12 @@ pub struct Datasheet {
 #[serde(deny_unknown_fields)]
 pub struct PlanTable {
     /// Table of inclinations and rotations, relative to the campaign.
-    pub file: Option<String>,
+    pub(crate) file: Option<String>,
     /// `published`: the 44 published configurations.
-    pub name: Option<String>,
+    pub(crate) name: Option<String>,
     /// Acceleration wanted, m/s², where the runs do not say it.
     #[serde(rename = "amplitude_m_per_s2")]
-    pub amplitude: Option<f64>,
+    pub(crate) amplitude: Option<f64>,
 }
 
 /// The tables of a campaign on the shaker; the files they name are read by its methods.
@@ -112,39 +113,39 @@ pub struct ShakerTriaxialCampaign {
     _kind: IgnoredAny,
     /// The file it was read from.
     #[serde(skip, default = "CampaignFile::unread")]
-    pub source: CampaignFile,
+    pub(crate) source: CampaignFile,
     /// One line for the head of the report.
     pub title: Option<String>,
     /// The device under calibration.
     #[serde(default)]
-    pub device: Device,
+    pub(crate) device: Device,
     /// Runs; a plan may do without.
-    pub runs: Option<RunsTable>,
+    pub(crate) runs: Option<RunsTable>,
     /// Waveforms.
-    pub recording: Option<ShakerRecording>,
+    pub(crate) recording: Option<ShakerRecording>,
     /// Files of a sensor that records by itself.
-    pub output_recording: Option<OutputRecording>,
+    pub(crate) output_recording: Option<OutputRecording>,
     /// Certificate of the reference; `None` when the runs carry accelerations.
-    pub reference: Option<CertificateTable>,
+    pub(crate) reference: Option<CertificateTable>,
     /// Corrections to set side by side.
     #[serde(default, rename = "correction")]
-    pub corrections: Vec<CorrectionTable>,
+    pub(crate) corrections: Vec<CorrectionTable>,
     /// Methods.
     #[serde(default)]
-    pub method: ShakerMethods,
+    pub(crate) method: ShakerMethods,
     /// Inputs of the published method.
     #[serde(default)]
-    pub published: PublishedInputs,
+    pub(crate) published: PublishedInputs,
     /// Sensitivity on the datasheet, and its tolerance.
-    pub datasheet: Option<Datasheet>,
+    pub(crate) datasheet: Option<Datasheet>,
     /// Plan.
-    pub plan: Option<PlanTable>,
+    pub(crate) plan: Option<PlanTable>,
     /// Results of `modes` of the wedges, by file.
     #[serde(default)]
-    pub fixtures: Vec<String>,
+    pub(crate) fixtures: Vec<String>,
     /// Conditions.
     #[serde(default)]
-    pub ambient: Ambient,
+    pub(crate) ambient: Ambient,
     #[serde(default)]
     budget: BudgetSource,
 }
@@ -305,9 +306,7 @@ impl ShakerTriaxialCampaign {
     ///
     /// # Errors
     /// As the table says, with line and column.
-    pub fn read_runs(&self) -> Result<RunTable<Mounting>> {
-        const REFERENCE: &[PhasorQuantity] =
-            &[PhasorQuantity::Voltage, PhasorQuantity::Acceleration];
+    pub(crate) fn read_runs(&self) -> Result<RunTable<Mounting>> {
         const OUTPUT: &[PhasorQuantity] = &[PhasorQuantity::Voltage];
         let Some(runs) = &self.runs else {
             return Err(self
@@ -319,29 +318,15 @@ impl ShakerTriaxialCampaign {
             &self.source,
             runs,
             &[
-                ("reference", REFERENCE),
+                ("reference", REFERENCES),
                 ("x", OUTPUT),
                 ("y", OUTPUT),
                 ("z", OUTPUT),
             ],
         )?;
         self.angles_are_degrees(&table)?;
-        let acceleration = table.quantities.first() == Some(&PhasorQuantity::Acceleration);
-        match (&self.reference, acceleration) {
-            (Some(_), true) => Err(self
-                .source
-                .refuse(
-                    "reference",
-                    "file",
-                    "the runs carry accelerations already, and a certificate would be applied twice",
-                )
-                .with_hint("take [reference] out, or give the reference in volts (reference_V)")),
-            (None, false) => Err(self
-                .source
-                .refuse("reference", "file", "the runs carry volts of the reference, and no certificate is named")
-                .with_hint("add [reference] with file = \"reference.csv\", or give accelerations (reference_m/s2)")),
-            _ => Ok(table),
-        }
+        reference_fits(&self.source, &table, self.reference.is_some())?;
+        Ok(table)
     }
 
     /// Radians that stand under a heading in degrees are a plan within six degrees.
@@ -371,7 +356,7 @@ impl ShakerTriaxialCampaign {
                 )
                 .at(&table.path)
                 .column(format!("{name}_deg"))
-                .with_hint(format!("write {name}_rad into the heading; a plan within a few degrees tells nothing of S across it")));
+                .with_hint(format!("write {name}_rad into the heading; a plan within a few degrees does not determine S across it")));
             }
         }
         Ok(())
@@ -381,27 +366,16 @@ impl ShakerTriaxialCampaign {
     ///
     /// # Errors
     /// No `[recording]`, or a channel that is missing.
-    pub fn waveform_options(&self) -> Result<WaveformOptions> {
+    pub(crate) fn waveform_options(&self) -> Result<WaveformOptions> {
         let names = of_the_bench(&Self::CHANNELS, self.output_recording.as_ref());
         waveform_options(&self.source, self.recording.as_ref(), &names)
-    }
-
-    /// Reads the certificate of the reference.
-    ///
-    /// # Errors
-    /// As the table says, with line and column.
-    pub fn read_reference(&self) -> Result<Option<Certificate>> {
-        self.reference
-            .as_ref()
-            .map(|table| Certificate::read(&self.source, table))
-            .transpose()
     }
 
     /// Reads the tables of spurious motion.
     ///
     /// # Errors
     /// As the tables say, with line and column.
-    pub fn read_corrections(&self) -> Result<Vec<SpuriousFile>> {
+    pub(crate) fn read_corrections(&self) -> Result<Vec<SpuriousFile>> {
         self.corrections
             .iter()
             .map(|c| match &c.file {
@@ -429,7 +403,7 @@ impl ShakerTriaxialCampaign {
     ///
     /// # Errors
     /// As the table says, with line and column.
-    pub fn read_plan(&self) -> Result<Option<(Vec<Configuration>, Option<Input>)>> {
+    pub(crate) fn read_plan(&self) -> Result<Option<(Vec<Configuration>, Option<Input>)>> {
         match self.plan.as_ref().map(|p| (&p.file, &p.name)) {
             Some((Some(file), _)) => {
                 let (input, plan) = super::shaker::read_plan(self.source.source(file)?)?;

@@ -34,25 +34,25 @@ pub struct SingleAxisCampaign {
     _kind: IgnoredAny,
     /// The file it was read from.
     #[serde(skip, default = "CampaignFile::unread")]
-    pub source: CampaignFile,
+    pub(crate) source: CampaignFile,
     /// One line for the head of the report.
-    pub title: Option<String>,
+    pub(crate) title: Option<String>,
     /// The device under calibration.
     #[serde(default)]
-    pub device: Device,
+    pub(crate) device: Device,
     /// Where the readings are.
-    pub recording: SingleAxisTable,
+    pub(crate) recording: SingleAxisTable,
     /// The angles and how well the fixture holds them.
     #[serde(default)]
-    pub position: PositionTable,
+    pub(crate) position: PositionTable,
     /// Local gravity.
-    pub gravity: GravityInput,
+    pub(crate) gravity: GravityInput,
     /// How they are fitted.
     #[serde(default)]
-    pub method: SingleAxisMethod,
+    pub(crate) method: SingleAxisMethod,
     /// Conditions.
     #[serde(default)]
-    pub ambient: Ambient,
+    pub(crate) ambient: Ambient,
 }
 
 /// `[recording]` of one axis.
@@ -60,34 +60,34 @@ pub struct SingleAxisCampaign {
 #[serde(deny_unknown_fields)]
 pub struct SingleAxisTable {
     /// A table of readings, or one recording in which the axis rests at one angle after the other.
-    pub file: Option<String>,
+    pub(crate) file: Option<String>,
     /// One file per angle.
-    pub files: Option<Vec<String>>,
+    pub(crate) files: Option<Vec<String>>,
     /// `comma`, `semicolon`, `tab`, `pipe` or `whitespace`.
-    pub separator: Option<Separator>,
+    pub(crate) separator: Option<Separator>,
     /// Whether there is a header row.
-    pub header: Option<bool>,
+    pub(crate) header: Option<bool>,
     /// Prefixes of comment lines.
-    pub comment: Option<Prefixes>,
+    pub(crate) comment: Option<Prefixes>,
     /// `point` or `comma`.
-    pub decimal: Option<DecimalMark>,
+    pub(crate) decimal: Option<DecimalMark>,
     /// Lines to pass over at the top.
-    pub skip_lines: Option<usize>,
+    pub(crate) skip_lines: Option<usize>,
     /// Column of the output, by name or number.
-    pub column: ColumnRef,
+    pub(crate) column: ColumnRef,
     /// Column of the angle between the axis and the vertical, degrees unless its heading says rad: every line is a reading.
-    pub angle: Option<ColumnRef>,
+    pub(crate) angle: Option<ColumnRef>,
     /// Column of the position, 1 up and −1 down: every line is a reading.
-    pub position: Option<ColumnRef>,
+    pub(crate) position: Option<ColumnRef>,
     /// Time column, by name or number.
-    pub time: Option<ColumnRef>,
+    pub(crate) time: Option<ColumnRef>,
     /// `s`, `ms`, `us`, `ns` or `index`.
-    pub time_unit: Option<TimeUnit>,
+    pub(crate) time_unit: Option<TimeUnit>,
     /// Sampling rate, Hz, instead of a time column.
     #[serde(rename = "sampling_rate_Hz", alias = "sampling_rate_hz")]
-    pub sampling_rate_hz: Option<f64>,
+    pub(crate) sampling_rate_hz: Option<f64>,
     /// Unit of the output.
-    pub unit: Option<Unit>,
+    pub(crate) unit: Option<Unit>,
 }
 
 /// `[position]`: everything may be left out of a table that has a column of angles.
@@ -95,23 +95,23 @@ pub struct SingleAxisTable {
 #[serde(deny_unknown_fields)]
 pub struct PositionTable {
     /// Angle between the axis and the vertical of each file or standstill in order, degrees: 0 up, 180 down.
-    pub angles_deg: Option<Vec<f64>>,
+    pub(crate) angles_deg: Option<Vec<f64>>,
     /// Standard uncertainty of the levelling of up and down, degrees.
     #[serde(default)]
-    pub levelling_deg: f64,
+    pub(crate) levelling_deg: f64,
     /// Standard uncertainty of the zero of the angle scale, degrees.
     #[serde(default)]
-    pub zero_deg: f64,
-    /// Standard uncertainty of the lean of the axis of turning off the level, degrees.
+    pub(crate) zero_deg: f64,
+    /// Standard uncertainty of the inclination of the axis of rotation off the level, degrees.
     #[serde(default)]
-    pub lean_deg: f64,
+    pub(crate) lean_deg: f64,
     /// Standard uncertainty of the angle between the sensitive axis and the plane of turning, degrees.
     #[serde(default)]
-    pub out_of_plane_deg: f64,
+    pub(crate) out_of_plane_deg: f64,
     /// Standard uncertainty of one reading of a table, in its unit, where there are no more readings than parameters.
-    pub reading_standard_uncertainty: Option<f64>,
+    pub(crate) reading_standard_uncertainty: Option<f64>,
     /// Shortest standstill in one recording of all angles, s.
-    pub minimum_duration_s: Option<f64>,
+    pub(crate) minimum_duration_s: Option<f64>,
 }
 
 /// `[method]` of a single axis.
@@ -119,7 +119,7 @@ pub struct PositionTable {
 #[serde(deny_unknown_fields, default)]
 pub struct SingleAxisMethod {
     /// Probability of the intervals.
-    pub confidence: f64,
+    pub(crate) confidence: f64,
 }
 
 impl Default for SingleAxisMethod {
@@ -254,7 +254,7 @@ impl SingleAxisCampaign {
     }
 
     /// Whether every line of the file is a reading with its angle or position.
-    pub fn is_table(&self) -> bool {
+    pub(crate) fn is_table(&self) -> bool {
         self.recording.angle.is_some() || self.recording.position.is_some()
     }
 

@@ -9,7 +9,7 @@ use serde::Deserialize;
 #[serde(deny_unknown_fields, default)]
 pub struct StatementTable {
     /// Coverage factor of the stated U, such as 2; else that of 95 %.
-    pub coverage_factor: Option<f64>,
+    pub(crate) coverage_factor: Option<f64>,
 }
 
 /// Refuses a coverage factor that is none.

@@ -18,12 +18,12 @@ use serde::de::IgnoredAny;
 #[serde(deny_unknown_fields)]
 pub struct TransverseMounting {
     /// Tilt of the base of the device against the axis it is turned about, in each of two directions.
-    pub u_tilt_deg: f64,
+    pub(crate) u_tilt_deg: f64,
     /// Angle by which that axis is not square to the vibration; needed with two directions, else found from the runs.
-    pub u_squareness_deg: Option<f64>,
+    pub(crate) u_squareness_deg: Option<f64>,
     /// Zero of the angles of rotation.
     #[serde(default)]
-    pub u_rotation_deg: f64,
+    pub(crate) u_rotation_deg: f64,
 }
 
 /// `[reading]` of a transverse test: needed where no runs are left to show the scatter.
@@ -31,9 +31,9 @@ pub struct TransverseMounting {
 #[serde(deny_unknown_fields)]
 pub struct TransverseReading {
     /// Standard uncertainty of real and imaginary part of one reading, relative to the sensitivity along the axis.
-    pub u_relative: f64,
+    pub(crate) u_relative: f64,
     /// Its degrees of freedom; infinite when left out.
-    pub dof: Option<f64>,
+    pub(crate) dof: Option<f64>,
 }
 
 /// `[datasheet]` of a transverse test.
@@ -42,7 +42,7 @@ pub struct TransverseReading {
 pub struct TransverseDatasheet {
     /// Largest transverse sensitivity, per cent of the sensitivity along the axis.
     #[serde(rename = "transverse_%")]
-    pub transverse: f64,
+    pub(crate) transverse: f64,
 }
 
 /// The tables of a transverse test; the files they name are read by its methods.
@@ -53,32 +53,32 @@ pub struct TransverseCampaign {
     _kind: IgnoredAny,
     /// The file it was read from.
     #[serde(skip, default = "CampaignFile::unread")]
-    pub source: CampaignFile,
+    pub(crate) source: CampaignFile,
     /// One line for the head of the report.
-    pub title: Option<String>,
+    pub(crate) title: Option<String>,
     /// The device under calibration.
     #[serde(default)]
-    pub device: Device,
+    pub(crate) device: Device,
     /// Runs.
-    pub runs: RunsTable,
+    pub(crate) runs: RunsTable,
     /// Waveforms.
-    pub recording: Option<ShakerRecording>,
+    pub(crate) recording: Option<ShakerRecording>,
     /// Certificate of the reference; `None` when the runs carry accelerations.
-    pub reference: Option<CertificateTable>,
+    pub(crate) reference: Option<CertificateTable>,
     /// The calibration along the axis, where no run is along it.
-    pub axis: Option<CertificateTable>,
+    pub(crate) axis: Option<CertificateTable>,
     /// How well the device sits.
-    pub mounting: TransverseMounting,
+    pub(crate) mounting: TransverseMounting,
     /// Uncertainty of a reading.
-    pub reading: Option<TransverseReading>,
+    pub(crate) reading: Option<TransverseReading>,
     /// Largest transverse sensitivity of the datasheet.
-    pub datasheet: Option<TransverseDatasheet>,
+    pub(crate) datasheet: Option<TransverseDatasheet>,
     /// How U is stated.
     #[serde(default)]
-    pub method: StatementTable,
+    pub(crate) method: StatementTable,
     /// Conditions.
     #[serde(default)]
-    pub ambient: Ambient,
+    pub(crate) ambient: Ambient,
 }
 
 impl TransverseCampaign {
@@ -132,7 +132,7 @@ impl TransverseCampaign {
     ///
     /// # Errors
     /// As the table says, with line and column; volts of a reference without a certificate, accelerations with one.
-    pub fn read_runs(&self) -> Result<RunTable<TransverseSeat>> {
+    pub(crate) fn read_runs(&self) -> Result<RunTable<TransverseSeat>> {
         let channels: [(&str, &[PhasorQuantity]); 2] =
             [("reference", REFERENCES), ("output", OUTPUTS)];
         let table = read_runs(&self.source, &self.runs, &channels)?;
@@ -144,19 +144,8 @@ impl TransverseCampaign {
     ///
     /// # Errors
     /// No `[recording]`, or a channel that is missing.
-    pub fn waveform_options(&self) -> Result<WaveformOptions> {
+    pub(crate) fn waveform_options(&self) -> Result<WaveformOptions> {
         waveform_options(&self.source, self.recording.as_ref(), &Self::CHANNELS)
-    }
-
-    /// Reads the certificate of the reference.
-    ///
-    /// # Errors
-    /// As the table says, with line and column.
-    pub fn read_reference(&self) -> Result<Option<Certificate>> {
-        let table = self.reference.as_ref();
-        table
-            .map(|t| Certificate::read(&self.source, t))
-            .transpose()
     }
 
     /// Reads the calibration along the axis, in the unit of the output.

@@ -7,9 +7,9 @@ findings! {
     pub CATALOGUE;
 
     /// Samples of a recording exceed the accelerations, or the temperatures, of the calibration.
-    beyond_calibrated_range(beyond: u64, low: f64, high: f64, unit: &str, samples: &str) =
+    beyond_calibrated_range(beyond: u64, low: f64, high: f64, unit: &str, treatment: &str, samples: &str) =
         "beyond-calibrated-range", [Note, Warning],
-        what "{beyond} samples lie beyond {low:.1} … {high:.1} {unit}, where the calibration was tested; the model is extrapolated there",
+        what "{beyond} samples lie beyond {low:.1} … {high:.1} {unit}, where the calibration was tested; {treatment}",
         evidence "{samples}",
         advice "calibrate over a larger range, or refuse such samples";
 
@@ -23,7 +23,7 @@ findings! {
     /// A calibration has fewer than three frequencies.
     interpolation_unknown() =
         "interpolation-unknown", [Warning],
-        what "the calibration has too few frequencies to tell how the sensitivity runs between them",
+        what "the calibration has too few frequencies to determine the sensitivity between them",
         evidence "fewer than three",
         advice "calibrate at more frequencies, or use the compensation at the calibrated ones alone";
 
@@ -51,7 +51,7 @@ findings! {
     /// Frequencies of the campaign are beyond those to which the wedge moves as one body.
     fixture_beyond_its_range(inclination: f64, usable: f64, motion: f64, above: usize, frequencies: usize, highest: f64) =
         "fixture-beyond-its-range", [Decision],
-        what "the wedge of {inclination:.0}° moves beside the excitation by more than is admitted",
+        what "the wedge of {inclination:.0}° moves across the excitation by more than the limit",
         evidence "by its model above {usable:.0} Hz more than {motion} %; {above} of {frequencies} frequencies lie there, up to {highest} Hz",
         advice "measure the spurious motion there and correct for it, or leave these frequencies out";
 
@@ -138,7 +138,7 @@ findings! {
         "calculated-motion-disagrees", [Warning],
         what "the calculated motion {calculated} and the measurement {measured} disagree",
         evidence "{evidence}",
-        advice "a model of the wedge alone knows nothing of the table's own motion, which is nearly the same at all frequencies; what grows with frequency is the base or the gluing",
+        advice "a model of the wedge alone does not include the motion of the table itself, which is nearly the same at all frequencies; a difference that grows with frequency comes from the base or the adhesive",
         false_alarms "0.5 % of healthy campaigns, by the level of the test";
 
     /// A calibration is validated by the recording it was made of.
@@ -165,7 +165,7 @@ findings! {
         "repeats-averaged", [Note],
         what "rows of one frequency were taken as repeats and averaged",
         evidence "{table}: up to {most} rows at each of {frequencies} frequencies",
-        advice "the mean keeps the stated uncertainty of a row, and that of the mean by their scatter beside it";
+        advice "the mean has the stated uncertainty of a row, combined with that of the mean from their scatter";
 
     /// Edges of an encoder were not recorded.
     edges_lost(lost: usize, rows: usize, largest: f64) =
@@ -197,7 +197,7 @@ findings! {
         "input-in-volts", [Note],
         what "the input is a voltage and the output an acceleration",
         evidence "{input} in V, {output} in m/s²",
-        advice "of an exciter that is so; of a device the two columns may be swapped, or --standard tells the acceleration behind the volts";
+        advice "this is normal for an exciter; of a device the two columns may be swapped, or --standard gives the acceleration from the volts";
 
     /// Input and output are not coherent.
     low_coherence(poor: usize, lines: usize) =

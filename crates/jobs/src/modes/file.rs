@@ -16,9 +16,9 @@ use std::path::Path;
 #[derive(Clone, Debug)]
 pub struct ModesFile {
     /// The file.
-    pub source: CampaignFile,
+    pub(crate) source: CampaignFile,
     /// Title of the report.
-    pub title: Option<String>,
+    pub(crate) title: Option<String>,
     /// The question.
     pub job: ModesJob,
     mesh: Option<(GmshMesh, Input)>,

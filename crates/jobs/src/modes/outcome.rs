@@ -45,17 +45,17 @@ pub struct ModesOutcome {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FixtureModes {
     /// Inclination of the face of the gluing point, rad.
-    pub inclination: f64,
+    pub(crate) inclination: f64,
     /// Frequencies with their standard uncertainties and weights: Hz, Hz, share.
     pub resonances: Vec<[f64; 3]>,
     /// Smallest weight of a resonance that matters.
-    pub weight: f64,
+    pub(crate) weight: f64,
     /// Damping ratio.
-    pub damping_ratio: f64,
+    pub(crate) damping_ratio: f64,
     /// Share of spurious motion that was asked for.
-    pub share: f64,
+    pub(crate) share: f64,
     /// Highest frequency with less spurious motion than that; `None` beyond the last mode.
-    pub usable: Option<f64>,
+    pub(crate) usable: Option<f64>,
 }
 
 impl FixtureModes {

@@ -15,15 +15,15 @@ use std::f64::consts::TAU;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MotionSpectrum {
     /// s.
-    pub period: Vec<f64>,
+    pub(crate) period: Vec<f64>,
     /// Greatest relative displacement at any instant, m.
-    pub displacement: Vec<f64>,
+    pub(crate) displacement: Vec<f64>,
     /// The same looked for at the samples alone, m.
-    pub displacement_at_samples: Vec<f64>,
+    pub(crate) displacement_at_samples: Vec<f64>,
     /// Greatest relative velocity, m/s.
-    pub velocity: Vec<f64>,
+    pub(crate) velocity: Vec<f64>,
     /// Greatest absolute acceleration, m/s².
-    pub acceleration: Vec<f64>,
+    pub(crate) acceleration: Vec<f64>,
 }
 
 impl MotionSpectrum {

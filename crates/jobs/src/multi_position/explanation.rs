@@ -90,8 +90,8 @@ fn data_at_fault(
         Some(given) => given.to_vec(),
         None => WindowedVariance::new(&samples, data.rate, data.breaks, &job.search)
             .map(|windowed| match job.search.threshold {
-                Some(threshold) => windowed.segments(threshold),
-                None => ThresholdSweep::most(&windowed),
+                Some(threshold) => windowed.holds(&samples, threshold),
+                None => ThresholdSweep::most(&samples, &windowed),
             })
             .unwrap_or_default(),
     };
@@ -146,7 +146,7 @@ fn data_at_fault(
     let pauses = data.breaks.len();
     if pauses > 0 {
         trouble = trouble.detail(format!(
-            "the stamps pause or restart {}",
+            "the time stamps pause or restart {}",
             count(pauses, "time")
         ));
     }

@@ -45,11 +45,11 @@ const NEXT: usize = 4;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figures {
     /// Outputs x, y, z over time, s.
-    pub outputs: [Trace; 3],
+    pub(crate) outputs: [Trace; 3],
     /// Windowed variance over its floor against time, where standstills were searched.
-    pub windowed: Option<Trace>,
+    pub(crate) windowed: Option<Trace>,
     /// Beginning and end of each standstill, s.
-    pub standstills: Vec<(f64, f64)>,
+    pub(crate) standstills: Vec<(f64, f64)>,
 }
 
 impl Figures {

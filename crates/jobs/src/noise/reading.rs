@@ -38,14 +38,14 @@ pub struct NoiseReading {
     /// Sampling rate in hertz [default: that of the line through the time stamps]
     #[cfg_attr(feature = "clap", arg(long, value_name = "HZ"))]
     pub rate: Option<f64>,
-    /// The columns hold integrals of the rate: velocities (m/s) of an accelerometer, angles of a gyroscope
+    /// The columns hold integrals of the signal: velocities (m/s) of an accelerometer, angles of a gyroscope
     ///
     /// They are differenced. The unit that is stated is that of the rate.
     #[cfg_attr(feature = "clap", arg(long))]
     pub phase: bool,
-    /// Column with the temperature (°C, K or °F by its heading; °C otherwise): its effect is fitted together with the noise
+    /// Column of the temperature (°C, or K or °F by its heading): its effect is fitted together with the noise
     ///
-    /// Gives the sensitivity K_T with its interval; what follows the temperature is then not taken for B, K or R. An empty field keeps the last temperature.
+    /// Gives the sensitivity K_T with its interval; the effect of temperature is then not taken for B, K or R. An empty field keeps the last temperature.
     #[cfg_attr(feature = "clap", arg(long, value_name = "COLUMN"))]
     pub temperature: Option<ColumnRef>,
 }

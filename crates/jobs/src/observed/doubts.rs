@@ -62,7 +62,7 @@ pub(super) fn uneven(stamps: &[(String, UnevenStamps)]) -> Vec<Finding> {
             proofmass_uncertainty::findings::uneven_stamps(
                 "the samples were taken at even steps all the same, and the sine was fitted on the even grid",
                 &evidence,
-                "the stamps are those of reading the samples: a clock that is shared is known no better than they scatter",
+                "the time stamps are those of reading the samples: a shared clock is known only as well as they scatter",
             )
             .at(Severity::Warning)
         });

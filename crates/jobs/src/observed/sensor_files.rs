@@ -9,10 +9,10 @@ use proofmass_shaker::sample_clock::SampleClock;
 
 /// The files of a sensor that records by itself.
 pub(crate) struct SensorFiles<'a> {
-    pub settings: &'a OutputRecording,
-    pub options: WaveformOptions,
+    pub(crate) settings: &'a OutputRecording,
+    pub(crate) options: WaveformOptions,
     /// All channels of a run, in their order; those of the sensor are in `options`.
-    pub names: Vec<&'a str>,
+    pub(crate) names: Vec<&'a str>,
 }
 
 impl<'a> SensorFiles<'a> {

@@ -32,7 +32,7 @@ pub(super) fn find<'a>(
         .collect();
     let blows = Blows::find(&recordings).map_err(|e| {
         let name = data.recordings[e.recording][0].name;
-        Trouble::data(format!("{name} holds no blow"))
+        Trouble::data(format!("{name} holds no impact"))
             .detail(data.name)
             .detail(format!(
                 "greatest {:.4e}, median {:.4e}",
@@ -49,7 +49,7 @@ pub(super) fn find<'a>(
         .iter()
         .map(|b| {
             let at = b.at as f64 / data.rate;
-            format!("blow {} at {at:.4} s: {}", b.number, why(b.why))
+            format!("impact {} at {at:.4} s: {}", b.number, why(b.why))
         })
         .collect();
     let pieces = &blows.pieces;
@@ -62,12 +62,12 @@ pub(super) fn find<'a>(
     }
     if pieces.len() < 2 {
         return Err(Trouble::data(format!(
-            "{} usable blows: two or more are needed",
+            "{} usable impacts: two or more are needed",
             pieces.len()
         ))
         .detail(data.name)
         .detail(dropped.join("; "))
-        .with_hint("give several recordings, or one with several blows"));
+        .with_hint("give several recordings, or one with several impacts"));
     }
     let length = blows.length(wanted);
     let undecayed = blows.undecayed(length);

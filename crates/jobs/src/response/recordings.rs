@@ -41,7 +41,7 @@ impl ResponseRecordings {
                 "{} has {} samples/s, {} has {rate}",
                 other.name, other.rate, first.name
             ))
-            .with_hint("blows that are averaged are sampled alike"));
+            .with_hint("impacts that are averaged need one sampling rate"));
         }
         let names: Vec<&str> = recordings.iter().map(|r| r.name.as_str()).collect();
         Ok(Self {

@@ -180,7 +180,7 @@ fn known_blows_give_the_device_and_bad_ones_are_left_out() {
         evaluate(&with_model(Excitation::Impact), &silence)
             .unwrap_err()
             .to_string()
-            .contains("no blow")
+            .contains("no impact")
     );
 }
 

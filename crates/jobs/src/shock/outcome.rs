@@ -18,37 +18,39 @@ use serde::Serialize;
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShockChannel {
     /// Name.
-    pub name: String,
+    pub(crate) name: String,
     /// Unit.
-    pub unit: String,
+    pub(crate) unit: String,
     /// Time in s, values.
-    pub trace: Trace,
+    pub(crate) trace: Trace,
+    /// The same about the pulse alone, thinned for itself: its shape is that of the samples.
+    pub(crate) pulse: Trace,
 }
 
 /// Spectra of one channel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShockSpectra {
     /// Channel.
-    pub name: String,
+    pub(crate) name: String,
     /// Unit of the acceleration.
-    pub unit: String,
+    pub(crate) unit: String,
     /// Natural frequencies, Hz.
-    pub frequency: Vec<f64>,
+    pub(crate) frequency: Vec<f64>,
     /// Extremes of the acceleration of the mass.
-    pub absolute_acceleration: Vec<Extremes>,
+    pub(crate) absolute_acceleration: Vec<Extremes>,
     /// Standard uncertainty of its greatest absolute value.
-    pub maximax_uncertainty: Vec<f64>,
+    pub(crate) maximax_uncertainty: Vec<f64>,
     /// Extremes of its displacement against the base, unit × s².
-    pub relative_displacement: Vec<Extremes>,
+    pub(crate) relative_displacement: Vec<Extremes>,
 }
 
 /// Whether the spectrum of the first channel keeps its tolerance.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SpectrumVerdict {
     /// What is required at the natural frequencies, m/s²; zero where nothing is.
-    pub required: Vec<f64>,
+    pub(crate) required: Vec<f64>,
     /// The verdict.
-    pub result: SpectrumToleranceResult,
+    pub(crate) result: SpectrumToleranceResult,
 }
 
 /// The answer.

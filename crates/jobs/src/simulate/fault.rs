@@ -71,10 +71,10 @@ impl Practice {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PracticeFault {
     /// What goes wrong.
-    pub practice: Practice,
+    pub(crate) practice: Practice,
     /// In which run, from one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub run: Option<usize>,
+    pub(crate) run: Option<usize>,
 }
 
 impl std::str::FromStr for PracticeFault {

@@ -66,7 +66,7 @@ pub struct SimulatedNoise {
     /// Smallest step of the converter [default: a millionth of the noise of a sample]
     #[cfg_attr(feature = "clap", arg(long, value_name = "STEP", value_parser = crate::arguments::positive))]
     pub step: Option<f64>,
-    /// A stretch that is missing, s; may be given several times
+    /// An interval that is missing, s; may be given several times
     #[cfg_attr(feature = "clap", arg(long, value_name = "FROM,TO", value_parser = crate::arguments::stretch))]
     pub gap: Vec<[f64; 2]>,
     /// Jitter of the time stamps, in intervals of a sample (standard deviation)

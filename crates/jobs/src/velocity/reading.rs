@@ -62,16 +62,16 @@ pub struct Reading {
         )
     )]
     pub excitation: Option<String>,
-    /// Frequency of that carrier in hertz, where the excitation is not recorded: the angle is told but for half a turn
+    /// Frequency of that carrier in hertz, where the excitation is not recorded: the angle is then ambiguous by half a turn
     #[cfg_attr(feature = "clap", arg(long, value_name = "HZ", requires = "resolver"))]
     pub carrier: Option<f64>,
-    /// Column of the level of a toothed wheel's pick-up: every tooth is a count, and no sense is told
+    /// Column of the level of a toothed wheel's pick-up: every tooth is a count; the direction is not available
     #[cfg_attr(feature = "clap", arg(long, value_name = "LEVEL", conflicts_with_all = ["position", "speed", "quadrature", "resolver"]))]
     pub teeth: Option<String>,
     /// Unit of position or speed, where the heading does not say it: count, m, mm, rad, °, turn, m/s, km/h, rad/s, …
     #[cfg_attr(feature = "clap", arg(long, value_name = "UNIT"))]
     pub unit: Option<Unit>,
-    /// The column times this is in that unit: a tachogenerator's speed per volt, half a wavelength per hertz of Doppler
+    /// Factor from the column to that unit: speed per volt of a tachogenerator, half a wavelength per hertz of Doppler
     #[cfg_attr(
         feature = "clap",
         arg(
@@ -106,10 +106,10 @@ pub struct Reading {
     /// Each row is an edge of the encoder with its time stamp, not a sample
     #[cfg_attr(feature = "clap", arg(long))]
     pub edges: bool,
-    /// Velocity in rad/s: angles stay angles, and the radius is where the accelerometer sits
+    /// Velocity in rad/s: angles stay angles, and --radius is that of the accelerometer
     #[cfg_attr(feature = "clap", arg(long))]
     pub angular: bool,
-    /// Angles begin anew after each turn, as those of an absolute encoder in degrees
+    /// Angles restart after each turn, as those of an absolute encoder in degrees
     #[cfg_attr(feature = "clap", arg(long))]
     pub wraps: bool,
 }

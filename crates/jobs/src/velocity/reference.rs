@@ -44,7 +44,7 @@ pub struct Reference {
         )
     )]
     pub file: Option<String>,
-    /// Time column of that file, where its heading does not tell
+    /// Time column of that file, where no heading names it
     #[cfg_attr(
         feature = "clap",
         arg(
@@ -131,15 +131,15 @@ impl Reference {
             return Err(Trouble::data("the reference holds a single value"));
         }
         let Some(found) = reference.on_lines(bench.start, dt, n) else {
-            return Err(
-                Trouble::data("the reference and the sensors share no stretch of time")
-                    .detail(format!(
-                        "reference {first:.3} s to {last:.3} s, sensors {:.3} s to {:.3} s",
-                        time(0),
-                        time(n - 1)
-                    ))
-                    .with_hint("both clocks must share their zero"),
-            );
+            return Err(Trouble::data(
+                "the reference and the sensors have no interval of time in common",
+            )
+            .detail(format!(
+                "reference {first:.3} s to {last:.3} s, sensors {:.3} s to {:.3} s",
+                time(0),
+                time(n - 1)
+            ))
+            .with_hint("both clocks must share their zero"));
         };
         let OnLines {
             used,

@@ -47,7 +47,7 @@ pub struct AxisSensors {
     /// File of the accelerometer, when it has its own; its clock must be that of the recording
     #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
     pub acceleration_file: Option<String>,
-    /// Time column of the accelerometer's file, where its heading does not tell
+    /// Time column of the accelerometer's file, where no heading names it
     #[cfg_attr(
         feature = "clap",
         arg(long, value_name = "COLUMN", requires = "acceleration_file")
@@ -65,8 +65,8 @@ pub struct AxisSensors {
     /// Axis of the compensated accelerometer that lies along the motion
     #[cfg_attr(feature = "clap", arg(long, value_enum, requires = "calibration"))]
     pub axis: Option<SensorAxis>,
-    /// Standard uncertainty of the accelerometer's gain, per cent, as a calibration or data sheet has it: the gain is then found
-    /// beside the readings and held by this; limits of ± 5 % are 2.9
+    /// Standard uncertainty of the accelerometer's gain, per cent, from a calibration or data sheet (limits of ± 5 % are 2.9);
+    /// the gain is then estimated, with this as its prior
     #[cfg_attr(feature = "clap", arg(long, value_name = "PERCENT"))]
     pub gain_uncertainty: Option<f64>,
     /// Time by which the accelerometer is later than the encoder, s; it is shifted back by it
@@ -80,10 +80,10 @@ pub struct AxisSensors {
         )
     )]
     pub latency: f64,
-    /// Stretch at rest, seconds from the start: its mean acceleration is the offset that is removed
+    /// Interval at rest, seconds from the start: its mean acceleration is the offset that is removed
     #[cfg_attr(feature = "clap", arg(long, value_name = "FROM,TO", value_parser = crate::arguments::stretch))]
     pub still: Option<[f64; 2]>,
-    /// Stretch that is used, seconds from the start [default: all]
+    /// Interval that is used, seconds from the start [default: all]
     #[cfg_attr(feature = "clap", arg(long, value_name = "FROM,TO", value_parser = crate::arguments::stretch))]
     pub between: Option<[f64; 2]>,
     /// Map of the encoder that is subtracted from the positions: result.json of `proofmass velocity map`
@@ -220,7 +220,7 @@ impl AxisSensors {
         let resting = !self.reading.is_named() && !self.acceleration.is_empty();
         if resting && self.still.is_none() {
             return Err(Trouble::data(
-                "an accelerometer alone drifts: a stretch at rest is needed, and no position or speed is named",
+                "an accelerometer alone drifts: an interval at rest is needed, and no position or speed is named",
             )
             .with_hint("add --still FROM,TO, or --position COLUMN or --speed COLUMN"));
         }
@@ -329,7 +329,7 @@ impl AxisSensors {
             let offset = mean_between(&acceleration.time, &acceleration.value, from, to)
                 .ok_or_else(|| {
                     Trouble::data(format!(
-                        "no sample lies in the still stretch {from} s to {to} s"
+                        "no sample lies in the interval at rest, {from} s to {to} s"
                     ))
                     .detail(self.recording.clone())
                 })?;

@@ -11,9 +11,9 @@ use std::f64::consts::TAU;
 /// Sums of a pass: everything the likelihood of any subset of the constants needs.
 pub(crate) struct Sums {
     /// Number of readings.
-    pub n: usize,
+    pub(crate) n: usize,
     /// Σ ln S.
-    pub logs: f64,
+    pub(crate) logs: f64,
     /// Σ e eᵀ/S over the columns.
     pub(super) g: [[f64; COLUMNS]; COLUMNS],
 }
@@ -28,7 +28,7 @@ pub(crate) struct Solution {
     /// Their covariance for the noise of the pass.
     pub(super) covariance: Vec<Vec<f64>>,
     /// Σ e²/S that is left.
-    pub rss: f64,
+    pub(crate) rss: f64,
 }
 
 impl Solution {

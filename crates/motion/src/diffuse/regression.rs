@@ -15,9 +15,9 @@ const ALL: usize = COLUMNS + REGRESSORS;
 #[derive(Clone, Debug)]
 pub(crate) struct Regressed {
     /// One for each regressor.
-    pub coefficients: Vec<f64>,
+    pub(crate) coefficients: Vec<f64>,
     /// Their covariance for the noise of the pass.
-    pub covariance: Vec<Vec<f64>>,
+    pub(crate) covariance: Vec<Vec<f64>>,
 }
 
 /// Normal equations of stretches of one record: gain, latency and regressors are common to them, start and offset are of

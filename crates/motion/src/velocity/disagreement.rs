@@ -6,7 +6,7 @@ use crate::whiteness::spectrum_correlation;
 /// Difference of filter and smoother in standard deviations of itself, away from slip.
 pub(super) struct Disagreement {
     /// Share of the samples within two standard deviations.
-    pub share: f64,
+    pub(crate) share: f64,
     /// Samples that tell something new: the differences are alike for as long as the filter remembers.
     independent: f64,
 }

@@ -11,12 +11,12 @@ use serde::{Deserialize, Serialize};
 pub struct BarPlot {
     /// What the length means, under the bars.
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub label: String,
+    pub(crate) label: String,
     /// The bars.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub bars: Vec<Bar>,
+    pub(crate) bars: Vec<Bar>,
     /// Whether the lengths are shares between 0 and 1, printed in per cent.
-    pub shares: bool,
+    pub(crate) shares: bool,
 }
 
 /// One bar.
@@ -24,12 +24,12 @@ pub struct BarPlot {
 pub struct Bar {
     /// Name, left of the bar.
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub name: String,
+    pub(crate) name: String,
     /// Length; a negative one, such as the share of inputs that cancel, reaches to the left of zero.
-    pub value: f64,
+    pub(crate) value: f64,
     /// Words after the number; empty for none.
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub note: String,
+    pub(crate) note: String,
 }
 
 impl BarPlot {

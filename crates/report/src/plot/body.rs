@@ -17,13 +17,13 @@ use std::collections::BTreeMap;
 pub struct BodyPlot {
     /// Points of the surface at rest.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub points: Vec<[f64; 3]>,
+    pub(crate) points: Vec<[f64; 3]>,
     /// Triangles, corners turning outwards.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub triangles: Vec<[u32; 3]>,
+    pub(crate) triangles: Vec<[u32; 3]>,
     /// States.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub states: Vec<BodyState>,
+    pub(crate) states: Vec<BodyState>,
 }
 
 /// One deformed state.
@@ -31,13 +31,13 @@ pub struct BodyPlot {
 pub struct BodyState {
     /// Words above it.
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub title: String,
+    pub(crate) title: String,
     /// Words below it, smaller.
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub note: String,
+    pub(crate) note: String,
     /// Displacement of every point, in any unit.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub displacement: Vec<[f64; 3]>,
+    pub(crate) displacement: Vec<[f64; 3]>,
 }
 
 /// Width of the drawing.

@@ -10,21 +10,21 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HistogramPlot {
     /// Horizontal axis.
-    pub x: Axis,
+    pub(crate) x: Axis,
     /// Vertical axis: counts or density.
-    pub y: Axis,
+    pub(crate) y: Axis,
     /// Edges of the bins, rising, one more than heights.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub edges: Vec<f64>,
+    pub(crate) edges: Vec<f64>,
     /// Heights of the bins.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub heights: Vec<f64>,
+    pub(crate) heights: Vec<f64>,
     /// Curves over the bins.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub curves: Vec<Series>,
+    pub(crate) curves: Vec<Series>,
     /// Marks with labels, such as the ends of a coverage interval.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub marks: Vec<(f64, String)>,
+    pub(crate) marks: Vec<(f64, String)>,
 }
 
 impl HistogramPlot {

@@ -17,13 +17,13 @@ use serde::{Deserialize, Serialize};
 pub struct SpherePlot {
     /// The points.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub points: Vec<SpherePoint>,
+    pub(crate) points: Vec<SpherePoint>,
     /// What the value is, beside the colour bar.
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub value_label: String,
+    pub(crate) value_label: String,
     /// Its unit; empty or `1` for a pure number.
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub unit: String,
+    pub(crate) unit: String,
     /// Names of the three axes.
     pub axes: [String; 3],
 }
@@ -32,12 +32,12 @@ pub struct SpherePlot {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SpherePoint {
     /// Direction; its length is ignored.
-    pub direction: [f64; 3],
+    pub(crate) direction: [f64; 3],
     /// Value, shown by colour.
-    pub value: f64,
+    pub(crate) value: f64,
     /// Label beside the point; empty for none.
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub label: String,
+    pub(crate) label: String,
 }
 
 /// Size of point labels in pixels.

@@ -24,32 +24,32 @@ pub struct XyPlot {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub panels: Vec<Panel>,
     /// Width in pixels.
-    pub width: f64,
+    pub(crate) width: f64,
 }
 
 /// One rectangle of an [`XyPlot`].
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Panel {
     /// Vertical axis.
-    pub y: Axis,
+    pub(crate) y: Axis,
     /// What is drawn, first below.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub series: Vec<Series>,
     /// Horizontal reference lines.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub horizontal: Vec<ReferenceLine>,
+    pub(crate) horizontal: Vec<ReferenceLine>,
     /// Vertical reference lines.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub vertical: Vec<ReferenceLine>,
     /// Power laws for comparison.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub slopes: Vec<Slope>,
+    pub(crate) slopes: Vec<Slope>,
     /// Shaded intervals of the horizontal axis.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub shades: Vec<Shade>,
+    pub(crate) shades: Vec<Shade>,
     /// Words at a place: x, y, text.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub notes: Vec<(f64, f64, String)>,
+    pub(crate) notes: Vec<(f64, f64, String)>,
     /// Height of the rectangle in pixels.
     pub height: f64,
 }
@@ -59,24 +59,24 @@ pub struct Panel {
 pub struct Series {
     /// Name in the legend; empty for none.
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub name: String,
+    pub(crate) name: String,
     /// Abscissae.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub x: Vec<f64>,
+    pub(crate) x: Vec<f64>,
     /// Ordinates.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub y: Vec<f64>,
+    pub(crate) y: Vec<f64>,
     /// Line, markers or both.
-    pub style: Style,
+    pub(crate) style: Style,
     /// Lower and upper end of a bar at each point, as ordinates.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bars: Option<(Vec<f64>, Vec<f64>)>,
     /// Lower and upper edge of a filled band, as ordinates.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub band: Option<(Vec<f64>, Vec<f64>)>,
+    pub(crate) band: Option<(Vec<f64>, Vec<f64>)>,
     /// Colour, dash and marker by number; `None` takes the place in the panel.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub look: Option<usize>,
+    pub(crate) look: Option<usize>,
 }
 
 /// How the points of a series are shown.
@@ -109,11 +109,11 @@ pub struct ReferenceLine {
 pub struct Slope {
     /// Label, such as `τ⁻¹ᐟ²`.
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub label: String,
+    pub(crate) label: String,
     /// A point it passes through.
-    pub through: (f64, f64),
+    pub(crate) through: (f64, f64),
     /// The exponent n.
-    pub exponent: f64,
+    pub(crate) exponent: f64,
 }
 
 /// Shaded intervals of the horizontal axis, with one name in the legend.
@@ -121,10 +121,10 @@ pub struct Slope {
 pub struct Shade {
     /// Name in the legend; empty for none.
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub name: String,
+    pub(crate) name: String,
     /// From and to.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub intervals: Vec<(f64, f64)>,
+    pub(crate) intervals: Vec<(f64, f64)>,
 }
 
 impl XyPlot {

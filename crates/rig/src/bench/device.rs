@@ -53,13 +53,13 @@ impl BenchDevice {
 #[derive(Clone, Debug, PartialEq)]
 pub struct BenchWedge {
     /// Transverse motion of the shaker relative to the excitation along x′ and y′.
-    pub transverse: [Complex64; 2],
+    pub(crate) transverse: [Complex64; 2],
     /// Resonances of a wedge of 90° along x′, y′ and z′ in Hz; flatter wedges are stiffer.
-    pub resonance: [f64; 3],
+    pub(crate) resonance: [f64; 3],
     /// Quality factor of the resonances.
-    pub quality: f64,
+    pub(crate) quality: f64,
     /// Motion along x′, y′ and z′ at the height of a wedge of 90°, relative to what the resonance adds.
-    pub participation: [f64; 3],
+    pub(crate) participation: [f64; 3],
     /// Bending that was calculated or measured: it takes the place of the resonances at its inclinations.
     pub bending: Vec<Bending>,
 }

@@ -15,11 +15,11 @@ use std::collections::BTreeMap;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReferenceStandard {
     /// Sensitivity on its certificate far below resonance, V/(m/s²).
-    pub sensitivity: f64,
+    pub(crate) sensitivity: f64,
     /// Resonance in Hz.
-    pub resonance: f64,
+    pub(crate) resonance: f64,
     /// Low corner of its amplifier in Hz.
-    pub corner: f64,
+    pub(crate) corner: f64,
 }
 
 impl Default for ReferenceStandard {
@@ -99,6 +99,7 @@ pub enum BenchFault {
 
 /// Why a run could not be made.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Unreached {
     /// Frequency in Hz.
     pub frequency: f64,
@@ -118,17 +119,18 @@ pub struct PreparedRun {
     /// Amplitude wanted, m/s².
     pub target: f64,
     /// Drive that the closed loop ended at, V.
-    pub drive: f64,
+    pub(crate) drive: f64,
     /// Transverse motion relative to the excitation.
     pub transverse: f64,
     /// Frequency the acquisition sees, Hz.
-    pub seen: f64,
+    pub(crate) seen: f64,
     /// Reference, x, y, z in V: the fundamental and its harmonics.
     pub volts: [[Complex64; 3]; 4],
 }
 
 /// True values of one frequency.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct FrequencyTruth {
     /// Frequency in Hz.
     #[serde(rename = "frequency_Hz")]
@@ -142,6 +144,7 @@ pub struct FrequencyTruth {
 
 /// True error of a mounting.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct AngleTruth {
     /// Nominal inclination in degrees.
     pub inclination_deg: f64,

@@ -9,19 +9,19 @@ use num_complex::Complex64;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shaker {
     /// Acceleration per volt between the two resonances, (m/s²)/V.
-    pub gain: f64,
+    pub(crate) gain: f64,
     /// Resonance of the suspension in Hz.
-    pub suspension: f64,
+    pub(crate) suspension: f64,
     /// Its quality factor.
-    pub suspension_quality: f64,
+    pub(crate) suspension_quality: f64,
     /// Axial resonance of the armature in Hz.
-    pub armature: f64,
+    pub(crate) armature: f64,
     /// Its quality factor.
-    pub armature_quality: f64,
+    pub(crate) armature_quality: f64,
     /// Relative loss of gain per m/s² of amplitude.
-    pub compression: f64,
+    pub(crate) compression: f64,
     /// Second and third harmonic of the force, relative to the fundamental.
-    pub distortion: [f64; 2],
+    pub(crate) distortion: [f64; 2],
 }
 
 impl Default for Shaker {
@@ -66,24 +66,24 @@ impl Shaker {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Levelled {
     /// Drive amplitude in V.
-    pub drive: f64,
+    pub(crate) drive: f64,
     /// Amplitude read in the last step, m/s².
-    pub reading: f64,
+    pub(crate) reading: f64,
     /// Readings that were taken.
-    pub steps: usize,
+    pub(crate) steps: usize,
 }
 
 /// Closed-loop levelling: measure with the reference, correct the drive, until within a tolerance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Levelling {
     /// Relative tolerance of the amplitude.
-    pub tolerance: f64,
+    pub(crate) tolerance: f64,
     /// Most readings taken.
-    pub attempts: usize,
+    pub(crate) attempts: usize,
     /// Drive of the first reading in V, small enough for any resonance.
-    pub first: f64,
+    pub(crate) first: f64,
     /// Largest drive in V.
-    pub largest: f64,
+    pub(crate) largest: f64,
 }
 
 impl Default for Levelling {

@@ -82,7 +82,7 @@ fn gluing_tilt(seen: &str, size: &str, p_value: f64) -> Finding {
         &format!(
             "the device may turn on the wedge face but not tilt in its adhesive; the runs ask for {size} per gluing, p = {p_value:.1e})"
         ),
-        "`gluing.tilt` (acts = \"tilt\") with inclination and rotation, and `device.tilt.mean` with no key for what all gluings have in common: no data can show that, and S_xz, S_yz, S_zx, S_zy carry it undiminished",
+        "`gluing.tilt` (acts = \"tilt\") with inclination and rotation, and `device.tilt.mean` with no key for the tilt common to all mountings: the runs cannot determine it, and S_xz, S_yz, S_zx, S_zy carry it undiminished",
     )
 }
 
@@ -98,7 +98,7 @@ fn wedge_lean(size: &str, p_value: f64) -> Finding {
     findings::missing_angle(
         "sideways tilt of the wedges, and the runs ask for one",
         &format!("the wedges may be steeper or flatter than drawn but not tilt sideways; the runs ask for {size} per wedge, p = {p_value:.1e})"),
-        "`wedge.lean` (acts = \"lean\") with inclination, or with no key where it is the table that leans; it enters S_xy and S_yx",
+        "`wedge.lean` (acts = \"lean\") with inclination, or with no key where it is the table that is inclined; it enters S_xy and S_yx",
     )
     .at(Severity::Decision)
 }

@@ -12,6 +12,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Spectra of one output.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct OutputSpectra {
     /// One-sided density of the output.
     pub auto: Vec<f64>,
@@ -33,9 +34,9 @@ pub struct CrossSpectra {
     /// Independent averages they are worth.
     pub independent: f64,
     /// Bias by smoothing in units of the second difference between neighbouring lines; 1/6 for a Hann window.
-    pub smoothing: f64,
+    pub(crate) smoothing: f64,
     /// Weights of a response at its own line and at half lines to either side, by which a window smooths it; empty without one.
-    pub kernel: Vec<f64>,
+    pub(crate) kernel: Vec<f64>,
 }
 
 /// Where a hit lies in its record, and how it is windowed.

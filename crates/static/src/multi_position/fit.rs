@@ -34,7 +34,7 @@ pub struct PoseResidual {
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScatterParts {
     /// The quantity.
-    pub name: String,
+    pub(crate) name: String,
     /// Noise within the standstills.
     pub noise: f64,
     /// Own errors of the given attitudes.
@@ -45,6 +45,7 @@ pub struct ScatterParts {
 
 /// The result without the standstills that are suspected.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct WithoutSuspects {
     /// Who is left out.
     pub suspects: Vec<Suspect>,
@@ -54,6 +55,7 @@ pub struct WithoutSuspects {
 
 /// Terms beyond ã = K a + b as they were fitted ([`Terms`](super::Terms)).
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct BeyondMatrix {
     /// What follows the temperature.
     pub thermal: Option<ThermalTerms<f64>>,

@@ -34,11 +34,11 @@ pub(crate) struct Problem<'a> {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Weighting {
     /// Rows are the directions along which the three equations of a standstill are taken; empty where there is one.
-    pub rotations: Vec<[Triple; 3]>,
+    pub(crate) rotations: Vec<[Triple; 3]>,
     /// One per equation.
-    pub variances: Vec<f64>,
+    pub(crate) variances: Vec<f64>,
     /// The part of each variance that comes from the own error of a given attitude.
-    pub tilt: Vec<f64>,
+    pub(crate) tilt: Vec<f64>,
 }
 
 impl<'a> Problem<'a> {

@@ -11,24 +11,24 @@ use proofmass_uncertainty::{BetweenScatter, DegreesOfFreedom, Linearised, NoiseD
 /// Where the fit ended and how well its parameters are known, in natural units.
 #[derive(Clone, Debug)]
 pub(crate) struct Solved {
-    pub solution: Solution,
-    pub weighting: Weighting,
+    pub(crate) solution: Solution,
+    pub(crate) weighting: Weighting,
     /// Equations less parameters.
-    pub freedom: usize,
+    pub(crate) freedom: usize,
     /// χ² against the noise alone; `None` where the noise is not known.
-    pub chi_square: Option<f64>,
+    pub(crate) chi_square: Option<f64>,
     /// What the rule for scatter of unknown size says; `None` without freedom or without known noise.
-    pub scatter: Option<BetweenScatter>,
+    pub(crate) scatter: Option<BetweenScatter>,
     /// Variance between the standstills; of readings that share errors with their neighbours, as much more as they are
     /// fewer.
-    pub excess: f64,
+    pub(crate) excess: f64,
     /// Variance of one of them for itself.
-    pub own: f64,
+    pub(crate) own: f64,
     /// G, p × n by rows: θ moves by −G r where the residuals move by r.
-    pub gain: Vec<f64>,
+    pub(crate) gain: Vec<f64>,
     /// Degrees of freedom at which Student's t has the factor U/u of the scatter.
-    pub dof: DegreesOfFreedom,
-    pub condition: f64,
+    pub(crate) dof: DegreesOfFreedom,
+    pub(crate) condition: f64,
 }
 
 impl Solved {

@@ -130,16 +130,16 @@ impl Terms {
 /// Terms with the temperatures of the standstills they are fitted to.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct TermsAt {
-    pub list: Vec<Term>,
-    pub curvature: bool,
+    pub(crate) list: Vec<Term>,
+    pub(crate) curvature: bool,
     /// T₀, °C.
-    pub reference: f64,
+    pub(crate) reference: f64,
     /// Half the range of the temperatures, K: the unit of z = (T − T₀)/half.
-    pub half: f64,
+    pub(crate) half: f64,
     /// Lowest and highest temperature, °C.
-    pub range: [f64; 2],
+    pub(crate) range: [f64; 2],
     /// z of each standstill; zeros where nothing follows the temperature.
-    pub z: Vec<f64>,
+    pub(crate) z: Vec<f64>,
 }
 
 impl TermsAt {
@@ -202,6 +202,7 @@ impl TermsAt {
     pub(super) fn coefficients(&self, extra: &[f64]) -> (ThermalTerms<f64>, Curvature<f64>) {
         let mut thermal = ThermalTerms {
             reference: 0.0,
+            range: [f64::NEG_INFINITY, f64::INFINITY],
             bias: [[0.0; THERMAL_ORDER]; 3],
             scale: [[0.0; THERMAL_ORDER]; 3],
         };

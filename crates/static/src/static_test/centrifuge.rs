@@ -69,7 +69,7 @@ impl Centrifuge {
         for (name, value) in [
             ("uncertainty of the radius", self.radius_uncertainty),
             ("uncertainty of the speed", self.speed_uncertainty),
-            ("uncertainty of the stretch", self.stretch_uncertainty),
+            ("uncertainty of the elongation", self.stretch_uncertainty),
             ("misalignment", self.misalignment),
             ("inclination", self.inclination),
         ] {
@@ -106,7 +106,7 @@ impl Centrifuge {
             ),
             error(
                 "stretch",
-                "stretch of the arm",
+                "elongation of the arm",
                 "s²",
                 self.stretch,
                 self.stretch_uncertainty,
@@ -114,7 +114,7 @@ impl Centrifuge {
             ),
             error(
                 "misalignment",
-                "sensitive axis beside the radius",
+                "angle between sensitive axis and radius",
                 "rad",
                 0.0,
                 self.misalignment,

@@ -41,13 +41,13 @@ impl Default for Linearity {
 
 /// Names of the readings' inputs and what else moves them.
 pub(super) struct Inputs<'a> {
-    pub acceleration: &'a [f64],
-    pub output: &'a [f64],
-    pub temperature: Option<&'a [f64]>,
-    pub unit: &'a str,
-    pub label: &'static str,
+    pub(crate) acceleration: &'a [f64],
+    pub(crate) output: &'a [f64],
+    pub(crate) temperature: Option<&'a [f64]>,
+    pub(crate) unit: &'a str,
+    pub(crate) label: &'static str,
     /// Errors all readings share, as relative or absolute errors of the acceleration: ∂a/∂x of every reading.
-    pub common: Vec<CommonError>,
+    pub(crate) common: Vec<CommonError>,
 }
 
 impl Linearity {

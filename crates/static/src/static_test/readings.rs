@@ -27,6 +27,7 @@ pub struct CommonError {
 
 /// One reading against the model.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ReadingResidual {
     /// Input: an angle in rad, an acceleration in m/s², a time in s.
     pub input: f64,
@@ -45,6 +46,7 @@ impl ReadingResidual {
 
 /// One order that was compared.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct PolynomialOrder {
     /// Order.
     pub order: usize,
@@ -62,6 +64,7 @@ pub struct PolynomialOrder {
 
 /// What a static test found.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct StaticFit {
     /// The quantities with one covariance.
     pub estimate: Estimate,
@@ -83,15 +86,15 @@ pub struct StaticFit {
 
 /// Least squares of equal weights with the scatter of the residuals: Student's t is exact for it.
 pub(super) struct Solved {
-    pub parameters: Vec<f64>,
+    pub(crate) parameters: Vec<f64>,
     /// (XᵀX)⁻¹.
-    pub inverse: Vec<f64>,
+    pub(crate) inverse: Vec<f64>,
     /// (XᵀX)⁻¹ Xᵀ, p × n.
-    pub gain: Vec<f64>,
-    pub fitted: Vec<f64>,
+    pub(crate) gain: Vec<f64>,
+    pub(crate) fitted: Vec<f64>,
     /// Σ r².
-    pub squares: f64,
-    pub dof: usize,
+    pub(crate) squares: f64,
+    pub(crate) dof: usize,
 }
 
 /// `columns`: p columns of n values, of comparable size.

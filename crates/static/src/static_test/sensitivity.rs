@@ -84,12 +84,12 @@ impl Sensitivity {
         for (key, description, sensitivity) in [
             (
                 "levelling",
-                "the axis beside the vertical",
+                "angle between the axis and the vertical",
                 [0.0, s * self.levelling],
             ),
             (
                 "levelling.difference",
-                "the axis beside the vertical, up otherwise than down",
+                "difference of that angle between up and down",
                 [0.5 * s * g * self.levelling, 0.0],
             ),
         ] {

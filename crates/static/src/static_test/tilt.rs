@@ -50,7 +50,7 @@ pub struct Tilt {
     pub zero_uncertainty: f64,
     /// Full scale of the output, output unit; twice the largest departure from the bias unless told.
     pub full_scale: Option<f64>,
-    /// Standard uncertainty of the lean of the axis of turning off the level, rad.
+    /// Standard uncertainty of the inclination of the axis of rotation off the level, rad.
     #[serde(default)]
     pub lean: f64,
     /// Standard uncertainty of the angle between the sensitive axis and the plane of turning, rad.
@@ -86,7 +86,7 @@ impl Tilt {
             "uncertainty of the zero of the angles",
             self.zero_uncertainty,
         )?;
-        not_negative("lean of the axis of turning", self.lean)?;
+        not_negative("inclination of the axis of rotation", self.lean)?;
         not_negative("angle out of the plane of turning", self.out_of_plane)?;
         let g = self.gravity.value();
         let columns = [
@@ -187,7 +187,7 @@ impl Tilt {
             ),
             (
                 "plane",
-                "the sensitive axis beside the plane of turning",
+                "angle between the sensitive axis and the plane of rotation",
                 self.out_of_plane,
                 0.0,
             ),

@@ -7,17 +7,17 @@ use proofmass_uncertainty::adjustment::{cholesky, solve};
 /// Estimates of one model, averaged over the noises.
 #[derive(Clone, Debug)]
 pub(super) struct Averaged {
-    pub estimate: Vec<f64>,
+    pub(crate) estimate: Vec<f64>,
     /// p × p: within the noises and between them.
-    pub covariance: Vec<f64>,
+    pub(crate) covariance: Vec<f64>,
     /// Degrees of freedom of its scale: independent values less parameters, averaged like the rest.
-    pub dof: f64,
+    pub(crate) dof: f64,
     /// Log-likelihood (not restricted) of the best noise: what orders are compared by.
-    pub log_likelihood: f64,
+    pub(crate) log_likelihood: f64,
     /// Weight of each alternative, over all noises.
-    pub alternatives: Vec<f64>,
+    pub(crate) alternatives: Vec<f64>,
     /// The noise with the largest weight.
-    pub noise: usize,
+    pub(crate) noise: usize,
 }
 
 impl Averaged {

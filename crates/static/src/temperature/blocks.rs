@@ -34,15 +34,15 @@ pub struct Blocks {
     /// Attitude of each block, its number in `attitudes`.
     pub attitude: Vec<usize>,
     /// Number of jumps of the temperature before each block: between them nobody saw whether the sensor lay still.
-    pub stretch: Vec<usize>,
+    pub(crate) stretch: Vec<usize>,
     /// The attitudes.
     pub attitudes: Vec<Attitude>,
     /// Samples in a block.
-    pub samples: usize,
+    pub(crate) samples: usize,
     /// Duration of a block, s.
     pub duration: f64,
     /// Variance of the mean temperature of a block from the noise of the thermometer, K².
-    pub temperature_noise: f64,
+    pub(crate) temperature_noise: f64,
 }
 
 /// A stretch in which the sensor was not turned.
@@ -55,7 +55,7 @@ pub struct Attitude {
     /// Lowest and highest block temperature, °C.
     pub range: [f64; 2],
     /// Change of the output at its beginning, m/s²; `None` for the first.
-    pub step: Option<f64>,
+    pub(crate) step: Option<f64>,
 }
 
 impl Blocks {

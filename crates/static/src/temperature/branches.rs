@@ -5,6 +5,7 @@ use serde::Serialize;
 
 /// What heating and cooling do differently on one axis.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Hysteresis {
     /// Largest difference of the branches within their common range, heating minus cooling, m/s².
     pub difference: f64,
@@ -26,13 +27,13 @@ impl Hysteresis {
 /// Direction and rate of the temperature at every block.
 pub(super) struct Branches {
     /// +1 heating, −1 cooling; a block at rest keeps the direction it came from.
-    pub sign: Vec<f64>,
+    pub(crate) sign: Vec<f64>,
     /// Ṫ, K/s.
-    pub rate: Vec<f64>,
+    pub(crate) rate: Vec<f64>,
     /// Temperatures that both branches went through in one attitude, where both are there.
-    pub common: Option<[f64; 2]>,
+    pub(crate) common: Option<[f64; 2]>,
     /// Whether Ṫ varies enough within the branches to tell lag from hysteresis.
-    pub lag: bool,
+    pub(crate) lag: bool,
 }
 
 /// Blocks a branch must hold.

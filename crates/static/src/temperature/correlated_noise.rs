@@ -8,9 +8,9 @@ pub(super) struct Noise {
     factor: Vec<f64>,
     n: usize,
     /// ln |R|.
-    pub log_determinant: f64,
+    pub(crate) log_determinant: f64,
     /// n²/Σ R_ij²: independent values that tell the variance as well as these n.
-    pub effective: f64,
+    pub(crate) effective: f64,
 }
 
 /// Correlation times in blocks, up to half the record, and shares of white noise.

@@ -87,7 +87,7 @@ fn turned(fit: &TemperatureFit, found: &mut Vec<Finding>) {
         .collect();
     if !steps.is_empty() {
         found.push(findings::output_step(
-            "each stretch has an intercept of its own, and only what happens within the stretches counts",
+            "each segment has an intercept of its own, and only changes within the segments count",
             &steps.join(", "),
         ));
     }

@@ -14,6 +14,7 @@ const POSSIBLE: f64 = 0.05;
 
 /// What self-heating does to the output of one axis: A e^{−t/τ} from the beginning of the recording.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct SelfHeating {
     /// A, m/s².
     pub amplitude: f64,
@@ -29,8 +30,8 @@ pub struct SelfHeating {
 
 /// Decays over the blocks, and their time constants.
 pub(super) struct WarmUp {
-    pub times: Vec<f64>,
-    pub decays: Vec<Vec<f64>>,
+    pub(crate) times: Vec<f64>,
+    pub(crate) decays: Vec<Vec<f64>>,
 }
 
 impl WarmUp {

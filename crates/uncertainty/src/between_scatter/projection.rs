@@ -7,11 +7,11 @@ use proofmass_core::numeric::dot;
 /// G = (JᵀWJ)⁻¹JᵀW and the squares of P = W − WJ(JᵀWJ)⁻¹JᵀW.
 pub(super) struct Projection {
     /// p × n by rows.
-    pub gain: Vec<f64>,
+    pub(crate) gain: Vec<f64>,
     /// P_ij², n × n by rows.
     squares: Vec<f64>,
     /// tr P².
-    pub information: f64,
+    pub(crate) information: f64,
     n: usize,
     p: usize,
 }

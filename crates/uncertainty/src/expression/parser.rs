@@ -20,11 +20,11 @@ const NESTING: usize = 256;
 const MOST_OPERATIONS: usize = 500_000;
 
 pub(super) struct Parser<'a> {
-    pub text: &'a str,
-    pub place: usize,
-    pub scope: &'a Scope,
-    pub program: &'a mut Program,
-    pub nesting: usize,
+    pub(crate) text: &'a str,
+    pub(crate) place: usize,
+    pub(crate) scope: &'a Scope,
+    pub(crate) program: &'a mut Program,
+    pub(crate) nesting: usize,
 }
 
 impl Parser<'_> {

@@ -38,11 +38,11 @@ pub(crate) enum Op {
 /// Operations in the order of evaluation.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Program {
-    pub ops: Vec<Op>,
+    pub(crate) ops: Vec<Op>,
     /// How many angles of `atan2` it has.
-    pub angles: usize,
+    pub(crate) angles: usize,
     /// Units of numbers in the text: result, unit.
-    pub labels: Vec<(u32, String)>,
+    pub(crate) labels: Vec<(u32, String)>,
 }
 
 impl Program {

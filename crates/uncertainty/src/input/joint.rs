@@ -13,7 +13,7 @@ pub struct Draw {
     /// Position of the input.
     pub input: usize,
     /// Keys and their values.
-    pub labels: Vec<(String, String)>,
+    pub(crate) labels: Vec<(String, String)>,
     /// Estimate.
     pub estimate: f64,
     /// Standard uncertainty.
@@ -24,11 +24,11 @@ pub struct Draw {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Cluster {
     /// Draws, ascending.
-    pub draws: Vec<usize>,
+    pub(crate) draws: Vec<usize>,
     /// Inputs, ascending.
-    pub inputs: Vec<usize>,
+    pub(crate) inputs: Vec<usize>,
     /// Correlation matrix of the draws; `None` when they are independent of each other.
-    pub correlation: Option<Covariance>,
+    pub(crate) correlation: Option<Covariance>,
 }
 
 /// All draws of a set of observations, with their joint covariance.
@@ -147,6 +147,16 @@ impl JointInputs {
             clusters,
             index,
         })
+    }
+
+    /// The same inputs with every standard uncertainty taken as known.
+    #[cfg(feature = "model")]
+    pub(crate) fn known(&self) -> Self {
+        let mut known = self.clone();
+        for input in &mut known.inputs {
+            input.dof = crate::DegreesOfFreedom::INFINITE;
+        }
+        known
     }
 
     /// Whose estimate of σ a draw shares: the first input of its set, else its own input.

@@ -20,7 +20,7 @@ pub struct OutputEntry {
     /// Name.
     pub name: String,
     /// Unit.
-    pub unit: String,
+    pub(crate) unit: String,
     /// Formula; without one the quantity that has this name already.
     #[serde(default)]
     pub expression: String,
@@ -33,12 +33,12 @@ pub struct SolveEntry {
     /// Names of the unknowns.
     pub unknown: Vec<String>,
     /// Where the search begins, one number per unknown.
-    pub start: Vec<f64>,
+    pub(crate) start: Vec<f64>,
     /// `left = right`, or an expression that is to be 0.
     pub equations: Vec<String>,
 }
 
-/// One `[[fit]]`: a polynomial y = p₀ + p₁x + … through points.
+/// One `[[fit]]`: a polynomial y = p₀ + p₁x + …, or a curve, through points.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FitEntry {
@@ -51,9 +51,16 @@ pub struct FitEntry {
     pub y: String,
     /// Degree; one less than there are parameters when not said.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub degree: Option<usize>,
-    /// Names of the parameters, the constant first.
+    pub(crate) degree: Option<usize>,
+    /// Names of the parameters; those of a polynomial with the constant first.
     pub parameters: Vec<String>,
+    /// Formula of a curve, of the parameters and the abscissa of a point: by its name where `x` is one, else as `x`.
+    /// Vectors with a member per point count for each point by theirs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub curve: Option<String>,
+    /// Where the search for the parameters of a curve begins, one number each.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start: Option<Vec<f64>>,
     /// How the points are weighed.
     #[serde(default)]
     pub weights: FitWeights,

@@ -16,12 +16,12 @@ struct Scatter {
 
 /// A model ready to be evaluated.
 pub(crate) struct Prepared {
-    pub joint: JointInputs,
-    pub equations: Equations,
+    pub(crate) joint: JointInputs,
+    pub(crate) equations: Equations,
     /// Outputs, complex ones and vectors taken apart.
-    pub outputs: Vec<super::OutputEntry>,
+    pub(crate) outputs: Vec<super::OutputEntry>,
     /// What to doubt in the fits.
-    pub findings: Vec<Finding>,
+    pub(crate) findings: Vec<Finding>,
 }
 
 impl UncertaintyModel {
@@ -56,7 +56,8 @@ impl UncertaintyModel {
             });
         }
         let outputs = compiled.outputs.clone();
-        let mut findings: Vec<Finding> = compiled.shared.iter().cloned().collect();
+        self.check_requests(&outputs)?;
+        let mut findings: Vec<Finding> = compiled.shared.clone();
         let mut equations = compiled.equations();
         let mut joint = with_scatter(&inputs, &scatters)?;
         for block in 0..equations.blocks().len() {

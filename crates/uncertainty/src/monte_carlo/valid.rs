@@ -7,12 +7,12 @@ use rayon::prelude::*;
 
 /// The trials without those in which an output is not finite.
 pub(super) struct Valid {
-    pub outputs: Vec<(String, String)>,
+    pub(crate) outputs: Vec<(String, String)>,
     /// One column per output that keeps enough trials, and how many it lost.
-    pub columns: Vec<(Vec<f64>, usize)>,
+    pub(crate) columns: Vec<(Vec<f64>, usize)>,
     /// The trials in which all of these are finite, where any was lost.
-    pub joint: Option<Vec<Vec<f64>>>,
-    pub findings: Vec<Finding>,
+    pub(crate) joint: Option<Vec<Vec<f64>>>,
+    pub(crate) findings: Vec<Finding>,
 }
 
 impl Valid {

@@ -17,9 +17,9 @@ pub(crate) struct Strips {
     values: Vec<f64>,
     draws: usize,
     /// Trials in all.
-    pub trials: usize,
+    pub(crate) trials: usize,
     /// Trials in a column.
-    pub group: usize,
+    pub(crate) group: usize,
     /// Numbers from one column to the next.
     apart: usize,
     /// A whole column while it is filled.
@@ -29,8 +29,8 @@ pub(crate) struct Strips {
 
 /// Random words that wait for their use.
 pub(super) struct Words {
-    pub first: [u64; STRIP],
-    pub second: [u64; STRIP],
+    pub(crate) first: [u64; STRIP],
+    pub(crate) second: [u64; STRIP],
 }
 
 impl Words {

@@ -15,8 +15,8 @@ use std::path::Path;
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct BudgetTable {
-    pub file: Option<String>,
-    pub bench: Option<String>,
+    pub(crate) file: Option<String>,
+    pub(crate) bench: Option<String>,
 }
 
 /// Where a budget is written.
@@ -159,7 +159,7 @@ fn input(
     let impossible = |e: proofmass_core::Error| {
         (
             format!("input \"{}\": {e}", entry.name),
-            "docs/uncertainty.md lists the distributions and their parameters".to_owned(),
+            "write value and u, or distribution = { kind = \"rectangular\", lower = …, upper = … }; other kinds are normal, triangular, arcsine, student-t, trapezoidal".to_owned(),
         )
     };
     let distribution = match (&entry.distribution, &entry.observations) {
@@ -231,7 +231,7 @@ impl ShakerBudget {
                     };
                     let error = Error::new(ErrorKind::Configuration, what)
                         .at(&path)
-                        .with_hint("docs/uncertainty.md describes the budget file");
+                        .with_hint("a budget is TOML: one [[input]] table for each input, with name, acts, unit, and u or a distribution");
                     match line {
                         Some(line) => error.line(line as u64),
                         None => error,

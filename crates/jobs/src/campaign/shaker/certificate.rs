@@ -17,15 +17,15 @@ use serde::Deserialize;
 #[serde(deny_unknown_fields)]
 pub struct CertificateTable {
     /// The table of a laboratory (`.csv`), a calibration.json or a result.json, relative to the campaign.
-    pub file: String,
+    pub(crate) file: String,
     /// Coverage factor of the columns `U_…`.
-    pub k: Option<f64>,
+    pub(crate) k: Option<f64>,
     /// Which standard it is and who calibrated it, for the report.
-    pub description: Option<String>,
+    pub(crate) description: Option<String>,
     /// Axis of a calibration of several, such as `z`: what output and acceleration along it have to do with each other.
-    pub axis: Option<String>,
+    pub(crate) axis: Option<String>,
     /// Elements of a model that stands for the points, such as `1mode+delay`.
-    pub model: Option<String>,
+    pub(crate) model: Option<String>,
 }
 
 /// How a calibration over frequency is read as that of a reference standard.
@@ -50,7 +50,7 @@ pub struct Certificate {
     /// Path and digest.
     pub input: Input,
     /// Which standard it is.
-    pub description: Option<String>,
+    pub(crate) description: Option<String>,
     /// Sensitivity against frequency.
     pub table: ReferenceTable,
     /// What it does not say.
@@ -58,8 +58,13 @@ pub struct Certificate {
 }
 
 impl Certificate {
-    pub(crate) fn read(source: &CampaignFile, table: &CertificateTable) -> Result<Self> {
-        Self::read_as(source, "reference", table, DeviceOutput::Volt)
+    /// That of the reference, where `[reference]` names one.
+    pub(crate) fn of_reference(
+        source: &CampaignFile,
+        table: Option<&CertificateTable>,
+    ) -> Result<Option<Self>> {
+        let read = |table| Self::read_as(source, "reference", table, DeviceOutput::Volt);
+        table.map(read).transpose()
     }
 
     /// The calibration of a device with this output, named by this section of the campaign.

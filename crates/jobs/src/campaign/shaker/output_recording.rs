@@ -13,35 +13,35 @@ use std::collections::BTreeMap;
 #[serde(deny_unknown_fields)]
 pub struct OutputRecording {
     /// `own`: the sensor samples by a clock of its own; `shared`: times of both files count from one zero, by one clock.
-    pub clock: SampleClock,
+    pub(crate) clock: SampleClock,
     /// `text`, `f32` or `wav`.
     #[serde(default = "text")]
-    pub format: WaveformFormat,
+    pub(crate) format: WaveformFormat,
     /// Unit of the samples: `count`, `g`, `m/s²`, `V` and their like.
-    pub unit: Unit,
+    pub(crate) unit: Unit,
     /// Nominal sampling rate in Hz, for files without a time column.
     #[serde(rename = "sampling_rate_Hz", alias = "sampling_rate_hz")]
-    pub sampling_rate_hz: Option<f64>,
+    pub(crate) sampling_rate_hz: Option<f64>,
     /// Time column of a text table.
-    pub time: Option<ColumnRef>,
+    pub(crate) time: Option<ColumnRef>,
     /// Unit of the time column, where the heading does not say it.
-    pub time_unit: Option<TimeUnit>,
+    pub(crate) time_unit: Option<TimeUnit>,
     /// Place of every channel: a number from one, or a heading of a text table.
-    pub channels: BTreeMap<String, ColumnRef>,
+    pub(crate) channels: BTreeMap<String, ColumnRef>,
     /// Channels in a file of raw floats, when there are more than are named.
-    pub channel_count: Option<usize>,
+    pub(crate) channel_count: Option<usize>,
     /// Full scale in the unit of the samples.
-    pub full_scale: Option<f64>,
+    pub(crate) full_scale: Option<f64>,
     /// `comma`, `semicolon`, `tab`, `pipe` or `whitespace`.
-    pub separator: Option<Separator>,
+    pub(crate) separator: Option<Separator>,
     /// Whether there is a header row.
-    pub header: Option<bool>,
+    pub(crate) header: Option<bool>,
     /// Prefixes of comment lines.
-    pub comment: Option<Prefixes>,
+    pub(crate) comment: Option<Prefixes>,
     /// `point` or `comma`.
-    pub decimal: Option<DecimalMark>,
+    pub(crate) decimal: Option<DecimalMark>,
     /// Lines to pass over at the top.
-    pub skip_lines: Option<usize>,
+    pub(crate) skip_lines: Option<usize>,
 }
 
 fn text() -> WaveformFormat {
@@ -103,7 +103,7 @@ impl OutputRecording {
         if self.time.is_some() && self.sampling_rate_hz.is_some() {
             return Err(source
                 .refuse(TABLE, "time", "a time column and a sampling rate exclude each other")
-                .with_hint("keep `time` where the stamps are those of the samples, else `sampling_rate_Hz`"));
+                .with_hint("keep `time` where the time stamps are those of the samples, else `sampling_rate_Hz`"));
         }
         for name in self.channels.keys() {
             if name == "reference" {

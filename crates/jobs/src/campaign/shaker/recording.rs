@@ -38,11 +38,11 @@ pub enum DriveKind {
 #[serde(deny_unknown_fields, default)]
 pub struct ChannelDelay {
     /// By which the signal is late in the record: a filter, a converter.
-    pub delay_s: f64,
+    pub(crate) delay_s: f64,
     /// By which the channel is sampled later than the time of its row says: a multiplexer.
-    pub sampled_later_s: f64,
+    pub(crate) sampled_later_s: f64,
     /// Standard uncertainty of the two together.
-    pub u_s: f64,
+    pub(crate) u_s: f64,
 }
 
 impl ChannelDelay {
@@ -57,48 +57,48 @@ impl ChannelDelay {
 #[serde(deny_unknown_fields)]
 pub struct ShakerRecording {
     /// `f32`, `wav` or `text`.
-    pub format: WaveformFormat,
+    pub(crate) format: WaveformFormat,
     /// Sampling rate in Hz.
     #[serde(rename = "sampling_rate_Hz", alias = "sampling_rate_hz")]
-    pub sampling_rate_hz: Option<f64>,
+    pub(crate) sampling_rate_hz: Option<f64>,
     /// Place of every channel: a number from one, or a heading of a text table.
-    pub channels: BTreeMap<String, ColumnRef>,
+    pub(crate) channels: BTreeMap<String, ColumnRef>,
     /// Channels in a file of raw floats, when there are more than are named.
-    pub channel_count: Option<usize>,
+    pub(crate) channel_count: Option<usize>,
     /// Full scale of the acquisition in volts.
     #[serde(rename = "full_scale_V", alias = "full_scale_v")]
-    pub full_scale_v: Option<f64>,
+    pub(crate) full_scale_v: Option<f64>,
     /// Unit of the columns of a text table where the headings do not say it.
-    pub unit: Option<Unit>,
+    pub(crate) unit: Option<Unit>,
     /// `common` or `known`.
     #[serde(default)]
-    pub frequency: DriveFrequency,
+    pub(crate) frequency: DriveFrequency,
     /// `sine`, `multi-sine` or `stepped`.
     #[serde(default)]
-    pub drive: DriveKind,
+    pub(crate) drive: DriveKind,
     /// Time column of a text table; without it and without a rate, a column that is named as a time.
-    pub time: Option<ColumnRef>,
+    pub(crate) time: Option<ColumnRef>,
     /// Unit of the time column where the heading does not say it.
-    pub time_unit: Option<TimeUnit>,
+    pub(crate) time_unit: Option<TimeUnit>,
     /// Delays of channels of the front end.
     #[serde(default)]
-    pub delays: BTreeMap<String, ChannelDelay>,
+    pub(crate) delays: BTreeMap<String, ChannelDelay>,
     /// Highest harmonic that is fitted.
     #[serde(default = "five")]
-    pub harmonics: usize,
+    pub(crate) harmonics: usize,
     /// Whether a linear drift is fitted.
     #[serde(default)]
-    pub drift: bool,
+    pub(crate) drift: bool,
     /// `comma`, `semicolon`, `tab`, `pipe` or `whitespace`.
-    pub separator: Option<Separator>,
+    pub(crate) separator: Option<Separator>,
     /// Whether there is a header row.
-    pub header: Option<bool>,
+    pub(crate) header: Option<bool>,
     /// Prefixes of comment lines.
-    pub comment: Option<Prefixes>,
+    pub(crate) comment: Option<Prefixes>,
     /// `point` or `comma`.
-    pub decimal: Option<DecimalMark>,
+    pub(crate) decimal: Option<DecimalMark>,
     /// Lines to pass over at the top.
-    pub skip_lines: Option<usize>,
+    pub(crate) skip_lines: Option<usize>,
 }
 
 fn five() -> usize {

@@ -15,10 +15,10 @@ use std::path::PathBuf;
 #[serde(deny_unknown_fields)]
 pub struct RunsTable {
     /// The table, relative to the campaign.
-    pub file: String,
+    pub(crate) file: String,
     /// Names of runs that somebody decided to leave out.
     #[serde(default)]
-    pub exclude: Vec<String>,
+    pub(crate) exclude: Vec<String>,
 }
 
 /// What a phasor is the amplitude of.
@@ -50,11 +50,11 @@ impl PhasorQuantity {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct RunPhasor {
     /// Peak amplitude in V, m/s², m/s or counts.
-    pub amplitude: f64,
+    pub(crate) amplitude: f64,
     /// Phase in radians.
-    pub phase: f64,
+    pub(crate) phase: f64,
     /// Standard uncertainty of its real and of its imaginary part.
-    pub standard_uncertainty: f64,
+    pub(crate) standard_uncertainty: f64,
 }
 
 /// Where the phasors of a run come from.
@@ -70,32 +70,32 @@ pub enum RunData {
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShakerRun<S> {
     /// Name.
-    pub run: String,
+    pub(crate) run: String,
     /// Line of the table.
-    pub line: u64,
+    pub(crate) line: u64,
     /// Nominal frequency in Hz; a recording of several has a run of each.
-    pub frequency_hz: f64,
+    pub(crate) frequency_hz: f64,
     /// How the device was mounted, or which motion was measured.
-    pub seat: S,
+    pub(crate) seat: S,
     /// Samples or phasors.
-    pub data: RunData,
+    pub(crate) data: RunData,
     /// The sensor's own file beside the recording of the bench.
-    pub output_file: Option<String>,
+    pub(crate) output_file: Option<String>,
 }
 
 /// `runs.csv`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunTable<S> {
     /// The campaign that names it, from whose store the recordings are read.
-    pub source: CampaignFile,
+    pub(crate) source: CampaignFile,
     /// Path as given.
-    pub path: PathBuf,
+    pub(crate) path: PathBuf,
     /// Path and digest.
-    pub input: Input,
+    pub(crate) input: Input,
     /// Rows.
-    pub runs: Vec<ShakerRun<S>>,
+    pub(crate) runs: Vec<ShakerRun<S>>,
     /// Quantity of each channel of a phasor table; empty for recordings, whose channels are voltages.
-    pub quantities: Vec<PhasorQuantity>,
+    pub(crate) quantities: Vec<PhasorQuantity>,
 }
 
 impl<S> RunTable<S> {

@@ -10,42 +10,42 @@ use proofmass_shaker::transverse::Motion;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mounting {
     /// Inclination and rotation.
-    pub configuration: Configuration,
+    pub(crate) configuration: Configuration,
     /// Acceleration wanted, m/s².
-    pub target: Option<f64>,
+    pub(crate) target: Option<f64>,
     /// Transverse motion relative to the excitation.
-    pub transverse: Option<f64>,
+    pub(crate) transverse: Option<f64>,
 }
 
 /// A single-axis device on the table.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SingleAxisSeat {
     /// Acceleration wanted, m/s².
-    pub target: Option<f64>,
+    pub(crate) target: Option<f64>,
     /// Transverse motion relative to the excitation.
-    pub transverse: Option<f64>,
+    pub(crate) transverse: Option<f64>,
 }
 
 /// A single-axis device along the vibration or across it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TransverseSeat {
     /// Along which direction it is shaken.
-    pub motion: Motion,
+    pub(crate) motion: Motion,
     /// Acceleration wanted, m/s².
-    pub target: Option<f64>,
+    pub(crate) target: Option<f64>,
     /// Transverse motion relative to the excitation.
-    pub transverse: Option<f64>,
+    pub(crate) transverse: Option<f64>,
 }
 
 /// A motion of the seat, measured beside the reference.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpuriousSeat {
     /// Inclination in radians.
-    pub inclination: f64,
+    pub(crate) inclination: f64,
     /// Axis of the bench, 0 for x′ to 2 for z′.
-    pub axis: usize,
+    pub(crate) axis: usize,
     /// Label of the measurement it belongs to.
-    pub measurement: String,
+    pub(crate) measurement: String,
 }
 
 /// What a row says beside run, frequency and data.

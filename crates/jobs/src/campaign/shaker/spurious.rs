@@ -15,9 +15,9 @@ use proofmass_uncertainty::DegreesOfFreedom;
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpuriousFile {
     /// Path and digest; `None` for a table without a file.
-    pub input: Option<Input>,
+    pub(crate) input: Option<Input>,
     /// Label and table.
-    pub correction: Correction,
+    pub(crate) correction: Correction,
 }
 
 enum AxisColumns {
@@ -170,7 +170,7 @@ impl SpuriousFile {
             (!e.dof.is_infinite()).then(|| e.dof.get())
         }));
         Table::of(
-            "Correction of each axis: ratio to the reference acceleration, along z′ the departure from one",
+            "Correction of each axis: ratio to the reference acceleration, along z′ the deviation from one",
             fields,
             &table.entries,
         )

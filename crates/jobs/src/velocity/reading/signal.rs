@@ -52,7 +52,7 @@ impl Reading {
                 recording.path.display(),
                 recording.line(k)
             ))
-            .with_hint("cut the recording before the gap, or give --rate where the stamps are poor"));
+            .with_hint("cut the recording before the gap, or give --rate where the time stamps are poor"));
             }
             _ => return Ok(Samples::default()),
         };
