@@ -186,7 +186,7 @@ fn known_high_frequencies_and_choices_that_are_told() {
     insist("adhesive-mounting", &told);
     insist("published-method", &told);
     insist("excluded-run", &told);
-    let plain = calibrated(1.0, 1000.0, false);
+    let plain = calibrated(1.0, 200.0, false);
     for code in [
         "resonance-onset",
         "adhesive-mounting",
