@@ -22,7 +22,7 @@ pub const PROVENANCE_VERSION: u32 = 1;
 const ENDING: &str = ".provenance.json";
 
 /// Where a single file came from: what stands beside it.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Provenance {
     /// Form and version.
     pub schema: Schema,

@@ -172,11 +172,9 @@ impl MultiPositionRecordings {
             return Err(Trouble::request("the campaign names no recording"));
         };
         let Some(file_unit) = first.columns[0].unit else {
-            return Err(Trouble::request(format!(
-                "{}: the unit of the outputs is not known",
-                first.path.display()
-            ))
-            .with_hint("write it in the headings (acc_x_m/s2), or add `unit = \"count\"`, `\"m/s²\"` or `\"g\"` to [recording]"));
+            let columns = &first.reading().columns;
+            let signals: Vec<usize> = columns.iter().map(|c| c.number - 1).collect();
+            return Err(first.layout.ask_unit(&signals).at(&first.path).into());
         };
         let (unit, factor) = file_unit.si();
         let names: Vec<String> = recordings
