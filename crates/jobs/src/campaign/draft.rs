@@ -104,8 +104,17 @@ impl Draft {
         match (&time, self.rate_hz) {
             (Some(time), _) => {
                 line(format!("time = {}", column(time)));
+                let likely = || {
+                    let index = layout.find(&ColumnRef::from_word(time)).ok()?;
+                    let open = ClockUnit::of(&layout, index, None, self.rate_hz, false).err()?;
+                    open.hint().and_then(likely_time_unit)
+                };
                 if let Some(unit) = self.time_unit {
                     line(format!("time_unit = \"{unit}\""));
+                } else if let Some(unit) = likely() {
+                    line(format!(
+                        "# time_unit = \"{unit}\"             # likely, by the size of the steps; or s, ms, us, ns, min, h, d, index"
+                    ));
                 }
                 if let (Some(TimeUnit::Index), Some(rate)) = (self.time_unit, self.rate_hz) {
                     line(format!("sampling_rate_Hz = {rate}"));

@@ -6,6 +6,7 @@ use crate::findings;
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{Error, Gravity, Watch};
+use proofmass_io::ReadGravity;
 use proofmass_io::{ColumnRef, Input, Recording, SegmentRow, Unit};
 use proofmass_static::{Direction, Segment, Standstill};
 use proofmass_uncertainty::Finding;
@@ -152,12 +153,28 @@ impl MultiPositionCampaign {
 
     /// What the result is filed with.
     pub fn record(&self, data: &MultiPositionRecordings, date: Option<String>) -> Record {
+        let mut inputs = data.inputs.clone();
+        if let Ok(local) = gravity(&self.gravity) {
+            let read = ReadGravity {
+                value: local.value(),
+                standard_uncertainty: local.standard_uncertainty(),
+                by: match (self.gravity.latitude_deg, self.gravity.height_m) {
+                    (Some(latitude), Some(height)) => {
+                        format!("by latitude {latitude}° and height {height} m")
+                    }
+                    _ => "as stated".to_owned(),
+                },
+            };
+            for reading in inputs.iter_mut().filter_map(|i| i.reading.as_mut()) {
+                reading.gravity = Some(read.clone());
+            }
+        }
         Record {
             title: self.title.clone(),
             device: self.device.clone(),
             ambient: self.ambient.clone(),
             date,
-            inputs: data.inputs.clone(),
+            inputs,
             ..Record::default()
         }
     }
