@@ -476,7 +476,7 @@ impl Compiler {
             y: fit.y.clone(),
             ..curve
         });
-        self.block(Block::Fit(fit), &entry.parameters);
+        self.block(Block::Fit(Box::new(fit)), &entry.parameters);
         Ok(())
     }
 
