@@ -291,7 +291,7 @@ fn law_what_is_read_again_is_what_was_stated() {
     );
     assert!(stated["interval"][0].as_f64().unwrap() > 0.0);
     // The linear result is there for information, and the estimate says what is stated.
-    assert_eq!(result["linear"][0]["u"], 0.0);
+    assert_eq!(result["extra"]["linear"][0]["u"], 0.0);
     assert_eq!(
         result["estimate"]["components"][0]["value"],
         stated["value"]
@@ -302,7 +302,7 @@ fn law_what_is_read_again_is_what_was_stated() {
     let later = at("later.toml");
     succeed(&["uncertainty", text(&later), "-o", text(&at("second"))]);
     let second = json(&at("second/result.json"));
-    let linear = &second["linear"][0];
+    let linear = &second["extra"]["linear"][0];
     let (value, u) = (
         linear["value"].as_f64().unwrap(),
         linear["u"].as_f64().unwrap(),
@@ -334,7 +334,7 @@ fn law_what_is_read_again_is_what_was_stated() {
         &["trials.csv", "keep this file beside its result.json"],
     );
     let mut old = result.clone();
-    old.as_object_mut().unwrap().remove("trials");
+    old["extra"].as_object_mut().unwrap().remove("trials");
     old["estimate"]["components"][0]["value"] = 0.0.into();
     std::fs::write(first.join("result.json"), old.to_string()).unwrap();
     let said = refuse(&["uncertainty", text(&later)]);
