@@ -308,11 +308,13 @@ fn law_what_is_read_again_is_what_was_stated() {
         linear["u"].as_f64().unwrap(),
     );
     assert!(
-        (value - 3.0 * stated["value"].as_f64().unwrap()).abs() < 1e-6,
+        // Mean of 200 000 trials with u = √2, five standard deviations.
+        (value - 3.0 * stated["value"].as_f64().unwrap()).abs() < 0.05,
         "{value}"
     );
     assert!(
-        (u - 3.0 * stated["u"].as_f64().unwrap()).abs() < 1e-3,
+        // χ² has a kurtosis of 15: their u is known to 0.4 %.
+        (u - 3.0 * stated["u"].as_f64().unwrap()).abs() < 0.1,
         "{u}"
     );
     // Both files are inputs, with their digests; rendered elsewhere, the trials go along.
