@@ -471,9 +471,12 @@ impl Compiler {
             )));
         }
         let mut fit = Fit::new(entry, x, y, parameters - 1);
-        fit.curve = curve.map(|curve| Curve {
-            y: fit.y.clone(),
-            ..curve
+        // Its ordinates scatter.
+        fit.curve = curve.map(|curve| {
+            Box::new(Curve {
+                y: fit.y.clone(),
+                ..curve
+            })
         });
         self.block(Block::Fit(fit), &entry.parameters);
         Ok(())
