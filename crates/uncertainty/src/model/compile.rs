@@ -472,13 +472,11 @@ impl Compiler {
         }
         let mut fit = Fit::new(entry, x, y, parameters - 1);
         // Its ordinates scatter.
-        fit.curve = curve.map(|curve| {
-            Box::new(Curve {
-                y: fit.y.clone(),
-                ..curve
-            })
+        fit.curve = curve.map(|curve| Curve {
+            y: fit.y.clone(),
+            ..curve
         });
-        self.block(Block::Fit(fit), &entry.parameters);
+        self.block(Block::Fit(Box::new(fit)), &entry.parameters);
         Ok(())
     }
 

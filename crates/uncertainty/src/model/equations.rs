@@ -23,7 +23,7 @@ pub struct Equations {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Block {
     Solve(Solve),
-    Fit(Fit),
+    Fit(Box<Fit>),
 }
 
 /// Trials that are made in any case: one block of Monte Carlo.

@@ -16,7 +16,7 @@ pub(super) struct Fit {
     pub(crate) degree: usize,
     pub(crate) weighing: Weighing,
     /// What is fitted instead of a polynomial.
-    pub(crate) curve: Option<Box<Curve>>,
+    pub(crate) curve: Option<Curve>,
     /// Middle and half-width of the abscissae at the estimates: the powers are taken of (x − middle)/half.
     middle: f64,
     half: f64,
