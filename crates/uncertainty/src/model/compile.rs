@@ -472,6 +472,7 @@ impl Compiler {
             )));
         }
         let mut fit = Fit::new(entry, x, y, parameters - 1);
+        // Its ordinates scatter.
         fit.curve = curve.map(|curve| Curve {
             y: fit.y.clone(),
             ..curve
