@@ -93,39 +93,21 @@ fn known_one_sensor_that_is_ignored() {
 }
 
 #[test]
-fn known_rounding_that_repeats_with_the_motion() {
-    // Increments of 0.05, passed by a period of 250 samples, or of 252.7.
-    let tuned = |frequency: f64| {
-        let (mut record, _) = axis(5000, [0.0, 0.01], frequency);
-        record.increment = Some(0.05);
-        for reading in record.reading.iter_mut().flatten() {
-            *reading = (*reading / 0.05).round() * 0.05;
-        }
-        Tuning::default().run(&record, &Unwatched).unwrap().findings
-    };
-    insist("rounding-repeats", &tuned(4.0));
-    spare("rounding-repeats", &tuned(0.3957));
-}
-
-#[test]
 fn known_reference_that_is_late() {
     let (record, truth) = axis(3000, [0.02, 0.05], 0.4);
-    let compared = |late: usize, rates: &[usize]| {
+    let compared = |late: usize| {
         let reference: Vec<f64> = (0..truth.len())
             .map(|k| truth[k.saturating_sub(late)])
             .collect();
-        compare(&record, Some(&reference), &[], rates, 1.0, &Unwatched)
+        compare(&record, Some(&reference), &[], &[1], 1.0, &Unwatched)
             .unwrap()
             .findings
     };
-    insist("reference-delay", &compared(8, &[1]));
-    let punctual = compared(0, &[1, 600]);
-    spare("reference-delay", &punctual);
-    // Five samples are left.
-    insist("not-tuned", &punctual);
+    insist("reference-delay", &compared(8));
+    spare("reference-delay", &compared(0));
 }
 
-/// Between the tenth and the twelfth second the wheel runs 0.3 m/s faster than the accelerometer tells.
+/// Between the tenth and the twelfth second the wheel runs 0.6 m/s faster than the accelerometer tells.
 #[test]
 fn known_tuning_beside_a_slip() {
     let (mut record, _) = axis(3000, [0.01, 0.05], 0.4);

@@ -91,22 +91,3 @@ fn known_curve_that_does_not_follow_from_the_density() {
         .collect();
     insist("density-and-allan-differ", &found(&bent));
 }
-
-/// Two poles at three tenths of the rate, beside a floor.
-#[test]
-fn known_resonance_of_the_upper_spectrum() {
-    let (drive, floor) = (white(100_000, 8), white(100_000, 9));
-    let (radius, angle) = (0.97_f64, 0.6 * std::f64::consts::PI);
-    let (mut last, mut before) = (0.0, 0.0);
-    let rate: Vec<f64> = drive
-        .iter()
-        .zip(&floor)
-        .map(|(d, f)| {
-            let y = d + 2.0 * radius * angle.cos() * last - radius * radius * before;
-            (before, last) = (last, y);
-            y + f
-        })
-        .collect();
-    insist("resonance-left-out", &found(&rate));
-    spare("band-limited", &found(&rate));
-}
