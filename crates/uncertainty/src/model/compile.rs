@@ -384,14 +384,14 @@ impl Compiler {
                 residuals.len()
             )));
         }
-        let block = Block::Solve(Solve {
+        let block = Block::Solve(Box::new(Solve {
             unknown: entry.unknown.clone(),
             start: entry.start.clone(),
             program: inner,
             residuals,
             captured,
             branch: None,
-        });
+        }));
         self.block(block, &entry.unknown);
         Ok(())
     }

@@ -22,7 +22,7 @@ pub struct Equations {
 /// What gives several results at once.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Block {
-    Solve(Solve),
+    Solve(Box<Solve>),
     Fit(Box<Fit>),
 }
 
