@@ -291,7 +291,7 @@ fn law_what_is_read_again_is_what_was_stated() {
     );
     assert!(stated["interval"][0].as_f64().unwrap() > 0.0);
     // The linear result is there for information, and the estimate says what is stated.
-    assert_eq!(result["linear"][0]["u"], 0.0);
+    assert_eq!(result["extra"]["linear"][0]["u"], 0.0);
     assert_eq!(
         result["estimate"]["components"][0]["value"],
         stated["value"]
@@ -302,17 +302,19 @@ fn law_what_is_read_again_is_what_was_stated() {
     let later = at("later.toml");
     succeed(&["uncertainty", text(&later), "-o", text(&at("second"))]);
     let second = json(&at("second/result.json"));
-    let linear = &second["linear"][0];
+    let linear = &second["extra"]["linear"][0];
     let (value, u) = (
         linear["value"].as_f64().unwrap(),
         linear["u"].as_f64().unwrap(),
     );
     assert!(
-        (value - 3.0 * stated["value"].as_f64().unwrap()).abs() < 1e-6,
+        // Mean of 200 000 trials with u = √2, five standard deviations.
+        (value - 3.0 * stated["value"].as_f64().unwrap()).abs() < 0.05,
         "{value}"
     );
     assert!(
-        (u - 3.0 * stated["u"].as_f64().unwrap()).abs() < 1e-3,
+        // χ² has a kurtosis of 15: their u is known to 0.4 %.
+        (u - 3.0 * stated["u"].as_f64().unwrap()).abs() < 0.1,
         "{u}"
     );
     // Both files are inputs, with their digests; rendered elsewhere, the trials go along.
@@ -334,7 +336,7 @@ fn law_what_is_read_again_is_what_was_stated() {
         &["trials.csv", "keep this file beside its result.json"],
     );
     let mut old = result.clone();
-    old.as_object_mut().unwrap().remove("trials");
+    old["extra"].as_object_mut().unwrap().remove("trials");
     old["estimate"]["components"][0]["value"] = 0.0.into();
     std::fs::write(first.join("result.json"), old.to_string()).unwrap();
     let said = refuse(&["uncertainty", text(&later)]);

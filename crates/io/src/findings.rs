@@ -61,7 +61,14 @@ findings! {
     time_unit_assumed(column: &str, assumption: &str) =
         "time-unit-assumed", [Note],
         what "the heading of {column} names no unit, so its values are taken as {assumption}",
-        advice "state `time_unit` in [recording] when they are not";
+        advice "say --time-unit (`time_unit` in a campaign) when they are not";
+
+    /// Nobody says what the times count, and a look at the recording takes the likely unit.
+    time_unit_open(column: &str, unit: &str, rates: &str) =
+        "time-unit-open", [Decision],
+        what "the unit of the times in {column} is not said: they are shown as if it were {unit}",
+        evidence "{rates}",
+        advice "say --time-unit {unit}, or another one; every other command asks for it";
 
     /// The head of the file has lines that are neither data nor comments.
     preamble_skipped(line: u64, text: &str, more: &str) =

@@ -39,7 +39,7 @@ impl TrialFile {
         for row in 0..table.rows() {
             for (k, column) in table.columns.iter().enumerate() {
                 let z = column.trials[row];
-                let _ = write!(text, "{}{z:.7}", if k > 0 { "," } else { "" });
+                let _ = write!(text, "{}{z}", if k > 0 { "," } else { "" });
             }
             text.push('\n');
         }

@@ -24,7 +24,7 @@ const FORGED: &str = "the signature is not of what stands there now";
 const ENDING: &str = ".provenance.json";
 
 /// Where a single file came from: what stands beside it.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Provenance {
     /// Form and version.
     pub(crate) schema: Schema,
@@ -39,7 +39,7 @@ pub struct Provenance {
     pub replaces: Option<String>,
     /// Who vouches for all of this.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(crate) signature: Option<Signature>,
+    pub signature: Option<Signature>,
 }
 
 impl Provenance {

@@ -158,6 +158,7 @@ impl Waveform {
         Input {
             path: self.path.display().to_string(),
             sha256: self.sha256.clone(),
+            reading: None,
         }
     }
 

@@ -362,6 +362,7 @@ impl CampaignFile {
             input: Input {
                 path: String::new(),
                 sha256: String::new(),
+                reading: None,
             },
             text: String::new(),
             store: Arc::new(Memory::new()),

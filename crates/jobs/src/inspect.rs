@@ -5,6 +5,7 @@ use crate::page::answer::plus_minus;
 use crate::page::measures::lines;
 use crate::plural::count;
 use crate::record::Record;
+use crate::recording::RecordingReading;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
 use proofmass_io::{ColumnSummary, Inspection, Source, StatedQuantity, Statistics, inspect_source};
@@ -27,7 +28,7 @@ use std::sync::Mutex;
 /// assert!((inspection.time.as_ref().unwrap().rate_hz - 100.0).abs() < 1e-6);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 #[non_exhaustive]
 pub struct InspectJob {
@@ -35,6 +36,8 @@ pub struct InspectJob {
     pub listed: usize,
     /// Whether the page lists them.
     pub damage: bool,
+    /// What the recording does not say itself; every column is looked at where none is named.
+    pub reading: RecordingReading,
 }
 
 impl Default for InspectJob {
@@ -42,6 +45,7 @@ impl Default for InspectJob {
         Self {
             listed: 100,
             damage: false,
+            reading: RecordingReading::default(),
         }
     }
 }
@@ -52,6 +56,7 @@ impl InspectJob {
         Self {
             listed: 10_000,
             damage: true,
+            ..Self::default()
         }
     }
 }
@@ -93,7 +98,9 @@ impl Job for InspectJob {
         let once = data.once.lock().ok().and_then(|mut once| once.take());
         let source = once
             .ok_or_else(|| Trouble::data("the recording was read already: it can be seen once"))?;
-        let inspection = inspect_source(source, self.listed)?;
+        let columns = self.reading.columns.clone().unwrap_or_default();
+        let options = self.reading.reading_of(columns)?;
+        let inspection = inspect_source(source, &options, self.listed)?;
         watch.step("inspection", 1, 1)?;
         Ok(InspectOutcome {
             inspection,
@@ -147,6 +154,12 @@ fn head(page: Report, inspection: &Inspection) -> Report {
         })
         .answers([KeyFigure::new("rows", inspection.rows.to_string(), "")
             .note(count(inspection.columns.len(), "column"))])
+        .meta(
+            "Read",
+            inspection
+                .reading
+                .line(&inspection.path.display().to_string()),
+        )
         .meta("separator", separator)
         .meta("header", header);
     let Some(time) = &inspection.time else {

@@ -235,7 +235,7 @@ impl StoredResult {
         let mut page = self.shown.page.clone();
         page.title = self.document.title.clone().unwrap_or_default();
         page.language = "en".to_owned();
-        page.meta = [self.record.meta(), page.meta].concat();
+        page.meta = [self.record.readings(), self.record.meta(), page.meta].concat();
         page = page.findings(self.findings().iter().cloned());
         let inputs = self.record.digests();
         if !inputs.is_empty() {

@@ -1,6 +1,6 @@
 //! A small part of the map of sampling rates (`examples/clock_map`): every kind of stamps, six recordings of each.
 
-use proofmass_io::{Source, inspect_source};
+use proofmass_io::{RecordingOptions, Source, inspect_source};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus as Random;
 
@@ -18,7 +18,7 @@ fn coverage_of_rates_over_what_clocks_do() {
             let mut random = Random::seed_from_u64(seed ^ cell.seed());
             let (text, rate) = cell.recording(&mut random);
             let source = Source::from_bytes("r.csv", text).unwrap();
-            let seen = inspect_source(source, 10).unwrap();
+            let seen = inspect_source(source, &RecordingOptions::default(), 10).unwrap();
             let time = seen.time.unwrap();
             let off = (time.rate_hz - rate).abs() / time.clock.rate_u_hz;
             // A doubled row at the very end is not decided, which shifts rates that are known to 10⁻⁹.

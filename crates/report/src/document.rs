@@ -302,6 +302,11 @@ impl Report {
         self
     }
 
+    /// Whether there is neither an answer nor a finding: a collection of sections.
+    pub(crate) fn says_nothing(&self) -> bool {
+        is_default(&self.answer) && self.findings.is_empty()
+    }
+
     /// Takes the first block of a kind out of the sections of the page.
     fn taken(&mut self, wanted: impl Fn(&Block) -> bool) -> Option<Block> {
         let sections = self.sections.iter_mut();

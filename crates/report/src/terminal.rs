@@ -32,8 +32,10 @@ pub fn render(report: &Report, options: &Options) -> Result<String, Error> {
         text.wrapped(&report.subtitle, "");
     }
     text.key_figures(&report.answer.figures);
-    let verdict = format!("{} {}", report.answer.verdict, standing(&report.findings));
-    text.wrapped(verdict.trim_start(), "");
+    if !report.says_nothing() {
+        let verdict = format!("{} {}", report.answer.verdict, standing(&report.findings));
+        text.wrapped(verdict.trim_start(), "");
+    }
     for block in &report.answer.blocks {
         text.out.push('\n');
         text.block(block)?;

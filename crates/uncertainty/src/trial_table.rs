@@ -6,8 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// Rows of trials, one column per quantity of the result and per cause behind it.
 ///
-/// Every column is counted from the stated value in stated standard uncertainties: what the table says of location and
-/// spread is what was stated, and its rows say the shape and what depends on what.
+/// Location and spread of the columns are what was stated; the rows say the shape, and what depends on what.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TrialTable {
     /// The columns, of equal length.
@@ -24,7 +23,7 @@ pub struct TrialColumn {
     pub unit: String,
     /// Stated value.
     pub value: f64,
-    /// What the column is counted in: the stated u, or U where a distribution has no u.
+    /// The stated u, or U where a distribution has no u.
     pub scale: f64,
     /// Whether it is a cause behind the result, not a quantity of it.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
@@ -32,35 +31,39 @@ pub struct TrialColumn {
     /// Degrees of freedom of a cause.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dof: Option<DegreesOfFreedom>,
-    /// Whether the quantity is stated by its trials, not by y ± U.
+    /// Whether the quantity is stated otherwise than by the law of propagation.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub by_trials: bool,
-    /// (x − value) / scale of each trial.
+    /// The value in each trial.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub trials: Vec<f64>,
 }
 
 impl TrialColumn {
-    /// The trials in the unit of the quantity.
-    pub fn values(&self) -> Vec<f64> {
-        let at = |z: &f64| self.value + self.scale * z;
-        self.trials.iter().map(at).collect()
+    /// The column of these values: as they are, or brought to the stated value and u.
+    pub(crate) fn of(mut self, values: Vec<f64>, as_they_are: bool) -> Self {
+        self.trials = values;
+        if as_they_are || !(self.scale > 0.0) {
+            return self;
+        }
+        let n = self.trials.len() as f64;
+        let mean = self.trials.iter().sum::<f64>() / n;
+        let squares: f64 = self.trials.iter().map(|v| (v - mean).powi(2)).sum();
+        let factor = self.scale / (squares / (n - 1.0)).sqrt();
+        if factor.is_finite() {
+            let (value, scale) = (self.value, self.scale);
+            for v in &mut self.trials {
+                // No more digits than a file needs.
+                *v = value + (1e7 * (*v - mean) * factor / scale).round() * 1e-7 * scale;
+            }
+        }
+        self
     }
 
-    /// Counts a column of plain values from here: brought to mean 0 and standard deviation 1 where `standard`.
-    pub(crate) fn counted(mut self, values: &[f64], standard: bool) -> Self {
-        let n = values.len() as f64;
-        let (mut centre, mut scale) = (self.value, self.scale);
-        if standard {
-            centre = values.iter().sum::<f64>() / n;
-            let squares: f64 = values.iter().map(|v| (v - centre).powi(2)).sum();
-            scale = (squares / (n - 1.0)).sqrt();
-        }
-        let scale = if scale > 0.0 { scale } else { 1.0 };
-        // Seven digits after the point: what a file holds of it is what is drawn from.
-        let at = |v: &f64| (1e7 * (v - centre) / scale).round() * 1e-7;
-        self.trials = values.iter().map(at).collect();
-        self
+    /// The trials counted from the value in standard uncertainties.
+    fn counted(&self) -> Vec<f64> {
+        let at = |v: &f64| (v - self.value) / self.scale;
+        self.trials.iter().map(at).collect()
     }
 }
 
@@ -92,12 +95,12 @@ impl TrialTable {
         let kept: Vec<Option<usize>> = (0..n)
             .map(|i| place(i).filter(|_| !quantities[i].by_trials))
             .collect();
-        let mut rest: Vec<Vec<f64>> = quantities.iter().map(|c| c.trials.clone()).collect();
+        let mut rest: Vec<Vec<f64>> = quantities.iter().map(|c| c.counted()).collect();
         let causes: Vec<&Influence> = linear.into_iter().flat_map(Estimate::influences).collect();
         let mut slopes = vec![vec![0.0; n]; causes.len()];
         let mut explained = vec![0.0; n];
         for i in (0..n).filter(|i| kept[*i].is_none()) {
-            let own = &quantities[i].trials;
+            let own = &quantities[i].counted();
             for (slopes, cause) in slopes.iter_mut().zip(&causes) {
                 slopes[i] = self.slope(cause, own, &mut rest[i]);
                 explained[i] += slopes[i] * slopes[i];
@@ -184,15 +187,17 @@ impl TrialTable {
             .columns
             .iter()
             .find(|c| c.cause && c.name == influence.key);
-        let Some(cause) = cause else { return 0.0 };
-        let squares: f64 = cause.trials.iter().map(|x| x * x).sum();
+        let Some(cause) = cause.map(TrialColumn::counted) else {
+            return 0.0;
+        };
+        let squares: f64 = cause.iter().map(|x| x * x).sum();
         let own: f64 = trials.iter().map(|z| z * z).sum();
-        let product: f64 = cause.trials.iter().zip(trials).map(|(x, z)| x * z).sum();
+        let product: f64 = cause.iter().zip(trials).map(|(x, z)| x * z).sum();
         if !(product.abs() > 4.0 * (squares * own / trials.len() as f64).sqrt()) {
             return 0.0;
         }
         let slope = product / squares;
-        for (z, x) in rest.iter_mut().zip(&cause.trials) {
+        for (z, x) in rest.iter_mut().zip(&cause) {
             *z -= slope * x;
         }
         slope

@@ -277,9 +277,8 @@ impl SingleAxisCampaign {
             time: t.time.clone(),
             time_unit: t.time_unit,
             // Readings have an order, not a clock.
-            sampling_rate_hz: t
-                .sampling_rate_hz
-                .or((self.is_table() && t.time.is_none()).then_some(1.0)),
+            sampling_rate_hz: t.sampling_rate_hz,
+            table: self.is_table() && t.time.is_none(),
             ..RecordingOptions::default()
         };
         t.file

@@ -122,7 +122,7 @@ fn verdict(outcome: &ShakerSingleOutcome) -> String {
     let moduli = outcome
         .results
         .iter()
-        .filter_map(|r| Some(quantity(outcome, r, "modulus", 1.0)?));
+        .filter_map(|r| quantity(outcome, r, "modulus", 1.0));
     let shares = moduli.map(|(m, u, _)| 100.0 * (u / m).abs());
     let (least, most) = shares.fold((f64::INFINITY, 0.0f64), |(a, b), v| (a.min(v), b.max(v)));
     let known = match least.is_finite() {

@@ -134,7 +134,7 @@ fn key_figures(result: &ModelResult) -> Vec<KeyFigure> {
         let digits = result.options.digits;
         let note = format!(
             "{} % interval by {}",
-            percent(stated.probability),
+            percent((1e4 * stated.probability).round() / 1e4),
             stated.method.words()
         );
         figures.push(
@@ -152,10 +152,10 @@ fn key_figures(result: &ModelResult) -> Vec<KeyFigure> {
     figures.push(
         KeyFigure::new(
             "linear result",
-            if held == result.outputs.len() {
-                "validated".to_owned()
-            } else if let [output] = result.outputs.as_slice() {
+            if let [output] = result.outputs.as_slice() {
                 verdict(output).to_owned()
+            } else if held == result.outputs.len() {
+                "validated".to_owned()
             } else {
                 format!("validated for {held} of {}", result.outputs.len())
             },

@@ -10,6 +10,9 @@ use std::fmt::Write;
 impl Page {
     pub(super) fn answer(&mut self, report: &Report) -> Result<(), Error> {
         let answer = &report.answer;
+        if report.says_nothing() {
+            return Ok(());
+        }
         self.out.push_str("<section class=\"answer\">\n");
         if !answer.figures.is_empty() {
             self.block(&Block::KeyFigures(answer.figures.clone()))?;

@@ -60,7 +60,7 @@ impl Cells {
             .collect();
         for limit in [limits.lower, limits.upper].into_iter().flatten() {
             if limit > low && limit < high {
-                edges.push(deviate(&value, limit));
+                edges.push(deviate(value, limit));
             }
         }
         edges.sort_by(f64::total_cmp);

@@ -5,8 +5,10 @@ use crate::{
     Equations, Estimate, JointInputs, Linear, MonteCarlo, Refusal, TrialColumn, TrialTable,
 };
 
-/// Trials that are passed on: u of them is known to 0.5 %, and columns are brought to the stated u.
+/// Trials that are passed on.
 const ROWS: usize = 20_000;
+/// Trials that their values come from: each column is brought to the quantiles of these, so that mean and u are known to 0.2 %.
+const TRIALS: usize = 10 * ROWS;
 /// Numbers that a table holds at most; causes are left out where there are too many.
 const CELLS: usize = 400_000;
 
@@ -30,11 +32,10 @@ pub(super) fn on(
     let with_causes = ROWS * (outputs.len() + causes.len()) <= CELLS;
     let seed = MonteCarlo::new(options.seed);
     let drawn = match with_causes {
-        true => seed.drawn(equations, joint, ROWS, &causes)?,
-        false => seed.drawn(fewer.0, fewer.1, ROWS, &[])?,
+        true => seed.drawn(equations, joint, TRIALS, &causes)?,
+        false => seed.drawn(fewer.0, fewer.1, TRIALS, &[])?,
     };
-    let rows = drawn.outputs.first().map_or(0, Vec::len);
-    if rows < ROWS / 10 {
+    if drawn.outputs.first().is_none_or(|y| y.len() < ROWS) {
         // No road but the law of propagation has a distribution.
         return Ok((None, None));
     }
@@ -52,7 +53,9 @@ pub(super) fn on(
             by_trials: !by_law(output),
             trials: Vec::new(),
         };
-        columns.push(column.counted(values, u.is_some()));
+        // A distribution that is stated by its trials keeps its ends; y ± U is brought to y and u.
+        let as_they_are = stated.method == StatementMethod::MonteCarlo;
+        columns.push(column.of(by_rank(values), as_they_are));
     }
     if with_causes {
         for (d, values) in causes.into_iter().zip(&drawn.inputs) {
@@ -68,13 +71,14 @@ pub(super) fn on(
                 by_trials: false,
                 trials: Vec::new(),
             };
-            columns.push(column.counted(values, input.dof.is_infinite()));
+            // A Student t is wider than its u.
+            columns.push(column.of(by_rank(values), !input.dof.is_infinite()));
         }
     }
     let table = TrialTable { columns };
     for output in outputs.iter_mut().filter(|o| !by_law(o)) {
         let stated = &mut output.stated;
-        let trials = table.quantity(&stated.name).map(TrialColumn::values);
+        let trials = table.quantity(&stated.name).map(|c| &c.trials);
         if let (Some(_), StatementMethod::MonteCarlo, Some(trials)) =
             (stated.coverage_factor, stated.method, trials)
         {
@@ -87,6 +91,21 @@ pub(super) fn on(
         .all(|o| o.stated.standard_uncertainty.is_some());
     let estimate = settled.then(|| table.estimate(linear)).transpose()?;
     Ok((estimate, Some(table)))
+}
+
+/// The first rows, each value replaced by the quantile of all at its rank among the first.
+fn by_rank(values: &[f64]) -> Vec<f64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let first = &values[..ROWS.min(values.len())];
+    let mut order: Vec<usize> = (0..first.len()).collect();
+    order.sort_by(|&a, &b| first[a].total_cmp(&first[b]));
+    let mut ranked = vec![0.0; first.len()];
+    for (rank, &row) in order.iter().enumerate() {
+        let place = (rank as f64 + 0.5) * sorted.len() as f64 / first.len() as f64;
+        ranked[row] = sorted[(place as usize).min(sorted.len() - 1)];
+    }
+    ranked
 }
 
 /// Whether a draw is independent of all others.

@@ -384,14 +384,14 @@ impl Compiler {
                 residuals.len()
             )));
         }
-        let block = Block::Solve(Solve {
+        let block = Block::Solve(Box::new(Solve {
             unknown: entry.unknown.clone(),
             start: entry.start.clone(),
             program: inner,
             residuals,
             captured,
             branch: None,
-        });
+        }));
         self.block(block, &entry.unknown);
         Ok(())
     }
@@ -472,11 +472,12 @@ impl Compiler {
             )));
         }
         let mut fit = Fit::new(entry, x, y, parameters - 1);
+        // Its ordinates scatter.
         fit.curve = curve.map(|curve| Curve {
             y: fit.y.clone(),
             ..curve
         });
-        self.block(Block::Fit(fit), &entry.parameters);
+        self.block(Block::Fit(Box::new(fit)), &entry.parameters);
         Ok(())
     }
 

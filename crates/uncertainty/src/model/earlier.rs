@@ -262,7 +262,7 @@ impl Earlier {
         inputs: &[InputEntry],
     ) -> usize {
         let name = self.unused(format!("{} of {}", column.name, entry.file), entry, inputs);
-        let values = column.values();
+        let values = column.trials.clone();
         let input = Input::new(name, &column.unit, Distribution::Samples { values });
         self.inputs.push(input.description(&column.name));
         self.inputs.len() - 1

@@ -22,8 +22,8 @@ pub struct Equations {
 /// What gives several results at once.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Block {
-    Solve(Solve),
-    Fit(Fit),
+    Solve(Box<Solve>),
+    Fit(Box<Fit>),
 }
 
 /// Trials that are made in any case: one block of Monte Carlo.
@@ -186,7 +186,7 @@ impl Equations {
                         .iter_mut()
                         .filter(|j| !j.is_finite())
                         .for_each(|j| *j = 0.0);
-                    Some(joint.covariance().propagate(&jacobian)?)
+                    Some(joint.seen_in(&jacobian))
                 };
                 fit.prepare(&before, covariance.as_ref()).map_err(refuse)?;
                 let mut parameters = vec![0.0; fit.degree + 1];

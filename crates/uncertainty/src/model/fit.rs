@@ -182,12 +182,14 @@ impl Fit {
         let indefinite = "the covariance of the points is not positive definite: each point needs an uncertainty of its own, or \
              weights = \"equal\"";
         if self.entry.weights == FitWeights::Y {
-            let rows = inverse_root(&yy, n).ok_or(indefinite)?;
             let alone = (0..n * n).all(|k| k / n == k % n || yy[k] == 0.0);
             self.weighing = Weighing::Ordinates(if alone {
-                (0..n).map(|i| rows[i * n + i]).collect()
+                let own = (0..n).map(|i| 1.0 / yy[i * n + i].sqrt());
+                own.map(|w| w.is_finite().then_some(w))
+                    .collect::<Option<_>>()
+                    .ok_or(indefinite)?
             } else {
-                rows
+                inverse_root(&yy, n).ok_or(indefinite)?
             });
             return Ok(());
         }
