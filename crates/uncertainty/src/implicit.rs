@@ -145,15 +145,15 @@ const ITERATIONS: usize = 50;
 const ATTEMPTS: usize = 200;
 const SHORTEST: f64 = 1e-6;
 
-/// Residuals of the equations, and their derivatives by the unknowns row by row.
-type Slopes = (Vec<f64>, Vec<f64>);
+/// Values and derivatives, row by row.
+type ValuesAndSlopes = (Vec<f64>, Vec<f64>);
 
 /// The equations and their derivatives by the unknowns, at inputs x.
 fn slopes<'a, M: Implicit>(
     model: &'a M,
     m: usize,
     x: &[f64],
-) -> impl Fn(&[f64]) -> Result<Slopes, Error> + 'a {
+) -> impl Fn(&[f64]) -> Result<ValuesAndSlopes, Error> + 'a {
     // Two derivatives travel at a quarter of the cost of eight.
     let (narrow, wide) = if m <= 2 {
         (

@@ -102,9 +102,11 @@ fn walk(cell: &Cell, count: usize, path: &Path) -> Tally {
             .stated
             .push((clock.rate_hz / rate - 1.0, clock.rate_u_hz / rate));
         tally.told += usize::from(!seen.findings.is_empty() || clock.gaps > 0);
-        let mut options = RecordingOptions::default();
-        options.columns = vec![ColumnRef::from_word("a")];
-        options.late_stamps = true;
+        let options = RecordingOptions {
+            columns: vec![ColumnRef::from_word("a")],
+            late_stamps: true,
+            ..RecordingOptions::default()
+        };
         if let Ok(read) = Recording::read(path, &options) {
             let same = read.time.rate_hz() == clock.rate_hz;
             tally.apart += usize::from(!same);

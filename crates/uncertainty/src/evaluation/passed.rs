@@ -11,6 +11,8 @@ const ROWS: usize = 20_000;
 const TRIALS: usize = 10 * ROWS;
 /// Numbers that a table holds at most; causes are left out where there are too many.
 const CELLS: usize = 400_000;
+/// Outputs that a table holds at most: results with more are not passed on but by the law of propagation.
+const OUTPUTS: usize = 100;
 
 /// The estimate of what is stated, and where an output is not stated by the law of propagation the trials of all. A factor that
 /// was asked for gets the probability that it has in them.
@@ -25,6 +27,9 @@ pub(super) fn on(
     let by_law = |o: &OutputResult| o.stated.method == StatementMethod::LawOfPropagation;
     if outputs.iter().all(by_law) {
         return Ok((linear.cloned(), None));
+    }
+    if outputs.len() > OUTPUTS {
+        return Ok((None, None));
     }
     let causes: Vec<usize> = (0..joint.draws().len())
         .filter(|&d| joint.draws()[d].standard_uncertainty > 0.0 && alone(joint, d))
